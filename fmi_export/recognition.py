@@ -5,8 +5,8 @@ from collections.abc import Mapping
 from dataclasses import replace
 from datetime import datetime
 from functools import cache
-from importlib import import_module
-from pathlib import Path, PurePosixPath
+from importlib.util import find_spec
+from pathlib import PurePosixPath
 
 from fmi_export.build import CARRIED, what_runs
 from fmi_export.definition import FmuDefinition
@@ -54,11 +54,11 @@ def is_native_build(contents: Mapping[str, bytes], definition: FmuDefinition, ve
                if name.startswith(SOURCES)}
     libraries = {name: data for name, data in runs.items() if name.startswith(BINARIES)}
     shell = SHELLS[3 if b' fmiVersion="3.0"' in contents["modelDescription.xml"] else 2]
-    known = modules_of(tuple((package, folder) for package in packages for folder in import_module(package).__path__))
     blocks = [name for name in sources if name.endswith(".c") and name not in (*shell.layer, TABLE)]
     stems = {PurePosixPath(name).stem for name in blocks}
     derived = {tangent_name(name) for name in stems}   # made of the others
-    texts = {known[name]: module_path(known[name]).read_text(encoding="utf-8") for name in stems - derived}
+    modules = [module_named(stem, packages) for stem in stems - derived]
+    texts = {module: module_path(module).read_text(encoding="utf-8") for module in modules}
     platforms = [PurePosixPath(name).parent.name for name in libraries]
     definition = replace(definition, clocked=b"<Clock " in contents["modelDescription.xml"])
     made = native_sources(definition, texts, sources, version, platforms, shell, date_of(contents))
@@ -78,8 +78,19 @@ def date_of(contents: Mapping[str, bytes]) -> int:
     return 0 if found is None else int(datetime.fromisoformat(found[1].decode("ascii")).timestamp())
 
 
+def module_named(stem: str, packages: tuple[str, ...]) -> str:
+    """Dotted name of the module of some packages that has a last name, of which there is but one; KeyError if none."""
+    known = modules_in(packages)
+    if stem not in known:   # written of a stage of the user's, it is found beside the packages
+        for package in packages:
+            if find_spec(f"{package}.{stem}") is not None:
+                return f"{package}.{stem}"
+    return known[stem]
+
+
 @cache
-def modules_of(folders: tuple[tuple[str, str], ...]) -> dict[str, str]:
-    """Dotted names of the modules of packages, with a folder each, by their last part, of which there is but one."""
+def modules_in(packages: tuple[str, ...]) -> dict[str, str]:
+    """Dotted names of the modules of packages by their last part."""
+    folders = {package: module_path(package).parent for package in packages}
     return {path.stem: ".".join((package, *path.relative_to(folder).with_suffix("").parts))
-            for package, folder in folders for path in Path(folder).rglob("*.py")}
+            for package, folder in folders.items() for path in folder.rglob("*.py")}

@@ -3,7 +3,6 @@
 import re
 import zlib
 from functools import lru_cache
-from importlib import import_module
 from importlib.metadata import distribution, version
 from io import BytesIO
 from pathlib import Path
@@ -15,17 +14,15 @@ from fmi_export.native.build import made_of
 from fmi_export.recognition import is_native_build, is_python_build
 from maglev.copies import original
 from maglev.errors import BuildError, FmuError, ScenarioError, nearest, option, or_of_own_stage
-from maglev.own_stage.adoption import OWN, know_stage
 from maglev.packages import PACKAGES
-from maglev.rig.modules import definitions
-from pmlsm.rig import Rig
+from maglev.stages import STAGES, places_of, system_of
 from pmlsm.rigs import RIGS
 
-DEFINITIONS = {name: place for rig in RIGS.values() for name, place in definitions(rig).items()}
+DEFINITIONS = places_of(RIGS.values())
 
 # Controller and plant as an SSP file: the loop of a scenario, whose start values are those that the FMUs have anyway,
 # so that tools that leave out the start values in it run the same.
-SYSTEMS = {f"Stage{rig.suffix}": rig.experiment for rig in RIGS.values() if rig.experiment}
+SYSTEMS = {system_of(rig): rig.experiment for rig in RIGS.values() if rig.experiment}
 
 SYSTEM_STOP = 5.0   # s, of that of a stage of the user's
 
@@ -70,7 +67,7 @@ def build_command(name: str, path: Path) -> str:
     """The command that builds an FMU, system or module into the folder of a path."""
     kind = KINDS.get(path.parent.name)
     folder = from_here(path.parent if kind is None else path.parent.parent)
-    known = next((own for own in OWN.values() if name in (*definitions(own.rig), f"Stage{own.rig.suffix}")), None)
+    known = STAGES.own_of(name)
     return " ".join(["maglev build", *([] if known is None else [f"--rig {from_here(known.file)}"]),
                      *([] if kind is None else [kind]), *([] if folder == Path("fmus") else [f"--fmus {folder}"])])
 
@@ -94,35 +91,15 @@ def kind_folder(fmus: Path, native: bool, fmi: int = 2, clocked: bool = False) -
     return fmus / ("clocked" if clocked else "fmi3" if fmi == 3 else "native") if native else fmus
 
 
-def places() -> dict[str, tuple[str, str]]:
-    """Module and attribute of every FMU that can be built, by its name: of the project, and of the user's stages."""
-    return DEFINITIONS | {name: place for own in OWN.values() for name, place in definitions(own.rig).items()}
-
-
-def systems() -> dict[str, Rig]:
-    """Rig of every system that can be built, by its name: of the project, and of the user's stages."""
-    rigs = [*(rig for rig in RIGS.values() if rig.experiment), *(own.rig for own in OWN.values())]
-    return {f"Stage{rig.suffix}": rig for rig in rigs}
-
-
-def names_of(rig: str | Path | None) -> list[str]:
-    """Names of all FMUs and systems, of this project or of a stage of the user's."""
-    if rig is None:
-        return [*DEFINITIONS, *SYSTEMS]
-    described = know_stage(rig)
-    return [*definitions(described), f"Stage{described.suffix}"]
-
-
 def definition(name: str) -> FmuDefinition:
     """Definition of an FMU by its name; BuildError with the nearest name if there is none."""
-    if name not in places():
+    if name not in STAGES.places():
         if name.endswith(".toml"):
             raise BuildError(f"{name}: expected the name of an FMU; those of a stage of yours: {option('rig', name)}")
-        raise BuildError(f"there is no FMU {name}, nearest is {nearest(name, [*places(), *systems()])}, expected one "
-                         f"that `maglev list` lists, {or_of_own_stage()}")
-    module, attribute = places()[name]
-    found: FmuDefinition = getattr(import_module(module), attribute)
-    return found
+        known = [*STAGES.places(), *STAGES.systems()]
+        raise BuildError(f"there is no FMU {name}, nearest is {nearest(name, known)}, expected one that `maglev list` "
+                         f"lists, {or_of_own_stage()}")
+    return STAGES.definition(name)
 
 
 def project() -> tuple[str, str]:
@@ -162,7 +139,7 @@ def own_build(path: Path) -> OwnBuild | None:
     except OSError:
         return None
     return build_of_file(path, written.st_mtime_ns, written.st_size, written.st_ino,
-                         tuple(str(own.folder) for own in OWN.values()))
+                         tuple(str(own.folder) for own in STAGES.own.values()))
 
 
 UNREADABLE = (OSError, BadZipFile, zlib.error, KeyError, ValueError, EOFError, RuntimeError, ImportError)
@@ -182,10 +159,10 @@ def build_of(file: Path | BytesIO) -> OwnBuild | None:
     contents = files_in(file)
     found = NAME.search(contents["modelDescription.xml"])
     name = found[1].decode("ascii") if found else ""
-    if name not in places():
+    if name not in STAGES.places():
         return None
     if PYTHON_KIND in contents:
-        same = is_python_build(contents, definition(name), *places()[name], version("maglev-fmus"), PACKAGES)
+        same = is_python_build(contents, definition(name), *STAGES.places()[name], version("maglev-fmus"), PACKAGES)
         return OwnBuild(name, "Python") if same else None
     same = is_native_build(contents, definition(name), version("maglev-fmus"), PACKAGES)
     return OwnBuild(name, "native") if same else None
@@ -210,7 +187,8 @@ def is_own_system(name: str, path: Path) -> bool:
     """Whether all FMUs in a system are of this installation."""
     try:
         fmus = {file: data for file, data in files_in(path).items() if file.endswith(".fmu")}
-        return name in systems() and bool(fmus) and all(build_of(BytesIO(data)) is not None for data in fmus.values())
+        return (name in STAGES.systems() and bool(fmus)
+                and all(build_of(BytesIO(data)) is not None for data in fmus.values()))
     except UNREADABLE:
         return False
 

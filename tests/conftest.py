@@ -16,9 +16,9 @@ from native_builds import built_once, missing_native_tools, require_native_tools
 
 from maglev.catalogue import DEFINITIONS, HOST, WASM, build
 from maglev.cosim.fmu import Fmu, read_description
-from maglev.own_stage.adoption import OWN, forget
 from maglev.processes import processors
 from maglev.processes.side_by_side import kept_processes
+from maglev.stages import STAGES
 
 NAMES = tuple(DEFINITIONS)
 # Files that take longest, longest first: one that comes last keeps one processor busy, and the others wait. The first
@@ -43,8 +43,7 @@ settings.load_profile("ci" if os.environ.get("CI") else "anywhere")
 def stages_forgotten() -> Iterator[None]:
     """What a file lets the process know of stages is nothing to the files after it, in whatever order they come."""
     yield
-    for name in [*OWN]:
-        forget(name)
+    STAGES.forget(*STAGES.own)
 
 
 @pytest.fixture(scope="session", autouse=True)

@@ -44,7 +44,7 @@ BLOCKS = ("plant_fmu", "controller_fmu", "estimator_fmu", "measurement_fmu", "cl
 
 # The rooms of the tool, from the lowest to the highest: each knows those before it.
 ROOMS = ("errors", "packages", "arrays", "waves", "processes", "copies", "units", "time_grid", "quantities", "panels",
-         "csv_table", "toml_file", "shown_figure", "pictures", "rig", "linear", "own_stage", "identification",
+         "csv_table", "toml_file", "shown_figure", "pictures", "rig", "stages", "linear", "own_stage", "identification",
          "user_controllers", "kinds", "own_fmus", "cosim", "schema", "catalogue", "gym",
          "maps", "pages", "live", "judging", "experiment", "analysis", "baselines", "fmu_experiments", "procedures",
          "report", "comparison", "studies", "stability", "tuning", "api", "microcontroller", "__init__", "cli",
@@ -52,7 +52,7 @@ ROOMS = ("errors", "packages", "arrays", "waves", "processes", "copies", "units"
 
 # Rooms that run, check, pack and compare anybody's FMU, and those that know what a stage is.
 GENERIC = ("processes", "cosim", "baselines", "fmu_experiments")
-OF_STAGES = ("rig", "rigs", "linear", "own_stage", "identification", "stability", "gym", "maps", "live")
+OF_STAGES = ("rig", "stages", "rigs", "linear", "own_stage", "identification", "stability", "gym", "maps", "live")
 
 # Blocks are translated to C: only the modules that describe an FMU know what an FMU is.
 DESCRIBES = re.compile(r"\w*variables|continuous|drawings|definitions?|\w+_fmu|plant_\w+")
@@ -75,7 +75,7 @@ def test_imports_point_down(package: str) -> None:
         module = ".".join(path.relative_to(ROOT).with_suffix("").parts)
         reached = {name for room, names in REACHES.items() if module.startswith(room) for name in names}
         # The table of the FMUs, and what writes blocks, names their modules as text.
-        reached |= set(BLOCKS) if module.startswith(("maglev.own_fmus", "maglev.rig.")) else set()
+        reached |= set(BLOCKS) if module.startswith(("maglev.stages", "maglev.rig.")) else set()
         for line, name in imported(path):
             if PACKAGE.fullmatch(name) and name.split(".")[0] not in {package} | BELOW[package] | reached:
                 wrong.append(f"{path.relative_to(ROOT)}:{line}: {name}")
@@ -111,6 +111,19 @@ def test_what_runs_any_fmu_knows_no_stage(room: str) -> None:
         for line, name in imported(path):
             known = room_of(name) if name.startswith("maglev.") else name.split(".")[0]
             assert known not in (*BLOCKS, "pmlsm", *OF_STAGES), f"{path.relative_to(ROOT)}:{line}: {name}"
+
+
+def test_the_master_reaches_nothing_that_writes_or_reads_a_stage() -> None:
+    """Not through other modules either: whether an FMU is one of this project, names and sources of FMUs tell."""
+    files = {".".join(path.relative_to(ROOT).with_suffix("").parts).removesuffix(".__init__"): path
+             for path in sources("maglev")}
+    reached, waiting = set(), [name for name in files if name.startswith("maglev.cosim.")]
+    while waiting:
+        if (name := waiting.pop()) not in reached:
+            reached.add(name)
+            waiting += [other for _, other in imported(files[name]) if other in files]
+    assert "maglev.own_fmus" in reached
+    assert not {name for name in reached if name.startswith(("maglev.rig", "maglev.own_stage", "maglev.linear"))}
 
 
 def test_modules_have_no_circles() -> None:

@@ -2,13 +2,12 @@
 
 from decimal import Decimal
 from html import escape
-from importlib import import_module
-from pathlib import Path
 
 from fmi_export.definition import FmuDefinition, Variable
 from fmi_export.pages.icon import Shape, svg_icon
 from fmi_export.pages.mathml import typeset
 from fmi_export.pages.sketch import STYLE as SKETCH_STYLE
+from fmi_export.sources import module_path
 from fmi_export.units import RAISED, typeset_unit
 
 STYLE = """
@@ -59,7 +58,8 @@ def icon_of(definition: FmuDefinition) -> tuple[Shape, ...]:
 
 def documentation(definition: FmuDefinition, version: str) -> str:
     """HTML page with a sketch, the block's equations, limits and variables."""
-    sections = typeset("\n".join(section(package, name) for package, name in definition.documentation))
+    module = definition.block.__module__
+    sections = typeset("\n".join(section(module, package, name) for package, name in definition.documentation))
     sketch = "" if definition.sketch is None else definition.sketch.drawn()
     parameters = [v for v in definition.variables if v.causality == "parameter"]
     inputs = [v for v in definition.variables if v.causality == "input"]
@@ -87,11 +87,11 @@ its range is refused with a message before the next step.</p>
 """
 
 
-def section(package: str, name: str) -> str:
-    """HTML of a section, from the folder `documentation` of a package or of what extends it."""
-    folders = [Path(folder, "documentation") for folder in import_module(package).__path__]
-    return next((folder for folder in folders if (folder / name).is_file()), folders[0]).joinpath(name).read_text(
-        encoding="utf-8").strip()
+def section(module: str, package: str, name: str) -> str:
+    """HTML of a section: what is written with the module of a block, or else from the folder of a package."""
+    written = module_path(module).parents[1] / package / "documentation" / name
+    page = written if written.is_file() else module_path(package).parent / "documentation" / name
+    return page.read_text(encoding="utf-8").strip()
 
 
 def variable_table(definition: FmuDefinition, variables: list[Variable]) -> str:

@@ -24,7 +24,7 @@ from maglev.catalogue.for_runs import fmus_named
 from maglev.cosim.other_process.run import TIMEOUT
 from maglev.errors import LinearModelError
 from maglev.linear.loop import Loop, linearise_loop
-from maglev.linear.parameters import CONTROLLERS, PLANTS, Quantity
+from maglev.linear.parameters import Quantity, controllers, plants
 from maglev.units import parse_quantity, refused_as
 from maglev.user_controllers.source import Given
 
@@ -149,7 +149,7 @@ def read_amplitude(pair: Pair, name: str, amplitude: Quantity) -> float:
 def linear_loop_of(plant: str | Path, controller: Given, at: Mapping[str, Quantity], where: Any,
                    settle: float) -> tuple[Loop | None, str]:
     """The linear loop, of ours from their equations, of others by differences; or None, and why there is none."""
-    if plant in PLANTS and controller in CONTROLLERS and where["sample_time"] is None:
+    if plant in plants() and controller in controllers() and where["sample_time"] is None:
         own = {key: where[key] for key in ("plant_parameters", "controller_parameters")}
         return linearise_loop(str(plant), str(controller), at, **own), ""
     found = linearised_here(plant, controller, at, False, settle, where)

@@ -18,11 +18,12 @@ from maglev.errors import LinearModelError, nearest, one_of, option, or_of_own_s
 from maglev.experiment.preparation import as_it_is
 from maglev.linear.equilibrium import read_positions
 from maglev.linear.model import Equilibrium
-from maglev.linear.parameters import BLOCKS, CONTROLLERS, DEFINITIONS, PLANTS, RIG_OF, Quantity, block_of, number
+from maglev.linear.parameters import Quantity, block_of, controllers, number, plants
 from maglev.linear.places import MotorPlaces
 from maglev.own_fmus import current_fmu
 from maglev.own_stage.adoption import know_stage
 from maglev.own_stage.loop import loop_table
+from maglev.stages import STAGES
 from maglev.user_controllers.source import Given, is_written, name_of, path_of
 from pmlsm.dq_transform import clarke, park
 from pmlsm.elementary.sine_cosine import sine_cosine
@@ -61,7 +62,7 @@ class Pair:
     @property
     def own_plant(self) -> str | None:
         """Name of the plant if it is one of this project, or of a stage of the user's."""
-        return self.plant_name if self.plant_name in PLANTS else None
+        return self.plant_name if self.plant_name in plants() else None
 
     @property
     def openings(self) -> dict[str, tuple[Array, Array]]:
@@ -137,7 +138,7 @@ def make_pair(plant: str | Path, controller: Given, at: Mapping[str, Quantity], 
         know_stage(rig)
     maps = {} if ports is None else read_port_maps(Path(ports))
     files, names, described = {}, {}, {}
-    for role, given, known in (("plant", plant, PLANTS), ("controller", controller, CONTROLLERS)):
+    for role, given, known in (("plant", plant, plants()), ("controller", controller, controllers())):
         if given in known:
             files[role], names[role] = current_fmu(str(given), fmus), str(given)
         else:
@@ -150,7 +151,7 @@ def make_pair(plant: str | Path, controller: Given, at: Mapping[str, Quantity], 
         described[role] = read_description(role, files[role])
         apply(maps.get(role, PortMap()), described[role])
     variables = {role: {v.name: v for v in each.modelVariables} for role, each in described.items()}
-    stage = RIG_OF.get(names["plant"]) or RIG_OF.get(names["controller"]) or rig_with(variables["plant"])
+    stage = plants().get(names["plant"]) or controllers().get(names["controller"]) or rig_with(variables["plant"])
     positions = read_positions(f"Plant{stage.suffix}", at)
     signals, commands = {}, []
     for source, target in loop_table(stage)["connections"]:
@@ -172,7 +173,7 @@ def make_pair(plant: str | Path, controller: Given, at: Mapping[str, Quantity], 
     if smooth:
         start["plant"] |= {name: 0.0 for name, v in variables["plant"].items()
                            if name.endswith(SMOOTH) and v.causality == "parameter"}
-    if names["controller"] in CONTROLLERS and "setpoint" in variables["controller"]:
+    if names["controller"] in controllers() and "setpoint" in variables["controller"]:
         start["controller"]["setpoint"] = positions[stage.vertical.name]
     setups = {}
     for role, own in (("plant", plant_parameters), ("controller", controller_parameters)):
@@ -185,24 +186,23 @@ def make_pair(plant: str | Path, controller: Given, at: Mapping[str, Quantity], 
 
 def flown_files(plant: str | Path, controller: Given) -> list[Path]:
     """Files that a user names, or paths that stand for a class, of plant and controller."""
-    return [path_of(given) for given in (plant, controller) if given not in (*PLANTS, *CONTROLLERS)]
+    return [path_of(given) for given in (plant, controller) if given not in (*plants(), *controllers())]
 
 
 def rig_with(variables: Mapping[str, object]) -> Rig:
     """The rig whose encoders a plant has as its outputs."""
-    for definition, *_ in BLOCKS.values():
-        rig = RIG_OF[definition.name]
+    for rig in STAGES.rigs.values():
         ports = [port.partition(".") for ends in loop_table(rig)["connections"] for port in ends]
         if all(name in variables for role, _, name in ports if role == "plant"):
             return rig
-    raise LinearModelError(f"the plant has the ports of none of the stages {', '.join(BLOCKS)}, expected encoders and "
-                           f"commands as they have them; {option('ports')} says what it calls its ports")
+    raise LinearModelError(f"the plant has the ports of none of the stages {', '.join(STAGES.rigs)}, expected "
+                           f"encoders and commands as they have them; {option('ports')} says what it calls its ports")
 
 
 def read_settings(name: str, settings: Settings, description: ModelDescription) -> dict[str, float | bool]:
     """Values of parameters, SI: of our FMUs checked by their table, of others by the units that they declare."""
-    if name in DEFINITIONS:
-        block, places = block_of(name, settings), {v.name: v.place for v in DEFINITIONS[name].variables}
+    if name in plants() or name in controllers():
+        block, places = block_of(name, settings), {v.name: v.place for v in STAGES.definition(name).variables}
         return {key: attrgetter(places[key])(block) for key in settings}
     known = {v.name: v for v in description.modelVariables if v.causality == "parameter"}
     for key in settings:

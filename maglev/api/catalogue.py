@@ -10,9 +10,11 @@ from maglev.catalogue import Kind, Watch, build_written, unwatched, without_step
 from maglev.catalogue import build as build_named
 from maglev.catalogue.shipped import take_native
 from maglev.errors import ScenarioError, option
-from maglev.own_fmus import definition, kind_folder, names_of, systems
+from maglev.own_fmus import DEFINITIONS, SYSTEMS, definition, kind_folder
+from maglev.own_stage.adoption import know_stage
 from maglev.schema.layers import merged, packaged_files, run_layers
 from maglev.schema.options import KindName
+from maglev.stages import STAGES, definitions, system_of
 from maglev.user_controllers.source import Given, carried, is_written, load
 
 
@@ -38,10 +40,18 @@ def fmus(rig: str | Path | None = None) -> list[FmuEntry]:
     >>> [entry.name for entry in maglev.fmus()][:2]
     ['Plant2DOF', 'Regulator2DOF']
     """
-    names, connected = names_of(rig), systems()
+    names, connected = names_of(rig), STAGES.systems()
     return [FmuEntry(name, "ssp", f"plant and controller of {connected[name].experiment or connected[name].title}, "
                      "connected (SSP)") if name in connected else FmuEntry(name, "fmu", definition(name).description)
             for name in names]
+
+
+def names_of(rig: str | Path | None) -> list[str]:
+    """Names of all FMUs and systems, of this project or of a stage of the user's."""
+    if rig is None:
+        return [*DEFINITIONS, *SYSTEMS]
+    described = know_stage(rig)
+    return [*definitions(described), system_of(described)]
 
 
 @dataclass(frozen=True)
@@ -131,7 +141,7 @@ def build(names: Iterable[Given] | Given = (), *, rig: str | Path | None = None,
             say(follows.brief)
         for warning in follows.warnings:
             (say or warnings.warn)(f"{rig}: {warning}")
-    all_of = [name for name in names_of(rig) if name not in systems() or target != "wasm"]
+    all_of = [name for name in names_of(rig) if name not in STAGES.systems() or target != "wasm"]
     folder = kind_folder(Path(fmus), native, fmi, clocked)
     if target == "wasm":
         folder = Path(fmus) / "wasm"

@@ -19,7 +19,6 @@ from maglev.experiment.chain import started, waves
 from maglev.experiment.execution import RunResult, failed, fly, thinned
 from maglev.experiment.preparation import Experiment, know_stage_of
 from maglev.experiment.selection import needed
-from maglev.own_fmus import places
 from maglev.pictures import require_matplotlib
 from maglev.processes.watching import Say, Watch, unwatched, warn
 from maglev.report.plots.picture import overlay
@@ -28,6 +27,7 @@ from maglev.schema.layers import Scenario
 from maglev.schema.loading import load_plan
 from maglev.schema.options import RunOptions, takes_run_options
 from maglev.schema.run_plan import RunPlan
+from maglev.stages import STAGES
 from maglev.user_controllers.source import Given, name_of
 
 if TYPE_CHECKING:
@@ -199,7 +199,7 @@ def put_in(plan: RunPlan, label: str, controller: Given, options: RunOptions, sa
     own = plan.fmus.get("controller")
     chosen: RunOptions = {**options}
     named = str(controller) if isinstance(controller, str | Path) else ""
-    if named in places() and options.get("plant") is None:
+    if named in STAGES.places() and options.get("plant") is None:
         chosen.pop("ports", None)
     if own is None or own.model != named:
         chosen["controller"] = controller

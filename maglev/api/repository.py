@@ -6,10 +6,11 @@ from pathlib import Path
 
 from maglev.api.checking import update
 from maglev.errors import BaselineError, RigError
-from maglev.own_stage.adoption import OWN, rig_named
+from maglev.own_stage.adoption import rig_named
 from maglev.own_stage.new import scenario_text, write_new
 from maglev.processes.watching import Say, Watch
 from maglev.rig.writer import render
+from maglev.stages import STAGES
 from maglev.user_controllers.new import new_controller
 from pmlsm.rigs import EXAMPLE
 
@@ -58,7 +59,7 @@ def new_repository(path: str | Path, stage: str | Path = EXAMPLE, *, watch: Watc
     with tempfile.TemporaryDirectory(dir=folder.parent, prefix=f".{folder.name}-") as scratch:
         made = Path(scratch) / folder.name
         (made / ".github" / "workflows").mkdir(parents=True)
-        own = Path(stage).name if rig.name in OWN else None
+        own = Path(stage).name if rig.name in STAGES.own else None
         if own is not None:
             shutil.copyfile(stage, made / own)
         new_controller(made / "controller.py", rig.name if own is None else str(made / own))

@@ -16,12 +16,13 @@ from fmi_export.native.compiler import require_zig
 from fmi_export.ssp import write_ssp
 from maglev.errors import BuildError
 from maglev.own_fmus import DEFINITIONS as DEFINITIONS
-from maglev.own_fmus import SYSTEM_STOP, definition, places, project, systems
+from maglev.own_fmus import SYSTEM_STOP, definition, project
 from maglev.own_fmus import SYSTEMS as SYSTEMS
 from maglev.own_stage.loop import loop_table
 from maglev.packages import PACKAGES
 from maglev.processes import processors
 from maglev.schema.layers import PACKAGED
+from maglev.stages import STAGES
 from maglev.user_controllers.blocks import BUILT, Block
 from maglev.user_controllers.build import FMU, buildable, finished, named_lines
 from maglev.user_controllers.source import is_class
@@ -72,7 +73,7 @@ def build_written(path: Path, folder: Path, kind: Kind = PYTHON) -> Path:
         read_description("controller", path)   # in another process, which a file may end when it is imported
     with buildable(path, PACKAGES, kind.native) as found, whole_files(folder) as unfinished:
         own = found.definition
-        if own.name in (*places(), *systems()):
+        if own.name in (*STAGES.places(), *STAGES.systems()):
             raise BuildError(f"{path}: class {own.name} would overwrite an FMU of this project, expected another name")
         with named_lines(found.files):
             make = maker([own], kind, found.packages)
@@ -102,7 +103,7 @@ def maker(definitions: Sequence[FmuDefinition], kind: Kind, own: tuple[str, ...]
         if kind.native:
             return build_native_fmu(definition, translation, version, licence, packages, folder, kind.target == "host",
                                     kind.fmi, extra)
-        place = (FMU, "DEFINITION") if own else places()[definition.name]
+        place = (FMU, "DEFINITION") if own else STAGES.places()[definition.name]
         return build_fmu(definition, *place, version, licence, packages, folder, extra)
 
     return make
@@ -134,7 +135,8 @@ def build(names: Iterable[str], folder: Path, kind: Kind = PYTHON, watch: Watch 
         if loop is not None:
             loop.result()
         if kind.target != "wasm":
-            made += build_systems([name for name in names if name in systems()], unfinished, unfinished, kind.fmi)
+            chosen_systems = [name for name in names if name in STAGES.systems()]
+            made += build_systems(chosen_systems, unfinished, unfinished, kind.fmi)
     return [folder / path.name for path in made]
 
 
@@ -153,7 +155,7 @@ def experiments_in(definition: FmuDefinition) -> dict[str, bytes]:
 
 def with_parts(names: Iterable[str]) -> list[str]:
     """FMUs to build: those that are named, and in place of a system, those of its scenario."""
-    chosen = [list(loop_of(name).models.values()) if name in systems() else [name] for name in names]
+    chosen = [list(loop_of(name).models.values()) if name in STAGES.systems() else [name] for name in names]
     return list(dict.fromkeys(part for parts in chosen for part in parts))
 
 
@@ -169,7 +171,7 @@ def loop_of(name: str) -> SystemLoop:
     """Loop of a system: that of an experiment, or of a stage of the user's the one that its scenarios have."""
     from maglev.schema.loading import load_plan  # to list what there is takes no pydantic
 
-    rig = systems()[name]
+    rig = STAGES.systems()[name]
     if not rig.experiment:
         table = loop_table(rig)
         models = {part: fmu["model"] for part, fmu in table["fmus"].items()}

@@ -15,14 +15,14 @@ from typing import get_args
 from maglev.catalogue import PYTHON, Kind, build, uncacheable
 from maglev.copies import copied
 from maglev.errors import BuildError, ScenarioError, option
-from maglev.own_fmus import definition, kind_folder, places
-from maglev.own_stage.adoption import OWN, OwnStage, know_stage
+from maglev.own_fmus import definition, kind_folder
+from maglev.own_stage.adoption import know_stage
 from maglev.packages import PACKAGES
 from maglev.packages.installed import HERE, digest_of
 from maglev.processes.watching import Say, Watch, unwatched, warn
-from maglev.rig.modules import definitions
 from maglev.schema.layers import PACKAGED
 from maglev.schema.options import KindName
+from maglev.stages import STAGES
 from maglev_files.cache import FMUS, cache_folder, keep, kept
 from maglev_files.environment import DATE, number_in
 from maglev_files.scratch import scratch
@@ -79,7 +79,7 @@ def fmus_named(given: Iterable[object], rig: str | Path | None, fmus: str | Path
     """Folder with those that are given by name, among files and classes; also of the stage of a description."""
     if rig is not None:
         know_stage(rig)
-    return fmus_for_runs([str(each) for each in given if str(each) in places()], fmus, kind, fmi)
+    return fmus_for_runs([str(each) for each in given if str(each) in STAGES.places()], fmus, kind, fmi)
 
 
 def compiles(kind: str | None) -> bool:
@@ -97,7 +97,7 @@ def built(names: Collection[str], kind: Kind, say: Say, watch: Watch) -> Path:
         found |= kept_files(name, kind)
     missing = [name for name in names if files_of(name, kind)[0] not in found]
     if missing:
-        for stage in {stage.file: stage for stage in map(own_stage, missing) if stage is not None}:
+        for stage in {stage.file: stage for stage in map(STAGES.own_of, missing) if stage is not None}:
             require_flyable(stage, say)
         say(f"{', '.join(missing)}: {what_is_built(kind)} are built, once for all runs")
         with scratch() as folder, watch(["FMUs"]) as watcher:
@@ -142,15 +142,10 @@ def keep_files(names: Iterable[str], kind: Kind, contents: dict[str, bytes], say
 
 def key(name: str, kind: Kind) -> str:
     """Place in the cache, by all that it is made of: sources, tools, kind; of an own stage, what is written of it."""
-    stage = own_stage(name)
+    stage = STAGES.own_of(name)
     own = "" if stage is None else digest_of(stage.folder, stage.folder.glob("*/**/*.*"))
     parts = (installed(), tuple(kind), number_in(DATE), own)
     return f"{FMUS}/{hashlib.sha256(repr(parts).encode('utf-8')).hexdigest()[:32]}"
-
-
-def own_stage(name: str) -> OwnStage | None:
-    """The stage of the user's that an FMU is of, if it is of one."""
-    return next((stage for stage in OWN.values() if name in definitions(stage.rig)), None)
 
 
 def require_flyable(description: Path, say: Say) -> None:

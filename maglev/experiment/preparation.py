@@ -35,11 +35,12 @@ from maglev.experiment.ports.replacement import (
 from maglev.experiment.ports.starts import Starts, known_participant, known_start
 from maglev.experiment.provenance import Provenance, departures_of, provenance, sha256_of
 from maglev.experiment.reach import require_reachable
-from maglev.own_fmus import built_here, own_fmu, places, stale
+from maglev.own_fmus import built_here, own_fmu, stale
 from maglev.own_stage.adoption import know_stage
 from maglev.schema.options import OPTIONS, RunOptions, completed
 from maglev.schema.run_plan import FmuTable, RunPlan, StartValue
 from maglev.schema.settings import with_references
+from maglev.stages import STAGES
 from maglev.time_grid import whole_steps
 from maglev.units import Unit, refused_as
 from maglev.user_controllers.source import copy_of, is_class, is_written, keeps_bits
@@ -308,7 +309,7 @@ def prepare(plan: RunPlan, fmus: Path, replaced: Mapping[str, Replacement], sett
     given = {name: replaced[name].path if name in replaced else fmu_file(fmu, fmus) for name, fmu in plan.fmus.items()}
     files = {name: as_it_is(path) for name, path in given.items()}
     old = tuple(filter(None, (stale(path.stem, files[name]) for name, path in given.items()
-                              if path.parent == fmus and path.stem in places())))
+                              if path.parent == fmus and path.stem in STAGES.places())))
     put_in, replaced = tuple(replaced), in_place(plan, files, replaced)
     starts = Starts.planned(plan, replaced, put_in)
     plan = plan.model_copy(update={"signals": [signal for signal in plan.signals if signal.to not in starts.left_out]})

@@ -12,8 +12,9 @@ from maglev.errors import LinearModelError, one_of
 from maglev.linear.blocks.plant import at_rest
 from maglev.linear.blocks.tangent import derivatives, slot
 from maglev.linear.model import Equilibrium
-from maglev.linear.parameters import BLOCKS, CONTROLLERS, Quantity, block_of, rig_of
+from maglev.linear.parameters import Quantity, block_of, controllers, linear_names, rig_of
 from maglev.linear.places import MotorPlaces
+from maglev.stages import STAGES
 from maglev.units import parse_quantity, refused_as
 from pmlsm.rig import Rig
 from pmlsm.velocity_rows import GRAVITY
@@ -61,7 +62,7 @@ def equilibrium_of(name: str, block: Any, positions: dict[str, float], split: An
     place = f"{name} at {', '.join(spelled(rig, positions, rig.vertical.name))}"
     places = MotorPlaces.of(rig, block)
     check_gaps(place, rig, block, places, positions)
-    if name in CONTROLLERS:
+    if name in controllers():
         found = solve(place, rig, modelled(rig, block), places, positions, split or model_of(name, block))
         check_limit(place, block, found)
         return found
@@ -86,7 +87,7 @@ def spelled(rig: Rig, positions: Mapping[str, float], *axes: str) -> list[str]:
 
 def modelled(rig: Rig, controller: Any) -> Any:
     """The stage as a controller models it: with its constants, masses and places, and with nothing else."""
-    stage = BLOCKS[rig.name][0].new_block()
+    stage = STAGES.definition(linear_names(rig)[0]).new_block()
     stage.geometry = controller.geometry
     for constant in rig.constants:
         setattr(stage, constant.name, getattr(controller, constant.name))

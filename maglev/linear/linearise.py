@@ -8,7 +8,7 @@ from maglev.linear.blocks.controller import linear_controller
 from maglev.linear.blocks.plant import linear_plant
 from maglev.linear.equilibrium import check_limit, equilibrium_of, read_positions
 from maglev.linear.model import Equilibrium, LinearModel
-from maglev.linear.parameters import CONTROLLERS, Quantity, block_of, number, rig_of
+from maglev.linear.parameters import Quantity, block_of, controllers, number, rig_of
 
 Currents = Literal["dq", "phases"]
 
@@ -76,7 +76,7 @@ def linearise(name: str, at: Mapping[str, Quantity] | Equilibrium, *, currents: 
     if currents not in get_args(Currents):
         raise LinearModelError(f"currents = {currents!r}, expected {one_of(str(currents), get_args(Currents))}")
     block = block_of(name, parameters or {})
-    if name in CONTROLLERS:
+    if name in controllers():
         if hold is not None:
             raise LinearModelError(f"{name}: hold = {hold}, expected none: a controller is sampled at its sample_time")
         return linear_controller(name, rig, block, resting(name, block, at), currents == "phases")
@@ -91,6 +91,6 @@ def resting(name: str, block: Any, at: Mapping[str, Quantity] | Equilibrium) -> 
     if at.motors != rig_of(name).motor_names:
         raise LinearModelError(f"{name} at {at}: expected an equilibrium of its own stage, with "
                                f"{', '.join(rig_of(name).motor_names)}")
-    if name in CONTROLLERS:
+    if name in controllers():
         check_limit(f"{name} at {at}", block, at)
     return at

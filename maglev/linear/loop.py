@@ -12,7 +12,7 @@ from maglev.linear.equilibrium import equilibrium_of, model_of, read_positions
 from maglev.linear.linearise import linearise
 from maglev.linear.margins import Margins, margins_of
 from maglev.linear.model import LinearModel
-from maglev.linear.parameters import CONTROLLERS, PLANTS, Quantity, block_of
+from maglev.linear.parameters import Quantity, block_of, controllers, plants
 
 
 @dataclass(frozen=True, eq=False)
@@ -221,14 +221,14 @@ def linearise_loop(plant: str, controller: str | LinearModel, at: Mapping[str, Q
     >>> loop.stable
     True
     """
-    if plant not in PLANTS:
-        raise LinearModelError(f"{plant!r} is no plant, expected {one_of(plant, PLANTS, or_of_own_stage())}")
+    if plant not in plants():
+        raise LinearModelError(f"{plant!r} is no plant, expected {one_of(plant, plants(), or_of_own_stage())}")
     settings: dict[str, Any] = {"amplifier": amplifier, "parameters": plant_parameters}
     split = None
     if isinstance(controller, str):
-        if controller not in CONTROLLERS:
+        if controller not in controllers():
             raise LinearModelError(f"{controller!r} is no controller with a linear model, expected "
-                                   f"{one_of(controller, CONTROLLERS, or_of_own_stage())}")
+                                   f"{one_of(controller, controllers(), or_of_own_stage())}")
         split = model_of(controller, block_of(controller, controller_parameters or {}))
     rest = equilibrium_of(plant, block_of(plant, plant_parameters or {}), read_positions(plant, at), split)
     if isinstance(controller, str):

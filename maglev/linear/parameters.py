@@ -2,61 +2,43 @@
 
 import re
 from collections.abc import Mapping
-from importlib import import_module
 from math import inf
 from operator import attrgetter
 from typing import Any
 
-from fmi_export.definition import FmuDefinition
 from maglev.errors import LinearModelError, nearest, or_of_own_stage
-from maglev.rig.modules import definitions
+from maglev.stages import STAGES, definitions
 from maglev.units import parse_quantity, refused_as
 from pmlsm.rig import Rig
-from pmlsm.rigs import RIGS
 
 # What can be linearised of each rig: its plant, its output regulators, the nonlinear one first, and its PID.
 KINDS = ("Plant", "Regulator", "LinearRegulator", "ScheduledRegulator", "InterpolatedRegulator", "PID")
 
-
-BLOCKS: dict[str, tuple[FmuDefinition, ...]] = {}   # by the name of the rig
-RIG_OF: dict[str, Rig] = {}                         # and these by the name of the FMU
-PLANTS: dict[str, FmuDefinition] = {}
-CONTROLLERS: dict[str, FmuDefinition] = {}
-DEFINITIONS: dict[str, FmuDefinition] = {}
-
-
-def know(rig: Rig) -> None:
-    """Let what can be linearised of a rig be found."""
-    places = [definitions(rig).get(f"{kind}{rig.suffix}") for kind in KINDS]
-    plant, *controllers = (getattr(import_module(place[0]), place[1]) for place in places if place is not None)
-    BLOCKS[rig.name] = (plant, *controllers)
-    PLANTS[plant.name] = plant
-    CONTROLLERS.update({each.name: each for each in controllers})
-    DEFINITIONS.clear()
-    DEFINITIONS.update({**PLANTS, **CONTROLLERS})
-    RIG_OF.update(dict.fromkeys((each.name for each in BLOCKS[rig.name]), rig))
-
-
-def forget(rig: Rig) -> None:
-    """Take back `know`."""
-    for each in BLOCKS.pop(rig.name):
-        for table in (PLANTS, CONTROLLERS, DEFINITIONS):
-            table.pop(each.name, None)
-        del RIG_OF[each.name]
-
-
-for each_rig in RIGS.values():
-    know(each_rig)
-
 Quantity = float | str   # SI, or text with a unit such as "25 mm"
+
+
+def linear_names(rig: Rig) -> list[str]:
+    """What can be linearised of a rig: its plant, then its controllers."""
+    return [name for name in (f"{kind}{rig.suffix}" for kind in KINDS) if name in definitions(rig)]
+
+
+def plants() -> dict[str, Rig]:
+    """Plants that can be linearised, with their rigs."""
+    return {linear_names(rig)[0]: rig for rig in STAGES.rigs.values()}
+
+
+def controllers() -> dict[str, Rig]:
+    """Controllers that can be linearised, with their rigs."""
+    return {name: rig for rig in STAGES.rigs.values() for name in linear_names(rig)[1:]}
 
 
 def rig_of(name: str) -> Rig:
     """Rig of a plant or controller; LinearModelError if there is no linear model of an FMU of this name."""
-    if name not in DEFINITIONS:
-        raise LinearModelError(f"{name!r} cannot be linearised, expected one of {', '.join(DEFINITIONS)}, "
-                               f"{or_of_own_stage()}; nearest is {nearest(name, DEFINITIONS)}")
-    return RIG_OF[name]
+    known = plants() | controllers()
+    if name not in known:
+        raise LinearModelError(f"{name!r} cannot be linearised, expected one of {', '.join(known)}, "
+                               f"{or_of_own_stage()}; nearest is {nearest(name, known)}")
+    return known[name]
 
 
 def block_of(name: str, parameters: Mapping[str, Quantity | bool]) -> Any:
@@ -65,7 +47,7 @@ def block_of(name: str, parameters: Mapping[str, Quantity | bool]) -> Any:
     LinearModelError if the FMU has no such parameter or cannot take its value.
     """
     rig_of(name)
-    definition = DEFINITIONS[name]
+    definition = STAGES.definition(name)
     known = {variable.name: variable for variable in definition.variables if variable.causality == "parameter"}
     block = definition.new_block()
     for key, given in parameters.items():
@@ -103,5 +85,5 @@ def prepare(name: str, block: Any) -> None:
     status = block.start()
     if status:
         text = re.sub(r"\{([\w.]+)\}", lambda match: repr(attrgetter(match[1])(block)),
-                      DEFINITIONS[name].refusals[status])
+                      STAGES.definition(name).refusals[status])
         raise LinearModelError(f"{name}: {text}")

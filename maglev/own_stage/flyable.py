@@ -6,9 +6,10 @@ from pathlib import Path
 from maglev.errors import LinearModelError, RigError
 from maglev.linear.equilibrium import equilibrium
 from maglev.linear.loop import linearise_loop
-from maglev.linear.parameters import BLOCKS
+from maglev.linear.parameters import linear_names
 from maglev.own_stage.adoption import know_stage
 from maglev.own_stage.design import SLOWEST_SAMPLING, strongest, unstable_rate
+from maglev.stages import STAGES
 from pmlsm.rig import Rig, RigAxis
 
 
@@ -55,7 +56,7 @@ def require_field(rig: Rig) -> None:
 
 def require_within_ranges(rig: Rig) -> None:
     """Refuse what no FMU takes as a start value."""
-    for definition in BLOCKS[rig.name]:
+    for definition in map(STAGES.definition, linear_names(rig)):
         block = definition.new_block()
         for variable in definition.variables:
             value = attrgetter(variable.place)(block)

@@ -5,12 +5,13 @@ from contextlib import contextmanager
 from pathlib import Path
 
 from maglev.errors import MaglevError, RigError, one_of, option
-from maglev.own_stage.adoption import OWN, rig_named
+from maglev.own_stage.adoption import rig_named
 from maglev.own_stage.data_sheet import Catalogue, Field
 from maglev.own_stage.loop import TIMES, setpoints
 from maglev.own_stage.motor import SIDE_BY_SIDE, Motor, read_motor, sheet_of, side_by_side, with_motor
 from maglev.own_stage.reading import read_own
 from maglev.rig.writer import render
+from maglev.stages import STAGES
 from pmlsm.gap_functions import gap_functions
 from pmlsm.rig import Rig
 from pmlsm.rigs import EXAMPLE, RIGS, SINGLE
@@ -100,7 +101,7 @@ def new_scenario(path: str | Path, stage: str | Path = EXAMPLE) -> Path:
     """
     rig = rig_named(str(stage))
     file = toml_file(path)
-    own = seen_from(file, stage) if rig.name in OWN else None
+    own = seen_from(file, stage) if rig.name in STAGES.own else None
     write_new(file, scenario_text(rig, file, own, more=True))
     return file
 

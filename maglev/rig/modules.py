@@ -66,21 +66,3 @@ def write(rig: Rig, root: Path) -> None:
     for path, text in written(rig).items():
         (root / path).parent.mkdir(parents=True, exist_ok=True)
         (root / path).write_text(text, encoding="utf-8")
-
-
-def definitions(rig: Rig) -> dict[str, tuple[str, str]]:
-    """Module and attribute of every FMU of a rig, by its name."""
-    name, suffix = rig.name, rig.suffix
-    designed = {"Scheduled": rig.design.schedule, "Interpolated": rig.design.table}
-    laws = ("", "Linear", *(law for law, design in designed.items() if design is not None))
-    regulators, loops = f"controller_fmu.regulator_{name}_fmu", f"closed_loop_fmu.closed_loop_{name}_fmu"
-    return {
-        f"Plant{suffix}": (f"plant_fmu.plant_{name}", "PLANT"),
-        **{f"{law}Regulator{suffix}": (regulators, f"{law}_regulator".strip("_").upper()) for law in laws},
-        f"PID{suffix}": (f"controller_fmu.pid_{name}_fmu", "PID"),
-        f"Commutation{suffix}": (f"controller_fmu.commutation_{name}_fmu", "COMMUTATION"),
-        f"Estimator{suffix}": (f"estimator_fmu.estimator_{name}_fmu", "ESTIMATOR"),
-        f"AdaptiveRegulator{suffix}": (f"estimator_fmu.adaptive_regulator_{name}_fmu", "ADAPTIVE_REGULATOR"),
-        f"Measurement{suffix}": (f"measurement_fmu.measurement_{name}_fmu", "MEASUREMENT"),
-        **{f"ClosedLoop{law}{suffix}": (loops, f"CLOSED_LOOP_{law or 'nonlinear'}".upper()) for law in laws},
-        f"ClosedLoopPID{suffix}": (loops, "CLOSED_LOOP_PID")}

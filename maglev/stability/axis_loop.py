@@ -10,7 +10,7 @@ from maglev.arrays import Array
 from maglev.errors import RigError, StabilityError, nearest
 from maglev.linear.loop import Loop, linearise_loop
 from maglev.linear.model import equivalents, slowest_first
-from maglev.linear.parameters import BLOCKS, Quantity, block_of
+from maglev.linear.parameters import Quantity, block_of, linear_names
 from maglev.linear.places import MotorPlaces
 from maglev.own_stage.adoption import rig_named as own_or_ours
 from pmlsm.rig import Rig
@@ -118,7 +118,7 @@ def rig_named(rig: str) -> tuple[Rig, str, list[str]]:
         described = own_or_ours(rig if rig.endswith(".toml") else rig.lower())
     except RigError as error:
         raise StabilityError(str(error)) from None
-    plant, *controllers = (definition.name for definition in BLOCKS[described.name])
+    plant, *controllers = linear_names(described)
     return described, plant, [name for name in controllers if "Regulator" in name]
 
 

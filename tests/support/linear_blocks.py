@@ -9,17 +9,18 @@ from motor import MOTOR
 
 from maglev.linear.loop import Loop
 from maglev.linear.model import Equilibrium
-from maglev.linear.parameters import DEFINITIONS, PLANTS, RIG_OF
+from maglev.linear.parameters import plants
+from maglev.stages import STAGES
 from pmlsm.dq_transform import phase_currents
 
-AXES = {name: RIG_OF[name].axis_names for name in PLANTS}
-MOTORS = {name: RIG_OF[name].motor_names for name in PLANTS}
-TILTING = {name for name in PLANTS if RIG_OF[name].rotations}
+AXES = {name: rig.axis_names for name, rig in plants().items()}
+MOTORS = {name: rig.motor_names for name, rig in plants().items()}
+TILTING = {name for name, rig in plants().items() if rig.rotations}
 
 
 def smooth_stage(name: str, lag: bool, modes: Mapping[str, float] | None = None) -> Any:
     """Stage with what is smooth: no Coulomb friction, no rounding, no stops; with or without lag, with modes."""
-    stage = DEFINITIONS[name].new_block()
+    stage = STAGES.definition(name).new_block()
     set_all(stage, [*(modes or {})], [*(modes or {}).values()])
     stage.encoder.resolution = 0.0
     for axis in AXES[name]:

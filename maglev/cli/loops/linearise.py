@@ -172,11 +172,11 @@ def require_defaults(what: str, given: Mapping[str, Any], table: Mapping[str, tu
 def of_one(asked: Asked, hold: str | None, **model: Any) -> None:
     """Print the linear model of a plant or a controller."""
     from maglev.linear.linearise import linearise as linearised
-    from maglev.linear.parameters import CONTROLLERS
+    from maglev.linear.parameters import controllers
 
     name, = asked.names
     # No option says what is in the model of a controller: those of a plant are refused by `linearise`.
-    other, own = ("plant", "controller") if name in CONTROLLERS else ("controller", "plant")
+    other, own = ("plant", "controller") if name in controllers() else ("controller", "plant")
     if asked.parameters[other]:
         raise LinearModelError(f"--set {other}.{next(iter(asked.parameters[other]))}: expected {own}.… with {name}")
     found = linearised(name, asked.at, hold=None if hold is None else number_or_text(hold),

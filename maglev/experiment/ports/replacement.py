@@ -12,9 +12,10 @@ from maglev.cosim.fmu import OWN_TOOL
 from maglev.cosim.open import read_description
 from maglev.cosim.port_map import PortMap, apply
 from maglev.errors import ScenarioError, UnknownName, nearest, option
-from maglev.own_fmus import built_here, definition, places
+from maglev.own_fmus import built_here, definition
 from maglev.schema.judged.claims import RunClaim
 from maglev.schema.run_plan import Motor, RunPlan, StartValue
+from maglev.stages import STAGES
 from maglev.units import known_unit
 from maglev.user_controllers.source import Given, declared_in, is_written, path_of
 
@@ -57,7 +58,7 @@ def known_ports(plan: RunPlan, name: str) -> dict[str, str | None]:
         if signal.unit is not None and signal.to.startswith(f"{name}."):
             known[signal.to.partition(".")[2]] = unit.si if (unit := known_unit(signal.unit)) else signal.unit
     model, file = plan.fmus[name].model, plan.fmus[name].file
-    if model in places():
+    if model in STAGES.places():
         known |= {variable.name: variable.unit or None for variable in definition(model).variables}
     elif file is not None and Path(file).is_file():
         known |= {variable.name: variable.unit for variable in read_description(name, Path(file)).modelVariables}
@@ -73,9 +74,9 @@ def named_or_path(role: str, given: Given, plans: Iterable[RunPlan]) -> str | Pa
     if not isinstance(given, str | Path) or not str(given) == Path(given).name == Path(given).stem or (
             Path(given).exists()):
         return path_of(given)
-    if str(given) not in places():
+    if str(given) not in STAGES.places():
         suffixes = tuple(plan.rig.suffix for plan in plans if plan.rig is not None)
-        names = [name for name in places() if name.endswith(suffixes)] or places()
+        names = [name for name in STAGES.places() if name.endswith(suffixes)] or STAGES.places()
         raise UnknownName(f"{role} {given}: is no FMU of this project and no file, nearest is "
                           f"{nearest(str(given), names)}")
     return str(given)

@@ -8,8 +8,9 @@ import numpy as np
 from maglev.errors import LinearModelError
 from maglev.linear.blocks.tangent import derivatives, slot
 from maglev.linear.model import Equilibrium, LinearModel
-from maglev.linear.parameters import CONTROLLERS, prepare
+from maglev.linear.parameters import prepare
 from maglev.linear.places import MotorPlaces
+from maglev.stages import STAGES
 from pmlsm.rig import Rig
 
 # States of an axis, with their units on a translation, where its law has them: of the observer, then of the internal
@@ -30,7 +31,7 @@ def linear_controller(name: str, rig: Rig, block: Any, at: Equilibrium, phases: 
     prepare(name, block)
     states = {f"{axis.name}.{state}": f"rad{unit[1:]}" if axis.rotation else unit
               for axis in rig.axes for state, unit in STATES.items() if has(getattr(block, axis.name), state)}
-    inputs = [variable for variable in CONTROLLERS[name].variables if variable.causality == "input"]
+    inputs = [variable for variable in STAGES.definition(name).variables if variable.causality == "input"]
     commands = tuple(f"{current}_cmd" for current in (rig.phase_names if phases else rig.dq_names))
     come_to_rest(name, rig, block, at, [each for each in states if ".observer." not in each])
     n = len(states)

@@ -17,7 +17,8 @@ from fmi_export.errors import ExportError
 from maglev.catalogue import HOST, PYTHON, for_runs
 from maglev.catalogue.for_runs import fmus_for_runs, key
 from maglev.errors import BuildError, MaglevError
-from maglev.own_stage.adoption import forget, know_stage
+from maglev.own_stage.adoption import know_stage
+from maglev.stages import STAGES
 from maglev_files.cache import BLOCK_LOOPS, PLACE, keep
 
 pytestmark = pytest.mark.usefixtures("slow")
@@ -32,7 +33,7 @@ def here(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Iterator[Path]:
     monkeypatch.setenv(PLACE, str(tmp_path / "cache"))
     (tmp_path / "short.toml").write_text(SHORT, encoding="utf-8")
     yield tmp_path
-    forget("mine")
+    STAGES.forget("mine")
 
 
 @pytest.fixture

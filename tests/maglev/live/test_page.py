@@ -17,11 +17,11 @@ from motor import MOTOR
 from fmi_export.model_description import model_description
 from fmi_export.native.build import made_of
 from maglev.errors import FmuError, ScenarioError
+from maglev.linear.parameters import linear_names
 from maglev.live.content import (
     flies_live,
     gap_table,
     live_runs,
-    models_of,
     modules_of,
     not_live,
     page_data,
@@ -30,13 +30,14 @@ from maglev.live.content import (
 )
 from maglev.live.page import FOLDER, SCRIPTS, WORKER, live_page, plans_of, reasons, write_live
 from maglev.own_fmus import definition
-from maglev.own_stage.adoption import OWN, forget, know_stage
+from maglev.own_stage.adoption import know_stage
 from maglev.own_stage.new import new_stage
 from maglev.packages import PACKAGES
 from maglev.pages.shell import scene
 from maglev.panels import PANELS
 from maglev.schema.layers import packaged_files
 from maglev.schema.loading import load_plan, load_plans
+from maglev.stages import STAGES
 from plant_fmu.axis import Axis
 from plant_fmu.motor_mount import MotorMount
 from pmlsm.gap_functions import gap_functions
@@ -112,9 +113,9 @@ def test_every_experiment_with_one_controller_is_in_it(data: Any) -> None:
              and set(plan.fmus) == {"controller", "plant"}}
     assert shown and shown <= set(data["runs"])
     assert {run["fmus"]["controller"]["model"] for run in data["runs"].values()} <= {*FLOWN}
-    assert {run["plant"] for run in data["runs"].values()} == {models_of(rig)[0] for rig in RIGS.values()}
+    assert {run["plant"] for run in data["runs"].values()} == {linear_names(rig)[0] for rig in RIGS.values()}
     for run in data["runs"].values():   # also those that no run begins with can be swapped in
-        assert [run["plant"], *run["laws"]] == models_of(RIGS[run["rig"]])
+        assert [run["plant"], *run["laws"]] == linear_names(RIGS[run["rig"]])
 
 
 @pytest.mark.usefixtures("slow")
@@ -214,8 +215,7 @@ def mine(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Iterator[Path]:
         made = made_of(definition(name), b"module", version("maglev-fmus"), PACKAGES)
         (folder / f"{name}.xml").write_bytes(model_description(definition(name), "{0}", "1", 0) + made)
     yield folder
-    for name in [*OWN]:
-        forget(name)
+    STAGES.forget(*STAGES.own)
 
 
 def test_a_page_of_a_stage_of_ones_own(mine: Path, tmp_path: Path) -> None:

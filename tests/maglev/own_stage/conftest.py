@@ -4,11 +4,10 @@ from collections.abc import Iterator
 
 import pytest
 
-from maglev.own_stage.adoption import OWN, forget
+from maglev.stages import STAGES
 
 
 @pytest.fixture(autouse=True)
 def forgotten() -> Iterator[None]:
     yield
-    for name in [*OWN]:
-        forget(name)
+    STAGES.forget(*STAGES.own)

@@ -14,7 +14,8 @@ import maglev
 from maglev.cli.app import app
 from maglev.errors import MaglevError
 from maglev.own_fmus import stale
-from maglev.own_stage.adoption import OWN, forget, know_stage
+from maglev.own_stage.adoption import know_stage
+from maglev.stages import STAGES
 
 pytestmark = pytest.mark.usefixtures("slow", "processes_kept")
 
@@ -86,8 +87,7 @@ def folder(slow: None, tmp_path_factory: pytest.TempPathFactory) -> Iterator[Pat
         text = Path("mine.toml").read_text(encoding="utf-8")
         Path("mine.toml").write_text(text.replace("mass = 4.35 ", "mass = 4.4 "), encoding="utf-8")
     yield place
-    for name in [*OWN]:
-        forget(name)
+    STAGES.forget(*STAGES.own)
 
 
 def said(result: Result) -> list[str]:

@@ -6,8 +6,8 @@ import pytest
 from command_line import maglev as command
 
 import maglev
-from maglev.own_stage.adoption import forget
 from maglev.own_stage.new import new_stage
+from maglev.stages import STAGES
 
 pytestmark = pytest.mark.usefixtures("processes_kept")
 
@@ -114,7 +114,7 @@ def test_list() -> None:
 
 
 def test_without_its_description_its_fmus_are_not_known() -> None:
-    forget("kite")
+    STAGES.forget("kite")
     for unknown in (lambda: maglev.build("PlantKite"), lambda: maglev.linearise("PlantKite", {"v": 0.02})):
         with pytest.raises(maglev.MaglevError, match="PlantKite.*, or with rig='mine.toml' one of a stage of yours"):
             unknown()

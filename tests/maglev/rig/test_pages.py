@@ -7,10 +7,11 @@ from xml.etree import ElementTree
 
 import pytest
 
-import plant_fmu
 from fmi_export.pages.documentation import section
 from fmi_export.pages.mathml import typeset
 from maglev.rig.modules import PAGES, module
+from maglev.stages import STAGES as KNOWN
+from maglev.stages import OwnStage
 from pmlsm.rig import Rig, RigMotor
 from pmlsm.rigs import RIGS
 from pmlsm.velocity_rows import GRAVITY, normal_acceleration, thrust_acceleration
@@ -74,11 +75,13 @@ def test_equal_currents_of_the_motors_of_an_axis() -> None:
     assert r"(2 i_{q,\mathrm{left}}^2 + i_{q\alpha}^2 + 3 i_d^2) + 9 C_4 f_3 i_d - 9 C_3 f_2 = v_y" in page
 
 
-def test_a_section_of_a_folder_that_extends_a_package(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    (tmp_path / "documentation").mkdir()
-    (tmp_path / "documentation/stage_of_a_folder.html").write_text("<h2>Mine</h2>\n", encoding="utf-8")
-    with pytest.raises(FileNotFoundError, match=r"stage_of_a_folder\.html"):
-        section("plant_fmu", "stage_of_a_folder.html")
-    monkeypatch.setattr(plant_fmu, "__path__", [*plant_fmu.__path__, str(tmp_path)])
-    assert section("plant_fmu", "stage_of_a_folder.html") == "<h2>Mine</h2>"
-    assert section("plant_fmu", "effects.html").startswith("<h2>")
+def test_a_section_of_a_stage_of_the_users(tmp_path: Path) -> None:
+    for file, text in (("plant_fmu/stage_uneven.py", ""), ("plant_fmu/documentation/own.html", "<h2>Mine</h2>\n")):
+        (tmp_path / file).parent.mkdir(exist_ok=True)
+        (tmp_path / file).write_text(text, encoding="utf-8")
+    KNOWN.add(OwnStage(UNEVEN, tmp_path, tmp_path / "uneven.toml"))
+    assert section("plant_fmu.stage_uneven", "plant_fmu", "own.html") == "<h2>Mine</h2>"
+    assert section("plant_fmu.stage_uneven", "plant_fmu", "effects.html").startswith("<h2>")
+    with pytest.raises(FileNotFoundError, match=r"own\.html"):
+        section("plant_fmu.stage_3dof", "plant_fmu", "own.html")
+    KNOWN.forget("uneven")

@@ -1,0 +1,49 @@
+"""The stages that a process knows: their modules are imported as ours are, for as long as they are known."""
+
+import sys
+from dataclasses import replace
+from importlib import import_module
+from importlib.util import find_spec
+from pathlib import Path
+
+import pytest
+
+from maglev.linear.parameters import controllers, plants
+from maglev.rig.modules import written
+from maglev.stages import STAGES, OwnStage, definitions
+from pmlsm.rigs import RIGS
+
+MINE = replace(RIGS["2dof"], name="mine")
+
+
+def stage(folder: Path, mass: float) -> OwnStage:
+    """A stage with its modules in a folder."""
+    axis, *others = MINE.axes
+    rig = replace(MINE, axes=(replace(axis, mass=mass), *others))
+    for path, text in written(rig).items():
+        (folder / path).parent.mkdir(parents=True, exist_ok=True)
+        (folder / path).write_text(text, encoding="utf-8")
+    return OwnStage(rig, folder, folder / "mine.toml")
+
+
+def test_from_the_first_to_the_last(tmp_path: Path) -> None:
+    before, path = set(sys.modules), [*sys.path]
+    packages = {name: [*sys.modules[name].__path__] for name in ("plant_fmu", "controller_fmu")}
+    assert find_spec("plant_fmu.plant_mine") is None
+    for folder, mass in (("first", 5.0), ("second", 6.0)):   # the second is in place of the first
+        STAGES.add(stage(tmp_path / folder, mass))
+        block = STAGES.definition("PlantMine").new_block()
+        assert getattr(block, MINE.axis_names[0]).mass == mass
+        assert Path(sys.modules[type(block).__module__].__file__ or "").is_relative_to(tmp_path / folder)
+        assert [*STAGES.rigs] == [*RIGS, "mine"] and STAGES.own_of("StageMine") is STAGES.own["mine"]
+        assert {*definitions(MINE)} <= {*STAGES.places()} and STAGES.systems()["StageMine"].name == "mine"
+        assert "PlantMine" in plants() and "RegulatorMine" in controllers()
+        import_module("controller_fmu.regulator_mine_fmu")
+    STAGES.forget("mine", "mine", "2dof")
+    assert STAGES.rigs == RIGS and STAGES.own_of("PlantMine") is None
+    assert not {*definitions(MINE)} & {*STAGES.places(), *plants(), *controllers()}
+    assert find_spec("plant_fmu.plant_mine") is None
+    assert not [name for name in set(sys.modules) - before if name.endswith(("_mine", "_mine_fmu"))]
+    assert sys.path == path and all(sys.modules[name].__path__ == packages[name] for name in packages)
+    with pytest.raises(KeyError):
+        STAGES.definition("PlantMine")
