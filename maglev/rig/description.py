@@ -2,7 +2,7 @@
 
 import re
 import types
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
 from dataclasses import MISSING, fields, is_dataclass
 from pathlib import Path
 from typing import Any, NoReturn, Union, cast, get_args, get_origin, get_type_hints
@@ -128,67 +128,108 @@ class Reader:
 
     def check(self, rig: Rig) -> None:
         """Refuse what does not fit together."""
-        if not re.fullmatch(r"[A-Za-z0-9][A-Za-z0-9_]*", rig.name):
-            self.refuse("name", f"{rig.name!r}, expected letters, digits and _")
-        for key, text in (("title", rig.title), ("equation", rig.equation)):
-            if not text.isprintable() or set('"\\') & set(text):
-                self.refuse(key, f"{text!r}, expected words on one line without \" and \\")
-        if len(rig.axes) < 2:
-            self.refuse("axes", f"{', '.join(rig.axis_names)}, expected the air gap, then one or two horizontal axes")
-        field, table = rig.motor().field, rig.design.table
-        if table is not None and not field.lower <= table.lower < table.gaps[-1] <= field.upper:
-            self.refuse("design.table", f"{table.gaps[0]:g} to {table.gaps[-1]:g} m, expected fifteen gaps within "
-                        f"{field.lower:g} to {field.upper:g} m, where the field is known")
-        horizontal = [axis.name for axis in rig.horizontal]
-        if rig.rotations:
-            if (len(horizontal), len(rig.rotations)) not in ((1, 1), (2, 2)):
-                self.refuse("axes", f"{', '.join(rig.axis_names)}, expected the air gap, one or two horizontal axes, "
-                            "and the tilts about them")
-            if rig.design.schedule is not None:
-                self.refuse("design.schedule", "expected none where the platform tilts")
-            if rig.motor_stop is None:
-                self.refuse("motor_stop", "missing, expected stops at the motors of a platform that tilts")
-            if rig.sharing != 1.0:
-                self.refuse("sharing", f"{rig.sharing:g}, expected 1 where the platform tilts: each motor has a place")
-            first, *others = rig.motors
-            for motor in rig.motors:
-                if motor.x != 0.0 and rig.spots == "z":
-                    self.refuse(f"motors.{motor.name}.x", f"{motor.x:g} m, expected 0 with one horizontal axis, along "
-                                "which guides hold the platform level: a place z across it")
-            if rig.spots == "z" and all(motor.z == first.z for motor in others):
-                self.refuse("motors", f"all at z = {first.z:g} m, expected places side by side")
-            if rig.spots == "xz" and not any(
-                    abs((a.x - first.x) * (b.z - first.z) - (a.z - first.z) * (b.x - first.x)) > 1e-9
-                    for a in others for b in others):
-                places = ", ".join(f"{motor.name} at x = {motor.x:g} m, z = {motor.z:g} m" for motor in rig.motors)
-                self.refuse("motors", f"{places}, expected motors that are not all on one line")
-        elif rig.motor_stop is not None:
-            self.refuse("motor_stop", "expected only where the platform tilts")
-        for place, names in (("axes", rig.axis_names), ("motors", rig.motor_names)):
-            for name in names:
-                if name in own_names() or name in rig.axis_names and place == "motors":
-                    self.refuse(f"{place}.{name}", f"{name!r}, expected another name: blocks have something called so")
-        for key, value in (("sharing", rig.sharing), ("roughness_seed", rig.roughness_seed)):
-            if value != round(value):
-                self.refuse(key, f"{value:g}, expected a whole number{' of motors' if key == 'sharing' else ''}")
-        for motor in rig.motors:
-            if motor.drives not in horizontal:
-                self.refuse(f"motors.{motor.name}.drives", f"{motor.drives!r}, expected one of {', '.join(horizontal)}")
-        for axis in rig.axes:
-            if axis.stop is None and (axis in rig.horizontal or not rig.rotations):
-                self.refuse(f"axes.{axis.name}.stop", "missing")
-            stop = axis.stop or (rig.motor_stop if axis is rig.vertical else None)
-            if stop is not None and not stop.lower < axis.start < stop.upper:
-                self.refuse(f"axes.{axis.name}.start", f"{axis.start:g} m, expected a place between its stops at "
-                            f"{stop.lower:g} and {stop.upper:g} m")
-            if axis.mode.frequency > rig.largest_mode:
-                self.refuse(f"axes.{axis.name}.mode.frequency", f"{axis.mode.frequency:g} Hz, expected at most "
-                            f"{rig.largest_mode:g} Hz, as far as longest_step = {rig.longest_step:g} s follows it")
-        for name in horizontal:
-            if not rig.motors_of(name):
-                self.refuse(f"axes.{name}", "no motor drives it, expected one of the motors to")
-        for place, constants in zip(("stage", "model", "estimator.guess", "estimator.weight"), rig.constant_sets,
-                                    strict=True):
-            if list(constants.thrust) != horizontal:
-                self.refuse(f"{place}.thrust", f"of {', '.join(constants.thrust) or 'no axis'}, expected of "
-                            f"{', '.join(horizontal)}")
+        for part in (of_words, of_platform, of_names, of_whole_numbers, of_motors, of_axes, of_constants):
+            for key, message in part(rig):
+                self.refuse(key, message)
+
+
+Misfits = Iterator[tuple[str, str]]   # keys that do not fit with others, and what is wrong
+
+
+def of_words(rig: Rig) -> Misfits:
+    """Texts that could not stand in code."""
+    if not re.fullmatch(r"[A-Za-z0-9][A-Za-z0-9_]*", rig.name):
+        yield "name", f"{rig.name!r}, expected letters, digits and _"
+    for key, text in (("title", rig.title), ("equation", rig.equation)):
+        if not text.isprintable() or set('"\\') & set(text):
+            yield key, f"{text!r}, expected words on one line without \" and \\"
+
+
+def of_platform(rig: Rig) -> Misfits:
+    """Axes of no platform, and what is not for the one that they make."""
+    if len(rig.axes) < 2:
+        yield "axes", f"{', '.join(rig.axis_names)}, expected the air gap, then one or two horizontal axes"
+    field, table = rig.motor().field, rig.design.table
+    if table is not None and not field.lower <= table.lower < table.gaps[-1] <= field.upper:
+        yield "design.table", (f"{table.gaps[0]:g} to {table.gaps[-1]:g} m, expected fifteen gaps within "
+                               f"{field.lower:g} to {field.upper:g} m, where the field is known")
+    if rig.rotations:
+        yield from of_tilting_platform(rig)
+    elif rig.motor_stop is not None:
+        yield "motor_stop", "expected only where the platform tilts"
+
+
+def of_tilting_platform(rig: Rig) -> Misfits:
+    """Axes, stops and places of motors by which no platform can tilt."""
+    if (len(rig.horizontal), len(rig.rotations)) not in ((1, 1), (2, 2)):
+        yield "axes", (f"{', '.join(rig.axis_names)}, expected the air gap, one or two horizontal axes, and the tilts "
+                       "about them")
+    if rig.design.schedule is not None:
+        yield "design.schedule", "expected none where the platform tilts"
+    if rig.motor_stop is None:
+        yield "motor_stop", "missing, expected stops at the motors of a platform that tilts"
+    if rig.sharing != 1.0:
+        yield "sharing", f"{rig.sharing:g}, expected 1 where the platform tilts: each motor has a place"
+    first, *others = rig.motors
+    for motor in rig.motors if rig.spots == "z" else ():
+        if motor.x != 0.0:
+            yield f"motors.{motor.name}.x", (f"{motor.x:g} m, expected 0 with one horizontal axis, along which guides "
+                                             "hold the platform level: a place z across it")
+    if rig.spots == "z" and all(motor.z == first.z for motor in others):
+        yield "motors", f"all at z = {first.z:g} m, expected places side by side"
+    if rig.spots == "xz" and not any(
+            abs((a.x - first.x) * (b.z - first.z) - (a.z - first.z) * (b.x - first.x)) > 1e-9
+            for a in others for b in others):
+        places = ", ".join(f"{motor.name} at x = {motor.x:g} m, z = {motor.z:g} m" for motor in rig.motors)
+        yield "motors", f"{places}, expected motors that are not all on one line"
+
+
+def of_names(rig: Rig) -> Misfits:
+    """Names that blocks have for something else."""
+    for place, names in (("axes", rig.axis_names), ("motors", rig.motor_names)):
+        for name in names:
+            if name in own_names() or name in rig.axis_names and place == "motors":
+                yield f"{place}.{name}", f"{name!r}, expected another name: blocks have something called so"
+
+
+def of_whole_numbers(rig: Rig) -> Misfits:
+    """Numbers that count something."""
+    for key, value in (("sharing", rig.sharing), ("roughness_seed", rig.roughness_seed)):
+        if value != round(value):
+            yield key, f"{value:g}, expected a whole number{' of motors' if key == 'sharing' else ''}"
+
+
+def of_motors(rig: Rig) -> Misfits:
+    """Motors that drive nothing."""
+    horizontal = [axis.name for axis in rig.horizontal]
+    for motor in rig.motors:
+        if motor.drives not in horizontal:
+            yield f"motors.{motor.name}.drives", f"{motor.drives!r}, expected one of {', '.join(horizontal)}"
+
+
+def of_axes(rig: Rig) -> Misfits:
+    """Axes without stops or motors, a start outside the stops, modes that no step follows."""
+    for axis in rig.axes:
+        if axis.stop is None and (axis in rig.horizontal or not rig.rotations):
+            yield f"axes.{axis.name}.stop", "missing"
+        stop = axis.stop or (rig.motor_stop if axis is rig.vertical else None)
+        if stop is not None and not stop.lower < axis.start < stop.upper:
+            yield f"axes.{axis.name}.start", (f"{axis.start:g} m, expected a place between its stops at "
+                                              f"{stop.lower:g} and {stop.upper:g} m")
+        if axis.mode.frequency > rig.largest_mode:
+            yield f"axes.{axis.name}.mode.frequency", (
+                f"{axis.mode.frequency:g} Hz, expected at most {rig.largest_mode:g} Hz, as far as longest_step = "
+                f"{rig.longest_step:g} s follows it")
+    for axis in rig.horizontal:
+        if not rig.motors_of(axis.name):
+            yield f"axes.{axis.name}", "no motor drives it, expected one of the motors to"
+
+
+def of_constants(rig: Rig) -> Misfits:
+    """Constants of other axes than those that motors drive."""
+    horizontal = [axis.name for axis in rig.horizontal]
+    for place, constants in zip(("stage", "model", "estimator.guess", "estimator.weight"), rig.constant_sets,
+                                strict=True):
+        if list(constants.thrust) != horizontal:
+            yield f"{place}.thrust", (f"of {', '.join(constants.thrust) or 'no axis'}, expected of "
+                                      f"{', '.join(horizontal)}")
