@@ -41,7 +41,6 @@ NOT_TYPED = {
     "maglev study ": "the same, or a cluster",
     "maglev tune ": "the same",
     "dask ": "a cluster; tests/maglev/studies/test_cluster.py",
-    "python -c \"from distributed": "a file in the reader's home folder",
     "python -m studies": "a clone, and hours",
     "maglev region 5dof": "minutes; tests/maglev/stability",
     "maglev region 3dof x --gap 25mm --synthesise": "the same",
