@@ -1,1 +1,1 @@
-"""What the real-time computer does: observer, internal model, regulator, antiwindup, commutation, safety trip."""
+"""What the real-time computer does: observer, internal model, regulator, anti-windup, commutation, safety trip."""

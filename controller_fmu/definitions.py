@@ -71,7 +71,7 @@ def regulator(rig: Rig, block: type, law: int) -> FmuDefinition:
         name=f"{name}{rig.suffix}",
         block=block,
         arguments=(law,),
-        description=f"{word.capitalize()} regulator of the {rig.title}: output regulation {text}, with antiwindup",
+        description=f"{word.capitalize()} regulator of the {rig.title}: output regulation {text}, with anti-windup",
         variables=(
             # Where the platform tilts, the lever of the thrust counts too.
             *ports(rig, by_all=law == NONLINEAR or bool(rig.rotations), by_gap=law != LINEAR),

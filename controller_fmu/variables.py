@@ -157,7 +157,7 @@ def regulator_gains(rig: Rig, of: RigAxis) -> tuple[Variable, ...]:
     corrections = (("ec1", f"{corrected}.s2/A"), ("ec2", f"{corrected}.s/A"), ("ec3", f"{corrected}/A"))
     return (*(parameter(f"{axis}.{name}", unit, f"gain of the {what} in (4.16)", source, -ANY_GAIN, ANY_GAIN, 1e3)
               for name, unit, what in gains),
-            *(parameter(f"{axis}.{name}", unit, f"antiwindup gain on internal-model state {name[-1]} (5.13)",
+            *(parameter(f"{axis}.{name}", unit, f"anti-windup gain on internal-model state {name[-1]} (5.13)",
                         antiwindup_source, -1e3, 1e3, 1e-4) for name, unit in corrections),
             parameter(f"{axis}.friction_compensation", of.unit("m/s2"), "acceleration that is demanded in the "
                       "direction of motion against Coulomb friction; 0 = off", "assumed: off; tried on p. 59", 0.0,

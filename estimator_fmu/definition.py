@@ -33,7 +33,7 @@ def adaptive_regulator(rig: Rig, block: type, regulator: FmuDefinition, estimato
         name=f"AdaptiveRegulator{rig.suffix}",
         block=block,
         description=f"Adaptive regulator of the {rig.title}: output regulation on the feedback-linearised motors, with "
-                    "constants that are estimated while it flies",
+                    "constants that are estimated during the run",
         variables=adaptive_variables(rig, regulator, estimator),
         refusals=regulator.refusals,
         experiment=regulator.experiment,

@@ -1,4 +1,4 @@
-"""Magnetically levitated stages as FMUs: build the FMUs, fly the experiments, judge, compare.
+"""Magnetically levitated stages as FMUs: build the FMUs, run the scenarios, judge, compare.
 
 >>> import maglev
 >>> run = maglev.run("3dof-smooth-nonlinear")

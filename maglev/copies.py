@@ -1,4 +1,4 @@
-"""Files as they were when a run was made ready: copies of them are flown and described, which no edit reaches."""
+"""Files as they were when a run was made ready: copies of them are run and described, which no edit reaches."""
 
 import hashlib
 import os

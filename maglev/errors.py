@@ -58,7 +58,7 @@ def option(name: str, value: object = None) -> str:
 
 def or_of_own_stage() -> str:
     """Say what else is expected in place of the name of an FMU of this project."""
-    return f"or with {option('rig', 'mine.toml')} one of a stage of yours"
+    return f"or with {option('rig', 'mine.toml')} one of your own stage"
 
 
 class MaglevError(Exception):
@@ -108,7 +108,7 @@ class LinearModelError(MaglevError):
 
 
 class ControllerError(MaglevError):
-    """A Python file or class that cannot be flown; one line with file, line and what was expected."""
+    """A Python file or class that cannot be run; one line with file, line and what was expected."""
 
 
 class StabilityError(MaglevError):

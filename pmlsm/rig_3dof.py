@@ -122,7 +122,7 @@ RIG = Rig(
         'motors.alpha.winding': 'estimated, docs/model.md',
         'motors.beta.winding': 'estimated, docs/model.md',
         'design.current_limit': 'stated, section 5.6.2',
-        'design.pid_current_limit': 'assumed: the thesis limits commands with the antiwindup only',
+        'design.pid_current_limit': 'assumed: the thesis limits commands with the anti-windup only',
         'design.antiwindup': 'stated, section 5.6.2',
         'design.table': 'assumed: what lies between the stops',
         'design.schedule.bounds': 'stated, Table 5.4',

@@ -134,7 +134,7 @@ RIG = Rig(
         'motors.beta1.winding': 'estimated, docs/model.md',
         'motors.beta2.winding': 'estimated, docs/model.md',
         'design.current_limit': 'stated, section 5.6.2',
-        'design.pid_current_limit': 'assumed: the thesis limits commands with the antiwindup only',
+        'design.pid_current_limit': 'assumed: the thesis limits commands with the anti-windup only',
         'design.antiwindup': 'stated, section 5.6.2',
         'design.table': 'assumed: what lies between the stops',
         'estimator.guess': 'assumed: half of Table 5.3, so that it has to be left',

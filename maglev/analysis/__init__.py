@@ -1,1 +1,1 @@
-"""Any controller's loop analysed as it flies: derivatives by differences, frequency responses by injection."""
+"""Any controller's loop analysed as it runs: derivatives by differences, frequency responses by injection."""

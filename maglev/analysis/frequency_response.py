@@ -43,9 +43,9 @@ def frequency_response(plant: str | Path, controller: Given, at: Mapping[str, Qu
                        ports: str | Path | None = None, plant_parameters: Settings | None = None,
                        controller_parameters: Settings | None = None, sample_time: Quantity | None = None,
                        rig: str | Path | None = None, timeout: float = TIMEOUT) -> dict[str, FrequencyResponse]:
-    """Fly a loop with a multisine on a measurement, and give the response of the loop opened there.
+    """Simulate a loop with a multisine on a measurement, and give the response of the loop opened there.
 
-    What is measured is the loop as it flies at that amplitude: with friction, rounding, limits.
+    The loop is measured as it runs at that amplitude: with friction, rounding, limits.
 
     Parameters
     ----------

@@ -46,7 +46,7 @@ class NumericalLoop:
     rough : Loop or None
         The same by the smaller pushes alone: what differs from it tells the error.
     misfit : float
-        How far the responses of the state space are from those that were flown, relative to the largest.
+        How far the responses of the state space are from those that were recorded, relative to the largest.
     means : str
         How the controller was brought back to its point: by its state or by its past.
     moving : float
@@ -125,7 +125,7 @@ def linearise_numerically(plant: str | Path, controller: Given, at: Mapping[str,
                           timeout: float = TIMEOUT) -> NumericalLoop:
     """Linearise the loop of any controller, and of any plant, where it comes to rest.
 
-    The loop flies until it rests, without Coulomb friction and rounding where the plant has parameters for them. There
+    The loop runs until it rests, without Coulomb friction and rounding where the plant has parameters for them. There
     each input of the controller is pushed for one sample, up and down, by several sizes, and a state space is made of
     the responses: nothing is asked of the controller but that it can be brought back to that point, by its own saved
     state or by its past. A plant of ours is linearised from its equations, see `linearise`; another one as the
@@ -136,16 +136,16 @@ def linearise_numerically(plant: str | Path, controller: Given, at: Mapping[str,
     references : bool
         Whether references and their rates are inputs of the linear controller, beside what it measures.
     settle : float
-        How long the loop flies at most before it is looked at, s.
+        How long the loop runs at most before it is perturbed, s.
     timeout : float
-        Longest time that a step of what is not of this project may take, s; it flies in a process of its own.
+        Longest time that a step of a third-party FMU may take, s; it runs in a process of its own.
     plant, controller, at, ports, plant_parameters, controller_parameters, sample_time, rig, fmus, kind, fmi
         As of `make_pair`, the last three as of `run`.
 
     Returns
     -------
     NumericalLoop
-        Also where a law has no derivative: it says so, and where.
+        Also where a controller has no derivative: it says so, and where.
 
     Raises
     ------

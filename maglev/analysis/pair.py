@@ -125,7 +125,7 @@ def make_pair(plant: str | Path, controller: Given, at: Mapping[str, Quantity], 
     sample_time : float or str, optional
         s or with a unit; that which the controller has as a parameter or in its map, or the stage's, if not given.
     rig : path, optional
-        Description of a stage of yours, see `know_stage`.
+        Description of your own stage, see `know_stage`.
     smooth : bool
         Without Coulomb friction and rounding of the encoders, where the plant has parameters for them.
 

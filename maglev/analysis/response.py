@@ -32,7 +32,7 @@ LINEAR = {"linewidth": 1.0, "color": "0.45"}
 
 @dataclass(frozen=True, eq=False)
 class FrequencyResponse:
-    """Response of a loop that was flown, opened at one signal.
+    """Response of a loop measured in a run, opened at one signal.
 
     Attributes
     ----------
@@ -41,7 +41,7 @@ class FrequencyResponse:
     at : str
         The signal.
     equilibrium : Equilibrium
-        Where it flew.
+        Where it ran.
     grid : Grid
     amplitude : float
         Peak of what was added, m or rad.
@@ -182,7 +182,7 @@ class FrequencyResponse:
     __repr__ = __str__
 
     def plot(self) -> Any:
-        """Figure of matplotlib: gain, phase, sensitivity and coherence, flown and linear; MaglevError without it."""
+        """Figure of matplotlib: gain, phase, sensitivity and coherence, measured and linear; MaglevError without it."""
         lines, loop, error = self.frequencies, self.loop, self.error
         figure = new_figure(8, 9)
         gain, phase, sensitivity, agreement = figure.subplots(4, 1, sharex=True, height_ratios=(3, 2, 3, 1))
@@ -199,8 +199,8 @@ class FrequencyResponse:
             gain.loglog(grid, np.abs(values), label="linear", **LINEAR)
             phase.semilogx(grid, np.degrees(smooth), **LINEAR)
             sensitivity.loglog(grid, np.abs(1.0 / (1.0 + values)), **LINEAR)
-        gain.errorbar(lines, np.abs(loop), yerr=np.minimum(error, 0.99 * np.abs(loop)), label="flown, ± standard error",
-                      **FLOWN)
+        gain.errorbar(lines, np.abs(loop), yerr=np.minimum(error, 0.99 * np.abs(loop)),
+                      label="measured, ± standard error", **FLOWN)
         phase.errorbar(lines, np.degrees(angle), yerr=np.degrees(np.minimum(error / np.abs(loop), np.pi)), **FLOWN)
         sensitivity.loglog(lines, np.abs(1.0 / (1.0 + loop)), **FLOWN)
         agreement.semilogx(lines, self.coherence, **FLOWN)
@@ -255,7 +255,7 @@ def heading(found: FrequencyResponse) -> str:
     lines, grid = found.frequencies, found.grid
     axis = found.at.rpartition(".")[0]
     unit = next((each.unit("m") for each in found.equilibrium.rig.axes if each.name == axis), "m")
-    head = [f"{found.name}, opened at {found.at}, flown about {found.equilibrium}",
+    head = [f"{found.name}, opened at {found.at}, measured about {found.equilibrium}",
             f"{len(found.returned)} multisines with a peak of {1e6 * found.amplitude:g} µ{unit} and a crest factor of "
             f"{found.crest:.2f}: {len(lines)} lines from {lines[0]:.3g} to {lines[-1]:.4g} rad/s, {found.periods} "
             f"periods of {grid.period:.4g} s of each"]

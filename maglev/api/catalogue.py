@@ -32,7 +32,7 @@ class FmuEntry:
 
 
 def fmus(rig: str | Path | None = None) -> list[FmuEntry]:
-    """FMUs and systems that `build` makes; of a stage of yours those of its description, "mine.toml".
+    """FMUs and systems that `build` makes; of your own stage those of its description, "mine.toml".
 
     Examples
     --------
@@ -89,7 +89,7 @@ def build(names: Iterable[Given] | Given = (), *, rig: str | Path | None = None,
         Names of `fmus()`, all if not given; or Python files with a controller of yours, "lqi.py" or "lqi.py:LQI", or
         its class, where a module defines it.
     rig : path, optional
-        Description of a stage of yours, whose FMUs are built: all of them if no names are given.
+        Description of your own stage, whose FMUs are built: all of them if no names are given.
     fmus : path
         Folder for the files, made if it is not there.
     kind : "python" or "native"

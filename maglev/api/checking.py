@@ -24,7 +24,7 @@ Result = TypeVar("Result", CheckResult, UpdateResult)
 def check(names: Scenarios | None = None, *, baselines: str | Path | None = None,
           junit: str | Path | None = None, pictures: str | Path | None = None, jobs: int | None = None,
           watch: Watch | None = None, say: Say | None = None, **options: Unpack[RunOptions]) -> list[CheckResult]:
-    """Fly runs, and compare them with their baselines.
+    """Simulate runs, and compare them with their baselines.
 
     Parameters
     ----------
@@ -69,7 +69,7 @@ def check(names: Scenarios | None = None, *, baselines: str | Path | None = None
 @takes_run_options("step", "order")
 def update(names: Scenarios | None = None, *, baselines: str | Path | None = None, jobs: int | None = None,
            watch: Watch | None = None, say: Say | None = None, **options: Unpack[RunOptions]) -> list[UpdateResult]:
-    """Fly runs, write their baselines anew, and say what moved; parameters and errors as of `check`.
+    """Simulate runs, write their baselines anew, and say what moved; parameters and errors as of `check`.
 
     The baselines are written when all runs are done: after Ctrl-C, all are as they were.
     """

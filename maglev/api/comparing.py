@@ -45,7 +45,7 @@ class Comparison:
     name, title : str
         Of the scenario, or what the runs have in common.
     runs : mapping of str to Run
-        By label, those that were flown to their ends.
+        By label, those that were completed.
     failures : mapping of str to str
         Why the others were not, by label.
     results : mapping of str to RunResult
@@ -97,12 +97,12 @@ class Comparison:
 @takes_run_options("controller")
 def compare(runs: Scenario | Sequence[Run] | Mapping[str, Run], controllers: Controllers | None = None, *,
             watch: Watch | None = None, say: Say | None = None, **options: Unpack[RunOptions]) -> Comparison:
-    """Fly a run once with each controller; or put runs side by side that were flown.
+    """Simulate a run once with each controller; or put completed runs side by side.
 
     Parameters
     ----------
     runs : str, Path, table, sequence of Run or mapping of str to Run
-        What to fly with each controller, as of `run`; or runs under the same references.
+        What to run with each controller, as in `run`; or runs under the same references.
     controllers : iterable, or mapping of str to these, optional
         Names of FMUs of this project, "PID3DOF", files ("lqi.py", "lqi.fmu"), classes or objects of them; the label is
         the name, "label=file", or the mapping's key.

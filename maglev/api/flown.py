@@ -22,7 +22,7 @@ if TYPE_CHECKING:
 
 
 class Run(Mapping[str, NDArray[Any]]):
-    """A run that was flown to its end, a mapping of its columns by name.
+    """A completed run, a mapping of its columns by name.
 
     Attributes
     ----------
@@ -67,7 +67,7 @@ class Run(Mapping[str, NDArray[Any]]):
 
     @cached_property
     def result(self) -> RunResult:
-        """What was flown and measured."""
+        """What was recorded and measured."""
         return replace(self.flown, metrics=self.metrics)
 
     @property

@@ -20,7 +20,7 @@ Data = str | Path | Mapping[str, Any] | Any
 def identify(data: Data, *, columns: Mapping[str, str] | None = None, rig: str | None = None, method: str = "reduced",
              epsilon: float | str = EPSILON, gamma: float = GAMMA, guess: Mapping[str, float | str] | None = None,
              matched: bool = False) -> Identification:
-    """Identify the constants of a rig from recorded data.
+    """Identify the constants of a stage from recorded data.
 
     Parameters
     ----------

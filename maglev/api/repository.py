@@ -30,7 +30,7 @@ def new_repository(path: str | Path, stage: str | Path = EXAMPLE, *, watch: Watc
     path : path
         The folder; it must not be there.
     stage : str or path
-        Name of a rig, or the description of a stage of yours, NAME.toml, which is copied.
+        Name of a stage, or the description of your own, NAME.toml, which is copied.
     watch, say
         As of `update`.
 

@@ -148,9 +148,9 @@ def claims_data(claims: Sequence[ClaimResult]) -> list[dict[str, Any]]:
 @takes_run_options()
 def run(name: Scenario, *, every: int | None = None, progress: Progress | None = None,
         **options: Unpack[RunOptions]) -> Run:
-    """Fly one run and give what was recorded and measured; no files are written.
+    """Simulate one run and give what was recorded and measured; no files are written.
 
-    It flies in this process; with an FMU that is not of this project, in one of its own, which may crash.
+    It runs in this process; a third-party FMU in one of its own, which may crash.
 
     Parameters
     ----------
@@ -168,7 +168,7 @@ def run(name: Scenario, *, every: int | None = None, progress: Progress | None =
     plant, controller : path, class or object, optional
         What takes the place of the plan's: an FMU of this project by its name, the path of an FMU or of a Python file
         with a class, "lqi.py" or "lqi.py:LQI", or the class itself, or an object of it, as a copy of which the run
-        begins (docs/controllers.md). Classes and objects fly in this process.
+        begins (docs/controllers.md). Classes and objects run in this process.
     ports : path, optional
         TOML file that says what these call their ports, in which units.
     step : float or str, optional
@@ -176,7 +176,7 @@ def run(name: Scenario, *, every: int | None = None, progress: Progress | None =
     order : "sequential" or "jacobi"
         One FMU after the other, or all at once with what the step before gave.
     fmus : path, optional
-        Folder with FMUs that fly as they are; if not given, what is missing is built and kept in the user's cache.
+        Folder with FMUs, taken as they are; if not given, what is missing is built and kept in the user's cache.
     kind : "python" or "native", optional
         Of the same results; native where there is a compiler if not given. Native ones of `fmus` are in its `native`.
     fmi : int

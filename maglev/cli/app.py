@@ -108,7 +108,7 @@ def build(names: Annotated[list[str] | None, typer.Argument(help="FMUs to build,
 
     `maglev build lqi.py`
 
-    `maglev build --rig mine.toml` builds those of a stage of yours; `maglev new stage mine.toml` writes one
+    `maglev build --rig mine.toml` builds those of your own stage; `maglev new stage mine.toml` writes one
 
     `maglev build Plant3DOF Regulator3DOF`
 
@@ -131,7 +131,7 @@ def build(names: Annotated[list[str] | None, typer.Argument(help="FMUs to build,
 
 
 def list_all(rig: RigFile = None, fmus: Built = Path("fmus"), debug: Debug = False) -> None:
-    """List the scenarios and the FMUs, or the FMUs of a stage of yours."""
+    """List the scenarios and the FMUs, or the FMUs of your own stage."""
     with one_line_errors(debug):
         from rich.table import Column, Table
 

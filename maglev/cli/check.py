@@ -34,7 +34,7 @@ def check(names: NamesOrFmus = None,
     compared, bit for bit; and `NAME_ref.csv` with a few signals at a few times and `NAME_ref.opt` with the tolerance of
     each, for FMUs of others. The exit code is 0 if all runs pass, 1 if one deviates, 2 if one could not be compared.
 
-    Of an FMU, anybody's, the experiments that it carries are flown: by the layered standard FMI-LS-REF, or in
+    Of an FMU, anybody's, the experiments that it carries are run: by the layered standard FMI-LS-REF, or in
     `NAME_ref.csv`, `NAME_in.csv` and `NAME_ref.opt` beside `NAME.fmu`.
 
     **Examples:**

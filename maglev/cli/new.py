@@ -12,7 +12,7 @@ from pmlsm.rigs import EXAMPLE, RIGS, SINGLE
 MOTOR_KEYS = ("force_constant", "attraction", "attraction_gap", "pole_pitch", "peak", "currents", "at", "continuous",
               "lag", "resistance", "inductance", "slot_pitch", "slot_width", "magnet_height", "gap", "mass")
 
-STAGES = f"{RIG_NAMES}, or the description of a stage of yours."
+STAGES = f"{RIG_NAMES}, or the description of your own stage."
 
 new = typer.Typer(no_args_is_help=True, rich_markup_mode="markdown")
 

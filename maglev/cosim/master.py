@@ -35,7 +35,7 @@ PROGRESS_STEPS = 500   # communication steps between two reports of progress
 
 @dataclass(frozen=True)
 class FmuSetup:
-    """An FMU of a co-simulation: its name in it, its file and its start values; names and units of a foreign one."""
+    """An FMU of a co-simulation: its name in it, file and start values; of a third-party one names and units."""
 
     name: str
     path: Path
@@ -240,7 +240,7 @@ class Master:
         return self.terminated(self.fly({}, progress))
 
     def wire(self, stop_time: float, drives: Drives) -> None:
-        """Prepare flights from 0 to the stop time (s); parameters and errors as of `run`."""
+        """Prepare runs from 0 to the stop time (s); parameters and errors as of `run`."""
         self.stop_time, self.steps = stop_time, self.steps_to(stop_time)
         self.block = self.steps if self.observer.whole else PROGRESS_STEPS
         for target, values in drives.items():
@@ -254,7 +254,7 @@ class Master:
         self.observer.wired(self.wiring)
 
     def drive(self, drives: Drives) -> None:
-        """Give all driven inputs other values for the next flight."""
+        """Give all driven inputs other values for the next run."""
         assert self.wiring is not None
         for track in self.wiring.tracks:
             if track.signals is not None:
@@ -262,7 +262,7 @@ class Master:
 
     def fly(self, start: Mapping[str, Mapping[str, float | bool]], progress: Progress | None = None,
             columns: Columns | None = None) -> Recording:
-        """Fly as prepared by `wire`, again after fmi2Reset; errors as of `run`.
+        """Run as prepared by `wire`, again after fmi2Reset; errors as of `run`.
 
         Parameters
         ----------
@@ -271,7 +271,7 @@ class Master:
         progress : callable, optional
             As of `run`.
         columns : Columns, optional
-            Of the tracks of the wiring: where the recording is, to be used again; without it the next flight leaves a
+            Of the tracks of the wiring: where the recording is, to be used again; without it the next run leaves a
             recording as it is.
         """
         assert self.wiring is not None
@@ -306,7 +306,7 @@ class Master:
             return columns.recording(self.step, self.notes())
 
     def initialise(self, start: Mapping[str, Mapping[str, float | bool]]) -> None:
-        """Make the FMUs ready for a flight, as new; `start` as of `fly`. FmuError if one refuses it."""
+        """Make the FMUs ready for a run, as new; `start` as of `fly`. FmuError if one refuses it."""
         assert self.wiring is not None
         own = {setup.name: setup.start for setup in self.setups}
         for track in self.wiring.tracks:
@@ -328,7 +328,7 @@ class Master:
         require_booleans(self.wiring.tracks, 0, 0, 0)
 
     def terminated(self, recording: Recording) -> Recording:
-        """End a flight that has given this recording; RunFailed where an FMU refuses its end."""
+        """End a run that has given this recording; RunFailed where an FMU refuses its end."""
         assert self.wiring is not None
         with held_interrupts():
             for call in self.wiring.final:

@@ -1,1 +1,1 @@
-"""Experiments that an FMU carries, of ours or of anybody: read, flown, compared, and put into one."""
+"""Experiments that an FMU carries, of ours or of anybody: read, run, compared, and put into one."""

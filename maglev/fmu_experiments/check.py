@@ -64,7 +64,7 @@ def named(paths: Sequence[Path]) -> dict[str, tuple[Path, CarriedExperiment]]:
 def check_fmus(paths: Iterable[str | Path], *, jobs: int | None = None, junit: str | Path | None = None,
                timeout: float = TIMEOUT, partial: bool = False,
                watch: Callable[[Sequence[str]], AbstractContextManager[Watcher]] | None = None) -> list[CheckResult]:
-    """Fly the experiments that FMUs carry, ours or anybody's, and compare with the results that they carry.
+    """Run the experiments that FMUs carry, ours or third-party, and compare with the results that they carry.
 
     These are experiments by the layered standard FMI-LS-REF (1.0.0-beta.1), or files NAME_ref.csv, NAME_in.csv and
     NAME_ref.opt beside NAME.fmu. Where nothing says how close a result has to be, a Real may be a thousandth of its

@@ -34,11 +34,11 @@ KINDS = ("Real", "Boolean", "Integer", "Int64")   # that a master records
 
 def pack_reference(fmu: str | Path, scenario: str | Path, *, name: str | None = None, out: str | Path | None = None,
                    fmus: str | Path | None = None, watch: Watcher = lambda name, done, steps: None) -> CheckResult:
-    """Fly a scenario with an FMU, and put into it what it was given and gave there, as an experiment for it alone.
+    """Run a scenario with an FMU, and put into it what it was given and gave there, as an experiment for it alone.
 
     The experiment is a validation by the layered standard FMI-LS-REF. What the scenario's baseline would hold of the
     FMU, the signals and tolerances of its table `check`, is what is compared; without any it is every output. The FMU
-    is then flown alone from what was put in: where that does not give the same, nothing is written.
+    is then run alone from what was put in: where that does not give the same, nothing is written.
 
     Parameters
     ----------
@@ -63,7 +63,7 @@ def pack_reference(fmu: str | Path, scenario: str | Path, *, name: str | None = 
     Raises
     ------
     MaglevError
-        If the run cannot be flown, takes too much room, or is not repeated by the FMU alone.
+        If the run cannot be made, takes too much room, or is not repeated by the FMU alone.
     """
     path, plan = Path(fmu), load_plan(scenario)
     if plan.needs:

@@ -27,7 +27,7 @@ def linearise(name: str, at: Mapping[str, Quantity] | Equilibrium, *, currents: 
     that are short beside its presliding displacement meet its spring, which is not in here.
 
     The model of a controller is sampled at its sample time: observer, internal model or integral and pre-filter, and
-    its law at the operating point. Left out: the current limit with its antiwindup, the safety trip, and the
+    its law at the operating point. Left out: the current limit with its anti-windup, the safety trip, and the
     compensation of Coulomb friction. A scheduled law has the gains of the region that the gap lies in.
 
     Parameters

@@ -1,1 +1,1 @@
-"""The live stage: one HTML page that flies plants and controllers, as WebAssembly, in a browser."""
+"""The live stage: one HTML page that runs plants and controllers, as WebAssembly, in a browser."""

@@ -31,14 +31,14 @@ POLICY = ("script-src 'unsafe-inline' 'wasm-unsafe-eval' blob:; worker-src blob:
 
 def write_live(out: str | Path = "results", *, files: Iterable[str | Path] = (), fmus: str | Path | None = None,
                say: Say = warn, watch: Watch = unwatched) -> Path:
-    """Write one page that flies stages in a browser, from disk and without network.
+    """Write one page that runs stages in a browser, from disk and without network.
 
     Parameters
     ----------
     out : path
         Folder for the page, made if it is not there.
     files : iterable of path
-        What flies there in place of all packaged runs: scenarios, or descriptions of stages, which rest at their start.
+        What runs there in place of all packaged runs: scenarios, or descriptions of stages, which rest at their start.
     fmus : path, optional
         Folder of FMUs, whose folder `wasm` has the WebAssembly modules and their descriptions. If not given, these are
         built where they are missing, which needs the extra `native`, and kept in the user's cache.
@@ -54,7 +54,7 @@ def write_live(out: str | Path = "results", *, files: Iterable[str | Path] = (),
     ------
     MaglevError
         If a module is missing or was built of other variables, which `build(kind="native", target="wasm")` makes; or
-        if a run cannot fly there.
+        if a run cannot run there.
     """
     named = [*map(Path, files)]
     plans = [plan for file in named for plan in plans_of(file)] if named else live_runs()

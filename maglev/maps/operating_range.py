@@ -89,7 +89,7 @@ The maps show the constants as they are; a dot is on what settles with these onl
     def table(self) -> list[tuple[str, ...]]:
         """Shares of all laws as rows of texts, the heading first; of outcomes those that occur."""
         occurring = seen(found.nominal for found in self.laws.values())
-        rows = [("law", next(iter(self.laws.values())).what, *(OUTCOMES[outcome] for outcome in occurring),
+        rows = [("controller", next(iter(self.laws.values())).what, *(OUTCOMES[outcome] for outcome in occurring),
                  SETTLED_ALWAYS)]
         return rows + [(law, found.size(step), *(f"{100 * nominal[outcome]:.0f} %" for outcome in occurring),
                         f"{100 * always:.0f} %")

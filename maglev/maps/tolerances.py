@@ -91,7 +91,7 @@ column of a map are without the one or the other."""
         """Up to where each law holds along each side, the other being harmless, as rows of texts, the heading first."""
         sides = [(question.name, side, harmless) for question in QUESTIONS if question.name in self.maps
                  for side, harmless in ((question.down, np.s_[:, 0]), (question.along, np.s_[0, :]))]
-        rows = [("law", "step of the gap", *(side.name for _, side, _ in sides))]
+        rows = [("controller", "step of the gap", *(side.name for _, side, _ in sides))]
         for law in next(iter(self.maps.values())):
             for k, size in enumerate(self.sizes):
                 rows.append((law, f"{size:g} mm", *(last_that_holds(self.maps[name][law][k][harmless], side)

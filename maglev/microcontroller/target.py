@@ -64,9 +64,9 @@ def target(controller: Given, run: Scenario | None = None, *, rig: str | Path | 
     controller : str, path or type
         Name of a controller of `fmus()`, or a Python file, "lqi.py" or "lqi.py:LQI", or a class that a module defines.
     run : str or path, optional
-        A run of `scenarios()` or a TOML file; the set-points of the controller's stage if not given.
+        A run of `scenarios()` or a TOML file; the setpoints of the controller's stage if not given.
     rig : path, optional
-        Description of a stage of yours that the controller is of.
+        Description of your own stage that the controller is of.
     out : path
         Folder, in which a folder NAME is written.
     fmus : path, optional

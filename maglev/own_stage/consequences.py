@@ -90,7 +90,7 @@ class Consequences:
 
     @property
     def warnings(self) -> list[str]:
-        """What keeps it from flying well, each with what to change."""
+        """What keeps it from working well, each with what to change."""
         rig, vertical = self.rig, self.rig.vertical.name
         found = []
         if rig.sample_time > 2.0 * longest_sample_time(rig):
@@ -170,7 +170,7 @@ def stage(path: str | Path) -> Consequences:
     Raises
     ------
     RigError, ScenarioError
-        If it is no description, or no stage that can fly, with what to change.
+        If it is no description, or no stage that can work, with what to change.
 
     Examples
     --------

@@ -18,14 +18,14 @@ from pmlsm.rigs import EXAMPLE, RIGS, SINGLE
 
 
 def new_stage(path: str | Path, like: str | None = None, motor: Sequence[str] = ()) -> tuple[Path, Path]:
-    """Write the description of a stage, and a scenario that flies it, to begin with; nothing is overwritten.
+    """Write the description of a stage, and a scenario for it, to begin with; nothing is overwritten.
 
     Parameters
     ----------
     path : path
         The file, NAME or NAME.toml; the FMUs of the stage are named after it.
     like : str, optional
-        Rig whose axes and motors it begins with: the 3-DOF stage, with a motor the 2-DOF stage.
+        Stage whose axes and motors it begins with: the 3-DOF stage, with a motor the 2-DOF stage.
     motor : sequence of str
         Other motors in its places: "small", "medium" or "large", typical of catalogues, and numbers of a data sheet as
         "KEY=VALUE", such as "force_constant=93 N/A". Travel, encoders, sample time and limits go with them.
@@ -38,7 +38,7 @@ def new_stage(path: str | Path, like: str | None = None, motor: Sequence[str] = 
     Raises
     ------
     RigError
-        If a file is there already, or its name, the rig or the motor is no such thing, or nothing flies with it.
+        If a file is there already, or its name, the stage or the motor is unknown, or nothing works with it.
 
     Examples
     --------
@@ -74,14 +74,14 @@ def undone(file: Path) -> Iterator[None]:
 
 
 def new_scenario(path: str | Path, stage: str | Path = EXAMPLE) -> Path:
-    """Write a scenario that flies, to begin with; nothing is overwritten.
+    """Write a scenario that runs, to begin with; nothing is overwritten.
 
     Parameters
     ----------
     path : path
         The file, NAME or NAME.toml; the run in it is named after it.
     stage : str or path
-        Name of a rig, or the description of a stage of yours, NAME.toml.
+        Name of a stage, or the description of your own, NAME.toml.
 
     Returns
     -------

@@ -1,1 +1,1 @@
-"""Rigs: their descriptions read from files, and the blocks and FMUs written from them."""
+"""Stages: their descriptions read from files, and the blocks and FMUs written from them."""

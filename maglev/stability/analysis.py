@@ -27,16 +27,16 @@ def region(rig: str, axis: str, gap: Quantity, *, controller: str | None = None,
            set: Mapping[str, Quantity | bool] | None = None, synthesise: bool = False, decay: float = DECAY,
            step: Quantity | None = None, fly: bool = True, fmus: str | Path | None = None,
            kind: str | None = None, fmi: int = 2) -> Region:
-    """Say how large a step an axis takes although its command is limited, with and without antiwindup.
+    """Say how large a step an axis takes although its command is limited, with and without anti-windup.
 
     Certified: an ellipsoid by linear matrix inequalities from which the linear loop comes back for certain. Simulated:
-    the same loop, step by step. Flown: the FMUs, with friction, stops and a gap that moves, which the certificate
+    the same loop, step by step. Held: the FMUs, with friction, stops and a gap that moves, which the certificate
     leaves out: the stage may hold less than is certified. Needs cvxpy and Clarabel, the extra `region`.
 
     Parameters
     ----------
     rig : str
-        "2dof", "3dof", "5dof", or the description of a stage of yours, "mine.toml".
+        "2dof", "3dof", "5dof", or the description of your own stage, "mine.toml".
     axis : str
         "v", "h" or "y", "x", "z", or a tilt, whose lengths are in rad. Where the platform tilts, the certificate is
         also of the axes that the limits of the currents move; x and z take minutes.
@@ -47,14 +47,14 @@ def region(rig: str, axis: str, gap: Quantity, *, controller: str | None = None,
     set : mapping of str to value, optional
         Parameters by `plant.…` and `controller.…`, SI or text with a unit: {"controller.x.ec1": 2e-4}.
     synthesise : bool
-        Also look for the antiwindup gains with the largest certified step.
+        Also look for the anti-windup gains with the largest certified step.
     decay : float
         Rate at which, with these, states in the ellipsoid are to decay at least, 1/s.
     step : float or str, optional
         Step of the responses, m; if not given, the largest certified one of the first candidate, or what the stops
         leave room for.
     fly : bool
-        Whether to fly steps with the FMUs, a dozen or two for each candidate; the Python kind takes a minute or two.
+        Whether to run steps with the FMUs, a dozen or two for each candidate; Python FMUs take a minute or two.
     fmus, kind, fmi
         As of `run`.
 

@@ -17,7 +17,7 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
 LEFT_OUT = ("certified and simulated: the linear loop with its limit; "
-            "flown: the FMUs, with friction, stops and a moving gap")
+            "held: the FMUs, with friction, stops and a moving gap")
 
 COLORS = ("tab:blue", "tab:orange", "tab:green")
 GRID = 21        # simulated states along each side
@@ -85,15 +85,15 @@ class Candidate:
 
     @property
     def largest(self) -> tuple[str, str]:
-        """Largest step that is certified and that is flown, as text, mm or mrad: the one does not say the other."""
+        """Largest step that is certified, and that the FMUs hold, as text, mm or mrad: neither implies the other."""
         return (f"{1e3 * self.certificate.step:.1f}",
-                self.flown.written(self.flown.largest) if self.flown else "not flown")
+                self.flown.written(self.flown.largest) if self.flown else "not run")
 
     @property
     def title(self) -> str:
         certified, flown = self.largest
         unit = f"m{self.unit}"
-        return f"{self.name}: {certified} {unit} certified, {flown}{f' {unit} flown' if self.flown else ''}"
+        return f"{self.name}: {certified} {unit} certified, {flown}{f' {unit} held' if self.flown else ''}"
 
     @property
     def responses(self) -> dict[str, Response]:
@@ -102,15 +102,15 @@ class Candidate:
 
     def row(self) -> dict[str, str]:
         """Cells of the candidate by the titles of their columns."""
-        cells = {"antiwindup": self.name, "Ec": " ".join(f"{gain:.3g}" for gain in self.gains)}
+        cells = {"anti-windup": self.name, "Ec": " ".join(f"{gain:.3g}" for gain in self.gains)}
         unit = f"(m{self.unit})"
-        cells[f"certified {unit}"], cells[f"flown {unit}"] = self.largest
+        cells[f"certified {unit}"], cells[f"held {unit}"] = self.largest
         if self.flown and self.flown.largest_locked is not None:
             cells[f"gap locked {unit}"] = self.flown.written(self.flown.largest_locked)
         cells[f"simulated {unit}"] = f"{'≥ ' if self.simulated >= LARGEST_STEP else ''}{1e3 * self.simulated:.1f}"
         cells["overshoot (%)"], cells["settling (s)"] = response_cells(self.response)
         if self.flown:
-            cells["flown (%)"], cells["flown (s)"] = (response_cells(self.flown.response) if self.flown.held else
+            cells["held (%)"], cells["held (s)"] = (response_cells(self.flown.response) if self.flown.held else
                                                       ("not held", ""))
         return cells
 
@@ -136,7 +136,7 @@ class Region:
     step : float
         Step of the responses, m.
     candidates : tuple of Candidate
-        As set, without antiwindup, and synthesised, as far as there are such.
+        As set, without anti-windup, and synthesised, as far as there are such.
     """
 
     loop: AxisLoop

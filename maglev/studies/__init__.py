@@ -1,1 +1,1 @@
-"""Studies: one scenario flown many times, with what varies, what is kept of each flight, and a page about all."""
+"""Studies: one scenario run many times, with what varies, what is kept of each run, and a page about all."""

@@ -8,14 +8,14 @@ from maglev.schema.loading import load_plan
 
 
 def new_study(path: str | Path, scenario: str | Path) -> Path:
-    """Write a study that flies, to begin with; nothing is overwritten.
+    """Write a study that runs, to begin with; nothing is overwritten.
 
     Parameters
     ----------
     path : path
         The file, NAME or NAME.toml; its results are named after it.
     scenario : str or path
-        What it flies: a run of the package by its name, or a scenario of yours, without variants.
+        What it runs: a run of the package by its name, or a scenario of yours, without variants.
 
     Returns
     -------

@@ -1,4 +1,4 @@
-"""A study made ready: everything that would be refused is refused here, before the first flight."""
+"""A study made ready: everything that would be refused is refused here, before the first run."""
 
 import shutil
 from collections.abc import Collection, Mapping

@@ -16,7 +16,7 @@ def gains_toml(tuning: TuneFile, found: Found) -> str:
     """The parameters that were found, as a file that a scenario extends."""
     lines = [f"# {line}" for line in (tuning.title or tuning.name, f"Found by maglev tune {tuning.name}: "
                                       f"{tuning.population} candidates, {tuning.generations} generations, "
-                                      f"{found.flights} flights of {tuning.scenario}.")]
+                                      f"{found.flights} runs of {tuning.scenario}.")]
     by_fmu: dict[str, list[str]] = {}
     for name, value in found.parameters.items():
         fmu, _, own = name.partition(".")

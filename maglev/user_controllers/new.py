@@ -12,14 +12,14 @@ LONGEST_SHORT_NAME = 4   # letters, of names such as lqi and mpc, whose classes 
 
 
 def new_controller(path: str | Path, stage: str = EXAMPLE) -> Path:
-    """Write a controller that flies, to begin with; nothing is overwritten.
+    """Write a controller that works, to begin with; nothing is overwritten.
 
     Parameters
     ----------
     path : path
         The file, NAME or NAME.py; the class in it is named after it.
     stage : str
-        Name of a rig, or the description of a stage of yours, NAME.toml.
+        Name of a stage, or the description of your own, NAME.toml.
 
     Returns
     -------
@@ -41,7 +41,7 @@ def new_controller(path: str | Path, stage: str = EXAMPLE) -> Path:
 
 
 def new_plant(path: str | Path, stage: str = EXAMPLE) -> Path:
-    """Write a plant that flies, an ideal levitated mass with the ports of a stage; nothing is overwritten.
+    """Write a plant that works, an ideal levitated mass with the ports of a stage; nothing is overwritten.
 
     Parameters, file and errors are those of `new_controller`.
 

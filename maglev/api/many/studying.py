@@ -34,7 +34,7 @@ PERCENT = re.compile(r"(?:±|\+-|\+/-)\s*(\S+?)\s*%")   # ±20%, +-20 %
 
 
 class Study:
-    """A study that was flown: its dataset, and ways on to other tools.
+    """A study that was run: its dataset, and ways on to other tools.
 
     Attributes
     ----------
@@ -95,13 +95,13 @@ class Study:
         return found.assign_attrs(name=self.name, scenario=self.about["scenario"])
 
     def command(self, sample: int) -> str:
-        """The command that flies a sample again, as a full run with files and all."""
+        """The command that runs a sample again, as a full run with files and all."""
         from maglev.studies.page.again import command_of
 
         return command_of(self.about, self.row(sample))
 
     def run(self, sample: int) -> Run:
-        """A sample flown again as `maglev.run` does it, with everything recorded: the same bits."""
+        """A sample run again as `maglev.run` does it, with everything recorded: the same bits."""
         from maglev.studies.page.again import options_of
 
         return fly(**options_of(self.about, self.row(sample)))

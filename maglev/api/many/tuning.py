@@ -24,7 +24,7 @@ class Tuned:
     Attributes
     ----------
     parameters : mapping of str to float
-        By `fmu.variable`, SI: `maglev.run(name, set=tuned.parameters)` flies with them.
+        By `fmu.variable`, SI: `maglev.run(name, set=tuned.parameters)` takes them.
     path : Path
         The same as a file that a scenario extends.
     found : Found
@@ -69,12 +69,12 @@ def tune(file: str | Path, *, out: str | Path = "results", jobs: int | None = No
     Returns
     -------
     Tuned
-        The same, bit for bit, whoever flew it.
+        The same, bit for bit, whoever ran it.
 
     Raises
     ------
     MaglevError
-        If something in it cannot be used: before the first flight.
+        If something in it cannot be used: before the first run.
     """
     from maglev.studies.parts import Parts
     from maglev.tuning.planning import plan_tuning

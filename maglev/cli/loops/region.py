@@ -18,12 +18,12 @@ Regulator = Annotated[str | None, typer.Option(help="An output regulator; the no
 Parameters = Annotated[list[str] | None, typer.Option(
     "--set", metavar="controller.variable=value", help="Parameter of `controller` or `plant`; may carry a unit and may "
     "be repeated.", show_default=False)]
-Synthesise = Annotated[bool, typer.Option("--synthesise", help="Also look for the antiwindup gains with the largest "
+Synthesise = Annotated[bool, typer.Option("--synthesise", help="Also look for the anti-windup gains with the largest "
                                           "certified step.")]
 Decay = Annotated[float, typer.Option(help="Rate at which states in the ellipsoid decay with these, 1/s.")]
 Step = Annotated[str | None, typer.Option(help="Step of the responses, in m or with a unit; the largest certified one "
                                           "if not given.", show_default=False)]
-Fly = Annotated[bool, typer.Option("--fly/--no-fly", help="Fly steps with the FMUs, beside what is certified; with "
+Fly = Annotated[bool, typer.Option("--fly/--no-fly", help="Run steps with the FMUs, beside what is certified; with "
                                    "native ones it takes seconds, with Python ones a minute or two.")]
 Plot = Annotated[bool, typer.Option("--plot", help="Picture of the region and the responses (needs matplotlib).")]
 
@@ -34,7 +34,7 @@ def region(rig: RigName, axis: Axis, gap: Gap, controller: Regulator = None, set
            as_json: AsJson = None, out: Out = Path("results"), debug: Debug = False, **options: Any) -> None:
     """Find the largest step that an axis takes although currents are limited.
 
-    Certified by linear matrix inequalities for the linear loop, and flown by the FMUs, which have the friction, the
+    Certified by linear matrix inequalities for the linear loop, and held by the FMUs, which have the friction, the
     stops and the moving gap that a certificate leaves out (needs the extra `region`).
 
     **Examples:**

@@ -44,8 +44,8 @@ def test_a_region_has_what_was_asked_for(found: Region) -> None:
 def test_pictures_text_and_data(found: Region, tmp_path: Path) -> None:
     found.plot().savefig(tmp_path / "region.png")
     assert (tmp_path / "region.png").read_bytes().startswith(b"\x89PNG")
-    assert [line.split()[-6:-3] for line in str(found).splitlines()[-3:-1]] == [["17.3", "not", "flown"],
-                                                                               ["14.4", "not", "flown"]]
+    assert [line.split()[-6:-3] for line in str(found).splitlines()[-3:-1]] == [["17.3", "not", "run"],
+                                                                               ["14.4", "not", "run"]]
     data = json.loads(json.dumps(found.as_data(), allow_nan=False))
     candidate = data["candidates"]["as set"]
     start = candidate["certified_step"] * found.loop.at_step
@@ -145,7 +145,7 @@ def test_what_is_flown_stands_beside_what_is_certified(fastest_fmus: Path, tmp_p
                                                                                      abs=0.05e-3)
     flown = shown[0]["as set"].flown
     assert flown is not None and flown.largest_locked is not None and flown.largest < flown.largest_locked
-    assert shown[0]["as set"].title == f"as set: {certified} mm certified, {held} mm flown"
+    assert shown[0]["as set"].title == f"as set: {certified} mm certified, {held} mm held"
 
 
 def test_steps_end_where_the_stops_do(fastest_fmus: Path) -> None:
