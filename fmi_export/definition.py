@@ -3,6 +3,7 @@
 from collections.abc import Mapping
 from dataclasses import dataclass
 from importlib import import_module
+from math import inf
 from operator import attrgetter
 from typing import Any
 
@@ -35,6 +36,21 @@ class Variable:
     def place(self) -> str:
         """Attribute path of the block."""
         return self.path or self.name
+
+    def slot(self, block: Any) -> tuple[Any, str]:
+        """Object of a block that holds it, and the name of its attribute."""
+        path, _, name = self.place.rpartition(".")
+        return (attrgetter(path)(block) if path else block), name
+
+    @property
+    def low(self) -> float:
+        """Minimum, -inf if there is none."""
+        return -inf if self.minimum is None else self.minimum
+
+    @property
+    def high(self) -> float:
+        """Maximum, inf if there is none."""
+        return inf if self.maximum is None else self.maximum
 
     @property
     def hinted(self) -> str:

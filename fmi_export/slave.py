@@ -201,18 +201,14 @@ class BlockSlave(Fmi2Slave):
         """What is wrong with the first input or parameter that is not a finite number within its range."""
         for v in self.checked:
             value = attrgetter(v.place)(self.block)
-            low = -inf if v.minimum is None else v.minimum
-            high = inf if v.maximum is None else v.maximum
-            if not (low <= value <= high and -inf < value < inf):
+            if not (v.low <= value <= v.high and -inf < value < inf):
                 return self.beyond(v, value)
         return None
 
     def beyond(self, v: Variable, value: float) -> str:
         """Words for a value that is not a finite number within the range of its variable."""
-        low = -inf if v.minimum is None else v.minimum
-        high = inf if v.maximum is None else v.maximum
         unit = f" {v.unit}" if v.unit else ""
-        return f"{v.name} = {value}{unit}, expected a number from {low} to {high}{unit}{v.hinted}"
+        return f"{v.name} = {value}{unit}, expected a number from {v.low} to {v.high}{unit}{v.hinted}"
 
     def check_ranges(self) -> None:
         """Refuse inputs and parameters that are not finite numbers within their range."""
@@ -222,11 +218,6 @@ class BlockSlave(Fmi2Slave):
         self.suspect = False
 
     # Variables
-
-    def owner(self, variable: Variable) -> Slot:
-        """Object of the block that holds a variable, and the attribute's name."""
-        path, _, name = variable.place.rpartition(".")
-        return (attrgetter(path)(self.block) if path else self.block), name
 
     def variable(self, vr: int, boolean: bool) -> Variable:
         """Variable of a value reference and type."""
@@ -267,8 +258,7 @@ class BlockSlave(Fmi2Slave):
                 raise self.refused(f"{v.name} is an output, expected an input or a parameter to set")
             if self.phase == RUNNING and v.variability == "fixed":
                 raise self.refused(f"{v.name} is a fixed parameter, expected to be set before the initialization ends")
-            slots.append((*self.owner(v), -inf if v.minimum is None else v.minimum,
-                          inf if v.maximum is None else v.maximum))
+            slots.append((*v.slot(self.block), v.low, v.high))
         self.setters[vrs] = slots
         return slots
 

@@ -2,7 +2,6 @@
 
 import re
 from collections.abc import Iterable
-from math import inf
 from textwrap import wrap
 
 from fmi_export.definition import SAMPLE_TIME, FmuDefinition, Variable
@@ -172,11 +171,10 @@ def wrapped(cells: Iterable[str]) -> str:
 
 
 def variable_row(variable: Variable) -> str:
-    low = -inf if variable.minimum is None else float(variable.minimum)
-    high = inf if variable.maximum is None else float(variable.maximum)
     cells = (text_literal(variable.name), text_literal(variable.unit), f"AT({variable.place})",
              "true" if variable.boolean else "false", "true" if variable.variability == "fixed" else "false",
-             variable.causality.upper(), literal(low), literal(high), text_literal(variable.hinted))
+             variable.causality.upper(), literal(float(variable.low)), literal(float(variable.high)),
+             text_literal(variable.hinted))
     return f"    {{{', '.join(cells)}}},"
 
 

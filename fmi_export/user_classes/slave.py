@@ -56,7 +56,7 @@ class WrittenSlave(BlockSlave):
             for v in self.variables:
                 value = attrgetter(v.place)(self.block)
                 if type(value) not in (bool, float) and isinstance(value, Real):
-                    setattr(*self.owner(v), float(value))
+                    setattr(*v.slot(self.block), float(value))
         super().refuse(status, time, step)
 
     def _get_fmu_state(self) -> dict[str, Any]:

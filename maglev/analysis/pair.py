@@ -3,7 +3,6 @@
 from collections.abc import Iterator, Mapping
 from contextlib import contextmanager
 from dataclasses import dataclass
-from operator import attrgetter
 from pathlib import Path
 
 import numpy as np
@@ -18,11 +17,12 @@ from maglev.errors import LinearModelError, nearest, one_of, option, or_of_own_s
 from maglev.experiment.preparation import as_it_is
 from maglev.linear.equilibrium import read_positions
 from maglev.linear.model import Equilibrium
-from maglev.linear.parameters import Quantity, block_of, controllers, number, plants
+from maglev.linear.parameters import Quantity, controllers, number, plants
 from maglev.linear.places import MotorPlaces
 from maglev.own_fmus import current_fmu
 from maglev.own_stage.adoption import know_stage
 from maglev.own_stage.loop import loop_table
+from maglev.parameter import Parameter, require_parameter
 from maglev.stages import STAGES
 from maglev.user_controllers.source import Given, is_written, name_of, path_of
 from pmlsm.dq_transform import clarke, park
@@ -200,16 +200,14 @@ def rig_with(variables: Mapping[str, object]) -> Rig:
 
 
 def read_settings(name: str, settings: Settings, description: ModelDescription) -> dict[str, float | bool]:
-    """Values of parameters, SI: of our FMUs checked by their table, of others by the units that they declare."""
+    """Values of parameters, SI: of our FMUs checked by their table, of others by their model description."""
     if name in plants() or name in controllers():
-        block, places = block_of(name, settings), {v.name: v.place for v in STAGES.definition(name).variables}
-        return {key: attrgetter(places[key])(block) for key in settings}
-    known = {v.name: v for v in description.modelVariables if v.causality == "parameter"}
+        known = {v.name: Parameter.of(v) for v in STAGES.definition(name).variables if v.causality == "parameter"}
+    else:
+        known = {v.name: Parameter.described(v) for v in description.modelVariables if v.causality == "parameter"}
     for key in settings:
-        if key not in known:
-            raise LinearModelError(f"{name}: no parameter {key!r}; nearest is {nearest(key, known)}")
-    return {key: given if isinstance(given, bool) else number(name, key, given, known[key].unit or "")
-            for key, given in settings.items()}
+        require_parameter(key, known, name, LinearModelError)
+    return {key: known[key].read(given, f"{name}: {key}", LinearModelError) for key, given in settings.items()}
 
 
 def sample_time_of(rig: Rig, name: str, variables: Mapping[str, object], setup: FmuSetup,

@@ -2,11 +2,10 @@
 
 from collections.abc import Callable, Collection, Mapping
 from dataclasses import dataclass
-from math import inf
-from operator import attrgetter
 
 from maglev.errors import ScenarioError, option
 from maglev.own_fmus import definition
+from maglev.parameter import Parameter
 from pmlsm.rig import Rig
 
 Own = Callable[[str], float | None]   # what a variable of an FMU is that flies, or None if it has none
@@ -40,11 +39,7 @@ class Following:
         for variable in plant.variables:
             if variable.name in self.masses:
                 value = changes.get(full := f"plant.{variable.name}", self.masses[variable.name])
-                low, high = variable.minimum or 0.0, variable.maximum or inf
-                if not low <= value <= high:
-                    raise ScenarioError(f"{full} = {value!r} {variable.unit}, expected {low:g}…{high:g}")
-                path, _, attribute = variable.place.rpartition(".")
-                setattr(attrgetter(path)(block), attribute, float(value))
+                setattr(*variable.slot(block), Parameter.of(variable).read(value, full, ScenarioError))
         block.start()
         block.step(0.0, self.rig.sample_time)
         axes = {axis.name: getattr(block, axis.name) for axis in self.rig.axes}

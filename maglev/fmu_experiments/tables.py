@@ -14,6 +14,7 @@ from maglev.baselines.baseline import Tolerance
 from maglev.csv_table import is_finite
 from maglev.errors import FmuError, nearest, shortened
 from maglev.fmu_experiments.carried import File, parsed
+from maglev.parameter import require_parameter
 
 Array: TypeAlias = npt.NDArray[np.float64]
 
@@ -101,14 +102,14 @@ def start_values(file: File, variables: Mapping[str, ScalarVariable]) -> dict[st
     found = {}
     for parameter in parsed(file).iter(f"{{{SSV}}}Parameter"):
         name = parameter.get("name", "")
-        if name not in variables:
-            raise FmuError(f"{file.place}: parameter {name}: the FMU has no such variable, nearest is "
-                           f"{nearest(name, variables)}")
+        require_parameter(name, variables, f"{file.place}: the FMU", FmuError)
         value = next((child.get("value") for child in parameter if child.get("value") is not None), None)
         if value is None:
             raise FmuError(f"{file.place}: parameter {name} has no value, expected one")
         if variables[name].type in REALS and not is_finite(value):
             raise FmuError(f"{file.place}: parameter {name} = {shortened(value)}, expected a finite number")
+        if variables[name].type == "Boolean" and value not in (*BOOLEANS, "0", "1"):
+            raise FmuError(f"{file.place}: parameter {name} = {shortened(value)}, expected true or false")
         found[name] = value
     return found
 

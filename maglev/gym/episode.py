@@ -1,8 +1,7 @@
 """What an episode begins with: parameters of the plant, fixed or drawn anew, and references, drawn or of the user's."""
 
 from collections.abc import Mapping, Sequence
-from math import inf, isfinite, pi
-from numbers import Real
+from math import pi
 from typing import Any
 
 import numpy as np
@@ -10,8 +9,8 @@ import numpy.typing as npt
 from fmpy.model_description import ScalarVariable
 
 from maglev.arrays import Array
-from maglev.errors import QuantityError, ScenarioError, UnknownName, nearest
-from maglev.units import known_unit, parse_quantity
+from maglev.errors import ScenarioError, UnknownName
+from maglev.parameter import Parameter, require_parameter
 from maglev.waves import sines_cosines
 
 Value = float | str | bool                # SI, or text with a unit such as "25 mm"
@@ -35,8 +34,7 @@ class Parameters:
 
     def range_of(self, name: str, setting: Setting) -> tuple[float | bool, float | bool]:
         """Range in which a parameter is drawn; twice the same for a single value."""
-        if name not in self.known:
-            raise UnknownName(f"{name}: the {self.part} has no such parameter; nearest is {nearest(name, self.known)}")
+        require_parameter(name, self.known, f"the {self.part}", UnknownName)
         pair = setting if isinstance(setting, Sequence) and not isinstance(setting, str) else (setting, setting)
         if len(pair) != 2:
             raise ScenarioError(f"{name} = {setting!r}, expected a value or a pair of values, low and high")
@@ -47,23 +45,7 @@ class Parameters:
 
     def value_of(self, name: str, value: Any) -> float | bool:
         """A parameter's value in SI."""
-        variable = self.known[name]
-        if variable.type == "Boolean":
-            if not isinstance(value, bool | np.bool_):
-                raise ScenarioError(f"{name} = {value!r}, expected True or False")
-            return bool(value)
-        unit = variable.unit or "1"
-        try:
-            if isinstance(value, str) and known_unit(unit) is None:
-                raise QuantityError(f"{value!r}: expected a plain number, in {unit}")
-            found = parse_quantity(float(value) if isinstance(value, Real) and not isinstance(value, bool) else value,
-                                   unit if known_unit(unit) else None)
-        except QuantityError as error:
-            raise ScenarioError(f"{name} = {error}") from None
-        low, high = (float(limit) if limit else end for limit, end in ((variable.min, -inf), (variable.max, inf)))
-        if not (isfinite(found) and low <= found <= high):
-            raise ScenarioError(f"{name} = {found!r} {unit}, expected a number from {low:g} to {high:g}")
-        return found
+        return Parameter.described(self.known[name]).read(value, name, ScenarioError)
 
     def extremes(self, name: str) -> tuple[float, float]:
         """Smallest and largest value that a parameter can have; the part's own if none is given."""

@@ -2,13 +2,12 @@
 
 import re
 from collections.abc import Mapping
-from math import inf
 from operator import attrgetter
 from typing import Any
 
 from maglev.errors import LinearModelError, nearest, or_of_own_stage
+from maglev.parameter import Parameter, require_parameter
 from maglev.stages import STAGES, definitions
-from maglev.units import parse_quantity, refused_as
 from pmlsm.rig import Rig
 
 # What can be linearised of each rig: its plant, its output regulators, the nonlinear one first, and its PID.
@@ -51,30 +50,16 @@ def block_of(name: str, parameters: Mapping[str, Quantity | bool]) -> Any:
     known = {variable.name: variable for variable in definition.variables if variable.causality == "parameter"}
     block = definition.new_block()
     for key, given in parameters.items():
-        if key not in known:
-            raise LinearModelError(f"{name}: no parameter {key!r}; nearest is {nearest(key, known)}")
-        variable = known[key]
-        if variable.boolean:
-            if not isinstance(given, bool):
-                raise LinearModelError(f"{name}: {key} = {given!r}, expected true or false")
-            value: float | bool = given
-        else:
-            low = -inf if variable.minimum is None else variable.minimum
-            high = inf if variable.maximum is None else variable.maximum
-            value = number(name, key, given, variable.unit)
-            if not low <= value <= high:
-                raise LinearModelError(f"{name}: {key} = {value!r} {variable.unit}, expected {low:g}…{high:g}"
-                                       f"{variable.hinted}")
-        path, _, attribute = variable.place.rpartition(".")
-        setattr(attrgetter(path)(block) if path else block, attribute, value)
+        require_parameter(key, known, name, LinearModelError)
+        value = Parameter.of(known[key]).read(given, f"{name}: {key}", LinearModelError)
+        setattr(*known[key].slot(block), value)
     block.geometry.prepare()   # what a motor of another geometry owes to it; one that is none is refused by `prepare`
     return block
 
 
 def number(name: str, key: str, given: Quantity, unit: str) -> float:
     """SI value of a quantity; LinearModelError that begins with the FMU and the key."""
-    with refused_as(LinearModelError, f"{name}: {key}"):
-        return parse_quantity(given, unit or "1")
+    return Parameter(unit).read(given, f"{name}: {key}", LinearModelError)
 
 
 def prepare(name: str, block: Any) -> None:

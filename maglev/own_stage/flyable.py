@@ -9,6 +9,7 @@ from maglev.linear.loop import linearise_loop
 from maglev.linear.parameters import linear_names
 from maglev.own_stage.adoption import know_stage
 from maglev.own_stage.design import SLOWEST_SAMPLING, strongest, unstable_rate
+from maglev.parameter import Parameter
 from maglev.stages import STAGES
 from pmlsm.rig import Rig, RigAxis
 
@@ -59,11 +60,9 @@ def require_within_ranges(rig: Rig) -> None:
     for definition in map(STAGES.definition, linear_names(rig)):
         block = definition.new_block()
         for variable in definition.variables:
-            value = attrgetter(variable.place)(block)
-            low, high = variable.minimum, variable.maximum
-            if variable.causality == "parameter" and not variable.boolean and not (
-                    (low is None or low <= value) and (high is None or value <= high)):
-                raise RigError(f"{definition.name}: {variable.name} = {value:g} {variable.unit}, expected {low}…{high}")
+            if variable.causality == "parameter" and not variable.boolean:
+                Parameter.of(variable).read(attrgetter(variable.place)(block), f"{definition.name}: {variable.name}",
+                                            RigError)
 
 
 def require_thrust(rig: Rig, axis: RigAxis) -> None:

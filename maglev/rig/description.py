@@ -4,13 +4,14 @@ import re
 import types
 from collections.abc import Iterator, Mapping
 from dataclasses import MISSING, fields, is_dataclass
+from math import inf
 from pathlib import Path
 from typing import Any, NoReturn, Union, cast, get_args, get_origin, get_type_hints
 
-from maglev.errors import QuantityError, RigError, nearest
+from maglev.errors import RigError, nearest
+from maglev.parameter import Parameter
 from maglev.rig.writer import own_names
 from maglev.toml_file import read_toml
-from maglev.units import parse_quantity
 from pmlsm.rig import ROTATION, Rig
 from pmlsm.variables import GEOMETRY
 
@@ -110,13 +111,9 @@ class Reader:
     def number(self, given: Any, key: str, unit: str | None = None, low: float | None = None,
                high: float | None = None) -> float:
         """A quantity in SI, within its range."""
-        try:
-            value = parse_quantity(given, ROTATION.get(unit or "", unit) if self.rotation else unit)
-        except QuantityError as error:
-            self.refuse(key, str(error))
-        if low is not None and high is not None and not low <= value <= high:
-            self.refuse(key, f"{value:g}, expected {low:g}…{high:g}")
-        return value
+        own = ROTATION.get(unit or "", unit) if self.rotation else unit
+        parameter = Parameter(own, low=-inf if low is None else low, high=inf if high is None else high)
+        return parameter.read(given, f"{self.path}: {key}", RigError)
 
     def geometry(self, name: str, given: Any) -> float:
         """A parameter of the geometry of a motor, by its path."""

@@ -88,11 +88,11 @@ def target_of(name: str, column: int, mode: Mode, experiment: Experiment, descri
     variables = {variable.name: variable for variable in descriptions[fmu].modelVariables}
     settable = [each for each, variable in variables.items() if variable.causality in ("parameter", "input")]
     if own not in variables:
-        raise ScenarioError(f"{key}: {fmu} has no parameter {own!r}, nearest is {nearest(own, settable)}")
+        raise ScenarioError(f"{key}: {fmu} has no parameter {own!r}; nearest is {nearest(own, settable)}")
     variable = variables[own]
     if own not in settable:
-        raise ScenarioError(f"{key}: is a {variable.causality} variable, expected a parameter or an input; nearest is "
-                            f"{nearest(own, settable)}")
+        raise ScenarioError(f"{key}: is of causality {variable.causality}, expected a parameter or an input; nearest "
+                            f"is {nearest(own, settable)}")
     if variable.type not in ("Real", "Boolean"):
         raise ScenarioError(f"{key}: is of type {variable.type}, expected Real or Boolean")
     if own in experiment.plan.fmus[fmu].start_from:

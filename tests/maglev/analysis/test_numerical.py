@@ -107,7 +107,7 @@ def test_a_file_flies_apart_and_a_rounding_is_named(fastest_fmus: Path, tmp_path
 
 @pytest.mark.parametrize(("change", "says"), [
     ({"plant": "Plant2DOG"}, "'Plant2DOG' is no plant, expected one of"),
-    ({"controller_parameters": {"bandwith": 50.0}}, "PD: no parameter 'bandwith'; nearest is 'bandwidth'"),
+    ({"controller_parameters": {"bandwith": 50.0}}, "PD has no parameter 'bandwith'; nearest is 'bandwidth'"),
     ({"controller_parameters": {"bandwidth": 5.0}}, "expected a loop at rest"),
     ({"sample_time": "2 s"}, "PD: sample time = 2.0 s, expected one between 0 and 1 s")])
 def test_refusals(change: dict, says: str, fastest_fmus: Path, pd_class) -> None:

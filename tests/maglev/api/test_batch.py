@@ -127,7 +127,7 @@ def test_a_sample_that_fails_is_a_row(native_fmus: Path) -> None:
 
 @pytest.mark.parametrize(("values", "words"), [
     ({"plant.v.mass": [4.0, 5.0], "plant.h.mass": [1.5]}, "plant.v.mass: 2, plant.h.mass: 1 values, expected as many"),
-    ({"plant.v.mas": [4.0]}, "plant has no parameter 'v.mas', nearest is 'v.mass'"),
+    ({"plant.v.mas": [4.0]}, "plant has no parameter 'v.mas'; nearest is 'v.mass'"),
     ({"plant.v.mass": [-4.0]}, "1 of 1 samples are out of range, the first is -4"),
     ({"plant.v.mass": [np.nan]}, "vary[0].values[0] = nan"), ({"plant.v.mass": []}, "values")])
 def test_what_cannot_be_used_is_refused(native_fmus: Path, values: dict[str, list[float]], words: str) -> None:

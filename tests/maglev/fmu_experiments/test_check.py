@@ -191,7 +191,7 @@ BROKEN = {
               "in.csv: column v.forc is no input of the FMU, nearest is 'v.force'"),
     "parameter": (f'{TRANSIENT}<Parameters source="a.ssv"/>{REFERENCES}', {
         "a.ssv": '<p:P xmlns:p="http://ssp-standard.org/SSP1/SystemStructureParameterValues"><p:Parameter name="C9">'
-                 '<p:Real value="1"/></p:Parameter></p:P>'}, "a.ssv: parameter C9: the FMU has no such variable"),
+                 '<p:Real value="1"/></p:Parameter></p:P>'}, "a.ssv: the FMU has no parameter 'C9'; nearest is"),
     "tolerance": (TRANSIENT + REFERENCES, {"fall.opt": "AbsTol,v.x,1\n"},
                   "there is no column v.x, for which there is a tolerance"),
     "word": (TRANSIENT + REFERENCES, {"fall.opt": "StepSize,0.0005\nStopTime\n"}, "line 2: 'StopTime', expected KEY"),

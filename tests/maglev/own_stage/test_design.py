@@ -181,7 +181,7 @@ def test_the_command_prints_what_follows(tmp_path: Path, monkeypatch: pytest.Mon
     (["force=3"], "--motor force=3: no such key; nearest is 'force_constant'"),
     (["force_constant=93"], "--motor: without attraction, attraction_gap, pole_pitch, peak, expected KEY=VALUE"),
     (["medium", "peak=3kg"], "--motor: peak: '3kg' is in kg, expected a quantity in A"),
-    (["medium", "peak=1e9"], "--motor: peak: 1e.09, expected 0.001…700"),
+    (["medium", "peak=1e9"], "--motor: peak = 1e.09 A, expected a number from 0.001 to 700 A"),
     (["medium", "gap=50mm"], "--motor gap=50mm: expected at most pole_pitch = 12 mm"),
     (["medium", "slot_width=9mm"], "--motor slot_width=0.009: expected less than slot_pitch = 0.004 m"),
     (["medium", "currents=mean"], "--motor currents=mean: expected rms or peak"),

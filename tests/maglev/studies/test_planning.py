@@ -26,9 +26,9 @@ def sampled(**design: object) -> dict[str, object]:
 
 
 @pytest.mark.parametrize(("table", "words"), [
-    (varied(set="plant.v.mas"), "plant has no parameter 'v.mas', nearest is 'v.mass'"),
+    (varied(set="plant.v.mas"), "plant has no parameter 'v.mas'; nearest is 'v.mass'"),
     (varied(set="plan.v.mass"), "there is no FMU 'plan', nearest is 'plant'"),
-    (varied(set="plant.v.position"), "is a output variable, expected a parameter or an input"),
+    (varied(set="plant.v.position"), "is of causality output, expected a parameter or an input"),
     (varied(set="controller.v.measured"), "is fed from the start, expected a parameter"),
     (varied(set="plant.h.position_start", mode="factor"), "a factor on 0 varies nothing, expected values"),
     (varied(set="reference.v.ende"), "nearest is 'end'"),

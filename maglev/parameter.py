@@ -1,0 +1,80 @@
+"""Parameters that somebody gives values to: one check of name, value and unit, and one wording of what is refused."""
+
+from collections.abc import Iterable
+from math import inf
+from numbers import Real
+from typing import NamedTuple, Protocol
+
+from fmi_export.definition import Variable
+from maglev.errors import MaglevError, nearest
+from maglev.units import known_unit, parse_quantity, refused_as
+
+
+class Described(Protocol):
+    """A variable as a model description has it; fmpy's ScalarVariable is one."""
+
+    type: str
+    unit: str | None
+    min: str | None
+    max: str | None
+
+
+class Parameter(NamedTuple):
+    """What a value has to be: true or false, or a number of a unit within a range.
+
+    A unit that is not known here is one that an FMU declares: of it plain numbers are taken, as they are.
+    """
+
+    unit: str | None = ""   # None if it may be any
+    boolean: bool = False
+    low: float = -inf
+    high: float = inf
+    hint: str = ""   # what to write in place of a value that is out of range
+
+    @classmethod
+    def of(cls, variable: Variable) -> "Parameter":
+        """That of a variable of this project."""
+        return cls(variable.unit, variable.boolean, variable.low, variable.high, variable.hinted)
+
+    @classmethod
+    def described(cls, variable: Described) -> "Parameter":
+        """That of a variable in a model description."""
+        return cls(variable.unit or "", variable.type == "Boolean", -inf if variable.min is None else
+                   float(variable.min), inf if variable.max is None else float(variable.max))
+
+    @property
+    def expected(self) -> str:
+        """What is expected in words."""
+        if self.boolean:
+            return "true or false"
+        return f"a number{f' of {self.unit}' if self.unit else ''}"
+
+    def read(self, given: object, place: str, error: type[MaglevError]) -> float | bool:
+        """Value in SI of what is given: a Boolean, a number in SI, or text with a unit.
+
+        An error in one line that begins with the place, with what is given and what was expected.
+        """
+        plain = given.item() if getattr(given, "shape", None) == () else given   # type: ignore[attr-defined]  # numpy's
+        if isinstance(plain, bool) or self.boolean:
+            if isinstance(plain, bool) and self.boolean:
+                return plain
+            raise error(f"{place} = {plain!r}, expected {self.expected}")
+        own = self.unit if self.unit is None or self.unit else "1"
+        known = known_unit(own)
+        if isinstance(plain, str) and own is not None and known is None:
+            raise error(f"{place} = {plain!r}, expected a plain number, in {own}")
+        with refused_as(error, place):
+            value = parse_quantity(float(plain) if isinstance(plain, Real) else plain, own if known else None)
+        if not self.low <= value <= self.high and (known is None or known.factor == 1.0):   # a range is in its unit
+            unit = f" {self.unit}" if self.unit else ""
+            raise error(f"{place} = {value:.9g}{unit}, expected a number from {self.low:g} to {self.high:g}{unit}"
+                        f"{self.hint}")
+        return value
+
+
+def require_parameter(name: str, known: Iterable[str], owner: str, error: type[MaglevError],
+                      what: str = "parameter") -> None:
+    """Refuse a name that no parameter of the owner has; the error has the nearest one that there is."""
+    valid = list(known)
+    if name not in valid:
+        raise error(f"{owner} has no {what} {name!r}; nearest is {nearest(name, valid)}")
