@@ -33,9 +33,9 @@ from pmlsm.variables import BAD_GEOMETRY, motor_geometry
 
 # Name, and what the description says, of the regulator with each law.
 LAWS = {NONLINEAR: ("nonlinear", "Regulator", "on the feedback-linearised motors"),
-        LINEAR: ("linear", "LinearRegulator", "on the motors linearised about a set-point"),
+        LINEAR: ("linear", "LinearRegulator", "on the motors linearised about a setpoint"),
         SCHEDULED: ("scheduled", "ScheduledRegulator",
-                    "on the motors linearised about four set-points, of which the measured gap chooses"),
+                    "on the motors linearised about four setpoints, of which the measured gap chooses"),
         INTERPOLATED: ("interpolated", "InterpolatedRegulator",
                        "on the motors linearised at the measured gap, with the equilibrium current fed forward")}
 

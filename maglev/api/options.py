@@ -67,7 +67,7 @@ def starts(plans: Sequence[RunPlan], options: RunOptions) -> dict[str, StartValu
     asked = option("model", str(model))
     rigs = {plan.rig.name: plan.rig for plan in plans if plan.rig is not None}
     if len(rigs) != 1:
-        raise ScenarioError(f"{asked}: expected runs of one rig, got {' and '.join(sorted(rigs)) or 'none'}")
+        raise ScenarioError(f"{asked}: expected runs of one stage, got {' and '.join(sorted(rigs)) or 'none'}")
     constants = start_values(model_settings(Path(model), *rigs.values()))
     for plan in plans:
         for name, fmu in plan.fmus.items():

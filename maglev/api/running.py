@@ -182,7 +182,7 @@ def run(name: Scenario, *, every: int | None = None, progress: Progress | None =
     fmi : int
         3 for those of FMI 3.0, native as well, of the folder's folder `fmi3`.
     timeout : float or str
-        Longest time that a call of an FMU which is not of this project may take, s or with a unit.
+        Longest time that a call of a third-party FMU may take, s or with a unit.
     keep_settings : bool
         Give what is put in also the settings (gains, limits) of the model whose place it takes, where it has parameters
         of their names; otherwise only FMUs of this project share them (docs/controllers.md).

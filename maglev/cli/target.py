@@ -12,7 +12,7 @@ from maglev.units import number_or_text
 ControllerName = Annotated[str, typer.Argument(metavar="CONTROLLER", show_default=False,
                                                help="A controller, or a Python file with one.")]
 OnRun = Annotated[str | None, typer.Option("--run", metavar="SCENARIO", help="What it is measured on: a run of the "
-                                           "package, or a TOML file.", show_default="the set-points of its stage",
+                                           "package, or a TOML file.", show_default="the setpoints of its stage",
                                            autocompletion=run_names)]
 TargetFolder = Annotated[Path, typer.Option("--out", help="Folder, in which one of the controller's name is written.")]
 Clock = Annotated[str, typer.Option(help="Frequency of the processor, in Hz or with a unit, for the estimate.")]

@@ -57,8 +57,8 @@ def following(rig: Rig | None, plant: Own, controller: Own, asked: Collection[st
         If plant or controller have no such parameters.
     """
     if rig is None:
-        raise ScenarioError(f"{option('model', 'plant')}: expected runs of a rig, by whose nominal masses it "
-                            "follows")
+        raise ScenarioError(f"{option('model', 'plant')}: expected runs of a stage that is described, by whose "
+                            "nominal masses it follows")
     variables = definition(f"Plant{rig.suffix}").variables
     axes = {axis.name: f"{axis.name}.{'inertia' if axis.rotation else 'mass'}" for axis in rig.axes}
     masses = [*axes.values(), *(each.name for each in variables if each.name.startswith("payload."))]

@@ -300,5 +300,5 @@ def whole_samples(sample_time: float | str | None, own: float) -> int:
         return 1
     ratio = seconds("sample_time", sample_time) / own
     if round(ratio) < 1 or abs(ratio - round(ratio)) > 1e-9 * ratio:
-        raise ScenarioError(f"sample_time = {sample_time!r}, expected a multiple of the rig's, {own} s")
+        raise ScenarioError(f"sample_time = {sample_time!r}, expected a multiple of the stage's, {own} s")
     return round(ratio)

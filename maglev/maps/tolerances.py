@@ -76,8 +76,8 @@ class RigMaps:
     def about(self) -> str:
         return """\
 Two things get worse at a time: measurements come late and are noisy; samples are lost and the bus has little
-voltage. Every law makes a step of the air gap with them, together with one of the horizontal axes or the tilts. A
-flight holds if no stop is touched, nothing trips, and every axis ends near its reference. The lowest row and the first
+voltage. Every controller makes a step of the air gap with them, and one of the horizontal axes or the tilts. A run
+holds if no stop is touched, nothing trips, and every axis ends near its reference. The lowest row and the first
 column of a map are without the one or the other."""
 
     def rows(self) -> list[Row]:

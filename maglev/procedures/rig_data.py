@@ -25,7 +25,7 @@ EPSILON = 0.01   # s, of the estimates that the thesis goes on with
 def rig_of(plan: RunPlan) -> Rig:
     """The rig of a scenario as the estimators see it; ScenarioError if it is of none."""
     if plan.rig is None:
-        raise ScenarioError(f"{plan.path}: expected an FMU or the air gap of a rig, by which a procedure knows the rig")
+        raise ScenarioError(f"{plan.path}: expected an FMU or the air gap of a stage, by which a procedure knows it")
     return described(plan.rig)
 
 

@@ -254,4 +254,4 @@ def test_a_model_goes_over_the_scenario_and_set_over_the_model(fmus: Path, hold:
     assert deviated.exit_code == 1
     assert maglev(*check(hold, fmus, "--model", model, "--set", "plant.C2=791")).exit_code == 0
     assert "expected constants of the rig 3dof" in error_line(maglev("run", "3dof-setpoints", "--model", model))
-    assert "expected runs of one rig" in error_line(maglev("run", "3dof-smooth", "2dof-smooth", "--model", model))
+    assert "expected runs of one stage" in error_line(maglev("run", "3dof-smooth", "2dof-smooth", "--model", model))
