@@ -6,10 +6,11 @@ BIN = .venv/bin
 NATIVE_TOOLS = $(BIN)/python -c "import pyccel, ziglang" 2>/dev/null
 # Tests start hundreds of processes: each would compile all that it imports.
 unexport PYTHONDONTWRITEBYTECODE
-INSTALL = $(BIN)/python -m pip install --quiet --disable-pip-version-check --no-compile --editable
+INSTALL_PACKAGE = $(BIN)/python -m pip install --quiet --disable-pip-version-check --no-compile
+INSTALL = $(INSTALL_PACKAGE) --editable
 
 .PHONY: demo generate report live claims estimation docs check check-all check-built test tests thorough quick build native lint bench \
-	live-check pages axe-check pace mutants claims-check lock release clean
+	live-check pages axe-check pace mutants mutants-tool coverage claims-check lock release clean
 
 demo: build
 	$(BIN)/maglev report 3dof-setpoints-improved --fmus fmus
@@ -148,6 +149,19 @@ pace: pages
 # What the check would miss: one line of the blocks changed at a time. It takes half an hour.
 mutants: .venv/.test
 	$(BIN)/python tools/mutants.py
+
+# What its quick tests would miss in the tool that judges and compares: one expression changed at a time; survivors are listed.
+mutants-tool: .venv/.test
+	$(INSTALL_PACKAGE) mutmut==3.8.1
+	@mkdir -p results
+	$(BIN)/mutmut run > results/mutmut.log
+	$(BIN)/mutmut results
+
+# Lines and branches that no test runs, by file. It is for reading: no number is asked for.
+coverage: .venv/.test
+	$(INSTALL_PACKAGE) pytest-cov==7.1.0
+	$(BIN)/python -m pytest -n 4 --dist loadfile --no-loadscope-reorder -m "not thorough" --fmus=.venv/fmus \
+		--cov --cov-report=term-missing:skip-covered
 
 clean:
 	rm -rf .venv results dist docs/_made docs/_build fmus/*.fmu fmus/*.ssp fmus/native fmus/fmi3 fmus/wasm

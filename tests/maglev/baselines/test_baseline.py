@@ -170,6 +170,21 @@ def test_samples_at_the_interval_with_the_scenarios_tolerances() -> None:
     assert baseline.columns["plant.at_stop"].dtype == np.float64
     assert baseline.stop_time == 0.5
     assert baseline.tolerances["plant.v.position"] == Tolerance(1e-9, 0.0)
+    assert (baseline.name, baseline.step, baseline.interval) == ("2dof-setpoints", 0.0005, 0.05)
+    assert baseline.digest is None
+
+
+def test_an_exact_one_has_a_digest_of_all_that_was_recorded() -> None:
+    def digest(recording: Recording) -> str:
+        exact = from_recording(checked(0.05, "plant.v.position"), 0.0005, recording, exact=True)
+        assert exact.digest is not None
+        return exact.digest.sha256
+
+    changed = flown()
+    changed.columns["controller.tripped"][-1] = 0    # no signal of the check, and at a sample that it does not take
+    later = Recording(np.append(flown().time[:-1], 0.6), flown().columns)
+    assert digest(flown()) == digest(flown())
+    assert len({digest(flown()), digest(changed), digest(later)}) == 3
 
 
 @pytest.mark.parametrize(("at_stop", "tripped", "last"), [(350, 900, 300), (900, 300, 200), (301, 301, 300)])

@@ -1,5 +1,6 @@
 """One judge for all claims: it sees measured values and their places, not what they were measured on."""
 
+import math
 from typing import Any
 
 import pytest
@@ -8,6 +9,7 @@ from hypothesis import strategies as st
 
 from maglev.errors import MeasurementError
 from maglev.judging.verdicts import (
+    DIFFERENCE,
     VERDICTS,
     ClaimResult,
     MeasuredValue,
@@ -16,8 +18,10 @@ from maglev.judging.verdicts import (
     bounds_met,
     count_verdicts,
     judge,
+    least_ratio,
     met_of,
     of_modified_runs,
+    ratio,
     sentences,
     specification,
 )
@@ -140,3 +144,32 @@ def test_a_users_own_claims_are_counted_apart() -> None:
     assert (specification(results), sentences(results), bounds(results)) == (results, [], [])
     assert met_of(results) == "2 of 3"
     assert of_modified_runs(results) == results, "whichever controller flies"
+
+
+def test_a_modified_run_has_no_verdict_on_the_thesis_but_on_what_is_the_users_own() -> None:
+    claim, mine = about_a_run(relation="<", target=1.0), about_a_run(relation="<", target=1.0, own=True)
+    results = [ClaimResult(claim, 0.5, "reproduced"), ClaimResult(claim, 3.0, "not reproduced"),
+               ClaimResult(claim, None, "not run"), ClaimResult(claim, None, "not testable"),
+               ClaimResult(mine, 0.5, "met")]
+    modified = of_modified_runs(results)
+    assert [result.verdict for result in modified] == ["modified run", "modified run", "not run", "not testable", "met"]
+    assert [result.measured for result in modified] == [result.measured for result in results]
+    assert [result.claim for result in modified] == [result.claim for result in results]
+
+
+@pytest.mark.parametrize(("relation", "factor", "own", "asked"), [
+    (">", 1.0, False, DIFFERENCE), ("<", 1.0, False, 1.0 / DIFFERENCE), (">", 1.0, True, 1.0), ("<", 1.0, True, 1.0),
+    (">", 1.5, False, 1.5), ("<", 0.5, False, 0.5)])
+def test_more_and_less_ask_for_a_difference_a_factor_for_itself(
+        relation: str, factor: float, own: bool, asked: float) -> None:
+    claim = about_a_run(relation=relation, than="2dof-smooth-pid", factor=factor, own=own)
+    assert least_ratio(claim) == asked
+
+
+def test_nothing_against_nothing_is_the_same() -> None:
+    assert [ratio(3.0, 2.0), ratio(0.0, 0.0), ratio(math.inf, math.inf), ratio(1.0, 0.0)] == [1.5, 1.0, 1.0, math.inf]
+
+
+def test_of_values_about_a_target_the_farthest_decides() -> None:
+    result = judge(about_a_run(relation="about", target=2.0), values(2.02, 1.0, 2.5))
+    assert (result.measured, result.verdict) == (1.0, "not reproduced")
