@@ -69,6 +69,7 @@ def test_texts_are_short(run: maglev.Run, results: maglev.Results, fastest_fmus:
     assert f"{NAME}: held" in repr(results)
 
 
+@pytest.mark.usefixtures("slow")
 @pytest.mark.parametrize("what", ["run", "results"])
 def test_tables_in_html(what: str, request: pytest.FixtureRequest) -> None:
     shown = request.getfixturevalue(what)
