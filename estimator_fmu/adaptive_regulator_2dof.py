@@ -11,7 +11,7 @@ from controller_fmu.sample_clock import SampleClock
 from controller_fmu.status import NONLINEAR, STEP_MISFIT, STEPPED
 from controller_fmu.velocity_observer import ObserverFilter
 from estimator_fmu.adaptation import Adaptation, AdaptedConstant, Travel
-from estimator_fmu.constant_estimate import ConvergenceRule
+from estimator_fmu.constant_estimate import ConstantEstimate, ConvergenceRule
 from estimator_fmu.estimated_axis import NormalAxis, ThrustAxis
 from estimator_fmu.estimator_2dof import Estimator2DOF
 from estimator_fmu.motor_current import MotorCurrent
@@ -31,7 +31,7 @@ class AdaptiveRegulator2DOF:
         self.estimator.matched_filter = True         # parameter
         self.estimator.convergence.tolerance = 0.05  # parameter
         self.estimator.convergence.time = 0.5        # s, parameter
-        self.estimator.C4_weight = 1e12            # holds C4
+        self.estimator.v.iron.weight = 1e12      # holds C4
         self.adaptation = Adaptation()
         self.C1 = AdaptedConstant(14.2)
         self.C2 = AdaptedConstant(796.99)
@@ -49,13 +49,13 @@ class AdaptiveRegulator2DOF:
         estimator.observer.time2 = regulator.observer.time2
         copy_geometry(estimator.geometry, regulator.geometry)
         self.C1.begin()
-        estimator.C1_start = self.C1.nominal
         self.C2.begin()
-        estimator.C2_start = self.C2.nominal
         self.C3.begin()
-        estimator.C3_start = self.C3.nominal
         self.C4.begin()
-        estimator.C4_start = self.C4.nominal
+        estimator.h.thrust.guess = self.C1.nominal
+        estimator.v.attraction.guess = self.C2.nominal
+        estimator.v.coils.guess = self.C3.nominal
+        estimator.v.iron.guess = self.C4.nominal
         self.hand_over()
         status = estimator.start()
         if status != STEPPED:
@@ -99,11 +99,12 @@ class AdaptiveRegulator2DOF:
         estimator = self.estimator
         share = self.adaptation.share(self.regulator.sample_time)
         largest = self.adaptation.range
-        if estimator.C1_converged:
-            self.C1.follow(estimator.C1, share, largest)
-        if estimator.C2_converged and estimator.C3_converged:
-            self.C2.follow(estimator.C2, share, largest)
-            self.C3.follow(estimator.C3, share, largest)
+        if estimator.h.thrust.converged:
+            self.C1.follow(estimator.h.thrust.value, share, largest)
+        v = estimator.v
+        if v.attraction.converged and v.coils.converged:
+            self.C2.follow(v.attraction.value, share, largest)
+            self.C3.follow(v.coils.value, share, largest)
 
     def hand_over(self) -> None:
         """Give the regulator the constants."""

@@ -12,7 +12,7 @@ from controller_fmu.sample_clock import SampleClock
 from controller_fmu.status import NONLINEAR, STEP_MISFIT, STEPPED
 from controller_fmu.velocity_observer import ObserverFilter
 from estimator_fmu.adaptation import Adaptation, AdaptedConstant, Travel
-from estimator_fmu.constant_estimate import ConvergenceRule
+from estimator_fmu.constant_estimate import ConstantEstimate, ConvergenceRule
 from estimator_fmu.estimated_axis import NormalAxis, ThrustAxis
 from estimator_fmu.estimator_5dof import Estimator5DOF
 from estimator_fmu.motor_current import MotorCurrent
@@ -32,7 +32,7 @@ class AdaptiveRegulator5DOF:
         self.estimator.matched_filter = True         # parameter
         self.estimator.convergence.tolerance = 0.05  # parameter
         self.estimator.convergence.time = 0.5        # s, parameter
-        self.estimator.C5_weight = 1e12            # holds C5
+        self.estimator.y.iron.weight = 1e12      # holds C5
         self.adaptation = Adaptation()
         self.C1 = AdaptedConstant(0.6135)
         self.C2 = AdaptedConstant(0.8224)
@@ -60,15 +60,15 @@ class AdaptiveRegulator5DOF:
         estimator.beta2_place.x = regulator.beta2_place.x
         estimator.beta2_place.z = regulator.beta2_place.z
         self.C1.begin()
-        estimator.C1_start = self.C1.nominal
         self.C2.begin()
-        estimator.C2_start = self.C2.nominal
         self.C3.begin()
-        estimator.C3_start = self.C3.nominal
         self.C4.begin()
-        estimator.C4_start = self.C4.nominal
         self.C5.begin()
-        estimator.C5_start = self.C5.nominal
+        estimator.x.thrust.guess = self.C1.nominal
+        estimator.z.thrust.guess = self.C2.nominal
+        estimator.y.attraction.guess = self.C3.nominal
+        estimator.y.coils.guess = self.C4.nominal
+        estimator.y.iron.guess = self.C5.nominal
         self.hand_over()
         status = estimator.start()
         if status != STEPPED:
@@ -126,13 +126,14 @@ class AdaptiveRegulator5DOF:
         estimator = self.estimator
         share = self.adaptation.share(self.regulator.sample_time)
         largest = self.adaptation.range
-        if estimator.C1_converged:
-            self.C1.follow(estimator.C1, share, largest)
-        if estimator.C2_converged:
-            self.C2.follow(estimator.C2, share, largest)
-        if estimator.C3_converged and estimator.C4_converged:
-            self.C3.follow(estimator.C3, share, largest)
-            self.C4.follow(estimator.C4, share, largest)
+        if estimator.x.thrust.converged:
+            self.C1.follow(estimator.x.thrust.value, share, largest)
+        if estimator.z.thrust.converged:
+            self.C2.follow(estimator.z.thrust.value, share, largest)
+        y = estimator.y
+        if y.attraction.converged and y.coils.converged:
+            self.C3.follow(y.attraction.value, share, largest)
+            self.C4.follow(y.coils.value, share, largest)
 
     def hand_over(self) -> None:
         """Give the regulator the constants."""

@@ -2,6 +2,7 @@
 
 from dataclasses import replace
 
+from estimator_fmu.variables import PLACE
 from fmi_export.definition import FmuDefinition, Variable, flag, parameter, real_output, switch
 from pmlsm.rig import IRON, Rig, RigConstant, Stop
 
@@ -42,13 +43,13 @@ def outcome(of: RigConstant, inputs: tuple[str, ...]) -> tuple[Variable, ...]:
     """Constant that the regulator has now, and the estimate that it follows; none of the one that is not adapted."""
     if of.unit == IRON:
         return ()
-    name = of.name
+    name, estimated = of.name, f"estimator.{of.axis}.{PLACE[of.unit]}"
     return (replace(real_output(f"adapted.{name}", of.unit, f"constant of the {of.meaning} that the regulator has",
                                 1.0, discrete=True, depends_on=inputs, starts_from=(name,)), path=f"{name}.value"),
             replace(real_output(f"estimated.{name}", of.unit, f"estimated constant of the {of.meaning}", 1.0,
-                                discrete=True, depends_on=inputs, starts_from=(name,)), path=f"estimator.{name}"),
+                                discrete=True, depends_on=inputs, starts_from=(name,)), path=f"{estimated}.value"),
             replace(flag(f"{name}_converged", f"data decide {name}, and its estimate has stayed within "
-                         "convergence.tolerance for convergence.time", inputs), path=f"estimator.{name}_converged"))
+                         "convergence.tolerance for convergence.time", inputs), path=f"{estimated}.converged"))
 
 
 def adaptation_parameters() -> tuple[Variable, ...]:

@@ -16,14 +16,6 @@ class Estimator2DOF:
     """Samples positions and delivered currents, estimates C1 to C4 by the reduced NPFSI estimator (3.8)."""
 
     def __init__(self) -> None:
-        self.C1_start = 7.1              # m/(s² A), parameter: guess of C1
-        self.C2_start = 398.0            # m/(s² T²), parameter: guess of C2
-        self.C3_start = 15.5             # m/(s² A T), parameter: guess of C3
-        self.C4_start = 0.035            # m/(s² A²), parameter: guess of C4
-        self.C1_weight = 0.0001          # parameter: diagonal of Q0
-        self.C2_weight = 1e-06           # parameter: diagonal of Q0
-        self.C3_weight = 0.0001          # parameter: diagonal of Q0
-        self.C4_weight = 0.01            # parameter: diagonal of Q0
         self.epsilon = 0.01              # s, parameter
         self.gamma = 1.1                 # parameter
         self.forgetting = 0.0            # 1/s, parameter, 0 = off
@@ -31,31 +23,23 @@ class Estimator2DOF:
         self.held = False                # parameter
         self.sample_time = 0.0005        # s, parameter
         self.geometry = MotorGeometry()
-        self.v = NormalAxis(0.02)
-        self.h = ThrustAxis()
+        # Guesses of the constants of each row, and their weights, the diagonal of Q0.
+        self.v = NormalAxis(0.02, 398.0, 15.5, 0.035, 1e-06, 0.0001, 0.01)
+        self.h = ThrustAxis(7.1, 0.0001)
         self.motor = MotorCurrent()
         self.observer = ObserverFilter()
         self.convergence = ConvergenceRule()
         self.law = EstimatorLaw()
         self.clock = SampleClock()
         self.started = False         # state: a measurement has come in
-        self.C1 = 7.1   # m/(s² A), output
-        self.C2 = 398.0   # m/(s² T²), output
-        self.C3 = 15.5   # m/(s² A T), output
-        self.C4 = 0.035   # m/(s² A²), output
-        self.C1_converged = False    # output
-        self.C2_converged = False    # output
-        self.C3_converged = False    # output
-        self.C4_converged = False    # output
 
     def start(self) -> int:
-        """Begin with the start values and their weights."""
+        """Begin with the guesses and their weights."""
         if not self.geometry.prepare():
             return BAD_GEOMETRY
         self.observer.prepare(self.sample_time)
-        self.h.begin(self.C1_start, self.C1_weight)
-        self.v.begin(self.C2_start, self.C3_start, self.C4_start, self.C2_weight, self.C3_weight, self.C4_weight)
-        self.publish()
+        self.h.begin()
+        self.v.begin()
         return STEPPED
 
     def step(self, t: float, dt: float) -> int:
@@ -87,21 +71,5 @@ class Estimator2DOF:
         law.prepare(self.sample_time, self.epsilon, self.gamma, self.forgetting)
         if self.held:
             law.hold()
-        v.sample(attraction, coils, iron, GRAVITY, self.matched_filter, self.observer, law)
-        h.sample(thrust_h, self.matched_filter, self.observer, law)
-        v.watch(self.convergence, self.sample_time)
-        h.watch(self.convergence, self.sample_time)
-        self.publish()
-
-    def publish(self) -> None:
-        """Set the outputs."""
-        v = self.v
-        h = self.h
-        self.C1 = h.thrust
-        self.C2 = v.attraction
-        self.C3 = v.coils
-        self.C4 = v.iron
-        self.C1_converged = h.converged
-        self.C2_converged = v.converged1
-        self.C3_converged = v.converged2
-        self.C4_converged = v.converged3
+        v.sample(attraction, coils, iron, GRAVITY, self.matched_filter, self.observer, law, self.convergence)
+        h.sample(thrust_h, self.matched_filter, self.observer, law, self.convergence)

@@ -19,16 +19,6 @@ class Estimator5DOF:
     """Samples positions and delivered currents, estimates C1 to C5 by the reduced NPFSI estimator (3.8)."""
 
     def __init__(self) -> None:
-        self.C1_start = 0.3068           # m/(s² A), parameter: guess of C1
-        self.C2_start = 0.4112           # m/(s² A), parameter: guess of C2
-        self.C3_start = 163.75           # m/(s² T²), parameter: guess of C3
-        self.C4_start = 4.24             # m/(s² A T), parameter: guess of C4
-        self.C5_start = 0.0035           # m/(s² A²), parameter: guess of C5
-        self.C1_weight = 0.01            # parameter: diagonal of Q0
-        self.C2_weight = 0.01            # parameter: diagonal of Q0
-        self.C3_weight = 1e-06           # parameter: diagonal of Q0
-        self.C4_weight = 0.0001          # parameter: diagonal of Q0
-        self.C5_weight = 0.1             # parameter: diagonal of Q0
         self.epsilon = 0.01              # s, parameter
         self.gamma = 1.1                 # parameter
         self.forgetting = 0.0            # 1/s, parameter, 0 = off
@@ -36,9 +26,10 @@ class Estimator5DOF:
         self.held = False                # parameter
         self.sample_time = 0.0002        # s, parameter
         self.geometry = MotorGeometry()
-        self.y = NormalAxis(0.025)
-        self.x = ThrustAxis()
-        self.z = ThrustAxis()
+        # Guesses of the constants of each row, and their weights, the diagonal of Q0.
+        self.y = NormalAxis(0.025, 163.75, 4.24, 0.0035, 1e-06, 0.0001, 0.1)
+        self.x = ThrustAxis(0.3068, 0.01)
+        self.z = ThrustAxis(0.4112, 0.01)
         self.alpha1 = MotorCurrent()
         self.alpha2 = MotorCurrent()
         self.beta1 = MotorCurrent()
@@ -55,28 +46,17 @@ class Estimator5DOF:
         self.law = EstimatorLaw()
         self.clock = SampleClock()
         self.started = False         # state: a measurement has come in
-        self.C1 = 0.3068   # m/(s² A), output
-        self.C2 = 0.4112   # m/(s² A), output
-        self.C3 = 163.75   # m/(s² T²), output
-        self.C4 = 4.24   # m/(s² A T), output
-        self.C5 = 0.0035   # m/(s² A²), output
-        self.C1_converged = False    # output
-        self.C2_converged = False    # output
-        self.C3_converged = False    # output
-        self.C4_converged = False    # output
-        self.C5_converged = False    # output
 
     def start(self) -> int:
-        """Begin with the start values and their weights."""
+        """Begin with the guesses and their weights."""
         if not self.geometry.prepare():
             return BAD_GEOMETRY
         if not self.prepare_platform():
             return BAD_PLACES
         self.observer.prepare(self.sample_time)
-        self.x.begin(self.C1_start, self.C1_weight)
-        self.z.begin(self.C2_start, self.C2_weight)
-        self.y.begin(self.C3_start, self.C4_start, self.C5_start, self.C3_weight, self.C4_weight, self.C5_weight)
-        self.publish()
+        self.x.begin()
+        self.z.begin()
+        self.y.begin()
         return STEPPED
 
     def prepare_platform(self) -> bool:
@@ -138,13 +118,9 @@ class Estimator5DOF:
         law.prepare(self.sample_time, self.epsilon, self.gamma, self.forgetting)
         if self.held:
             law.hold()
-        y.sample(attraction, coils, iron, GRAVITY, self.matched_filter, self.observer, law)
-        x.sample(thrust_x, self.matched_filter, self.observer, law)
-        z.sample(thrust_z, self.matched_filter, self.observer, law)
-        y.watch(self.convergence, self.sample_time)
-        x.watch(self.convergence, self.sample_time)
-        z.watch(self.convergence, self.sample_time)
-        self.publish()
+        y.sample(attraction, coils, iron, GRAVITY, self.matched_filter, self.observer, law, self.convergence)
+        x.sample(thrust_x, self.matched_filter, self.observer, law, self.convergence)
+        z.sample(thrust_z, self.matched_filter, self.observer, law, self.convergence)
 
     def measure(self) -> None:
         """Compute the air gap at the centre from the gaps at the motors."""
@@ -155,19 +131,3 @@ class Estimator5DOF:
         tilts.add(self.beta1_place, self.beta1_place.gap_measured)
         tilts.add(self.beta2_place, self.beta2_place.gap_measured)
         self.y.measured = tilts.y
-
-    def publish(self) -> None:
-        """Set the outputs."""
-        y = self.y
-        x = self.x
-        z = self.z
-        self.C1 = x.thrust
-        self.C2 = z.thrust
-        self.C3 = y.attraction
-        self.C4 = y.coils
-        self.C5 = y.iron
-        self.C1_converged = x.converged
-        self.C2_converged = z.converged
-        self.C3_converged = y.converged1
-        self.C4_converged = y.converged2
-        self.C5_converged = y.converged3

@@ -1,5 +1,7 @@
 """Variables that the estimators share, part by part."""
 
+from dataclasses import replace
+
 import controller_fmu.status as status
 from controller_fmu.status import STEP_MISFIT
 from controller_fmu.variables import bad_places, by_gaps, gap_inputs, measured_axis, measurements, place_parameters
@@ -13,6 +15,13 @@ REFUSED_STEP = ("communication step = {step} s, expected one that divides the es
 
 # Unit of the diagonal element of Σ for a constant, by its own.
 WEIGHT = {THRUST: "A2.s", ATTRACTION: "T4.s", COILS: "A2.T2.s", IRON: "A4.s"}
+# And where its row has it.
+PLACE = {THRUST: "thrust", ATTRACTION: "attraction", COILS: "coils", IRON: "iron"}
+
+
+def placed(of: RigConstant, variable: Variable, part: str) -> Variable:
+    """A variable of a constant, which lies in a part of its estimate."""
+    return replace(variable, path=f"{of.axis}.{PLACE[of.unit]}.{part}")
 
 
 def refusals(rig: Rig) -> dict[int, str]:
@@ -27,7 +36,8 @@ def estimator_variables(rig: Rig) -> tuple[Variable, ...]:
     inputs = {axis.name: row_inputs(rig, axis.name) for axis in rows}
     return (*(measured_axis(axis) for axis in rows if not by_gaps(rig, axis.name)),
             *gap_inputs(rig),
-            *(v for motor in rig.motor_names for v in motor_inputs(motor)),
+            *(real_input(f"{motor}.i_{current}", "A", f"delivered {text} current", 1000.0, 1.0)
+              for motor in rig.motor_names for current, text in (("d", "direct"), ("q", "quadrature"))),
             *(v for constant in rig.constants for v in estimate(constant, inputs[constant.axis])),
             *(v for axis in inputs for v in axis_outputs(axis, measurements(rig, axis), inputs[axis])),
             *(v for constant in rig.constants
@@ -45,12 +55,6 @@ def row_inputs(rig: Rig, axis: str) -> tuple[str, ...]:
     return (f"{axis}.measured", *gap, *(f"{motor.name}.i_q" for motor in rig.motors if motor.drives == axis))
 
 
-def motor_inputs(motor: str) -> tuple[Variable, ...]:
-    """Delivered currents of one motor."""
-    return (real_input(f"{motor}.i_d", "A", "delivered direct current", 1000.0, 1.0),
-            real_input(f"{motor}.i_q", "A", "delivered quadrature current", 1000.0, 1.0))
-
-
 def axis_outputs(axis: str, measured: tuple[str, ...], inputs: tuple[str, ...]) -> tuple[Variable, ...]:
     """What the estimator sees of one axis; `measured` are the inputs that measure it, `inputs` those of its row."""
     return (real_output(f"{axis}.velocity", "m/s", "velocity by the observer (Fig. 4.7)", 0.1, discrete=True,
@@ -62,19 +66,20 @@ def axis_outputs(axis: str, measured: tuple[str, ...], inputs: tuple[str, ...]) 
 def estimate(of: RigConstant, inputs: tuple[str, ...]) -> tuple[Variable, ...]:
     """Estimate of a constant; `inputs` are those of its row."""
     name = of.name
-    return (real_output(name, of.unit, f"estimated constant of the {of.meaning}", 1.0, discrete=True,
-                        depends_on=inputs, starts_from=(f"{name}_start",)),
-            flag(f"{name}_converged", f"data decide {name}, and it has stayed within convergence.tolerance for "
-                                      "convergence.time", inputs))
+    return (placed(of, real_output(name, of.unit, f"estimated constant of the {of.meaning}", 1.0, discrete=True,
+                                   depends_on=inputs, starts_from=(f"{name}_start",)), "value"),
+            placed(of, flag(f"{name}_converged", f"data decide {name}, and it has stayed within convergence.tolerance "
+                            "for convergence.time", inputs), "converged"))
 
 
 def guess(of: RigConstant, source: str, weight_source: str) -> tuple[Variable, ...]:
     """Start value of a constant and its weight."""
     name = of.name
-    return (parameter(f"{name}_start", of.unit, f"first guess of {name}", source, -1e6, 1e6, 1.0, fixed=True),
-            parameter(f"{name}_weight", WEIGHT[of.unit], f"diagonal element of Q0 = Σ(0) in (3.8) for {name}: how much "
-                      "data it takes to leave the first guess; a very large one holds it", weight_source, 1e-20,
-                      1e20, of.weight, fixed=True))
+    return (placed(of, parameter(f"{name}_start", of.unit, f"first guess of {name}", source, -1e6, 1e6, 1.0,
+                                 fixed=True), "guess"),
+            placed(of, parameter(f"{name}_weight", WEIGHT[of.unit], f"diagonal element of Q0 = Σ(0) in (3.8) for "
+                                 f"{name}: how much data it takes to leave the first guess; a very large one holds it",
+                                 weight_source, 1e-20, 1e20, of.weight, fixed=True), "weight"))
 
 
 def estimator_parameters(sample_time_source: str) -> tuple[Variable, ...]:

@@ -7,7 +7,7 @@ from operator import attrgetter
 import numpy as np
 import pytest
 from direct_loop import RIGS
-from estimator_run import new_estimator
+from estimator_run import PLACES, new_estimator
 from fmu_access import bits, outputs, put, variables
 
 from maglev.cosim.fmu import Fmu
@@ -25,7 +25,7 @@ def test_same_bits(flight: Callable[..., dict[str, np.ndarray]], load_native: Ca
     starts = np.array([fmu.variable(f"C{i + 1}_start").start for i in range(rig + 2)], float)
     block = new_estimator(rig, starts, **parameters)
     names = [v.name for v in variables(fmu, "output")]
-    values_of = attrgetter(*names)
+    values_of = attrgetter(*(PLACES[rig][name] for name in names))
     for k in range(600):
         inputs = {f"{name}.measured": float(data[f"{name}.encoder"][15_000 + k]) for name in axes}
         inputs |= {f"{name}.{what}": float(data[f"{name}.{what}"][15_000 + k])

@@ -115,11 +115,12 @@ def test_matched_filter_is_the_observers() -> None:
 
 
 def test_convergence() -> None:
-    watched, rule, dt = ConstantEstimate(), ConvergenceRule(), 0.5
+    watched, rule, dt = ConstantEstimate(0.0, 1.0), ConvergenceRule(), 0.5
 
     def after(values: list[float], uncertainty: float = 1e-3) -> bool:
         for value in values:
-            watched.watch(value, uncertainty, 1.0, rule, dt)
+            watched.value = value
+            watched.watch(uncertainty, rule, dt)
         return watched.converged
 
     assert not after([-2.0] * 10)
@@ -147,7 +148,7 @@ class TestEstimator:
         estimates = run(rig, estimator, self.still(rig, 500, VERTICAL[rig][1], 0.3))
         thrusts = slice(0, rig - 1)
         assert (estimates[:, thrusts] == TRUTH[rig][thrusts]).all()
-        assert not estimator.C1_converged
+        assert not getattr(estimator, RIGS[rig][0][1]).thrust.converged
 
     def test_equilibrium_of_the_model_no_change(self, rig: int) -> None:
         gap = VERTICAL[rig][1]

@@ -27,8 +27,8 @@ def test_rows_are_the_motion_of_the_stage(gap: float, roll: float, pitch: float,
         supply, taken = getattr(stage, motor), getattr(estimator, motor)
         supply.i_d, supply.i_q = taken.i_d, taken.i_q = currents[2 * k:2 * k + 2]
         getattr(estimator, f"{motor}_place").gap_measured = getattr(stage, f"{motor}_mount").gap_encoder
-    estimator.x.begin(1.0, 1.0)
-    estimator.z.begin(1.0, 1.0)
+    estimator.x.begin()
+    estimator.z.begin()
     estimator.sample()
     stage.push_motors()
     mounts = [getattr(stage, f"{motor}_mount") for motor in MOTORS]

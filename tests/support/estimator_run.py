@@ -8,9 +8,13 @@ from direct_loop import RIGS
 
 from estimator_fmu.estimator_2dof import Estimator2DOF
 from estimator_fmu.estimator_3dof import Estimator3DOF
+from maglev.own_fmus import definition
 
 # Constants of the controllers' model, which an ideal stage has.
 TRUTH = {2: np.array([14.20, 796.99, 31.04, 0.07]), 3: np.array([0.6135, 0.8224, 327.50, 8.48, 0.0070])}
+
+# Attribute paths of variables, by their FMI names.
+PLACES = {rig: {v.name: v.place for v in definition(f"Estimator{rig}DOF").variables} for rig in TRUTH}
 
 # The observer reads the mean velocity of the last sample: with exact encoders that is as good as the true one.
 TRUE_VELOCITY = {"observer.time1": 0.0, "observer.time2": 0.0}
@@ -21,7 +25,7 @@ def new_estimator(rig: int, starts: np.ndarray, **parameters: float) -> Any:
     estimator: Any = Estimator2DOF() if rig == 2 else Estimator3DOF()
     names = {f"C{i + 1}_start": float(value) for i, value in enumerate(starts)}
     for name, value in (names | parameters).items():
-        path, _, last = name.rpartition(".")
+        path, _, last = PLACES[rig][name].rpartition(".")
         setattr(attrgetter(path)(estimator) if path else estimator, last, value)
     assert estimator.start() == 0
     return estimator
@@ -33,7 +37,7 @@ def run(rig: int, estimator: Any, flight: dict[str, np.ndarray], measured: str =
     wires = [(getattr(estimator, name), "measured", flight[f"{name}.{measured}"].tolist()) for name in axes]
     wires += [(getattr(estimator, name), what, flight[f"{name}.{what}"].tolist())
               for name in motors for what in ("i_d", "i_q")]
-    constants = attrgetter(*(f"C{i + 1}" for i in range(len(TRUTH[rig]))))
+    constants = attrgetter(*(PLACES[rig][f"C{i + 1}"] for i in range(len(TRUTH[rig]))))
     estimates = []
     for k in range(len(flight["time"])):
         for owner, what, values in wires:
