@@ -38,6 +38,5 @@ class Commutation2DOF:
     def sample(self) -> None:
         """Commutate once."""
         geometry = self.geometry
-        motor = self.motor
-        motor.commutate(self.current_limit, geometry.electrical_angle(self.h.measured))
-        self.saturated = motor.saturated
+        motor_limited = self.motor.commutate(self.current_limit, geometry.electrical_angle(self.h.measured))
+        self.saturated = motor_limited

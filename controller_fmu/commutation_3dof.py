@@ -40,8 +40,6 @@ class Commutation3DOF:
     def sample(self) -> None:
         """Commutate once."""
         geometry = self.geometry
-        alpha = self.alpha
-        beta = self.beta
-        alpha.commutate(self.current_limit, geometry.electrical_angle(self.x.measured))
-        beta.commutate(self.current_limit, geometry.electrical_angle(self.z.measured))
-        self.saturated = alpha.saturated or beta.saturated
+        alpha_limited = self.alpha.commutate(self.current_limit, geometry.electrical_angle(self.x.measured))
+        beta_limited = self.beta.commutate(self.current_limit, geometry.electrical_angle(self.z.measured))
+        self.saturated = alpha_limited or beta_limited

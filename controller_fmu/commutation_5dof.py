@@ -71,21 +71,15 @@ class Commutation5DOF:
         geometry = self.geometry
         platform = self.platform
         tilts = self.tilts
-        x = self.x
-        z = self.z
-        alpha1 = self.alpha1
-        alpha2 = self.alpha2
-        beta1 = self.beta1
-        beta2 = self.beta2
         tilts.clear()
         tilts.add(self.alpha1_place, self.alpha1_place.gap_measured)
         tilts.add(self.alpha2_place, self.alpha2_place.gap_measured)
         tilts.add(self.beta1_place, self.beta1_place.gap_measured)
         tilts.add(self.beta2_place, self.beta2_place.gap_measured)
-        along_x = platform.along_x(x.measured, tilts.pitch)
-        along_z = platform.along_z(z.measured, tilts.roll)
-        alpha1.commutate(self.current_limit, geometry.electrical_angle(along_x))
-        alpha2.commutate(self.current_limit, geometry.electrical_angle(along_x))
-        beta1.commutate(self.current_limit, geometry.electrical_angle(along_z))
-        beta2.commutate(self.current_limit, geometry.electrical_angle(along_z))
-        self.saturated = alpha1.saturated or alpha2.saturated or beta1.saturated or beta2.saturated
+        along_x = platform.along_x(self.x.measured, tilts.pitch)
+        along_z = platform.along_z(self.z.measured, tilts.roll)
+        alpha1_limited = self.alpha1.commutate(self.current_limit, geometry.electrical_angle(along_x))
+        alpha2_limited = self.alpha2.commutate(self.current_limit, geometry.electrical_angle(along_x))
+        beta1_limited = self.beta1.commutate(self.current_limit, geometry.electrical_angle(along_z))
+        beta2_limited = self.beta2.commutate(self.current_limit, geometry.electrical_angle(along_z))
+        self.saturated = alpha1_limited or alpha2_limited or beta1_limited or beta2_limited

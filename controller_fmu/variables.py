@@ -96,22 +96,18 @@ def bad_places(rig: Rig) -> str:
 
 def commutation_variables(rig: Rig) -> tuple[Variable, ...]:
     """Variables of a commutation without a law, whose current references are inputs."""
-    references = [v for motor in rig.motor_names for v in current_references(motor)]
+    references = [real_input(f"{motor}.i_{current}_reference", "A", f"{text} current that is asked for", 1000.0, 1.0)
+                  for motor in rig.motor_names for current, text in (("d", "direct"), ("q", "quadrature"))]
     return (*(measured_axis(axis) for axis in rig.horizontal),
             *gap_inputs(rig),
             *references,
-            *(v for motor in rig.motors
+            *(replace(v, path=v.name.replace(".", ".command."))
+              for motor in rig.motors
               for v in motor_outputs(motor.name, (f"{motor.name}.i_d_reference",), (f"{motor.name}.i_q_reference",),
                                      (f"{motor.drives}.measured", *gap_names(rig)))),
             flag("saturated", "a reference is beyond current_limit", tuple(v.name for v in references)),
             *sampling_and_limit(rig.source("sample_time"), "assumed: none, the amplifiers have their own"),
             *((height(rig), *place_parameters(rig)) if rig.rotations else ()))
-
-
-def current_references(motor: str) -> tuple[Variable, ...]:
-    """Currents that a motor is to be commanded."""
-    return (real_input(f"{motor}.i_d_reference", "A", "direct current that is asked for", 1000.0, 1.0),
-            real_input(f"{motor}.i_q_reference", "A", "quadrature current that is asked for", 1000.0, 1.0))
 
 
 def input_names(rig: Rig, *axes: str) -> tuple[str, ...]:

@@ -50,7 +50,7 @@ def phases(motor: Any) -> tuple[float, float, float]:
 
 def commands(block: Commutation) -> list[float]:
     """Every current that is commanded (A)."""
-    motors = [getattr(block, motor) for motor, _ in PAIRS[type(block)]]
+    motors = [getattr(block, motor).command for motor, _ in PAIRS[type(block)]]
     return [i for motor in motors for i in (*phases(motor), motor.i_d_cmd, motor.i_q_cmd)]
 
 
@@ -68,7 +68,7 @@ def test_the_plant_gets_back_what_is_asked_for(kind: Kind, wanted: list[tuple[fl
     ask(block, wanted)
     assert block.start() == block.step(0.0, block.sample_time) == 0
     for (name, _), (i_d, i_q, displacement) in zip(PAIRS[kind], wanted, strict=False):
-        motor = getattr(block, name)
+        motor = getattr(block, name).command
         angle = MOTOR.electrical_angle(displacement)
         assert park(*clarke(*phases(motor)), *sine_cosine(angle)) == pytest.approx((i_d, i_q), abs=1e-13)
         assert (motor.i_d_cmd, motor.i_q_cmd) == (i_d, i_q)
@@ -85,7 +85,7 @@ def test_limit(kind: Kind, wanted: list[tuple[float, float, float]], limit: floa
     block.step(0.0, block.sample_time)
     wanted = wanted[:len(PAIRS[kind])]
     for (name, _), (i_d, i_q, displacement) in zip(PAIRS[kind], wanted, strict=True):
-        motor, limited = getattr(block, name), tuple(np.clip((i_d, i_q), -limit, limit))
+        motor, limited = getattr(block, name).command, tuple(np.clip((i_d, i_q), -limit, limit))
         assert (motor.i_d_cmd, motor.i_q_cmd) == limited
         angle = sine_cosine(MOTOR.electrical_angle(displacement))
         assert park(*clarke(*phases(motor)), *angle) == pytest.approx(limited, abs=1e-13)
@@ -174,7 +174,7 @@ def test_parabola(kind: Kind) -> None:
         assert block.step(steps * dt, dt) == 0
         for motor, _ in PAIRS[kind]:
             to = getattr(stage, motor)
-            to.i_a_cmd, to.i_b_cmd, to.i_c_cmd = phases(getattr(block, motor))
+            to.i_a_cmd, to.i_b_cmd, to.i_c_cmd = phases(getattr(block, motor).command)
         assert stage.step(steps * dt, dt) == 0
         steps += 1
     for (_, axis), constant in zip(PAIRS[kind], (stage.C1, stage.C2), strict=False):

@@ -247,4 +247,4 @@ def test_motors_commutate_with_the_displacement_at_their_magnets() -> None:
     controller.sample()
     for motor, displacement in zip(MOTORS, [0.010 + 0.03 * -6e-3] * 2 + [-0.005 - 0.03 * 4e-3] * 2, strict=True):
         angle = controller.geometry.electrical_angle(displacement)
-        assert getattr(controller, motor).i_a_cmd == pytest.approx(np.cos(angle), abs=1e-12)
+        assert getattr(controller, motor).command.i_a_cmd == pytest.approx(np.cos(angle), abs=1e-12)
