@@ -103,7 +103,6 @@ lint: .venv/.test
 bench: .venv/.test
 	PYTHONPATH=tests/support $(BIN)/python benchmarks/step_cost.py --record
 	$(BIN)/python benchmarks/whole_run.py --record
-	$(BIN)/python benchmarks/gym_cost.py
 	$(BIN)/python benchmarks/study_cost.py --record
 	$(BIN)/python benchmarks/speed_history.py
 
