@@ -6,13 +6,11 @@ from dataclasses import replace
 from typing import Any
 
 import numpy as np
-from scipy.linalg import block_diag
 
 from maglev.arrays import Array
 from maglev.linear.blocks.tangent import derivatives, slot
 from maglev.linear.model import Equilibrium, LinearModel
 from maglev.linear.places import MotorPlaces
-from pmlsm.dq_transform import phase_currents
 from pmlsm.rig import Rig
 
 
@@ -21,8 +19,6 @@ def linear_plant(name: str, rig: Rig, block: Any, at: Equilibrium, phases: bool,
                  hold: float | None) -> LinearModel:
     """Linearise a stage about an equilibrium; see `maglev.linear.linearise.linearise` for arguments and contents."""
     axes, motors = len(rig.axes), len(rig.motors)
-    places = MotorPlaces.of(rig, block)
-    rotation = rotation_of(places, at)
     flexible = [axis for axis in rig.axes if getattr(block, axis.name).mode.frequency > 0.0]
     modes = {f"{axis.name}.mode.{part}": axis.unit(unit) for axis in flexible
              for part, unit in (("deflection", "m"), ("rate", "m/s"))}
@@ -30,6 +26,7 @@ def linear_plant(name: str, rig: Rig, block: Any, at: Equilibrium, phases: bool,
               **{f"{axis.name}.velocity": axis.unit("m/s") for axis in rig.axes}, **modes}
     n = len(motion)
     resting = at_rest(block, at.positions)
+    rotation, park = np.hsplit(seen_currents(rig, resting, at), [axes])
     for place, current in at.currents.items():
         setattr(*slot(resting, place), current)
     slopes = derivatives(resting, {**({"place_motors": ()} if rig.rotations else {}), "add_slope": (1.0, 0.0)},
@@ -49,7 +46,7 @@ def linear_plant(name: str, rig: Rig, block: Any, at: Equilibrium, phases: bool,
                       [follow[:, None] * turning + turned, -np.diag(follow)]])
     drive = np.vstack([at_once, np.diag(follow)])
     if phases:
-        drive = drive @ park_matrix(at)
+        drive = drive @ park
     push = np.vstack([by_force, np.zeros((2 * motors, axes))])
 
     units = {**motion, **dict.fromkeys(rig.dq_names, "A")}
@@ -64,7 +61,7 @@ def linear_plant(name: str, rig: Rig, block: Any, at: Equilibrium, phases: bool,
                         {**{each: units[each] for each in names}, **external,
                          **{each: "m" for each in rows if each not in units}, **dict.fromkeys(commands, "A")}, None, at)
     if hold is not None:
-        model = sampled(model, rotation @ measuring(rig, places, model.outputs), phases, hold)
+        model = sampled(model, rotation @ measuring(rig, MotorPlaces.of(rig, block), model.outputs), phases, hold)
     return model if forces else model.select(commands, model.outputs)
 
 
@@ -111,25 +108,16 @@ def measuring(rig: Rig, places: MotorPlaces, outputs: Sequence[str]) -> Array:
     return found
 
 
-def rotation_of(places: MotorPlaces, at: Equilibrium) -> Array:
-    """Derivatives of i_d, i_q with respect to the positions while the phase currents stay, A/m, (2 motors, axes).
+def seen_currents(rig: Rig, block: Any, at: Equilibrium) -> Array:
+    """Derivatives of all i_d, i_q by positions (A/m) and by phase currents, shape (2 motors, axes + 3 motors).
 
-    di_d/dx = π/τ i_q, di_q/dx = −π/τ i_d, with x the displacement of the motor.
+    By the positions while the phase currents stay: the mover turns under them. By these, the matrix of (2.1).
     """
-    rotation = np.zeros((2 * len(at.motors), len(at.positions)))
-    rotation[0::2] = at.motor.wave_number * np.array(at.i_q)[:, None] * places.along
-    rotation[1::2] = -at.motor.wave_number * np.array(at.i_d)[:, None] * places.along
-    return rotation
-
-
-def park_matrix(at: Equilibrium) -> Array:
-    """Matrix of (2.1) from the phase currents of all motors to i_d, i_q at the positions, (2 motors, 3 motors).
-
-    That of (C.1), the other way, has its columns 120° apart: its transpose times it is 3/2 I.
-    """
-    angles = [at.motor.electrical_angle(along) for along in at.along]
-    blocks = [np.array([phase_currents(1.0, 0.0, angle), phase_currents(0.0, 1.0, angle)]) for angle in angles]
-    return np.asarray(2.0 / 3.0 * block_diag(*blocks))
+    flowing = deepcopy(block)
+    for place, current in at.phases.items():
+        setattr(*slot(flowing, place), current)
+    positions = [f"{axis}.position" for axis in rig.axis_names]
+    return derivatives(flowing, {"derive": ()}, [*positions, *rig.phase_names], rig.dq_names)
 
 
 def sampled(model: LinearModel, rotation: Array, phases: bool, hold: float) -> LinearModel:
