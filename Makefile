@@ -34,9 +34,9 @@ claims-check: .venv/.test
 	@if $(NATIVE_TOOLS); then set -x; $(BIN)/python tools/page_numbers.py; fi
 	$(BIN)/python tools/write_claims.py results/claims/claims.md --check
 
-# The assumed effects, estimated from part of the evidence and judged on the rest: docs/estimation.md.
+# Friction, estimated from part of the evidence and judged on the rest: docs/estimation.md.
 estimation: .venv/.test
-	$(BIN)/python -m studies.estimation --anew
+	$(BIN)/python -m studies.estimation
 
 # The site, which needs no network: docs/_build/html/index.html. Its notebooks are run, its experiments are flown; where
 # there is a compiler the live stage flies on the first page.

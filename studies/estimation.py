@@ -1,0 +1,226 @@
+"""One scale of Coulomb friction on all axes, chosen by part of the evidence and judged on the rest.
+
+    python -m studies.estimation
+
+Writes the table of docs/estimation.md, and what had been assumed before, for scenarios to extend. What is scaled, and
+which evidence chooses, is in `estimation.toml`.
+"""
+
+import math
+import tomllib
+from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import dataclass, replace
+from pathlib import Path
+
+from maglev.api.comparing import fly_each
+from maglev.api.options import experiments_of
+from maglev.experiment.execution import RunResult
+from maglev.experiment.selection import compared, needed, select
+from maglev.judging.run_claims import judge_run
+from maglev.judging.verdicts import ClaimResult, count_verdicts, least_ratio, miss, ratio, sentences
+from maglev.procedures.evaluate import evaluate_all, judge_procedure
+from maglev.processes.watching import unwatched
+from maglev.schema.run_plan import RunPlan, StartValue
+from pmlsm.rigs import RIGS
+
+FILE = Path(__file__).with_name("estimation.toml")
+DOCS = Path(__file__).parents[1] / "docs" / "estimation.md"
+EFFECTS = Path(__file__).parents[1] / "scenarios" / "effects"
+STAGES = ("2dof", "3dof")   # that the thesis has
+BEGIN = "<!-- estimation: made by `python -m studies.estimation` -->\n"
+END = "<!-- end of estimation -->\n"
+
+SHARE = 0.05    # standard deviation of a number that a run should have, as a share of it
+MARGIN = 0.1    # standard deviation of how far a limit or factor is missed, as a share of it
+
+Defaults = Mapping[str, float]   # by `model.variable`, SI
+
+
+@dataclass(frozen=True)
+class Settings:
+    """The whole study; see `estimation.toml`."""
+
+    training: frozenset[str]   # runs whose sentences and bounds are for training; all others are held out
+    largest_residual: float
+    candidates: tuple[float, ...]
+    assumed: Defaults   # what is scaled
+    follows: Defaults   # what is scaled along where a scenario gives it at all
+    ripple: Defaults    # what is tried beside the scale that is chosen
+
+
+def read_settings(path: Path = FILE) -> Settings:
+    """Read the settings; TypeError where a table lacks something or has too much."""
+    table = tomllib.loads(path.read_text(encoding="utf-8"))
+    scale = table.pop("scale")
+    return Settings(**{**table, **scale, "training": frozenset(table["training"]),
+                       "candidates": tuple(scale["candidates"])})
+
+
+def times(scale: float, values: Defaults) -> dict[str, float]:
+    """Every value times a scale."""
+    return {name: scale * value for name, value in values.items()}
+
+
+@dataclass(frozen=True)
+class Judged:
+    """A claim with its verdict, and the run or procedure that it is about."""
+
+    owner: str
+    result: ClaimResult
+
+
+@dataclass(frozen=True)
+class Row:
+    """What the evidence says of one scale of friction, with slot ripple beside it or without."""
+
+    scale: float
+    ripple: bool
+    training: Sequence[Judged]
+    held_out: Sequence[Judged]
+
+
+def with_defaults(plan: RunPlan, defaults: Defaults, following: Defaults) -> RunPlan:
+    """Plan in which variables that it does not give start at other defaults; those that follow, only if it gives them.
+
+    Both are by `model.variable`. A value of 0 is an effect that the scenario has turned off, and stays.
+    """
+    fmus = {}
+    for name, fmu in plan.fmus.items():
+        given = {*fmu.start, *fmu.start_from}
+        start = {**of_model(defaults, fmu.model, absent=given), **fmu.start}
+        start |= {variable: value for variable, value in of_model(following, fmu.model).items()
+                  if variable in fmu.start and fmu.start[variable].value != 0}
+        fmus[name] = fmu.model_copy(update={"start": start})
+    return plan.model_copy(update={"fmus": fmus})
+
+
+def of_model(values: Defaults, model: str | None, absent: Iterable[str] = ()) -> dict[str, StartValue]:
+    """Values of one model's variables, without those that are named."""
+    split = {key: key.partition(".") for key in values}
+    return {variable: StartValue(values[key], None, repr(values[key])) for key, (own, _, variable) in split.items()
+            if own == model and variable not in {*absent}}
+
+
+def row(settings: Settings, scale: float, ripple: Defaults | None = None) -> Row:
+    """All the evidence at a scale of friction, with slot ripple if it is given."""
+    plans = [plan for plan in select(None) if not plan.check_only]
+    plans = [*plans, *compared(plans)]
+    defaults = {**times(scale, settings.assumed), **(ripple or {})}
+    experiments = {each.plan.name: replace(each, plan=with_defaults(each.plan, defaults,
+                                                                    times(scale, settings.follows)))
+                   for each in experiments_of([*plans, *needed(plans)], {})}
+    flown = fly_each(experiments, unwatched)
+    return split(settings, scale, ripple is not None, judge([flown[name] for name in experiments]))
+
+
+def judge(results: Sequence[RunResult]) -> list[Judged]:
+    """Verdicts on the claims about runs and procedures, in a fixed order.
+
+    Other readings of an experiment are no further evidence.
+    """
+    metrics = {each.plan.name: each.metrics for each in results}
+    return [*(Judged(each.plan.name, result) for each in results if not each.plan.another_reading
+              for result in judge_run(each.plan.claims, each.metrics, metrics)),
+            *(Judged(outcome.settings.name, result) for outcome in evaluate_all(results)
+              for result in judge_procedure(outcome))]
+
+
+def split(settings: Settings, scale: float, ripple: bool, judged: Sequence[Judged]) -> Row:
+    """The row of one scale, its evidence split."""
+    return Row(scale, ripple, [each for each in judged if each.owner in settings.training],
+               [each for each in judged if each.owner not in settings.training])
+
+
+def best_scale(rows: Sequence[Row]) -> float:
+    """The scale that reproduces most of the sentences for training; of equal ones the first."""
+    return max(rows, key=lambda row: counts(row.training)[0][0]).scale
+
+
+def counts(judged: Iterable[Judged]) -> tuple[tuple[int, int, int], tuple[int, int]]:
+    """Verdicts on sentences (reproduced, within 10 %, not reproduced) and on bounds (met, not met)."""
+    results = [each.result for each in judged]
+    words, axes = count_verdicts(sentences(results)), count_verdicts(results)
+    return ((words["reproduced"], words["within 10 %"], words["no difference"] + words["not reproduced"]),
+            (axes["met"], axes["not met"]))
+
+
+def residual(result: ClaimResult, largest: float) -> float:
+    """How far a claim is missed, in standard deviations; approaches `largest`; 0 where it is met or not testable.
+
+    "about" a figure: half of its last digit or 5 %, whatever is more, is one standard deviation. A limit or a factor:
+    10 % of it, on the wrong side. A bound by an axis: the distance of its ticks, by which it was read. Yes or no, and
+    what never settles: 1.
+    """
+    claim, measured = result.claim, result.measured
+    if claim.quantity is None or (result.verdict in ("reproduced", "met") and claim.relation != "about"):
+        return 0.0
+    if measured is None:
+        return largest   # the run failed
+    if isinstance(claim.target, tuple):
+        low, high = claim.target
+        missed = max(low - measured, measured - high, 0.0) / (high - low)
+    elif result.against is not None:
+        missed = miss(claim, ratio(float(measured), result.against), least_ratio(claim)) / (MARGIN * claim.factor)
+    elif claim.relation == "is":
+        missed = 1.0
+    else:
+        target = float(claim.target or 0.0)
+        missed = miss(claim, float(measured), target) / (MARGIN * abs(target))
+        if claim.relation == "about":
+            missed = (float(measured) - target) / max(SHARE * abs(target), half_digit(target, claim.digits or 1))
+    # What never happens has no distance: whether a mover comes to rest in a band of 10 µm is decided by the last bits.
+    return largest * math.tanh(missed / largest) if math.isfinite(missed) else math.copysign(1.0, missed)
+
+
+def half_digit(target: float, digits: int) -> float:
+    """Half a unit of the last significant digit of a printed figure; 0 for 0."""
+    return 0.0 if target == 0.0 else 0.5 * 10.0 ** (math.floor(math.log10(abs(target))) - digits + 1)
+
+
+def table_of(settings: Settings, rows: Sequence[Row]) -> str:
+    """Verdicts and misfit, half the sum of squared residuals, at every scale; the one that training chooses is bold."""
+    lines = ["| Coulomb friction | training: sentences | bounds | misfit | held out: sentences | bounds | misfit |",
+             "|---" * 7 + "|"]
+    best = best_scale([row for row in rows if not row.ripple])
+    for row in rows:
+        label = f"× {row.scale:g}" + (", slot ripple" if row.ripple else "")
+        cells = [f"**{label}**" if row.scale == best and not row.ripple else label]
+        for judged in (row.training, row.held_out):
+            of_sentences, (met, missed) = counts(judged)
+            misfit = 0.5 * sum(residual(each.result, settings.largest_residual) ** 2 for each in judged)
+            cells += [" / ".join(map(str, of_sentences)), f"{met} of {met + missed}", f"{misfit:.1f}"]
+        lines.append(f"| {' | '.join(cells)} |")
+    return "\n".join([*lines, ""])
+
+
+def as_assumed(name: str, settings: Settings) -> str:
+    """TOML with what was assumed before one scale of it was estimated, for scenarios to extend."""
+    rig = RIGS[name]
+    lines = [f"# {rig.title}. Coulomb friction as it was assumed, before one scale of it was estimated "
+             "(docs/estimation.md).", "# Made by `python -m studies.estimation`.", "", "[fmus.plant.start]"]
+    lines += [f'"{variable}" = {value:.4g}' for model, _, variable, value in (
+        (*variable.partition("."), value) for variable, value in settings.assumed.items())
+        if model == f"Plant{rig.suffix}"]
+    return "\n".join(lines) + "\n"
+
+
+def write_between(path: Path, text: str) -> None:
+    """Put text between the markers of a page; ValueError where they are missing."""
+    before, begin, rest = path.read_text(encoding="utf-8").partition(BEGIN)
+    _, end, after = rest.partition(END)
+    if not begin or not end:
+        raise ValueError(f"{path}: expected the lines {BEGIN.strip()} and {END.strip()}")
+    path.write_text(f"{before}{begin}\n{text}\n{end}{after}", encoding="utf-8")
+
+
+def main() -> None:
+    """Fly and judge all the evidence at every scale, and at the best with slot ripple; write what was found."""
+    settings = read_settings()
+    rows = [row(settings, scale) for scale in settings.candidates]
+    write_between(DOCS, table_of(settings, [*rows, row(settings, best_scale(rows), settings.ripple)]))
+    for name in STAGES:
+        (EFFECTS / f"{name}-as-assumed.toml").write_text(as_assumed(name, settings), encoding="utf-8")
+
+
+if __name__ == "__main__":
+    main()
