@@ -11,7 +11,7 @@ those of the displacements, and where the platform tilts, of the gaps at the mot
 straight to the plant. With a measurement both get what that makes of the encoders, as the controllers of runs do.
 """
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from contextlib import ExitStack
 from ctypes import addressof, c_double, c_int, c_size_t, c_uint32, c_void_p
 from math import inf
@@ -27,6 +27,43 @@ from maglev.own_fmus import own_fmu, stale
 from pmlsm.rig import Rig
 
 Call = tuple[Any, tuple[Any, ...]]   # a C function and its arguments
+
+
+class Exchange(NamedTuple):
+    """What is done in a sample: a "Set" or "Get" of variables of a part, or a "step" of it.
+
+    Variables are at a place in the row on, or are those of another part that have the same names; a step goes by the
+    time at its "start" or at its "end".
+    """
+
+    verb: str
+    part: str
+    names: Sequence[str]
+    where: int | str
+
+
+def exchanges(rig: Rig, parts: Sequence[str], used: Sequence[str], ends: Sequence[int]) -> Iterator[Exchange]:
+    """What a sample does with the parts that there are, in its order; `ends` are those of what the row has."""
+    given = [f"{current}_cmd" for current in rig.phase_names]
+    found = [*(f"{axis}.position" for axis in rig.axis_names), *rig.dq_names]
+
+    def measured(encoders: Sequence[str]) -> list[str]:
+        return [name.replace("encoder", "measured") for name in encoders]
+
+    if "commutation" in parts:
+        asked = [*(f"{current}_reference" for current in rig.dq_names), *measured(used)]
+        yield Exchange("Set", "commutation", asked, 0)
+        yield Exchange("step", "commutation", (), "start")
+    yield Exchange("Set", "plant", given, "commutation" if "commutation" in parts else 0)
+    yield Exchange("step", "plant", (), "start")
+    if "measurement" not in parts:
+        yield Exchange("Get", "plant", [*used, *found, *rig.encoders], ends[0])
+        return
+    yield Exchange("Get", "plant", found, ends[1])
+    yield Exchange("Set", "measurement", rig.encoders, "plant")
+    yield Exchange("step", "measurement", (), "end")
+    yield Exchange("Get", "measurement", measured(used), ends[0])
+    yield Exchange("Get", "measurement", measured(rig.encoders), ends[3])
 
 
 class Saved(NamedTuple):
@@ -74,7 +111,6 @@ class CompiledStage:
     def __init__(self, rig: Rig, folder: Path, in_phases: bool, with_measurement: bool = False):
         self.rig = rig
         axes, motors = len(rig.axes), len(rig.motors)
-        given = [f"{current}_cmd" for current in rig.phase_names]
         seen = rig.encoders
         used = seen if rig.rotations else seen[1:]   # the commutation needs the gap where each motor has its own
         widths = [(3 if in_phases else 2) * motors, len(used), axes, 2 * motors, len(seen), axes, axes]
@@ -84,46 +120,34 @@ class CompiledStage:
         self.commands, _, self.positions, self.currents, self.encoders, self.velocities, self.references = parts
         self.observation = self.row[ends[3]:]
         self.step = c_double(rig.sample_time)
-        self.time = c_double()
+        self.time, self.ahead = c_double(), c_double()   # a measurement is of the end of a step of the plant
         self.samples = 0
         with ExitStack() as stack:
-            self.plant = stack.enter_context(loaded(f"Plant{rig.suffix}", folder))
-            self.commutation = None if in_phases else stack.enter_context(
-                loaded(f"Commutation{rig.suffix}", folder))
-            self.measurement = None if not with_measurement else stack.enter_context(
-                loaded(f"Measurement{rig.suffix}", folder))
+            self.parts = {part: stack.enter_context(loaded(f"{part.title()}{rig.suffix}", folder))
+                          for part, flies in (("plant", True), ("commutation", not in_phases),
+                                              ("measurement", with_measurement)) if flies}
             self.stack = stack.pop_all()
-        self.fmus = [fmu for fmu in (self.plant, self.commutation, self.measurement) if fmu is not None]
+        self.plant, self.measurement = self.parts["plant"], self.parts.get("measurement")
         self.stop = Buffer("Boolean", [self.plant.variable("at_stop")], self.plant.fmi)
-        found = [*(f"{axis}.position" for axis in rig.axis_names), *rig.dq_names]
-        self.outputs = [self.values(self.plant, "Get", [*used, *found, *seen], ends[0])]
-        if self.measurement is not None:
-            self.raw = (c_double * len(seen))()
-            measured_as = [name.replace("encoder", "measured") for name in seen]
-            self.ahead = c_double()   # a measurement is of the end of a step of the plant
-            self.outputs = [
-                self.values(self.plant, "Get", found, ends[1]), call(self.plant, "Get", seen, addressof(self.raw)),
-                call(self.measurement, "Set", seen, addressof(self.raw)),
-                (self.measurement.do_step, (self.measurement.handle(), self.ahead, self.step, c_int(1))),
-                self.values(self.measurement, "Get", [name.replace("encoder", "measured") for name in used], ends[0]),
-                self.values(self.measurement, "Get", measured_as, ends[3])]
-        self.calls = [self.values(self.plant, "Set", given, 0), self.stepping(self.plant), *self.outputs,
-                      (self.plant.get_functions["Boolean"], (self.plant.handle(), *self.stop.arguments()))]
-        if self.commutation is not None:
-            self.phases = (c_double * len(given))()
-            address = addressof(self.phases)
-            asked = [f"{current}_reference" for current in rig.dq_names]
-            measured = [name.replace("encoder", "measured") for name in used]
-            self.calls[0] = call(self.plant, "Set", given, address)
-            self.calls = [self.values(self.commutation, "Set", [*asked, *measured], 0),
-                          self.stepping(self.commutation), call(self.commutation, "Get", given, address), *self.calls]
+        self.exchanges = [*exchanges(rig, [*self.parts], used, ends)]
+        self.between: list[Any] = []   # memory for what goes from one FMU to another
+        first = [each[:2] for each in self.exchanges].index(("step", "plant")) + 1
+        self.outputs = [made for each in self.exchanges[first:] for made in self.calls_of(each)]
+        self.calls = [made for each in self.exchanges[:first] for made in self.calls_of(each)] + self.outputs
+        self.calls.append((self.plant.get_functions["Boolean"], (self.plant.handle(), *self.stop.arguments())))
 
-    def values(self, fmu: Fmu, verb: str, names: Sequence[str], place: int) -> Call:
-        """Call that sets or gets variables from a place in the row on."""
-        return call(fmu, verb, names, self.row.ctypes.data + place * self.row.itemsize)
-
-    def stepping(self, fmu: Fmu) -> Call:
-        return fmu.do_step, (fmu.handle(), self.time, self.step, c_int(1))
+    def calls_of(self, exchange: Exchange) -> Iterator[Call]:
+        """Calls that do what is to be done."""
+        verb, part, names, where = exchange
+        fmu = self.parts[part]
+        if verb == "step":
+            yield fmu.do_step, (fmu.handle(), self.ahead if where == "end" else self.time, self.step, c_int(1))
+        elif isinstance(where, int):
+            yield call(fmu, verb, names, self.row.ctypes.data + where * self.row.itemsize)
+        else:
+            self.between.append((c_double * len(names))())
+            yield call(self.parts[where], "Get", names, addressof(self.between[-1]))
+            yield call(fmu, verb, names, addressof(self.between[-1]))
 
     def start(self, parameters: Mapping[str, float | bool], limit: float,
               measurement: Mapping[str, float | bool]) -> None:
@@ -131,17 +155,15 @@ class CompiledStage:
 
         `measurement` has the parameters of that. FmuError if the plant or the measurement refuses its parameters.
         """
-        for fmu, start in ((self.plant, parameters), (self.commutation, {"current_limit": limit}),
-                           (self.measurement, measurement)):
-            if fmu is not None:
-                if fmu.instance is None:
-                    closed()
-                fmu.said()
-                fmu.instance.reset()
-                fmu.initialise(start, 0.0, inf)
-        self.samples = 0
-        if self.measurement is not None:
-            self.ahead.value = 0.0
+        starts: dict[str, Mapping[str, float | bool]] = {
+            "plant": parameters, "commutation": {"current_limit": limit}, "measurement": measurement}
+        for part, fmu in self.parts.items():
+            if fmu.instance is None:
+                closed()
+            fmu.said()
+            fmu.instance.reset()
+            fmu.initialise(starts[part], 0.0, inf)
+        self.samples, self.ahead.value = 0, 0.0
         for function, arguments in self.outputs:
             if function(*arguments) > WARNING:
                 raise FmuError(self.said())
@@ -154,7 +176,7 @@ class CompiledStage:
     def save(self) -> Saved:
         """State from which the stage can go on later, here or in another process."""
         states = []
-        for fmu in self.fmus:
+        for fmu in self.parts.values():
             state = fmu.instance.getFMUState()
             states.append(fmu.instance.serializeFMUState(state))
             fmu.instance.freeFMUState(state)
@@ -162,7 +184,7 @@ class CompiledStage:
 
     def restore(self, saved: Saved) -> None:
         """Go back to a state; it must be one of a stage of the same rig and options that has been started."""
-        for fmu, content in zip(self.fmus, saved.fmus, strict=True):
+        for fmu, content in zip(self.parts.values(), saved.fmus, strict=True):
             state = fmu.instance.deserializeFMUState(content)
             fmu.instance.setFMUState(state)
             fmu.instance.freeFMUState(state)
@@ -188,7 +210,7 @@ class CompiledStage:
 
     def said(self) -> str:
         """Why an FMU has refused a sample."""
-        return " ".join(filter(None, (fmu.said() for fmu in self.fmus)))
+        return " ".join(filter(None, (fmu.said() for fmu in self.parts.values())))
 
     def close(self) -> None:
         """Free the FMUs; a sample is an FmuError from then on."""

@@ -1,6 +1,6 @@
 """Many stages as one Gymnasium vector environment: their blocks lie side by side, and one C function steps them."""
 
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from concurrent.futures import ThreadPoolExecutor
 from ctypes import CDLL, POINTER, c_double, c_int64, c_void_p
 from typing import Any
@@ -11,6 +11,7 @@ import numpy.typing as npt
 from gymnasium.vector import AutoresetMode, VectorEnv
 from gymnasium.vector.utils import batch_space
 
+from fmi_export.definition import Variable
 from maglev.arrays import Array
 from maglev.cosim.blocks.block_loop import Part, indented, loop_of, out_of_range, parts_of
 from maglev.errors import FmuError, ScenarioError
@@ -67,70 +68,33 @@ void maglev_advance(struct stage *stages, double *rows, int64_t width, const int
 """
 
 
-def exchanges(stage: CompiledStage) -> Iterator[tuple[str, str, Sequence[str], Sequence[str]]]:
-    """What a sample of a stage does: "set", "get" or "step", the part, its variables, and C of what they are.
-
-    These are the calls of `CompiledStage`, in their order.
-    """
-    rig = stage.rig
-    seen = rig.encoders
-    used = seen if rig.rotations else seen[1:]
-    given = [f"{current}_cmd" for current in rig.phase_names]
-    found = [*(f"{axis}.position" for axis in rig.axis_names), *rig.dq_names]
-    commands = stage.commands.size
-
-    def row(names: Sequence[str], place: int) -> list[str]:
-        return [f"row[{place + i}]" for i in range(len(names))]
-
-    behind = commands + len(used)
-    if stage.commutation is None:
-        yield "set", "plant", given, row(given, 0)
-    else:
-        asked = [*(f"{current}_reference" for current in rig.dq_names),
-                 *(name.replace("encoder", "measured") for name in used)]
-        yield "set", "commutation", asked, row(asked, 0)
-        yield "step", "commutation", (), ("time",)
-        yield "set", "plant", given, [f"commutation:{name}" for name in given]
-    yield "step", "plant", (), ("time",)
-    if stage.measurement is None:
-        yield "get", "plant", [*used, *found, *seen], row([*used, *found, *seen], commands)
-        return
-    measured = [name.replace("encoder", "measured") for name in seen]
-    yield "get", "plant", found, row(found, behind)
-    yield "set", "measurement", seen, [f"plant:{name}" for name in seen]
-    yield "step", "measurement", (), ("(double)(k + 1) * step",)
-    yield "get", "measurement", [name.replace("encoder", "measured") for name in used], row(used, commands)
-    yield "get", "measurement", measured, row(measured, behind + len(found))
-
-
 def sources_of(stage: CompiledStage) -> dict[str, str]:
     """C files by name; FmuError where an FMU is none of this installation."""
-    found = parts_of(stage.fmus)
+    found = parts_of(stage.parts.values())
     if found is None:
         raise FmuError("expected native FMUs of this installation")
     files, by_fmu = found
-    names = {id(fmu): name for name, fmu in (("plant", stage.plant), ("commutation", stage.commutation),
-                                             ("measurement", stage.measurement)) if fmu is not None}
-    parts: dict[str, Part] = {names[key]: part for key, part in by_fmu.items()}
+    parts: dict[str, Part] = {name: by_fmu[id(fmu)] for name, fmu in stage.parts.items()}
+
+    def variable(part: str, name: str) -> Variable:
+        return next(each for each in parts[part].what.variables if each.name == name)
 
     def value(part: str, name: str) -> str:
-        variable = next(each for each in parts[part].what.variables if each.name == name)
-        return f"stage->{part}.{variable.place}"
+        return f"stage->{part}.{variable(part, name).place}"
 
     lines, wrong = [], ["false"]
-    for verb, part, variables, texts in exchanges(stage):
+    for verb, part, names, where in stage.exchanges:
         if verb == "step":
-            lines.append(f"wrong = wrong || {parts[part].what.struct}__step(&stage->{part}, {texts[0]}, "
-                         "step) != 0;")
-        for name, text in zip(variables, texts, strict=False):
-            text = value(*text.split(":")) if ":" in text else text
-            if verb == "get":
-                lines.append(f"{text} = {value(part, name)};")
+            time = "(double)(k + 1) * step" if where == "end" else "time"
+            lines.append(f"wrong = wrong || {parts[part].what.struct}__step(&stage->{part}, {time}, step) != 0;")
+        for i, name in enumerate(names):
+            other = value(where, name) if isinstance(where, str) else f"row[{where + i}]"
+            if verb == "Get":
+                lines.append(f"{other} = {value(part, name)};")
                 continue
-            lines.append(f"{value(part, name)} = {text};")
-            if text.startswith("row[") and int(text[4:-1]) < stage.commands.size:
-                variable = next(each for each in parts[part].what.variables if each.name == name)
-                wrong.append(out_of_range(variable, text))
+            lines.append(f"{value(part, name)} = {other};")
+            if isinstance(where, int) and where + i < stage.commands.size:
+                wrong.append(out_of_range(variable(part, name), other))
     blocks = {name: part.what.struct for name, part in parts.items()}
     return {**files, "stages.c": SOURCE.format(
         includes="\n".join(f'#include "{part.what.header}"' for part in parts.values()),
@@ -179,7 +143,7 @@ class Stages(VectorEnv[Array, Array, npt.NDArray[Any]]):
         self.c.maglev_take.argtypes = [POINTER(c_void_p), c_void_p]
         self.c.maglev_advance.argtypes = [c_void_p, c_void_p, c_int64, c_void_p, c_double, c_int64, c_int64, c_int64,
                                           c_void_p, c_void_p]
-        self.instances = (c_void_p * len(stage.fmus))(*(fmu.handle() for fmu in stage.fmus))
+        self.instances = (c_void_p * len(stage.parts))(*(fmu.handle() for fmu in stage.parts.values()))
         size = int(self.c.maglev_stage_size())
         self.blocks = np.zeros((num_envs, size // 8), np.int64)   # aligned as doubles are
         self.rows = np.zeros((num_envs, stage.row.size))
