@@ -19,7 +19,7 @@ from maglev.experiment.selection import compared, needed, select
 from maglev.judging.run_claims import judge_run
 from maglev.judging.verdicts import ClaimResult, count_verdicts, least_ratio, miss, ratio, sentences
 from maglev.procedures.evaluate import evaluate_all, judge_procedure
-from maglev.processes.watching import unwatched
+from maglev.processes.side_by_side import unwatched
 from maglev.schema.run_plan import RunPlan, StartValue
 from pmlsm.rigs import RIGS
 
