@@ -21,7 +21,7 @@ from maglev.api.options import experiments_of
 from maglev.catalogue import HOST, build
 from maglev.cosim.blocks import block_loop
 from maglev.schema.loading import load_plan
-from maglev.studies.flying import here
+from maglev.studies.flying import batches
 from maglev.studies.flying.batches import flyers
 from maglev.studies.flying.samples import Flown, each_flown, gathered
 from maglev.studies.planning import PlannedStudy, plan_study
@@ -88,7 +88,7 @@ def main() -> None:
 
         with patch.object(block_loop, "kept", lambda *_: None):   # no loop is found
             row("calls of the FMUs", alone())
-        assert here.loop_for(study.job, study.batches)   # compiles it
+        assert batches.loop_for(study.job, study.batches)   # compiles it
         row("the blocks in one loop", found := alone())
         for jobs in (1, 2):
             row(f"{jobs} side by side: wall time", side_by_side(study, jobs) / samples)

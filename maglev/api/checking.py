@@ -13,7 +13,7 @@ from maglev.baselines.update import update_all
 from maglev.experiment.selection import Scenarios, needed, select
 from maglev.pictures import require_matplotlib
 from maglev.processes import processors
-from maglev.processes.watching import Say, Watch, unwatched, warn
+from maglev.processes.side_by_side import Say, Watch, unwatched, warn
 from maglev.schema.layers import PACKAGED
 from maglev.schema.options import RunOptions, takes_run_options
 

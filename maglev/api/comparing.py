@@ -20,7 +20,7 @@ from maglev.experiment.execution import RunResult, failed, fly, thinned
 from maglev.experiment.preparation import Experiment, know_stage_of
 from maglev.experiment.selection import needed
 from maglev.pictures import require_matplotlib
-from maglev.processes.watching import Say, Watch, unwatched, warn
+from maglev.processes.side_by_side import Say, Watch, unwatched, warn
 from maglev.report.plots.picture import overlay
 from maglev.report.text import held
 from maglev.schema.layers import Scenario

@@ -13,7 +13,7 @@ from maglev.experiment.preparation import Experiment, know_stage_of
 from maglev.experiment.selection import prepare_all
 from maglev.identification.model_file import model_settings
 from maglev.own_fmus import own_fmu
-from maglev.processes.watching import Say, Watch, unwatched, warn
+from maglev.processes.side_by_side import Say, Watch, unwatched, warn
 from maglev.schema.options import RunOptions, completed
 from maglev.schema.run_plan import RunPlan, StartValue
 from maglev.schema.settings import start_values

@@ -8,7 +8,7 @@ from maglev.api.checking import update
 from maglev.errors import BaselineError, RigError
 from maglev.own_stage.adoption import rig_named
 from maglev.own_stage.new import scenario_text, write_new
-from maglev.processes.watching import Say, Watch
+from maglev.processes.side_by_side import Say, Watch
 from maglev.rig.writer import render
 from maglev.stages import STAGES
 from maglev.user_controllers.new import new_controller

@@ -29,7 +29,7 @@ from maglev.pictures import require_matplotlib, write_figure
 from maglev.procedures.evaluate import judge_outcomes
 from maglev.procedures.outcome import Outcome
 from maglev.processes import processors
-from maglev.processes.watching import Say, Watch, unwatched, warn
+from maglev.processes.side_by_side import Say, Watch, unwatched, warn
 from maglev.report.page import write_report
 from maglev.report.plots.data import Frictionless
 from maglev.report.plots.picture import figure_of

@@ -19,7 +19,7 @@ from maglev.own_fmus import definition, kind_folder
 from maglev.own_stage.adoption import know_stage
 from maglev.packages import PACKAGES
 from maglev.packages.installed import HERE, digest_of
-from maglev.processes.watching import Say, Watch, unwatched, warn
+from maglev.processes.side_by_side import Say, Watch, unwatched, warn
 from maglev.schema.layers import PACKAGED
 from maglev.schema.options import KindName
 from maglev.stages import STAGES

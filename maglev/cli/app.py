@@ -6,13 +6,12 @@ from typing import Annotated, Any
 
 import typer
 
-from maglev.cli.cache import cache
 from maglev.cli.check import check
-from maglev.cli.compare import compare
+from maglev.cli.hand_on import cache, pack, target
 from maglev.cli.identify import identify
 from maglev.cli.loops.linearise import linearise
 from maglev.cli.loops.region import region
-from maglev.cli.new import new
+from maglev.cli.new import new, stage
 from maglev.cli.options import (
     MORE,
     Built,
@@ -27,11 +26,8 @@ from maglev.cli.options import (
     RigFile,
     with_run_options,
 )
-from maglev.cli.pack import pack
-from maglev.cli.stage import stage
 from maglev.cli.streams import CommandLine, Commands
-from maglev.cli.study import study, tune
-from maglev.cli.target import target
+from maglev.cli.study import compare, study, tune
 from maglev.cli.terminal import (
     one_line_errors,
     print_results,

@@ -1,12 +1,12 @@
-"""`maglev new`: files to begin with."""
+"""`maglev new`: files to begin with; and `maglev stage`: what follows from one of them."""
 
 from pathlib import Path
 from typing import Annotated
 
 import typer
 
-from maglev.cli.options import RIG_NAMES, Debug, run_names
-from maglev.cli.terminal import one_line_errors, progress_of, say
+from maglev.cli.options import RIG_NAMES, AsJson, Debug, run_names
+from maglev.cli.terminal import one_line_errors, progress_of, say, write_json
 from pmlsm.rigs import EXAMPLE, RIGS, SINGLE
 
 MOTOR_KEYS = ("force_constant", "attraction", "attraction_gap", "pole_pitch", "peak", "currents", "at", "continuous",
@@ -149,3 +149,26 @@ def stage_file(path: Annotated[Path, typer.Argument(metavar="NAME", help="The fi
 
         file, scenario = new_stage(path, like, motor or ())
         typer.echo(f"{file}, {scenario}: run it with `maglev run {scenario} --plot`")
+
+
+Description = Annotated[Path, typer.Argument(metavar="TOML", help="Description of your own stage; `maglev new stage` "
+                                             "writes one.", show_default=False)]
+
+
+def stage(description: Description, as_json: AsJson = None, debug: Debug = False) -> None:
+    """Say what follows from the description of your own stage: forces, currents, times, gains, margins, warnings.
+
+    Margins are those of the closed loop with lag, hold, observer and controller, opened at the measurement of each
+    axis: at the start and at both ends of the travel of the air gap.
+
+    **Examples:**
+
+    `maglev stage mine.toml`
+    """
+    with one_line_errors(debug):
+        from maglev.own_stage.consequences import stage as follow
+
+        found = follow(description)
+        typer.echo(str(found), nl=False)
+        if as_json is not None:
+            write_json(as_json, found.as_data())

@@ -14,7 +14,7 @@ from maglev.live.link import NAME
 from maglev.own_stage.loop import loop_table
 from maglev.own_stage.reading import read_own
 from maglev.pages import shell
-from maglev.processes.watching import Say, Watch, unwatched, warn
+from maglev.processes.side_by_side import Say, Watch, unwatched, warn
 from maglev.schema.loading import load_plans
 from maglev.schema.run_plan import RunPlan
 from maglev.toml_file import read_toml

@@ -13,7 +13,7 @@ from maglev.microcontroller.emulator import EmulatorError, require_emulator
 from maglev.microcontroller.generation import Generated, generated
 from maglev.microcontroller.measured import Measured, measured
 from maglev.own_stage.adoption import know_stage
-from maglev.processes.watching import Watch, unwatched
+from maglev.processes.side_by_side import Watch, unwatched
 from maglev.schema.layers import Scenario
 from maglev.schema.loading import load_plan
 from maglev.units import parse_quantity, refused_as

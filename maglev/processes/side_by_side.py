@@ -3,9 +3,10 @@
 import math
 import pickle
 import time
+import warnings
 from collections import deque
-from collections.abc import Callable, Iterator, Mapping
-from contextlib import contextmanager
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from contextlib import AbstractContextManager, contextmanager, nullcontext
 from functools import partial
 from queue import Empty, SimpleQueue
 from typing import Any, TypeVar
@@ -22,6 +23,8 @@ Progress = Callable[[int, int], None]       # steps done, steps in all
 Task = Callable[[Progress], T]              # can be pickled, as can its result; reports its progress
 Watcher = Callable[[str, int, int], None]   # name of a task, steps done, steps in all
 Idle = list[Beside]                         # processes that wait for tasks
+Say = Callable[[str], None]                 # told, in sentences, what goes on
+Watch = Callable[[Sequence[str]], AbstractContextManager[Watcher]]   # from the names of tasks to what is told of them
 
 
 class Stopped(Interrupted):
@@ -139,3 +142,13 @@ def watched(task: Task[T], send: Send) -> T:
             send((done, steps))
 
     return task(progress)
+
+
+def warn(sentence: str) -> None:
+    """Say a sentence as Python does."""
+    warnings.warn(sentence, stacklevel=6)
+
+
+def unwatched(_names: Sequence[str]) -> AbstractContextManager[Watcher]:
+    """Nobody looks on."""
+    return nullcontext(lambda _name, _done, _steps: None)

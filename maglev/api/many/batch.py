@@ -14,7 +14,7 @@ from maglev.api.many.studying import made_ready
 from maglev.api.running import run as fly
 from maglev.errors import Interrupted, UnknownName, extra, name_of, nearest, signal_of
 from maglev.processes import processors
-from maglev.processes.watching import Say, Watch, unwatched, warn
+from maglev.processes.side_by_side import Say, Watch, unwatched, warn
 from maglev.schema.options import RunOptions, takes_run_options
 
 UNDONE = "was not run: the batch was interrupted"

@@ -16,7 +16,7 @@ from maglev.catalogue.for_runs import compiles
 from maglev.errors import MaglevError, ScenarioError, UnknownName, extra, option, shortened
 from maglev.experiment.preparation import Experiment
 from maglev.processes import processors
-from maglev.processes.watching import Say, Watch, unwatched, warn
+from maglev.processes.side_by_side import Say, Watch, unwatched, warn
 from maglev.schema.loading import load_plan
 from maglev.schema.options import OPTIONS, RunOptions, seconds, takes_run_options
 from maglev.schema.settings import start_values

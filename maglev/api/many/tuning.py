@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any, Unpack
 
 from maglev.api.many.studying import made_ready
 from maglev.processes import processors
-from maglev.processes.watching import Say, Watch, unwatched, warn
+from maglev.processes.side_by_side import Say, Watch, unwatched, warn
 from maglev.schema.options import RunOptions, takes_run_options
 from maglev_files.whole_file import write_whole
 

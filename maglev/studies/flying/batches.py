@@ -1,19 +1,41 @@
-"""The batches of a study, and who flies them: processes of this machine, or the workers of a Dask scheduler."""
+"""The batches of a study, and who flies them: this machine, or the workers of a Dask scheduler.
+
+Here they fly side by side: by threads of this process where the FMUs' blocks are in one loop, which is C and lets other
+threads run. FMUs that are called fly in processes of their own.
+"""
 
 from collections.abc import Callable, Iterator
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
+from ctypes import c_int64
 from functools import partial
+from queue import SimpleQueue
+from threading import Thread
 
+from fmi_export.errors import ExportError
 from maglev.arrays import Array
-from maglev.errors import extra, option
-from maglev.processes.side_by_side import kept_processes
-from maglev.studies.flying.here import fly_here
-from maglev.studies.flying.samples import Batch, Job, Store
+from maglev.errors import MaglevError, extra, option
+from maglev.processes.side_by_side import Idle, Progress, Stopped, kept_processes, side_by_side
+from maglev.studies.flying.flight import Flight
+from maglev.studies.flying.measuring import Measuring
+from maglev.studies.flying.samples import (
+    Batch,
+    Flown,
+    Job,
+    Sample,
+    Store,
+    each_flown,
+    failed,
+    flown_batch,
+    gathered,
+    only_sample,
+    until_interrupted,
+)
 
 STEPS_OF_A_BATCH = 2_500_000      # communication steps of native FMUs, which take some seconds
 PYTHON_COST = 20                  # steps of native FMUs in one of those that run Python inside
 FEWEST_BATCHES = 8                # of a small study, so that many workers have something to do
 LARGEST_TRAJECTORIES = 32e6       # bytes of a batch
+WORTH_COMPILING = 10_000_000   # steps, which take longer by calls of FMUs than the compiler for a loop without
 
 Fly = Callable[[Job, list[Batch], Array, Store], None]   # flies batches with values of the targets by sample
 
@@ -45,3 +67,118 @@ def flyers(scheduler: str | None, jobs: int) -> Iterator[Fly]:
 
     with connected(scheduler) as client:
         yield partial(fly_there, client)
+
+
+def fly_here(jobs: int, idle: Idle, job: Job, batches: list[Batch], values: Array, store: Store) -> None:
+    """Fly batches in so many threads or processes, and store each as it is done; `values` of the targets are by sample.
+
+    Of a batch whose process dies, the samples are flown again one by one; one whose process dies then, too, has a row
+    that says so. MaglevError if a batch cannot be flown at all; KeyboardInterrupt after Ctrl-C or SIGTERM: what was
+    done until then is stored.
+    """
+    if loop_for(job, batches):
+        fly_in_threads(jobs, job, batches, values, store)
+        return
+    deadly: list[Batch] = []
+    fly_batches(jobs, idle, job, batches, values, store, deadly.append)
+    for batch in deadly:
+        samples = [alone(idle, job, number, values) for number in range(batch.first, batch.last)]
+        store(batch.number, gathered(job, batch.first, samples))
+
+
+def loop_for(job: Job, batches: list[Batch]) -> bool:
+    """Whether there is a loop with the FMUs' blocks, which is compiled now where that is worth its time."""
+    steps = job.experiment.plan.stop_time / job.experiment.step * sum(batch.last - batch.first for batch in batches)
+    measuring = Measuring(job.experiment.plan, job.experiment.times, job.kept, job.every)
+    if job.limit is None:
+        with suppress(ExportError, OSError), Flight(job.experiment, measuring=measuring,
+                                                    written=job.written) as flight:
+            flight.load(build=steps >= WORTH_COMPILING)
+            return flight.loop is not None
+    return False
+
+
+def fly_in_threads(jobs: int, job: Job, batches: list[Batch], values: Array, store: Store) -> None:
+    """Fly batches in so many threads, each with FMUs of its own, and store each here as it is done."""
+    waiting: SimpleQueue[Batch | None] = SimpleQueue()
+    done: SimpleQueue[tuple[int, Flown | BaseException]] = SimpleQueue()
+    ended = c_int64()
+
+    def fly_waiting() -> None:
+        while (batch := waiting.get()) is not None and not ended:
+            samples = each_flown(job, values[batch.first:batch.last], ended=ended)
+            try:
+                done.put((batch.number, gathered(job, batch.first, until_interrupted(samples))))
+            except BaseException as error:   # of this thread, for the one that waits
+                done.put((batch.number, error))
+
+    threads = [Thread(target=fly_waiting) for _ in range(min(jobs, len(batches)))]
+    for each in (*batches, *(None for _ in threads)):
+        waiting.put(each)
+    for thread in threads:
+        thread.start()
+    try:
+        for _ in batches:
+            number, flown = done.get()
+            if isinstance(flown, BaseException):
+                raise flown
+            store(number, flown)
+    except KeyboardInterrupt:
+        end(threads, ended)
+        while not done.empty():
+            number, flown = done.get()
+            if isinstance(flown, Flown):
+                store(number, flown)
+        raise
+    finally:
+        end(threads, ended)
+
+
+def end(threads: list[Thread], ended: c_int64) -> None:
+    """End threads that look at `ended`."""
+    ended.value = 1
+    for thread in threads:
+        thread.join()
+
+
+def alone(idle: Idle, job: Job, number: int, values: Array) -> Sample:
+    """Fly one sample with nothing else under way: if its process dies now, it dies of it."""
+    found = [failed(job, "every process that ran it died")]
+    fly_batches(1, idle, job, [Batch(0, number, number + 1)], values,
+                lambda _, flown: found.append(only_sample(flown)), lambda _: None)
+    return found[-1]
+
+
+def fly_batches(jobs: int, idle: Idle, job: Job, batches: list[Batch], values: Array, store: Store,
+                died: Callable[[Batch], None]) -> None:
+    """Fly each batch once; store it, or say whose process died, or was told to end by somebody else."""
+    by_name = {str(batch.number): batch for batch in batches}
+
+    def take(name: str, flown: Flown | MaglevError | None) -> None:
+        if isinstance(flown, MaglevError):
+            raise flown
+        if flown is None or not by_name[name].is_whole(flown):
+            died(by_name[name])
+        else:
+            store(by_name[name].number, flown)
+
+    try:
+        side_by_side({name: partial(fly_task, job, batch.first, values[batch.first:batch.last])
+                      for name, batch in by_name.items()}, jobs, lambda _name, _why: None, unwatched, idle, take=take)
+    except Stopped as stopped:
+        for name, flown in stopped.results.items():   # of those that were under way
+            if isinstance(flown, Flown):
+                store(by_name[name].number, flown)
+        raise
+
+
+def fly_task(job: Job, first: int, values: Array, _progress: Progress) -> Flown | MaglevError | None:
+    """Fly a batch in this process; an error that stops a study is what it returns."""
+    try:
+        return flown_batch(job, first, values)
+    except MaglevError as error:
+        return error
+
+
+def unwatched(_name: str, _done: int, _all: int) -> None:
+    """Batches are reported as they are stored."""

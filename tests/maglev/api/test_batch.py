@@ -12,7 +12,7 @@ import pytest
 
 import maglev
 from maglev.studies.columns import named_values
-from maglev.studies.flying import here, samples
+from maglev.studies.flying import batches, samples
 from maglev.studies.flying.samples import Batch
 
 RUN = "2dof-step-1-nonlinear"
@@ -22,8 +22,8 @@ MASSES = np.array([4.0, 4.35, 9.0])
 @pytest.fixture(params=["threads", "processes"])
 def way(request: pytest.FixtureRequest, monkeypatch: pytest.MonkeyPatch) -> str:
     """Who flies, and nobody else."""
-    monkeypatch.setattr(here, "WORTH_COMPILING", 1 if request.param == "threads" else np.inf)
-    monkeypatch.setattr(here, "fly_batches" if request.param == "threads" else "fly_in_threads", None)
+    monkeypatch.setattr(batches, "WORTH_COMPILING", 1 if request.param == "threads" else np.inf)
+    monkeypatch.setattr(batches, "fly_batches" if request.param == "threads" else "fly_in_threads", None)
     # Whether a loop was kept of another test does not count.
     monkeypatch.setattr("maglev.cosim.blocks.block_loop.kept", lambda *_: None)
     return str(request.param)
@@ -87,7 +87,7 @@ def test_what_was_done_is_there_after_an_interrupt(way: str, native_fmus: Path,
 
 def test_samples_of_a_batch_under_way_are_there_after_an_interrupt(native_fmus: Path,
                                                                    monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(here, "WORTH_COMPILING", 1)
+    monkeypatch.setattr(batches, "WORTH_COMPILING", 1)
     measured = []
 
     def interrupt(*arguments: Any) -> Any:

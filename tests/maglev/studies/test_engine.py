@@ -13,7 +13,7 @@ from tiny_study import fly_samples, of_a_crash, planned, scenario
 
 import maglev
 from maglev.errors import Interrupted, MaglevError, ScenarioError
-from maglev.studies.flying import here
+from maglev.studies.flying import batches
 from maglev.studies.flying.batches import flyers
 from maglev.studies.flying.samples import Flown
 from maglev.studies.planning import PlannedStudy
@@ -35,7 +35,7 @@ def test_a_dead_process_costs_its_batch(fastest_fmus: Path, tmp_path: Path, monk
                                         end: str) -> None:
     """Also one that is asked to end, and gives what it has done."""
     # Threads, where a loop of another test was kept, are no processes.
-    monkeypatch.setattr(here, "loop_for", lambda *_: False)
+    monkeypatch.setattr(batches, "loop_for", lambda *_: False)
     study = planned(tmp_path, fastest_fmus)
     found: dict[int, Flown] = {}
 
@@ -159,8 +159,8 @@ def test_threads_give_the_bytes_of_processes(native_fmus: Path, tmp_path: Path,
         {"set": "plant.v.mass", "kind": "list", "values": [4.0, 4.5, 6.5]},
         {"set": "controller.sample_time", "kind": "list", "values": [5e-4, 7e-4]}])
     processes = flown(study, tmp_path / "processes")
-    monkeypatch.setattr(here, "WORTH_COMPILING", 1)
-    monkeypatch.setattr(here, "fly_batches", None)   # which nothing asks for
+    monkeypatch.setattr(batches, "WORTH_COMPILING", 1)
+    monkeypatch.setattr(batches, "fly_batches", None)   # which nothing asks for
     assert flown(study, tmp_path / "threads") == processes
     table = pq.read_table(tmp_path / "threads" / "study.parquet")
     refused = [why for why in table["failure"].to_pylist() if why is not None]
@@ -172,7 +172,7 @@ def test_threads_give_the_bytes_of_processes(native_fmus: Path, tmp_path: Path,
 
 def test_an_interrupt_ends_threads(native_fmus: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     """Also within a sample; what is done is kept, and `--resume` goes on to the same bytes."""
-    monkeypatch.setattr(here, "WORTH_COMPILING", 1)
+    monkeypatch.setattr(batches, "WORTH_COMPILING", 1)
     study = planned(tmp_path, native_fmus)
     whole = flown(study, tmp_path / "whole")
 

@@ -11,7 +11,7 @@ from written_controllers import PD, blocks, controller, flight
 
 import maglev
 from maglev.errors import ControllerError
-from maglev.studies.flying import here
+from maglev.studies.flying import batches
 
 pytestmark = pytest.mark.usefixtures("processes_kept")
 
@@ -62,8 +62,8 @@ def test_what_is_translated_flies_in_the_loop(native_fmus: Path, tmp_path: Path,
         "    if current > LARGEST:\n")]))
     (tmp_path / "fmus").mkdir()
     (tmp_path / "fmus" / "native").symlink_to(native_fmus)
-    monkeypatch.setattr(here, "WORTH_COMPILING", 1)
-    monkeypatch.setattr(here, "fly_batches" if ends else "fly_in_threads", None)
+    monkeypatch.setattr(batches, "WORTH_COMPILING", 1)
+    monkeypatch.setattr(batches, "fly_batches" if ends else "fly_in_threads", None)
     found = maglev.batch(flight(tmp_path), {"controller.bandwidth": [50.0, 60.0]}, controller=path, kind="native",
                          fmus=tmp_path / "fmus", jobs=1, say=lambda _: None)
     assert found.failures == (None, None)
@@ -75,8 +75,8 @@ def test_two_classes_fly_in_one_loop(native_fmus: Path, tmp_path: Path, monkeypa
     """A sensor of the user's between our plant and a controller of the user's."""
     (tmp_path / "fmus").mkdir()
     (tmp_path / "fmus" / "native").symlink_to(native_fmus)
-    monkeypatch.setattr(here, "WORTH_COMPILING", 1)
-    monkeypatch.setattr(here, "fly_batches", None)
+    monkeypatch.setattr(batches, "WORTH_COMPILING", 1)
+    monkeypatch.setattr(batches, "fly_batches", None)
     found = maglev.batch(blocks(tmp_path) / "sensor.toml", {"sensor.resolution": [0.0, 20e-6]}, jobs=1, kind="native",
                          controller=controller(tmp_path), fmus=tmp_path / "fmus", say=lambda _: None)
     assert found.failures == (None, None)
