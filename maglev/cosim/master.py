@@ -19,8 +19,7 @@ from maglev.cosim import Order
 from maglev.cosim.fmu import Fmu
 from maglev.cosim.open import open_fmu, read_description
 from maglev.cosim.port_map import PortMap, apply
-from maglev.cosim.step_loop import own_loop
-from maglev.cosim.stepping import StepFailed, Stepper, new_counter
+from maglev.cosim.step_loop import StepFailed, Stepper, new_counter, own_loop
 from maglev.cosim.wires.wiring import Call, Drives, Rate, Track, Wiring, signals, wire
 from maglev.errors import FmuError, Interrupted, MaglevError, QuantityError, name_of, signal_of
 from maglev.processes.interrupts import held_interrupts

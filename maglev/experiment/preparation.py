@@ -14,7 +14,7 @@ from maglev.copies import copied, original
 from maglev.cosim import Order
 from maglev.cosim.master import FmuSetup, Master, Progress, Recording, RunFailed
 from maglev.cosim.open import read_description
-from maglev.cosim.other_process.run import TIMEOUT, Complete, run_apart
+from maglev.cosim.other_process.run import TIMEOUT, Complete, Job, run_apart
 from maglev.cosim.port_map import PortMap, apply, declared_units
 from maglev.cosim.step_loop import own_loop
 from maglev.cosim.wires.wiring import Drives
@@ -190,11 +190,12 @@ class Experiment:
         return self.start_value(full, descriptions) if there else None
 
     def start_value(self, name: str, descriptions: Mapping[str, ModelDescription]) -> float:
-        """Start value of an input or parameter, `fmu.variable`: the plan's, or the FMU's."""
+        """Start value of an input or parameter, `fmu.variable`: the plan's, or the FMU's; of Booleans 0 and 1."""
         fmu, _, variable = name.partition(".")
         if variable in self.plan.fmus[fmu].start:
             return float(self.plan.fmus[fmu].start[variable].value)
-        return float(next(v.start for v in descriptions[fmu].modelVariables if v.name == variable))
+        text = next(v.start for v in descriptions[fmu].modelVariables if v.name == variable)
+        return float(text == "true") if text in ("true", "false") else float(text)
 
     def parameters(self) -> dict[str, float]:
         """Start value of every Real parameter, `fmu.variable`: the plan's, or the FMU's."""
@@ -255,8 +256,8 @@ class Experiment:
                                       f"{apart[0]} is not what this installation builds and runs in another; expected "
                                       "FMUs as `maglev build` makes them, or the file of the class")
         if apart:
-            return run_apart(setups, connections, self.step, self.order, stop_time, drives, progress, self.timeout,
-                             self.loop, complete)
+            return run_apart(Job(setups, connections, self.step, self.order, stop_time, drives, self.loop), progress,
+                             self.timeout, complete)
         with Master(setups, connections, self.step, self.order, loop=self.loop) as master:
             master.require_memory(stop_time)
             recording = master.run(stop_time, drives, progress)

@@ -7,7 +7,7 @@ from typing import Any
 from zipfile import ZIP_DEFLATED, BadZipFile, ZipFile
 
 import numpy as np
-from fmpy.model_description import ModelDescription, ScalarVariable
+from fmpy.model_description import ModelDescription
 
 from fmi_export.experiments.files import FOLDER, VALIDATION, ExperimentFiles, carried, tolerances
 from fmi_export.parameter_set import Value
@@ -193,7 +193,7 @@ def inputs_of(experiment: Experiment, recording: Recording, fmu: str, described:
             ahead = source != full and order.index(source.partition(".")[0]) < order.index(fmu)
             values = recording.columns[source][1:] if ahead else recording.columns[source][:-1]
         else:
-            values = np.full(len(recording.time) - 1, start_of(experiment, fmu, variable))
+            values = np.full(len(recording.time) - 1, experiment.start_value(full, {fmu: described}))
         columns[variable.name] = own(variable.name, values)
     times = recording.time[:-1]
     held = {v.name for v in described.modelVariables if v.variability in ("discrete", "tunable")
@@ -205,12 +205,3 @@ def inputs_of(experiment: Experiment, recording: Recording, fmu: str, described:
         times = times[rows] - np.array([0.0, *[experiment.step / 2.0] * (len(rows) - 1)])
         columns = {name: values[rows] for name, values in columns.items()}
     return {"time": times.tolist(), **{name: values.tolist() for name, values in columns.items()}} if columns else {}
-
-
-def start_of(experiment: Experiment, fmu: str, variable: ScalarVariable) -> float:
-    """Start value of an input, SI: the run's, or the FMU's."""
-    start = experiment.plan.fmus[fmu].start.get(variable.name)
-    if start is not None:
-        return float(start.value)
-    text = str(variable.start)
-    return float(text == "true") if text in ("true", "false") else float(text)

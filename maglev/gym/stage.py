@@ -15,13 +15,13 @@ from fmpy.model_description import ScalarVariable
 from controller_fmu.velocity_observer import ObserverFilter, VelocityObserver
 from maglev.arrays import Array
 from maglev.catalogue.for_runs import fmus_for_runs
-from maglev.errors import QuantityError, ScenarioError, UnknownName, nearest
+from maglev.errors import ScenarioError, UnknownName, nearest
 from maglev.gym.compiled_stage import CompiledStage, Saved
 from maglev.gym.episode import Parameters, References, Setting
 from maglev.gym.picture import StagePicture
 from maglev.linear.places import MotorPlaces
 from maglev.own_stage.adoption import rig_named
-from maglev.units import parse_quantity
+from maglev.units import positive_time
 from pmlsm.rig import RigAxis
 
 HIGHEST_SPEED = 10.0   # m/s, more than twice what the amplifiers' peak current reaches between the stops
@@ -100,7 +100,7 @@ class Stage(gymnasium.Env[Array, Array]):
         self.rig = rig_named(rig)
         self.samples = whole_samples(sample_time, self.rig.sample_time)
         self.sample_time = self.samples * self.rig.sample_time
-        self.last = round(seconds("duration", duration) / self.sample_time)
+        self.last = round(positive_time(duration, ScenarioError, f"duration = {duration!r}") / self.sample_time)
         if self.last < 1:
             raise ScenarioError(f"duration = {duration!r}, expected at least a sample of {self.sample_time} s")
         parts = {"Plant": True, "Commutation": action == "dq", "Measurement": measurement is not None}
@@ -283,22 +283,11 @@ def settings_of(options: Mapping[str, Any]) -> dict[str, dict[str, Setting]]:
     return found
 
 
-def seconds(name: str, value: float | str) -> float:
-    """A time (s); ScenarioError if it is none above zero."""
-    try:
-        found = parse_quantity(value, "s")
-    except QuantityError as error:
-        raise ScenarioError(f"{name} = {error}") from None
-    if found <= 0.0:
-        raise ScenarioError(f"{name} = {value!r}, expected a time above 0 s")
-    return found
-
-
 def whole_samples(sample_time: float | str | None, own: float) -> int:
     """Samples of the rig (s) in one of the environment; ScenarioError if they are not whole."""
     if sample_time is None:
         return 1
-    ratio = seconds("sample_time", sample_time) / own
+    ratio = positive_time(sample_time, ScenarioError, f"sample_time = {sample_time!r}") / own
     if round(ratio) < 1 or abs(ratio - round(ratio)) > 1e-9 * ratio:
         raise ScenarioError(f"sample_time = {sample_time!r}, expected a multiple of the stage's, {own} s")
     return round(ratio)

@@ -4,7 +4,7 @@ from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
-from fmpy.model_description import ModelDescription, ScalarVariable
+from fmpy.model_description import ModelDescription
 
 from maglev.arrays import Array
 from maglev.errors import ScenarioError, nearest
@@ -105,18 +105,8 @@ def target_of(name: str, column: int, mode: Mode, experiment: Experiment, descri
     boolean = variable.type == "Boolean"
     if boolean and mode != "value":
         raise ScenarioError(f"{key}: is Boolean, expected mode = 'value'")
-    return Target(name, column, mode, nominal_of(name, variable, experiment, descriptions), variable.unit or "",
+    return Target(name, column, mode, experiment.start_value(name, descriptions), variable.unit or "",
                   boolean, bound(variable.min, -np.inf), bound(variable.max, np.inf))
-
-
-def nominal_of(name: str, variable: ScalarVariable, experiment: Experiment,
-               descriptions: dict[str, ModelDescription]) -> float:
-    """Start value of the scenario or of the FMU."""
-    if variable.type != "Boolean":
-        return experiment.start_value(name, descriptions)
-    fmu, _, own = name.partition(".")
-    given = experiment.plan.fmus[fmu].start.get(own)
-    return float(given.value) if given is not None else float(str(variable.start) == "true")
 
 
 def bound(text: str | None, without: float) -> float:

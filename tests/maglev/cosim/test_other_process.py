@@ -19,7 +19,7 @@ from small_fmus import small_fmu
 
 from maglev.cosim.fmu import FATAL, OWN_TOOL, Fmu, read_description
 from maglev.cosim.master import FmuSetup, Recording, RunFailed, RunInterrupted
-from maglev.cosim.other_process.run import Follower, run_apart
+from maglev.cosim.other_process.run import Follower, Job, run_apart
 from maglev.errors import FmuError
 from maglev.experiment.execution import execute
 from maglev_files.scratch import remove_leftovers
@@ -115,7 +115,7 @@ def test_a_fault_after_the_end_loses_nothing(fmus: Path, healthy: Recording, tmp
 def small_run(folder: Path, hole: str) -> Recording:
     """A run of the small FMU of FMI 3.0 apart, which aborts in a hole."""
     fmu = small_fmu(folder, {hole: "if (late(f)) abort();" if hole == "IN_STEP" else "abort();"})
-    return run_apart([FmuSetup("small", fmu)], [], 0.05, "sequential", 0.3, {"small.u": np.zeros(7)})
+    return run_apart(Job([FmuSetup("small", fmu)], [], 0.05, "sequential", 0.3, {"small.u": np.zeros(7)}))
 
 
 @pytest.mark.usefixtures("slow", "unpacked")

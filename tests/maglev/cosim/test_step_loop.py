@@ -16,7 +16,7 @@ from sampled_loop import PHASES
 import maglev
 from fmi_export.native.build import host_platform
 from fmi_export.native.compiler import library
-from maglev.cosim import Order, stepping
+from maglev.cosim import Order, step_loop
 from maglev.cosim.master import FmuSetup, Master, Recording, RunFailed, RunInterrupted
 from maglev.cosim.port_map import PortMap, Scale
 from maglev.cosim.step_loop import LIBRARY, SOURCE, build_loop, keep_loop, own_loop, source, step_function, version
@@ -52,7 +52,7 @@ def loops(monkeypatch: pytest.MonkeyPatch) -> list[bool]:
     """Whether each run took the loop in C."""
     found: list[bool] = []
 
-    class Watched(stepping.Stepper):
+    class Watched(step_loop.Stepper):
         def __init__(self, phases: Sequence[Sequence[Call]], loop: Kept | None = None,
                      counter: memoryview | None = None):
             super().__init__(phases, loop, counter)

@@ -7,8 +7,7 @@ from typing import Any
 
 import pytest
 
-from maglev.cosim.step_loop import own_loop
-from maglev.cosim.stepping import StepFailed, Stepper
+from maglev.cosim.step_loop import StepFailed, Stepper, own_loop
 from maglev.cosim.versions.fmi import WARNING, Step3
 from maglev.cosim.wires.wiring import Call
 

@@ -242,7 +242,7 @@ def test_vector_environments(make: Make, folder: Path, kind: Any) -> None:
     ({"reference": [[0.025, 0.0, 1.0]]}, ScenarioError, "expected every axis between its stops"),
     ({"sample_time": "0.3 ms"}, ScenarioError, "expected a multiple"),
     ({"sample_time": "0 s"}, ScenarioError, "expected a time above 0 s"),
-    ({"duration": "2 mm"}, ScenarioError, "duration = '2 mm' is in mm"),
+    ({"duration": "2 mm"}, ScenarioError, "duration = '2 mm': '2 mm' is in mm"),
     ({"duration": 1e-5}, ScenarioError, "expected at least a sample")], ids=str)
 def test_refused_options(make: Make, options: dict[str, Any], error: type[MaglevError], words: str) -> None:
     with pytest.raises(error) as raised:

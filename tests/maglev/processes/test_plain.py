@@ -10,7 +10,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from maglev.cosim.other_process.flight import Stage, Wired
+from maglev.cosim.other_process.run import Stage, Wired
 from maglev.errors import CsvError, MaglevError, QuantityError, ScenarioError
 from maglev.processes.beside import Said, said_in
 from maglev.processes.plain import line_of, value_of
