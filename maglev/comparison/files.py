@@ -17,8 +17,9 @@ from maglev.experiment.results import ResultFiles, write_csv
 from maglev.judging.measures import measures
 from maglev.pages import shell
 from maglev.pictures import write_figure
+from maglev.report.claim_table import unbroken
 from maglev.report.findings import html_table
-from maglev.report.page import PLOT_SCRIPTS, json_in_html, plot_height, read
+from maglev.report.page import PLAYER, PLOT_SCRIPTS, json_in_html, plot_height, read
 from maglev.report.plots.data import figure_data, moving, runs_data
 from maglev.report.plots.figures import EVERY, Figure, controller_of, run_colours, with_data
 from maglev.report.plots.picture import overlay
@@ -134,7 +135,7 @@ def comparison_page(name: str, title: str, runs: Mapping[str, RunResult], rows: 
                           for label, run in runs.items() if run.provenance is not None),
         flown=" ".join(dict.fromkeys(f"Simulated by {escape(run.provenance.command)}, Python {run.provenance.python}."
                                      for run in runs.values() if run.provenance is not None)),
-        legend=escape(legend(runs.values(), "★")),
+        legend=escape(legend(runs.values(), "★")), moving=PLAYER if data["moving"] else "",
         summary=row_table(list(runs), summary(rows)),
         steps=row_table(list(runs), [row for row in rows if row.time is not None]),
         figures="\n".join(f'<figure><div class="plot" data-figure="figure-{number}" '
@@ -148,7 +149,8 @@ def row_table(labels: Sequence[str], rows: Sequence[Row]) -> str:
     """Table of rows; the best value of a row is marked with a star and in bold."""
     leads = ["the next is"] if any(row.best for row in rows) else []
     return html_table(("quantity", "of", *labels, *leads), (
-        (escape(row.name), escape(row.of), *(mark(escape(row.text(label)), label in row.best) for label in labels),
+        (escape(row.name), escape(row.of),
+         *(mark(escape(unbroken(row.text(label))), label in row.best) for label in labels),
          *(larger(row.lead) for _ in leads)) for row in rows)) if rows else "<p>Nothing was measured.</p>"
 
 

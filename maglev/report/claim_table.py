@@ -74,12 +74,17 @@ def message(judgements: Judgements) -> str:
                if friction else "") + "</p>")
 
 
+def told_first(results: Sequence[RunResult], judgements: Judgements) -> list[RunResult]:
+    """Runs of which the head of a report says what came of them: all where it has few, or else none."""
+    told = [result for result in results if result.metrics is not None and is_listed(result, judgements)]
+    return told if len(told) <= MOST_TOLD else []
+
+
 def run_sentences(results: Sequence[RunResult], judgements: Judgements) -> str:
     """What came of each run, in a sentence, where a report has few of them."""
-    told = [result for result in results if result.metrics is not None and is_listed(result, judgements)]
     return "".join(f'<p class="said"><strong>{escape(result.plan.name)}</strong>: '
                    f"{escape(sentence(result, judgements.get(result.plan.name, ())))}.</p>"
-                   for result in told) if len(told) <= MOST_TOLD else ""
+                   for result in told_first(results, judgements))
 
 
 def verdict_options(judgements: Judgements) -> str:

@@ -2,7 +2,7 @@
 
 import json
 import os
-from collections.abc import Sequence
+from collections.abc import Collection, Sequence
 from datetime import UTC, datetime
 from html import escape
 from pathlib import Path
@@ -18,9 +18,9 @@ from maglev.report import claim_table, findings, outcome_maps
 from maglev.report.plots.charts import ShownChart, in_order, shown_charts
 from maglev.report.plots.data import NOTHING, Frictionless, figure_data, moving, runs_data
 from maglev.report.plots.figures import (
-    MOVING,
     Shown,
     law_of,
+    moved,
     read_figures,
     rig_name,
     shown_figures,
@@ -36,6 +36,7 @@ FOLDER = Path(__file__).parent
 PIXELS, TOOLS, TIMES, EVENTS = 204, 40, 28, 14
 PLOT_SCRIPTS = tuple(f"plots/{name}.js" for name in ("series", "plot", "plot_hands", "charts", "plots"))
 SCRIPTS = (*PLOT_SCRIPTS, "player.js", "index.js")
+PLAYER = '<section id="moving" aria-label="Moving picture"><div id="player"></div></section>'
 TITLE = "Maglev stages: the experiments of the thesis, simulated"   # of more than one run
 ABOUT = """<p>R. B. Owen's thesis <cite>Implementation of High Precision Positioning Systems Using Contactless Magnetic
 Levitation</cite> (University of Toronto, 2005) shows what two levitated stages do under several controllers. Here its
@@ -63,16 +64,17 @@ def report_page(results: Sequence[RunResult], judgements: Judgements, outcomes: 
     rigs = {rig_name(result.plan.name, result.plan) for result in theirs}
     maps = {kind: outcome_maps.section(kind, rigs) for kind in (outcome_maps.RANGE, outcome_maps.TOLERANCES)}
     drawn = {each.id: figure_data(each, judgements, frictionless) for each in shown}
+    films = {run.plan.name: found for run in moved(results) if (found := moving({law_of(run): run}))}
     data = {"runs": runs_data(results, figures, frictionless.runs), "figures": drawn,
-            "moving": {name: found for name in MOVING for run in results if run.plan.name == name
-                       if (found := moving({law_of(run): run}))}}
+            "moving": films}
+    told = {run.plan.name for run in claim_table.told_first(results, judgements)}
     message = claim_table.run_sentences(results, judgements) + claim_table.message(judgements)
     return shell.page(
         "report", escape(title), message, read("style.css"), read("page.html"),
         heading=escape(title),
         thesis=ABOUT if theirs else "",
         rigs="".join(f'<option value="{rig.name}">{escape(rig.title)}</option>' for rig in RIGS.values()),
-        message=message,
+        message=message, moving=PLAYER if films else "",
         verdicts=claim_table.verdict_options(judgements),
         index="\n".join(map(index_entry, shown)),
         origin=escape(origin(results)),
@@ -80,7 +82,7 @@ def report_page(results: Sequence[RunResult], judgements: Judgements, outcomes: 
         claims=claim_table.claim_groups(results, judgements, shown, outcomes),
         findings_link=findings.LINK if section else "",
         findings=section,
-        figures="\n".join(figure_element(each, judgements, live, "without" in drawn[each.id]) for each in shown)
+        figures="\n".join(figure_element(each, judgements, live, "without" in drawn[each.id], told) for each in shown)
         or f"<p>No {'figure shows these runs' if any(len(each.time) for each in results) else 'run was recorded'}.</p>",
         ranges_link="".join(kind.link for kind, text in maps.items() if text),
         ranges="".join(maps.values()),
@@ -111,8 +113,12 @@ def json_in_html(data: object) -> str:
     return json.dumps(data, allow_nan=False, separators=(",", ":")).replace("<", "\\u003c")
 
 
-def figure_element(shown: Shown | ShownChart, judgements: Judgements, live: bool, frictionless: bool) -> str:
-    """One figure: caption, what it is about, with links to the live page, place for the plot, claims about it."""
+def figure_element(shown: Shown | ShownChart, judgements: Judgements, live: bool, frictionless: bool,
+                   told: Collection[str]) -> str:
+    """One figure: caption, what it is about, with links to the live page, place for the plot, claims about it.
+
+    What came of its runs stands there, but of those that were `told` of before.
+    """
     switch = (f'<p><button type="button" class="what-if" data-switch="{shown.id}" aria-pressed="false" hidden>'
               "What if friction were zero?</button></p>\n" if frictionless else "")
     if isinstance(shown, ShownChart):
@@ -122,7 +128,7 @@ def figure_element(shown: Shown | ShownChart, judgements: Judgements, live: bool
     else:
         caption = shown.figure.caption
         rig = " ".join(sorted({rig_name(run.plan.name, run.plan) for run in shown.runs}))
-        about = "".join(f"<li>{run_about(run, judgements, live)}</li>" for run in shown.runs)
+        about = "".join(f"<li>{run_about(run, judgements, live, run.plan.name in told)}</li>" for run in shown.runs)
     return (f'<figure id="{shown.id}" data-rig="{rig}"><figcaption><h3>{escape(shown.title)}</h3>'
             f'<p>{escape(caption)}</p><ul class="runs">{about}</ul></figcaption>\n{switch}'
             f'<div class="beside"><div class="plot" data-figure="{shown.id}" style="min-height:{plot_height(shown)}px">'
@@ -144,10 +150,10 @@ def index_entry(shown: Shown | ShownChart) -> str:
     return f'<li><a href="#{shown.id}"><b>{escape(shown.title)}</b> <span>{escape(caption)}</span></a></li>'
 
 
-def run_about(run: RunResult, judgements: Judgements, live: bool) -> str:
-    """Name of a run with its links, what came of it, and what went wrong."""
+def run_about(run: RunResult, judgements: Judgements, live: bool, told: bool) -> str:
+    """Name of a run with its links, what came of it unless that was told, and what went wrong."""
     status = [f'<span class="status">⚠ {escape(text)}</span>' for text in run_status(run)]
-    said = escape(sentence(run, judgements.get(run.plan.name, ())))
+    said = "" if told else escape(sentence(run, judgements.get(run.plan.name, ())))
     return "; ".join([run_link(run, judgements) + (live_link(run) if live else ""), *([said] if said else []), *status])
 
 

@@ -97,6 +97,5 @@
     window.matchMedia("(prefers-color-scheme: dark)").addEventListener("change", () => display(time));
   }
 
-  if (Object.keys(report.moving).length) build();
-  else player.parentElement.hidden = true;
+  if (player) build();
 }

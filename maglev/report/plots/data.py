@@ -1,6 +1,6 @@
 """What the page's scripts know about runs and figures, as JSON has it."""
 
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from typing import Any, NamedTuple
 
 from maglev.experiment.execution import RunResult
@@ -10,10 +10,10 @@ from maglev.panels import PANELS, kinds_of
 from maglev.procedures.outcome import Outcome
 from maglev.report.plots.charts import ShownChart, chart_data, shown_charts
 from maglev.report.plots.figures import (
-    MOVING,
     Shown,
     axis_of,
     error_of,
+    moved,
     needed_tolerances,
     recorded_columns,
     run_colours,
@@ -41,23 +41,21 @@ NOTHING = Frictionless()
 
 def runs_data(results: Sequence[RunResult], shown: Sequence[Shown],
               frictionless: Sequence[RunResult] = ()) -> dict[str, dict[str, Any]]:
-    """Recorded runs by name; many and noisy ones with fewer rows of each signal, so that the page stays small."""
-    most = MOST_ROWS
+    """Recorded runs by name; many and noisy ones with fewer rows of each signal, so that the page stays small.
+
+    Those of a procedure that no figure shows are left out.
+    """
+    most, films = MOST_ROWS, {run.plan.name for run in moved(results)}
     while True:
-        runs = {name: run_data(result, shown, most, kinds) for result, name, kinds in (
+        runs = {name: run_data(result, shown, most, kinds, result.plan.name in films) for result, name, kinds in (
             *((result, result.plan.name, tuple(PANELS)) for result in results),
             # What claims blame friction for is seen in the motion.
             *((result, again_name(result), kinds_of("axis")) for result in frictionless))
-            if len(result.time) and is_drawn(result, shown)}
+            if len(result.time) and (result.plan.procedure is None or name in films
+                                     or any(each.has(result.plan.name) for each in shown))}
         if sum(len(run["data"]) for run in runs.values()) <= LARGEST_DATA or most <= FEWEST_ROWS:
             return runs
         most //= 2
-
-
-def is_drawn(result: RunResult, shown: Iterable[Shown]) -> bool:
-    """Whether the page's scripts need a run: not one of a procedure that no figure shows."""
-    name = result.plan.name
-    return result.plan.procedure is None or name in MOVING or any(each.has(name) for each in shown)
 
 
 def again_name(result: RunResult) -> str:
@@ -65,11 +63,12 @@ def again_name(result: RunResult) -> str:
     return f"{result.plan.name}, without friction"
 
 
-def run_data(result: RunResult, shown: Sequence[Shown], most: int, kinds: Sequence[str]) -> dict[str, Any]:
+def run_data(result: RunResult, shown: Sequence[Shown], most: int, kinds: Sequence[str],
+             moves: bool = False) -> dict[str, Any]:
     """What the page's scripts know about a run: names of its signals by axis and motor, and those for some panels."""
     plan = result.plan
     packed = pack(result.time, recorded_columns(result), plan.output_interval,
-                  needed_tolerances(result, shown, kinds), most)
+                  needed_tolerances(result, shown, kinds, moves), most)
     return {
         "title": plan.title,
         "axes": {name: {"position": axis.position, "reference": axis.reference, "speed": speed_of(axis),

@@ -188,6 +188,12 @@ def rig_name(name: str, plan: RunPlan | None = None) -> str:
     return rig.name if rig else ""
 
 
+def moved(results: Iterable[RunResult]) -> list[RunResult]:
+    """Runs that a page shows moving: the main ones or, if it has none of them, the first that was recorded."""
+    recorded = {run.plan.name: run for run in results if len(run.time) > 1}
+    return [recorded[name] for name in MOVING if name in recorded] or [*recorded.values()][:1]
+
+
 def anchor(*parts: str) -> str:
     """Identifier of an element of the page."""
     return re.sub(r"[^A-Za-z0-9]+", "-", "-".join(parts))
@@ -239,12 +245,12 @@ def needed_columns(plan: RunPlan, kind: str, of: str) -> list[str]:
     return {"speed": [speed_of(axis)], "error": [error_of(axis)], "position": [axis.position, axis.reference]}[kind]
 
 
-def needed_tolerances(result: RunResult, shown: Iterable[Shown],
-                      kinds: Sequence[str] = tuple(PANELS)) -> dict[str, float]:
-    """Tolerances by name of the columns that panels of some kinds and the moving picture draw of a run."""
+def needed_tolerances(result: RunResult, shown: Iterable[Shown], kinds: Sequence[str],
+                      moves: bool) -> dict[str, float]:
+    """Tolerances by name of the columns that panels of some kinds draw of a run, and, if it `moves`, the picture."""
     plan = result.plan
     panels = {panel for each in shown if each.has(plan.name) for panel in each.panels}
-    if plan.name in MOVING:
+    if moves:
         panels |= {Panel(kind, of) for kind in ("position", *kinds_of("motor")) for of in shown_by(result, kind)}
     found = {}
     for kind, of in sorted(panel for panel in panels if panel.kind in kinds):

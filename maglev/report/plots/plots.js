@@ -5,6 +5,7 @@ const MARKED = { reference: { css: "reference", dash: "dot" }, "bands of settlin
 const plots = {};     // plots that are drawn, by id of the figure
 const drawing = {};   // promises of the same
 const frictionless = new Set();   // ids of the figures that show their runs without friction, too
+let onPaper = false;   // from before printing to after it, while nothing is forgotten
 
 /** Points of sizes, from a floor on; between rows that differ by much, further points of the straight line. */
 function logarithmicPoints({ times, values }, { scale, floor }) {
@@ -169,6 +170,7 @@ function draw(id) {
 
 /** Forget the plot of a figure that is far from the view. */
 function release(id) {
+  if (onPaper) return;
   delete drawing[id];
   if (!plots[id]) return;
   plots[id].gone = true;
@@ -255,8 +257,14 @@ function drawAll() {
     plot.places.forEach((place, p) => { if (!place.querySelector(".panel-plot")) drawPanel(plot, p); });
   }
 }
-window.addEventListener("beforeprint", drawAll);   // however it is asked for
-window.addEventListener("afterprint", () => { for (const id of Object.keys(plots)) if (!near.has(id)) release(id); });
+window.addEventListener("beforeprint", () => {   // however it is asked for
+  onPaper = true;
+  drawAll();
+});
+window.addEventListener("afterprint", () => {
+  onPaper = false;
+  for (const id of Object.keys(plots)) if (!near.has(id)) release(id);
+});
 
 // For tests: draw everything, what is drawn, and what went wrong.
 window.maglevReport = { drawAll: () => decoded.then(drawAll), errors, figures: report.figures, plots, ready };

@@ -40,18 +40,20 @@ def test_the_summary_counts_verdicts_and_runs():
 
 
 def test_a_report_of_few_runs_begins_with_a_sentence_for_each():
-    """How long it was simulated, its worst error, and how many of its claims hold: first, and beside its figures."""
+    """How long it was simulated, its worst error, and how many of its claims hold: first, and not again."""
     claims = [judged("reproduced"), judged("not reproduced"), judged("not testable"), judged("met")]
     results = [recorded(SETPOINTS, end_errors={"v": 2e-6, "h": 1e-6})]
     page = page_of(results, {"2dof-setpoints": claims})
     words = "simulated for 0.5 s, held; worst error at the end 2 µm on v; 1 of 2 claims hold"
     assert [each.text for each in page.of_class("said")] == [f"2dof-setpoints: {words}."]
     assert page.source.index('class="said"') < page.source.index("R. B. Owen")
-    assert words in page.with_id("figure-4-18").text and words in page.with_id("run-2dof-setpoints").text
+    assert words not in page.with_id("figure-4-18").text and words in page.with_id("run-2dof-setpoints").text
     tracking = recorded(SETPOINTS, tracking=(TrackingError("h", 1e-4, 3e-4, 0.0),), failed=True)
     assert sentence(tracking, []) == "simulated for 0.5 s, failed; worst tracking error 0.3 mm on h"
     many = [recorded(packaged(name)) for name in packaged_runs() if name.startswith("2dof-step")]
-    assert len(many) > 4 and page_of(many).of_class("said") == []
+    told = page_of(many)
+    assert len(many) > 4 and told.of_class("said") == []
+    assert "simulated for 0.5 s, held" in told.with_id("figure-4-22").text
 
 
 def test_a_claim_shows_everything_that_is_known():

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 import pytest
 from report_runs import packaged, recorded
-from report_tab import CONTRAST, LANDSCAPE, PHONE, SHIFTS, SMALL, WIDE, Tab, violations, wait_until
+from report_tab import CONTRAST, DESKTOP, LANDSCAPE, PHONE, SHIFTS, SMALL, WIDE, Tab, violations, wait_until
 from studied_grid import broken_at
 
 from maglev.comparison.files import comparison_page, rows_of
@@ -132,13 +132,15 @@ def test_every_page_says_what_it_is(pages: Path) -> None:
 
 
 def test_a_comparison_begins_with_its_verdict_and_has_one_legend(browser, pages: Path) -> None:
-    """Then the table, the stages moving in one picture, and plots in which a run has one colour and one dash."""
+    """Then the table, beside it the stages moving in one picture, and plots: a run has one colour and one dash."""
     tab = Tab(browser, pages / "compare.html", reduced_motion="reduce")
     tab.evaluate("maglevReport.drawAll()")
     wait_until(tab.page, "maglevReport.views && Object.keys(maglevReport.plots).length === 3")
-    tops = [tab.evaluate(f"document.querySelector('{part}').getBoundingClientRect().top")
-            for part in ("h1", ".message", "table", "#player-stage", ".panel-plot")]
-    assert tops == sorted(tops)
+    h1, message, table, stage, plot = (tab.page.locator(part).first.bounding_box() for part in (
+        "h1", ".message", "table", "#player-stage", ".panel-plot"))
+    assert h1 and message and table and stage and plot
+    assert h1["y"] < message["y"] < stage["y"] < table["y"] < plot["y"]
+    assert table["x"] + table["width"] < stage["x"] and stage["y"] + stage["height"] < DESKTOP["height"]
     assert tab.page.inner_text(".message") == (
         "nonlinear is better: the rms errors of linear are on average 2 times as large (most on v, 10 µm against 20 "
         "µm).")

@@ -61,6 +61,8 @@ def test_every_figure_and_run_is_on_the_page(page):
     assert list(page.data["figures"]) == drawn
     assert page.data["runs"].keys() == {result.plan.name for result in all_recorded()}
     assert list(page.data["moving"]) == list(MOVING)
+    alone = page_of([recorded(packaged("2dof-step-2-linear"))])
+    assert list(alone.data["moving"]) == ["2dof-step-2-linear"], "of none of these the first"
 
 
 def test_runs_open_live_where_the_live_page_lies_beside(tmp_path):
