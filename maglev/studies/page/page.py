@@ -89,7 +89,7 @@ def page(table: pa.Table, about: Mapping[str, Any], live: bool = False) -> str:
                    + "; ".join(f"{escape(fmu['name'])}: {escape(Path(fmu['file']).name)} ({escape(fmu['kind'])})"
                                for fmu in provenance["fmus"])
                    + "".join(f"; {escape(change)}" for change in provenance["changes"]),
-        data=json_in_html({**data(table, about, metrics, drawn, shares),
+        data=json_in_html({**data(table, about, metrics, drawn, shares, mapped),
                            **({"maps": maps_data([mapped])} if mapped else {})}),
         scripts=shell.scripts(*map(read, SCRIPTS), *own))
 
@@ -117,8 +117,12 @@ def design_text(about: Mapping[str, Any]) -> str:
 
 
 def data(table: pa.Table, about: Mapping[str, Any], metrics: Sequence[tuple[str, str]],
-         drawn: np.ndarray[Any, np.dtype[np.intp]], shares: bool) -> dict[str, Any]:
-    """What the page's script draws: columns in one unit each, which it begins with, and whether shares that pass."""
+         drawn: np.ndarray[Any, np.dtype[np.intp]], shares: bool,
+         mapped: LawMap | None) -> dict[str, Any]:
+    """What the page's script draws: columns in one unit each, which it begins with, and whether shares that pass.
+
+    Over what varies to the right and upwards in the map, if there is one.
+    """
     chosen = table.take(pa.array(drawn))
     units = units_of(table)
     varied = [each["name"] for each in about["vary"]]
@@ -131,7 +135,8 @@ def data(table: pa.Table, about: Mapping[str, Any], metrics: Sequence[tuple[str,
         columns.append({"name": name, "unit": unit, "limits": limits, "values": [
             None if value is None or not math.isfinite(value) else float(f"{scale * value:.6g}")
             for value in chosen[name].to_pylist()]})
-    first, second, *_ = [varied.index(name) for name in telling(table, about)] * 2
+    sides = [each.name for each in mapped.factors[1::-1]] if mapped else telling(table, about)
+    first, second, *_ = [varied.index(name) for name in sides] * 2
     metric = decisive(table, about)
     # The metric that fails; what else fails is seen in the share of samples that pass.
     begin = names.index(metric) if metric in names else -1 if shares else len(varied)

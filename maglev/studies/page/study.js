@@ -13,11 +13,13 @@ function flown({ values }) {
 
 const mean = (values) => (values.length ? values.reduce((sum, value) => sum + value, 0) / values.length : null);
 
-/** From values to a share of the strongest colour. */
+/** From values to a share of the strongest colour, and to the colour of a number over it. */
 function shadeOf({ values }) {
   const known = values.filter((value) => value !== null);
   const [low, high] = known.length ? [Math.min(...known), Math.max(...known)] : [0, 1];
-  return { low, high, css: (value) => `fill: color-mix(in oklab, var(--run-0) ${(8 + 84 * (value - low) / (high - low || 1)).toFixed(0)}%, var(--paper))` };
+  const strength = (value) => (value - low) / (high - low || 1);
+  return { low, high, css: (value) => `fill: color-mix(in oklab, var(--run-0) ${(8 + 84 * strength(value)).toFixed(0)}%, var(--paper))`,
+    over: (value) => `fill: var(--${strength(value) > 0.5 ? "paper" : "text"})` };
 }
 
 /** Labels along the axes: what was flown, as many as there is room for, or round numbers. */
@@ -48,8 +50,9 @@ function drawCells(picture, metric, first, second, box, shade) {
     const [left, top] = [box.left + wide * column, box.top + box.height - tall * (row + 1)];
     const cell = svg("rect", { class: "cell", x: left, y: top, width: wide, height: tall, style: value === null ? "fill: none" : shade.css(value) }, picture);
     svg("title", {}, cell, `${titleOf(first)} ${x}, ${titleOf(second)} ${y}: ${value === null ? "none" : `${shortNumber(value, 4)} ${metric.unit}`}, ${failing} of ${inside.length} fail`);
-    if (failing) svg("path", { class: "fails", d: `M${left + 4} ${top + 4}l9 9m0 -9l-9 9` }, picture);
-    if (value !== null && wide > 40 && tall > 18) svg("text", { class: "value", x: left + wide / 2, y: top + tall / 2 + 4 }, picture, shortNumber(value, 3));
+    const numbered = wide > 48 && tall > 30, across = numbered ? 4 : wide / 2 - 4.5, down = numbered ? 4 : tall / 2 - 4.5;   // a cross beside the number
+    if (failing) svg("path", { class: "fails", d: `M${left + across} ${top + down}l9 9m0 -9l-9 9` }, picture);
+    if (value !== null && numbered) svg("text", { style: shade.over(value), x: left + wide / 2, y: top + tall / 2 + 8 }, picture, shortNumber(value, 3));
   }));
   labelled(picture, thinned(xs.map((x, k) => [wide * (k + 0.5), shortNumber(x, 4)]), 40), thinned(ys.map((y, k) => [box.height - tall * (k + 0.5), shortNumber(y, 4)]), 15),
     first, second, box);
@@ -87,17 +90,17 @@ function drawHistogram(metric) {
   const known = metric.values.filter((value) => value !== null), limits = Object.values(metric.limits), { left, top, width, height } = BARS;
   if (!known.length || !limits.length) return;
   const ends = [...known, ...limits], [low, high] = [Math.min(...ends), Math.max(...ends)], wide = (high - low) / BARS.most || 1;
-  const counts = new Array(BARS.most).fill(0), { min = -Infinity, max = Infinity } = metric.limits;
-  for (const value of known) counts[Math.min(BARS.most - 1, Math.floor((value - low) / wide))] += 1;
-  const most = Math.max(...counts), across = scaleOf(low - 0.5 * wide, high + 0.5 * wide, 0, width, false);
+  const { min = -Infinity, max = Infinity } = metric.limits, counts = Array.from({ length: BARS.most }, () => [0, 0]);   // within, beyond
+  for (const value of known) counts[Math.min(BARS.most - 1, Math.floor((value - low) / wide))][Number(value < min || value > max)] += 1;
+  const most = Math.max(...counts.map(([within, beyond]) => within + beyond)), across = scaleOf(low - 0.5 * wide, high + 0.5 * wide, 0, width, false);
   const none = metric.values.length - known.length, title = titleOf(metric) + (none ? `; ${none} without` : "");
   const picture = svg("svg", { class: "response bars", viewBox: `0 0 ${left + width + 20} ${top + height + 34}`, role: "img",
     "aria-label": `${title}: ${known.length} samples from ${shortNumber(Math.min(...known), 4)} to ${shortNumber(Math.max(...known), 4)}` });
-  counts.forEach((count, k) => {
-    const [from, to] = [low + k * wide, low + (k + 1) * wide], middle = (from + to) / 2, x = left + across.place(from) + 0.5;
-    if (count) svg("title", {}, svg("rect", { class: middle < min || middle > max ? "bar beyond" : "bar", x, y: top + height * (1 - count / most),
-      width: across.place(to) - across.place(from) - 1, height: height * count / most }, picture), `${count} from ${shortNumber(from, 4)} to ${shortNumber(to, 4)} ${metric.unit}`);
-  });
+  counts.forEach((parts, k) => parts.forEach((count, beyond) => {   // one on the other
+    const [from, to] = [low + k * wide, low + (k + 1) * wide], x = left + across.place(from) + 0.5, below = beyond * parts[0];
+    if (count) svg("title", {}, svg("rect", { class: beyond ? "bar beyond" : "bar", x, y: top + height * (1 - (below + count) / most),
+      width: across.place(to) - across.place(from) - 1, height: height * count / most }, picture), `${count} from ${shortNumber(from, 4)} to ${shortNumber(to, 4)} ${metric.unit}${beyond ? ", beyond a limit" : ""}`);
+  }));
   for (const limit of limits) svg("path", { class: "limit", d: `M${left + across.place(limit)} ${top}v${height}` }, picture);
   svg("text", { class: "end", x: left - 4, y: top + 8 }, picture, String(most));
   svg("path", { class: "outline", d: `M${left} ${top}v${height}h${width}` }, picture);

@@ -117,11 +117,12 @@ def test_bars_add_up_to_the_samples_and_stop_at_what_is_known(browser, tmp_path:
     (tmp_path / "study.html").write_text(page(made, about), encoding="utf-8")
     tab = Tab(browser, tmp_path / "study.html")
     bars = tab.evaluate("""[...document.querySelectorAll(".bars .bar")].map((bar) =>
-        [parseInt(bar.textContent), bar.classList.contains("beyond"), Number(bar.textContent.split(" ")[2])])""")
+        [parseInt(bar.textContent), bar.classList.contains("beyond"), Number(bar.textContent.split(" ")[2]),
+         Number(bar.textContent.split(" ")[4])])""")
     assert sum(count for count, *_ in bars) == 11
     limit = tab.evaluate("columns.find(({ name }) => name === 'overshoot of v').limits.max")
-    assert [beyond for _, beyond, low in bars] == [low >= limit for *_, low in bars] and {each[1] for each in bars} == {
-        False, True}
+    assert all(high > limit if beyond else low <= limit for _, beyond, low, high in bars)
+    assert [sum(count for count, each, *_ in bars if each is beyond) for beyond in (False, True)] == [6, 5]
     assert tab.page.locator(".bars .limit").count() == 1
     assert "; 1 without" in (tab.page.locator(".bars").get_attribute("aria-label") or "")
     tab.close()
