@@ -10,7 +10,7 @@ INSTALL_PACKAGE = $(BIN)/python -m pip install --quiet --disable-pip-version-che
 INSTALL = $(INSTALL_PACKAGE) --editable
 
 .PHONY: demo generate report live claims estimation docs check check-all check-built test tests thorough quick build native lint bench \
-	live-check pages axe-check pace mutants mutants-tool coverage claims-check lock release clean
+	live-check pages pace mutants mutants-tool coverage claims-check lock release clean
 
 demo: build
 	$(BIN)/maglev report 3dof-setpoints-improved --fmus fmus
@@ -136,10 +136,6 @@ pages: .venv/.test
 		--kind native --fmus .venv/fmus --out results
 	$(BIN)/maglev study payload-friction --kind native --fmus .venv/fmus --out results
 	@echo $(CURDIR)/results/index.html
-
-# These under axe-core.
-axe-check: pages
-	$(BIN)/python tools/pages/axe_check.py results/*.html $(wildcard docs/_build/html/index.html)
 
 # How fast they draw, on a quiet machine.
 pace: pages
