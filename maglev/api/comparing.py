@@ -22,7 +22,7 @@ from maglev.experiment.selection import needed
 from maglev.pictures import require_matplotlib
 from maglev.processes.side_by_side import Say, Watch, unwatched, warn
 from maglev.report.plots.picture import overlay
-from maglev.report.text import held
+from maglev.report.text import state_of
 from maglev.schema.layers import Scenario
 from maglev.schema.loading import load_plan
 from maglev.schema.options import RunOptions, takes_run_options
@@ -59,7 +59,7 @@ class Comparison:
     results: Mapping[str, RunResult]
 
     def __repr__(self) -> str:
-        runs = ", ".join(f"{label} {held(run.metrics) if run.metrics else 'did not complete'}"
+        runs = ", ".join(f"{label} {state_of(run.metrics) if run.metrics else 'did not complete'}"
                          for label, run in self.results.items())
         return f"<Comparison {self.name}: {runs}>"
 

@@ -9,7 +9,7 @@ from maglev.judging.measures import Measure
 from maglev.judging.verdicts import DIFFERENCE
 from maglev.quantities import metric_text
 from maglev.report.status import troubles
-from maglev.report.text import held
+from maglev.report.text import state_of
 
 TINY = 1e-15   # m, below which an error is none
 
@@ -28,7 +28,7 @@ class Row:
 
     @property
     def best(self) -> tuple[str, ...]:
-        """Labels of the least value among the runs that held; none if these are all equal, or one alone."""
+        """Labels of the least value among the completed runs; none if these are all equal, or one alone."""
         held = {label: value for label, value in self.values.items() if label not in self.failed}
         least = min(held.values(), default=0.0)
         found = tuple(label for label, value in held.items() if value == least)
@@ -43,7 +43,7 @@ class Row:
 
     @property
     def lead(self) -> float:
-        """How many times the best value the next one of a run that held is; 1 where none is the best."""
+        """How many times the best value the next one of a completed run is; 1 where none is the best."""
         held = sorted({value for label, value in self.values.items() if label not in self.failed})
         return 1.0 if not self.best else held[1] / held[0] if held[0] else inf
 
@@ -88,18 +88,18 @@ def ending(run: RunResult) -> str:
     """How a run ended, in a line."""
     if run.metrics is None:
         return ", ".join(troubles(run))
-    return ", ".join([held(run.metrics), *troubles(run)])
+    return ", ".join([state_of(run.metrics), *troubles(run)])
 
 
 def verdict(runs: Mapping[str, RunResult], rows: Sequence[Row]) -> str:
     """One sentence: which run is the better one, by its rms errors, by how much, and in what another one is better.
 
-    Rows are those of the summary. Of runs that held; that others did not comes last, or decides.
+    Rows are those of the summary. Of completed runs; that others failed comes last, or decides.
     """
     ours = [label for label, run in runs.items() if run.metrics is not None and not run.metrics.failed]
     others = [f"{label} {ending(run)}" for label, run in runs.items() if label not in ours]
     if len(ours) < 2:
-        said = f"{'Only ' * bool(others)}{ours[0]} held" if ours else "None held"
+        said = f"{'Only ' * bool(others)}{ours[0]} completed" if ours else "None completed"
         return "; ".join([said, *others]) + "."
     errors = [row for row in rows if row.quantity == "rms error" and set(ours) <= row.values.keys()]
     mean = {label: fsum(log(max(row.values[label], TINY)) for row in errors) / max(len(errors), 1) for label in ours}
@@ -107,7 +107,7 @@ def verdict(runs: Mapping[str, RunResult], rows: Sequence[Row]) -> str:
     times = exp(mean[second] - mean[best])
     if times < DIFFERENCE:
         said = (f"{best} and {second} are alike: their rms errors differ by less than 5 %" if errors else
-                f"{' and '.join(ours)} held")
+                f"{' and '.join(ours)} completed")
     else:
         most = max(errors, key=lambda row: row.values[second] / max(row.values[best], TINY))
         said = (f"{best} is {'better' if len(ours) == 2 else 'best'}: the rms errors of {second} are on average "
@@ -123,7 +123,7 @@ def verdict(runs: Mapping[str, RunResult], rows: Sequence[Row]) -> str:
 
 
 def legend(runs: Iterable[RunResult], sign: str) -> str:
-    """What a table says of its marks: one has to hold to win, and against another that held."""
+    """What a table says of its marks: one has to complete to win, and against another that completed."""
     held = sum(run.metrics is not None and not run.metrics.failed for run in runs)
-    return "Less is better; " + (f"the best of the runs that held has a {sign}" if held > 1 else
-                                  "a best one is marked where two runs or more held")
+    return "Less is better; " + (f"the best of the completed runs has a {sign}" if held > 1 else
+                                  "a best one is marked where two runs or more completed")

@@ -296,9 +296,9 @@ def markdown_table(noun: str, claims: Sequence[tuple[str, ClaimResult]], expecte
 
 
 def outcome(result: RunResult, metrics: Metrics) -> str:
-    """One line on whether the run held, with everything that disturbed it and its error at the end."""
+    """One line on whether the run failed, with everything that disturbed it and its error at the end."""
     words = [*troubles(result), *(f"largest end error {error}" for error in worst_of(result.plan, metrics.end_errors))]
-    return held(metrics) + (": " if words else "") + ", ".join(words)
+    return state_of(metrics) + (": " if words else "") + ", ".join(words)
 
 
 def sentence(result: RunResult, claims: Sequence[ClaimResult]) -> str:
@@ -307,7 +307,7 @@ def sentence(result: RunResult, claims: Sequence[ClaimResult]) -> str:
         return ""
     tracking = {each.axis: each.peak_tracking_error for each in result.metrics.tracking}
     errors = worst_of(result.plan, tracking or result.metrics.end_errors)
-    return "; ".join([f"simulated for {result.time[-1]:.4g} s, {held(result.metrics)}", *(
+    return "; ".join([f"simulated for {result.time[-1]:.4g} s, {state_of(result.metrics)}", *(
         f"worst {'tracking error' if tracking else 'error at the end'} {error}" for error in errors),
         *sums(claims)[:1]])
 
@@ -326,12 +326,12 @@ def short_outcome(result: RunResult) -> str:
     if result.metrics is None:
         return ", ".join(troubles(result))
     first = [f"{event.word} at {event.time:.3f} s" for event in events(result.metrics)[:1]]
-    return ", ".join([held(result.metrics), *(first or worst_of(result.plan, result.metrics.end_errors))])
+    return ", ".join([state_of(result.metrics), *(first or worst_of(result.plan, result.metrics.end_errors))])
 
 
-def held(metrics: Metrics) -> str:
-    """Whether the run held, in a word."""
-    return "failed" if metrics.failed else "held"
+def state_of(metrics: Metrics) -> str:
+    """Whether the run failed, in a word."""
+    return "failed" if metrics.failed else "completed"
 
 
 def worst_of(plan: RunPlan, errors: Mapping[str, float]) -> list[str]:

@@ -39,4 +39,4 @@ def test_commands_lead_to_a_picture(tmp_path: Path, monkeypatch: pytest.MonkeyPa
             said.append(done.stdout)
     STAGES.forget("mine")
     assert Path("results/mine-setpoints.png").stat().st_size > 10_000
-    assert "held: largest end error" in said[2]
+    assert "completed: largest end error" in said[2]

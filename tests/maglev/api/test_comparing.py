@@ -34,7 +34,7 @@ def test_each_is_the_run_with_that_controller(comparison: maglev.Comparison, fas
 
 
 def test_its_repr_is_a_line(comparison: maglev.Comparison) -> None:
-    assert repr(comparison) == "<Comparison 2dof-smooth-nonlinear: Regulator2DOF held, PID2DOF held>"
+    assert repr(comparison) == "<Comparison 2dof-smooth-nonlinear: Regulator2DOF completed, PID2DOF completed>"
 
 
 def test_the_best_has_the_least_error(comparison: maglev.Comparison) -> None:

@@ -66,7 +66,7 @@ def test_texts_are_short(run: maglev.Run, results: maglev.Results, fastest_fmus:
     for shown in (run, results, results.runs[0], linear, *maglev.check(NAME, fmus=fastest_fmus, jobs=1)):
         assert repr(shown).startswith(f"<{type(shown).__name__} ") or repr(shown).startswith("<Results: ")
         assert len(repr(shown)) < SHORT
-    assert f"{NAME}: held" in repr(results)
+    assert f"{NAME}: completed" in repr(results)
 
 
 @pytest.mark.usefixtures("slow")

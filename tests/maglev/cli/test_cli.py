@@ -55,7 +55,7 @@ def test_run_writes_csv_text_and_picture(fmus: Path, short: Path, tmp_path: Path
     assert float(rows[1][0]) == 0.0
     assert float(rows[-1][0]) == pytest.approx(0.02)
     assert float(rows[-1][rows[0].index("plant.y.position")]) == pytest.approx(0.025, abs=1e-4)
-    assert "held" in (out / "short.txt").read_text()
+    assert "completed" in (out / "short.txt").read_text()
     assert (out / "short.png").read_bytes().startswith(b"\x89PNG")
 
 

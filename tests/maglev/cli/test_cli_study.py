@@ -113,8 +113,8 @@ def test_a_run_ends_with_what_its_reader_wants(fastest_fmus: Path, tmp_path: Pat
     done = maglev("run", "3dof-setpoints", "--fmus", fastest_fmus, "--out", tmp_path, "--open")
     *_, edge, verdict, files = done.stdout.splitlines()
     assert edge.startswith("└──") and done.stdout.index("Claims of the thesis") < done.stdout.index("Steps: settling")
-    assert verdict == ("held: largest end error 34.6 µm on z; 5 of 5 claims hold; 9 of 12 bounds by the axes of "
-                       "figures met")
+    assert verdict == ("completed: largest end error 34.6 µm on z; 5 of 5 claims hold; 9 of 12 bounds by the axes "
+                       "of figures met")
     assert files.startswith("results: ") and files.endswith(str(tmp_path / "3dof-setpoints.html"))
     assert opened == [(tmp_path / "3dof-setpoints.html").as_uri()]
     bound = "The data end between"

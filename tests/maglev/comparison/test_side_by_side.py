@@ -111,10 +111,10 @@ def test_the_verdict_says_who_is_better_by_how_much_and_where_the_other_is(plan:
 
 
 def test_the_verdict_is_for_who_held_alone(plan: RunPlan) -> None:
-    lost = recorded(plan, failed=True, stop_contact=0.25)
-    assert verdict({"a": recorded(plan), "b": lost}, []) == "Only a held; b failed, touched an end stop at 0.250 s."
-    assert verdict({"b": lost}, []) == "None held; b failed, touched an end stop at 0.250 s."
-    assert verdict({"a": recorded(plan)}, []) == "a held."
+    lost, said = recorded(plan, failed=True, stop_contact=0.25), "completed; b failed, touched an end stop at 0.250 s."
+    assert verdict({"a": recorded(plan), "b": lost}, []) == f"Only a {said}"
+    assert verdict({"b": lost}, []) == f"None {said}"
+    assert verdict({"a": recorded(plan)}, []) == "a completed."
 
 
 def test_a_controller_has_its_colour_and_others_a_free_one() -> None:

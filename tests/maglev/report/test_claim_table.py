@@ -44,7 +44,7 @@ def test_a_report_of_few_runs_begins_with_a_sentence_for_each():
     claims = [judged("reproduced"), judged("not reproduced"), judged("not testable"), judged("met")]
     results = [recorded(SETPOINTS, end_errors={"v": 2e-6, "h": 1e-6})]
     page = page_of(results, {"2dof-setpoints": claims})
-    words = "simulated for 0.5 s, held; worst error at the end 2 µm on v; 1 of 2 claims hold"
+    words = "simulated for 0.5 s, completed; worst error at the end 2 µm on v; 1 of 2 claims hold"
     assert [each.text for each in page.of_class("said")] == [f"2dof-setpoints: {words}."]
     assert page.source.index('class="said"') < page.source.index("R. B. Owen")
     assert words not in page.with_id("figure-4-18").text and words in page.with_id("run-2dof-setpoints").text

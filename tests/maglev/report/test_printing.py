@@ -199,8 +199,8 @@ def test_a_picture_marks_limits_that_are_near_and_when_a_stop_was_touched():
      "failed: touched an end stop at 0.125 s, the controller tripped at 0.250 s", "failed, stop at 0.125 s"),
     ({"failed": True, "tripped": 0.25, "stop_contact": 0.375},
      "failed: the controller tripped at 0.250 s, touched an end stop at 0.375 s", "failed, trip at 0.250 s"),
-    ({"end_errors": {"v": 1e-6, "h": 2e-3}}, "held: largest end error 2 mm on h", "held, 2 mm on h"),
-    ({}, "held", "held")])
+    ({"end_errors": {"v": 1e-6, "h": 2e-3}}, "completed: largest end error 2 mm on h", "completed, 2 mm on h"),
+    ({}, "completed", "completed")])
 def test_how_a_run_ended_is_told_in_order_of_time(metrics, text, cell):
     result = recorded(packaged("2dof-setpoints"), **metrics)
     assert text_of(result, []).splitlines()[-1] == text
@@ -216,7 +216,7 @@ def test_rotations_are_printed_in_mrad():
              StepResponse("h", 1.0, 0.0, 0.01, {0.5e-3: 0.25}, 0.2, 3e-6))
     text = text_of(recorded(plan, steps=steps, end_errors={"v": 2e-6, "h": 2e-3}), [])
     assert [cell in text for cell in ("10 mrad", "to 0.5 mrad", "3 µrad", "22 mm", "2 µm")] == 5 * [True]
-    assert text.splitlines()[-1] == "held: largest end error 2 µm on v, largest end error 2 mrad on h"
+    assert text.splitlines()[-1] == "completed: largest end error 2 µm on v, largest end error 2 mrad on h"
 
 
 def test_a_run_that_did_not_complete_is_told_with_its_reason():
@@ -226,7 +226,7 @@ def test_a_run_that_did_not_complete_is_told_with_its_reason():
 
 def test_a_run_without_axes_and_motors_is_printed():
     text = text_of(recorded(without_anything("mine")), [])
-    assert text.endswith("\nheld\n")
+    assert text.endswith("\ncompleted\n")
     assert "Currents" not in text
 
 
