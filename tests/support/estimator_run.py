@@ -31,17 +31,21 @@ def new_estimator(rig: int, starts: np.ndarray, **parameters: float) -> Any:
     return estimator
 
 
+def constants(rig: int, estimator: Any) -> tuple[float, ...]:
+    """Estimates as they are."""
+    return attrgetter(*(PLACES[rig][f"C{i + 1}"] for i in range(len(TRUTH[rig]))))(estimator)
+
+
 def run(rig: int, estimator: Any, flight: dict[str, np.ndarray], measured: str = "encoder") -> np.ndarray:
     """Estimates after every sample, shape (samples, constants)."""
     axes, motors, dt = RIGS[rig]
     wires = [(getattr(estimator, name), "measured", flight[f"{name}.{measured}"].tolist()) for name in axes]
     wires += [(getattr(estimator, name), what, flight[f"{name}.{what}"].tolist())
               for name in motors for what in ("i_d", "i_q")]
-    constants = attrgetter(*(PLACES[rig][f"C{i + 1}"] for i in range(len(TRUTH[rig]))))
     estimates = []
     for k in range(len(flight["time"])):
         for owner, what, values in wires:
             setattr(owner, what, values[k])
         assert estimator.step(k * dt, dt) == 0
-        estimates.append(constants(estimator))
+        estimates.append(constants(rig, estimator))
     return np.array(estimates)
