@@ -9,17 +9,12 @@ from pathlib import Path
 from time import perf_counter
 from typing import NamedTuple
 
-import fmpy
-from fmpy.fmi2 import FMU2Slave
-
 from fmi_export.definition import FmuDefinition
-from maglev.cosim.fmu import unpacking_folder
+from maglev.analysis.differences.participant import Participant
 from maglev.cosim.master import FmuSetup, Master
 from maglev.own_fmus import definition
 from pmlsm.rig import Rig
 from pmlsm.rigs import RIGS
-
-PHASES = ("i_a_cmd", "i_b_cmd", "i_c_cmd")
 
 
 class Pair(NamedTuple):
@@ -54,8 +49,7 @@ class Pair(NamedTuple):
     def connections(self) -> list[tuple[str, str]]:
         """From outputs to inputs."""
         measured = [(f"plant.{source}", f"controller.{to}") for source, to in self.measured]
-        return measured + [(f"controller.{motor}.{phase}", f"plant.{motor}.{phase}")
-                           for motor in self.rig.motor_names for phase in PHASES]
+        return measured + [(f"controller.{current}_cmd", f"plant.{current}_cmd") for current in self.rig.phase_names]
 
 
 PAIRS = tuple(Pair(rig.suffix.replace("DOF", "-DOF"), f"Regulator{rig.suffix}", f"Plant{rig.suffix}",
@@ -125,43 +119,19 @@ def master_loop(pair: Pair, folder: Path, steps: int, plant: Path | None = None)
     return (end - begin) / (last - first)
 
 
-class OpenLoop:
-    """A closed loop in one FMU, initialised with its references; a context manager."""
-
-    def __init__(self, pair: Pair, path: Path):
-        self.folder = unpacking_folder()
-        description = fmpy.read_model_description(str(path))
-        fmpy.extract(str(path), str(self.folder))
-        self.slave = FMU2Slave(guid=description.guid, unzipDirectory=str(self.folder), instanceName="loop",
-                               modelIdentifier=description.coSimulation.modelIdentifier)
-        self.slave.instantiate()
-        self.slave.setupExperiment(startTime=0.0)
-        references = {v.name: v.valueReference for v in description.modelVariables}
-        for axis, start in zip(pair.rig.axis_names, pair.starts, strict=True):
-            self.slave.setReal([references[f"{axis}.reference"]], [start])
-        self.slave.enterInitializationMode()
-        self.slave.exitInitializationMode()
-        self.time = 0.0
-
-    def __enter__(self) -> "OpenLoop":
-        return self
-
-    def __exit__(self, *_: object) -> None:
-        self.slave.terminate()
-        self.slave.freeInstance()
-
-    def seconds(self, count: int) -> None:
-        """Step over so many seconds, one call each."""
-        for _ in range(count):
-            self.slave.doStep(self.time, 1.0)
-            self.time += 1.0
+def open_loop(pair: Pair, path: Path) -> Participant:
+    """The closed loop in one FMU, initialised: each step is a second, and takes its references."""
+    axes = pair.rig.axis_names
+    return Participant(FmuSetup("loop", path), [f"{axis}.reference" for axis in axes],
+                       [f"plant.{axis}.position" for axis in axes], 1.0)
 
 
 def loop_fmu(pair: Pair, path: Path, seconds: int) -> float:
     """The closed loop in one FMU, one call for each second."""
-    with OpenLoop(pair, path) as loop:
-        loop.seconds(1)
+    references = pair.starts
+    with open_loop(pair, path) as loop:
+        loop.step(references)
         begin = perf_counter()
-        loop.seconds(seconds)
+        for _ in range(seconds):
+            loop.step(references)
         return (perf_counter() - begin) / seconds * pair.dt
-

@@ -14,7 +14,7 @@ from math import inf
 from pathlib import Path
 
 from exchange_alone import for_exchange_alone
-from loops import PAIRS, OpenLoop, Pair, bare_loop, loop_fmu, master_loop
+from loops import PAIRS, Pair, bare_loop, loop_fmu, master_loop, open_loop
 from reference_loop import FROZEN, reference_loop
 from rich.console import Console
 from rich.table import Table
@@ -79,10 +79,13 @@ def measure(pair: Pair, folder: Path, native: bool, fmi3: Path | None) -> dict[s
 
 def growth(pair: Pair, folder: Path) -> int:
     """Bytes by which the process grows while the loop in one FMU does ten million samples."""
-    with OpenLoop(pair, folder / "native" / f"{pair.loop}.fmu") as loop:
-        loop.seconds(10)
+    references = pair.starts
+    with open_loop(pair, folder / "native" / f"{pair.loop}.fmu") as loop:
+        for _ in range(10):
+            loop.step(references)
         before = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss
-        loop.seconds(round(MEMORY_STEPS * pair.dt))
+        for _ in range(round(MEMORY_STEPS * pair.dt)):
+            loop.step(references)
         return 1024 * (resource.getrusage(resource.RUSAGE_SELF).ru_maxrss - before)
 
 
