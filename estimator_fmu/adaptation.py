@@ -1,5 +1,6 @@
 """How the constants of a regulator follow their estimates: within bounds, slowly, and not while the data mislead."""
 
+from estimator_fmu.constant_estimate import ConstantEstimate
 from pmlsm.elementary.exponential import exponential
 
 
@@ -28,28 +29,6 @@ class Adaptation:
         return 1.0 - exponential(-sample_time / self.time)
 
 
-class AdaptedConstant:
-    """A constant of the regulator's model."""
-
-    def __init__(self, nominal: float):
-        self.nominal = nominal   # parameter: where it begins, and the middle of its bounds
-        self.value = nominal     # state and output
-
-    def begin(self) -> None:
-        """Begin at the nominal value."""
-        self.value = self.nominal
-
-    def follow(self, estimate: float, share: float, largest: float) -> None:
-        """Go a share of the way to an estimate, or to the bound that it is beyond; `largest` is relative."""
-        low = (1.0 - largest) * self.nominal
-        high = (1.0 + largest) * self.nominal
-        if estimate < low:
-            estimate = low
-        elif estimate > high:
-            estimate = high
-        self.value += share * (estimate - self.value)
-
-
 class Travel:
     """Where the guides let an axis, or a motor's gap, go: beyond, a stop pushes and not the motors alone."""
 
@@ -60,3 +39,18 @@ class Travel:
     def ends(self, measured: float) -> bool:
         """Whether a measured position (m) is at a stop."""
         return measured <= self.lower or measured >= self.upper
+
+
+def followed(value: float, estimate: ConstantEstimate, share: float, largest: float) -> float:
+    """A constant after a share of the way to its estimate, or to the bound that this is beyond.
+
+    The bounds are about where it began; `largest` is their distance from there, relative.
+    """
+    target = estimate.value
+    low = (1.0 - largest) * estimate.guess
+    high = (1.0 + largest) * estimate.guess
+    if target < low:
+        target = low
+    elif target > high:
+        target = high
+    return value + share * (target - value)

@@ -10,12 +10,12 @@ from controller_fmu.regulator_2dof import Regulator2DOF
 from controller_fmu.sample_clock import SampleClock
 from controller_fmu.status import NONLINEAR, STEP_MISFIT, STEPPED
 from controller_fmu.velocity_observer import ObserverFilter
-from estimator_fmu.adaptation import Adaptation, AdaptedConstant, Travel
+from estimator_fmu.adaptation import Adaptation, Travel, followed
 from estimator_fmu.constant_estimate import ConstantEstimate, ConvergenceRule
 from estimator_fmu.estimated_axis import NormalAxis, ThrustAxis
 from estimator_fmu.estimator_2dof import Estimator2DOF
 from estimator_fmu.motor_current import MotorCurrent
-from pmlsm.geometry_copy import copy_geometry
+from pmlsm.motor_geometry import MotorGeometry
 
 
 class AdaptiveRegulator2DOF:
@@ -33,30 +33,25 @@ class AdaptiveRegulator2DOF:
         self.estimator.convergence.time = 0.5        # s, parameter
         self.estimator.v.iron.weight = 1e12      # holds C4
         self.adaptation = Adaptation()
-        self.C1 = AdaptedConstant(14.2)
-        self.C2 = AdaptedConstant(796.99)
-        self.C3 = AdaptedConstant(31.04)
-        self.C4 = AdaptedConstant(0.07)
+        # Parameters: the constants that the regulator begins with.
+        self.estimator.h.thrust.guess = 14.2
+        self.estimator.v.attraction.guess = 796.99
+        self.estimator.v.coils.guess = 31.04
+        self.estimator.v.iron.guess = 0.07
         self.v_travel = Travel(0.008, 0.028)
         self.h_travel = Travel(-0.07, 0.07)
 
     def start(self) -> int:
-        """Begin with the nominal constants, and one model of the motor for both."""
+        """Begin with the constants that are given, and the same measurement in both parts."""
         regulator = self.regulator
         estimator = self.estimator
         estimator.sample_time = regulator.sample_time
         estimator.observer.time1 = regulator.observer.time1
         estimator.observer.time2 = regulator.observer.time2
-        copy_geometry(estimator.geometry, regulator.geometry)
-        self.C1.begin()
-        self.C2.begin()
-        self.C3.begin()
-        self.C4.begin()
-        estimator.h.thrust.guess = self.C1.nominal
-        estimator.v.attraction.guess = self.C2.nominal
-        estimator.v.coils.guess = self.C3.nominal
-        estimator.v.iron.guess = self.C4.nominal
-        self.hand_over()
+        regulator.C1 = estimator.h.thrust.guess
+        regulator.C2 = estimator.v.attraction.guess
+        regulator.C3 = estimator.v.coils.guess
+        regulator.C4 = estimator.v.iron.guess
         status = estimator.start()
         if status != STEPPED:
             return status
@@ -78,7 +73,6 @@ class AdaptiveRegulator2DOF:
             self.estimate()
             if not self.adaptation.frozen:
                 self.adapt()
-            self.hand_over()
         regulator.sample()
 
     def estimate(self) -> None:
@@ -92,24 +86,17 @@ class AdaptiveRegulator2DOF:
         at_stop = self.v_travel.ends(regulator.v.measured) or self.h_travel.ends(regulator.h.measured)
         limited = regulator.saturated or regulator.tripped or not regulator.feasible
         estimator.held = self.adaptation.judge(limited or at_stop, regulator.sample_time)
-        estimator.sample()
+        estimator.take(regulator.geometry)
 
     def adapt(self) -> None:
         """Let the constants of a row follow their estimates, if these have converged."""
+        regulator = self.regulator
         estimator = self.estimator
-        share = self.adaptation.share(self.regulator.sample_time)
+        share = self.adaptation.share(regulator.sample_time)
         largest = self.adaptation.range
         if estimator.h.thrust.converged:
-            self.C1.follow(estimator.h.thrust.value, share, largest)
+            regulator.C1 = followed(regulator.C1, estimator.h.thrust, share, largest)
         v = estimator.v
         if v.attraction.converged and v.coils.converged:
-            self.C2.follow(v.attraction.value, share, largest)
-            self.C3.follow(v.coils.value, share, largest)
-
-    def hand_over(self) -> None:
-        """Give the regulator the constants."""
-        regulator = self.regulator
-        regulator.C1 = self.C1.value
-        regulator.C2 = self.C2.value
-        regulator.C3 = self.C3.value
-        regulator.C4 = self.C4.value
+            regulator.C2 = followed(regulator.C2, v.attraction, share, largest)
+            regulator.C3 = followed(regulator.C3, v.coils, share, largest)

@@ -11,12 +11,12 @@ from controller_fmu.regulator_5dof import Regulator5DOF
 from controller_fmu.sample_clock import SampleClock
 from controller_fmu.status import NONLINEAR, STEP_MISFIT, STEPPED
 from controller_fmu.velocity_observer import ObserverFilter
-from estimator_fmu.adaptation import Adaptation, AdaptedConstant, Travel
+from estimator_fmu.adaptation import Adaptation, Travel, followed
 from estimator_fmu.constant_estimate import ConstantEstimate, ConvergenceRule
 from estimator_fmu.estimated_axis import NormalAxis, ThrustAxis
 from estimator_fmu.estimator_5dof import Estimator5DOF
 from estimator_fmu.motor_current import MotorCurrent
-from pmlsm.geometry_copy import copy_geometry
+from pmlsm.motor_geometry import MotorGeometry
 
 
 class AdaptiveRegulator5DOF:
@@ -34,23 +34,23 @@ class AdaptiveRegulator5DOF:
         self.estimator.convergence.time = 0.5        # s, parameter
         self.estimator.y.iron.weight = 1e12      # holds C5
         self.adaptation = Adaptation()
-        self.C1 = AdaptedConstant(0.6135)
-        self.C2 = AdaptedConstant(0.8224)
-        self.C3 = AdaptedConstant(327.5)
-        self.C4 = AdaptedConstant(8.48)
-        self.C5 = AdaptedConstant(0.007)
+        # Parameters: the constants that the regulator begins with.
+        self.estimator.x.thrust.guess = 0.6135
+        self.estimator.z.thrust.guess = 0.8224
+        self.estimator.y.attraction.guess = 327.5
+        self.estimator.y.coils.guess = 8.48
+        self.estimator.y.iron.guess = 0.007
         self.x_travel = Travel(-0.062, 0.062)
         self.z_travel = Travel(-0.062, 0.062)
         self.gap_travel = Travel(0.0185, 0.032)   # of every motor
 
     def start(self) -> int:
-        """Begin with the nominal constants, and one model of the motor for both."""
+        """Begin with the constants that are given, and the same measurement in both parts."""
         regulator = self.regulator
         estimator = self.estimator
         estimator.sample_time = regulator.sample_time
         estimator.observer.time1 = regulator.observer.time1
         estimator.observer.time2 = regulator.observer.time2
-        copy_geometry(estimator.geometry, regulator.geometry)
         estimator.alpha1_place.x = regulator.alpha1_place.x
         estimator.alpha1_place.z = regulator.alpha1_place.z
         estimator.alpha2_place.x = regulator.alpha2_place.x
@@ -59,17 +59,11 @@ class AdaptiveRegulator5DOF:
         estimator.beta1_place.z = regulator.beta1_place.z
         estimator.beta2_place.x = regulator.beta2_place.x
         estimator.beta2_place.z = regulator.beta2_place.z
-        self.C1.begin()
-        self.C2.begin()
-        self.C3.begin()
-        self.C4.begin()
-        self.C5.begin()
-        estimator.x.thrust.guess = self.C1.nominal
-        estimator.z.thrust.guess = self.C2.nominal
-        estimator.y.attraction.guess = self.C3.nominal
-        estimator.y.coils.guess = self.C4.nominal
-        estimator.y.iron.guess = self.C5.nominal
-        self.hand_over()
+        regulator.C1 = estimator.x.thrust.guess
+        regulator.C2 = estimator.z.thrust.guess
+        regulator.C3 = estimator.y.attraction.guess
+        regulator.C4 = estimator.y.coils.guess
+        regulator.C5 = estimator.y.iron.guess
         status = estimator.start()
         if status != STEPPED:
             return status
@@ -91,7 +85,6 @@ class AdaptiveRegulator5DOF:
             self.estimate()
             if not self.adaptation.frozen:
                 self.adapt()
-            self.hand_over()
         regulator.sample()
 
     def estimate(self) -> None:
@@ -119,27 +112,19 @@ class AdaptiveRegulator5DOF:
                    or self.gap_travel.ends(regulator.beta2_place.gap_measured))
         limited = regulator.saturated or regulator.tripped or not regulator.feasible
         estimator.held = self.adaptation.judge(limited or at_stop, regulator.sample_time)
-        estimator.sample()
+        estimator.take(regulator.geometry)
 
     def adapt(self) -> None:
         """Let the constants of a row follow their estimates, if these have converged."""
+        regulator = self.regulator
         estimator = self.estimator
-        share = self.adaptation.share(self.regulator.sample_time)
+        share = self.adaptation.share(regulator.sample_time)
         largest = self.adaptation.range
         if estimator.x.thrust.converged:
-            self.C1.follow(estimator.x.thrust.value, share, largest)
+            regulator.C1 = followed(regulator.C1, estimator.x.thrust, share, largest)
         if estimator.z.thrust.converged:
-            self.C2.follow(estimator.z.thrust.value, share, largest)
+            regulator.C2 = followed(regulator.C2, estimator.z.thrust, share, largest)
         y = estimator.y
         if y.attraction.converged and y.coils.converged:
-            self.C3.follow(y.attraction.value, share, largest)
-            self.C4.follow(y.coils.value, share, largest)
-
-    def hand_over(self) -> None:
-        """Give the regulator the constants."""
-        regulator = self.regulator
-        regulator.C1 = self.C1.value
-        regulator.C2 = self.C2.value
-        regulator.C3 = self.C3.value
-        regulator.C4 = self.C4.value
-        regulator.C5 = self.C5.value
+            regulator.C3 = followed(regulator.C3, y.attraction, share, largest)
+            regulator.C4 = followed(regulator.C4, y.coils, share, largest)

@@ -2,11 +2,12 @@
 
 from dataclasses import replace
 
-from estimator_fmu.variables import PLACE
+from estimator_fmu.variables import placed
 from fmi_export.definition import FmuDefinition, Variable, flag, parameter, real_output, switch
 from pmlsm.rig import IRON, Rig, RigConstant, Stop
 
 ASSUMED = "assumed"
+ESTIMATOR = "estimator."   # part of the block
 
 
 def adaptive_variables(rig: Rig, regulator: FmuDefinition, estimator: FmuDefinition) -> tuple[Variable, ...]:
@@ -27,10 +28,9 @@ def adaptive_variables(rig: Rig, regulator: FmuDefinition, estimator: FmuDefinit
             flag("adaptation.frozen", "the constants stay as they are: a command is or was just now at its limit, an "
                                       "axis at a stop, the controller has tripped, or adaptation.active is false",
                  inputs),
-            *(replace(parameter(each.name, each.unit, f"constant of the {each.meaning} in the controller's model, from "
-                                "which it is adapted" if each.unit != IRON else
-                                f"constant of the {each.meaning} in the controller's model, not adapted",
-                                rig.source("model"), 1e-9, 1e6, 1.0, fixed=True), path=f"{each.name}.nominal")
+            *(placed(each, parameter(each.name, each.unit, f"constant of the {each.meaning} in the controller's model, "
+                                     f"{'not' if each.unit == IRON else 'from which it is'} adapted",
+                                     rig.source("model"), 1e-9, 1e6, 1.0, fixed=True), "guess", ESTIMATOR)
               for each in rig.constants),
             *adaptation_parameters(),
             *(v for axis in rig.axes if axis.stop is not None for v in travel(axis.name, axis.stop)),
@@ -43,13 +43,13 @@ def outcome(of: RigConstant, inputs: tuple[str, ...]) -> tuple[Variable, ...]:
     """Constant that the regulator has now, and the estimate that it follows; none of the one that is not adapted."""
     if of.unit == IRON:
         return ()
-    name, estimated = of.name, f"estimator.{of.axis}.{PLACE[of.unit]}"
+    name = of.name
     return (replace(real_output(f"adapted.{name}", of.unit, f"constant of the {of.meaning} that the regulator has",
-                                1.0, discrete=True, depends_on=inputs, starts_from=(name,)), path=f"{name}.value"),
-            replace(real_output(f"estimated.{name}", of.unit, f"estimated constant of the {of.meaning}", 1.0,
-                                discrete=True, depends_on=inputs, starts_from=(name,)), path=f"{estimated}.value"),
-            replace(flag(f"{name}_converged", f"data decide {name}, and its estimate has stayed within "
-                         "convergence.tolerance for convergence.time", inputs), path=f"{estimated}.converged"))
+                                1.0, discrete=True, depends_on=inputs, starts_from=(name,)), path=f"regulator.{name}"),
+            placed(of, real_output(f"estimated.{name}", of.unit, f"estimated constant of the {of.meaning}", 1.0,
+                                   discrete=True, depends_on=inputs, starts_from=(name,)), "value", ESTIMATOR),
+            placed(of, flag(f"{name}_converged", f"data decide {name}, and its estimate has stayed within "
+                            "convergence.tolerance for convergence.time", inputs), "converged", ESTIMATOR))
 
 
 def adaptation_parameters() -> tuple[Variable, ...]:

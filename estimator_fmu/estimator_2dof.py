@@ -51,13 +51,17 @@ class Estimator2DOF:
         return STEPPED
 
     def sample(self) -> None:
+        """Take in a sample, with the geometry of the estimator's own parameters."""
+        self.take(self.geometry)
+
+    def take(self, geometry: MotorGeometry) -> None:
         """Take in a sample: the rows of A(y, u), then one step of the estimator on each."""
         v = self.v
         h = self.h
         motor = self.motor
         if v.measured <= 0.0:
             return   # an importer that has not exchanged values yet: this is no measurement
-        f1, f2, f3, f4 = gap_functions(self.geometry, v.measured)
+        f1, f2, f3, f4 = gap_functions(geometry, v.measured)
         thrust_h = thrust_acceleration(1.0, f1, motor.i_q)
         attraction, coils, iron = normal_terms(
             1.0, 1.0, 1.0, f2, f3, f4,

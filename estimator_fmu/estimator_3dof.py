@@ -54,6 +54,10 @@ class Estimator3DOF:
         return STEPPED
 
     def sample(self) -> None:
+        """Take in a sample, with the geometry of the estimator's own parameters."""
+        self.take(self.geometry)
+
+    def take(self, geometry: MotorGeometry) -> None:
         """Take in a sample: the rows of A(y, u), then one step of the estimator on each."""
         y = self.y
         x = self.x
@@ -62,7 +66,7 @@ class Estimator3DOF:
         beta = self.beta
         if y.measured <= 0.0:
             return   # an importer that has not exchanged values yet: this is no measurement
-        f1, f2, f3, f4 = gap_functions(self.geometry, y.measured)
+        f1, f2, f3, f4 = gap_functions(geometry, y.measured)
         thrust_x = thrust_acceleration(2.0, f1, alpha.i_q)
         thrust_z = thrust_acceleration(2.0, f1, beta.i_q)
         attraction, coils, iron = normal_terms(

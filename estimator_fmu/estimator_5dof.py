@@ -84,6 +84,10 @@ class Estimator5DOF:
         return STEPPED
 
     def sample(self) -> None:
+        """Take in a sample, with the geometry of the estimator's own parameters."""
+        self.take(self.geometry)
+
+    def take(self, geometry: MotorGeometry) -> None:
         """Take in a sample: the rows of A(y, u), then one step of the estimator on each."""
         y = self.y
         x = self.x
@@ -102,10 +106,10 @@ class Estimator5DOF:
         self.measure()
         rows = self.rows
         rows.clear()
-        thrust_x = (rows.add(self.geometry, alpha1_place.gap_measured, alpha1)
-                    + rows.add(self.geometry, alpha2_place.gap_measured, alpha2))
-        thrust_z = (rows.add(self.geometry, beta1_place.gap_measured, beta1)
-                    + rows.add(self.geometry, beta2_place.gap_measured, beta2))
+        thrust_x = (rows.add(geometry, alpha1_place.gap_measured, alpha1)
+                    + rows.add(geometry, alpha2_place.gap_measured, alpha2))
+        thrust_z = (rows.add(geometry, beta1_place.gap_measured, beta1)
+                    + rows.add(geometry, beta2_place.gap_measured, beta2))
         attraction = rows.attraction
         coils = rows.coils
         iron = rows.iron

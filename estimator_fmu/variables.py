@@ -19,9 +19,9 @@ WEIGHT = {THRUST: "A2.s", ATTRACTION: "T4.s", COILS: "A2.T2.s", IRON: "A4.s"}
 PLACE = {THRUST: "thrust", ATTRACTION: "attraction", COILS: "coils", IRON: "iron"}
 
 
-def placed(of: RigConstant, variable: Variable, part: str) -> Variable:
+def placed(of: RigConstant, variable: Variable, part: str, above: str = "") -> Variable:
     """A variable of a constant, which lies in a part of its estimate."""
-    return replace(variable, path=f"{of.axis}.{PLACE[of.unit]}.{part}")
+    return replace(variable, path=f"{above}{of.axis}.{PLACE[of.unit]}.{part}")
 
 
 def refusals(rig: Rig) -> dict[int, str]:

@@ -17,16 +17,15 @@ from controller_fmu.regulator_2dof import Regulator2DOF
 from controller_fmu.regulator_3dof import Regulator3DOF
 from controller_fmu.regulator_5dof import Regulator5DOF
 from controller_fmu.status import BAD_GEOMETRY, BAD_PLACES, STEP_MISFIT, STEPPED
-from estimator_fmu.adaptation import Adaptation, AdaptedConstant, Travel
+from estimator_fmu.adaptation import Adaptation, Travel, followed
 from estimator_fmu.adaptive_regulator_2dof import AdaptiveRegulator2DOF
 from estimator_fmu.adaptive_regulator_3dof import AdaptiveRegulator3DOF
 from estimator_fmu.adaptive_regulator_5dof import AdaptiveRegulator5DOF
 from estimator_fmu.adaptive_regulator_5dof_fmu import ADAPTIVE_REGULATOR
+from estimator_fmu.constant_estimate import ConstantEstimate
+from estimator_fmu.estimator_2dof import Estimator2DOF
 from plant_fmu.stage_2dof import Stage2DOF
 from plant_fmu.stage_3dof import Stage3DOF
-from pmlsm.geometry_copy import copy_geometry
-from pmlsm.motor_geometry import MotorGeometry
-from pmlsm.variables import GEOMETRY
 
 Adaptive = AdaptiveRegulator2DOF | AdaptiveRegulator3DOF
 PAIRS: list[tuple[type, type]] = [(AdaptiveRegulator2DOF, Regulator2DOF), (AdaptiveRegulator3DOF, Regulator3DOF),
@@ -101,6 +100,11 @@ def idle(stage: Any, axes: tuple[str, ...], motors: tuple[str, ...]) -> None:
         getattr(stage, name).amplifier.lag = 0.0
 
 
+def nominals(rig: int, controller: Any) -> list[float]:
+    """Constants from which those of a regulator are adapted."""
+    return [attrgetter(PLACES[rig][f"{name}_start"])(controller.estimator) for name in CONSTANTS[:rig + 2]]
+
+
 @pytest.mark.parametrize(("rig", "stage", "adaptive", "factors", "seconds"), [
     (2, Stage2DOF, AdaptiveRegulator2DOF, (0.75, 1.1, 0.9, 1.0), 14.0),
     (3, Stage3DOF, AdaptiveRegulator3DOF, (0.8, 1.15, 0.95, 1.1, 1.0), 9.0)])
@@ -110,7 +114,7 @@ def test_it_finds_the_constants_of_a_stage(slow: None, rig: int, stage: type, ad
     axes, motors, _ = RIGS[rig]
     plant, controller = stage(), adaptive()
     idle(plant, axes, motors)
-    true = [factor * getattr(controller, name).nominal for name, factor in zip(CONSTANTS, factors, strict=False)]
+    true = [factor * nominal for factor, nominal in zip(factors, nominals(rig, controller), strict=True)]
     for name, value in zip(CONSTANTS, true, strict=False):
         setattr(plant, name, value)
     centre = getattr(plant, axes[0]).position_start
@@ -118,7 +122,7 @@ def test_it_finds_the_constants_of_a_stage(slow: None, rig: int, stage: type, ad
                   **{name: sines(0.0, (10e-3, 3.0 + k), (10e-3, 7.0)) for k, name in enumerate(axes[1:])}}
     errors = fly(rig, Seen(controller), plant, references, seconds)
     assert np.abs(errors).max() < 5e-3
-    found = [getattr(controller, name).value for name, _ in zip(CONSTANTS, factors, strict=False)]
+    found = [getattr(controller.regulator, name) for name, _ in zip(CONSTANTS, factors, strict=False)]
     assert found[:-1] == pytest.approx(true[:-1], rel=0.01)
     assert found[-1] == true[-1]   # coils and iron: not adapted
 
@@ -131,10 +135,10 @@ def test_without_excitation_the_constants_stay(slow: None, rig: int, stage: type
     controller = adaptive()
     fly(rig, Seen(controller), stage(), {name: sines(getattr(stage(), name).position_start) for name in axes}, 4.0)
     own = CONSTANTS[:rig + 2]
-    assert [getattr(controller, name).value for name in own] == [getattr(controller, name).nominal for name in own]
+    assert [getattr(controller.regulator, name) for name in own] == nominals(rig, controller)
     assert not controller.adaptation.frozen
-    assert max(abs(attrgetter(PLACES[rig][name])(controller.estimator) / getattr(controller, name).nominal - 1.0)
-               for name in own) > 0.1, "they would have moved"
+    assert max(abs(attrgetter(PLACES[rig][name])(controller.estimator) / nominal - 1.0)
+               for name, nominal in zip(own, nominals(rig, controller), strict=True)) > 0.1, "they would have moved"
 
 
 def test_misleading_data_change_nothing() -> None:
@@ -172,12 +176,10 @@ def test_misleading_data_change_nothing() -> None:
 @given(st.floats(1e-3, 1e3), st.floats(0.0, 0.9), st.floats(0.0, 1.0), st.lists(st.floats(-1e6, 1e6), min_size=1))
 def test_a_constant_stays_within_its_bounds_and_never_jumps(nominal: float, largest: float, share: float,
                                                             estimates: list[float]) -> None:
-    constant = AdaptedConstant(nominal)
-    constant.begin()
+    constant = ConstantEstimate(nominal, 1.0)
     values = [nominal]
-    for estimate in estimates:
-        constant.follow(estimate, share, largest)
-        values.append(constant.value)
+    for constant.value in estimates:
+        values.append(followed(values[-1], constant, share, largest))
     slack = 1e-12 * nominal
     assert all((1.0 - largest) * nominal - slack <= value <= (1.0 + largest) * nominal + slack for value in values)
     assert all(abs(after - before) <= share * 2.0 * largest * nominal + slack for before, after in pairwise(values))
@@ -198,13 +200,17 @@ def test_travel() -> None:
 
 
 def test_both_models_of_the_motor_are_one() -> None:
-    """Every parameter is copied."""
-    one, other = MotorGeometry(), MotorGeometry()
-    for k, name in enumerate(GEOMETRY):
-        put(one, name, 1.5 + k) if "." in name else setattr(one, name, 1.5 + k)
-    copy_geometry(other, one)
-    assert [attrgetter(name)(other) for name in GEOMETRY] == [1.5 + k for k in range(len(GEOMETRY))]
-    assert attrgetter("slot_width")(MOTOR) != attrgetter("slot_width")(other)
+    """The estimator takes in samples with the geometry of the regulator's motor."""
+    block, alone = AdaptiveRegulator2DOF(), Estimator2DOF()
+    block.regulator.geometry.slot_width = alone.geometry.slot_width = 0.7 * MOTOR.slot_width
+    assert block.start() == alone.start() == STEPPED
+    block.regulator.v.measured = alone.v.measured = 21e-3
+    for k in range(3):
+        assert block.step(k * 5e-4, 5e-4) == STEPPED
+    alone.sample()
+    assert block.estimator.v.filter1.output == alone.v.filter1.output
+    alone.take(block.estimator.geometry)
+    assert block.estimator.v.filter1.output != alone.v.filter1.output
 
 
 def test_what_the_parts_share_is_one_parameter() -> None:
@@ -212,7 +218,7 @@ def test_what_the_parts_share_is_one_parameter() -> None:
     block = ADAPTIVE_REGULATOR.new_block()
     for name in ("alpha1_place.x", "beta2_place.z", "observer.time1", "observer.time2", "sample_time"):
         put(block, f"regulator.{name}", 1.5 * attrgetter(f"regulator.{name}")(block) + 1e-4)
-    block.C3.nominal = 300.0
+    block.estimator.y.attraction.guess = 300.0
     assert block.start() == STEPPED
     for name in ("alpha1_place.x", "beta2_place.z", "observer.time1", "observer.time2", "sample_time",
                  "observer.share1", "alpha2_place.share_roll"):
