@@ -10,14 +10,14 @@ R. Pintelon, J. Schoukens, System Identification: A Frequency Domain Approach, 2
 from collections.abc import Mapping, Sequence
 from math import ceil
 from pathlib import Path
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 
 from maglev.analysis.apart import apart
 from maglev.analysis.multisine import Grid, crest_factor, make_grid, multisine
 from maglev.analysis.numerical import linearised_here
-from maglev.analysis.pair import SETTLE, Pair, Rest, Settings, at_rest, flown_files, make_pair
+from maglev.analysis.pair import SETTLE, AskedPair, Pair, Rest, Settings, at_rest, make_pair
 from maglev.analysis.response import FrequencyResponse
 from maglev.arrays import Array, Complex
 from maglev.catalogue.for_runs import fmus_named
@@ -67,7 +67,7 @@ def frequency_response(plant: str | Path, controller: Given, at: Mapping[str, Qu
     seed : int
         Of the phases.
     plant, controller, at, ports, plant_parameters, controller_parameters, sample_time, rig, fmus, kind, fmi
-        As of `make_pair`, the last three as of `run`.
+        As of `AskedPair`, the last three as of `run`.
 
     Returns
     -------
@@ -82,12 +82,11 @@ def frequency_response(plant: str | Path, controller: Given, at: Mapping[str, Qu
     if realisations < 2 or periods < 1:
         raise LinearModelError(f"{realisations} multisines of {periods} periods, expected at least 2 of 1: what they "
                                "differ by is the error")
-    where = {"fmus": fmus_named((plant, controller), rig, fmus, kind, fmi), "ports": ports, "rig": rig,
-             "sample_time": sample_time, "plant_parameters": plant_parameters,
-             "controller_parameters": controller_parameters}
+    asked = AskedPair(plant, controller, at, fmus_named((plant, controller), rig, fmus, kind, fmi), ports,
+                      plant_parameters, controller_parameters, sample_time, rig)
     plan = Plan(amplitude, lowest, highest, lines, realisations, periods, seed, settle, smooth, linear)
-    return apart(responses_here, flown_files(plant, controller), timeout, plant, controller, at,
-                 (signals,) if isinstance(signals, str) else tuple(signals), plan, where)
+    return apart(responses_here, asked.files, timeout, asked,
+                 (signals,) if isinstance(signals, str) else tuple(signals), plan)
 
 
 class Plan(NamedTuple):
@@ -105,14 +104,13 @@ class Plan(NamedTuple):
     linear: bool
 
 
-def responses_here(plant: str | Path, controller: Given, at: Mapping[str, Quantity],
-                   signals: tuple[str, ...], plan: Plan, where: dict[str, Any]) -> dict[str, FrequencyResponse]:
-    """Do so in this process; `where` has the options of `make_pair`."""
-    pair = make_pair(plant, controller, at, **where, smooth=plan.smooth)
+def responses_here(asked: AskedPair, signals: tuple[str, ...], plan: Plan) -> dict[str, FrequencyResponse]:
+    """Do so in this process."""
+    pair = make_pair(asked, plan.smooth)
     names = [pair.opening(signal) for signal in signals or pair.rig.axis_names]
     grid = make_grid(plan.lowest, plan.highest, plan.lines, pair.step)
     peaks = [read_amplitude(pair, name, plan.amplitude) for name in names]
-    loop, why_not = (linear_loop_of(plant, controller, at, where, plan.settle) if plan.linear else
+    loop, why_not = (linear_loop_of(asked, plan.settle) if plan.linear else
                      (None, "it was not asked for"))
     with at_rest(pair, plan.settle, strict=False) as rest:
         return {name: measured_at(rest, name, peak, grid, plan, loop, why_not)
@@ -146,13 +144,13 @@ def read_amplitude(pair: Pair, name: str, amplitude: Quantity) -> float:
     return found
 
 
-def linear_loop_of(plant: str | Path, controller: Given, at: Mapping[str, Quantity], where: Any,
-                   settle: float) -> tuple[Loop | None, str]:
+def linear_loop_of(asked: AskedPair, settle: float) -> tuple[Loop | None, str]:
     """The linear loop, of ours from their equations, of others by differences; or None, and why there is none."""
-    if plant in plants() and controller in controllers() and where["sample_time"] is None:
-        own = {key: where[key] for key in ("plant_parameters", "controller_parameters")}
-        return linearise_loop(str(plant), str(controller), at, **own), ""
-    found = linearised_here(plant, controller, at, False, settle, where)
+    if asked.plant in plants() and asked.controller in controllers() and asked.sample_time is None:
+        plant, law = str(asked.plant), str(asked.controller)
+        return linearise_loop(plant, law, asked.at, plant_parameters=asked.plant_parameters,
+                              controller_parameters=asked.controller_parameters), ""
+    found = linearised_here(asked, False, settle)
     return found.loop, found.why_not
 
 

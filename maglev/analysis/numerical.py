@@ -11,7 +11,7 @@ import numpy as np
 from maglev.analysis.apart import apart
 from maglev.analysis.differences.derivatives import Derivative, derivative
 from maglev.analysis.differences.realisation import Realisation, realise
-from maglev.analysis.pair import SETTLE, Pair, Rest, Settings, at_rest, flown_files, make_pair
+from maglev.analysis.pair import SETTLE, AskedPair, Pair, Rest, Settings, at_rest, make_pair
 from maglev.arrays import Array
 from maglev.catalogue.for_runs import fmus_named
 from maglev.cosim.other_process.run import TIMEOUT
@@ -140,7 +140,7 @@ def linearise_numerically(plant: str | Path, controller: Given, at: Mapping[str,
     timeout : float
         Longest time that a step of a third-party FMU may take, s; it runs in a process of its own.
     plant, controller, at, ports, plant_parameters, controller_parameters, sample_time, rig, fmus, kind, fmi
-        As of `make_pair`, the last three as of `run`.
+        As of `AskedPair`, the last three as of `run`.
 
     Returns
     -------
@@ -152,19 +152,15 @@ def linearise_numerically(plant: str | Path, controller: Given, at: Mapping[str,
     LinearModelError, FmuError, ControllerError, ScenarioError
         As of `make_pair` and `at_rest`.
     """
-    where = {"fmus": fmus_named((plant, controller), rig, fmus, kind, fmi), "ports": ports, "rig": rig,
-             "sample_time": sample_time, "plant_parameters": plant_parameters,
-             "controller_parameters": controller_parameters}
-    return apart(linearised_here, flown_files(plant, controller), timeout, plant, controller, at, references, settle,
-                 where)
+    asked = AskedPair(plant, controller, at, fmus_named((plant, controller), rig, fmus, kind, fmi), ports,
+                      plant_parameters, controller_parameters, sample_time, rig)
+    return apart(linearised_here, asked.files, timeout, asked, references, settle)
 
 
-def linearised_here(plant: str | Path, controller: Given, at: Mapping[str, Quantity], references: bool,
-                    settle: float, where: dict[str, Any]) -> NumericalLoop:
-    """Do so in this process; `where` has the options of `make_pair`."""
-    pair = make_pair(plant, controller, at, **where)
-    with at_rest(pair, settle) as rest:
-        return linearised(rest, references, where["plant_parameters"] or {})
+def linearised_here(asked: AskedPair, references: bool, settle: float) -> NumericalLoop:
+    """Do so in this process."""
+    with at_rest(make_pair(asked), settle) as rest:
+        return linearised(rest, references, asked.plant_parameters or {})
 
 
 def linearised(rest: Rest, references: bool, plant_parameters: Settings) -> NumericalLoop:

@@ -1,12 +1,13 @@
 """A plant and a controller, each ours or anybody's: made ready to fly about a point, and flown until they rest."""
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Collection, Iterator, Mapping
 from contextlib import contextmanager
 from dataclasses import dataclass
 from pathlib import Path
+from typing import NamedTuple
 
 import numpy as np
-from fmpy.model_description import ModelDescription
+from fmpy.model_description import ModelDescription, ScalarVariable
 
 from maglev.analysis.differences.participant import Participant
 from maglev.arrays import Array
@@ -105,13 +106,11 @@ class Rest:
     moving: float              # how far what is measured still moved in the last half second, m or rad
 
 
-def make_pair(plant: str | Path, controller: Given, at: Mapping[str, Quantity], *,
-              fmus: Path, ports: str | Path | None = None, plant_parameters: Settings | None = None,
-              controller_parameters: Settings | None = None, sample_time: Quantity | None = None,
-              rig: str | Path | None = None, smooth: bool = True) -> Pair:
-    """Make a plant and a controller ready.
+@dataclass(frozen=True)
+class AskedPair:
+    """A plant and a controller as a user asks for them.
 
-    Parameters
+    Attributes
     ----------
     plant, controller : str, Path, type or object
         Names of FMUs of this project, as of `linearise`, or paths of FMUs or Python files; a controller also a class,
@@ -125,68 +124,109 @@ def make_pair(plant: str | Path, controller: Given, at: Mapping[str, Quantity], 
     sample_time : float or str, optional
         s or with a unit; that which the controller has as a parameter or in its map, or the stage's, if not given.
     rig : path, optional
-        Description of your own stage, see `know_stage`.
-    smooth : bool
-        Without Coulomb friction and rounding of the encoders, where the plant has parameters for them.
+        Description of a stage of yours, see `know_stage`.
+    """
+
+    plant: str | Path
+    controller: Given
+    at: Mapping[str, Quantity]
+    fmus: Path
+    ports: str | Path | None = None
+    plant_parameters: Settings | None = None
+    controller_parameters: Settings | None = None
+    sample_time: Quantity | None = None
+    rig: str | Path | None = None
+
+    @property
+    def files(self) -> list[Path]:
+        """Files that the user names, or paths that stand for a class."""
+        return [path_of(given) for given in (self.plant, self.controller) if given not in (*plants(), *controllers())]
+
+
+class Part(NamedTuple):
+    """A plant or a controller that was asked for: its role, its name, its file, what others call its ports, and it."""
+
+    role: str
+    name: str
+    file: Path
+    ports: PortMap | None
+    description: ModelDescription
+
+    @property
+    def variables(self) -> dict[str, ScalarVariable]:
+        """Its variables by name."""
+        return {variable.name: variable for variable in self.description.modelVariables}
+
+    def setup(self, start: Mapping[str, float | bool], settings: Settings | None) -> FmuSetup:
+        """It with start values, and settings of the user's in place of some of them."""
+        return FmuSetup(self.role, self.file, {**start, **read_settings(self.name, settings or {}, self.description)},
+                        self.ports)
+
+
+def make_pair(asked: AskedPair, smooth: bool = True) -> Pair:
+    """Make a plant and a controller ready.
+
+    `smooth` is without Coulomb friction and rounding of the encoders, where the plant has parameters for them.
 
     Raises
     ------
     LinearModelError, FmuError, ControllerError, ScenarioError
         If one of them does not exist or lacks a port or a parameter.
     """
-    if rig is not None:
-        know_stage(rig)
-    maps = {} if ports is None else read_port_maps(Path(ports))
-    files, names, described = {}, {}, {}
-    for role, given, known in (("plant", plant, plants()), ("controller", controller, controllers())):
-        if given in known:
-            files[role], names[role] = current_fmu(str(given), fmus), str(given)
-        else:
-            if isinstance(given, str) and not (Path(given).suffix or Path(given).exists() or is_written(Path(given))):
-                raise LinearModelError(f"{given!r} is no {role}, expected one of {', '.join(known)}, "
-                                       f"{or_of_own_stage()}, or the path of an FMU or a Python file; nearest is "
-                                       f"{nearest(given, known)}")
-            files[role] = as_it_is(path_of(given))
-            names[role] = name_of(given)
-        described[role] = read_description(role, files[role])
-        apply(maps.get(role, PortMap()), described[role])
-    variables = {role: {v.name: v for v in each.modelVariables} for role, each in described.items()}
-    stage = plants().get(names["plant"]) or controllers().get(names["controller"]) or rig_with(variables["plant"])
-    positions = read_positions(f"Plant{stage.suffix}", at)
+    if asked.rig is not None:
+        know_stage(asked.rig)
+    maps = {} if asked.ports is None else read_port_maps(Path(asked.ports))
+    plant = part_of("plant", asked.plant, plants(), asked.fmus, maps)
+    controller = part_of("controller", asked.controller, controllers(), asked.fmus, maps)
+    stage = plants().get(plant.name) or controllers().get(controller.name) or rig_with(plant.variables)
+    positions = read_positions(f"Plant{stage.suffix}", asked.at)
+    signals, commands = connected(stage, {"plant": plant, "controller": controller})
+    inputs = {name for name, variable in controller.variables.items() if variable.causality == "input"}
+    references = {name: value for axis, place in positions.items()
+                  for name, value in ((f"{axis}.reference", place), (f"{axis}.reference_rate", 0.0)) if name in inputs}
+    beginning = {name: place for axis, place in positions.items()
+                 if (name := f"{axis}.position_start") in plant.variables}
+    rough = [name for name, variable in plant.variables.items()
+             if smooth and name.endswith(SMOOTH) and variable.causality == "parameter"]
+    setpoint = ({"setpoint": positions[stage.vertical.name]}
+                if controller.name in controllers() and "setpoint" in controller.variables else {})
+    controlling = controller.setup(setpoint, asked.controller_parameters)
+    return Pair(stage, plant.setup({**beginning, **dict.fromkeys(rough, 0.0)}, asked.plant_parameters), controlling,
+                plant.name, controller.name,
+                sample_time_of(stage, controller.name, controller.variables, controlling, asked.sample_time), positions,
+                signals, commands, references)
+
+
+def part_of(role: str, given: Given, known: Collection[str], fmus: Path, maps: Mapping[str, PortMap]) -> Part:
+    """What a user gives as a plant or a controller, by a name that is known or by its file."""
+    if given in known:
+        name, file = str(given), current_fmu(str(given), fmus)
+    else:
+        if isinstance(given, str) and not (Path(given).suffix or Path(given).exists() or is_written(Path(given))):
+            raise LinearModelError(f"{given!r} is no {role}, expected one of {', '.join(known)}, "
+                                   f"{or_of_own_stage()}, or the path of an FMU or a Python file; nearest is "
+                                   f"{nearest(given, known)}")
+        name, file = name_of(given), as_it_is(path_of(given))
+    description = read_description(role, file)
+    apply(maps.get(role, PortMap()), description)
+    return Part(role, name, file, maps.get(role), description)
+
+
+def connected(stage: Rig, parts: Mapping[str, Part]) -> tuple[dict[str, str], tuple[str, ...]]:
+    """Outputs of the plant by the inputs of the controller that they go to, and the commands that it takes."""
     signals, commands = {}, []
-    for source, target in loop_table(stage)["connections"]:
-        (giver, output), (taker, port) = ((role, name) for role, _, name in (each.partition(".") for each in
-                                                                             (source, target)))
+    for ends in loop_table(stage)["connections"]:
+        (giver, _, output), (taker, _, port) = (end.partition(".") for end in ends)
         for role, name, kind in ((giver, output, "output"), (taker, port, "input")):
-            if name not in variables[role] or variables[role][name].causality != kind:
-                raise LinearModelError(f"{names[role]}: missing port: {kind} {name}, nearest is "
-                                       f"{nearest(name, variables[role])}; {option('ports')} says what it calls them")
+            known = parts[role].variables
+            if name not in known or known[name].causality != kind:
+                raise LinearModelError(f"{parts[role].name}: missing port: {kind} {name}, nearest is "
+                                       f"{nearest(name, known)}; {option('ports')} says what it calls them")
         if giver == "plant":
             signals[port] = output
         else:
             commands.append(output)
-    references = {name: value for axis, place in positions.items()
-                  for name, value in ((f"{axis}.reference", place), (f"{axis}.reference_rate", 0.0))
-                  if name in variables["controller"] and variables["controller"][name].causality == "input"}
-    start = {"plant": {f"{axis}.position_start": place for axis, place in positions.items()
-                       if f"{axis}.position_start" in variables["plant"]}, "controller": {}}
-    if smooth:
-        start["plant"] |= {name: 0.0 for name, v in variables["plant"].items()
-                           if name.endswith(SMOOTH) and v.causality == "parameter"}
-    if names["controller"] in controllers() and "setpoint" in variables["controller"]:
-        start["controller"]["setpoint"] = positions[stage.vertical.name]
-    setups = {}
-    for role, own in (("plant", plant_parameters), ("controller", controller_parameters)):
-        values = {**start[role], **read_settings(names[role], own or {}, described[role])}
-        setups[role] = FmuSetup(role, files[role], values, maps.get(role))
-    step = sample_time_of(stage, names["controller"], variables["controller"], setups["controller"], sample_time)
-    return Pair(stage, setups["plant"], setups["controller"], names["plant"], names["controller"], step, positions,
-                signals, tuple(commands), references)
-
-
-def flown_files(plant: str | Path, controller: Given) -> list[Path]:
-    """Files that a user names, or paths that stand for a class, of plant and controller."""
-    return [path_of(given) for given in (plant, controller) if given not in (*plants(), *controllers())]
+    return signals, tuple(commands)
 
 
 def rig_with(variables: Mapping[str, object]) -> Rig:

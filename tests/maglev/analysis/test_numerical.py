@@ -9,7 +9,7 @@ from command_line import error_line, maglev
 from written_controllers import controller
 
 from maglev.analysis.numerical import linearise_numerically
-from maglev.analysis.pair import make_pair
+from maglev.analysis.pair import AskedPair, make_pair
 from maglev.catalogue.for_runs import fmus_named
 from maglev.errors import LinearModelError
 from maglev.linear.loop import linearise_loop
@@ -86,7 +86,7 @@ def test_command_line_of_an_fmu(fastest_fmus: Path, tmp_path: Path) -> None:
 def test_fmus_of_fmi_3_are_taken_from_their_folder(fmi3_fmus: Path, tmp_path: Path) -> None:
     (tmp_path / "fmi3").symlink_to(fmi3_fmus)
     folder = fmus_named(("Plant3DOF", "Regulator3DOF"), None, tmp_path, fmi=3)
-    pair = make_pair("Plant3DOF", "Regulator3DOF", {"y": 25e-3}, fmus=folder)
+    pair = make_pair(AskedPair("Plant3DOF", "Regulator3DOF", {"y": 25e-3}, folder))
     assert pair.plant.path == tmp_path / "fmi3" / "Plant3DOF.fmu"
     for way in ((), ("--measure",)):
         done = maglev("linearise", *way, "Plant3DOF", fmi3_fmus / "Regulator3DOF.fmu", "--at", "y=25mm", "--fmi", "3",
