@@ -16,7 +16,7 @@ from maglev.cosim.master import FmuSetup, Master, Progress, Recording, RunFailed
 from maglev.cosim.open import read_description
 from maglev.cosim.other_process.run import TIMEOUT, Complete, Job, run_apart
 from maglev.cosim.port_map import PortMap, apply, declared_units
-from maglev.cosim.step_loop import own_loop
+from maglev.cosim.step_loop import LIBRARY, own_loop
 from maglev.cosim.wires.wiring import Drives
 from maglev.errors import ControllerError, FmuError, ScenarioError, option
 from maglev.experiment.following import Following
@@ -33,7 +33,7 @@ from maglev.experiment.ports.replacement import (
     require_essential,
 )
 from maglev.experiment.ports.starts import Starts, known_participant, known_start
-from maglev.experiment.provenance import Provenance, departures_of, provenance, sha256_of
+from maglev.experiment.provenance import FlownFmu, Provenance, departures_of, sha256_of
 from maglev.experiment.reach import require_reachable
 from maglev.own_fmus import built_here, own_fmu, stale
 from maglev.own_stage.adoption import know_stage
@@ -105,10 +105,15 @@ class Experiment:
 
     def provenance(self) -> Provenance:
         """What a result of it rests on."""
-        start = {name: {variable: value.value for variable, value in fmu.start.items()}
-                 for name, fmu in self.plan.fmus.items()}
-        return provenance(self.files, self.check(), self.put_in, self.changes, start, self.left_out,
-                          self.plan.sha256, self.departures, self.loop, self.parameter_sets)
+        descriptions = self.check()
+        fmus = tuple(FlownFmu.of(
+            name, path, descriptions[name], put_in=name in self.put_in,
+            start={variable: value.value for variable, value in self.plan.fmus[name].start.items()},
+            left_out={full.partition(".")[2]: reason for full, reason in self.left_out.items()
+                      if full.startswith(f"{name}.")}) for name, path in self.files.items())
+        return Provenance(fmus=fmus, changes=self.changes, scenario=self.plan.sha256, departures=self.departures,
+                          libraries={} if self.loop is None else {LIBRARY: self.loop.sha256},
+                          parameter_sets=self.parameter_sets)
 
     def check(self) -> dict[str, ModelDescription]:
         """Check every name of the plan against the FMUs; returns their model descriptions.

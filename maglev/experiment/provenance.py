@@ -16,15 +16,40 @@ from zipfile import ZipFile
 from fmpy.model_description import ModelDescription
 
 from maglev.cosim.fmu import HERE
-from maglev.cosim.step_loop import LIBRARY
 from maglev.own_fmus import built_here, own_kind, stale
 from maglev.packages.installed import code, edited
 from maglev.schema.layers import packaged_runs
 from maglev.schema.run_plan import RunPlan
 from maglev.user_controllers.source import digests, is_class, is_written, requirements
-from maglev_files.cache import Kept
 
 DIGITS = 12   # of a digest that are shown; NAME.json has all
+
+
+def typed() -> str:
+    """What was typed, if it was the command `maglev`."""
+    name = Path(sys.argv[0]).name if sys.argv else ""
+    called = name == "maglev" or sys.argv[:1] == [str(Path(__file__).parents[1] / "__main__.py")]
+    return shlex.join(["maglev", *sys.argv[1:]]) if called else "Python"
+
+
+@cache
+def own_version() -> str:
+    """Version of this package."""
+    return version("maglev-fmus")
+
+
+@cache
+def checked_out() -> str | None:
+    """Commit of the checkout that holds this file, None where git knows none."""
+    root = Path(__file__).parents[2]
+    if not (root / ".git").exists():
+        return None
+    try:
+        done = subprocess.run(["git", "describe", "--always", "--dirty", "--abbrev=12"], cwd=root, capture_output=True,
+                              text=True, timeout=10)
+    except (OSError, subprocess.TimeoutExpired):
+        return None
+    return done.stdout.strip() or None
 
 
 @dataclass(frozen=True)
@@ -67,6 +92,15 @@ class FlownFmu:
     sha256: dict[str, str] = field(default_factory=dict)
     libraries: dict[str, str] = field(default_factory=dict)
 
+    @classmethod
+    def of(cls, name: str, path: Path, description: ModelDescription, **given: Any) -> "FlownFmu":
+        """That of a file; what a run does with it is `given`."""
+        written = is_written(path)
+        return cls(name, path.name, description.modelName or "", description.guid or "",
+                   description.generationTool or "", kind(path), built_here=built_here(path),
+                   sha256=dict(digests(path)) if written else {path.name: sha256_of(path)},
+                   libraries=versions(requirements(path)) if written else libraries_in(path), **given)
+
     @property
     def shown(self) -> str:
         """Its file; of one that is not this project's also what it is, and the beginning of its digest."""
@@ -74,9 +108,9 @@ class FlownFmu:
         return f"{self.file} ({self.kind}, sha256 {digest[:DIGITS]}…)" if digest else self.file
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, kw_only=True)
 class Provenance:
-    """Where a result comes from.
+    """Where a result comes from: what is not given is what holds here and now.
 
     Attributes
     ----------
@@ -104,17 +138,17 @@ class Provenance:
         SHA-256 of files with start values, by path.
     """
 
-    version: str
-    commit: str | None
-    command: str
-    python: str
+    version: str = field(default_factory=own_version)
+    commit: str | None = field(default_factory=checked_out)
+    command: str = field(default_factory=typed)
+    python: str = f"{platform.python_version()} on {platform.system()} {platform.machine()}"
     fmus: tuple[FlownFmu, ...]
     changes: tuple[str, ...]
-    scenario: str = ""
-    departures: tuple[str, ...] = ()
-    code: str = ""
-    libraries: dict[str, str] = field(default_factory=dict)
-    parameter_sets: dict[str, str] = field(default_factory=dict)
+    scenario: str
+    departures: tuple[str, ...]
+    code: str = field(default_factory=code)
+    libraries: dict[str, str]
+    parameter_sets: dict[str, str]
 
     @property
     def modified(self) -> bool:
@@ -129,30 +163,6 @@ class Provenance:
     def as_data(self) -> dict[str, Any]:
         """The same as JSON has it."""
         return {**asdict(self), "modified": self.modified}
-
-
-def provenance(files: Mapping[str, Path], descriptions: Mapping[str, ModelDescription], put_in: Iterable[str],
-               changes: Iterable[str], start: Mapping[str, Mapping[str, float | int | bool]],
-               left_out: Mapping[str, str], scenario: str, departures: tuple[str, ...],
-               loop: Kept | None, parameter_sets: Mapping[str, str]) -> Provenance:
-    """Provenance of a run of FMU files.
-
-    They come with their descriptions, those that were put in, the values changed, the start values of each, and why
-    others, `fmu.variable`, were left out; then the digest of the scenario, departures as of `Provenance`, the library
-    that makes the steps, and the digests of parameter sets.
-    """
-    replaced = set(put_in)
-    fmus = tuple(FlownFmu(name, path.name, descriptions[name].modelName or "", descriptions[name].guid or "",
-                          descriptions[name].generationTool or "", kind(path), name in replaced,
-                          built_here(path), dict(start[name]),
-                          {full.partition(".")[2]: reason for full, reason in left_out.items()
-                           if full.startswith(f"{name}.")},
-                          dict(digests(path)) if is_written(path) else {path.name: sha256_of(path)},
-                          versions(requirements(path)) if is_written(path) else libraries_in(path))
-                 for name, path in files.items())
-    return Provenance(own_version(), commit(), command(), f"{platform.python_version()} on "
-                      f"{platform.system()} {platform.machine()}", fmus, tuple(changes), scenario, departures, code(),
-                      {} if loop is None else {LIBRARY: loop.sha256}, dict(parameter_sets))
 
 
 def departures_of(plan: RunPlan, files: Mapping[str, Path], put_in: Iterable[str]) -> Iterator[str]:
@@ -193,30 +203,3 @@ def kind(path: Path) -> str:
     if is_written(path):
         return "Python class" if is_class(path) else "Python file"
     return own_kind(path) or "foreign"
-
-
-def command() -> str:
-    """What was typed, if it was the command `maglev`."""
-    name = Path(sys.argv[0]).name if sys.argv else ""
-    called = name == "maglev" or sys.argv[:1] == [str(Path(__file__).parents[1] / "__main__.py")]
-    return shlex.join(["maglev", *sys.argv[1:]]) if called else "Python"
-
-
-@cache
-def own_version() -> str:
-    """Version of this package."""
-    return version("maglev-fmus")
-
-
-@cache
-def commit() -> str | None:
-    """Commit of the checkout that holds this file, None where git knows none."""
-    root = Path(__file__).parents[2]
-    if not (root / ".git").exists():
-        return None
-    try:
-        done = subprocess.run(["git", "describe", "--always", "--dirty", "--abbrev=12"], cwd=root, capture_output=True,
-                              text=True, timeout=10)
-    except (OSError, subprocess.TimeoutExpired):
-        return None
-    return done.stdout.strip() or None
