@@ -7,6 +7,7 @@ from collections.abc import Mapping
 from datetime import UTC, datetime
 from importlib.metadata import distribution
 from pathlib import Path
+from typing import NamedTuple
 
 from fmi_export.binaries import binaries
 from fmi_export.definition import FmuDefinition
@@ -53,17 +54,29 @@ begin(globals())
 '''
 
 
-def build_fmu(definition: FmuDefinition, module: str, attribute: str, version: str, licence: str,
-              packages: tuple[str, ...], destination: Path, extra: Mapping[str, bytes] | None = None) -> Path:
+class Maker(NamedTuple):
+    """Who makes FMUs: version and licence text of the project, and the packages of which they can carry modules."""
+
+    version: str
+    licence: str
+    packages: tuple[str, ...]
+
+
+def build_fmu(definition: FmuDefinition, place: tuple[str, str], maker: Maker, destination: Path,
+              extra: Mapping[str, bytes] | None = None) -> Path:
     """Write `destination/NAME.fmu` and return its path; the folder is made if it is not there.
 
-    The definition stands in a module as an attribute, from which the FMU imports it. The FMU carries those modules of
-    the packages that it imports, and `extra`, further files by their names in it, which do not run.
+    The place of the definition is a module and an attribute, from which the FMU imports it. The FMU carries those
+    modules of the maker's packages that it imports, and `extra`, further files by their names in it, which do not run.
 
     pythonfmu's slave class and binaries are used, its builder is not: that one names modules as they are, so that a
     second FMU in the process runs the first one's code, and stamps clock and random GUID into the file.
     """
-    contents = fmu_contents(definition, module, attribute, version, licence, (*packages, *CARRIED))
+    packages = (*maker.packages, *CARRIED)
+    texts = carried_modules(place[0], packages) | carried_modules(definition.slave[0], packages)
+    contents = what_runs(definition, place, maker, texts, build_date()) | described(definition, maker)
+    contents["documentation/licenses/pythonfmu.txt"] = pythonfmu_licence().encode("utf-8")
+    contents["documentation/externalDependencies.txt"] = external_dependencies(definition).encode("utf-8")
     return write_archive(destination / f"{definition.name}.fmu", contents | dict(extra or {}))
 
 
@@ -88,40 +101,30 @@ def build_date() -> int:
         raise ExportError(str(error)) from None
 
 
-def fmu_contents(definition: FmuDefinition, module: str, attribute: str, version: str, licence: str,
-                 packages: tuple[str, ...]) -> dict[str, bytes]:
-    """Every file of the FMU by its name in the archive."""
-    texts = carried_modules(module, packages) | carried_modules(definition.slave[0], packages)
-    contents = what_runs(definition, module, attribute, version, packages, texts, build_date())
-    contents |= described(definition, version, licence)
-    contents["documentation/licenses/pythonfmu.txt"] = pythonfmu_licence().encode("utf-8")
-    contents["documentation/externalDependencies.txt"] = external_dependencies(definition).encode("utf-8")
-    return contents
-
-
-def what_runs(definition: FmuDefinition, module: str, attribute: str, version: str, packages: tuple[str, ...],
-              texts: Mapping[str, str], date: int) -> dict[str, bytes]:
+def what_runs(definition: FmuDefinition, place: tuple[str, str], maker: Maker, texts: Mapping[str, str],
+              date: int) -> dict[str, bytes]:
     """The files of the FMU that run, and its model description: with modules, by name, and a date in seconds."""
     slave_module, slave = definition.slave
     parts = (part for item in sorted(texts.items()) for part in item)
-    fingerprint = digest([definition.name, version, SLAVE, ENTRY, *parts])
+    fingerprint = digest([definition.name, maker.version, SLAVE, ENTRY, *parts])
     entry = f"{definition.name.lower()}_{fingerprint[:12]}"
     code = f"{entry}_code"
+    packages = (*maker.packages, *CARRIED)
     contents = {f"resources/{code}/{name.replace('.', '/')}.py": renamed(text, packages, code).encode("utf-8")
                 for name, text in texts.items()}
-    without_guid = model_description(definition, "", version, date).decode("utf-8")
+    without_guid = model_description(definition, "", maker.version, date).decode("utf-8")
     guid = f"{{{digest([fingerprint, without_guid])[:32]}}}"
     contents["modelDescription.xml"] = without_guid.replace('guid=""', f'guid="{guid}"', 1).encode("utf-8")
     contents[f"resources/{code}/slave.py"] = SLAVE.format(
-        name=definition.name, code=code, slave_module=slave_module, slave=slave, definition_module=module, guid=guid,
-        definition_name=attribute, description=re.sub(r'[\\"]', "", definition.description)).encode("utf-8")
+        name=definition.name, code=code, slave_module=slave_module, slave=slave, definition_module=place[0], guid=guid,
+        definition_name=place[1], description=re.sub(r'[\\"]', "", definition.description)).encode("utf-8")
     contents[f"resources/{entry}.py"] = ENTRY.format(name=definition.name, code=code).encode("utf-8")
     contents["resources/slavemodule.txt"] = entry.encode("ascii")
     contents |= binaries(definition.name)
     return contents
 
 
-def described(definition: FmuDefinition, version: str, licence: str, fmi: str = "2.0") -> dict[str, bytes]:
+def described(definition: FmuDefinition, maker: Maker, fmi: str = "2.0") -> dict[str, bytes]:
     """What every FMU of a version of FMI has beside its model description: icon, documentation, licence; terminals.
 
     The latter only in FMI 3.0: FMI 2.0.4 allows them, with the schema of FMI 3.0, and FMI Library refuses just that.
@@ -131,8 +134,8 @@ def described(definition: FmuDefinition, version: str, licence: str, fmi: str = 
     pictures = {"model.png": icon} if fmi == "2.0" else {
         "terminalsAndIcons/icon.png": icon, "terminalsAndIcons/icon.svg": svg_file(shapes),
         "terminalsAndIcons/terminalsAndIcons.xml": terminals_and_icons(definition)}
-    return pictures | {"documentation/index.html": documentation(definition, version).encode("utf-8"),
-                       "documentation/licenses/license.txt": licence.encode("utf-8")}
+    return pictures | {"documentation/index.html": documentation(definition, maker.version).encode("utf-8"),
+                       "documentation/licenses/license.txt": maker.licence.encode("utf-8")}
 
 
 def digest(parts: list[str]) -> str:

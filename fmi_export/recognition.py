@@ -8,7 +8,7 @@ from functools import cache
 from importlib.util import find_spec
 from pathlib import PurePosixPath
 
-from fmi_export.build import CARRIED, what_runs
+from fmi_export.build import CARRIED, Maker, what_runs
 from fmi_export.definition import FmuDefinition
 from fmi_export.native.build import BINARIES, DIGESTS, SOURCES, TABLE, digests, native_sources
 from fmi_export.native.shells import SHELLS
@@ -22,25 +22,22 @@ DATE = re.compile(rb'generationDateAndTime="(\d{4}-\d\d-\d\dT\d\d:\d\d:\d\dZ)"')
 MODULE = re.compile(r"resources/\w+/(\w+(?:/\w+)*)\.py")
 
 
-def is_python_build(contents: Mapping[str, bytes], definition: FmuDefinition, module: str, attribute: str,
-                    version: str, packages: tuple[str, ...]) -> bool:
+def is_python_build(contents: Mapping[str, bytes], definition: FmuDefinition, place: tuple[str, str],
+                    maker: Maker) -> bool:
     """Whether files by name are what `build_fmu` puts into an FMU: modules, binaries and model description, all bytes.
 
     Nothing of it remains to be trusted; only the date may be another one. Parameters as of `build_fmu`. KeyError,
     ValueError or ModuleNotFoundError if something is not there, or cannot be read, that every FMU of ours has.
     """
     texts = {}
-    carried = (*packages, *CARRIED)
     for found in filter(None, map(MODULE.fullmatch, contents)):
         name = found[1].replace("/", ".")
-        if name.split(".")[0] in carried:   # the module of the slave is in none
+        if name.split(".")[0] in (*maker.packages, *CARRIED):   # the module of the slave is in none
             texts[name] = module_path(name).read_text(encoding="utf-8")
-    expected = what_runs(definition, module, attribute, version, carried, texts, date_of(contents))
-    return running(contents) == expected
+    return running(contents) == what_runs(definition, place, maker, texts, date_of(contents))
 
 
-def is_native_build(contents: Mapping[str, bytes], definition: FmuDefinition, version: str,
-                    packages: tuple[str, ...]) -> bool:
+def is_native_build(contents: Mapping[str, bytes], definition: FmuDefinition, maker: Maker) -> bool:
     """Whether files by name are what `build_native_fmu` puts into an FMU.
 
     Model description, FMI layer and table are compared byte for byte. The GUID must be that of the sources in the FMU
@@ -57,11 +54,11 @@ def is_native_build(contents: Mapping[str, bytes], definition: FmuDefinition, ve
     blocks = [name for name in sources if name.endswith(".c") and name not in (*shell.layer, TABLE)]
     stems = {PurePosixPath(name).stem for name in blocks}
     derived = {tangent_name(name) for name in stems}   # made of the others
-    modules = [module_named(stem, packages) for stem in stems - derived]
+    modules = [module_named(stem, maker.packages) for stem in stems - derived]
     texts = {module: module_path(module).read_text(encoding="utf-8") for module in modules}
     platforms = [PurePosixPath(name).parent.name for name in libraries]
     definition = replace(definition, clocked=b"<Clock " in contents["modelDescription.xml"])
-    made = native_sources(definition, texts, sources, version, platforms, shell, date_of(contents))
+    made = native_sources(definition, texts, sources, maker.version, platforms, shell, date_of(contents))
     return contents.get(DIGESTS) == digests(libraries) and runs == {
         **{f"{SOURCES}{name}": text.encode("utf-8") for name, text in made.files.items()}, **libraries,
         "modelDescription.xml": made.description}

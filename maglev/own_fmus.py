@@ -9,6 +9,7 @@ from pathlib import Path
 from typing import NamedTuple
 from zipfile import BadZipFile, ZipFile
 
+from fmi_export.build import Maker
 from fmi_export.definition import FmuDefinition
 from fmi_export.native.build import made_of
 from fmi_export.recognition import is_native_build, is_python_build
@@ -102,10 +103,15 @@ def definition(name: str) -> FmuDefinition:
     return STAGES.definition(name)
 
 
-def project() -> tuple[str, str]:
-    """Version and licence text of this project."""
-    installed = distribution("maglev-fmus")
-    return installed.version, next(path.read_text() for path in installed.files or [] if path.name == "LICENSE")
+def installed() -> Maker:
+    """This installation as what makes FMUs, without its licence text, which nothing is known by."""
+    return Maker(version("maglev-fmus"), "", PACKAGES)
+
+
+def project() -> Maker:
+    """The same with it."""
+    files = distribution("maglev-fmus").files or []
+    return installed()._replace(licence=next(path.read_text() for path in files if path.name == "LICENSE"))
 
 
 def built_here(path: Path) -> bool:
@@ -162,9 +168,9 @@ def build_of(file: Path | BytesIO) -> OwnBuild | None:
     if name not in STAGES.places():
         return None
     if PYTHON_KIND in contents:
-        same = is_python_build(contents, definition(name), *STAGES.places()[name], version("maglev-fmus"), PACKAGES)
+        same = is_python_build(contents, definition(name), STAGES.places()[name], installed())
         return OwnBuild(name, "Python") if same else None
-    same = is_native_build(contents, definition(name), version("maglev-fmus"), PACKAGES)
+    same = is_native_build(contents, definition(name), installed())
     return OwnBuild(name, "native") if same else None
 
 
@@ -177,7 +183,7 @@ def is_own_fmu(name: str, path: Path) -> bool:
 def is_own_module(name: str, path: Path) -> bool:
     """Whether a WebAssembly module, and the description beside it, are those of a name, built here."""
     try:
-        made = made_of(definition(name), path.read_bytes(), version("maglev-fmus"), PACKAGES)
+        made = made_of(definition(name), path.read_bytes(), installed())
         return path.with_suffix(".xml").read_bytes().endswith(b"\n" + made)
     except OSError:
         return False

@@ -9,7 +9,7 @@ from importlib.resources import files
 from pathlib import Path
 from typing import NamedTuple
 
-from fmi_export.build import build_date, described, digest, write_archive
+from fmi_export.build import Maker, build_date, described, digest, write_archive
 from fmi_export.definition import FmuDefinition
 from fmi_export.errors import ExportError
 from fmi_export.model_description import model_description
@@ -48,32 +48,31 @@ def translated_blocks(definitions: Iterable[FmuDefinition], packages: tuple[str,
     return translated(texts)
 
 
-def build_native_fmu(definition: FmuDefinition, translation: Mapping[str, str], version: str, licence: str,
-                     packages: tuple[str, ...], destination: Path, host_only: bool = False, fmi: int = 2,
-                     extra: Mapping[str, bytes] | None = None) -> Path:
+def build_native_fmu(definition: FmuDefinition, translation: Mapping[str, str], maker: Maker, destination: Path,
+                     host_only: bool = False, fmi: int = 2, extra: Mapping[str, bytes] | None = None) -> Path:
     """Write `destination/NAME.fmu` with binaries for Linux, Windows and macOS, and return its path.
 
-    The translation, of this block and perhaps of others, and the packages are those of `translated_blocks`; version and
-    licence text are the project's; the rest is as of `fmi_export.build.build_fmu`. With `host_only` there is a binary
-    for this machine alone: FMI 2.0 has no name for Linux on ARM, whose binary is then in linux64, where tools on such a
-    machine look for it. ExportError if ziglang is not installed, or refuses the sources.
+    The translation, of this block and perhaps of others, is that of `translated_blocks`; the rest is as of
+    `fmi_export.build.build_fmu`. With `host_only` there is a binary for this machine alone: FMI 2.0 has no name for
+    Linux on ARM, whose binary is then in linux64, where tools on such a machine look for it. ExportError if
+    ziglang is not installed, or refuses the sources.
     """
     shell = SHELLS[fmi]
     chosen = host_platform(fmi) if host_only else shell.platforms
-    texts = carried_modules(definition.block.__module__, packages)
-    made = native_sources(definition, texts, translation, version, chosen, shell, build_date())
+    texts = carried_modules(definition.block.__module__, maker.packages)
+    made = native_sources(definition, texts, translation, maker.version, chosen, shell, build_date())
     contents = {f"{SOURCES}{name}": text.encode("utf-8") for name, text in made.files.items()}
     libraries = {f"{BINARIES}{folder}/{definition.name}{each.ending}":
                  library({**made.files, **made.headers}, definition.name, each) for folder, each in chosen.items()}
     contents |= {**libraries, DIGESTS: digests(libraries)}
-    contents |= described(definition, version, licence, shell.version)
+    contents |= described(definition, maker, shell.version)
     contents["documentation/licenses/fmi.txt"] = fmi_licence(made.headers[shell.headers[0]]).encode("utf-8")
     contents["modelDescription.xml"] = made.description
     return write_archive(destination / f"{definition.name}.fmu", contents | dict(extra or {}))
 
 
-def build_webassembly(definition: FmuDefinition, translation: Mapping[str, str], version: str,
-                      packages: tuple[str, ...], destination: Path) -> tuple[Path, Path]:
+def build_webassembly(definition: FmuDefinition, translation: Mapping[str, str], maker: Maker,
+                      destination: Path) -> tuple[Path, Path]:
     """Write `destination/NAME.wasm`, the FMU's functions in a module without imports, and its description `NAME.xml`.
 
     It is for co-simulation alone. The last line of the description says what both are made of, see `made_of`. Arguments
@@ -81,25 +80,25 @@ def build_webassembly(definition: FmuDefinition, translation: Mapping[str, str],
     """
     definition = replace(definition, continuous=None)
     chosen = {"wasm32": WEBASSEMBLY}
-    texts = carried_modules(definition.block.__module__, packages)
-    made = native_sources(definition, texts, translation, version, chosen, IN_BROWSERS, build_date())
+    texts = carried_modules(definition.block.__module__, maker.packages)
+    made = native_sources(definition, texts, translation, maker.version, chosen, IN_BROWSERS, build_date())
     module, description = (destination / f"{definition.name}.{ending}" for ending in ("wasm", "xml"))
     content = library({**made.files, **made.headers}, definition.name, chosen["wasm32"])
     with whole_file(module) as unfinished:
         unfinished.write_bytes(content)
     with whole_file(description) as unfinished:
-        unfinished.write_bytes(made.description + made_of(definition, content, version, packages))
+        unfinished.write_bytes(made.description + made_of(definition, content, maker))
     return module, description
 
 
-def made_of(definition: FmuDefinition, module: bytes, version: str, packages: tuple[str, ...]) -> bytes:
+def made_of(definition: FmuDefinition, module: bytes, maker: Maker) -> bytes:
     """Line with the digest of a WebAssembly module and of the sources that it is made of, as they are now.
 
     Neither translator nor compiler is asked: what remains trusted is as of `is_native_build`.
     """
     definition = replace(definition, continuous=None)
-    files = carried_modules(definition.block.__module__, packages) | layer_files(IN_BROWSERS.layer)
-    parts = [model_description(definition, "", version, 0).decode("utf-8"), repr((FLAGS, WEBASSEMBLY)),
+    files = carried_modules(definition.block.__module__, maker.packages) | layer_files(IN_BROWSERS.layer)
+    parts = [model_description(definition, "", maker.version, 0).decode("utf-8"), repr((FLAGS, WEBASSEMBLY)),
              hashlib.sha256(module).hexdigest(), *(part for item in sorted(files.items()) for part in item)]
     return f"<!-- made of {digest(parts)} -->\n".encode("ascii")
 

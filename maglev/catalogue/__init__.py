@@ -89,22 +89,21 @@ def maker(definitions: Sequence[FmuDefinition], kind: Kind, own: tuple[str, ...]
     `own` are the modules of a user's class, which is then the only definition. ExportError: as of `translated_blocks`
     and `build_native_fmu`.
     """
-    version, licence = project()
-    packages = (*PACKAGES, *own)
+    made_by = project()
+    made_by = made_by._replace(packages=(*made_by.packages, *own))
     if kind.native:
         require_zig()
-        translation = finished(translated_blocks(definitions, packages), own)
+        translation = finished(translated_blocks(definitions, made_by.packages), own)
 
     def make(definition: FmuDefinition, folder: Path) -> Path:
         if kind.target == "wasm":
-            return build_webassembly(definition, translation, version, packages, folder)[0]
+            return build_webassembly(definition, translation, made_by, folder)[0]
         definition = replace(definition, clocked=kind.clocked)
         extra = {} if own else experiments_in(definition)
         if kind.native:
-            return build_native_fmu(definition, translation, version, licence, packages, folder, kind.target == "host",
-                                    kind.fmi, extra)
+            return build_native_fmu(definition, translation, made_by, folder, kind.target == "host", kind.fmi, extra)
         place = (FMU, "DEFINITION") if own else STAGES.places()[definition.name]
-        return build_fmu(definition, *place, version, licence, packages, folder, extra)
+        return build_fmu(definition, place, made_by, folder, extra)
 
     return make
 

@@ -10,7 +10,7 @@ from fmi_export.native.build import host_platform
 from fmi_export.native.compiler import PLATFORMS, library
 from maglev.catalogue import build_errors, build_systems, with_parts
 from maglev.errors import BuildError, option
-from maglev.own_fmus import built_here, definition, kind_folder, project
+from maglev.own_fmus import built_here, definition, installed, kind_folder
 from maglev.stages import STAGES
 from maglev_files.whole_file import whole_files
 
@@ -47,7 +47,7 @@ def take_native(names: Iterable[str], given: Path, folder: Path, fmi: int = 2, c
             path.write_bytes(file_of(given, file))
             if not built_here(path):
                 raise BuildError(f"{option('source', str(given))}: {file} is of other sources than those that are "
-                                 f"installed, expected the FMUs of the release of maglev-fmus {project()[0]}")
+                                 f"installed, expected the FMUs of the release of maglev-fmus {installed().version}")
         content = file_of(given, loop)
         build_systems([name for name in names if name in STAGES.systems()], unfinished, unfinished, fmi)
         with suppress(OSError):   # no room in the cache: runs are stepped in Python, then
@@ -55,7 +55,7 @@ def take_native(names: Iterable[str], given: Path, folder: Path, fmi: int = 2, c
             if step_function(kept) is None:
                 kept.path.unlink()
                 raise BuildError(f"{option('source', str(given))}: {loop} is of other sources than those that are "
-                                 f"installed, expected that of the release of maglev-fmus {project()[0]}")
+                                 f"installed, expected that of the release of maglev-fmus {installed().version}")
         return [folder / path.name for path in sorted(unfinished.iterdir())]
 
 

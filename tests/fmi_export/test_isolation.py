@@ -8,7 +8,7 @@ import pytest
 
 import fmi_export.build
 import pmlsm.gap_functions
-from fmi_export.build import build_fmu
+from fmi_export.build import Maker, build_fmu
 from fmi_export.sources import carried_modules
 from maglev.catalogue import DEFINITIONS
 from maglev.cosim.fmu import Fmu, read_description
@@ -37,8 +37,7 @@ def other_version(folder: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
         return texts
 
     monkeypatch.setattr(fmi_export.build, "carried_modules", altered)
-    module, attribute = DEFINITIONS["Plant3DOF"]
-    return build_fmu(definition("Plant3DOF"), module, attribute, "9.9.9", "licence", PACKAGES, folder)
+    return build_fmu(definition("Plant3DOF"), DEFINITIONS["Plant3DOF"], Maker("9.9.9", "licence", PACKAGES), folder)
 
 
 def test_two_versions_in_one_process(fmus: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:

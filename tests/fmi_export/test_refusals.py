@@ -11,7 +11,7 @@ from dividing_block import DIVIDER
 from event_mode import Instance, unpacked
 from fmu_access import outputs, put, read, refusal, step
 
-from fmi_export.build import build_fmu
+from fmi_export.build import Maker, build_fmu
 from maglev.cosim.fmu import Fmu, read_description
 
 Load = Callable[[str], Fmu]
@@ -218,8 +218,8 @@ def test_what_a_block_raises_in_a_step_is_refused(tmp_path: Path, number: float,
     """In one line with the time, and without an end of the process, also once the instance is freed."""
     with pytest.raises((ZeroDivisionError, ValueError)) as raised:   # each version of Python has other words
         fails()
-    path = build_fmu(DIVIDER, "dividing_block", "DIVIDER", "1", "licence",
-                     ("dividing_block", "fmi_export", "pythonfmu"), tmp_path)
+    maker = Maker("1", "licence", ("dividing_block", "fmi_export", "pythonfmu"))
+    path = build_fmu(DIVIDER, ("dividing_block", "DIVIDER"), maker, tmp_path)
     for _ in range(2):
         component = Fmu("divider", path, read_description("divider", path))
         component.initialise({"number": 2.0}, 0.0, 1.0)

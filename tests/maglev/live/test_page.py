@@ -5,7 +5,6 @@ import gzip
 import json
 import re
 from collections.abc import Iterator
-from importlib.metadata import version
 from pathlib import Path
 from typing import Any
 
@@ -29,10 +28,9 @@ from maglev.live.content import (
     tilts,
 )
 from maglev.live.page import FOLDER, SCRIPTS, WORKER, live_page, plans_of, reasons, write_live
-from maglev.own_fmus import definition
+from maglev.own_fmus import definition, installed
 from maglev.own_stage.adoption import know_stage
 from maglev.own_stage.new import new_stage
-from maglev.packages import PACKAGES
 from maglev.pages.shell import scene
 from maglev.panels import PANELS
 from maglev.schema.layers import packaged_files
@@ -212,7 +210,7 @@ def mine(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Iterator[Path]:
     folder.mkdir()
     for name in modules_of(know_stage("mine.toml")):
         (folder / f"{name}.wasm").write_bytes(b"module")
-        made = made_of(definition(name), b"module", version("maglev-fmus"), PACKAGES)
+        made = made_of(definition(name), b"module", installed())
         (folder / f"{name}.xml").write_bytes(model_description(definition(name), "{0}", "1", 0) + made)
     yield folder
     STAGES.forget(*STAGES.own)
