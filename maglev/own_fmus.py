@@ -122,13 +122,7 @@ def built_here(path: Path) -> bool:
     that somebody changed, nor one of another version of the sources is; its file's name, the date of the build and the
     machine that built it do not matter. False also of a user's class as an FMU, and of what is no FMU at all.
     """
-    return own_kind(path) is not None
-
-
-def own_kind(path: Path) -> str | None:
-    """Kind of an FMU that was built here, "Python" or "native"; None of what was not."""
-    found = own_build(path)
-    return None if found is None else found.kind
+    return own_build(path) is not None
 
 
 class OwnBuild(NamedTuple):

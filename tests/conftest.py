@@ -14,8 +14,9 @@ import wheel
 from hypothesis import settings
 from native_builds import built_once, missing_native_tools, require_native_tools, translates_once
 
-from maglev.catalogue import DEFINITIONS, HOST, WASM, build
+from maglev.catalogue import HOST, WASM, build
 from maglev.cosim.fmu import Fmu, read_description
+from maglev.own_fmus import DEFINITIONS
 from maglev.processes import processors
 from maglev.processes.side_by_side import kept_processes
 from maglev.stages import STAGES

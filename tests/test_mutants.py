@@ -10,8 +10,8 @@ from typing import Any
 import pytest
 
 from maglev.baselines.outcome import CheckResult
-from maglev.catalogue import DEFINITIONS
 from maglev.experiment.preparation import Experiment
+from maglev.own_fmus import DEFINITIONS
 
 ROOT = Path(__file__).parents[1]
 

@@ -8,8 +8,7 @@ import pytest
 
 from fmi_export.native.translation import translated
 from fmi_export.sources import carried_modules
-from maglev.catalogue import DEFINITIONS
-from maglev.own_fmus import definition
+from maglev.own_fmus import DEFINITIONS, definition
 from maglev.packages import PACKAGES
 
 ROOT = Path(__file__).parents[1]

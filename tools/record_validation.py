@@ -12,10 +12,9 @@ from collections.abc import Mapping
 from pathlib import Path
 
 from fmi_export.experiments.files import VALIDATION
-from maglev.catalogue import DEFINITIONS
 from maglev.experiment.preparation import prepare
 from maglev.fmu_experiments.pack import recorded
-from maglev.own_fmus import definition
+from maglev.own_fmus import DEFINITIONS, definition
 from maglev.schema.layers import PACKAGED, packaged_runs
 from maglev.schema.loading import load_plan
 from maglev.schema.run_plan import CheckSettings, FmuTable, RunPlan

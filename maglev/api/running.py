@@ -19,7 +19,6 @@ from maglev.experiment.execution import (
     require_judgeable,
     run_data,
 )
-from maglev.experiment.form import Format
 from maglev.experiment.ports.replacement import start_values_said
 from maglev.experiment.preparation import Experiment
 from maglev.experiment.results import alone, require_parquet
@@ -37,7 +36,7 @@ from maglev.report.text import as_html, claims_markdown, short_outcome, study_ta
 from maglev.report.what_if import fly_frictionless
 from maglev.schema.layers import Scenario
 from maglev.schema.loading import load_plan
-from maglev.schema.options import RunOptions, takes_run_options
+from maglev.schema.options import Format, RunOptions, takes_run_options
 from maglev.schema.run_plan import RunPlan
 from maglev_files.whole_file import write_whole
 

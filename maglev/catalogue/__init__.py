@@ -15,9 +15,7 @@ from fmi_export.native.build import build_native_fmu, build_webassembly, transla
 from fmi_export.native.compiler import require_zig
 from fmi_export.ssp import write_ssp
 from maglev.errors import BuildError
-from maglev.own_fmus import DEFINITIONS as DEFINITIONS
 from maglev.own_fmus import SYSTEM_STOP, definition, project
-from maglev.own_fmus import SYSTEMS as SYSTEMS
 from maglev.own_stage.loop import loop_table
 from maglev.packages import PACKAGES
 from maglev.processes import processors

@@ -8,8 +8,7 @@ from typing import Annotated, Any, Literal
 import typer
 
 from maglev.errors import MaglevError, ScenarioError
-from maglev.experiment.form import Format
-from maglev.schema.options import OPTIONS, with_options
+from maglev.schema.options import OPTIONS, Format, with_options
 from pmlsm.rigs import RIGS
 
 RIG_NAMES = " or ".join(f"`{name}`" for name in RIGS)

@@ -14,7 +14,6 @@ from numpy.typing import NDArray
 from maglev.cosim.master import Progress, Recording, RunFailed, RunInterrupted
 from maglev.errors import FAILURES, Interrupted, MeasurementError, ScenarioError, in_one_line
 from maglev.experiment.chain import Ends, ends_of, in_order, started
-from maglev.experiment.form import Format
 from maglev.experiment.preparation import Experiment
 from maglev.experiment.provenance import Provenance
 from maglev.experiment.results import ResultFiles, write_csv, write_parquet
@@ -23,6 +22,7 @@ from maglev.judging.measures import measures, measures_data
 from maglev.judging.metrics import Metrics, evaluate, metrics_data, phase_resistances
 from maglev.judging.verdicts import Judgements, of_modified_runs
 from maglev.processes.side_by_side import Watcher
+from maglev.schema.options import Format
 from maglev.schema.run_plan import RunPlan
 from maglev_files.belonging import KEY, digests_of
 from maglev_files.whole_file import write_whole

@@ -6,7 +6,7 @@ from functools import lru_cache
 from pathlib import Path
 
 import numpy as np
-from fmpy.model_description import ModelDescription
+from fmpy.model_description import ModelDescription, ScalarVariable
 from numpy.typing import NDArray
 
 from maglev.arrays import Array
@@ -163,7 +163,7 @@ class Experiment:
     def drives(self, descriptions: Mapping[str, ModelDescription]) -> dict[str, NDArray[np.float64]]:
         """As `references`; ScenarioError if one is beyond the stops of the plant that follows it."""
         drives = self.references(descriptions)
-        require_reachable(self.plan, self.times, drives, lambda full: self.known_value(full, descriptions))
+        require_reachable(self.plan, self.times, drives, self.parameters(descriptions).get)
         return drives
 
     def references(self, descriptions: Mapping[str, ModelDescription]) -> dict[str, NDArray[np.float64]]:
@@ -176,23 +176,11 @@ class Experiment:
             drives[signal.to] = signal.values_at(times)
             if signal.rate_to is not None:
                 drives[signal.rate_to] = signal.rates_at(times)
-        given = {source for source, _ in self.plan.wires.values()} | set(drives)
+        given = {*(source for source, _ in self.plan.wires.values()), *drives, *self.outputs(descriptions)}
         for axis in self.plan.axes.values():
-            if axis.reference not in given and self.causality(axis.reference, descriptions) != "output":
+            if axis.reference not in given:
                 drives[axis.reference] = np.full(len(times), self.start_value(axis.reference, descriptions))
         return drives
-
-    def causality(self, full: str, descriptions: Mapping[str, ModelDescription]) -> str | None:
-        """Causality of a variable `fmu.variable`; None where there is none."""
-        fmu, _, own = full.partition(".")
-        return next((v.causality for v in descriptions[fmu].modelVariables if v.name == own), None)
-
-    def known_value(self, full: str, descriptions: Mapping[str, ModelDescription]) -> float | None:
-        """Start value of a Real parameter `fmu.variable`; None where there is no such parameter."""
-        fmu, _, own = full.partition(".")
-        there = any(v.name == own and v.causality == "parameter" and v.type == "Real"
-                    for v in descriptions[fmu].modelVariables)
-        return self.start_value(full, descriptions) if there else None
 
     def start_value(self, name: str, descriptions: Mapping[str, ModelDescription]) -> float:
         """Start value of an input or parameter, `fmu.variable`: the plan's, or the FMU's; of Booleans 0 and 1."""
@@ -202,31 +190,27 @@ class Experiment:
         text = next(v.start for v in descriptions[fmu].modelVariables if v.name == variable)
         return float(text == "true") if text in ("true", "false") else float(text)
 
-    def parameters(self) -> dict[str, float]:
+    def variables(self, descriptions: Mapping[str, ModelDescription] | None = None) -> dict[str, ScalarVariable]:
+        """Variables of all FMUs by their names `fmu.variable`; of those that `check` gives, if they are not given."""
+        return {f"{name}.{variable.name}": variable for name, description in (descriptions or self.check()).items()
+                for variable in description.modelVariables}
+
+    def parameters(self, descriptions: Mapping[str, ModelDescription] | None = None) -> dict[str, float]:
         """Start value of every Real parameter, `fmu.variable`: the plan's, or the FMU's."""
-        given = {name: fmu.start for name, fmu in self.plan.fmus.items()}
-        return {f"{name}.{variable.name}": float(given[name][variable.name].value if variable.name in given[name]
-                                                 else variable.start)
-                for name, description in self.check().items() for variable in description.modelVariables
+        given = {f"{name}.{variable}": start.value for name, fmu in self.plan.fmus.items()
+                 for variable, start in fmu.start.items()}
+        return {full: float(given.get(full, variable.start)) for full, variable in self.variables(descriptions).items()
                 if variable.causality == "parameter" and variable.type == "Real"}
 
-    def outputs(self) -> dict[str, str]:
+    def outputs(self, descriptions: Mapping[str, ModelDescription] | None = None) -> dict[str, str]:
         """Unit of every Real output, by its name `fmu.variable`; empty text where the FMU gives none."""
-        return {f"{name}.{variable.name}": variable.unit or "" for name, description in self.check().items()
-                for variable in description.modelVariables
+        return {full: variable.unit or "" for full, variable in self.variables(descriptions).items()
                 if variable.causality == "output" and variable.type == "Real"}
 
     def units(self, names: Iterable[str]) -> dict[str, str]:
         """Units of variables `fmu.variable`; empty text where the FMU gives none."""
-        known = {f"{fmu}.{variable.name}": variable.unit or "" for fmu, description in self.check().items()
-                 for variable in description.modelVariables}
-        return {name: known.get(name, "") for name in names}
-
-    def unit(self, full: str) -> str:
-        """Unit of a variable `fmu.variable`; empty text where the FMU gives none."""
-        name, _, own = full.partition(".")
-        variables = read_description(name, self.files[name]).modelVariables
-        return next((variable.unit or "" for variable in variables if variable.name == own), "")
+        known = self.variables()
+        return {name: known[name].unit or "" if name in known else "" for name in names}
 
     def setups(self) -> list[FmuSetup]:
         """FMUs and their start values, as a `Master` takes them."""

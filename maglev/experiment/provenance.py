@@ -16,7 +16,7 @@ from zipfile import ZipFile
 from fmpy.model_description import ModelDescription
 
 from maglev.cosim.fmu import HERE
-from maglev.own_fmus import built_here, own_kind, stale
+from maglev.own_fmus import built_here, own_build, stale
 from maglev.packages.installed import code, edited
 from maglev.schema.layers import packaged_runs
 from maglev.schema.run_plan import RunPlan
@@ -202,4 +202,5 @@ def kind(path: Path) -> str:
     """Kind of an FMU, or of what ran in its place."""
     if is_written(path):
         return "Python class" if is_class(path) else "Python file"
-    return own_kind(path) or "foreign"
+    found = own_build(path)
+    return "foreign" if found is None else found.kind

@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 
 from maglev.cosim.master import Recording
 from maglev.errors import ScenarioError, extra, option
-from maglev.experiment.form import Format
+from maglev.schema.options import Format
 from maglev_files.one_writer import Busy, NoLock, only_writer
 from maglev_files.whole_file import whole_file
 

@@ -91,7 +91,7 @@ def prepare_all(runs: Iterable[RunPlan], fmus: Path, replaced: Mapping[str, Repl
                 if source.output not in outputs:
                     raise ScenarioError(f"{experiment.plan.path}: {key} = {source.output!r}: {source.run} has no "
                                         f"such output; nearest is {nearest(source.output, outputs)}")
-                own, theirs = experiment.unit(f"{fmu}.{variable}"), outputs[source.output]
+                own, theirs = experiment.units([taker := f"{fmu}.{variable}"])[taker], outputs[source.output]
                 if own and theirs and own != theirs:
                     raise ScenarioError(f"{experiment.plan.path}: {key} = {source.output!r}: is in {theirs}, "
                                         f"expected an output in {own} for {fmu}.{variable}")

@@ -5,12 +5,14 @@ from dataclasses import replace
 from typing import NamedTuple
 
 from maglev.experiment.execution import RunResult
-from maglev.experiment.frictionless import without_friction
 from maglev.experiment.preparation import Experiment
 from maglev.judging.run_claims import judge_run
 from maglev.judging.verdicts import ClaimResult, Judgements, blames
 from maglev.procedures.evaluate import judge_procedure
 from maglev.procedures.outcome import Outcome
+from maglev.schema.run_plan import StartValue
+
+FRICTION = (".friction.coulomb", ".friction.viscous")   # ends of the names of its parameters, of every axis
 
 Fly = Callable[[list[Experiment]], list[RunResult]]
 Evaluate = Callable[[list[RunResult]], list[Outcome]]
@@ -40,6 +42,18 @@ def fly_frictionless(experiments: Sequence[Experiment], verdicts: Judgements, fl
     found |= {outcome.settings.name: judge_procedure(outcome) for outcome in outcomes}
     return Again(runs, outcomes, {name: [beside(*pair) for pair in zip(claims, found[name], strict=True)]
                                          if name in found else claims for name, claims in verdicts.items()})
+
+
+def without_friction(experiment: Experiment) -> Experiment:
+    """The experiment with all Coulomb and viscous friction of its FMUs at 0; what differs is in its `changes`."""
+    found = {full: value for full, value in experiment.parameters().items() if full.endswith(FRICTION) and value}
+    plan = experiment.plan
+    fmus = {name: fmu.model_copy(update={"start": {
+        **fmu.start, **{full.partition(".")[2]: StartValue(0.0, None, 0) for full in found
+                        if full.partition(".")[0] == name}}}) for name, fmu in plan.fmus.items()}
+    changes = tuple(f"{full} = 0 instead of {value:g}" for full, value in found.items())
+    return replace(experiment, plan=plan.model_copy(update={"fmus": fmus, "title": f"{plan.title}, without friction"}),
+                   changes=(*experiment.changes, *changes))
 
 
 def beside(result: ClaimResult, without: ClaimResult) -> ClaimResult:

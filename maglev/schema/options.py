@@ -14,6 +14,7 @@ if TYPE_CHECKING:
     from maglev.schema.settings import Settings
     from maglev.user_controllers.source import Given
 
+Format = Literal["csv", "parquet"]       # in which the columns of a run are written
 KindName = Literal["python", "native"]   # of FMUs of this project, whose results have the same bits
 ParameterFiles: TypeAlias = str | Path | Mapping[str, str | Path] | Iterable[str | Path] | None
 

@@ -9,9 +9,8 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from closed_loop_fmu.loop_step import samples_in
-from maglev.catalogue import DEFINITIONS
 from maglev.cosim.fmu import Fmu
-from maglev.own_fmus import definition
+from maglev.own_fmus import DEFINITIONS, definition
 
 LOOPS = [name for name in DEFINITIONS if name.startswith("ClosedLoop")]
 AXES = {"2DOF": ("v", "h"), "3DOF": ("y", "x", "z"), "5DOF": ("y", "x", "z", "roll", "pitch")}

@@ -10,11 +10,10 @@ import pytest
 from command_line import run_script
 from fmpy.util import read_csv
 
-from maglev.catalogue import DEFINITIONS
 from maglev.cosim.master import FmuSetup, Master, Recording
 from maglev.experiment.preparation import prepare
 from maglev.experiment.results import write_csv
-from maglev.own_fmus import definition
+from maglev.own_fmus import DEFINITIONS, definition
 from maglev.schema.layers import PACKAGED
 from maglev.schema.loading import load_plan
 from maglev.schema.run_plan import RunPlan

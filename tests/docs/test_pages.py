@@ -13,8 +13,8 @@ from types import ModuleType
 import pytest
 import typer
 
-from maglev.catalogue import DEFINITIONS
 from maglev.cli.app import app
+from maglev.own_fmus import DEFINITIONS
 from maglev.schema.layers import packaged_files, packaged_runs
 
 ROOT = Path(__file__).parents[2]

@@ -6,7 +6,7 @@ from pathlib import Path
 
 import pytest
 
-from maglev.catalogue import DEFINITIONS
+from maglev.own_fmus import DEFINITIONS
 from pmlsm.rigs import RIGS
 
 PAGE = (Path(__file__).parents[2] / "docs" / "ports.md").read_text(encoding="utf-8")

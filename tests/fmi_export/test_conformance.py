@@ -14,12 +14,12 @@ from fmpy_validation import validate_fmu
 
 from fmi_export.binaries import CORRECTIONS, corrected
 from fmi_export.errors import ExportError
-from maglev.catalogue import DEFINITIONS, build
+from maglev.catalogue import build
 from maglev.errors import BuildError
-from maglev.own_fmus import definition
+from maglev.own_fmus import DEFINITIONS, definition
 
-BUILD = ("import sys; from pathlib import Path; from maglev.catalogue import DEFINITIONS, build; "
-         "build(DEFINITIONS, Path(sys.argv[1]))")
+BUILD = ("import sys; from pathlib import Path; from maglev.catalogue import build; "
+         "from maglev.own_fmus import DEFINITIONS; build(DEFINITIONS, Path(sys.argv[1]))")
 
 # Without a unit.
 RATIOS = ("attraction_modulation", "gamma", "seed", "roughness_seed", "convergence.tolerance", "adaptation.range",

@@ -18,8 +18,7 @@ from fmi_export.pages.icon import SIZE, disc, png_icon, rectangle, stroke
 from fmi_export.pages.mathml import typeset
 from fmi_export.pages.sketch import symbol
 from fmi_export.units import typeset_unit
-from maglev.catalogue import DEFINITIONS
-from maglev.own_fmus import definition
+from maglev.own_fmus import DEFINITIONS, definition
 
 SMALL = 32   # px, of an icon in a list
 MATHML = "{http://www.w3.org/1998/Math/MathML}"

@@ -20,10 +20,9 @@ from fmi_export.model_description import model_description
 from fmi_export.native.compiler import PLATFORMS, library
 from fmi_export.native.model_description_3 import build_description, model_description_3, terminals_and_icons
 from fmi_export.native.shells import SHELLS
-from maglev.catalogue import DEFINITIONS
 from maglev.cosim.fmu import Fmu, read_description
 from maglev.cosim.master import FmuSetup, Master
-from maglev.own_fmus import definition
+from maglev.own_fmus import DEFINITIONS, definition
 
 SCHEMAS = Path(fmpy.__file__).parent / "schema" / "fmi3"
 ARM64_WINDOWS = 0xAA64   # of PE

@@ -10,9 +10,8 @@ import fmi_export.build
 import pmlsm.gap_functions
 from fmi_export.build import Maker, build_fmu
 from fmi_export.sources import carried_modules
-from maglev.catalogue import DEFINITIONS
 from maglev.cosim.fmu import Fmu, read_description
-from maglev.own_fmus import definition
+from maglev.own_fmus import DEFINITIONS, definition
 from maglev.packages import PACKAGES
 
 

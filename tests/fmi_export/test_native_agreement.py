@@ -11,8 +11,8 @@ from fmu_access import bits, outputs, put, variables
 from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
-from maglev.catalogue import DEFINITIONS
 from maglev.cosim.fmu import Fmu
+from maglev.own_fmus import DEFINITIONS
 
 Load = Callable[[str], Fmu]
 Values = dict[str, float | bool]

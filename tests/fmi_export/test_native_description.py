@@ -14,8 +14,7 @@ import pytest
 from fmpy_validation import validate_fmu
 
 from fmi_export.definition import ContinuousModel
-from maglev.catalogue import DEFINITIONS
-from maglev.own_fmus import definition
+from maglev.own_fmus import DEFINITIONS, definition
 
 BUILD = ("import sys; from pathlib import Path; from maglev.catalogue import HOST, build; "
          "build(['PID2DOF'], Path(sys.argv[1]), HOST)")

@@ -8,7 +8,7 @@ import pytest
 from native_builds import FMI_HEADERS, GENERATED, STRICT, require_command, unpacked_sources
 
 from fmi_export.native.shells import SHELLS
-from maglev.catalogue import DEFINITIONS
+from maglev.own_fmus import DEFINITIONS
 
 # Sections; constant tables of addresses are in .data.rel.ro.
 WRITABLE = re.compile(r"\.(data|bss|tdata|tbss)(?!\.rel\.ro)")

@@ -9,9 +9,10 @@ import pytest
 from command_line import maglev
 from fmpy.ssp.simulation import simulate_ssp
 
-from maglev.catalogue import DEFINITIONS, build_systems
+from maglev.catalogue import build_systems
 from maglev.cosim.fmu import Fmu, read_description
 from maglev.experiment.preparation import prepare
+from maglev.own_fmus import DEFINITIONS
 from maglev.schema.layers import PACKAGED
 from maglev.schema.loading import load_plan
 

@@ -2,8 +2,7 @@
 
 import pytest
 
-from maglev.catalogue import DEFINITIONS
-from maglev.own_fmus import definition
+from maglev.own_fmus import DEFINITIONS, definition
 
 STAGES = {"2DOF": (("v", "h"), ("motor",), 4), "3DOF": (("y", "x", "z"), ("alpha", "beta"), 5)}
 # With those that have other ports: a platform that tilts, whose gap and tilts are measured at its motors.

@@ -9,7 +9,7 @@ from pathlib import Path
 import pytest
 from native_builds import require_command
 
-from maglev.catalogue import DEFINITIONS
+from maglev.own_fmus import DEFINITIONS
 
 # Objects, search path and classes after instances that were freed, less what was there before; the first ones import.
 COUNT = """

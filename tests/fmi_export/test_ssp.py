@@ -14,8 +14,8 @@ from lxml import etree
 from fmi_export.errors import ExportError
 from fmi_export.parameter_set import SSC, SSV
 from fmi_export.ssp import SSD, write_ssp
-from maglev.catalogue import SYSTEMS, build_systems
-from maglev.own_fmus import definition
+from maglev.catalogue import build_systems
+from maglev.own_fmus import SYSTEMS, definition
 from maglev.schema.loading import load_plan
 
 SCHEMA = Path(fmpy.__file__).parent / "ssp" / "schema" / "SystemStructureDescription.xsd"

@@ -10,7 +10,8 @@ import pytest
 from interop.loops import foreign, loop, ours, ours_from_zero, ours_in_nanoseconds, with_start
 from native_builds import built_once
 
-from maglev.catalogue import SYSTEMS, build_systems
+from maglev.catalogue import build_systems
+from maglev.own_fmus import SYSTEMS
 
 STOP_TIME = 1.5   # s, with a step of the references at 1 s
 SMOOTH = {"plant.encoder.resolution": 0.0}

@@ -15,11 +15,11 @@ from interop import foreign_masters
 from numpy.typing import NDArray
 from sampled_loop import sampled_loop
 
-from maglev.catalogue import SYSTEMS
 from maglev.cosim import Order
 from maglev.cosim.master import FmuSetup, Master
 from maglev.cosim.wires.wiring import Wiring, wire
 from maglev.experiment.preparation import prepare
+from maglev.own_fmus import SYSTEMS
 from maglev.schema.loading import load_plan
 from maglev.schema.run_plan import RunPlan, StartValue
 

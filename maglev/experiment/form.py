@@ -1,5 +1,0 @@
-"""Forms in which the columns of a run are written."""
-
-from typing import Literal
-
-Format = Literal["csv", "parquet"]
