@@ -108,7 +108,7 @@ function setGhost(other) {
   page.ghost = other ? new FlightHistory(page.run, page.width) : null;
   post({ type: "ghost", other });
   stateChanged();
-  say(other ? `A transparent stage flies along with ${isOwn(other) ? "your" : `the ${lawOf(page.run, other)}`} controller.` : "No stage flies along.");
+  say(other ? `A transparent stage runs along with ${isOwn(other) ? "your" : `the ${lawOf(page.run, other)}`} controller.` : "No stage runs along.");
 }
 
 function play(on) {
@@ -190,7 +190,7 @@ function frame(message) {
 function refused({ text }) {
   page.ended = true;
   play(false);
-  say(`The flight has ended: ${text}`, true);
+  say(`The run has ended: ${text}`, true);
   if (page.state.controller === LAW) lawSaid(text, true);
 }
 
@@ -207,7 +207,7 @@ const RECEIVED = {
   started,
   frame,
   refused,
-  "ghost refused": ({ text }) => { setGhost(""); say(`The stage that flew along has ended: ${text}`, true); },
+  "ghost refused": ({ text }) => { setGhost(""); say(`The stage that ran along has ended: ${text}`, true); },
   owned,
   "own refused": ownRefused,
   alive: () => { own.heard = performance.now(); },

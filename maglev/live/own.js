@@ -94,7 +94,7 @@ async function takeFiles(files) {
     }
     const about = described(await description.text());
     if (about.variables.some(({ name, causality }) => causality === "output" && name.endsWith(".encoder"))) {
-      throw new Error(`${about.name} is a stage, expected a controller of the one that flies: of a stage of yours drop the page that maglev live FILE.toml writes`);
+      throw new Error(`${about.name} is a stage, expected a controller of the one that runs: for your own stage drop the page that maglev live FILE.toml writes`);
     }
     own.asked = { packed: "", script: false, label: about.name, name: about.name };
     tryOwn({ model: `own:${about.name}`, bytes: new Uint8Array(await module.arrayBuffer()), about });

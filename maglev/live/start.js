@@ -41,7 +41,7 @@ async function takePage(file) {
   Object.assign(own, { packed: "", present: false, waiting: false, heard: performance.now(), after: () => {
     openState(readFragment("").state);
     play(true);
-    say(`What ${file.name} carries flies here until this page is loaded again.`);
+    say(`What ${file.name} carries runs here until this page is loaded again.`);
   } });
   startWorker();
   loadWorker();
