@@ -10,6 +10,12 @@ from typing import Any
 SAMPLE_TIME = "sample_time"   # parameter of a block that samples: its interval
 
 
+def slot(block: Any, place: str) -> tuple[Any, str]:
+    """Part of a block, and the name of its attribute, at a path such as "y.observer.position"."""
+    path, _, name = place.rpartition(".")
+    return (attrgetter(path)(block) if path else block), name
+
+
 @dataclass(frozen=True)
 class Variable:
     """One FMI variable: a value of the block, and what a user must know of it.
@@ -39,8 +45,7 @@ class Variable:
 
     def slot(self, block: Any) -> tuple[Any, str]:
         """Object of a block that holds it, and the name of its attribute."""
-        path, _, name = self.place.rpartition(".")
-        return (attrgetter(path)(block) if path else block), name
+        return slot(block, self.place)
 
     @property
     def low(self) -> float:

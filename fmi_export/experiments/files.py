@@ -9,9 +9,12 @@ import csv
 import io
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
+from operator import attrgetter
 from pathlib import PurePosixPath
 from xml.etree.ElementTree import Element, SubElement, fromstring, register_namespace
 
+from fmi_export.definition import FmuDefinition
+from fmi_export.errors import ExportError
 from fmi_export.parameter_set import Value, parameter_set, xml_file
 
 FOLDER = "extra/org.fmi-standard.fmi-ls-ref/"
@@ -25,6 +28,9 @@ ROOT = {f"{{{NAMESPACE}}}fmi-ls-name": "org.fmi-standard.fmi-ls-ref", f"{{{NAMES
 EXPERIMENTS, SSV_TYPE, CSV_TYPE = "application/x-ma-hs-experiments", "application/x-ssp-parameter-set", "text/csv"
 
 SMOKE_TEST, VALIDATION = "experiment/smoke-test", "experiment/validation"
+
+STEPS = 5    # communication steps of a smoke test
+DIGITS = 9   # of its results: the mathematical functions of another machine differ in the last ones
 
 SHARE = 1e-6   # of the largest value of a result, by which another machine's rounding may change it
 
@@ -73,6 +79,23 @@ class ExperimentFiles:
             writer.writerows((key, name, f"{value:.3g}") for key, value in zip(("AbsTol", "RelTol"), tolerance,
                                                                              strict=True))
         return text.getvalue().encode()
+
+
+def smoke_test(definition: FmuDefinition) -> ExperimentFiles:
+    """What a new block gives at the communication points of its default experiment; ExportError if it refuses."""
+    block, step = definition.new_block(), definition.experiment.step
+    outputs = {v.name: attrgetter(v.place) for v in definition.variables if v.causality == "output"}
+    results: dict[str, list[float]] = {name: [] for name in ("time", *outputs)}
+    for k in range(STEPS + 1):
+        status = block.start() if k == 0 else block.step((k - 1) * step, step)
+        if status:
+            raise ExportError(f"{definition.name}: refused its smoke test with status {status}, expected none")
+        results["time"].append(k * step)
+        for name, value in outputs.items():
+            results[name].append(float(f"{float(value(block)):.{DIGITS}g}"))
+    nominals = {v.name: v.nominal for v in definition.variables if not v.boolean}
+    about = f"{definition.name} from its start values, {STEPS} communication steps"
+    return ExperimentFiles("smoke_test", SMOKE_TEST, about, step, results, tolerances(results, nominals))
 
 
 def tolerances(results: Mapping[str, Sequence[float]],

@@ -9,8 +9,7 @@ from typing import NamedTuple
 from fmi_export.build import build_fmu
 from fmi_export.definition import FmuDefinition
 from fmi_export.errors import ExportError
-from fmi_export.experiments.files import SMOKE_TEST, VALIDATION, carried
-from fmi_export.experiments.smoke_test import smoke_test
+from fmi_export.experiments.files import SMOKE_TEST, VALIDATION, carried, smoke_test
 from fmi_export.native.build import build_native_fmu, build_webassembly, translated_blocks
 from fmi_export.native.compiler import require_zig
 from fmi_export.ssp import write_ssp

@@ -15,14 +15,14 @@ from maglev.cosim import Order
 from maglev.cosim.master import FmuSetup, Master, Progress, Recording, RunFailed
 from maglev.cosim.open import read_description
 from maglev.cosim.other_process.run import TIMEOUT, Complete, Job, run_apart
-from maglev.cosim.port_map import PortMap, apply, declared_units
+from maglev.cosim.port_map import PortMap, apply
 from maglev.cosim.step_loop import LIBRARY, own_loop
 from maglev.cosim.wires.wiring import Drives
 from maglev.errors import ControllerError, FmuError, ScenarioError, option
 from maglev.experiment.following import Following
 from maglev.experiment.ports.departure import after_departure
 from maglev.experiment.ports.inserted import needless_delays, with_generated_references
-from maglev.experiment.ports.own_units import known_signal, known_start_values
+from maglev.experiment.ports.own_units import in_declared_units
 from maglev.experiment.ports.parameter_file import without_fed
 from maglev.experiment.ports.port_check import check_names
 from maglev.experiment.ports.replacement import (
@@ -42,7 +42,7 @@ from maglev.schema.run_plan import FmuTable, RunPlan, StartValue
 from maglev.schema.settings import with_references
 from maglev.stages import STAGES
 from maglev.time_grid import whole_steps
-from maglev.units import Unit, refused_as
+from maglev.units import refused_as
 from maglev.user_controllers.source import copy_of, is_class, is_written, keeps_bits
 from maglev_files.cache import Kept
 
@@ -307,20 +307,19 @@ def prepare(plan: RunPlan, fmus: Path, replaced: Mapping[str, Replacement], sett
     settings, fed = without_fed(plan, settings)
     overruled = [*([f"{plan.name}: {few(fed)} of parameter sets are left out: the run feeds them"] if fed else []),
                  *starts.ask(plan, settings)]
-    plan = in_declared_units(plan, starts, files)
+    plan, starts.given = in_declared_units(plan, starts.given, files)
     asked = set(settings)
     model = starts.follow(plan, files, asked) if str(options["model"]) == "plant" else None
-    fitted = fit(with_generated_references(starts.of(plan)), replaced,
-                 {name: replacement.ports.units for name, replacement in replaced.items()})
+    fitted, notes = fit(with_generated_references(starts.of(plan)), replaced)
     late = needless_delays(plan, options["order"], lambda name: samples(name, files[name]))
-    experiment = Experiment(fitted.plan, files, step, starts.left_out, options["order"],
+    experiment = Experiment(fitted, files, step, starts.left_out, options["order"],
                             {name: replacement.ports for name, replacement in replaced.items()},
-                            (*old, *fitted.notes, *overruled, *late), put_in=put_in, timeout=float(options["timeout"]),
+                            (*old, *notes, *overruled, *late), put_in=put_in, timeout=float(options["timeout"]),
                             departures=tuple(departures_of(plan, files, put_in)), following=model,
                             loop=None if any(map(is_written, files.values())) else own_loop(), stale=old)
     return replace(
         experiment, changes=(*other_references, *changes_of(experiment, plan, asked)),
-        not_compared=tuple(name for name in plan.check.signals if name not in fitted.plan.check.signals),
+        not_compared=tuple(name for name in plan.check.signals if name not in fitted.check.signals),
         parameter_sets={each.file: sha256_of(Path(each.file)) for each in settings.values() if each.file})
 
 
@@ -338,17 +337,6 @@ def in_place(plan: RunPlan, files: Mapping[str, Path], replaced: Mapping[str, Re
         replacement.ports.require_known(known)
         found[name] = replace(replacement, path=files[name], ports=replace(replacement.ports, units=known))
     return found
-
-
-def in_declared_units(plan: RunPlan, starts: Starts, files: Mapping[str, Path]) -> RunPlan:
-    """Read start values and signals in units that FMUs declare; returns the plan."""
-    def declared(name: str) -> dict[str, Unit]:
-        """None of one that is not there, which is refused later."""
-        return declared_units(read_description(name, files[name])) if files[name].is_file() else {}
-
-    starts.given = known_start_values(starts.given, str(plan.path), declared)
-    return plan.model_copy(update={"signals": [known_signal(signal, i, str(plan.path), declared)
-                                               for i, signal in enumerate(plan.signals)]})
 
 
 def know_stage_of(plan: RunPlan) -> None:

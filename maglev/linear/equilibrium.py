@@ -7,10 +7,11 @@ from typing import Any
 import numpy as np
 from scipy.linalg import null_space
 
+from fmi_export.definition import slot
 from maglev.arrays import Array
 from maglev.errors import LinearModelError, one_of
 from maglev.linear.blocks.plant import at_rest
-from maglev.linear.blocks.tangent import derivatives, slot
+from maglev.linear.blocks.tangent import derivatives
 from maglev.linear.model import Equilibrium
 from maglev.linear.parameters import Quantity, block_of, controllers, linear_names, rig_of
 from maglev.linear.places import MotorPlaces

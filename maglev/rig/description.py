@@ -185,7 +185,7 @@ def of_names(rig: Rig) -> Misfits:
     """Names that blocks have for something else."""
     for place, names in (("axes", rig.axis_names), ("motors", rig.motor_names)):
         for name in names:
-            if name in own_names() or name in rig.axis_names and place == "motors":
+            if name in own_names() or (name in rig.axis_names and place == "motors"):
                 yield f"{place}.{name}", f"{name!r}, expected another name: blocks have something called so"
 
 

@@ -161,18 +161,10 @@ def require_floats(definition: WrittenDefinition, file: Path) -> None:
     """Refuse whole numbers where an FMU has Reals: C keeps the type that an attribute begins with."""
     law = definition.new_block()
     for v in definition.variables:
-        owner, _, attribute = v.place.rpartition(".")
-        value = getattr(part(law, owner), attribute)
+        value = getattr(*v.slot(law))
         if not v.boolean and type(value) is not float:
             raise BuildError(f"{file.name}: {v.name} starts as {value!r}, a native FMU needs a float: expected "
                              f"{float(value)!r}")
-
-
-def part(block: object, path: str) -> object:
-    """Part of a block by its attribute path."""
-    for name in path.split("."):
-        block = getattr(block, name)
-    return block
 
 
 def require_own_names(modules: OwnModules, carried: Mapping[str, str]) -> None:

@@ -6,8 +6,16 @@ from xml.etree.ElementTree import fromstring
 
 import pytest
 
-from fmi_export.experiments.files import FOLDER, MANIFEST, NAMESPACE, SMOKE_TEST, ExperimentFiles, carried
-from fmi_export.experiments.smoke_test import STEPS, smoke_test
+from fmi_export.experiments.files import (
+    FOLDER,
+    MANIFEST,
+    NAMESPACE,
+    SMOKE_TEST,
+    STEPS,
+    ExperimentFiles,
+    carried,
+    smoke_test,
+)
 from fmi_export.parameter_set import Value
 from maglev.cosim.master import FmuSetup, Master
 from maglev.own_fmus import DEFINITIONS, built_here, definition

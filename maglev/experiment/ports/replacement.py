@@ -4,7 +4,6 @@ from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from functools import partial
 from pathlib import Path
-from typing import NamedTuple
 
 from fmpy.model_description import ModelDescription
 
@@ -40,13 +39,6 @@ class Replacement:
         description = read_description(name, self.path)
         apply(self.ports, description)
         return description
-
-
-class Fitted(NamedTuple):
-    """A run without what the FMUs that were put in lack, and sentences about it for the user."""
-
-    plan: RunPlan
-    notes: tuple[str, ...]
 
 
 def known_ports(plan: RunPlan, name: str) -> dict[str, str | None]:
@@ -189,28 +181,21 @@ def missing_ports(plan: RunPlan, name: str, description: ModelDescription) -> di
     return {port: causality for port, causality in ports.items() if port not in variables}
 
 
-def fit(plan: RunPlan, replaced: Mapping[str, Replacement], known: Mapping[str, Mapping[str, object]]) -> Fitted:
-    """Leave out of a run what the FMUs that were put in lack, as far as it can do without.
+def fit(plan: RunPlan, replaced: Mapping[str, Replacement]) -> tuple[RunPlan, list[str]]:
+    """Leave out of a run what FMUs that were put in, by name in it, lack, as far as it can do without.
 
-    A signal to compare that FMUs of this project lack, too, is misspelt, and stays to be refused.
-
-    Parameters
-    ----------
-    plan : RunPlan
-    replaced : mapping of str to Replacement
-        By name in the run.
-    known : mapping of str to mapping
-        The ports that FMUs of this project have there, by name in the run.
+    Returns the plan, and sentences about it for the user. A signal to compare that FMUs of this project lack, too, is
+    misspelt, and stays to be refused.
     """
     notes: list[str] = []
     for name, replacement in replaced.items():
-        description = replacement.description(name)
+        description, known = replacement.description(name), replacement.ports.units
         if missing_ports(plan, name, description):
             continue   # refused before it runs, with all of them
         variables = {variable.name for variable in description.modelVariables}
         lacking = [(what, port) for what, port in optional_ports(plan) if port.startswith(f"{name}.")
                    and port.partition(".")[2] not in variables
-                   and (what != "comparison" or port.partition(".")[2] in known[name])]
+                   and (what != "comparison" or port.partition(".")[2] in known)]
         if lacking:
             says = partial(has_no, name, replacement.path)
             plan = without(plan, lacking, says)
@@ -218,8 +203,8 @@ def fit(plan: RunPlan, replaced: Mapping[str, Replacement], known: Mapping[str, 
             told = dict.fromkeys(port for what, port in lacking if what != "trip" or not is_written(replacement.path))
             if told:
                 notes.append(f"{says([*told])}: metrics and claims that need them are left out")
-        notes += remarks(plan, name, replacement, description, known[name])
-    return Fitted(plan, tuple(notes))
+        notes += remarks(plan, name, replacement, description, known)
+    return plan, notes
 
 
 def remarks(plan: RunPlan, name: str, replacement: Replacement, description: ModelDescription,

@@ -5,8 +5,9 @@ from typing import Any
 
 import numpy as np
 
+from fmi_export.definition import slot
 from maglev.errors import LinearModelError
-from maglev.linear.blocks.tangent import derivatives, slot
+from maglev.linear.blocks.tangent import derivatives
 from maglev.linear.model import Equilibrium, LinearModel
 from maglev.linear.parameters import prepare
 from maglev.linear.places import MotorPlaces

@@ -7,8 +7,9 @@ from typing import Any
 
 import numpy as np
 
+from fmi_export.definition import slot
 from maglev.arrays import Array
-from maglev.linear.blocks.tangent import derivatives, slot
+from maglev.linear.blocks.tangent import derivatives
 from maglev.linear.model import Equilibrium, LinearModel
 from maglev.linear.places import MotorPlaces
 from pmlsm.rig import Rig

@@ -3,11 +3,11 @@
 from collections.abc import Callable, Mapping, Sequence
 from copy import deepcopy
 from functools import cache
-from operator import attrgetter
 from typing import Any
 
 import numpy as np
 
+from fmi_export.definition import slot
 from fmi_export.native.tangent import named, tangent_module
 from fmi_export.slave import scalar_slots
 from fmi_export.sources import carried_modules
@@ -24,12 +24,6 @@ def differentiated(block: type, method: str) -> Callable[..., Any]:
     exec(tangent_module(texts, block.__name__, method), names)
     function: Callable[..., Any] = names[named(f"{block.__name__}.{method}")]
     return function
-
-
-def slot(block: Any, place: str) -> tuple[Any, str]:
-    """Part of a block, and the name of its attribute, at a path such as "y.observer.position"."""
-    path, _, name = place.rpartition(".")
-    return (attrgetter(path)(block) if path else block), name
 
 
 def derivatives(block: Any, methods: Mapping[str, Sequence[float]], places: Sequence[str],
