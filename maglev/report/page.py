@@ -35,7 +35,7 @@ FOLDER = Path(__file__).parent
 # Heights: of a panel, of the buttons above, of its times, which one panel has, of the names of events above the first.
 PIXELS, TOOLS, TIMES, EVENTS = 204, 40, 28, 14
 PLOT_SCRIPTS = tuple(f"plots/{name}.js" for name in ("series", "plot", "plot_hands", "charts", "plots"))
-SCRIPTS = (*PLOT_SCRIPTS, "player.js", "index.js")
+SCRIPTS = (*PLOT_SCRIPTS, "plots/map.js", "player.js", "index.js")
 PLAYER = '<section id="moving" aria-label="Moving picture"><div id="player"></div></section>'
 TITLE = "Maglev stages: the experiments of the thesis, simulated"   # of more than one run
 ABOUT = """<p>R. B. Owen's thesis <cite>Implementation of High Precision Positioning Systems Using Contactless Magnetic
@@ -62,11 +62,12 @@ def report_page(results: Sequence[RunResult], judgements: Judgements, outcomes: 
     theirs = [result for result in results if not (result.modified or result.plan.own)]   # the thesis's
     title = f"{results[0].plan.name}: {results[0].plan.title}" if len(results) == 1 else TITLE
     rigs = {rig_name(result.plan.name, result.plan) for result in theirs}
-    maps = {kind: outcome_maps.section(kind, rigs) for kind in (outcome_maps.RANGE, outcome_maps.TOLERANCES)}
+    maps = {kind: outcome_maps.of_rigs(kind, rigs) for kind in (outcome_maps.RANGE, outcome_maps.TOLERANCES)}
     drawn = {each.id: figure_data(each, judgements, frictionless) for each in shown}
     films = {run.plan.name: found for run in moved(results) if (found := moving({law_of(run): run}))}
     data = {"runs": runs_data(results, figures, frictionless.runs), "figures": drawn,
-            "moving": films}
+            "moving": films, "maps": {place: each for kind, of_rigs in maps.items() for rig, of_rig in of_rigs.items()
+                                      for place, each in outcome_maps.maps_data(kind, rig, of_rig).items()}}
     told = {run.plan.name for run in claim_table.told_first(results, judgements)}
     message = claim_table.run_sentences(results, judgements) + claim_table.message(judgements)
     return shell.page(
@@ -84,8 +85,8 @@ def report_page(results: Sequence[RunResult], judgements: Judgements, outcomes: 
         findings=section,
         figures="\n".join(figure_element(each, judgements, live, "without" in drawn[each.id], told) for each in shown)
         or f"<p>No {'figure shows these runs' if any(len(each.time) for each in results) else 'run was recorded'}.</p>",
-        ranges_link="".join(kind.link for kind, text in maps.items() if text),
-        ranges="".join(maps.values()),
+        ranges_link="".join(kind.link for kind, of_rigs in maps.items() if of_rigs),
+        ranges="".join(outcome_maps.section(kind, of_rigs) for kind, of_rigs in maps.items()),
         assumptions=read("assumptions.html"),
         descriptions="\n".join(description(result, live) for result in results),
         data=json_in_html(data),

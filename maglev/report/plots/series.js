@@ -8,6 +8,7 @@ const pending = {};  // promises of the same
 function fail(error) {
   errors.push(String(error && error.stack ? error.stack : error));
 }
+window.maglevReport = { errors };   // for tests: what went wrong
 window.addEventListener("error", (event) => fail(event.error || event.message));
 window.addEventListener("unhandledrejection", (event) => fail(event.reason));
 

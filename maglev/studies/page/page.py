@@ -24,15 +24,15 @@ from maglev.studies.page.verdict import decisive, telling, verdict, where
 from maglev.units import factor, known_unit
 
 FOLDER = Path(__file__).parent
-SCRIPTS = ("plots/series.js", "plots/plot.js")   # of the report
-OWN = ("study.html", "study.css", "map.js", "parallel.js", "study.js")
+SCRIPTS = ("plots/series.js", "plots/map.js", "plots/plot.js")   # of the report
+OWN = ("study.html", "study.css", "parallel.js", "study.js")
 MOST_DRAWN = 5000   # samples that are drawn: a page of 10⁵ would be as large as its dataset
 MOST_WORST = 10     # samples that are listed
 
 RESPONSES = """<div class="controls"><label>Metric <select id="metric"></select></label>
 <label>over <select id="first"></select></label><label>and <select id="second"></select></label></div>
 <div id="response"></div>"""
-MAPS = '<div id="maps"></div>'
+MAPS = '<div id="maps" data-maps="study"></div>'
 MAPS_PAGE = """<body>
 <header>
 <!--shell-->
@@ -90,17 +90,17 @@ def page(table: pa.Table, about: Mapping[str, Any], live: bool = False) -> str:
                                for fmu in provenance["fmus"])
                    + "".join(f"; {escape(change)}" for change in provenance["changes"]),
         data=json_in_html({**data(table, about, metrics, drawn, shares, mapped),
-                           **({"maps": maps_data([mapped])} if mapped else {})}),
+                           **({"maps": {"study": maps_data([mapped])}} if mapped else {})}),
         scripts=shell.scripts(*map(read, SCRIPTS), *own))
 
 
 def write_maps(path: Path, title: str, said: str, maps: Sequence[LawMap], words: Sequence[str] = OUTCOMES) -> None:
     """Write a page of the maps of some laws, side by side, with a sentence about them, and words for `OUTCOMES`."""
-    css, script = ((FOLDER / name).read_text(encoding="utf-8") for name in ("study.css", "map.js"))
+    css = (FOLDER / "study.css").read_text(encoding="utf-8")
     shell.publish(path, shell.page(
         "study", escape(title), escape(said), read("style.css") + css, MAPS_PAGE, name=escape(title),
-        said=escape(said), maps=MAPS, data=json_in_html({"maps": maps_data(maps, words)}),
-        scripts=shell.scripts(read(SCRIPTS[0]), script)))
+        said=escape(said), maps=MAPS, data=json_in_html({"maps": {"study": maps_data(maps, words)}}),
+        scripts=shell.scripts(*map(read, SCRIPTS[:2]))))
 
 
 def varies(values: np.ndarray[Any, np.dtype[np.float64]]) -> bool:

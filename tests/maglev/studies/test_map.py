@@ -93,7 +93,7 @@ def test_a_place_says_what_became_of_it_and_how_it_is_run(browser, tmp_path: Pat
     tab.page.emulate_media(color_scheme=scheme)
     wait_until(tab.page, "document.querySelector('.maps figcaption')?.textContent")
     assert "samples that pass" not in tab.evaluate("document.getElementById('metric')?.textContent ?? ''"), "seen once"
-    tab.page.select_option("#layer", index=1)
+    tab.page.select_option(".layer", index=1)
     tab.page.locator(".maps canvas").scroll_into_view_if_needed()
     box = tab.page.locator(".maps canvas").bounding_box()
     assert box is not None
@@ -105,18 +105,18 @@ def test_a_place_says_what_became_of_it_and_how_it_is_run(browser, tmp_path: Pat
     said, expected = tab.page.inner_text("#maps code"), command_of(about, sample)
     assert said.split(" --set ")[0] == expected.split(" --set ")[0]
     assert numbers(said) == numbers(expected), "the same bits"
-    assert tab.page.inner_text("#place") == f"plant.b 0.3, plant.c 11, plant.a 2: {OUTCOMES[STOPPED]}"
+    assert tab.page.inner_text(".place") == f"plant.b 0.3, plant.c 11, plant.a 2: {OUTCOMES[STOPPED]}"
     tab.page.locator(".maps canvas").focus()
     tab.page.keyboard.press("ArrowLeft")
-    assert OUTCOMES[STOPPED] in tab.page.inner_text("#place"), "10 is beyond 8.9"
+    assert OUTCOMES[STOPPED] in tab.page.inner_text(".place"), "10 is beyond 8.9"
     for _ in range(2):
         tab.page.keyboard.press("ArrowLeft")
-    assert tab.page.inner_text("#place").endswith(f"plant.c 2, plant.a 2: {OUTCOMES[PASSES]}")
-    whole = tab.evaluate("mapped.then(({ view }) => view.x[1] - view.x[0])")
+    assert tab.page.inner_text(".place").endswith(f"plant.c 2, plant.a 2: {OUTCOMES[PASSES]}")
+    whole = tab.evaluate("mapped.then(([{ view }]) => view.x[1] - view.x[0])")
     tab.page.click("[aria-label='zoom in']")
-    assert tab.evaluate("mapped.then(({ view }) => view.x[1] - view.x[0])") < whole == 9
+    assert tab.evaluate("mapped.then(([{ view }]) => view.x[1] - view.x[0])") < whole == 9
     tab.page.click("#maps >> text=all")
-    assert tab.evaluate("mapped.then(({ view }) => view.x[1] - view.x[0])") == whole
+    assert tab.evaluate("mapped.then(([{ view }]) => view.x[1] - view.x[0])") == whole
     assert tab.evaluate("document.documentElement.scrollWidth") == viewport["width"]
     assert violations(tab.page) == []
     tab.close()
@@ -130,11 +130,11 @@ def test_a_page_has_the_maps_of_laws_side_by_side(browser, tmp_path: Path) -> No
     write_maps(tmp_path / "laws.html", "laws", "From where <each> lands.", [found, found], words)
     text = (tmp_path / "laws.html").read_text(encoding="utf-8")
     data = json.loads(re.search(r'id="data">(.*?)</script>', text).group(1))   # type: ignore[union-attr]
-    cells = gzip.decompress(base64.b64decode(data["maps"]["laws"][1]["packed"]))
+    cells = gzip.decompress(base64.b64decode(data["maps"]["study"]["laws"][1]["packed"]))
     assert [*cells] == found.cells.ravel().tolist()
     assert "From where &lt;each&gt; lands." in text
     tab = Tab(browser, tmp_path / "laws.html")
     wait_until(tab.page, "document.querySelectorAll('.maps figcaption').length === 2")
     share = 100 * np.mean(found.cells[0] == PASSES)
-    wait_until(tab.page, f"document.querySelector('.maps figcaption').textContent.includes('lands from {share:.0f} %')")
+    wait_until(tab.page, f"document.querySelector('.maps figcaption').textContent.includes('lands in {share:.0f} %')")
     tab.close()

@@ -3,13 +3,14 @@
 const MAP = { left: 50, right: 8, top: 6, below: 36, least: 8 };   // px around a map; cells that are seen at least
 // How an outcome looks: its colour, and which pixels are inked, for who does not tell colours apart.
 const LOOKS = [["good", () => 1], ["good", (x, y) => (y % 6 < 2 ? 0.9 : 0.35)], ["close", (x, y) => ((x + y) % 8 < 3 ? 1 : 0.5)],
-  ["bad", (x, y) => ((x - y + 4096) % 8 < 3 ? 1 : 0.5)], ["bad", (x, y) => (x % 8 < 2 && y % 8 < 2 ? 0.9 : 0.25)], ["text", () => 1]];
+  ["bad", (x, y) => ((x - y + 4096) % 8 < 3 ? 1 : 0.5)], ["bad", (x, y) => (x % 8 < 2 && y % 8 < 2 ? 0.9 : 0.25)], ["text", () => 1],
+  ["good", (x, y) => (x % 6 < 3 && y % 6 < 3 ? 0.2 : 1)], ["close", (x) => (x % 6 < 2 ? 0.9 : 0.35)]];
 
 class OutcomeMaps {
-  constructor(place, { factors, laws, outcomes }) {
-    Object.assign(this, { factors, laws, outcomes, layer: 0, at: null });
-    [this.down, this.across] = factors;
-    this.all = { x: [-0.5, this.across.values.length - 0.5], y: [-0.5, this.down.values.length - 0.5] };
+  constructor(place, { factors, laws, outcomes, looks = [0, 1, 2, 3, 4, 5] }) {
+    Object.assign(this, { factors, laws, outcomes, looks, layer: 0, at: null });
+    [this.rows, this.columns] = factors.map(({ values }) => values.length);
+    this.all = { x: [-0.5, this.columns - 0.5], y: [-0.5, this.rows - 0.5] };
     this.view = { ...this.all };
     const tools = html("div", { class: "controls" }, place);
     for (const [sign, label, by] of [["+", "zoom in", 0.5], ["−", "zoom out", 2], ["all", "show all", Infinity]]) {
@@ -17,7 +18,7 @@ class OutcomeMaps {
     }
     this.layers = this.counted(factors.slice(2));
     if (this.layers.length > 1) {
-      const select = html("select", { id: "layer" }, html("label", {}, tools, `${factors.slice(2).map(({ name }) => name).join(", ")} `));
+      const select = html("select", { class: "layer" }, html("label", {}, tools, `${factors.slice(2).map(({ name }) => name).join(", ")} `));
       this.layers.forEach((layer, k) => select.append(new Option(factors.slice(2).map((each, i) => this.text(each, layer[i])).join(", "), k)));
       select.addEventListener("change", () => { this.layer = Number(select.value); this.draw(); });
     }
@@ -25,7 +26,7 @@ class OutcomeMaps {
     for (const law of laws) {
       const figure = html("figure", {}, maps);
       law.caption = html("figcaption", {}, figure);
-      law.canvas = html("canvas", { tabindex: 0, role: "application", "aria-describedby": "place" }, figure);
+      law.canvas = html("canvas", { tabindex: 0, role: "application" }, figure);
       this.listen(law);
     }
     const legend = html("p", { class: "legend" }, place), seen = new Set(laws.flatMap(({ cells }) => [...new Set(cells)]));
@@ -35,7 +36,8 @@ class OutcomeMaps {
       note.append(name);
       return [[canvas, k]];
     });
-    this.place = html("p", { id: "place", role: "status" }, place, "Point at a place, or tap it: what became of it, and how to run it.");
+    this.place = html("p", { class: "place", role: "status" }, place, `Point at a place, or tap it: what became of it${laws[0].command ? ", and how to run it" : ""}.`);
+    if (!laws[0].command) return;
     this.command = html("p", { hidden: "" }, place);
     this.code = html("code", {}, this.command);
     html("button", { type: "button", class: "copy" }, this.command, "Copy");
@@ -47,11 +49,15 @@ class OutcomeMaps {
   }
 
   text({ values, scale, unit }, k) {
-    return `${shortNumber(scale * values[k], 4)} ${unit}`.trim();
+    return `${this.label({ values, scale }, k)} ${unit}`.trim();
+  }
+
+  label({ values, scale }, k) {
+    return typeof values[k] === "string" ? values[k] : shortNumber(scale * values[k], 4);
   }
 
   outcome({ cells }, row, column) {
-    return cells[(this.layer * this.down.values.length + row) * this.across.values.length + column];
+    return cells[(this.layer * this.rows + row) * this.columns + column];
   }
 
   /** Zoom by a factor about a place, the one that is pointed at or the middle. */
@@ -87,9 +93,11 @@ class OutcomeMaps {
     const became = [law, ...this.laws.filter((each) => each !== law)].map((each) =>
       `${each.name ? `${each.name} ` : ""}${this.outcomes[this.outcome(each, row, column)]}`);
     this.place.textContent = `${where}: ${became.join("; ")}`;
-    this.code.textContent = [law.command, ...this.factors.flatMap(({ sets, values }, k) => Object.entries(sets).map(([target, given]) =>
-      `--set ${target}=${(given ?? values)[levels[k]]}`))].join(" ");
-    this.command.hidden = false;
+    if (this.command) {
+      this.code.textContent = [law.command, ...this.factors.flatMap(({ sets, values }, k) => Object.entries(sets).map(([target, given]) =>
+        `--set ${target}=${(given ?? values)[levels[k]]}`))].join(" ");
+      this.command.hidden = false;
+    }
     this.draw();
   }
 
@@ -134,7 +142,7 @@ class OutcomeMaps {
     canvas.addEventListener("keydown", (event) => {
       const by = { ArrowLeft: [0, -1], ArrowRight: [0, 1], ArrowDown: [-1, 0], ArrowUp: [1, 0] }[event.key];
       const zoom = { "+": 0.5, "=": 0.5, "-": 2, 0: Infinity }[event.key];
-      if (by) this.point(law, (this.at ?? [this.down.values.length >> 1, this.across.values.length >> 1]).map((at, k) => at + by[k]));
+      if (by) this.point(law, (this.at ?? [this.rows >> 1, this.columns >> 1]).map((at, k) => at + by[k]));
       else if (zoom) this.zoom(zoom);
       else return;
       event.preventDefault();
@@ -157,7 +165,7 @@ class OutcomeMaps {
 
   /** Ink of an outcome over paper at a pixel. */
   paint(data, p, outcome, x, y) {
-    const [colours, ink] = this.inks[outcome], strength = ink(x, y), paper = this.paper ??= rgb("paper");
+    const [colours, ink] = this.inks[this.looks[outcome]], strength = ink(x, y), paper = this.paper ??= rgb("paper");
     for (let c = 0; c < 3; c++) data[4 * p + c] = strength * colours[c] + (1 - strength) * paper[c];
     data[4 * p + 3] = 255;
   }
@@ -180,17 +188,17 @@ class OutcomeMaps {
     pen.scale(ratio, ratio);
     pen.font = "11px system-ui, sans-serif";
     [pen.fillStyle, pen.strokeStyle] = [colour("text"), colour("text")];
-    const along = this.axis(this.across, x, 0, width, width / 70), up = this.axis(this.down, y, height, 0, height / 40);
+    const [down, across] = this.factors, along = this.axis(across, x, width, 30), up = this.axis(down, y, height, 15);
     pen.textAlign = "center";
     for (const [place, text] of along) pen.fillText(text, MAP.left + place, MAP.top + height + 14);
-    pen.fillText(titleOf(this.across), MAP.left + width / 2, MAP.top + height + 30);
+    pen.fillText(titleOf(across), MAP.left + width / 2, MAP.top + height + 30);
     pen.textAlign = "end";
-    for (const [place, text] of up) pen.fillText(text, MAP.left - 5, MAP.top + place + 4);
+    for (const [place, text] of up) pen.fillText(text, MAP.left - 5, MAP.top + height - place + 4);
     pen.save();
     pen.translate(12, MAP.top + height / 2);
     pen.rotate(-Math.PI / 2);
     pen.textAlign = "center";
-    pen.fillText(titleOf(this.down), 0, 0);
+    pen.fillText(titleOf(down), 0, 0);
     pen.restore();
     pen.strokeRect(MAP.left, MAP.top, width, height);
     if (this.at) {
@@ -203,17 +211,17 @@ class OutcomeMaps {
         pen.stroke(new Path2D(`M${cx - 9} ${cy}h18M${cx} ${cy - 9}v18`));
       }
     }
-    const layer = law.cells.subarray(this.layer * this.down.values.length * this.across.values.length).subarray(0, this.down.values.length * this.across.values.length);
-    const share = layer.reduce((sum, outcome) => sum + (outcome === 0), 0) / layer.length;
-    law.caption.textContent = `${law.name ? `${law.name}: ` : ""}${this.outcomes[0]} from ${(100 * share).toFixed(0)} % of the map`;
+    const size = this.rows * this.columns, layer = law.cells.subarray(this.layer * size, (this.layer + 1) * size);
+    const share = layer.reduce((sum, outcome) => sum + (outcome === 0), 0) / size;
+    law.caption.textContent = `${law.name ? `${law.name}: ` : ""}${this.outcomes[0]} in ${(100 * share).toFixed(0)} % of the map`;
     canvas.setAttribute("aria-label", law.caption.textContent);
   }
 
-  /** Ticks of a side, in its unit, at their places. */
-  axis({ values, scale }, [low, high], start, end, most) {
-    const step = (values.at(-1) - values[0]) / (values.length - 1) * scale, first = values[0] * scale;
-    const side = scaleOf(first + low * step, first + high * step, start, end, false);
-    return side.ticks(Math.max(2, Math.floor(most))).map(([value, text]) => [side.place(value), text]);
+  /** Labels of a side at the middles of their cells (px), as many as have their room. */
+  axis(factor, [low, high], length, room) {
+    const cell = length / (high - low), texts = factor.values.map((_, k) => this.label(factor, k));
+    const every = Math.ceil(Math.max(room, room > 20 ? 7 * Math.max(...texts.map((text) => text.length)) : 0) / cell);
+    return texts.map((text, k) => [(k - low) * cell, text]).filter(([place], k) => k % every === 0 && place >= 0 && place <= length);
   }
 }
 
@@ -227,15 +235,13 @@ function rgb(name) {
   return [1, 3, 5].map((at) => parseInt(colour(name).slice(at, at + 2), 16));
 }
 
-/** Maps of the page, where it has some, drawn; the cells of a law are packed bytes. */
-async function outcomeMaps() {
-  const place = document.getElementById("maps");
-  if (!place) return null;
-  for (const law of report.maps.laws) law.cells = await unpacked(law.packed);
-  const maps = new OutcomeMaps(place, report.maps);
-  maps.draw();
+/** The maps of an element, drawn; the cells of a law are packed bytes. */
+async function drawMaps(place) {
+  const data = report.maps[place.dataset.maps];
+  for (const law of data.laws) law.cells = await unpacked(law.packed);
+  const maps = new OutcomeMaps(place, data);
+  new ResizeObserver(() => maps.draw()).observe(place);   // also where it was not to be seen
   for (const media of ["(prefers-color-scheme: dark)", "print"]) matchMedia(media).addEventListener("change", () => maps.draw());
-  window.addEventListener("resize", () => maps.draw());
   return maps;
 }
 
@@ -244,6 +250,4 @@ document.addEventListener("click", async ({ target }) => {
   await navigator.clipboard.writeText(target.previousElementSibling.textContent);
   target.textContent = "Copied";
 });
-const mapped = outcomeMaps();
-// For tests: what is drawn, and what went wrong.
-window.maglevReport = { errors, mapped };
+const mapped = Promise.all([...document.querySelectorAll("[data-maps]")].map(drawMaps));   // for tests, too
