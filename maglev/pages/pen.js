@@ -33,13 +33,4 @@ function polygon(context, points) {
   context.closePath();
 }
 
-/** Draw the outline of a box: left, top, width, height. */
-function boxed(context, box, colour, width = 1, dash = []) {
-  context.strokeStyle = colour;
-  context.lineWidth = width;
-  context.setLineDash(dash);
-  context.strokeRect(...box);
-  context.setLineDash([]);
-}
-
 const DASHED = [5, 4];   // px

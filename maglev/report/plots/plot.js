@@ -95,6 +95,15 @@ function swatch(parent, { css, dash, marked, symbol }) {
   else svg("path", { d: "M1 5h20", style: `stroke: var(--${css}); stroke-width: 2.5; stroke-dasharray: ${DASHES[dash]}` }, picture);
 }
 
+/** An entry of a legend: a line, which a click hides, or what is marked. */
+function entry(list, line, hides = null, shown = true) {
+  const made = html(hides ? "button" : "span", { ...(hides && { type: "button", "aria-pressed": String(shown) }), "data-name": line.name }, list);
+  if (line.area) html("i", { class: "area", style: `background: var(--${line.css})` }, made);
+  else swatch(made, line);
+  made.append(line.name);
+  if (hides) made.addEventListener("click", hides);
+}
+
 const legendOfAll = document.getElementById("legend");   // of all plots of a page, where there is one
 const hiddenInAll = new Set();
 
@@ -108,19 +117,10 @@ function hide(hidden, name, place, shown) {
 function legend(plot, panel, parent) {
   const list = html("div", { class: "legend" }, parent), told = [...(legendOfAll?.children ?? [])].map(({ dataset }) => dataset.name);
   for (const line of panel.lines.filter(({ of, name }) => !told.includes(of ?? name))) {
-    const button = html("button", { type: "button", "aria-pressed": String(!plot.hidden.has(line.name)), "data-name": line.name }, list);
-    swatch(button, line);
-    button.append(line.name);
-    button.addEventListener("click", () => hide(plot.hidden, line.name, plot.element, [plot]));
+    entry(list, line, () => hide(plot.hidden, line.name, plot.element, [plot]), !plot.hidden.has(line.name));
   }
   const notes = new Map([...panel.areas, ...panel.levels, ...panel.instants, ...panel.marks].map((each) => [each.name, each]));
-  for (const { name, css, dash, area } of notes.values()) {
-    if (told.includes(name)) continue;
-    const note = html("span", { "data-name": name }, list);
-    if (area) html("i", { class: "area", style: `background: var(--${css})` }, note);
-    else swatch(note, { css, dash });
-    note.append(name);
-  }
+  for (const note of notes.values()) if (!told.includes(note.name)) entry(list, note);
 }
 
 /** Frame, grid and labels of a panel; of panels with one time the last one alone says which. */

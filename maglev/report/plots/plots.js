@@ -198,17 +198,9 @@ async function showFrictionless(id, shown) {
 
 /** Fill the legend of all plots: their runs, which a click hides, and what panels mark. */
 function fillLegend({ runs }) {
-  runs.forEach(({ label, css }, r) => {
-    const button = html("button", { type: "button", "aria-pressed": "true", "data-name": label }, legendOfAll);
-    swatch(button, { css, dash: RUN_DASHES[r % RUN_DASHES.length] });
-    button.append(label);
-    button.addEventListener("click", () => hide(hiddenInAll, label, document, Object.values(plots)));
-  });
-  for (const note of [...Object.entries(MARKED).map(([name, look]) => ({ name, ...look })), ...instantsOf(runs)]) {
-    const each = html("span", { "data-name": note.name }, legendOfAll);
-    swatch(each, note);
-    each.append(note.name);
-  }
+  runs.forEach(({ label: name, css }, r) => entry(legendOfAll, { name, css, dash: RUN_DASHES[r % RUN_DASHES.length] },
+    () => hide(hiddenInAll, name, document, Object.values(plots))));
+  for (const note of [...Object.entries(MARKED).map(([name, look]) => ({ name, ...look })), ...instantsOf(runs)]) entry(legendOfAll, note);
 }
 if (legendOfAll) Object.values(report.figures).slice(0, 1).forEach(fillLegend);
 for (const button of document.querySelectorAll("[data-switch]")) {
