@@ -11,7 +11,7 @@
     ├── CsvError               a CSV file that cannot be read, or has no numbers where it should
     ├── BaselineError          a baseline that is missing or cannot be used
     ├── IdentificationError    data, settings or a model file of an identification
-    ├── ControllerError        a Python file or class that cannot be flown
+    ├── ControllerError        a Python file or class that cannot be run
     ├── LinearModelError       an operating point, a parameter or a signal by which nothing can be linearised
     ├── StabilityError         a loop whose region of stability cannot be told
     └── BuildError             an FMU cannot be built

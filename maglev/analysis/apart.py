@@ -1,4 +1,4 @@
-"""An analysis in a process of its own, where what flies in it is not of this project: it may crash, exit or hang."""
+"""An analysis in a process of its own, where what runs in it is not of this project: it may crash, exit or hang."""
 
 from collections.abc import Callable, Sequence
 from functools import partial
@@ -18,11 +18,11 @@ Found = TypeVar("Found")
 
 def apart(function: Callable[..., Found], files: Sequence[Path], timeout: float, *arguments: Any,
           **options: Any) -> Found:
-    """Call a function here, or where one of the files that it flies is not of this project, in another process.
+    """Call a function here, or where one of the files that it runs is not of this project, in another process.
 
     `timeout` is the longest time without a step, s, `TIMEOUT` at least. FmuError if the process dies, or a step takes
     too long; ControllerError if one of the files stands for a class, which only this process knows, and another has to
-    fly elsewhere.
+    run elsewhere.
     """
     foreign = [path for path in files if flies_apart(path)]
     if not foreign:
@@ -43,6 +43,6 @@ def apart(function: Callable[..., Found], files: Sequence[Path], timeout: float,
 
 
 def work(function: Callable[..., Any], arguments: Sequence[Any], options: dict[str, Any], send: Send) -> Any:
-    """Call the function in this process; each step of what it flies is a sign of life."""
+    """Call the function in this process; each step of what it runs is a sign of life."""
     participant.SIGN_OF_LIFE[:] = [partial(send, "alive")]
     return function(*arguments, **options)

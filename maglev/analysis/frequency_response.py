@@ -1,4 +1,4 @@
-"""`frequency_response`: the response of a loop that flies, with all that is not linear in it, by injection.
+"""`frequency_response`: the response of a loop that runs, with all that is not linear in it, by injection.
 
 A multisine r is added to a measurement m = y + r between plant and controller. Of the loop opened there, L of 1 + L,
 L = −Y/M at each line, whatever the controller is inside, and whether or not it has a derivative. Several multisines of

@@ -1,4 +1,4 @@
-"""A plant and a controller, each ours or anybody's: made ready to fly about a point, and flown until they rest."""
+"""A plant and a controller, each ours or anybody's: made ready to run about a point, and run until they rest."""
 
 from collections.abc import Collection, Iterator, Mapping
 from contextlib import contextmanager
@@ -30,7 +30,7 @@ from pmlsm.dq_transform import clarke, park
 from pmlsm.elementary.sine_cosine import sine_cosine
 from pmlsm.rig import Rig
 
-SETTLE = 10.0        # s, at most, that a loop flies before it is looked at
+SETTLE = 10.0        # s, at most, that a loop runs before it is looked at
 LOOK = 0.5           # s, after each of which it is asked whether it rests
 CALM = 1e-9          # m or rad, by which it then moves no more
 AT_REST = 20e-6      # m or rad, by which it may still move in the end

@@ -1,4 +1,4 @@
-"""A frequency response that was flown, with its margins, as text, JSON, python-control's type and a picture."""
+"""A frequency response that was measured, with its margins, as text, JSON, python-control's type and a picture."""
 
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
@@ -175,7 +175,7 @@ class FrequencyResponse:
                 "linear_margins": None if margins is None else vars(margins), "why_not_linear": self.why_not}
 
     def __str__(self) -> str:
-        """What was flown, a table of the lines, and one of the margins."""
+        """What was measured, a table of the lines, and one of the margins."""
         parts = [heading(self), lines_text(self), *([margins_text(self)] if len(self.frequencies) >= MANY else [])]
         return "\n\n".join(parts) + "\n"
 
@@ -279,7 +279,7 @@ def lines_text(found: FrequencyResponse) -> str:
 
 
 def margins_text(found: FrequencyResponse) -> str:
-    """Margins flown, with their standard errors, and those of the linear loop."""
+    """Measured margins, with their standard errors, and those of the linear loop."""
     flown, errors, linear = vars(found.margins), found.margin_errors, found.linear_margins
     rows = [["margins", "flown", "±", *(["linear"] if linear is not None else [])]]
     for name, title in TITLES.items():

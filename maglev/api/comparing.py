@@ -145,7 +145,7 @@ def compare(runs: Scenario | Sequence[Run] | Mapping[str, Run], controllers: Con
     first = experiments_of(before, {**options, "keep_settings": False}, say, watch) if before else []
     experiments = {label: put_in(plan, label, controller, options, say, watch) for label, controller in chosen.items()}
     for experiment in experiments.values():
-        experiment.drives(experiment.check())   # what these refuse shows before the others fly
+        experiment.drives(experiment.check())   # what these refuse shows before the others run
     say_notes([*first, *experiments.values()], say)
     results = fly_each({**{each.plan.name: each for each in first},
                         **{each.plan.name: each for each in experiments.values()}}, watch)
@@ -210,7 +210,7 @@ def put_in(plan: RunPlan, label: str, controller: Given, options: RunOptions, sa
 
 
 def fly_each(experiments: Mapping[str, Experiment], watch: Watch) -> dict[str, RunResult]:
-    """Fly runs here, one after the other, those that others start from first; one that fails leaves the others."""
+    """Make runs here, one after the other, those that others start from first; one that fails leaves the others."""
     results: dict[str, RunResult] = {}
     with watch(list(experiments)) as watcher:
         for wave in waves({name: each.plan.needs for name, each in experiments.items()}):
@@ -229,7 +229,7 @@ def fly_each(experiments: Mapping[str, Experiment], watch: Watch) -> dict[str, R
 
 
 def of_flown_runs(runs: Sequence[Run] | Mapping[str, Run]) -> Comparison:
-    """Comparison of runs that were flown; ScenarioError if they have other axes or references."""
+    """Comparison of runs that were made; ScenarioError if they have other axes or references."""
     if isinstance(runs, Run):
         raise ScenarioError(f"runs: one run, {runs.name}, expected two or more in a list, or the name of a run to make")
     labels = runs if isinstance(runs, Mapping) else dict(zip(labelled([run.name for run in runs]), runs, strict=True))

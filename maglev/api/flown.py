@@ -1,4 +1,4 @@
-"""One run that was flown: columns, metrics and verdicts as data, and ways on to other tools."""
+"""One run that was made: columns, metrics and verdicts as data, and ways on to other tools."""
 
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import replace

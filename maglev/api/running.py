@@ -367,7 +367,7 @@ def fly_all(experiments: Sequence[Experiment], out: Path, form: Format, jobs: in
     """Fly a single run here, several in processes; each leaves its columns."""
     with watch([experiment.plan.name for experiment in experiments]) as watcher:
         if len(experiments) == 1:
-            experiments[0].check()   # of many runs, one that cannot be flown leaves the others alone
+            experiments[0].check()   # of many runs, one that cannot be run leaves the others alone
             return [execute_or_fail(experiments[0], out, form, {}, partial(watcher, experiments[0].plan.name))]
         return execute_all(experiments, out, form, jobs, watcher)
 
@@ -391,7 +391,7 @@ def say_notes(experiments: Iterable[Experiment], say: Say) -> None:
     sentences: list[str] = []
     for experiment in experiments:
         if experiment.put_in and not experiment.fits():
-            continue   # refused when it flies: what it would have started with is no news
+            continue   # refused when it runs: what it would have started with is no news
         sentences += start_values_said(experiment.plan, experiment.files, experiment.left_out, experiment.put_in)
         sentences += experiment.notes
     for sentence in dict.fromkeys(sentences):

@@ -60,7 +60,7 @@ def build_written(path: Path, folder: Path, kind: Kind = PYTHON) -> Path:
     """Build the FMU of a user's class into a folder, or its WebAssembly module; returns its path.
 
     `path` is that of a Python file, `lqi.py`, or names a class in it, `lqi.py:LQI`. ControllerError or BuildError if
-    the class cannot be flown, or an FMU cannot have what is in its file; with file and line.
+    the class cannot be run, or an FMU cannot have what is in its file; with file and line.
     """
     from maglev.cosim.open import read_description  # to list what there is takes no fmpy
 
@@ -139,7 +139,7 @@ def build(names: Iterable[str], folder: Path, kind: Kind = PYTHON, watch: Watch 
 def experiments_in(definition: FmuDefinition) -> dict[str, bytes]:
     """Files of the experiments that an FMU carries: a smoke test, and of those of this project a part of a scenario.
 
-    One with a clock has none: who flies them steps FMUs without one.
+    One with a clock has none: who runs them steps FMUs without one.
     """
     if definition.sampled and definition.clocked:
         return {}

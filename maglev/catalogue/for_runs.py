@@ -39,14 +39,14 @@ def fmus_for_runs(names: Iterable[str], fmus: str | Path | None = None, kind: st
     ----------
     names : iterable of str
     fmus : path, optional
-        The folder that a user names: what is in it flies, nothing is built.
+        The folder that a user names: what is in it runs, nothing is built.
     kind : "python" or "native", optional
         Of a folder, native ones are in its folder `native`. Results have the same bits. If not given, what is built is
         native where there is a compiler; a folder is taken as it is.
     fmi : int
         3 for native ones of FMI 3.0, in the folder `fmi3`.
     everywhere : bool
-        Whether native ones that are built fly on every platform, not only on this machine.
+        Whether native ones that are built run on every platform, not only on this machine.
     say, watch : callable
         Told what is built or fails, and how many are done.
 
@@ -149,7 +149,7 @@ def key(name: str, kind: Kind) -> str:
 
 
 def require_flyable(description: Path, say: Say) -> None:
-    """Refuse a stage that cannot fly, as of `flyable`, and say what keeps it from flying well."""
+    """Refuse a stage that cannot run, as of `flyable`, and say what keeps it from running well."""
     from maglev.own_stage.consequences import stage  # linear models: scipy takes its time to load
 
     for warning in stage(description).warnings:

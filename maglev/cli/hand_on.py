@@ -68,7 +68,7 @@ def ref(fmu: Annotated[Path, typer.Argument(metavar="FMU", help="An FMU for co-s
         debug: Debug = False, **options: Any) -> None:
     """Fly a scenario with an FMU, and put what it was given and gave there into it, as an experiment of its own.
 
-    `maglev check` and other tools that know the layered standard FMI-LS-REF can then fly it alone. The table `check` of
+    `maglev check` and other tools that know the layered standard FMI-LS-REF can then run it alone. The table `check` of
     the scenario says what is compared, and how closely.
 
     **Examples:**

@@ -36,7 +36,7 @@ SHOWN = ("error", "position", "commands", "own")   # panels of the page, in this
 
 
 def rows_of(runs: Runs) -> list[Row]:
-    """What was measured on the runs that were flown to their ends, side by side; and what their laws cost, if known."""
+    """What was measured on the completed runs, side by side; and what their laws cost, if known."""
     flown = {label: run for label, run in runs.items() if run.metrics is not None}
     rows = side_by_side({label: measures(run.plan, run.metrics) for label, run in flown.items()
                          if run.metrics is not None})

@@ -55,7 +55,7 @@ def in_order(needs: Mapping[str, set[str]], task: Callable[[str, Ends], Task[T]]
         After Ctrl-C or SIGTERM.
     """
     results: dict[str, T] = {}
-    with kept_processes() as idle:   # a process takes as long to start as some runs to fly
+    with kept_processes() as idle:   # a process takes as long to start as some runs to run
         for ready in waves(needs):
             ends = {name: {other: results[other].ends for other in needs[name]} for name in ready}
             if here:

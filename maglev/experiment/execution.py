@@ -155,7 +155,7 @@ def measured(plan: RunPlan, recording: Recording) -> Metrics:
 
 
 def expected(experiment: Experiment) -> Metrics:
-    """Metrics of a run that follows its references exactly: what can be measured, before it is flown."""
+    """Metrics of a run that follows its references exactly: what can be measured, before it is run."""
     plan, time, drives = experiment.plan, experiment.times, experiment.drives(experiment.check())
     rest = np.zeros(len(time))
     columns = {name: rest for motor in plan.motors.values() for name in (*motor.currents, *motor.commands)}
@@ -174,7 +174,7 @@ def require_judgeable(experiments: Sequence[Experiment]) -> None:
     by_name = {experiment.plan.name: experiment for experiment in experiments}
     for experiment in experiments:
         plan = experiment.plan
-        if not (plan.own or experiment.changes) or not experiment.fits():   # of another, its flight says why
+        if not (plan.own or experiment.changes) or not experiment.fits():   # of another, its run says why
             continue
         drives = experiment.drives(experiment.check())   # refuses what the stage cannot reach
         if not (plan.own and plan.claims):
@@ -246,7 +246,7 @@ def judge_all(results: Sequence[RunResult]) -> Judgements:
     """Judge the claims of every run, by name, comparative ones against the other runs.
 
     The thesis's claims are about its runs: those of a modified run, or of one that a user's file makes of it, have no
-    verdict on the thesis, nor has a comparison with one. A user's own are judged whatever flies. Another reading of an
+    verdict on the thesis, nor has a comparison with one. A user's own are judged whatever runs. Another reading of an
     experiment does not count.
     """
     metrics = {result.plan.name: result.metrics for result in results}

@@ -8,7 +8,7 @@ from maglev.own_fmus import definition
 from maglev.parameter import Parameter
 from pmlsm.rig import Rig
 
-Own = Callable[[str], float | None]   # what a variable of an FMU is that flies, or None if it has none
+Own = Callable[[str], float | None]   # what a variable of an FMU is that runs, or None if it has none
 
 
 @dataclass(frozen=True)

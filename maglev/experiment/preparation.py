@@ -79,7 +79,7 @@ class Experiment:
     not_compared : tuple of str
         Signals of the plan that are not compared with its baseline, for the FMUs that were put in lack them.
     loop : Kept, optional
-        Library that makes the steps, where all that flies are FMUs.
+        Library that makes the steps, where all that runs are FMUs.
     stale : tuple of str
         Sentences about FMUs of this project that are not what it builds now; they are among the notes.
     parameter_sets : dict of str to str
@@ -223,9 +223,9 @@ class Experiment:
         return list(self.plan.wires.values())
 
     def run(self, progress: Progress | None = None, complete: Complete = lambda _: None) -> Recording:
-        """Run the co-simulation; in a process of its own if what flies is not all of this project.
+        """Run the co-simulation; in a process of its own if what runs is not all of this project.
 
-        `complete` is called with the recording as soon as that is complete: what flies may hold its process after that.
+        `complete` is called with the recording as soon as that is complete: what runs may hold its process after that.
         """
         descriptions = self.check()
         try:
@@ -260,7 +260,7 @@ class Experiment:
 
     @property
     def here(self) -> bool:
-        """Whether it flies in this process alone: a class was given, which no other knows."""
+        """Whether it runs in this process alone: a class was given, which no other knows."""
         return any(is_class(path) for path in self.files.values())
 
     def output_every(self) -> int:
@@ -370,7 +370,7 @@ def samples(name: str, file: Path) -> bool:
 
 
 def flies_apart(file: Path) -> bool:
-    """Whether it flies in a process of its own: an FMU that is not ours, a Python file; not a class, which has none."""
+    """Whether it runs in a process of its own: an FMU that is not ours, a Python file; not a class, which has none."""
     return is_foreign(file) or (is_written(file) and not is_class(file))
 
 

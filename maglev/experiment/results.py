@@ -30,7 +30,7 @@ class ResultFiles:
     name: str
 
     def columns(self, form: Format) -> Path:
-        """Columns of a run that was flown to its end."""
+        """Columns of a completed run."""
         return self.folder / f"{self.name}.{form}"
 
     @property

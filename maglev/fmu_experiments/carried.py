@@ -43,13 +43,13 @@ class CarriedExperiment:
     inputs: File | None = None        # CSV
     results: File | None = None       # CSV
     options: File | None = None       # the tolerances of the results
-    problem: str = ""                 # why it cannot be flown; empty if it can
+    problem: str = ""                 # why it cannot be run; empty if it can
 
 
 def carried_experiments(path: Path) -> list[CarriedExperiment]:
     """Experiments of an FMU; FmuError if the file cannot be read, or if it carries none.
 
-    What is wrong with one experiment is in its `problem`: the others can be flown.
+    What is wrong with one experiment is in its `problem`: the others can be run.
     """
     try:
         with ZipFile(path) as archive:
@@ -130,7 +130,7 @@ def experiment(path: Path, place: str, element: Element, files: Mapping[str, byt
                used: set[str]) -> CarriedExperiment:
     """An experiment of an experiments file; the names of its results are added to `used`."""
     label = element.get("name", "")
-    references = element.find("References")   # of this experiment, also where it cannot be flown
+    references = element.find("References")   # of this experiment, also where it cannot be run
     if references is not None and (results := place_of(references.get("source", ""), place)) is not None:
         used.add(results)
     kinds = [child.tag for child in element if child.tag[0].isupper()]

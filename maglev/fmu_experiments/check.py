@@ -1,4 +1,4 @@
-"""The experiments that FMUs carry, flown and compared with the results that they carry."""
+"""The experiments that FMUs carry, run and compared with the results that they carry."""
 
 import functools
 import time
@@ -173,7 +173,7 @@ def expected_results(file: File, variables: Mapping[str, ScalarVariable],
 
 
 def missing_times(given: Array, flight: Times) -> list[str]:
-    """Which parts of a flight results leave out, in words: where one of their rows more would have fitted."""
+    """Which parts of a run results leave out, in words: where one of their rows more would have fitted."""
     most = float(np.diff(given).max(initial=0.0)) * (1.0 - ON_GRID)
     return [f"t = {begin:.9g} s to {end:.9g} s" for begin, end in ((flight.start, given[0]), (given[-1], flight.stop))
             if end - begin > ON_GRID * flight.step and end - begin >= most]
@@ -193,7 +193,7 @@ def require_whole(file: File, expected: Expected, lacking: Sequence[str],
 
 def times_of(experiment: CarriedExperiment, description: ModelDescription, run: Mapping[str, float],
              expected: Array) -> Times:
-    """Times of a flight: those of the experiment, of the options, of the FMU's default experiment, of the results."""
+    """Times of a run: those of the experiment, of the options, of the FMU's default experiment, of the results."""
     default = description.defaultExperiment
     internal = getattr(description.coSimulation, "fixedInternalStepSize", None)
 

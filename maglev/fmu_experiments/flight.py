@@ -23,7 +23,7 @@ KEY = b"checked"   # name of the instance
 
 
 class Times(NamedTuple):
-    """Start and end of a flight and the communication step, s, and the relative tolerance of a solver."""
+    """Start and end of a run and the communication step, s, and the relative tolerance of a solver."""
 
     start: float
     stop: float

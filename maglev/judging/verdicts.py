@@ -48,7 +48,7 @@ class ClaimResult:
     against : float or None
         What a comparative claim compares the measured value with.
     without : ClaimResult or None
-        The same of runs without what the claim's reason blames; None if these were not flown.
+        The same of runs without what the claim's reason blames; None if these were not run.
     counts : bool
         Whether it is one of the thesis's claims; not if the run is another reading of an experiment that has one.
     """
@@ -103,7 +103,7 @@ def those_that_count(claims: Iterable[ClaimResult]) -> list[ClaimResult]:
 
 
 def specification(claims: Iterable[ClaimResult]) -> list[ClaimResult]:
-    """Claims of a user's own: what a run should do, whichever controller flies."""
+    """Claims of a user's own: what a run should do, whichever controller runs."""
     return [claim for claim in claims if claim.claim.own]
 
 

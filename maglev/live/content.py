@@ -52,7 +52,7 @@ def flies_live(plan: RunPlan) -> bool:
 
 
 def not_live() -> dict[str, list[str]]:
-    """Packaged experiments that no page can fly, by the reason."""
+    """Packaged experiments that no page can run, by the reason."""
     found: dict[str, list[str]] = {}
     for plan in (plan for name in packaged_files() for plan in load_plans(name) if not plan.check_only):
         if why := why_not_live(plan):
@@ -61,7 +61,7 @@ def not_live() -> dict[str, list[str]]:
 
 
 def why_not_live(plan: RunPlan) -> str:
-    """Why no page can fly a run; empty if one can."""
+    """Why no page can make a run; empty if one can."""
     models, rig = {name: fmu.model for name, fmu in plan.fmus.items()}, plan.rig
     plant, *controllers = linear_names(rig) if rig is not None else [""]
     between = models.pop("measurement", None)
@@ -81,7 +81,7 @@ def why_not_live(plan: RunPlan) -> str:
 
 
 def require_live(plan: RunPlan) -> Rig:
-    """Rig of a run that a page can fly, whose stage this process knows from then on; FmuError of another run."""
+    """Rig of a run that a page can run, whose stage this process knows from then on; FmuError of another run."""
     why = why_not_live(plan)
     if plan.rig is None or why:
         raise FmuError(f"{plan.name} cannot run in the live page: {why}")
@@ -91,14 +91,14 @@ def require_live(plan: RunPlan) -> Rig:
 
 
 def live_runs() -> list[RunPlan]:
-    """Packaged runs that the page can fly."""
+    """Packaged runs that the page can run."""
     return [plan for name in packaged_files() for plan in load_plans(name) if flies_live(plan)]
 
 
 def page_data(fmus: Path, plans: Iterable[RunPlan]) -> dict[str, Any]:
     """Everything but the modules, for JSON; the descriptions of the modules are in a folder.
 
-    FmuError if a run cannot fly in a page, or a module is missing or of another description.
+    FmuError if a run cannot run in a page, or a module is missing or of another description.
     """
     data: dict[str, Any] = {"fmus": {}, "runs": {}, "gravity": GRAVITY, "colours": LAW_COLOURS, "rigs": {}}
     flown: list[Rig] = []
@@ -147,7 +147,7 @@ def variable_data(variable: ScalarVariable) -> dict[str, Any]:
 
 
 def run_data(plan: RunPlan, rig: Rig) -> dict[str, Any]:
-    """A run's plan as the page flies it, SI."""
+    """A run's plan as the page runs it, SI."""
     plant, *controllers = linear_names(rig)
     return {"title": plan.title, "plant": plant, "measurement": measurement_of(rig),
             "step": plan.step, "stop": plan.stop_time, "axes": rig.axis_names, "vertical": rig.vertical.name,

@@ -21,7 +21,7 @@ from maglev.toml_file import read_toml
 
 FOLDER = Path(__file__).parent
 EDITOR = FOLDER / "vendor" / "codemirror.js"   # not ours: see beside it
-WORKER = ("fmu.js", "law.js", "signals.js", "flight.js", "worker.js")                      # in the thread that flies
+WORKER = ("fmu.js", "law.js", "signals.js", "flight.js", "worker.js")                      # in the thread that runs
 SCRIPTS = ("state.js", "history.js", "traces.js", "plots.js", "forces.js", "controls.js", "starters.js", "editor.js",
            "beat.js", "stories.js", "own.js", "messages.js", "main.js", "picture.js", "hands.js", "start.js")
 ABOUT = "A platform that magnets hold in the air: drag it, drop a weight on it, write a controller that does better."
@@ -80,7 +80,7 @@ def plans_of(file: Path) -> list[RunPlan]:
 
 
 def live_page(fmus: Path, plans: Iterable[RunPlan], elsewhere: Mapping[str, Iterable[str]] | None = None) -> str:
-    """Text of a page that flies runs, and says why others are `elsewhere`; the same files give the same text."""
+    """Text of a page that simulates runs, and says why others are `elsewhere`; the same files give the same text."""
     data = page_data(fmus, plans)
     modules = {name: shell.packed((fmus / f"{name}.wasm").read_bytes()) for name in data["fmus"]}
     return shell.page(
@@ -96,7 +96,7 @@ def live_page(fmus: Path, plans: Iterable[RunPlan], elsewhere: Mapping[str, Iter
 
 
 def reasons(elsewhere: Mapping[str, Iterable[str]]) -> str:
-    """A list of runs that a page does not fly, by the reason; empty if there are none."""
+    """A list of runs that a page does not run, by the reason; empty if there are none."""
     rows = "\n".join(f"<li>{escape(', '.join(names))}: {escape(why)}</li>" for why, names in elsewhere.items())
     return f"<details><summary>Runs that are not here</summary><ul>\n{rows}</ul></details>\n" if rows else ""
 

@@ -33,7 +33,7 @@ class Row:
 
 @dataclass(frozen=True)
 class Origin:
-    """What maps rest on: version and commit that flew them, the FMUs' GUIDs by model, where they are kept."""
+    """What maps rest on: version and commit that ran them, the FMUs' GUIDs by model, where they are kept."""
 
     version: str
     commit: str | None

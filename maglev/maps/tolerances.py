@@ -1,4 +1,4 @@
-"""What laws tolerate: outcomes of flights in which two things get worse at a time, as maps.
+"""What laws tolerate: outcomes of runs in which two things get worse at a time, as maps.
 
 Studies find them; those of the rigs come with the package, as data that `studies/tolerances` writes.
 """
@@ -100,7 +100,7 @@ column of a map are without the one or the other."""
 
 
 def last_that_holds(found: Outcomes, side: Worse) -> str:
-    """The worst value of a side up to which every flight holds, of those flown; `found` has the outcomes along it."""
+    """The worst value of a side up to which every run holds; `found` has the outcomes along it."""
     held = int(np.argmax(np.append(found != HOLDS, True)))
     return "—" if not held else side.text(side.values[held - 1]) + (" and worse" if held == len(found) else "")
 

@@ -184,7 +184,7 @@ def stage(path: str | Path) -> Consequences:
 
 
 def consequences(rig: Rig) -> Consequences:
-    """What follows from a stage that this process knows, and that can fly."""
+    """What follows from a stage that this process knows, and that can run."""
     gap, *ends = travel(rig)
     inward = 1e-6 * (ends[1] - ends[0])   # a stop itself is touched
     limit = current_limit(rig)

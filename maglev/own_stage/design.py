@@ -208,7 +208,7 @@ def delayed(rig: Rig, axis: RigAxis, z: Complex) -> DelayedAxis:
         wanted = max(sqrt(strongest(rig, axis.name) / (2.0 * way)), rates[0])
         rates = np.concatenate([wanted * SLOWER[SLOWER * wanted >= leaving], rates])
     if leaving * rig.sample_time > SLOWEST_SAMPLING:
-        return DelayedAxis(rates[:1], True, ())   # refused where it is to fly
+        return DelayedAxis(rates[:1], True, ())   # refused where it is to run
     lag = max(motor.amplifier.lag for motor in rig.motors)
     places = tuple((alpha, response(alpha, lag, rig.sample_time, z)) for alpha in alphas)
     return DelayedAxis(rates, axis not in rig.horizontal, places)

@@ -1,4 +1,4 @@
-"""Whether a stage can fly at all: what cannot says why, with numbers, before anything is built."""
+"""Whether a stage can run at all: what cannot says why, with numbers, before anything is built."""
 
 from operator import attrgetter
 from pathlib import Path
@@ -15,7 +15,7 @@ from pmlsm.rig import Rig, RigAxis
 
 
 def flyable(path: str | Path) -> Rig:
-    """Read a description and check that its stage can fly.
+    """Read a description and check that its stage can run.
 
     RigError, ScenarioError if it is no description; if stops are outside the field's range, no current below the limits
     holds the mover at its start, thrust does not overcome bias and friction, sampling is too slow for the unstable

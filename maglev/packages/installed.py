@@ -10,7 +10,7 @@ from pathlib import Path
 from maglev.packages import OURS
 
 HERE = Path(__file__).parents[2]
-COMPARED = (".py", ".c", ".h", ".toml", ".j2")   # endings of what executes, or says what is flown
+COMPARED = (".py", ".c", ".h", ".toml", ".j2")   # endings of what executes, or says what is run
 
 
 @cache

@@ -61,7 +61,7 @@ def evaluate(settings: ProcedureSettings, runs: Runs) -> Outcome:
 
 
 def deviation(flown: RunResult, model: RunResult, name: str) -> float:
-    """RMS of model − rig over the RMS of the rig's motion about its mean, for as long as both flew."""
+    """RMS of model − rig over the RMS of the rig's motion about its mean, for as long as both ran."""
     rows = min(len(model.time), len(flown.time))
     there, here = plant_column(model, name)[:rows], plant_column(flown, name)[:rows]
     motion = float(here.std())

@@ -28,7 +28,7 @@ class Kind(NamedTuple):
     subject: str                 # after the rig's title
     table: str                   # what a rig's table has
     page: str                    # that says more, in the repository
-    tool: str                    # what flies them again
+    tool: str                    # what runs them again
     read: Callable[[], Mapping[str, OfRig]]
     outcomes: tuple[str, ...]
     looks: tuple[int, ...]       # of the outcomes, numbers of `LOOKS`; what means the same has the same in all kinds

@@ -94,7 +94,7 @@ def report_page(results: Sequence[RunResult], judgements: Judgements, outcomes: 
 
 
 def origin(results: Sequence[RunResult]) -> str:
-    """How many of the package's runs the report has, and with what, when and where they were flown."""
+    """How many of the package's runs the report has, and with what, when and where they were run."""
     packaged = packaged_runs()
     here = sum(result.plan.name in packaged and not result.plan.own for result in results)
     flown = dict.fromkeys((each.version, each.commit, each.python) for each in (result.provenance for result in results)
@@ -167,7 +167,7 @@ def run_link(run: RunResult, judgements: Judgements) -> str:
 
 
 def live_link(run: RunResult) -> str:
-    """Link that opens a run in the live page; empty for one that it cannot fly as it was flown here."""
+    """Link that opens a run in the live page; empty for one that it cannot run as it was run here."""
     if run.modified or not flies_live(run.plan):
         return ""
     name = run.plan.name

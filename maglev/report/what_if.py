@@ -1,4 +1,4 @@
-"""What if friction were zero: the runs behind claims whose reasons blame it, flown again without it."""
+"""What if friction were zero: the runs behind claims whose reasons blame it, run again without it."""
 
 from collections.abc import Callable, Sequence
 from dataclasses import replace
@@ -28,7 +28,7 @@ class Again(NamedTuple):
 
 def fly_frictionless(experiments: Sequence[Experiment], verdicts: Judgements, fly: Fly,
                      evaluate: Evaluate) -> Again:
-    """Fly again, of experiments that were flown, what claims rest on that were missed and whose reasons blame friction.
+    """Run again, of experiments that were run, what claims rest on that were missed and whose reasons blame friction.
 
     The verdicts, by run or procedure, are given back with what comes out `without` it.
     """

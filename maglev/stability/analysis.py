@@ -1,4 +1,4 @@
-"""`region`: how large a step a limited loop takes, certified, simulated and flown, with and without antiwindup."""
+"""`region`: how large a step a limited loop takes, certified, simulated and run, with and without antiwindup."""
 
 from collections.abc import Mapping
 from contextlib import ExitStack
@@ -104,7 +104,7 @@ def region(rig: str, axis: str, gap: Quantity, *, controller: str | None = None,
 
 
 def flown(flights: list[Flights], axis: str, gains: Array, step: float) -> Flown:
-    """Steps flown with antiwindup gains: with the gap free and, if there is a second, with the gap locked."""
+    """Steps run with antiwindup gains: with the gap free and, if there is a second, with the gap locked."""
     values: dict[str, float | bool] = {f"{axis}.ec{k}": float(gain) for k, gain in enumerate(gains, 1)}
     values["antiwindup"] = True   # gains of 0 are none, and the other axes keep theirs
     response, held = flights[0].respond(step, values)

@@ -1,4 +1,4 @@
-"""Steps of one axis flown by the FMUs: what the limit does to the stage itself."""
+"""Steps of one axis run by the FMUs: what the limit does to the stage itself."""
 
 from collections.abc import Mapping
 from pathlib import Path
@@ -19,14 +19,14 @@ from maglev.studies.flying.flight import Flight
 
 BEFORE = 1.0            # s, at rest before the step
 HELD = 1e-3             # m, error at the end that counts as held, as in the scenarios; of a tilt at the outermost motor
-NEAR_STOP = 0.5e-3      # m, that a flight begins away from a stop
+NEAR_STOP = 0.5e-3      # m, that a run begins away from a stop
 HALVINGS = 7
 
 Settings = Mapping[str, Quantity | bool]
 
 
 class Flights(Flight):
-    """Steps of one axis of a stage, flown one by one; a context manager that frees the FMUs.
+    """Steps of one axis of a stage, run one by one; a context manager that frees the FMUs.
 
     A horizontal axis steps from one side of the middle to the other, so that the stops are as far away as can be; the
     vertical one steps to the gap, a tilt to level.
@@ -67,7 +67,7 @@ class Flights(Flight):
                                       "plant.at_stop"})
 
     def stops(self) -> tuple[float, float, float]:
-        """Where the axis meets its stops, at the motors where the platform tilts, and how near a flight may begin."""
+        """Where the axis meets its stops, at the motors where the platform tilts, and how near a run may begin."""
         rig, plant, middle = self.rig, self.plant, self.middle[self.axis]
         if self.centred or not rig.rotations:
             stop = getattr(plant, self.axis).stop
@@ -116,7 +116,7 @@ class Flights(Flight):
         return response, bool(max(ends.values()) < HELD and not columns["plant.at_stop"].any())
 
     def largest(self, gains: Mapping[str, float | bool]) -> float:
-        """Largest step, m, up to which halving finds every flight held in both directions, within the stops."""
+        """Largest step, m, up to which halving finds every run held in both directions, within the stops."""
         return min(self.largest_of(sign, reach, gains) for sign, reach in zip((-1.0, 1.0), self.room(), strict=True))
 
     def largest_of(self, sign: float, reach: float, gains: Mapping[str, float | bool]) -> float:

@@ -1,4 +1,4 @@
-"""What `region` finds: largest steps, certified, simulated and flown, as text, data and picture."""
+"""What `region` finds: largest steps, certified, simulated and run, as text, data and picture."""
 
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
@@ -26,7 +26,7 @@ WIDER = 3.0      # than the ellipse
 
 @dataclass(frozen=True, eq=False)
 class Flown:
-    """Steps flown by the FMUs.
+    """Steps run by the FMUs.
 
     Attributes
     ----------
@@ -39,7 +39,7 @@ class Flown:
     largest_locked : float or None
         The same with the gap held by force, m; None of a vertical axis.
     room : float
-        Largest step in either direction that begins and ends off the stops, m: no larger one is flown.
+        Largest step in either direction that begins and ends off the stops, m: no larger one is run.
     """
 
     response: Response
@@ -97,7 +97,7 @@ class Candidate:
 
     @property
     def responses(self) -> dict[str, Response]:
-        """Responses by what answers: "linear" and, if it was flown, "flown"."""
+        """Responses by what answers: "linear" and, if it was run, "flown"."""
         return {"linear": self.response, **({"flown": self.flown.response} if self.flown else {})}
 
     def row(self) -> dict[str, str]:

@@ -1,4 +1,4 @@
-"""What a study keeps of each flight: columns of metrics by name, and the limits on them."""
+"""What a study keeps of each run: columns of metrics by name, and the limits on them."""
 
 import re
 from collections.abc import Iterable, Mapping
@@ -13,7 +13,7 @@ from maglev.schema.run_plan import RunPlan
 from maglev.studies.schema import Limit
 from maglev.units import parse_quantity, read_quantity, refused_as, si_unit
 
-# Of every flight; inf for what never happened. 1 of `failed`: a stop was touched, a trip, or too large an error.
+# Of every run; inf for what never happened. 1 of `failed`: a stop was touched, a trip, or too large an error.
 EVENTS = ("failed", "trip time", "stop contact time", "lost set-points")
 
 AT_STEP = " at t = "   # in the name of a metric of one step
@@ -35,7 +35,7 @@ class Column:
 
 
 def named_values(plan: RunPlan, metrics: Metrics) -> dict[str, tuple[float, str]]:
-    """Values and units of a flight by name.
+    """Values and units of a run by name.
 
     "overshoot of x at t = 6 s" is that of one step, "overshoot of x" the largest of all steps.
     """
@@ -53,7 +53,7 @@ def named_values(plan: RunPlan, metrics: Metrics) -> dict[str, tuple[float, str]
 
 def columns_of(known: Mapping[str, tuple[float, str]], asked: Iterable[str] | None, limits: Mapping[str, Limit],
                origin: str) -> list[Column]:
-    """Columns that a study keeps, those of limits among them; `known` has those of an expected flight.
+    """Columns that a study keeps, those of limits among them; `known` has those of an expected run.
 
     Names that are asked for, or limited, such as "overshoot", mean those of all axes or motors; without any, all are
     kept but those of single steps. `origin` is what refusals name.
@@ -94,7 +94,7 @@ def as_named(band: str) -> str:
 
 
 def passed(columns: Iterable[Column], values: Iterable[float], failure: str | None, limited: bool) -> bool:
-    """Whether a sample passes: flown to its end and within all limits; without limits, not failed."""
+    """Whether a sample passes: completed and within all limits; without limits, not failed."""
     if failure is not None:
         return False
     pairs = list(zip(columns, values, strict=True))

@@ -1,6 +1,6 @@
 """What a study leaves: one Parquet dataset of its samples, merged of a part for each batch.
 
-The dataset carries the digest of its own rows and metadata: what somebody has edited is not read for what was flown.
+The dataset carries the digest of its own rows and metadata: what somebody has edited is not read for what was run.
 """
 
 import hashlib
@@ -100,7 +100,7 @@ def trajectories_schema(job: Job, units: Mapping[str, str], about: Mapping[str, 
 
 
 def trajectories_table(job: Job, flown: Flown, times: Array, schema: pa.Schema) -> pa.Table:
-    """Trajectories of a batch, a row for each sample and time; none of a sample that was not flown to its end."""
+    """Trajectories of a batch, a row for each sample and time; none of a sample that was not completed."""
     if flown.trajectories is None:
         return schema.empty_table()
     whole = [i for i, failure in enumerate(flown.failures) if failure is None]

@@ -1,4 +1,4 @@
-"""What a stored sample is known by: a digest of all that its flight is made of, as it was resolved."""
+"""What a stored sample is known by: a digest of all that its run is made of, as it was resolved."""
 
 import hashlib
 import json

@@ -32,7 +32,7 @@ LARGEST_LIMIT = 1e6        # s, more than a week and less than what a system's c
 
 @dataclass(frozen=True)
 class PlannedStudy:
-    """A study that can be flown."""
+    """A study that can be run."""
 
     study: StudyFile
     job: Job
@@ -48,7 +48,7 @@ def plan_study(study: StudyFile, experiment: Experiment, origin: str, out: Path,
                run: Mapping[str, Any]) -> PlannedStudy:
     """Plan a study of an experiment, whose results go to the folder `out`.
 
-    `origin`, the file, is what refusals name; `run` has with what a full run flies the experiment, see
+    `origin`, the file, is what refusals name; `run` has with what a full run runs the experiment, see
     `maglev.studies.page.again`. MaglevError if something in it cannot be used, is out of range for some samples, or
     does not fit on the disk.
     """
@@ -124,7 +124,7 @@ def require_disk(study: StudyFile, out: Path, needed: float, count: int) -> None
 
 
 def about(study: StudyFile, job: Job, experiment: Experiment, run: Mapping[str, Any], count: int) -> dict[str, Any]:
-    """What stands in the metadata of the dataset; the same for the same study, however it was flown."""
+    """What stands in the metadata of the dataset; the same for the same study, however it was run."""
     provenance = {key: value for key, value in experiment.provenance().as_data().items() if key != "command"}
     return {"name": study.name, "title": study.title or f"{study.scenario}: {count} samples",
             "description": study.description, "key": job.key, "samples": count,

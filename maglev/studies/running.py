@@ -1,4 +1,4 @@
-"""A planned study flown: on a cluster, part by part, merged at the end; Ctrl-C keeps what is done."""
+"""A planned study run: on a cluster, part by part, merged at the end; Ctrl-C keeps what is done."""
 
 from collections.abc import Callable
 from contextlib import suppress
@@ -32,7 +32,7 @@ def run_study(planned: PlannedStudy, out: Path, jobs: int, scheduler: str | None
     """Fly a study; returns the path of its dataset.
 
     While it goes on, `NAME.parts` holds what is done. `NAME.trajectories.parquet` has what is kept of trajectories.
-    `say` is told what is missing or broken of what was done. MaglevError if it cannot be flown, another process is
+    `say` is told what is missing or broken of what was done. MaglevError if it cannot be run, another process is
     writing there, or parts are there and `resume` is not asked for; Interrupted after Ctrl-C or SIGTERM; what is done
     is kept.
     """

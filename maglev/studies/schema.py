@@ -1,4 +1,4 @@
-"""Study files: TOML that says which scenario is flown, what varies, by which design, and what is kept."""
+"""Study files: TOML that says which scenario is run, what varies, by which design, and what is kept."""
 
 from collections.abc import Mapping
 from pathlib import Path
@@ -96,7 +96,7 @@ class Varied(Table):
 
 
 class Design(Table):
-    """Which samples are flown: every combination of grids and lists, or points of scipy.stats.qmc in the unit cube.
+    """Which samples are run: every combination of grids and lists, or points of scipy.stats.qmc in the unit cube.
 
     Of "rows", sample k takes the k-th value of each list or grid. Of "saltelli", which Sobol indices need, `samples` is
     the base: it has that many times (number that vary + 2).

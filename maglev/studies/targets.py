@@ -1,4 +1,4 @@
-"""What a study sets in each flight: parameters, inputs and references, with their values by sample."""
+"""What a study sets in each run: parameters, inputs and references, with their values by sample."""
 
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass

@@ -1,4 +1,4 @@
-"""A tuning made ready: what it looks for and what that costs; what would be refused is refused before a flight."""
+"""A tuning made ready: what it looks for and what that costs; what would be refused is refused before a run."""
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
@@ -24,16 +24,16 @@ from maglev.user_controllers.blocks import built_blocks
 
 REFUSED = 1e6          # cost of a candidate that breaks a limit: more than any that meets all
 SMALLEST = 1e-6        # by which an excess is divided at least
-LARGEST_EXCESS = 1.0   # that one metric of one flight counts
+LARGEST_EXCESS = 1.0   # that one metric of one run counts
 
 Ends = tuple[float, float]   # of a range
 
-DIGITS = 5   # of the parameters that are flown, and written: those of the published gains, and one more
+DIGITS = 5   # of the parameters that are run, and written: those of the published gains, and one more
 
 
 @dataclass(frozen=True)
 class Cost:
-    """Cost of flights."""
+    """Cost of runs."""
 
     # What is measured, with the limits on it; the first is `failed`, which every tuning limits.
     columns: tuple[Column, ...]
@@ -43,9 +43,9 @@ class Cost:
     over: str                           # "worst" or "mean" of the plants
 
     def excess(self, flown: Array, before: Array) -> Array:
-        """How far flights are beyond the limits, 0 if within all, shape (candidates, plants).
+        """How far runs are beyond the limits, 0 if within all, shape (candidates, plants).
 
-        `flown` has the shape (candidates, plants, columns), NaN where a sample was not flown to its end; `before`,
+        `flown` has the shape (candidates, plants, columns), NaN where a sample was not completed; `before`,
         those with the scenario's own values, (plants, columns).
         """
         lows, highs = (np.array([getattr(column, end) for column in self.columns]) for end in ("min", "max"))

@@ -56,7 +56,7 @@ class Searched(Range):
 class TuneFile(Table):
     """What is tuned: the scenario, what is searched, what is minimised, under which limits, over which plants.
 
-    `minimise` are metrics as of a study; of a flight the largest of them counts, of the plants the worst or the mean.
+    `minimise` are metrics as of a study; of a run the largest of them counts, of the plants the worst or the mean.
     `times_before` are metrics that on every plant must not exceed so many times what they are with the scenario's own
     values.
     """

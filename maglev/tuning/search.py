@@ -1,4 +1,4 @@
-"""The search: differential evolution, whose generations are flown side by side."""
+"""The search: differential evolution, whose generations are run side by side."""
 
 import hashlib
 from collections.abc import Callable
@@ -17,7 +17,7 @@ from maglev.studies.flying.samples import Flown
 from maglev.studies.parts import Parts
 from maglev.tuning.planning import PlannedTuning
 
-Watcher = Callable[[int, int], None]   # flights done, flights in all
+Watcher = Callable[[int, int], None]   # runs done, runs in all
 Say = Callable[[str], None]
 
 
@@ -25,7 +25,7 @@ Say = Callable[[str], None]
 class Found:
     """What a search found."""
 
-    parameters: dict[str, float]   # by `fmu.variable`, SI, rounded as they were flown
+    parameters: dict[str, float]   # by `fmu.variable`, SI, rounded as they were run
     numbers: tuple[float, ...]     # what was searched: of poles the rates and dampings
     cost_before: float             # with the scenario's own values
     cost: float
@@ -33,11 +33,11 @@ class Found:
     after: Array
     fresh_before: Array            # on plants that were not, shape (fresh plants, columns)
     fresh_after: Array
-    flights: int                   # number that were flown
+    flights: int                   # number that were run
 
 
 class Search:
-    """A planned tuning; `parts` keep the metrics of all flights by what was flown."""
+    """A planned tuning; `parts` keep the metrics of all runs by what was run."""
 
     def __init__(self, planned: PlannedTuning, fly_batches: Fly, parts: Parts, watch: Watcher):
         self.planned = planned
@@ -45,7 +45,7 @@ class Search:
         self.parts = parts
         self.watch = watch
         self.flights = 0
-        self.failure: str | None = None   # why the last one that was not flown to its end was not
+        self.failure: str | None = None   # why the last one that was not completed was not
         tuning = planned.tuning
         self.all_flights = (len(planned.plants) * (tuning.population * (tuning.generations + 1) + 2)
                             + 2 * len(planned.fresh) * (tuning.fresh > 0))
@@ -74,7 +74,7 @@ class Search:
         return rows.reshape(len(candidates), len(plants), -1)
 
     def found(self) -> Found:
-        """Search, and fly what was found on fresh plants."""
+        """Search, and run what was found on fresh plants."""
         planned, tuning = self.planned, self.planned.tuning
         before, = self.fly(planned.nominal[None, :], planned.plants)
         if np.isnan(before[:, 0]).all():   # even `failed`
@@ -101,10 +101,10 @@ class Search:
 
 def search(planned: PlannedTuning, parts: Parts, scheduler: str | None, jobs: int, resume: bool,
            watch: Watcher, say: Say) -> Found:
-    """Search, with the flights on the workers of a scheduler or in so many processes of this machine.
+    """Search, with the runs on the workers of a scheduler or in so many processes of this machine.
 
     While it goes on, the folder of `parts` holds every generation that is done: the search takes the same course again,
-    and flies what is not there. `say` is told what is broken of it. MaglevError if something cannot be flown, another
+    and runs what is not there. `say` is told what is broken of it. MaglevError if something cannot be run, another
     process is writing there, or parts are there and `resume` is not asked for; Interrupted after Ctrl-C or SIGTERM;
     what is done is kept.
     """

@@ -41,7 +41,7 @@ LOADED: dict[tuple[Path, str], "Written"] = {}   # by path and digest of everyth
 
 @dataclass(frozen=True)
 class Written:
-    """A user's class that can fly."""
+    """A user's class that can run."""
 
     definition: WrittenDefinition
     file: Path | None                      # None if it was given as a class

@@ -1,1 +1,1 @@
-"""Functions that fly a scenario many times."""
+"""Functions that run a scenario many times."""

@@ -211,7 +211,7 @@ def study(what: "str | Path | StudyFile", *, vary: Vary | None = None, samples: 
 @contextmanager
 def made_ready(found: "StudyFile | TuneFile", path: Path, options: RunOptions, everywhere: bool,
                say: Say, watch: Watch) -> Iterator[tuple[Experiment, dict[str, Any]]]:
-    """Experiment of a study or a tuning, for as long as the block lasts, and what flies it with `maglev run`, as JSON.
+    """Experiment of a study or a tuning while the block lasts, and what repeats it with `maglev run`, as JSON.
 
     `everywhere` is whether what is built for it has binaries for all platforms.
     """

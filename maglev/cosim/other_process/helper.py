@@ -1,4 +1,4 @@
-"""The process that runs what is not ours: it reads Python files of users, and flies one run, study or analysis.
+"""The process that runs what is not ours: it reads Python files of users, and runs one run, study or analysis.
 
 Whatever such a file does when it is imported (it ends the process, or hangs) happens there. The process that has read
 it waits, for what follows.

@@ -255,7 +255,7 @@ class Follower:
 
     def calls(self) -> int:
         """Number of calls that were begun."""
-        # Read as a file, not mapped: what flies could cut it, and this process would end by SIGBUS.
+        # Read as a file, not mapped: what runs could cut it, and this process would end by SIGBUS.
         with (self.folder / COUNTER).open("rb") as file:
             found = file.read(8)
         self.cut = len(found) < 8
@@ -311,7 +311,7 @@ class Follower:
                          {name: column[:rows] for name, column in columns.items()}, notes)
 
     def foreign(self) -> str:
-        """Names of what flies that is not of this project."""
+        """Names of what runs that is not of this project."""
         return " or ".join(self.name(setup.name) for setup in self.job.setups
                            if is_written(setup.path) or not built_here(setup.path)) or STARTING.fmu
 

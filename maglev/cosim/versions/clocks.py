@@ -11,7 +11,7 @@ from fmpy.model_description import ModelDescription, ScalarVariable
 
 from maglev.cosim.versions.exchange import AGAIN, ENDS, FAILED, MOST_EVENTS, next_event
 
-PERIODIC = ("constant", "fixed", "tunable")   # interval variabilities that can be flown
+PERIODIC = ("constant", "fixed", "tunable")   # interval variabilities that can be run
 PUNCTUAL = 1e-6   # of an interval, or of a step, by which rounding may miss its end
 CHANGED = 2       # fmi3IntervalChanged
 

@@ -1,1 +1,1 @@
-"""What flies in the place of something else: ports, settings, units."""
+"""What runs in the place of something else: ports, settings, units."""

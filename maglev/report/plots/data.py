@@ -30,7 +30,7 @@ LARGEST_DATA = 8_200_000     # bytes of all signals; the rest is less than 2 mil
 
 
 class Frictionless(NamedTuple):
-    """Runs that were flown again without friction, and what procedures found in them."""
+    """Runs that were made again without friction, and what procedures found in them."""
 
     runs: Sequence[RunResult] = ()
     outcomes: Sequence[Outcome] = ()
@@ -59,7 +59,7 @@ def runs_data(results: Sequence[RunResult], shown: Sequence[Shown],
 
 
 def again_name(result: RunResult) -> str:
-    """Name in the page of a run that was flown again without friction."""
+    """Name in the page of a run that was made again without friction."""
     return f"{result.plan.name}, without friction"
 
 

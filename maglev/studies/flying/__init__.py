@@ -1,1 +1,1 @@
-"""Samples flown: on one instance of each FMU, in batches, on a Dask cluster."""
+"""Samples run: on one instance of each FMU, in batches, on a Dask cluster."""

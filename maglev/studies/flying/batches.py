@@ -1,7 +1,7 @@
-"""The batches of a study, and who flies them: this machine, or the workers of a Dask scheduler.
+"""The batches of a study, and who runs them: this machine, or the workers of a Dask scheduler.
 
-Here they fly side by side: by threads of this process where the FMUs' blocks are in one loop, which is C and lets other
-threads run. FMUs that are called fly in processes of their own.
+Here they run side by side: by threads of this process where the FMUs' blocks are in one loop, which is C and lets other
+threads run. FMUs that are called run in processes of their own.
 """
 
 from collections.abc import Callable, Iterator
@@ -37,11 +37,11 @@ FEWEST_BATCHES = 8                # of a small study, so that many workers have 
 LARGEST_TRAJECTORIES = 32e6       # bytes of a batch
 WORTH_COMPILING = 10_000_000   # steps, which take longer by calls of FMUs than the compiler for a loop without
 
-Fly = Callable[[Job, list[Batch], Array, Store], None]   # flies batches with values of the targets by sample
+Fly = Callable[[Job, list[Batch], Array, Store], None]   # runs batches with values of the targets by sample
 
 
 def batches_of(job: Job, samples: int, native: bool, rows: int) -> list[Batch]:
-    """Batches of a study; they depend on the study alone, not on who flies it."""
+    """Batches of a study; they depend on the study alone, not on who runs it."""
     steps = job.experiment.plan.stop_time / job.experiment.step * (1 if native else PYTHON_COST)
     size = min(int(STEPS_OF_A_BATCH / steps), -(-samples // FEWEST_BATCHES))
     if job.kept:
@@ -53,9 +53,9 @@ def batches_of(job: Job, samples: int, native: bool, rows: int) -> list[Batch]:
 
 @contextmanager
 def flyers(scheduler: str | None, jobs: int) -> Iterator[Fly]:
-    """Who flies batches: the workers of a scheduler at an address, or so many processes here, which end with the block.
+    """Who runs batches: the workers of a scheduler at an address, or so many processes here, which end with the block.
 
-    A batch whose process dies is flown again; a sample that takes a process with it again has a row that says so.
+    A batch whose process dies is run again; a sample that takes a process with it again has a row that says so.
     ScenarioError if the scheduler cannot be reached, has no worker, or a worker has another version of this package.
     """
     if scheduler is None:
@@ -72,8 +72,8 @@ def flyers(scheduler: str | None, jobs: int) -> Iterator[Fly]:
 def fly_here(jobs: int, idle: Idle, job: Job, batches: list[Batch], values: Array, store: Store) -> None:
     """Fly batches in so many threads or processes, and store each as it is done; `values` of the targets are by sample.
 
-    Of a batch whose process dies, the samples are flown again one by one; one whose process dies then, too, has a row
-    that says so. MaglevError if a batch cannot be flown at all; KeyboardInterrupt after Ctrl-C or SIGTERM: what was
+    Of a batch whose process dies, the samples are run again one by one; one whose process dies then, too, has a row
+    that says so. MaglevError if a batch cannot be run at all; KeyboardInterrupt after Ctrl-C or SIGTERM: what was
     done until then is stored.
     """
     if loop_for(job, batches):

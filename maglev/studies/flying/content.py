@@ -1,4 +1,4 @@
-"""What the samples of a study are flown with: the code of this package, and files, by their content."""
+"""What the samples of a study are run with: the code of this package, and files, by their content."""
 
 import hashlib
 from collections.abc import Mapping

@@ -1,4 +1,4 @@
-"""Batches flown by the workers of a Dask scheduler: a bounded number under way, parts written as they come."""
+"""Batches run by the workers of a Dask scheduler: a bounded number under way, parts written as they come."""
 
 import shutil
 from collections.abc import Iterator, Mapping
@@ -103,9 +103,9 @@ def fly_batch(plugin: str, first: int, values: Array) -> Flown:
 def fly_there(client: Client, job: Job, batches: list[Batch], values: Array, store: Store) -> None:
     """Fly batches and store each as it is done; `values` are those of the targets by sample.
 
-    A batch whose worker dies is flown again elsewhere. One that took several workers with it is flown sample by sample,
+    A batch whose worker dies is run again elsewhere. One that took several workers with it is run sample by sample,
     alone on the cluster; a sample that takes its worker again has a row that says so. MaglevError if a batch cannot be
-    flown at all, such as by a worker with another version of this package.
+    run at all, such as by a worker with another version of this package.
     """
     plugin = StudyFiles(job, files_of(job.experiment))
     client.register_plugin(plugin)
@@ -155,7 +155,7 @@ def submit(client: Client, plugin: str, batch: Batch, values: Array) -> Future[F
 
 
 def result(future: Future[Flown]) -> Flown:
-    """What a batch gave; MaglevError if it could not be flown."""
+    """What a batch gave; MaglevError if it could not be run."""
     try:
         found: Flown = future.result()
     except (KilledWorker, MaglevError):

@@ -1,4 +1,4 @@
-"""One scenario flown again and again in one process: loaded and wired once, reset between, arrays used again."""
+"""One scenario run again and again in one process: loaded and wired once, reset between, arrays used again."""
 
 from collections.abc import Collection, Mapping
 from ctypes import c_int64
@@ -20,13 +20,13 @@ Changes = Mapping[str, float | bool]   # start values `fmu.variable`, and refere
 
 
 class Flight:
-    """An experiment to be flown many times with other start values; a context manager that frees its FMUs.
+    """An experiment to be run many times with other start values; a context manager that frees its FMUs.
 
     Of what is recorded the columns `wanted` are kept, all without it. What is to be measured, `measuring`, can be so
     without a recording where there is a loop with the FMUs' blocks for it, `written` ones by name among them. As soon
-    as `ended` is no longer 0 such a flight ends.
+    as `ended` is no longer 0 such a run ends.
 
-    Each flight gives, bit for bit, what the experiment gives that is prepared with the same values: FMUs of this
+    Each run gives, bit for bit, what the experiment gives that is prepared with the same values: FMUs of this
     project, and written ones, are as new after fmi2Reset. Those of others, and all after a refusal, are loaded anew.
     """
 
@@ -45,7 +45,7 @@ class Flight:
         self.descriptions = experiment.check()
         self.drives = experiment.drives(self.descriptions)
         self.master: Master | None = None
-        self.columns: Columns | None = None   # of the flights of one master, all in the same memory
+        self.columns: Columns | None = None   # of the runs of one master, all in the same memory
         self.redriven = False   # the references are not those of the experiment
 
     def __enter__(self) -> Self:
@@ -55,7 +55,7 @@ class Flight:
         self.close()
 
     def close(self) -> None:
-        """Free the FMUs; the next flight loads them again."""
+        """Free the FMUs; the next run loads them again."""
         if self.master is not None:
             self.master.__exit__()
         self.master = None
@@ -83,7 +83,7 @@ class Flight:
     def fly(self, changes: Changes) -> tuple[Array, Mapping[str, Array]]:
         """Fly with other values.
 
-        Time (s) and columns by name as of a `Recording`, shape (n,) each, which the next flight overwrites. MaglevError
+        Time (s) and columns by name as of a `Recording`, shape (n,) each, which the next run overwrites. MaglevError
         if an FMU refuses a value or a step; the message says when.
         """
         try:
@@ -101,9 +101,9 @@ class Flight:
         return recording.time, recording.columns
 
     def measure(self, changes: Changes) -> tuple[Metrics, Array | None] | None:
-        """Metrics of a flight with other values, and rows of what is kept, without a recording; errors as of `fly`.
+        """Metrics of a run with other values, and rows of what is kept, without a recording; errors as of `fly`.
 
-        The next flight overwrites the rows. None where there is no loop for it, something is refused, or is no number:
+        The next run overwrites the rows. None where there is no loop for it, something is refused, or is no number:
         `fly` says what. KeyboardInterrupt where `ended` is no longer 0.
         """
         try:
@@ -129,7 +129,7 @@ class Flight:
         return None if metrics is None else (metrics, self.meter.arrays.get("kept"))
 
     def start(self, changes: Changes) -> dict[str, dict[str, float | bool]]:
-        """Start values of a flight by FMU."""
+        """Start values of a run by FMU."""
         found: dict[str, dict[str, float | bool]] = {}
         following = self.experiment.following
         for full, value in {**(following.settings(changes) if following else {}), **changes}.items():
@@ -138,7 +138,7 @@ class Flight:
         return found
 
     def drive(self, master: Master, changes: Changes) -> None:
-        """Put the references of a flight into the rows that the FMUs read."""
+        """Put the references of a run into the rows that the FMUs read."""
         varied = any(name.startswith(f"{REFERENCE}.") or name in self.drives for name in changes)
         if varied or self.redriven:
             # Those that a study varies go where it asks: a stop that is touched is what it finds.

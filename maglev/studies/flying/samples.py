@@ -1,4 +1,4 @@
-"""Samples of a study flown one after the other, on one instance of each FMU: in this process, or in one beside it."""
+"""Samples of a study run one after the other, on one instance of each FMU: in this process, or in one beside it."""
 
 from collections.abc import Callable, Iterable, Iterator, Mapping
 from contextlib import suppress
@@ -37,31 +37,31 @@ class Job:
     columns: tuple[Column, ...]
     kept: tuple[str, ...] = ()   # signals whose trajectories are kept
     every: int = 1               # communication steps between two rows of these
-    # Longest wall time of a sample, s, each then being flown in a process beside the worker.
+    # Longest wall time of a sample, s, each then being run in a process beside the worker.
     limit: float | None = None
     written: Mapping[str, Block] = field(default_factory=dict)   # of users' classes, by name of the FMU
 
 
 @dataclass(frozen=True)
 class Flown:
-    """A batch that was flown."""
+    """A batch that was run."""
 
     first: int                          # number of its first sample
-    # Metrics, SI, shape (samples, columns); NaN where a sample was not flown to its end, or has no such metric.
+    # Metrics, SI, shape (samples, columns); NaN where a sample was not completed, or has no such metric.
     values: Array
-    failures: tuple[str | None, ...]    # why a sample was not flown to its end
+    failures: tuple[str | None, ...]    # why a sample was not completed
     trajectories: Array | None = None   # shape (samples, rows, signals)
 
 
 class Batch(NamedTuple):
-    """Samples that are flown together: the number of the batch, its first sample and the one after its last."""
+    """Samples that are run together: the number of the batch, its first sample and the one after its last."""
 
     number: int
     first: int
     last: int
 
     def is_whole(self, flown: Flown) -> bool:
-        """Whether all samples were flown."""
+        """Whether all samples were run."""
         return len(flown.failures) == self.last - self.first
 
 
@@ -70,7 +70,7 @@ Store = Callable[[int, Flown], None]
 
 
 class Sample(NamedTuple):
-    """One sample that was flown: its metrics, shape (columns,), why it was not flown to its end, and what is kept.
+    """One sample that was run: its metrics, shape (columns,), why it was not completed, and what is kept.
 
     Trajectories have the shape (rows, signals).
     """
@@ -81,7 +81,7 @@ class Sample(NamedTuple):
 
 
 def failed(job: Job, why: str) -> Sample:
-    """A sample that was not flown to its end."""
+    """A sample that was not completed."""
     return Sample(np.full(len(job.columns), nan), why)
 
 
@@ -113,7 +113,7 @@ def each_flown(job: Job, values: Array, loaded: Callable[[], None] | None = None
                 continue
             found = named_values(plan, measured[0])
             values_found = np.array([found.get(column.name, (nan, ""))[0] for column in job.columns])
-            # The next flight writes where this one has.
+            # The next run writes where this one has.
             yield Sample(values_found, None, None if measured[1] is None else measured[1].copy())
 
 

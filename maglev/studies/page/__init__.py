@@ -1,1 +1,1 @@
-"""What a study found: on a page, in the terminal, and the commands that fly samples again."""
+"""What a study found: on a page, in the terminal, and the commands that run samples again."""

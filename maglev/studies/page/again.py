@@ -1,4 +1,4 @@
-"""What a sample of a study flies, as a full run: its command, and its address in the live page, or why it has none."""
+"""What a sample of a study runs, as a full run: its command, and its address in the live page, or why it has none."""
 
 import shlex
 from collections.abc import Mapping
@@ -14,7 +14,7 @@ from maglev.schema.options import OPTIONS
 
 
 def run_of(about: Mapping[str, Any]) -> Mapping[str, Any]:
-    """What a dataset says of the run that is flown; ScenarioError if of a version that had only its words."""
+    """What a dataset says of its run; ScenarioError if of a version that had only its words."""
     run = about["run"]
     if not isinstance(run, Mapping):
         raise ScenarioError(f"{about['name']}: run = {shlex.join(run)!r} of an earlier version, expected a dataset of "
@@ -49,7 +49,7 @@ def command_of(about: Mapping[str, Any], row: Mapping[str, Any]) -> str:
 
 
 def why_not_live(about: Mapping[str, Any]) -> str:
-    """Why the live page cannot fly the samples of a study as they were flown; empty if it can."""
+    """Why the live page cannot run the samples of a study as they were run; empty if it can."""
     name, run = about["scenario"], run_of(about)
     if run["scenario"] != name or name not in packaged_runs():
         return f"it has the packaged runs alone, and {name} is none of these"

@@ -175,7 +175,7 @@ def quantiles_table(table: pa.Table, about: Mapping[str, Any]) -> str:
 
 
 def worst_table(table: pa.Table, about: Mapping[str, Any], metrics: Sequence[tuple[str, str]], live: bool) -> str:
-    """The samples that did worst, each with the command that flies it again, and its run in the live page."""
+    """The samples that did worst, each with the command that runs it again, and its run in the live page."""
     why, units = why_not_live(about), units_of(table)
     scales = {each["name"]: shown_in(table[each["name"]].to_pylist(), units[each["name"]]) for each in about["vary"]}
     linked = live and not why
@@ -198,7 +198,7 @@ def worst_table(table: pa.Table, about: Mapping[str, Any], metrics: Sequence[tup
 
 
 def worst(table: pa.Table, about: Mapping[str, Any], metrics: Sequence[tuple[str, str]]) -> list[tuple[int, str]]:
-    """Numbers of the worst samples and why: not flown to their ends, failed, then the largest of each metric."""
+    """Numbers of the worst samples and why: not completed, failed, then the largest of each metric."""
     found: dict[int, str] = {}
     for sample, why in enumerate(table["failure"].to_pylist()):
         if why is not None:

@@ -103,7 +103,7 @@ def nearest_words(share: float, name: str) -> str:
 
 
 def edges(values: Array, passed: Bools, unit: str) -> tuple[str, str, str]:
-    """Range of values that were flown, at which values all samples pass, and at which all fail; in one unit."""
+    """Range of values that were run, at which values all samples pass, and at which all fail; in one unit."""
     shown = common_unit(values.tolist(), unit)
     flown, place, samples = np.unique(values, return_inverse=True, return_counts=True)
     passing = np.bincount(place[passed], minlength=len(flown))

@@ -135,8 +135,8 @@ def test_what_is_flown_stands_beside_what_is_certified(fastest_fmus: Path, tmp_p
     assert "gap locked (mm)" in done.stdout
     assert (tmp_path / "region-3dof-x.png").is_file()
     titles, cells = (next(line for line in done.stdout.splitlines() if line.startswith(begin))
-                     for begin in ("antiwindup", "as set"))
-    assert "certified (mm)  flown (mm)" in titles
+                     for begin in ("anti-windup", "as set"))
+    assert "certified (mm)  held (mm)" in titles
     certified, held = (float(cell) for cell in cells.split()[5:7])
     assert held < certified
     found = json.loads((tmp_path / "x.json").read_text())["candidates"]["as set"]
