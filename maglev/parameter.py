@@ -9,6 +9,9 @@ from fmi_export.definition import Variable
 from maglev.errors import MaglevError, nearest
 from maglev.units import known_unit, parse_quantity, refused_as
 
+REALS = ("Real", "Float64", "Float32")   # types of FMI 2.0 and 3.0
+INTEGERS = ("Integer", *(f"{sign}Int{bits}" for sign in ("", "U") for bits in (8, 16, 32, 64)))
+
 
 class Described(Protocol):
     """A variable as a model description has it; fmpy's ScalarVariable is one."""
@@ -72,9 +75,8 @@ class Parameter(NamedTuple):
         return value
 
 
-def require_parameter(name: str, known: Iterable[str], owner: str, error: type[MaglevError],
-                      what: str = "parameter") -> None:
+def require_parameter(name: str, known: Iterable[str], owner: str, error: type[MaglevError]) -> None:
     """Refuse a name that no parameter of the owner has; the error has the nearest one that there is."""
     valid = list(known)
     if name not in valid:
-        raise error(f"{owner} has no {what} {name!r}; nearest is {nearest(name, valid)}")
+        raise error(f"{owner} has no parameter {name!r}; nearest is {nearest(name, valid)}")

@@ -122,7 +122,8 @@ def native_sources(definition: FmuDefinition, texts: Mapping[str, str], translat
     differentiated = [tangent_name(definition.block.__module__)] if definition.continuous else []
     blocks = files_of([*texts, *differentiated], translation)
     above = layer_files(shell.layer)
-    headers = {name: fmi_header(name) for name in shell.headers}   # not in the FMU: FMI leaves them to the importer
+    # Not in the FMU: FMI leaves its headers to the importer. fmpy brings them along.
+    headers = {name: files("fmpy").joinpath("c-code", name).read_text(encoding="utf-8") for name in shell.headers}
     own_headers = [text for name, text in {**blocks, **above}.items() if name.endswith(".h")]
     prefix = prefix_header(definition.name, own_headers, shell.headers[0])
     without_guid = {**blocks, **above, PREFIX: prefix, TABLE: model_table(definition, "", timed)}
@@ -174,11 +175,6 @@ def layer_names() -> set[str]:
                              if name.endswith(ending))
                      for ending in (".h", ".c"))
     return set(re.findall(r"\b[A-Za-z_]\w*", headers)) | set(FILE_SCOPE.findall(code))
-
-
-def fmi_header(name: str) -> str:
-    """Header of the FMI standard, as fmpy brings it along."""
-    return files("fmpy").joinpath("c-code", name).read_text(encoding="utf-8")
 
 
 def fmi_licence(header: str) -> str:

@@ -20,13 +20,8 @@ def described(error: BaseException, written: type | None = None) -> str:
     frames = traceback.extract_tb(error.__traceback__)
     if not frames:
         return what
-    folder = None if written is None else folder_of(written)
+    code = getattr(getattr(written, "step", None), "__code__", None)
+    folder = None if code is None else Path(code.co_filename).parent   # of the file that defines the class
     beside = [frame for frame in frames if Path(frame.filename).parent == folder]
     place = (beside or frames)[-1]
     return f"{Path(place.filename).name.removeprefix(OWN)}, line {place.lineno}: {what}"
-
-
-def folder_of(written: type) -> Path | None:
-    """Folder of the file that defines a class."""
-    code = getattr(getattr(written, "step", None), "__code__", None)
-    return None if code is None else Path(code.co_filename).parent

@@ -99,17 +99,13 @@ def built(names: Collection[str], kind: Kind, say: Say, watch: Watch) -> Path:
     if missing:
         for stage in {stage.file: stage for stage in map(STAGES.own_of, missing) if stage is not None}:
             require_flyable(stage, say)
-        say(f"{', '.join(missing)}: {what_is_built(kind)} are built, once for all runs")
+        what = "WebAssembly modules" if kind.target == "wasm" else f"{'native' if kind.native else 'Python'} FMUs"
+        say(f"{', '.join(missing)}: {what} are built, once for all runs")
         with scratch() as folder, watch(["FMUs"]) as watcher:
             build(missing, folder, kind, partial(watcher, "FMUs"))
             found |= {file: (folder / file).read_bytes() for name in missing for file in files_of(name, kind)}
         keep_files(missing, kind, found, say)
     return copied(found, cache_folder() / FMUS)
-
-
-def what_is_built(kind: Kind) -> str:
-    """What a build of a kind makes."""
-    return "WebAssembly modules" if kind.target == "wasm" else f"{'native' if kind.native else 'Python'} FMUs"
 
 
 def files_of(name: str, kind: Kind) -> tuple[str, ...]:

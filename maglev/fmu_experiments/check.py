@@ -21,7 +21,6 @@ from maglev.experiment.chain import in_order
 from maglev.fmu_experiments.carried import CarriedExperiment, File, carried_experiments
 from maglev.fmu_experiments.flight import Times, description_of, fly
 from maglev.fmu_experiments.tables import (
-    REALS,
     TEXTS,
     TOLERANCE,
     Array,
@@ -32,6 +31,7 @@ from maglev.fmu_experiments.tables import (
     start_values,
     times,
 )
+from maglev.parameter import REALS
 from maglev.processes import processors
 from maglev.processes.side_by_side import Progress, Watcher
 from maglev.time_grid import ON_GRID

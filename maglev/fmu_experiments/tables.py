@@ -14,11 +14,10 @@ from maglev.baselines.baseline import Tolerance
 from maglev.csv_table import is_finite
 from maglev.errors import FmuError, nearest, shortened
 from maglev.fmu_experiments.carried import File, parsed
-from maglev.parameter import require_parameter
+from maglev.parameter import REALS, require_parameter
 
 Array: TypeAlias = npt.NDArray[np.float64]
 
-REALS = ("Real", "Float64", "Float32")
 TEXTS = ("String", "Binary", "Clock")   # fmpy records none of these
 BOOLEANS = {"true": 1.0, "false": 0.0}
 

@@ -9,12 +9,11 @@ from fmi_export.parameter_set import SSC, SSV
 from fmi_export.units import BASE_UNITS
 from maglev.csv_table import is_finite
 from maglev.errors import ScenarioError, nearest_file, option, shortened
+from maglev.parameter import INTEGERS, REALS
 from maglev.schema.options import ParameterFiles
 from maglev.schema.run_plan import RunPlan, StartValue
 from maglev.units import WHOLE_NUMBER, Unit, known_unit, scaled, unit_of_powers
 
-REALS = ("Real", "Float64", "Float32")
-INTEGERS = ("Integer", *(f"{sign}Int{bits}" for sign in ("", "U") for bits in (8, 16, 32, 64)))
 BOOLEANS = {"true": True, "1": True, "false": False, "0": False}
 
 SAME = 1e-9   # of two factors, relative

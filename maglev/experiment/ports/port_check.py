@@ -5,13 +5,11 @@ from pathlib import Path
 from typing import Protocol
 
 from maglev.errors import ScenarioError, key_path, nearest, shortened
+from maglev.parameter import INTEGERS, REALS
 from maglev.schema.run_plan import RunPlan, StartValue
 from maglev.schema.signals.kinds import Steps
 from maglev.units import known_unit, measures
 from maglev.user_controllers.source import declared_in, is_written
-
-REAL = ("Real", "Float64", "Float32")
-INTEGER = ("Integer", "Int64", "Int32", "Int16", "Int8", "UInt64", "UInt32", "UInt16", "UInt8", "Enumeration")
 
 
 class Variable(Protocol):
@@ -114,7 +112,7 @@ class PortCheck:
 
     def real(self, key: str, port: str, variable: Variable) -> None:
         """Refuse a variable that is not Real."""
-        if variable.type not in REAL:
+        if variable.type not in REALS:
             raise self.refuse(key, port, f"{variable.name!r} is {variable.type}, expected Real")
 
     def dimension(self, key: str, value: object, unit: str, variable: Variable) -> None:
@@ -188,9 +186,9 @@ def expected_start(start: StartValue, variable: Variable) -> str:
     boolean = isinstance(start.value, bool)
     if variable.type == "Boolean":
         return "" if boolean else "true or false"
-    if variable.type in INTEGER:
+    if variable.type in (*INTEGERS, "Enumeration"):
         return "" if isinstance(start.value, int) and not boolean else "a whole number"
-    return "a number" if boolean or variable.type not in REAL else ""
+    return "a number" if boolean or variable.type not in REALS else ""
 
 
 def check_names(plan: RunPlan, descriptions: Descriptions, files: Mapping[str, Path]) -> None:
