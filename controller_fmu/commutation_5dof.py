@@ -2,6 +2,7 @@
 
 from controller_fmu.commutated_motor import CommutatedMotor, MeasuredDisplacement
 from controller_fmu.motor_place import MotorPlace
+from controller_fmu.platform_5dof import measure_tilts, prepare_platform
 from controller_fmu.sample_clock import SampleClock
 from controller_fmu.status import BAD_GEOMETRY, BAD_PLACES, STEP_MISFIT, STEPPED
 from controller_fmu.tilt_measurement import TiltMeasurement
@@ -38,25 +39,10 @@ class Commutation5DOF:
         """Compute what follows from the fixed parameters."""
         if not self.geometry.prepare():
             return BAD_GEOMETRY
-        if not self.prepare_platform():
+        if not prepare_platform(self.platform, self.alpha1_place, self.alpha2_place, self.beta1_place,
+                                self.beta2_place):
             return BAD_PLACES
         return STEPPED
-
-    def prepare_platform(self) -> bool:
-        """Compute each motor's share; whether the motors feel and make every tilt."""
-        platform = self.platform
-        platform.begin()
-        platform.add(self.alpha1_place)
-        platform.add(self.alpha2_place)
-        platform.add(self.beta1_place)
-        platform.add(self.beta2_place)
-        if not platform.solvable():
-            return False
-        platform.share(self.alpha1_place)
-        platform.share(self.alpha2_place)
-        platform.share(self.beta1_place)
-        platform.share(self.beta2_place)
-        return True
 
     def step(self, t: float, dt: float) -> int:
         """Sample if the sampling grid has a point at t; the commands hold over t to t + dt (s)."""
@@ -71,11 +57,7 @@ class Commutation5DOF:
         geometry = self.geometry
         platform = self.platform
         tilts = self.tilts
-        tilts.clear()
-        tilts.add(self.alpha1_place, self.alpha1_place.gap_measured)
-        tilts.add(self.alpha2_place, self.alpha2_place.gap_measured)
-        tilts.add(self.beta1_place, self.beta1_place.gap_measured)
-        tilts.add(self.beta2_place, self.beta2_place.gap_measured)
+        measure_tilts(tilts, self.alpha1_place, self.alpha2_place, self.beta1_place, self.beta2_place)
         along_x = platform.along_x(self.x.measured, tilts.pitch)
         along_z = platform.along_z(self.z.measured, tilts.roll)
         alpha1_limited = self.alpha1.commutate(self.current_limit, geometry.electrical_angle(along_x))

@@ -6,6 +6,7 @@ from controller_fmu.linearisation import Linearisation
 from controller_fmu.motor_command import MotorCommand
 from controller_fmu.motor_place import MotorPlace
 from controller_fmu.pid_axis import PIDAxis
+from controller_fmu.platform_5dof import measure_tilts, prepare_platform
 from controller_fmu.safety_trip import exceeds
 from controller_fmu.sample_clock import SampleClock
 from controller_fmu.status import BAD_GEOMETRY, BAD_PLACES, NO_EQUILIBRIUM, PREFILTER_TOO_FAST, STEP_MISFIT, STEPPED
@@ -65,7 +66,8 @@ class PID5DOF:
         if not self.geometry.prepare():
             return BAD_GEOMETRY
         self.observer.prepare(self.sample_time)
-        if not self.prepare_platform():
+        if not prepare_platform(self.platform, self.alpha1_place, self.alpha2_place, self.beta1_place,
+                                self.beta2_place):
             return BAD_PLACES
         if not (self.y.filterable(self.sample_time) and self.x.filterable(self.sample_time)
                 and self.z.filterable(self.sample_time) and self.roll.filterable(self.sample_time)
@@ -84,22 +86,6 @@ class PID5DOF:
         self.pitch.design(pitch_ratio * stiffness, pitch_ratio * gain)
         return STEPPED
 
-    def prepare_platform(self) -> bool:
-        """Compute each motor's share; whether the motors feel and make every tilt."""
-        platform = self.platform
-        platform.begin()
-        platform.add(self.alpha1_place)
-        platform.add(self.alpha2_place)
-        platform.add(self.beta1_place)
-        platform.add(self.beta2_place)
-        if not platform.solvable():
-            return False
-        platform.share(self.alpha1_place)
-        platform.share(self.alpha2_place)
-        platform.share(self.beta1_place)
-        platform.share(self.beta2_place)
-        return True
-
     def step(self, t: float, dt: float) -> int:
         """Sample if the sampling grid has a point at t; the commands hold over t to t + dt (s)."""
         if not self.clock.fits(dt, self.sample_time):
@@ -116,16 +102,18 @@ class PID5DOF:
         roll = self.roll
         pitch = self.pitch
         platform = self.platform
+        tilts = self.tilts
         alpha1_place = self.alpha1_place
         alpha2_place = self.alpha2_place
         beta1_place = self.beta1_place
         beta2_place = self.beta2_place
-        if not self.started and (alpha1_place.gap_measured <= 0.0 or alpha2_place.gap_measured <= 0.0
-                                 or beta1_place.gap_measured <= 0.0 or beta2_place.gap_measured <= 0.0):
+        seen = measure_tilts(tilts, alpha1_place, alpha2_place, beta1_place, beta2_place)
+        if not (self.started or seen):
             return   # an importer that has not exchanged values yet: this is no measurement
-        self.measure()
+        y.measured = tilts.y
+        roll.measured = tilts.roll
+        pitch.measured = tilts.pitch
         if not self.started:
-            tilts = self.tilts
             tilts.clear()
             tilts.add(alpha1_place, self.holding_current(alpha1_place))
             tilts.add(alpha2_place, self.holding_current(alpha2_place))
@@ -170,18 +158,6 @@ class PID5DOF:
         z.update(self.sample_time, self.antiwindup and (beta1.excess_q != 0.0 or beta2.excess_q != 0.0))
         roll.update(self.sample_time, self.antiwindup and held)
         pitch.update(self.sample_time, self.antiwindup and held)
-
-    def measure(self) -> None:
-        """Compute the air gap at the centre and the tilts from the gaps at the motors."""
-        tilts = self.tilts
-        tilts.clear()
-        tilts.add(self.alpha1_place, self.alpha1_place.gap_measured)
-        tilts.add(self.alpha2_place, self.alpha2_place.gap_measured)
-        tilts.add(self.beta1_place, self.beta1_place.gap_measured)
-        tilts.add(self.beta2_place, self.beta2_place.gap_measured)
-        self.y.measured = tilts.y
-        self.roll.measured = tilts.roll
-        self.pitch.measured = tilts.pitch
 
     def holding_current(self, place: MotorPlace) -> float:
         """Direct current (A) by which a motor carries its part at its gap."""

@@ -9,6 +9,7 @@ from controller_fmu.internal_model import OscillatorStep
 from controller_fmu.motor_command import MotorCommand
 from controller_fmu.motor_place import MotorPlace
 from controller_fmu.output_regulator import OutputRegulator
+from controller_fmu.platform_5dof import measure_tilts, prepare_platform
 from controller_fmu.safety_trip import exceeds
 from controller_fmu.sample_clock import SampleClock
 from controller_fmu.status import (
@@ -91,7 +92,8 @@ class Regulator5DOF:
             return BAD_GEOMETRY
         self.observer.prepare(self.sample_time)
         self.oscillator.prepare(self.omega0, self.sample_time)
-        if not self.prepare_platform():
+        if not prepare_platform(self.platform, self.alpha1_place, self.alpha2_place, self.beta1_place,
+                                self.beta2_place):
             return BAD_PLACES
         self.take_constants()
         if self.law != NONLINEAR:
@@ -105,22 +107,6 @@ class Regulator5DOF:
         if self.law == INTERPOLATED and not self.table.prepare(self.geometry, law.attraction, law.coils, law.iron):
             return NO_EQUILIBRIUM
         return STEPPED
-
-    def prepare_platform(self) -> bool:
-        """Compute each motor's share; whether the motors feel and make every tilt."""
-        platform = self.platform
-        platform.begin()
-        platform.add(self.alpha1_place)
-        platform.add(self.alpha2_place)
-        platform.add(self.beta1_place)
-        platform.add(self.beta2_place)
-        if not platform.solvable():
-            return False
-        platform.share(self.alpha1_place)
-        platform.share(self.alpha2_place)
-        platform.share(self.beta1_place)
-        platform.share(self.beta2_place)
-        return True
 
     def take_constants(self) -> None:
         """Hand the constants to the law of each motor, as though all motors were like it."""
@@ -145,15 +131,18 @@ class Regulator5DOF:
         roll = self.roll
         pitch = self.pitch
         platform = self.platform
+        tilts = self.tilts
         alpha1_place = self.alpha1_place
         alpha2_place = self.alpha2_place
         beta1_place = self.beta1_place
         beta2_place = self.beta2_place
-        if not self.started and (alpha1_place.gap_measured <= 0.0 or alpha2_place.gap_measured <= 0.0
-                                 or beta1_place.gap_measured <= 0.0 or beta2_place.gap_measured <= 0.0):
+        seen = measure_tilts(tilts, alpha1_place, alpha2_place, beta1_place, beta2_place)
+        if not (self.started or seen):
             return   # an importer that has not exchanged values yet: this is no measurement
+        y.measured = tilts.y
+        roll.measured = tilts.roll
+        pitch.measured = tilts.pitch
         self.take_constants()
-        self.measure()
         if self.law == INTERPOLATED:
             self.table.choose(y.measured, self.here)
             # Between samples ξ1 stands for a current: what it commands does not change with the gain.
@@ -221,18 +210,6 @@ class Regulator5DOF:
             y.rescale(1.0 / self.scale)
             roll.rescale(1.0 / self.scale)
             pitch.rescale(1.0 / self.scale)
-
-    def measure(self) -> None:
-        """Compute the air gap at the centre and the tilts from the gaps at the motors."""
-        tilts = self.tilts
-        tilts.clear()
-        tilts.add(self.alpha1_place, self.alpha1_place.gap_measured)
-        tilts.add(self.alpha2_place, self.alpha2_place.gap_measured)
-        tilts.add(self.beta1_place, self.beta1_place.gap_measured)
-        tilts.add(self.beta2_place, self.beta2_place.gap_measured)
-        self.y.measured = tilts.y
-        self.roll.measured = tilts.roll
-        self.pitch.measured = tilts.pitch
 
     def holding_demand(self) -> float:
         """Demand of y (m/s²) by which the currents hold the platform where it is, or without tilt at the set-point."""

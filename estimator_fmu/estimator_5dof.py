@@ -1,6 +1,7 @@
 """Estimator of the constants of the 5-DOF stage while it moves (sections 3.1.3, 4.3, 5.3)."""
 
 from controller_fmu.motor_place import MotorPlace
+from controller_fmu.platform_5dof import measure_tilts, prepare_platform
 from controller_fmu.sample_clock import SampleClock
 from controller_fmu.status import BAD_GEOMETRY, BAD_PLACES, STEP_MISFIT, STEPPED
 from controller_fmu.tilt_measurement import TiltMeasurement
@@ -51,29 +52,14 @@ class Estimator5DOF:
         """Begin with the guesses and their weights."""
         if not self.geometry.prepare():
             return BAD_GEOMETRY
-        if not self.prepare_platform():
+        if not prepare_platform(self.platform, self.alpha1_place, self.alpha2_place, self.beta1_place,
+                                self.beta2_place):
             return BAD_PLACES
         self.observer.prepare(self.sample_time)
         self.x.begin()
         self.z.begin()
         self.y.begin()
         return STEPPED
-
-    def prepare_platform(self) -> bool:
-        """Compute each motor's share; whether the motors feel and make every tilt."""
-        platform = self.platform
-        platform.begin()
-        platform.add(self.alpha1_place)
-        platform.add(self.alpha2_place)
-        platform.add(self.beta1_place)
-        platform.add(self.beta2_place)
-        if not platform.solvable():
-            return False
-        platform.share(self.alpha1_place)
-        platform.share(self.alpha2_place)
-        platform.share(self.beta1_place)
-        platform.share(self.beta2_place)
-        return True
 
     def step(self, t: float, dt: float) -> int:
         """Sample if the sampling grid has a point at t; the estimates hold over t to t + dt (s)."""
@@ -100,10 +86,9 @@ class Estimator5DOF:
         alpha2_place = self.alpha2_place
         beta1_place = self.beta1_place
         beta2_place = self.beta2_place
-        if (alpha1_place.gap_measured <= 0.0 or alpha2_place.gap_measured <= 0.0 or beta1_place.gap_measured <= 0.0
-                or beta2_place.gap_measured <= 0.0):
+        if not measure_tilts(self.tilts, alpha1_place, alpha2_place, beta1_place, beta2_place):
             return   # an importer that has not exchanged values yet: this is no measurement
-        self.measure()
+        y.measured = self.tilts.y
         rows = self.rows
         rows.clear()
         thrust_x = (rows.add(geometry, alpha1_place.gap_measured, alpha1)
@@ -125,13 +110,3 @@ class Estimator5DOF:
         y.sample(attraction, coils, iron, GRAVITY, self.matched_filter, self.observer, law, self.convergence)
         x.sample(thrust_x, self.matched_filter, self.observer, law, self.convergence)
         z.sample(thrust_z, self.matched_filter, self.observer, law, self.convergence)
-
-    def measure(self) -> None:
-        """Compute the air gap at the centre from the gaps at the motors."""
-        tilts = self.tilts
-        tilts.clear()
-        tilts.add(self.alpha1_place, self.alpha1_place.gap_measured)
-        tilts.add(self.alpha2_place, self.alpha2_place.gap_measured)
-        tilts.add(self.beta1_place, self.beta1_place.gap_measured)
-        tilts.add(self.beta2_place, self.beta2_place.gap_measured)
-        self.y.measured = tilts.y

@@ -6,11 +6,14 @@ from maglev.rig.text import fitted
 from maglev.rig.writer import TEMPLATES, render
 from pmlsm.rig import Rig
 
+PLATFORM = "controller_fmu/platform_{}.py"   # of a rig whose platform tilts
+
 # By path, in which {} is the name of the rig. Each has a template, some a second one where the platform tilts.
 MODULES = (
     "pmlsm/rig_{}.py",
     "plant_fmu/stage_{}.py",
     "plant_fmu/plant_{}.py",
+    PLATFORM,
     "controller_fmu/regulator_{}.py",
     "controller_fmu/regulator_{}_fmu.py",
     "controller_fmu/pid_{}.py",
@@ -36,7 +39,7 @@ PAGES = (
 
 def paths(rig: Rig) -> tuple[str, ...]:
     """Paths of what is written of a rig."""
-    return MODULES if rig.rotations else MODULES + PAGES
+    return MODULES if rig.rotations else (*(path for path in MODULES if path != PLATFORM), *PAGES)
 
 
 def template(path: str, tilting: bool) -> str:
