@@ -1,6 +1,6 @@
 "use strict";
 // Maps of outcomes on canvases, a law each, that show one part: zoomed and moved together, a place read in all of them.
-const MAP = { left: 50, right: 8, top: 6, below: 36, least: 8 };   // px around a map; cells that are seen at least
+const MAP = { left: 56, right: 8, top: 6, below: 36, least: 8 };   // px around a map; cells that are seen at least
 // How an outcome looks: its colour, and which pixels are inked, for who does not tell colours apart.
 const LOOKS = [["good", () => 1], ["good", (x, y) => (y % 6 < 2 ? 0.9 : 0.35)], ["close", (x, y) => ((x + y) % 8 < 3 ? 1 : 0.5)],
   ["bad", (x, y) => ((x - y + 4096) % 8 < 3 ? 1 : 0.5)], ["bad", (x, y) => (x % 8 < 2 && y % 8 < 2 ? 0.9 : 0.25)], ["text", () => 1],
@@ -195,7 +195,7 @@ class OutcomeMaps {
     pen.textAlign = "end";
     for (const [place, text] of up) pen.fillText(text, MAP.left - 5, MAP.top + height - place + 4);
     pen.save();
-    pen.translate(12, MAP.top + height / 2);
+    pen.translate(10, MAP.top + height / 2);
     pen.rotate(-Math.PI / 2);
     pen.textAlign = "center";
     pen.fillText(titleOf(down), 0, 0);

@@ -98,8 +98,8 @@ def test_a_place_says_what_became_of_it_and_how_it_is_run(browser, tmp_path: Pat
     box = tab.page.locator(".maps canvas").bounding_box()
     assert box is not None
     row, column = 3, 6
-    wide, tall = (box["width"] - 58) / 9, (box["height"] - 42) / 12   # as `MAP` has the room around
-    place = box["x"] + 50 + wide * (column + 0.5), box["y"] + 6 + tall * (12 - row - 0.5)
+    wide, tall = (box["width"] - 64) / 9, (box["height"] - 42) / 12   # as `MAP` has the room around
+    place = box["x"] + 56 + wide * (column + 0.5), box["y"] + 6 + tall * (12 - row - 0.5)
     (tab.page.touchscreen.tap if viewport is PHONE else tab.page.mouse.click)(*place)
     sample = {"plant.a": 2.0, "plant.b": SIDES["plant.b"][row], "plant.c": SIDES["plant.c"][column]}
     said, expected = tab.page.inner_text("#maps code"), command_of(about, sample)
