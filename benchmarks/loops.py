@@ -13,6 +13,7 @@ from fmi_export.definition import FmuDefinition
 from maglev.analysis.differences.participant import Participant
 from maglev.cosim.master import FmuSetup, Master
 from maglev.own_fmus import definition
+from maglev.own_stage.loop import loop_table
 from pmlsm.rig import Rig
 from pmlsm.rigs import RIGS
 
@@ -38,18 +39,15 @@ class Pair(NamedTuple):
         return [getattr(block, axis).position_start for axis in self.rig.axis_names]
 
     @property
-    def measured(self) -> list[tuple[str, str]]:
-        """Encoders of the plant and what they are to the controller; with tilts the gaps are measured at the motors."""
-        axes = self.rig.horizontal if self.rig.rotations else self.rig.axes
-        gaps = self.rig.motor_names if self.rig.rotations else ()
-        return [*((f"{axis.name}.encoder", f"{axis.name}.measured") for axis in axes),
-                *((f"{motor}.gap_encoder", f"{motor}.gap_measured") for motor in gaps)]
-
-    @property
     def connections(self) -> list[tuple[str, str]]:
         """From outputs to inputs."""
-        measured = [(f"plant.{source}", f"controller.{to}") for source, to in self.measured]
-        return measured + [(f"controller.{current}_cmd", f"plant.{current}_cmd") for current in self.rig.phase_names]
+        return [(source, to) for source, to in loop_table(self.rig)["connections"]]
+
+    @property
+    def measured(self) -> list[tuple[str, str]]:
+        """Encoders of the plant and what they are to the controller; with tilts the gaps are measured at the motors."""
+        return [(source.removeprefix("plant."), to.removeprefix("controller.")) for source, to in self.connections
+                if source.startswith("plant.")]
 
 
 PAIRS = tuple(Pair(rig.suffix.replace("DOF", "-DOF"), f"Regulator{rig.suffix}", f"Plant{rig.suffix}",
