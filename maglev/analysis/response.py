@@ -107,7 +107,7 @@ class FrequencyResponse:
 
         `unknown` says why.
         """
-        return self.margins_from(self.returned.mean(axis=0), self.measured.mean(axis=0))
+        return self.between(self.returned.mean(axis=0), self.measured.mean(axis=0))[0]
 
     @property
     def unknown(self) -> dict[str, str]:
@@ -120,7 +120,7 @@ class FrequencyResponse:
 
         NaN where a margin is, and infinite where it is not always found.
         """
-        left_out = [vars(self.margins_from(returned.mean(axis=0), measured.mean(axis=0)))
+        left_out = [vars(self.between(returned.mean(axis=0), measured.mean(axis=0))[0])
                     for returned, measured in self.rest()]
         found = {}
         for name, value in vars(self.margins).items():
@@ -134,13 +134,8 @@ class FrequencyResponse:
         """Margins of the linear loop, at all frequencies; None if there is none."""
         return None if self.linear is None else margins_of(self.linear.opened(self.at), self.at)
 
-    def margins_from(self, returned: Complex, measured: Complex) -> Margins:
-        """Margins of a loop with these responses at the lines; NaN of those that no line tells."""
-        margins, unknown = self.between(returned, measured)
-        return replace(margins, **dict.fromkeys(unknown, nan))   # type: ignore[arg-type]  # numbers all
-
     def between(self, returned: Complex, measured: Complex) -> tuple[Margins, dict[str, str]]:
-        """Margins of a loop with these responses at the lines, and why some are not known, by their names."""
+        """Margins of a loop with these responses at the lines, NaN of what no line tells, and why by their names."""
         if len(returned) < MANY:
             raise LinearModelError(f"{self.name}: {len(returned)} lines, expected at least {MANY} for margins")
         # Both are bounded where L is not: at a pole on the imaginary axis, as of an internal model.
@@ -153,7 +148,8 @@ class FrequencyResponse:
         fine = np.exp(np.interp(np.arange(FINE * (len(log) - 1) + 1) / FINE, np.arange(len(log)), log))
         loop = back(np.log(fine)) / seen(np.log(fine))
         margins = margins_between(self.at, fine, loop, response)
-        return margins, untold(margins, fine, loop)
+        unknown = untold(margins, fine, loop)
+        return replace(margins, **dict.fromkeys(unknown, nan)), unknown   # type: ignore[arg-type]  # numbers all
 
     def to_control(self) -> Any:
         """L as python-control's FrequencyResponseData; LinearModelError if it is not installed."""

@@ -87,9 +87,9 @@ class Loop:
                       [controller.B[:, r:] @ sensed, controller.A]])
         b = np.vstack([self.plant.B @ controller.D[:, :r], controller.B[:, :r]])
         c = np.hstack([self.plant.C, np.zeros((len(self.plant.outputs), len(controller.states)))])
-        states = (*self.plant.states, *(self.state_name(name) for name in controller.states))
+        states = (*self.plant.states, *(f"controller.{name}" for name in controller.states))
         units = {**self.plant.units, **self.controller.units,
-                 **{self.state_name(name): self.controller.units[name] for name in controller.states}}
+                 **{f"controller.{name}": self.controller.units[name] for name in controller.states}}
         return LinearModel(f"{self.plant.name} with {self.controller.name}", states, self.references,
                            self.plant.outputs, a, b, c, np.zeros((len(c), r)), units,
                            self.plant.sample_time, self.plant.equilibrium)
@@ -173,10 +173,6 @@ class Loop:
                 return name
         raise LinearModelError(f"{self.closed.name}: no signal {at!r} to open the loop at, expected "
                                f"{one_of(at, self.openings)}")
-
-    def state_name(self, name: str) -> str:
-        """Name of a state of the controller in the closed loop."""
-        return f"controller.{name}"
 
 
 def measured_as(output: str) -> str:
