@@ -430,8 +430,3 @@ class RunPlan(Table):
     def windows(self) -> list[tuple[str, float, float]]:
         """Names of its events with their windows: from when to when, s."""
         return [(event.name, event.time, end) for event, end in zip(self.events, self.event_ends, strict=True)]
-
-    @property
-    def output_every(self) -> int:
-        """Number of communication steps between two recorded samples."""
-        return whole_steps(self.output_interval, self.step)

@@ -21,6 +21,8 @@ from maglev.waves import sines_cosines
 
 Array = NDArray[np.float64]
 
+IN_UNIT = ("level", "values", "offset", "terms")   # fields of signals whose numbers are in the unit of the signal
+
 TIME_TOLERANCE = 1e-9   # s; a step at a multiple of the communication step must not be missed by rounding
 
 RadiansPerSecond = Annotated[float, BeforeValidator(lambda value: parse_quantity(value, "rad/s")),
@@ -65,13 +67,17 @@ class SignalTable(Table):
             si_unit(unit)
         return unit
 
-    @abstractmethod
-    def scaled_by(self, by: float) -> dict[str, Any]:
-        """Its values times a factor, by the names of the fields that have them."""
-
     def in_si(self, unit: Unit) -> Self:
         """The signal in SI, of one whose numbers are in a unit."""
-        return self.model_copy(update={"unit": unit.si, **self.scaled_by(unit.factor)})
+        def converted(value: Any) -> Any:
+            if isinstance(value, list):
+                return [converted(entry) for entry in value]
+            if isinstance(value, Term):
+                return value.model_copy(update={"amplitude": converted(value.amplitude)})
+            return scaled(value, unit.factor)
+
+        own = [name for name in IN_UNIT if name in type(self).model_fields]
+        return self.model_copy(update={"unit": unit.si, **{name: converted(getattr(self, name)) for name in own}})
 
     @abstractmethod
     def values_at(self, times: Array) -> Array:
@@ -84,10 +90,6 @@ class SignalTable(Table):
     def value(self, t: float) -> float:
         """Return the value at time t (s), SI."""
         return float(self.values_at(np.array([t]))[0])
-
-    def rate(self, t: float) -> float:
-        """Return the time derivative at time t (s), SI."""
-        return float(self.rates_at(np.array([t]))[0])
 
 
 class Constant(SignalTable):
@@ -102,10 +104,6 @@ class Constant(SignalTable):
     @classmethod
     def to_si(cls, value: Any, info: ValidationInfo) -> float:
         return in_unit(value, info.data.get("unit"))
-
-    def scaled_by(self, by: float) -> dict[str, Any]:
-        """The value times a factor."""
-        return {"level": scaled(self.level, by)}
 
     def values_at(self, times: Array) -> Array:
         """Return the values at times (s), shape (n,), SI."""
@@ -140,10 +138,6 @@ class Steps(SignalTable):
             raise key_refused("values", self.values,
                               f"expected as many as times, {len(self.times)}, got {len(self.values)}")
         return self
-
-    def scaled_by(self, by: float) -> dict[str, Any]:
-        """The values times a factor."""
-        return {"values": [scaled(value, by) for value in self.values]}
 
     def values_at(self, times: Array) -> Array:
         """Return the values at times (s), shape (n,), SI."""
@@ -184,11 +178,6 @@ class Sinusoids(SignalTable):
             raise ValueError("expected a list of terms")
         return [{**terms[i], "amplitude": entry_to_si(terms[i]["amplitude"], info.data.get("unit"), i, "amplitude")}
                 if isinstance(terms[i], dict) and "amplitude" in terms[i] else terms[i] for i in range(len(terms))]
-
-    def scaled_by(self, by: float) -> dict[str, Any]:
-        """Offset and amplitudes times a factor."""
-        return {"offset": scaled(self.offset, by), "terms": [
-            term.model_copy(update={"amplitude": scaled(term.amplitude, by)}) for term in self.terms]}
 
     def values_at(self, times: Array) -> Array:
         """Return the values at times (s), shape (n,), SI."""
@@ -252,10 +241,6 @@ class Csv(SignalTable):
             if later <= earlier:
                 raise key_refused("file", self.file, f"row {i + 3} has time {later}, expected more than {earlier}")
         return self
-
-    def scaled_by(self, by: float) -> dict[str, Any]:
-        """No field has its values."""
-        return {}
 
     def in_si(self, unit: Unit) -> Self:
         """The signal in SI, of one whose numbers are in a unit."""

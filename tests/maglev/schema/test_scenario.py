@@ -78,7 +78,7 @@ def test_extending_merges_deeply(write):
     assert plan.fmus["plant"].start["y.position_start"].value == 0.025
     assert plan.fmus["plant"].file == str(path.parent / "loops" / "plant.fmu")
     assert plan.metrics.bands == [1e-4, 1e-5]
-    assert (plan.output_interval, plan.output_every, plan.steps) == (0.0005, 1, 4000)
+    assert (plan.output_interval, plan.step, plan.steps) == (0.0005, 0.0005, 4000)
     assert plan.signals[0].value(1.0) == 0.027
     assert plan.path == path
 

@@ -1,5 +1,6 @@
 import math
 
+import numpy as np
 import pytest
 from hypothesis import assume, given
 from hypothesis import strategies as st
@@ -20,11 +21,15 @@ def refusal(**table):
     return str(caught.value.errors()[0])
 
 
+def rate(of, t):
+    return float(of.rates_at(np.array([t]))[0])
+
+
 def test_steps_hold_between_their_times():
     steps = signal(kind="steps", unit="mm", times=[0, 1, "6 s"], values=[25, 27, "2.3 cm"])
     assert [steps.value(t) for t in (-1.0, 0.0, 0.5, 1.0, 5.999, 6.0, 100.0)] == [
         0.025, 0.025, 0.025, 0.027, 0.027, 0.023, 0.023]
-    assert steps.rate(1.0) == 0.0
+    assert rate(steps, 1.0) == 0.0
 
 
 @given(st.integers(1, 200_000))
@@ -36,23 +41,23 @@ def test_no_step_is_missed_by_rounding(k):
 
 def test_constant():
     constant = signal(kind="constant", value="25 mm")
-    assert (constant.value(3.0), constant.rate(3.0)) == (0.025, 0.0)
+    assert (constant.value(3.0), rate(constant, 3.0)) == (0.025, 0.0)
 
 
 def test_sinusoid_with_offset():
     sinusoid = signal(kind="sinusoids", offset="25 mm", terms=[{"amplitude": "5 mm", "omega": "1.5 pi rad/s"}])
     assert sinusoid.value(0.0) == 0.025
     assert sinusoid.value(1.0 / 3.0) == pytest.approx(0.030)
-    assert sinusoid.rate(0.0) == pytest.approx(0.005 * 1.5 * math.pi)
+    assert rate(sinusoid, 0.0) == pytest.approx(0.005 * 1.5 * math.pi)
 
 
 def test_ramp_starts_at_rest_and_ends_at_full_amplitude():
     terms = [{"amplitude": 1.0, "omega": 3.0, "phase": 1.0}]
     ramped = signal(kind="sinusoids", terms=terms, ramp=2.0)
     plain = signal(kind="sinusoids", terms=terms)
-    assert (ramped.value(0.0), ramped.rate(0.0)) == (0.0, 0.0)
+    assert (ramped.value(0.0), rate(ramped, 0.0)) == (0.0, 0.0)
     assert ramped.value(1.0) == pytest.approx(0.5 * plain.value(1.0))
-    assert (ramped.value(2.0), ramped.rate(2.0)) == (plain.value(2.0), plain.rate(2.0))
+    assert (ramped.value(2.0), rate(ramped, 2.0)) == (plain.value(2.0), rate(plain, 2.0))
 
 
 terms_strategy = st.lists(st.fixed_dictionaries({
@@ -66,7 +71,7 @@ def test_rate_of_sinusoids_is_the_central_difference(terms, offset, ramp, t):
     half = 1e-4
     assume(abs(t - ramp) > half)   # the second derivative jumps at the end of the ramp, and the difference straddles it
     difference = (sinusoids.value(t + half) - sinusoids.value(t - half)) / (2.0 * half)
-    assert sinusoids.rate(t) == pytest.approx(difference, rel=1e-3, abs=1e-2)
+    assert rate(sinusoids, t) == pytest.approx(difference, rel=1e-3, abs=1e-2)
 
 
 @pytest.fixture
@@ -80,9 +85,9 @@ def test_csv_is_linear_between_rows_and_held_beyond(recorded):
     gap = signal(kind="csv", file=str(recorded), column="gap", unit="mm")
     assert [gap.value(t) for t in (-1.0, 0.0, 1.0, 3.0, 9.0)] == [0.020, 0.020, 0.022, 0.021, 0.021]
     assert gap.value(0.5) == pytest.approx(0.021)
-    assert [gap.rate(t) for t in (-1.0, 3.0, 9.0)] == [0.0, 0.0, 0.0]
-    assert gap.rate(0.0) == pytest.approx(0.002)
-    assert gap.rate(2.0) == pytest.approx(-0.0005)
+    assert [rate(gap, t) for t in (-1.0, 3.0, 9.0)] == [0.0, 0.0, 0.0]
+    assert rate(gap, 0.0) == pytest.approx(0.002)
+    assert rate(gap, 2.0) == pytest.approx(-0.0005)
 
 
 @given(st.floats(0.01, 0.99))
@@ -90,7 +95,7 @@ def test_rate_of_csv_is_the_central_difference(tmp_path_factory, t):
     path = tmp_path_factory.mktemp("csv") / "line.csv"
     path.write_text("t,y\n0,1\n1,3\n")
     line = signal(kind="csv", file=str(path), column="y")
-    assert line.rate(t) == pytest.approx((line.value(t + 1e-3) - line.value(t - 1e-3)) / 2e-3)
+    assert rate(line, t) == pytest.approx((line.value(t + 1e-3) - line.value(t - 1e-3)) / 2e-3)
 
 
 @pytest.mark.parametrize(("text", "words"), [
