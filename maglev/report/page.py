@@ -76,6 +76,8 @@ def report_page(results: Sequence[RunResult], judgements: Judgements, outcomes: 
         thesis=ABOUT if theirs else "",
         rigs="".join(f'<option value="{rig.name}">{escape(rig.title)}</option>' for rig in RIGS.values()),
         message=message, moving=PLAYER if films else "",
+        unsearched="" if len(results) > 1 or any(judgements.values()) else " hidden",
+        numbered="<p>Numbered as in the thesis.</p>\n" if any(each.number for each in shown) else "",
         verdicts=claim_table.verdict_options(judgements),
         index="\n".join(map(index_entry, shown)),
         origin=escape(origin(results)),
@@ -94,13 +96,14 @@ def report_page(results: Sequence[RunResult], judgements: Judgements, outcomes: 
 
 
 def origin(results: Sequence[RunResult]) -> str:
-    """How many of the package's runs the report has, and with what, when and where they were run."""
+    """How many of the package's runs the report has, if any, and with what, when and where all were run."""
     packaged = packaged_runs()
     here = sum(result.plan.name in packaged and not result.plan.own for result in results)
     flown = dict.fromkeys((each.version, each.commit, each.python) for each in (result.provenance for result in results)
                           if each is not None)
     day = datetime.fromtimestamp(number_in(DATE) if os.environ.get(DATE) else time(), UTC).date()
-    return "; ".join([f"{here} of the {len(packaged)} runs of the package, {day.isoformat()}",
+    share = f"{here} of the {len(packaged)} runs of the package, " if here else ""
+    return "; ".join([share + day.isoformat(),
                       *(f"Maglev FMUs {version}{f' ({commit})' if commit else ''}, Python {python}"
                         for version, commit, python in flown)])
 

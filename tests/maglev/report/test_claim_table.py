@@ -3,7 +3,7 @@ from dataclasses import replace
 from typing import Literal
 
 import pytest
-from report_runs import Page, failed, judged, packaged, page_of, recorded
+from report_runs import Page, failed, judged, packaged, page_of, recorded, without_anything
 
 from maglev.judging.metrics import TrackingError
 from maglev.judging.verdicts import VERDICTS, ClaimResult, Verdict
@@ -53,7 +53,7 @@ def test_a_report_of_few_runs_begins_with_a_sentence_for_each():
     many = [recorded(packaged(name)) for name in packaged_runs() if name.startswith("2dof-step")]
     told = page_of(many)
     assert len(many) > 4 and told.of_class("said") == []
-    assert "simulated for 0.5 s, held" in told.with_id("figure-4-22").text
+    assert "simulated for 0.5 s, completed" in told.with_id("figure-4-22").text
 
 
 def test_a_claim_shows_everything_that_is_known():
@@ -76,6 +76,9 @@ def test_the_report_says_how_many_runs_it_has_and_when_it_was_made(monkeypatch):
     page = page_of([recorded(SETPOINTS)])
     (words,) = [line for line in page.source.splitlines() if 'class="origin"' in line and "package" in line]
     assert re.search(r">1 of the \d+ runs of the package, 2001-09-09", words)
+    assert 'class="search" hidden' in page.source, "of one run without claims there is nothing to search for"
+    mine = page_of([recorded(without_anything("mine"))]).source
+    assert 'class="origin">2001-09-09' in mine and "Numbered as in the thesis" not in mine
 
 
 def test_what_cannot_be_tested_has_its_reason():
