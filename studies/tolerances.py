@@ -16,7 +16,6 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from maglev.arrays import Array
 from maglev.errors import MaglevError
 from maglev.maps.rows import Outcomes, texts_of
 from maglev.maps.tolerances import (
@@ -29,7 +28,6 @@ from maglev.maps.tolerances import (
     TRIPPED,
     Question,
     RigMaps,
-    Worse,
     read_tolerances,
 )
 from maglev.schema.layers import PACKAGED
@@ -81,15 +79,8 @@ def read_outcomes(path: Path, question: Question) -> Outcomes:
     shape = len(question.down.values), len(question.along.values)
     if len(found) % (shape[0] * shape[1]):
         raise MaglevError(f"{path}: {len(found)} samples, expected {shape[0]} by {shape[1]} for each step")
-    order = np.lexsort([place(columns[question.along.name], question.along),
-                        place(columns[question.down.name], question.down), -columns["target gap"]])
-    return np.asarray(found[order].reshape(-1, *shape))
-
-
-def place(values: Array, side: Worse) -> NDArray[np.int64]:
-    """Where values of a column (SI) lie along a side."""
-    factor = {"ms": 1e3, "um": 1e6, "%": 1e2, "V": 1.0}[side.unit]
-    return np.asarray(np.argmin(np.abs(factor * values[:, None] - np.array(side.values)), axis=1))
+    # Samples of a grid stand in the order of what varies, of which the steps are the last.
+    return np.moveaxis(found.reshape(*shape, -1), -1, 0)
 
 
 def write_found(path: Path, rigs: Mapping[str, RigMaps]) -> None:
