@@ -114,11 +114,11 @@ class CompiledStage:
         seen = rig.encoders
         used = seen if rig.rotations else seen[1:]   # the commutation needs the gap where each motor has its own
         widths = [(3 if in_phases else 2) * motors, len(used), axes, 2 * motors, len(seen), axes, axes]
-        ends = [sum(widths[:i + 1]) for i in range(len(widths))]
-        self.row = np.zeros(ends[-1])
-        parts = np.split(self.row, ends[:-1])
-        self.commands, _, self.positions, self.currents, self.encoders, self.velocities, self.references = parts
-        self.observation = self.row[ends[3]:]
+        self.row = np.zeros(sum(widths))
+        self.ends = np.cumsum(widths)[:-1].tolist()   # of what the row has, but the last
+        (self.commands, _, self.positions, self.currents, self.encoders, self.velocities,
+         self.references) = np.split(self.row, self.ends)
+        self.observation = self.row[self.ends[3]:]
         self.step = c_double(rig.sample_time)
         self.time, self.ahead = c_double(), c_double()   # a measurement is of the end of a step of the plant
         self.samples = 0
@@ -129,7 +129,7 @@ class CompiledStage:
             self.stack = stack.pop_all()
         self.plant, self.measurement = self.parts["plant"], self.parts.get("measurement")
         self.stop = Buffer("Boolean", [self.plant.variable("at_stop")], self.plant.fmi)
-        self.exchanges = [*exchanges(rig, [*self.parts], used, ends)]
+        self.exchanges = [*exchanges(rig, [*self.parts], used, self.ends)]
         self.between: list[Any] = []   # memory for what goes from one FMU to another
         first = [each[:2] for each in self.exchanges].index(("step", "plant")) + 1
         self.outputs = [made for each in self.exchanges[first:] for made in self.calls_of(each)]

@@ -147,14 +147,10 @@ class Stages(VectorEnv[Array, Array, npt.NDArray[Any]]):
         size = int(self.c.maglev_stage_size())
         self.blocks = np.zeros((num_envs, size // 8), np.int64)   # aligned as doubles are
         self.rows = np.zeros((num_envs, stage.row.size))
-        axes, start = len(self.one.rig.axes), stage.commands.size
-        behind = self.rows.shape[1] - stage.observation.size
-        self.commands = self.rows[:, :start]
-        self.currents = self.rows[:, behind - stage.currents.size:behind]
-        self.positions = self.rows[:, behind - stage.currents.size - axes:behind - stage.currents.size]
-        self.observations = self.rows[:, behind:]
-        self.encoders, self.velocities = self.observations[:, :-2 * axes], self.observations[:, -2 * axes:-axes]
-        self.references = self.observations[:, -axes:]
+        axes = len(self.one.rig.axes)
+        (self.commands, _, self.positions, self.currents, self.encoders, self.velocities,
+         self.references) = np.split(self.rows, stage.ends, axis=1)
+        self.observations = self.rows[:, stage.ends[3]:]
         self.made = np.zeros(num_envs, np.int64)      # samples of the rig
         self.sample = np.zeros(num_envs, np.int64)    # of the environment
         self.refused, self.at_stop = np.zeros(num_envs, np.int64), np.zeros(num_envs, np.int64)
