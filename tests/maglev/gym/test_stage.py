@@ -350,7 +350,7 @@ def test_forces_act_and_are_those_that_are_asked_for(make: Make) -> None:
     assert way(make("3dof", reference="hold", **off, **{"x.force": 6.6}), None) == pytest.approx(expected, rel=1e-9)
     with pytest.raises(UnknownName, match="w: the stage has no such axis; nearest is 'x'|'y'|'z'"):
         env.push(w=1.0)
-    with pytest.raises(ScenarioError, match="x.force = nan is not a quantity"):
+    with pytest.raises(ScenarioError, match="x.force: nan is not a quantity"):
         env.push(x=float("nan"))
 
 
