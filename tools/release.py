@@ -29,7 +29,7 @@ from pathlib import Path
 
 ROOT = Path(__file__).parents[1]
 SITE = ROOT / "docs" / "_build" / "html"
-PARTS = ("wheel", "python", "native", "site")
+PARTS = ("python", "native", "site", "wheel")   # in this order: the wheel brings native FMUs of FMI 2.0
 VERSION = re.compile(r"\d+\.\d+\.\d+")
 UNRELEASED = "## Unreleased\n"
 
@@ -120,7 +120,14 @@ def of_tool(name: str) -> str | None:
 
 
 def distributions(scratch: Path, out: Path, version: str, date: int) -> None:
-    """Source distribution of what git knows and does not ignore, and the wheel of what is in that."""
+    """Source distribution of what git knows and does not ignore; the wheel of what is in that, and of native FMUs.
+
+    With them come the modules of the live page: from the wheel both need no compiler.
+    """
+    import maglev
+    from maglev.live.content import modules_of
+    from pmlsm.rigs import RIGS
+
     source = scratch / "source"
     for name in git("ls-files", "--cached", "--others", "--exclude-standard", "-z").split("\0"):
         if (ROOT / name).is_file() and not name.startswith("tests/"):   # setuptools would take a few of the tests
@@ -133,6 +140,12 @@ def distributions(scratch: Path, out: Path, version: str, date: int) -> None:
     with tarfile.open(scratch / f"{name}.tar.gz") as archive:
         archive.extractall(scratch, filter="data")
     tidied(scratch / f"{name}.tar.gz", out / f"{name}.tar.gz", date)
+    if (scratch / "native").is_dir():
+        shipped = scratch / name / "maglev" / "shipped"
+        shutil.copytree(scratch / "native" / "step_loop", shipped / "step_loop")
+        shutil.copytree(scratch / "native" / "native", shipped / "native", ignore=shutil.ignore_patterns("*.ssp"))
+        modules = dict.fromkeys(name for rig in RIGS.values() for name in modules_of(rig))
+        maglev.build(modules, fmus=shipped, kind="native", target="wasm")
     subprocess.run([sys.executable, "-c", made.format("wheel", str(out))], cwd=scratch / name, check=True,
                    stdout=subprocess.DEVNULL)
 

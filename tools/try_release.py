@@ -1,7 +1,8 @@
 """Use what a release ships as somebody would who has no compiler: `python tools/try_release.py dist`.
 
-The wheel goes into an empty environment, without the extra `native`; its native FMUs come from the archive; runs are
-flown and compared with their baselines. It needs a network, for the dependencies, and runs on Linux, macOS and Windows.
+The wheel goes into an empty environment, without the extra `native`, and brings native FMUs; those of FMI 3.0 come from
+the archive. Runs are compared with their baselines. It needs a network, for the dependencies, and runs on Linux, macOS
+and Windows.
 """
 
 import os
@@ -30,9 +31,9 @@ def main() -> None:
             subprocess.run([python, "-m", *arguments], cwd=home, env=kept, check=True)
 
         said("pip", "install", "--quiet", "--disable-pip-version-check", wheel)
-        for kind in ((), ("--fmi", "3")):
-            said("maglev", "build", "--kind", "native", *kind, "--from", native)
-            said("maglev", "check", "--fmus", "fmus", "--kind", "native", *kind, *RUNS)
+        said("maglev", "check", "--kind", "native", *RUNS)
+        said("maglev", "build", "--kind", "native", "--fmi", "3", "--from", native)
+        said("maglev", "check", "--fmus", "fmus", "--kind", "native", "--fmi", "3", *RUNS)
         said("maglev", "build", "--kind", "native", "--fmi", "3", "--clocked", "--from", native)
         said("maglev", "check", "--fmus", Path("fmus", "clocked"), RUNS[0])
         said("maglev", "run", RUNS[0])

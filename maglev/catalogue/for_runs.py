@@ -1,6 +1,7 @@
 """FMUs that runs need: those of a folder that is named, or built when they are missing and kept in the user's cache.
 
-What is kept is known by all that it is made of, so that every folder and every version finds its own.
+What is kept is known by all that it is made of, so that every folder and every version finds its own. The wheel of a
+release brings native FMUs for all platforms, and modules: what it has is taken from there, and needs no compiler.
 """
 
 import hashlib
@@ -13,9 +14,10 @@ from pathlib import Path
 from typing import get_args
 
 from maglev.catalogue import PYTHON, Kind, build, uncacheable
+from maglev.catalogue.shipped import take_native
 from maglev.copies import copied
 from maglev.errors import BuildError, ScenarioError, option
-from maglev.own_fmus import definition, kind_folder
+from maglev.own_fmus import definition, kind_folder, stale
 from maglev.own_stage.adoption import know_stage
 from maglev.packages import PACKAGES
 from maglev.packages.installed import HERE, digest_of
@@ -27,6 +29,7 @@ from maglev_files.cache import FMUS, cache_folder, keep, kept
 from maglev_files.environment import DATE, number_in
 from maglev_files.scratch import scratch
 
+SHIPPED = HERE / "maglev" / "shipped"          # only in the wheel of a release
 COMPILER = ("pyccel", "ziglang")                # what native FMUs are made with
 TOOLS = ("fmpy", "pythonfmu", *COMPILER)        # parts of what is built are theirs
 
@@ -64,9 +67,10 @@ def fmus_for_runs(names: Iterable[str], fmus: str | Path | None = None, kind: st
     needed = list(dict.fromkeys(names))
     for name in needed:
         definition(name)   # refuses one that there is not
-    if asked or compiles(kind):
+    native = Kind(True, "all" if everywhere else "host", fmi)
+    if asked or compiles(kind) or (kind is None and all(is_shipped(name, native) for name in needed)):
         try:
-            return built(needed, Kind(True, "all" if everywhere else "host", fmi), say, watch)
+            return built(needed, native, say, watch)
         except BuildError as error:
             if asked:
                 raise
@@ -88,13 +92,19 @@ def compiles(kind: str | None) -> bool:
 
 
 def built(names: Collection[str], kind: Kind, say: Say, watch: Watch) -> Path:
-    """Folder with FMUs of a kind, or modules; those that the cache has not are built into it. BuildError as of `build`.
+    """Folder with FMUs of a kind, or modules; those that the cache has not are taken from a release, or built.
 
-    They are copies: whatever becomes of the cache, a run has what it was made ready with.
+    They are copies: whatever becomes of the cache, a run has what it was made ready with. BuildError as of `build` and
+    `take_native`.
     """
     found: dict[str, bytes] = {}
     for name in names:
         found |= kept_files(name, kind)
+    shipped = [name for name in names if files_of(name, kind)[0] not in found and is_shipped(name, kind)]
+    if shipped:
+        contents = shipped_files(shipped, kind)
+        found |= contents
+        keep_files(shipped, kind, contents, say)
     missing = [name for name in names if files_of(name, kind)[0] not in found]
     if missing:
         for stage in {stage.file: stage for stage in map(STAGES.own_of, missing) if stage is not None}:
@@ -106,6 +116,23 @@ def built(names: Collection[str], kind: Kind, say: Say, watch: Watch) -> Path:
             found |= {file: (folder / file).read_bytes() for name in missing for file in files_of(name, kind)}
         keep_files(missing, kind, found, say)
     return copied(found, cache_folder() / FMUS)
+
+
+def is_shipped(name: str, kind: Kind) -> bool:
+    """Whether the installed wheel brings an FMU, or a module, of a kind."""
+    folder = SHIPPED / "wasm" if kind.target == "wasm" else kind_folder(SHIPPED, kind.native, kind.fmi)
+    return kind.native and (folder / files_of(name, kind)[0]).is_file()
+
+
+def shipped_files(names: Collection[str], kind: Kind) -> dict[str, bytes]:
+    """What the wheel brings; BuildError if the installed sources make something else."""
+    with scratch() as folder:
+        if kind.target != "wasm":
+            return {path.name: path.read_bytes() for path in take_native(names, SHIPPED, folder, kind.fmi)}
+    for name in names:
+        if old := stale(name, SHIPPED / "wasm" / f"{name}.wasm"):
+            raise BuildError(old)
+    return {file: (SHIPPED / "wasm" / file).read_bytes() for name in names for file in files_of(name, kind)}
 
 
 def files_of(name: str, kind: Kind) -> tuple[str, ...]:

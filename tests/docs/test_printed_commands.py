@@ -24,7 +24,6 @@ ELSEWHERE = ("docs/index.md", "docs/tutorial.md")   # below, and in tests/test_w
 NOT_TYPED = {
     "python3 -m venv .venv": "a clone, and what PyPI has; docs/index.md has the same with the wheel",
     "pip install -e": "the same",
-    "pip install --find-links . maglev-fmus": "as docs/index.md has it, without extras",
     "make ": "a clone; CI makes them",
     "maglev run --all": "minutes; `make claims-check`",
     "maglev report  ": "minutes; the same runs, and tests/maglev/report has its page",

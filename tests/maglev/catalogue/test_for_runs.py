@@ -2,8 +2,10 @@
 
 import json
 import os
+import shutil
 import subprocess
 import sys
+import zipfile
 from collections.abc import Iterator
 from pathlib import Path
 
@@ -14,8 +16,10 @@ from native_builds import require_native_tools
 
 import maglev
 from fmi_export.errors import ExportError
+from fmi_export.native.build import host_platform
 from maglev.catalogue import HOST, PYTHON, for_runs
 from maglev.catalogue.for_runs import fmus_for_runs, key
+from maglev.cosim.step_loop import LIBRARY, build_loop, own_loop
 from maglev.errors import BuildError, MaglevError
 from maglev.own_stage.adoption import know_stage
 from maglev.stages import STAGES
@@ -148,6 +152,52 @@ def test_a_compiler_that_fails_leaves_python(here: Path, monkeypatch: pytest.Mon
     assert "maglev: the C compiler refuses the sources; FMUs that run Python take their place" in result.stderr
     with pytest.warns(UserWarning), pytest.raises(BuildError, match="refuses the sources"):
         fmus_for_runs(["Plant2DOF"], kind="native")
+
+
+@pytest.fixture
+def shipped(native_fmus: Path, here: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
+    """What the wheel of a release brings, of one loop."""
+    loop = here / "shipped" / "step_loop" / next(iter(host_platform(3))) / LIBRARY
+    for path in (here / "shipped" / "native", loop.parent):
+        path.mkdir(parents=True)
+    for name in ("Plant2DOF", "Regulator2DOF"):
+        shutil.copy(native_fmus / f"{name}.fmu", here / "shipped" / "native")
+    shutil.copy(build_loop().path, loop)
+    (here / "cache").rename(here / "before")
+    monkeypatch.setattr(for_runs, "SHIPPED", here / "shipped")
+    return here / "shipped"
+
+
+def test_the_wheel_of_a_release_needs_no_compiler(shipped: Path, here: Path, native_fmus: Path,
+                                                  no_compiler: None) -> None:
+    assert own_loop() is None
+    result = command("run", "short.toml")
+    assert (result.exit_code, result.stderr) == (0, "")
+    assert own_loop() is not None
+    run = maglev.run("short.toml")
+    assert kinds(run) == {"native"}
+    assert run["plant.v.position"].tobytes() == maglev.run("short.toml", fmus=native_fmus)["plant.v.position"].tobytes()
+
+
+def test_the_live_page_needs_none_either(here: Path, wasm_fmus: Path, monkeypatch: pytest.MonkeyPatch,
+                                         no_compiler: None) -> None:
+    shutil.copytree(wasm_fmus, here / "shipped" / "wasm")
+    monkeypatch.setattr(for_runs, "SHIPPED", here / "shipped")
+    result = command("live", "short.toml")
+    assert (result.exit_code, result.stderr) == (0, ""), result.output
+    assert (here / "results" / "live-short.html").stat().st_size > 100_000
+    (here / "shipped" / "wasm" / "Plant2DOF.xml").write_text("<fmiModelDescription/>", encoding="utf-8")
+    monkeypatch.setenv(PLACE, str(here / "another"))
+    assert "is not the Plant2DOF that this installation builds now" in error_line(command("live", "short.toml"))
+
+
+def test_what_is_shipped_and_of_other_sources_does_not_run(shipped: Path, no_compiler: None) -> None:
+    with zipfile.ZipFile(shipped / "native" / "Plant2DOF.fmu", "a") as changed:
+        changed.writestr("sources/more.c", "int more;\n")
+    result = command("run", "short.toml")
+    assert result.exit_code == 0
+    assert "native/Plant2DOF.fmu is of other sources" in result.stderr
+    assert "FMUs that run Python take their place" in result.stderr
 
 
 @pytest.mark.parametrize("lost", ["file", "home"])
