@@ -96,16 +96,11 @@ def measured(rig: Rig, block: Any, motion: Sequence[str]) -> dict[str, Array]:
 
 
 def measuring(rig: Rig, places: MotorPlaces, outputs: Sequence[str]) -> Array:
-    """Positions that a controller commutates with by the outputs, (axes, outputs): the true ones, or by encoders."""
-    found = np.eye(len(rig.axes), len(outputs))
-    if f"{rig.motor_names[0]}.gap_encoder" in outputs:
-        first = outputs.index(f"{rig.motor_names[0]}.gap_encoder")
-        found[:] = 0.0
-        found[:, first:first + len(rig.motors)] = np.linalg.pinv(places.gaps)
-    for k, axis in enumerate(rig.axis_names):
-        if f"{axis}.encoder" in outputs or axis in [each.name for each in rig.measured]:
-            found[k] = 0.0
-            found[k, outputs.index(f"{axis}.encoder") if f"{axis}.encoder" in outputs else k] = 1.0
+    """Positions that a controller commutates with by the outputs, (axes, outputs): by encoders, or what these show."""
+    shown = [name if name in outputs else name.replace("gap_encoder", "gap").replace(".encoder", ".position")
+             for name in rig.encoders]
+    found = np.zeros((len(rig.axes), len(outputs)))
+    found[:, [outputs.index(name) for name in shown]] = places.measuring(rig)
     return found
 
 
