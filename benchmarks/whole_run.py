@@ -126,7 +126,7 @@ def main() -> int:
                 break
     fastest = {way: min(found) for way, found in times.items()}
     table = Table("part", "time (ms)", "of the frozen C loop", "of a step (µs)",
-                  title=f"{NAME}: {plan.steps} steps, all recorded, every {plan.output_every}. written")
+                  title=f"{NAME}: {plan.steps} steps, all recorded, every {experiment.output_every()}. written")
     for way, time in fastest.items():
         table.add_row(way, f"{1e3 * time:.1f}", f"{time / fastest[FROZEN]:.2f}", f"{1e6 * time / plan.steps:.2f}")
     too_slow = [f"{way}: {ratio:.2f}, expected at most {GATES[way]}" for way, ratio in too_large(fastest).items()]
