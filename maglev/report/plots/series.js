@@ -46,16 +46,8 @@ function decodeRun(name) {
 }
 
 /** Value (SI) of a signal at a time (s), on the straight line between its neighbours. */
-function valueAt(signal, time) {
-  const { times, values } = signal;
-  let low = 0;
-  let high = times.length - 1;
-  if (time <= times[0]) return values[0];
-  if (time >= times[high]) return values[high];
-  while (high - low > 1) {
-    const middle = (low + high) >> 1;
-    if (times[middle] <= time) low = middle;
-    else high = middle;
-  }
-  return values[low] + (values[high] - values[low]) * (time - times[low]) / (times[high] - times[low]);
+function valueAt({ times, values }, time) {
+  const k = firstFrom(times, time);
+  if (k === 0 || k === times.length) return values[k && k - 1];   // before the first, after the last
+  return values[k - 1] + (values[k] - values[k - 1]) * (time - times[k - 1]) / (times[k] - times[k - 1]);
 }

@@ -4,11 +4,15 @@ const AXIS_STEP = 110;   // px between two axes
 const TOP = 84, BOTTOM = 28, SIDE = 60;   // px around the axes
 const ranges = new Map();   // column: [low, high] that is kept, in its own unit
 
+/** Least and largest of the values that are known. */
+function extent(values) {
+  const known = values.filter((value) => value !== null);
+  return known.length ? [Math.min(...known), Math.max(...known)] : [0, 1];
+}
+
 /** Least and largest value of a column, and where what has no value stands: above, for an axis has no infinity. */
 function span({ values }) {
-  const known = values.filter((value) => value !== null);
-  const [low, high] = known.length ? [Math.min(...known), Math.max(...known)] : [0, 1];
-  const width = high - low || Math.abs(high) || 1;
+  const [low, high] = extent(values), width = high - low || Math.abs(high) || 1;
   return { low: high > low ? low : low - width / 2, high: high > low ? high : high + width / 2,
     none: (high > low ? high : high + width / 2) + 0.08 * width };
 }

@@ -15,8 +15,7 @@ const mean = (values) => (values.length ? values.reduce((sum, value) => sum + va
 
 /** From values to a share of the strongest colour, and to the colour of a number over it. */
 function shadeOf({ values }) {
-  const known = values.filter((value) => value !== null);
-  const [low, high] = known.length ? [Math.min(...known), Math.max(...known)] : [0, 1];
+  const [low, high] = extent(values);
   const strength = (value) => (value - low) / (high - low || 1);
   return { low, high, css: (value) => `fill: color-mix(in oklab, var(--run-0) ${(8 + 84 * strength(value)).toFixed(0)}%, var(--paper))`,
     over: (value) => `fill: var(--${strength(value) > 0.5 ? "paper" : "text"})` };
@@ -62,9 +61,8 @@ function drawCells(picture, metric, first, second, box, shade) {
 function drawPoints(picture, metric, first, second, box, shade) {
   const over = first === second ? metric : second;
   const range = ({ values }, limits) => {
-    const known = [...values.filter((value) => value !== null), ...limits];
-    const air = 0.03 * (Math.max(...known) - Math.min(...known)) || 0.5;
-    return [Math.min(...known) - air, Math.max(...known) + air];
+    const [low, high] = extent([...values, ...limits]), air = 0.03 * (high - low) || 0.5;
+    return [low - air, high + air];
   };
   const limits = first === second ? Object.values(metric.limits) : [];
   const across = scaleOf(...range(first, []), 0, box.width, false), up = scaleOf(...range(over, limits), box.height, 0, false);
@@ -89,13 +87,13 @@ function drawPoints(picture, metric, first, second, box, shade) {
 function drawHistogram(metric) {
   const known = metric.values.filter((value) => value !== null), limits = Object.values(metric.limits), { left, top, width, height } = BARS;
   if (!known.length || !limits.length) return;
-  const ends = [...known, ...limits], [low, high] = [Math.min(...ends), Math.max(...ends)], wide = (high - low) / BARS.most || 1;
+  const [low, high] = extent([...known, ...limits]), wide = (high - low) / BARS.most || 1;
   const { min = -Infinity, max = Infinity } = metric.limits, counts = Array.from({ length: BARS.most }, () => [0, 0]);   // within, beyond
   for (const value of known) counts[Math.min(BARS.most - 1, Math.floor((value - low) / wide))][Number(value < min || value > max)] += 1;
   const most = Math.max(...counts.map(([within, beyond]) => within + beyond)), across = scaleOf(low - 0.5 * wide, high + 0.5 * wide, 0, width, false);
   const none = metric.values.length - known.length, title = titleOf(metric) + (none ? `; ${none} without` : "");
   const picture = svg("svg", { class: "response bars", viewBox: `0 0 ${left + width + 20} ${top + height + 34}`, role: "img",
-    "aria-label": `${title}: ${known.length} samples from ${shortNumber(Math.min(...known), 4)} to ${shortNumber(Math.max(...known), 4)}` });
+    "aria-label": `${title}: ${known.length} samples from ${extent(known).map((value) => shortNumber(value, 4)).join(" to ")}` });
   counts.forEach((parts, k) => parts.forEach((count, beyond) => {   // one on the other
     const [from, to] = [low + k * wide, low + (k + 1) * wide], x = left + across.place(from) + 0.5, below = beyond * parts[0];
     if (count) svg("title", {}, svg("rect", { class: beyond ? "bar beyond" : "bar", x, y: top + height * (1 - (below + count) / most),
