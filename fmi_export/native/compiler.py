@@ -24,7 +24,6 @@ FLAGS = ("-std=c99", "-O2", "-ffp-contract=off", "-fno-math-errno", "-DBLOCKS_IN
 # Functions of blocks become part of their callers up to this size: a step takes what it takes with all of them, and
 # the compiler a fifteenth of that.
 SHARED = ("-shared", "-mllvm", "-inline-threshold=1000")
-INLINED = "-DBLOCKS_INLINED"
 
 UNIT = "{}_in_one.c"   # a name of its own: zig locks what it keeps of a file by its name
 
@@ -60,12 +59,12 @@ def require_zig() -> None:
         raise ExportError(missing)
 
 
-def library(sources: Mapping[str, str], name: str, platform: Platform, *further: str) -> bytes:
+def library(sources: Mapping[str, str], name: str, platform: Platform) -> bytes:
     """Library of C files by name, and their headers, for a platform; `name` is its file name's stem.
 
     They are compiled as one translation unit: the step of a block, its parts and the functions of FMI over it lie in
     different files, and calls between them are inlined. Each operation stays what it is, so that no bit differs.
-    `further` flags follow ours, such as INLINED. ExportError if the compiler refuses the sources.
+    ExportError if the compiler refuses the sources.
     """
     require_zig()
     with scratch() as root:
@@ -77,7 +76,7 @@ def library(sources: Mapping[str, str], name: str, platform: Platform, *further:
         for target in platform.targets:
             output = root / target / f"{name}{platform.ending}"
             output.parent.mkdir()
-            compiled(root, [*FLAGS, *platform.flags, *further, "-target", target, "-o",
+            compiled(root, [*FLAGS, *platform.flags, "-target", target, "-o",
                             str(output.relative_to(root)), UNIT.format(name)])
             made.append(output.read_bytes())
     return made[0] if len(made) == 1 else universal(made)

@@ -65,11 +65,8 @@ PRELUDE = """\
 #endif
 
 /* Where blocks are one translation unit with what calls them, the compiler may make their functions part of their
-   callers; in a loop that is made for speed alone, it makes all of them so. */
-#if defined BLOCKS_INLINED
-#define BLOCK_FUNCTION static inline __attribute__((always_inline, unused))
-#define SELDOM_CALLED BLOCK_FUNCTION
-#elif defined BLOCKS_IN_ONE_UNIT
+   callers. */
+#if defined BLOCKS_IN_ONE_UNIT
 #define BLOCK_FUNCTION static __attribute__((unused))
 #define SELDOM_CALLED static __attribute__((noinline, unused))
 #else
