@@ -126,4 +126,4 @@ def legend(runs: Iterable[RunResult], sign: str) -> str:
     """What a table says of its marks: one has to complete to win, and against another that completed."""
     held = sum(run.metrics is not None and not run.metrics.failed for run in runs)
     return "Less is better; " + (f"the best of the completed runs has a {sign}" if held > 1 else
-                                  "a best one is marked where two runs or more completed")
+                                  "a best value is marked where at least two runs completed")
