@@ -116,7 +116,7 @@ def test_list() -> None:
 def test_without_its_description_its_fmus_are_not_known() -> None:
     STAGES.forget("kite")
     for unknown in (lambda: maglev.build("PlantKite"), lambda: maglev.linearise("PlantKite", {"v": 0.02})):
-        with pytest.raises(maglev.MaglevError, match="PlantKite.*, or with rig='mine.toml' one of a stage of yours"):
+        with pytest.raises(maglev.MaglevError, match="PlantKite.*, or with rig='mine.toml' one of your own stage"):
             unknown()
 
 
