@@ -70,7 +70,8 @@ def command(scenario: Path, fmus: Path, path: Path, out: Path, timeout: str) -> 
             "--out", str(out), "--timeout", timeout]
 
 
-@pytest.mark.parametrize("what", SAID)
+@pytest.mark.parametrize("what", [pytest.param(what, marks=pytest.mark.thorough) if what.startswith("threads") else what
+                                  for what in SAID])
 def test_a_complete_run_ends(fastest_fmus: Path, tmp_path: Path, marked: dict[str, str], what: str) -> None:
     path = leaving(tmp_path, what)
     done = subprocess.run(command(flight(tmp_path), fastest_fmus, path, tmp_path, "2 s"), capture_output=True,
