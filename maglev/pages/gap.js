@@ -73,7 +73,7 @@ function drawMover(context, { run, y, scale, top }, { row, name, colour, weight 
   context.translate(middle, at);
   context.rotate(Math.atan2(y(to) - y(from), wide));
   write(context, name, 0, 17, colours.paper, { font: "600 11px", align: "center", most: wide - 4 });
-  write(context, `${gap.toFixed(2)} mm`, 0, 31, colours.paper, { font: "600 12px", align: "center" });
+  write(context, `${gap.toFixed(2)} mm`, 0, 31, colours.paper, { font: "600 12px", align: "center", most: wide - 4 });
   context.restore();
   const wanted = faceOf(run, row, "reference");
   line(context, [[x - 4, y(wanted[0])], [x + wide + 4, y(wanted[1])]], colours.text, 1.5, DASHED);
