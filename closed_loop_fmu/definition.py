@@ -8,8 +8,8 @@ from pmlsm.rig import Rig
 EXPERIMENT = Experiment(stop_time=26.0, step=40.0e-3)
 
 
-def closed_loop(rig: Rig, block: type, law: str, controller: FmuDefinition, plant: FmuDefinition) -> FmuDefinition:
-    """Definition of a loop of a rig, from those of its parts, and the controller's law."""
+def closed_loop(rig: Rig, block: type, controller: FmuDefinition, plant: FmuDefinition) -> FmuDefinition:
+    """Definition of a loop of a rig, from those of its parts; its icon has the controller's law."""
     word = controller.name.removesuffix(rig.suffix).removesuffix("Regulator")
     return FmuDefinition(
         name=f"ClosedLoop{word}{rig.suffix}",
@@ -22,5 +22,5 @@ def closed_loop(rig: Rig, block: type, law: str, controller: FmuDefinition, plan
         variable_step=False,
         documentation=tuple(dict.fromkeys((("closed_loop_fmu", "closed_loop.html"), *controller.documentation,
                                            *plant.documentation))),
-        icon=Drawing("closed_loop_fmu.drawings", "icon", (law, len(rig.axes))),
+        icon=Drawing("closed_loop_fmu.drawings", "icon", () if controller.icon is None else controller.icon.arguments),
         sketch=Drawing("closed_loop_fmu.drawings", "loop", (controller.name, plant.name)))

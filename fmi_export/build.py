@@ -16,7 +16,7 @@ from fmi_export.model_description import model_description
 from fmi_export.native.model_description_3 import terminals_and_icons
 from fmi_export.pages.documentation import documentation, external_dependencies, icon_of
 from fmi_export.pages.icon import png_icon, svg_file
-from fmi_export.sources import carried_modules, renamed
+from fmi_export.sources import carried_modules, imported_modules, renamed
 from maglev_files.environment import DATE, number_in
 from maglev_files.whole_file import whole_file
 
@@ -28,14 +28,14 @@ SLAVE = '''"""The slave of {name}, in a module that is imported once."""
 
 from {code}.fmi_export.slave import one_more_reference
 from {code}.{slave_module} import {slave}
-from {code}.{definition_module} import {definition_name}
+from {code}.definition import DEFINITION
 
 
 class {name}({slave}):
     """{description}"""
 
     def __init__(self, **kwargs):
-        super().__init__({definition_name}, guid="{guid}", **kwargs)
+        super().__init__(DEFINITION, guid="{guid}", **kwargs)
 
 
 def begin(names):
@@ -62,19 +62,21 @@ class Maker(NamedTuple):
     packages: tuple[str, ...]
 
 
-def build_fmu(definition: FmuDefinition, place: tuple[str, str], maker: Maker, destination: Path,
+def build_fmu(definition: FmuDefinition, written: str, maker: Maker, destination: Path,
               extra: Mapping[str, bytes] | None = None) -> Path:
     """Write `destination/NAME.fmu` and return its path; the folder is made if it is not there.
 
-    The place of the definition is a module and an attribute, from which the FMU imports it. The FMU carries those
-    modules of the maker's packages that it imports, and `extra`, further files by their names in it, which do not run.
+    `written` is the definition as Python, which the FMU runs to have it as DEFINITION. The FMU carries those modules of
+    the maker's packages that it imports, and `extra`, further files by their names in it, which do not run.
 
     pythonfmu's slave class and binaries are used, its builder is not: that one names modules as they are, so that a
     second FMU in the process runs the first one's code, and stamps clock and random GUID into the file.
     """
     packages = (*maker.packages, *CARRIED)
-    texts = carried_modules(place[0], packages) | carried_modules(definition.slave[0], packages)
-    contents = what_runs(definition, place, maker, texts, build_date()) | described(definition, maker)
+    texts: dict[str, str] = {}
+    for module in (definition.slave[0], *imported_modules("", written)):
+        texts |= carried_modules(module, packages)
+    contents = what_runs(definition, written, maker, texts, build_date()) | described(definition, maker)
     contents["documentation/licenses/pythonfmu.txt"] = pythonfmu_licence().encode("utf-8")
     contents["documentation/externalDependencies.txt"] = external_dependencies(definition).encode("utf-8")
     return write_archive(destination / f"{definition.name}.fmu", contents | dict(extra or {}))
@@ -101,12 +103,12 @@ def build_date() -> int:
         raise ExportError(str(error)) from None
 
 
-def what_runs(definition: FmuDefinition, place: tuple[str, str], maker: Maker, texts: Mapping[str, str],
+def what_runs(definition: FmuDefinition, written: str, maker: Maker, texts: Mapping[str, str],
               date: int) -> dict[str, bytes]:
     """The files of the FMU that run, and its model description: with modules, by name, and a date in seconds."""
     slave_module, slave = definition.slave
     parts = (part for item in sorted(texts.items()) for part in item)
-    fingerprint = digest([definition.name, maker.version, SLAVE, ENTRY, *parts])
+    fingerprint = digest([definition.name, maker.version, SLAVE, ENTRY, written, *parts])
     entry = f"{definition.name.lower()}_{fingerprint[:12]}"
     code = f"{entry}_code"
     packages = (*maker.packages, *CARRIED)
@@ -115,9 +117,10 @@ def what_runs(definition: FmuDefinition, place: tuple[str, str], maker: Maker, t
     without_guid = model_description(definition, "", maker.version, date).decode("utf-8")
     guid = f"{{{digest([fingerprint, without_guid])[:32]}}}"
     contents["modelDescription.xml"] = without_guid.replace('guid=""', f'guid="{guid}"', 1).encode("utf-8")
+    contents[f"resources/{code}/definition.py"] = renamed(written, packages, code).encode("utf-8")
     contents[f"resources/{code}/slave.py"] = SLAVE.format(
-        name=definition.name, code=code, slave_module=slave_module, slave=slave, definition_module=place[0], guid=guid,
-        definition_name=place[1], description=re.sub(r'[\\"]', "", definition.description)).encode("utf-8")
+        name=definition.name, code=code, slave_module=slave_module, slave=slave, guid=guid,
+        description=re.sub(r'[\\"]', "", definition.description)).encode("utf-8")
     contents[f"resources/{entry}.py"] = ENTRY.format(name=definition.name, code=code).encode("utf-8")
     contents["resources/slavemodule.txt"] = entry.encode("ascii")
     contents |= binaries(definition.name)

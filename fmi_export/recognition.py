@@ -22,8 +22,7 @@ DATE = re.compile(rb'generationDateAndTime="(\d{4}-\d\d-\d\dT\d\d:\d\d:\d\dZ)"')
 MODULE = re.compile(r"resources/\w+/(\w+(?:/\w+)*)\.py")
 
 
-def is_python_build(contents: Mapping[str, bytes], definition: FmuDefinition, place: tuple[str, str],
-                    maker: Maker) -> bool:
+def is_python_build(contents: Mapping[str, bytes], definition: FmuDefinition, written: str, maker: Maker) -> bool:
     """Whether files by name are what `build_fmu` puts into an FMU: modules, binaries and model description, all bytes.
 
     Nothing of it remains to be trusted; only the date may be another one. Parameters as of `build_fmu`. KeyError,
@@ -34,7 +33,7 @@ def is_python_build(contents: Mapping[str, bytes], definition: FmuDefinition, pl
         name = found[1].replace("/", ".")
         if name.split(".")[0] in (*maker.packages, *CARRIED):   # the module of the slave is in none
             texts[name] = module_path(name).read_text(encoding="utf-8")
-    return running(contents) == what_runs(definition, place, maker, texts, date_of(contents))
+    return running(contents) == what_runs(definition, written, maker, texts, date_of(contents))
 
 
 def is_native_build(contents: Mapping[str, bytes], definition: FmuDefinition, maker: Maker) -> bool:

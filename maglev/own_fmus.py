@@ -16,10 +16,10 @@ from fmi_export.recognition import is_native_build, is_python_build
 from maglev.copies import original
 from maglev.errors import BuildError, FmuError, ScenarioError, nearest, option, or_of_own_stage
 from maglev.packages import PACKAGES
-from maglev.stages import STAGES, places_of, system_of
+from maglev.stages import STAGES, definitions_of, system_of
 from pmlsm.rigs import RIGS
 
-DEFINITIONS = places_of(RIGS.values())
+DEFINITIONS = definitions_of(RIGS.values())
 
 # Controller and plant as an SSP file: the loop of a scenario, whose start values are those that the FMUs have anyway,
 # so that tools that leave out the start values in it run the same.
@@ -94,10 +94,10 @@ def kind_folder(fmus: Path, native: bool, fmi: int = 2, clocked: bool = False) -
 
 def definition(name: str) -> FmuDefinition:
     """Definition of an FMU by its name; BuildError with the nearest name if there is none."""
-    if name not in STAGES.places():
+    if name not in STAGES.definitions():
         if name.endswith(".toml"):
             raise BuildError(f"{name}: expected the name of an FMU; those of your own stage: {option('rig', name)}")
-        known = [*STAGES.places(), *STAGES.systems()]
+        known = [*STAGES.definitions(), *STAGES.systems()]
         raise BuildError(f"there is no FMU {name}, nearest is {nearest(name, known)}, expected one that `maglev list` "
                          f"lists, {or_of_own_stage()}")
     return STAGES.definition(name)
@@ -159,10 +159,10 @@ def build_of(file: Path | BytesIO) -> OwnBuild | None:
     contents = files_in(file)
     found = NAME.search(contents["modelDescription.xml"])
     name = found[1].decode("ascii") if found else ""
-    if name not in STAGES.places():
+    if name not in STAGES.definitions():
         return None
     if PYTHON_KIND in contents:
-        same = is_python_build(contents, definition(name), STAGES.places()[name], installed())
+        same = is_python_build(contents, definition(name), STAGES.definitions()[name].text(), installed())
         return OwnBuild(name, "Python") if same else None
     same = is_native_build(contents, definition(name), installed())
     return OwnBuild(name, "native") if same else None

@@ -55,7 +55,7 @@ GENERIC = ("processes", "cosim", "baselines", "fmu_experiments")
 OF_STAGES = ("rig", "stages", "rigs", "linear", "own_stage", "identification", "stability", "gym", "maps", "live")
 
 # Blocks are translated to C: only the modules that describe an FMU know what an FMU is.
-DESCRIBES = re.compile(r"\w*variables|continuous|drawings|definitions?|\w+_fmu|plant_\w+")
+DESCRIBES = re.compile(r"\w*variables|continuous|drawings|definitions?")
 
 PACKAGE = re.compile(rf"({'|'.join(BELOW)})(\.\w+)*")
 

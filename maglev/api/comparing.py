@@ -199,7 +199,7 @@ def put_in(plan: RunPlan, label: str, controller: Given, options: RunOptions, sa
     own = plan.fmus.get("controller")
     chosen: RunOptions = {**options}
     named = str(controller) if isinstance(controller, str | Path) else ""
-    if named in STAGES.places() and options.get("plant") is None:
+    if named in STAGES.definitions() and options.get("plant") is None:
         chosen.pop("ports", None)
     if own is None or own.model != named:
         chosen["controller"] = controller

@@ -70,7 +70,7 @@ def build_written(path: Path, folder: Path, kind: Kind = PYTHON) -> Path:
         read_description("controller", path)   # in another process, which a file may end when it is imported
     with buildable(path, PACKAGES, kind.native) as found, whole_files(folder) as unfinished:
         own = found.definition
-        if own.name in (*STAGES.places(), *STAGES.systems()):
+        if own.name in (*STAGES.definitions(), *STAGES.systems()):
             raise BuildError(f"{path}: class {own.name} would overwrite an FMU of this project, expected another name")
         with named_lines(found.files):
             make = maker([own], kind, found.packages)
@@ -99,8 +99,8 @@ def maker(definitions: Sequence[FmuDefinition], kind: Kind, own: tuple[str, ...]
         extra = {} if own else experiments_in(definition)
         if kind.native:
             return build_native_fmu(definition, translation, made_by, folder, kind.target == "host", kind.fmi, extra)
-        place = (FMU, "DEFINITION") if own else STAGES.places()[definition.name]
-        return build_fmu(definition, place, made_by, folder, extra)
+        written = f"from {FMU} import DEFINITION" if own else STAGES.definitions()[definition.name].text()
+        return build_fmu(definition, written, made_by, folder, extra)
 
     return make
 

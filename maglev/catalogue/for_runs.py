@@ -83,7 +83,7 @@ def fmus_named(given: Iterable[object], rig: str | Path | None, fmus: str | Path
     """Folder with those that are given by name, among files and classes; also of the stage of a description."""
     if rig is not None:
         know_stage(rig)
-    return fmus_for_runs([str(each) for each in given if str(each) in STAGES.places()], fmus, kind, fmi)
+    return fmus_for_runs([str(each) for each in given if str(each) in STAGES.definitions()], fmus, kind, fmi)
 
 
 def compiles(kind: str | None) -> bool:

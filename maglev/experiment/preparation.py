@@ -299,7 +299,7 @@ def prepare(plan: RunPlan, fmus: Path, replaced: Mapping[str, Replacement], sett
     given = {name: replaced[name].path if name in replaced else fmu_file(fmu, fmus) for name, fmu in plan.fmus.items()}
     files = {name: as_it_is(path) for name, path in given.items()}
     old = tuple(filter(None, (stale(path.stem, files[name]) for name, path in given.items()
-                              if path.parent == fmus and path.stem in STAGES.places())))
+                              if path.parent == fmus and path.stem in STAGES.definitions())))
     put_in, replaced = tuple(replaced), in_place(plan, files, replaced)
     starts = Starts.planned(plan, replaced, put_in)
     plan = plan.model_copy(update={"signals": [signal for signal in plan.signals if signal.to not in starts.left_out]})

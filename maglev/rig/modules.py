@@ -1,4 +1,4 @@
-"""All that is written of a rig: its blocks, the modules that make FMUs of them, and their equations."""
+"""All that is written of a rig: its description as Python, its blocks, and their equations."""
 
 from pathlib import Path
 
@@ -12,22 +12,14 @@ PLATFORM = "controller_fmu/platform_{}.py"   # of a rig whose platform tilts
 MODULES = (
     "pmlsm/rig_{}.py",
     "plant_fmu/stage_{}.py",
-    "plant_fmu/plant_{}.py",
     PLATFORM,
     "controller_fmu/regulator_{}.py",
-    "controller_fmu/regulator_{}_fmu.py",
     "controller_fmu/pid_{}.py",
-    "controller_fmu/pid_{}_fmu.py",
     "controller_fmu/commutation_{}.py",
-    "controller_fmu/commutation_{}_fmu.py",
     "estimator_fmu/estimator_{}.py",
-    "estimator_fmu/estimator_{}_fmu.py",
     "estimator_fmu/adaptive_regulator_{}.py",
-    "estimator_fmu/adaptive_regulator_{}_fmu.py",
     "measurement_fmu/measurement_{}.py",
-    "measurement_fmu/measurement_{}_fmu.py",
-    "closed_loop_fmu/closed_loop_{}.py",
-    "closed_loop_fmu/closed_loop_{}_fmu.py")
+    "closed_loop_fmu/closed_loop_{}.py")
 
 # Equations, which are the same for all rigs whose platform tilts.
 PAGES = (

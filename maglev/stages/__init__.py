@@ -8,7 +8,7 @@ from importlib.machinery import ModuleSpec
 from importlib.util import spec_from_file_location
 from pathlib import Path
 from types import ModuleType
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 from fmi_export.definition import FmuDefinition
 from pmlsm.rig import Rig
@@ -26,7 +26,7 @@ class OwnStage(NamedTuple):
 class Stages(MetaPathFinder):
     """The stages that a process knows by their names, the user's from `add` to `forget`.
 
-    Modules written of a user's stage have the names that those of ours have, such as `plant_fmu.plant_mine`: by these
+    Modules written of a user's stage have the names that those of ours have, such as `plant_fmu.stage_mine`: by these
     they import each other, FMUs carry them and C is made of them. So Python has to find them in the stage's folder, and
     this object is what tells it, asked after all others. For the same reason there is one in a process, `STAGES`:
     Python has but one table of modules, too.
@@ -34,6 +34,7 @@ class Stages(MetaPathFinder):
 
     def __init__(self) -> None:
         self.own: dict[str, OwnStage] = {}
+        self.made: dict[str, FmuDefinition] = {}
         sys.meta_path.append(self)
 
     def find_spec(self, fullname: str, path: Sequence[str] | None, target: ModuleType | None = None,
@@ -52,6 +53,7 @@ class Stages(MetaPathFinder):
         """Take back what is known and was imported of stages of the user's; of others nothing is."""
         for name in names:
             if (stage := self.own.pop(name, None)) is not None:
+                self.made = {fmu: made for fmu, made in self.made.items() if fmu not in definitions(stage.rig)}
                 for path in stage.folder.glob("*/*.py"):
                     sys.modules.pop(f"{path.parent.name}.{path.stem}", None)
 
@@ -64,42 +66,94 @@ class Stages(MetaPathFinder):
         """The stage of the user's that an FMU or a system is of, if it is of one."""
         return next((own for own in self.own.values() if name in (*definitions(own.rig), system_of(own.rig))), None)
 
-    def places(self) -> dict[str, tuple[str, str]]:
-        """Module and attribute of every FMU that can be built, by its name."""
-        return places_of(self.rigs.values())
+    def definitions(self) -> dict[str, "Made"]:
+        """How the definition of every FMU that can be built is made, by its name."""
+        return definitions_of(self.rigs.values())
 
     def definition(self, name: str) -> FmuDefinition:
         """Definition of an FMU by its name; KeyError if there is none."""
-        module, attribute = self.places()[name]
-        found: FmuDefinition = getattr(import_module(module), attribute)
-        return found
+        if name not in self.made:
+            self.made[name] = self.definitions()[name].value()
+        return self.made[name]
 
     def systems(self) -> dict[str, Rig]:
         """Rig of every system that can be built, by its name."""
         return {system_of(rig): rig for rig in self.rigs.values() if rig.experiment or rig.name in self.own}
 
 
-def definitions(rig: Rig) -> dict[str, tuple[str, str]]:
-    """Module and attribute of every FMU of a rig, by its name."""
+class Made(NamedTuple):
+    """How a definition is made: a function, and its arguments, by where they stand or made likewise."""
+
+    function: str   # as "plant_fmu.definition.plant"
+    arguments: tuple["str | Made", ...]
+
+    def value(self) -> FmuDefinition:
+        """The definition."""
+        made: FmuDefinition = imported(self.function)(*(
+            argument.value() if isinstance(argument, Made) else imported(argument) for argument in self.arguments))
+        return made
+
+    def text(self) -> str:
+        """The same as Python, which an FMU runs to have its DEFINITION."""
+        imports = {"from {} import {}\n".format(*path.rsplit(".", 1)) for path in self.paths()}
+        return f"{''.join(sorted(imports))}\nDEFINITION = {self.call()}\n"
+
+    def call(self) -> str:
+        """The call of the function."""
+        arguments = (argument.call() if isinstance(argument, Made) else last(argument) for argument in self.arguments)
+        return f"{last(self.function)}({', '.join(arguments)})"
+
+    def paths(self) -> list[str]:
+        """Where all that it takes stands."""
+        return [self.function, *(path for argument in self.arguments for path in (
+            argument.paths() if isinstance(argument, Made) else [argument]))]
+
+
+def last(path: str) -> str:
+    """Name of what stands at a path, as "plant" of "plant_fmu.definition.plant"."""
+    return path.rpartition(".")[2]
+
+
+def imported(path: str) -> Any:
+    """What stands at a path."""
+    return getattr(import_module(path.rpartition(".")[0]), last(path))
+
+
+def definitions(rig: Rig) -> dict[str, Made]:
+    """How the definition of every FMU of a rig is made, by its name."""
     name, suffix = rig.name, rig.suffix
+
+    def made(function: str, block: str, *arguments: str | Made) -> Made:
+        return Made(function, (f"pmlsm.rig_{name}.RIG", block.format(name, suffix), *arguments))
+
     designed = {"Scheduled": rig.design.schedule, "Interpolated": rig.design.table}
     laws = ("", "Linear", *(law for law, design in designed.items() if design is not None))
-    regulators, loops = f"controller_fmu.regulator_{name}_fmu", f"closed_loop_fmu.closed_loop_{name}_fmu"
+    regulators = {law: made("controller_fmu.definitions.regulator", "controller_fmu.regulator_{}.Regulator{}",
+                            f"controller_fmu.status.{law.upper() or 'NONLINEAR'}") for law in laws}
+    plant = made("plant_fmu.definition.plant", "plant_fmu.stage_{}.Stage{}")
+    pid = made("controller_fmu.definitions.pid", "controller_fmu.pid_{}.PID{}")
+    estimator = made("estimator_fmu.definition.estimator", "estimator_fmu.estimator_{}.Estimator{}")
+    loop = "closed_loop_fmu.definition.closed_loop"
     return {
-        f"Plant{suffix}": (f"plant_fmu.plant_{name}", "PLANT"),
-        **{f"{law}Regulator{suffix}": (regulators, f"{law}_regulator".strip("_").upper()) for law in laws},
-        f"PID{suffix}": (f"controller_fmu.pid_{name}_fmu", "PID"),
-        f"Commutation{suffix}": (f"controller_fmu.commutation_{name}_fmu", "COMMUTATION"),
-        f"Estimator{suffix}": (f"estimator_fmu.estimator_{name}_fmu", "ESTIMATOR"),
-        f"AdaptiveRegulator{suffix}": (f"estimator_fmu.adaptive_regulator_{name}_fmu", "ADAPTIVE_REGULATOR"),
-        f"Measurement{suffix}": (f"measurement_fmu.measurement_{name}_fmu", "MEASUREMENT"),
-        **{f"ClosedLoop{law}{suffix}": (loops, f"CLOSED_LOOP_{law or 'nonlinear'}".upper()) for law in laws},
-        f"ClosedLoopPID{suffix}": (loops, "CLOSED_LOOP_PID")}
+        f"Plant{suffix}": plant,
+        **{f"{law}Regulator{suffix}": regulator for law, regulator in regulators.items()},
+        f"PID{suffix}": pid,
+        f"Commutation{suffix}": made("controller_fmu.definitions.commutation",
+                                     "controller_fmu.commutation_{}.Commutation{}"),
+        f"Estimator{suffix}": estimator,
+        f"AdaptiveRegulator{suffix}": made("estimator_fmu.definition.adaptive_regulator",
+                                           "estimator_fmu.adaptive_regulator_{}.AdaptiveRegulator{}", regulators[""],
+                                           estimator),
+        f"Measurement{suffix}": made("measurement_fmu.definition.measurement",
+                                     "measurement_fmu.measurement_{}.Measurement{}"),
+        **{f"ClosedLoop{law}{suffix}": made(loop, "closed_loop_fmu.closed_loop_{}.ClosedLoop{}", regulator, plant)
+           for law, regulator in regulators.items()},
+        f"ClosedLoopPID{suffix}": made(loop, "closed_loop_fmu.closed_loop_{}.ClosedLoopPID{}", pid, plant)}
 
 
-def places_of(rigs: Iterable[Rig]) -> dict[str, tuple[str, str]]:
-    """Module and attribute of every FMU of rigs, by its name."""
-    return {name: place for rig in rigs for name, place in definitions(rig).items()}
+def definitions_of(rigs: Iterable[Rig]) -> dict[str, Made]:
+    """How the definition of every FMU of rigs is made, by its name."""
+    return {name: made for rig in rigs for name, made in definitions(rig).items()}
 
 
 def system_of(rig: Rig) -> str:

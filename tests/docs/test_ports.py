@@ -1,12 +1,11 @@
 """The page of components and ports has all FMUs, and all ports of those that are no closed loop."""
 
 import re
-from importlib import import_module
 from pathlib import Path
 
 import pytest
 
-from maglev.own_fmus import DEFINITIONS
+from maglev.own_fmus import DEFINITIONS, definition
 from pmlsm.rigs import RIGS
 
 PAGE = (Path(__file__).parents[2] / "docs" / "ports.md").read_text(encoding="utf-8")
@@ -50,8 +49,7 @@ def test_the_page_has_every_port(section: str) -> None:
         for kind in SECTIONS[section].split():
             if f"{kind}{suffix}" not in DEFINITIONS:
                 continue
-            module, name = DEFINITIONS[f"{kind}{suffix}"]
-            for port in getattr(import_module(module), name).variables:
+            for port in definition(f"{kind}{suffix}").variables:
                 if port.causality == "parameter":
                     continue
                 row = expected[port.name]

@@ -21,9 +21,9 @@ from estimator_fmu.adaptation import Adaptation, Travel, followed
 from estimator_fmu.adaptive_regulator_2dof import AdaptiveRegulator2DOF
 from estimator_fmu.adaptive_regulator_3dof import AdaptiveRegulator3DOF
 from estimator_fmu.adaptive_regulator_5dof import AdaptiveRegulator5DOF
-from estimator_fmu.adaptive_regulator_5dof_fmu import ADAPTIVE_REGULATOR
 from estimator_fmu.constant_estimate import ConstantEstimate
 from estimator_fmu.estimator_2dof import Estimator2DOF
+from maglev.own_fmus import definition
 from plant_fmu.stage_2dof import Stage2DOF
 from plant_fmu.stage_3dof import Stage3DOF
 
@@ -215,7 +215,7 @@ def test_both_models_of_the_motor_are_one() -> None:
 
 def test_what_the_parts_share_is_one_parameter() -> None:
     """The estimator of a platform that tilts has the regulator's places, clock and observer."""
-    block = ADAPTIVE_REGULATOR.new_block()
+    block = definition("AdaptiveRegulator5DOF").new_block()
     for name in ("alpha1_place.x", "beta2_place.z", "observer.time1", "observer.time2", "sample_time"):
         put(block, f"regulator.{name}", 1.5 * attrgetter(f"regulator.{name}")(block) + 1e-4)
     block.estimator.y.attraction.guess = 300.0

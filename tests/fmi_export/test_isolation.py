@@ -36,7 +36,8 @@ def other_version(folder: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
         return texts
 
     monkeypatch.setattr(fmi_export.build, "carried_modules", altered)
-    return build_fmu(definition("Plant3DOF"), DEFINITIONS["Plant3DOF"], Maker("9.9.9", "licence", PACKAGES), folder)
+    maker = Maker("9.9.9", "licence", PACKAGES)
+    return build_fmu(definition("Plant3DOF"), DEFINITIONS["Plant3DOF"].text(), maker, folder)
 
 
 def test_two_versions_in_one_process(fmus: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:

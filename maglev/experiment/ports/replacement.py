@@ -50,7 +50,7 @@ def known_ports(plan: RunPlan, name: str) -> dict[str, str | None]:
         if signal.unit is not None and signal.to.startswith(f"{name}."):
             known[signal.to.partition(".")[2]] = unit.si if (unit := known_unit(signal.unit)) else signal.unit
     model, file = plan.fmus[name].model, plan.fmus[name].file
-    if model in STAGES.places():
+    if model in STAGES.definitions():
         known |= {variable.name: variable.unit or None for variable in definition(model).variables}
     elif file is not None and Path(file).is_file():
         known |= {variable.name: variable.unit for variable in read_description(name, Path(file)).modelVariables}
@@ -66,9 +66,9 @@ def named_or_path(role: str, given: Given, plans: Iterable[RunPlan]) -> str | Pa
     if not isinstance(given, str | Path) or not str(given) == Path(given).name == Path(given).stem or (
             Path(given).exists()):
         return path_of(given)
-    if str(given) not in STAGES.places():
+    if str(given) not in STAGES.definitions():
         suffixes = tuple(plan.rig.suffix for plan in plans if plan.rig is not None)
-        names = [name for name in STAGES.places() if name.endswith(suffixes)] or STAGES.places()
+        names = [name for name in STAGES.definitions() if name.endswith(suffixes)] or STAGES.definitions()
         raise UnknownName(f"{role} {given}: is no FMU of this project and no file, nearest is "
                           f"{nearest(str(given), names)}")
     return str(given)
