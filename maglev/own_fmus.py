@@ -69,7 +69,7 @@ def build_command(name: str, path: Path) -> str:
     kind = KINDS.get(path.parent.name)
     folder = from_here(path.parent if kind is None else path.parent.parent)
     known = STAGES.own_of(name)
-    return " ".join(["maglev build", *([] if known is None else [f"--rig {from_here(known.file)}"]),
+    return " ".join(["maglev build", *([] if known is None else [f"--stage {from_here(known.file)}"]),
                      *([] if kind is None else [kind]), *([] if folder == Path("fmus") else [f"--fmus {folder}"])])
 
 

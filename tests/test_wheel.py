@@ -135,7 +135,7 @@ def test_an_edited_installation_flies_no_run_of_the_package(installed: Path, hom
 def test_a_stage_of_ones_own(installed: Path, home: Path) -> None:
     """Its modules are written by the templates that are installed, and its FMUs are known as made here."""
     command(installed, home, "new", "stage", "mine.toml", "--like", "3dof")
-    command(installed, home, "build", "--rig", "mine.toml", "PlantMine", "RegulatorMine")
+    command(installed, home, "build", "--stage", "mine.toml", "PlantMine", "RegulatorMine")
     code = ("from pathlib import Path\nimport maglev\nfrom maglev.own_fmus import built_here\n"
             "print([built_here(path) for path in sorted(Path('fmus').iterdir())])\nmaglev.know_stage('mine.toml')\n"
             "print([built_here(path) for path in sorted(Path('fmus').iterdir())])")

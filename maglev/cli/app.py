@@ -104,7 +104,7 @@ def build(names: Annotated[list[str] | None, typer.Argument(help="FMUs to build,
 
     `maglev build lqi.py`
 
-    `maglev build --rig mine.toml` builds those of your own stage; `maglev new stage mine.toml` writes one
+    `maglev build --stage mine.toml` builds those of your own stage; `maglev new stage mine.toml` writes one
 
     `maglev build Plant3DOF Regulator3DOF`
 

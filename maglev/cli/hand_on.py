@@ -37,7 +37,7 @@ def target(controller: ControllerName, run: OnRun = None, rig: RigFile = None, o
 
     `maglev target lqi.py --run 3dof-setpoints --clock "480 MHz"`
 
-    `maglev target RegulatorMine --rig mine.toml --run mine-setpoints.toml`
+    `maglev target RegulatorMine --stage mine.toml --run mine-setpoints.toml`
     """
     with one_line_errors(debug):
         from maglev.microcontroller.target import target as written

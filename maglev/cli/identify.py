@@ -20,7 +20,7 @@ LEFT_OUT = ("The standard error is scatter alone. Left out: what friction, bias,
 
 Data = Annotated[Path, typer.Argument(metavar="DATA.csv", help="The recording.", show_default=False)]
 RigName = Annotated[str | None, typer.Option(
-    "--rig", help=f"{RIG_NAMES}, seen from the columns if not given; or a description of yours, `mine.toml`.",
+    "--stage", help=f"{RIG_NAMES}, seen from the columns if not given; or a description of yours, `mine.toml`.",
     show_default=False)]
 Method = Annotated[str, typer.Option(help="`reduced` (3.8), `full` (3.6) or `fsdi` (3.3).")]
 Epsilon = Annotated[str, typer.Option(help="Confidence level ε of the measurement, in s or with a unit.")]

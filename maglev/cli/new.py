@@ -64,7 +64,7 @@ def say_how(file: Path, stage: str, option: str) -> None:
 
 @new.command()
 def scenario(path: Annotated[Path, typer.Argument(metavar="NAME", help="The file, NAME.toml; nothing is overwritten.")],
-             stage: Annotated[str, typer.Option("--stage", "--rig", help=STAGES)] = EXAMPLE,
+             stage: Annotated[str, typer.Option(help=STAGES)] = EXAMPLE,
              debug: Debug = False) -> None:
     """Write a scenario that runs as it is, with comments on what else it could have, for you to change.
 

@@ -32,7 +32,7 @@ Names = Annotated[list[str] | None, typer.Argument(
 NamesOrFmus = Annotated[list[str] | None, typer.Argument(
     metavar="SCENARIO", help="Scenarios or variants (see `maglev list`), or TOML files; or FMUs, whose own experiments "
     "are run.", show_default=False, autocompletion=run_names)]
-RigFile = Annotated[Path | None, typer.Option("--rig", metavar="TOML", help="Description of your own stage "
+RigFile = Annotated[Path | None, typer.Option("--stage", metavar="TOML", help="Description of your own stage "
                                               "(docs/own_stage.md).", show_default=False)]
 Everything = Annotated[bool, typer.Option("--all", help="Every scenario of the package.")]
 AsJson = Annotated[Path | None, typer.Option("--json", metavar="FILE", help="Also write what was found as JSON.",

@@ -52,11 +52,20 @@ def whole_streams() -> None:
             write_through=getattr(stream, "write_through", False)))
 
 
+CALLED = {"--rig": "--stage"}   # options by what they were called in the version before
 NOW = {"sweep": "`maglev study SCENARIO --vary …`", "frequency-response": "`maglev linearise --measure`"}
 
 
 class Commands(TyperGroup):
     """Commands with a page of their own about all of them."""
+
+    def parse_args(self, ctx: Any, args: list[str]) -> list[str]:
+        """Take options by what they were called in the version before, and say what they are called now."""
+        for k, (name, equals, value) in enumerate(each.partition("=") for each in args):
+            if name in CALLED:
+                say(f"{name}: is called {CALLED[name]} now, expected that from the next version on")
+                args[k] = f"{CALLED[name]}{equals}{value}"
+        return super().parse_args(ctx, args)
 
     def resolve_command(self, ctx: Any, args: list[str]) -> Any:
         """Say of a command that was called otherwise what it is called now."""

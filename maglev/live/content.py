@@ -105,7 +105,7 @@ def page_data(fmus: Path, plans: Iterable[RunPlan]) -> dict[str, Any]:
     for plan in plans:
         rig = require_live(plan)
         if rig.name not in data["rigs"]:
-            own = f"--rig {plan.rig_file} " if plan.rig_file is not None else ""
+            own = f"--stage {plan.rig_file} " if plan.rig_file is not None else ""
             again = f"maglev build {own}--kind native --target wasm"
             data["rigs"][rig.name] = {**rig_data(rig), "law": law_text(rig)}
             flown.append(rig)

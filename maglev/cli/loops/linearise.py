@@ -114,7 +114,7 @@ def linearise(names: Blocks, at: At, openings: Openings = None, measure: Measure
 
     `maglev linearise Plant3DOF --at y=25mm --currents phases --no-amplifier --hold 0.2ms --set plant.y.mass=7.2kg`
 
-    `maglev linearise PlantMine RegulatorMine --at y=25mm --rig mine.toml` of your own stage
+    `maglev linearise PlantMine RegulatorMine --at y=25mm --stage mine.toml` of your own stage
 
     `maglev linearise Plant3DOF Regulator3DOF --at y=25mm --open y --open alpha.i_q --plot` prints poles and margins
 

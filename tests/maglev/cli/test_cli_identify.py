@@ -59,9 +59,17 @@ def test_identify(recording: Path, tmp_path: Path) -> None:
     (["--guess", "D1=3"], "--guess D1=3: expected one of C1, C2, C3, C4 and a value, such as C1=10; nearest is 'C1'"),
     (["--guess", "C1"], "--guess C1: expected a constant and a value, such as C1=10"),
     (["--guess", "C1=3 A"], "--guess C1=3 A: '3 A' is in A, expected a quantity in 1"),
-    (["--rig", "3dof"], "no column y, expected y or plant.y")])
+    (["--stage", "3dof"], "no column y, expected y or plant.y")])
 def test_refusals(recording: Path, tmp_path: Path, arguments: list[str], message: str) -> None:
     assert message in error_line(maglev("identify", recording, "--out", tmp_path, *arguments))
+
+
+def test_the_stage_is_read_by_the_name_that_its_option_had(recording: Path, tmp_path: Path) -> None:
+    for words in (["--rig", "3dof"], ["--rig=3dof"]):
+        old = maglev("identify", recording, "--out", tmp_path, *words)
+        said, refused = old.stderr.strip().splitlines()
+        assert said == "maglev: --rig: is called --stage now, expected that from the next version on"
+        assert "no column y, expected y or plant.y" in refused and old.exit_code == 2
 
 
 def test_missing_recording(tmp_path: Path) -> None:

@@ -236,7 +236,7 @@ def test_what_a_page_of_ones_own_lacks_is_said(mine: Path, tmp_path: Path) -> No
                            encoding="utf-8")
     said = error_line(maglev("live", "mine.toml", "--fmus", tmp_path))
     assert "PlantMine.wasm is not the PlantMine that this installation builds now" in said
-    assert said.endswith("`maglev build --rig mine.toml --kind native --target wasm --fmus .` builds it anew")
+    assert said.endswith("`maglev build --stage mine.toml --kind native --target wasm --fmus .` builds it anew")
     (mine / "PlantMine.wasm").unlink()
     assert "PlantMine.wasm: there is no such file" in error_line(maglev("live", "mine.toml", "--fmus", tmp_path))
     scenario = tmp_path / "mine-setpoints.toml"

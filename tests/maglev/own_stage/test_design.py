@@ -168,10 +168,10 @@ def test_the_command_prints_what_follows(tmp_path: Path, monkeypatch: pytest.Mon
     assert "warning" not in done.stdout
     data = json.loads((tmp_path / "heavy.json").read_text(encoding="utf-8"))
     assert data["wanted_sample_time"] == 1e-4 and len(data["places"]) == 3
-    built = command("build", "--rig", "heavy.toml", "MeasurementHeavy")
+    built = command("build", "--stage", "heavy.toml", "MeasurementHeavy")
     assert built.exit_code == 0 and "sample time 0.1 ms, margins" in built.stderr
     (tmp_path / "heavy.toml").write_text((tmp_path / "heavy.toml").read_text().replace("# sample_time", "sample_time"))
-    built = command("build", "--rig", "heavy.toml", "MeasurementHeavy")
+    built = command("build", "--stage", "heavy.toml", "MeasurementHeavy")
     assert "sample_time: 0.5 ms costs more than 10° of phase" in built.stderr
     assert "cannot be read" in error_line(command("stage", "hevy.toml"))
 

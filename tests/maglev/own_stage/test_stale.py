@@ -51,14 +51,14 @@ high = -1200
 
 # How each command that has FMUs of a folder is called, what it exits with where they are stale, and where it says so.
 COMMANDS: dict[str, tuple[list[str], int]] = {
-    "list": (["--rig", "mine.toml"], 0),
+    "list": (["--stage", "mine.toml"], 0),
     "run": (["short.toml"], 0),
     "report": (["short.toml"], 0),
     "check": (["short.toml", "--baselines", "."], 2),
     "compare": (["short.toml", "--controller", "RegulatorMine"], 0),
     "study": (["study.toml"], 0),
     "tune": (["tuning.toml"], 2),   # refused, as soon as it has said it
-    "linearise": (["PlantMine", "law.py", "--rig", "mine.toml", "--at", "v=20mm"], 2),
+    "linearise": (["PlantMine", "law.py", "--stage", "mine.toml", "--at", "v=20mm"], 2),
     "region": (["mine.toml", "h", "--gap", "20mm"], 2),
     "live": (["mine.toml"], 2),
     "pack ref": (["fmus/RegulatorMine.fmu", "short.toml", "--as", "controller", "--out", "packed.fmu"], 2)}
@@ -82,7 +82,7 @@ def folder(slow: None, tmp_path_factory: pytest.TempPathFactory) -> Iterator[Pat
             (place / "fmus" / "wasm" / file).write_bytes(b"<fmiModelDescription/>\n<!-- made of something -->\n")
         (place / "results" / "searched.parts").mkdir(parents=True)
         assert not command("check", "short.toml", "--baselines", ".", "--update", "--fmus", "fmus").exit_code
-        assert not said(command("list", "--rig", "mine.toml"))
+        assert not said(command("list", "--stage", "mine.toml"))
         assert not said(command("check", "short.toml", "--baselines", ".", "--fmus", "fmus"))
         text = Path("mine.toml").read_text(encoding="utf-8")
         Path("mine.toml").write_text(text.replace("mass = 4.35 ", "mass = 4.4 "), encoding="utf-8")
@@ -119,7 +119,7 @@ def test_every_command_says_it(folder: Path, monkeypatch: pytest.MonkeyPatch, na
     if name == "list":
         assert said(result) == ["PlantMine", "RegulatorMine", "StageMine"]
     elif name != "live":
-        assert "`maglev build --rig mine.toml` builds it anew" in " ".join(result.output.split())
+        assert "`maglev build --stage mine.toml` builds it anew" in " ".join(result.output.split())
 
 
 def test_results_are_modified(folder: Path, monkeypatch: pytest.MonkeyPatch) -> None:

@@ -105,7 +105,7 @@ def test_report() -> None:
 def test_list() -> None:
     """What is built of it in a folder, and what is not."""
     maglev.build(["PlantKite", "RegulatorKite"], rig="kite.toml")
-    said = command("list", "--rig", "kite.toml").output
+    said = command("list", "--stage", "kite.toml").output
     rows = [line.split("│") for line in said.splitlines() if line.startswith("│")]
     built = {row[1].strip(): row[2].strip() for row in rows}
     assert built["PlantKite"] == built["RegulatorKite"] == "Python"
