@@ -26,7 +26,7 @@ WIDTH = 80
 MANY = 4   # lines, with which there are margins
 
 # How both are drawn.
-FLOWN = {"marker": "o", "markersize": 3.0, "linestyle": "", "linewidth": 0.8}
+MEASURED = {"marker": "o", "markersize": 3.0, "linestyle": "", "linewidth": 0.8}
 LINEAR = {"linewidth": 1.0, "color": "0.45"}
 
 
@@ -196,10 +196,10 @@ class FrequencyResponse:
             phase.semilogx(grid, np.degrees(smooth), **LINEAR)
             sensitivity.loglog(grid, np.abs(1.0 / (1.0 + values)), **LINEAR)
         gain.errorbar(lines, np.abs(loop), yerr=np.minimum(error, 0.99 * np.abs(loop)),
-                      label="measured, ± standard error", **FLOWN)
-        phase.errorbar(lines, np.degrees(angle), yerr=np.degrees(np.minimum(error / np.abs(loop), np.pi)), **FLOWN)
-        sensitivity.loglog(lines, np.abs(1.0 / (1.0 + loop)), **FLOWN)
-        agreement.semilogx(lines, self.coherence, **FLOWN)
+                      label="measured, ± standard error", **MEASURED)
+        phase.errorbar(lines, np.degrees(angle), yerr=np.degrees(np.minimum(error / np.abs(loop), np.pi)), **MEASURED)
+        sensitivity.loglog(lines, np.abs(1.0 / (1.0 + loop)), **MEASURED)
+        agreement.semilogx(lines, self.coherence, **MEASURED)
         gain.set(xscale="log", yscale="log")
         gain.axhline(1.0, **FAINT)
         sensitivity.axhline(1.0, **FAINT)
@@ -276,12 +276,12 @@ def lines_text(found: FrequencyResponse) -> str:
 
 def margins_text(found: FrequencyResponse) -> str:
     """Measured margins, with their standard errors, and those of the linear loop."""
-    flown, errors, linear = vars(found.margins), found.margin_errors, found.linear_margins
-    rows = [["margins", "flown", "±", *(["linear"] if linear is not None else [])]]
+    measured, errors, linear = vars(found.margins), found.margin_errors, found.linear_margins
+    rows = [["margins", "measured", "±", *(["linear"] if linear is not None else [])]]
     for name, title in TITLES.items():
         by = SCALES.get(name, 1.0)
-        missing = isnan(flown[name])
-        cells = [title, "not among the lines" if missing else f"{by * flown[name]:.4g}",
+        missing = isnan(measured[name])
+        cells = [title, "not among the lines" if missing else f"{by * measured[name]:.4g}",
                  "" if missing else f"{by * errors[name]:.1g}"]
         if linear is not None:
             cells.append(f"{by * vars(linear)[name]:.4g}")

@@ -52,7 +52,8 @@ def whole_streams() -> None:
             write_through=getattr(stream, "write_through", False)))
 
 
-CALLED = {"--rig": "--stage"}   # options by what they were called in the version before
+# Options by what they were called in the version before.
+CALLED = {"--rig": "--stage", "--fly": "--run", "--no-fly": "--no-run"}
 NOW = {"sweep": "`maglev study SCENARIO --vary …`", "frequency-response": "`maglev linearise --measure`"}
 
 

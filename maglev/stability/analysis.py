@@ -14,7 +14,7 @@ from maglev.stability.axis_loop import axis_loop, rig_named
 from maglev.stability.certificate import certify
 from maglev.stability.certificate import synthesise as synthesised_gains
 from maglev.stability.flight import Flights
-from maglev.stability.result import Candidate, Flown, Region
+from maglev.stability.result import Candidate, Region, RunSteps
 from maglev.stability.simulation import largest_step, respond
 from maglev.units import parse_quantity, refused_as
 
@@ -25,7 +25,7 @@ AS_SET, WITHOUT, SYNTHESISED = "as set", "without", "synthesised"
 
 def region(rig: str, axis: str, gap: Quantity, *, controller: str | None = None,
            set: Mapping[str, Quantity | bool] | None = None, synthesise: bool = False, decay: float = DECAY,
-           step: Quantity | None = None, fly: bool = True, fmus: str | Path | None = None,
+           step: Quantity | None = None, run: bool = True, fmus: str | Path | None = None,
            kind: str | None = None, fmi: int = 2) -> Region:
     """Say how large a step an axis takes although its command is limited, with and without anti-windup.
 
@@ -53,7 +53,7 @@ def region(rig: str, axis: str, gap: Quantity, *, controller: str | None = None,
     step : float or str, optional
         Step of the responses, m; if not given, the largest certified one of the first candidate, or what the stops
         leave room for.
-    fly : bool
+    run : bool
         Whether to run steps with the FMUs, a dozen or two for each candidate; Python FMUs take a minute or two.
     fmus, kind, fmi
         As of `run`.
@@ -68,7 +68,7 @@ def region(rig: str, axis: str, gap: Quantity, *, controller: str | None = None,
     Examples
     --------
     >>> import maglev
-    >>> found = maglev.region("3dof", "x", "25 mm", fly=False)
+    >>> found = maglev.region("3dof", "x", "25 mm", run=False)
     >>> found["as set"].certificate.step > found["without"].certificate.step
     True
     """
@@ -87,7 +87,7 @@ def region(rig: str, axis: str, gap: Quantity, *, controller: str | None = None,
     shown = next(iter(certificates.values())).step if asked is None else asked
     with ExitStack() as stack:
         flights: list[Flights] = []
-        if fly:
+        if run:
             described, _, regulators = rig_named(rig)
             name = controller or regulators[0]
             folder = fmus_for_runs([name, f"Plant{described.suffix}"], fmus, kind, fmi)
@@ -99,16 +99,16 @@ def region(rig: str, axis: str, gap: Quantity, *, controller: str | None = None,
                 shown = min(shown, flights[0].room()[1])
         return Region(loop, shown, tuple(
             Candidate(name, loop.unit, each, largest_step(loop, each), respond(loop, each.gains, shown),
-                      flown(flights, axis, each.gains, shown) if flights else None)
+                      run_steps(flights, axis, each.gains, shown) if flights else None)
             for name, each in certificates.items()))
 
 
-def flown(flights: list[Flights], axis: str, gains: Array, step: float) -> Flown:
+def run_steps(flights: list[Flights], axis: str, gains: Array, step: float) -> RunSteps:
     """Steps run with antiwindup gains: with the gap free and, if there is a second, with the gap locked."""
     values: dict[str, float | bool] = {f"{axis}.ec{k}": float(gain) for k, gain in enumerate(gains, 1)}
     values["antiwindup"] = True   # gains of 0 are none, and the other axes keep theirs
     response, held = flights[0].respond(step, values)
-    return Flown(response, held, flights[0].largest(values), flights[1].largest(values) if flights[1:] else None,
+    return RunSteps(response, held, flights[0].largest(values), flights[1].largest(values) if flights[1:] else None,
                  min(map(abs, flights[0].room())))
 
 

@@ -25,7 +25,7 @@ WIDER = 3.0      # than the ellipse
 
 
 @dataclass(frozen=True, eq=False)
-class Flown:
+class RunSteps:
     """Steps run by the FMUs.
 
     Attributes
@@ -67,7 +67,7 @@ class Candidate:
         Largest step of the linear loop with its limit, m; LARGEST_STEP if every step comes back.
     response : Response
         Of that loop to the step of the region.
-    flown : Flown or None
+    run : RunSteps or None
         By the FMUs, if they were asked for: what the certificate leaves out may leave less, or more.
     """
 
@@ -76,7 +76,7 @@ class Candidate:
     certificate: Certificate
     simulated: float
     response: Response
-    flown: Flown | None
+    run: RunSteps | None
 
     @property
     def gains(self) -> Array:
@@ -87,42 +87,42 @@ class Candidate:
     def largest(self) -> tuple[str, str]:
         """Largest step that is certified, and that the FMUs hold, as text, mm or mrad: neither implies the other."""
         return (f"{1e3 * self.certificate.step:.1f}",
-                self.flown.written(self.flown.largest) if self.flown else "not run")
+                self.run.written(self.run.largest) if self.run else "not run")
 
     @property
     def title(self) -> str:
-        certified, flown = self.largest
+        certified, held = self.largest
         unit = f"m{self.unit}"
-        return f"{self.name}: {certified} {unit} certified, {flown}{f' {unit} held' if self.flown else ''}"
+        return f"{self.name}: {certified} {unit} certified, {held}{f' {unit} held' if self.run else ''}"
 
     @property
     def responses(self) -> dict[str, Response]:
-        """Responses by what answers: "linear" and, if it was run, "flown"."""
-        return {"linear": self.response, **({"flown": self.flown.response} if self.flown else {})}
+        """Responses by what answers: "linear" and, if it was run, "run"."""
+        return {"linear": self.response, **({"run": self.run.response} if self.run else {})}
 
     def row(self) -> dict[str, str]:
         """Cells of the candidate by the titles of their columns."""
         cells = {"anti-windup": self.name, "Ec": " ".join(f"{gain:.3g}" for gain in self.gains)}
         unit = f"(m{self.unit})"
         cells[f"certified {unit}"], cells[f"held {unit}"] = self.largest
-        if self.flown and self.flown.largest_locked is not None:
-            cells[f"gap locked {unit}"] = self.flown.written(self.flown.largest_locked)
+        if self.run and self.run.largest_locked is not None:
+            cells[f"gap locked {unit}"] = self.run.written(self.run.largest_locked)
         cells[f"simulated {unit}"] = f"{'≥ ' if self.simulated >= LARGEST_STEP else ''}{1e3 * self.simulated:.1f}"
         cells["overshoot (%)"], cells["settling (s)"] = response_cells(self.response)
-        if self.flown:
-            cells["held (%)"], cells["held (s)"] = (response_cells(self.flown.response) if self.flown.held else
+        if self.run:
+            cells["held (%)"], cells["held (s)"] = (response_cells(self.run.response) if self.run.held else
                                                       ("not held", ""))
         return cells
 
     def as_data(self) -> dict[str, Any]:
         """Candidate as JSON has it, SI."""
-        found, flown = self.certificate, self.flown
+        found, run = self.certificate, self.run
         return {"Ec": found.gains.tolist(), "certified_step": found.step, "P": found.P.tolist(), "G": found.G.tolist(),
                 "T": found.T.tolist(), "decrease": found.decrease, "simulated_step": self.simulated,
                 "simulated": response_data(self.response),
-                "flown": None if flown is None else {
-                    "held": flown.held, "largest_step": flown.largest, "largest_step_gap_locked": flown.largest_locked,
-                    "room": flown.room, **response_data(flown.response)}}
+                "run": None if run is None else {
+                    "held": run.held, "largest_step": run.largest, "largest_step_gap_locked": run.largest_locked,
+                    "room": run.room, **response_data(run.response)}}
 
 
 @dataclass(frozen=True, eq=False)
@@ -192,7 +192,7 @@ class Region:
             draw_plane(panel, loop, each.certificate, color)
             panel.set_title(each.title.replace(": ", "\n", 1), fontsize="medium")
             for what, response in each.responses.items():
-                style = ":" if what == "flown" else "-"
+                style = ":" if what == "run" else "-"
                 position.plot(response.time, 1e3 * response.position, style, color=color, linewidth=1.0,
                               label=f"{each.name}, {what}")
                 command.plot(response.time, response.command, style, color=color, linewidth=1.0)

@@ -23,14 +23,14 @@ Synthesise = Annotated[bool, typer.Option("--synthesise", help="Also look for th
 Decay = Annotated[float, typer.Option(help="Rate at which states in the ellipsoid decay with these, 1/s.")]
 Step = Annotated[str | None, typer.Option(help="Step of the responses, in m or with a unit; the largest certified one "
                                           "if not given.", show_default=False)]
-Fly = Annotated[bool, typer.Option("--fly/--no-fly", help="Run steps with the FMUs, beside what is certified; with "
+Run = Annotated[bool, typer.Option("--run/--no-run", help="Run steps with the FMUs, beside what is certified; with "
                                    "native ones it takes seconds, with Python ones a minute or two.")]
 Plot = Annotated[bool, typer.Option("--plot", help="Picture of the region and the responses (needs matplotlib).")]
 
 
 @with_run_options("fmus", "kind", "fmi")
 def region(rig: RigName, axis: Axis, gap: Gap, controller: Regulator = None, settings: Parameters = None,
-           synthesise: Synthesise = False, decay: Decay = 1.0, step: Step = None, fly: Fly = True, plot: Plot = False,
+           synthesise: Synthesise = False, decay: Decay = 1.0, step: Step = None, run: Run = True, plot: Plot = False,
            as_json: AsJson = None, out: Out = Path("results"), debug: Debug = False, **options: Any) -> None:
     """Find the largest step that an axis takes although currents are limited.
 
@@ -41,7 +41,7 @@ def region(rig: RigName, axis: Axis, gap: Gap, controller: Regulator = None, set
 
     `maglev region 3dof x --gap 25mm --plot`
 
-    `maglev region 3dof x --gap 25mm --synthesise --decay 0.5 --no-fly --json x.json`
+    `maglev region 3dof x --gap 25mm --synthesise --decay 0.5 --no-run --json x.json`
 
     `maglev region 3dof z --gap 25mm --set controller.z.ec1=2e-4 --step 20mm`
     """
@@ -54,7 +54,7 @@ def region(rig: RigName, axis: Axis, gap: Gap, controller: Regulator = None, set
             require_matplotlib()
         given = {name: value_of(text) for name, text in pairs("--set", settings, VALUE, LinearModelError)}
         found = found_region(rig, axis, number_or_text(gap), controller=controller, set=given, synthesise=synthesise,
-                             decay=decay, step=None if step is None else number_or_text(step), fly=fly, **options)
+                             decay=decay, step=None if step is None else number_or_text(step), run=run, **options)
         typer.echo(str(found), nl=False)
         if plot:
             picture = out / f"region-{Path(rig).stem}-{axis}.png"

@@ -129,7 +129,7 @@ def test_everything_takes_it(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) ->
     """Regions, environments and controllers to begin with, by the file of its description."""
     monkeypatch.chdir(tmp_path)
     written(tmp_path / "swan.toml", "2dof", {"pole_pitch = 0.05715": "pole_pitch = 0.05"})
-    found = maglev.region("swan.toml", "h", "20 mm", fly=False)
+    found = maglev.region("swan.toml", "h", "20 mm", run=False)
     assert found.loop.name == "h of PlantSwan with RegulatorSwan at v = 20 mm"
     maglev.new_controller("lqi.py", stage="swan.toml")
     files = maglev.build(rig="swan.toml", names=["PlantSwan", "CommutationSwan", "RegulatorSwan"], kind="native",
@@ -199,7 +199,7 @@ def test_a_stage_that_tilts_is_taken(tmp_path: Path, monkeypatch: pytest.MonkeyP
     rows = foreign("fmpy.ssp", plan, Path("fmus/native"), tmp_path, Path("fmus/native/StageLeaning.ssp"))
     assert np.ptp(rows, axis=0).min() > 1e-4
     assert np.array_equal(rows, ours_from_zero(plan, Path("fmus/native")))
-    found = maglev.region("leaning.toml", "y", "25 mm", fly=False)
+    found = maglev.region("leaning.toml", "y", "25 mm", run=False)
     assert found.loop.axes == ("y",)
     assert 1e-3 < found["without"].certificate.step < found["without"].simulated
     # A controller to begin with, through its first steps of all axes.

@@ -25,7 +25,7 @@ SMOOTH = {f"plant.{axis}.{effect}": 0.0 for axis in "yxz" for effect in ("bias",
 
 @pytest.fixture(scope="module")
 def found() -> Region:
-    return region("3dof", "x", "25 mm", synthesise=True, step="20 mm", fly=False)
+    return region("3dof", "x", "25 mm", synthesise=True, step="20 mm", run=False)
 
 
 def test_a_region_has_what_was_asked_for(found: Region) -> None:
@@ -99,7 +99,7 @@ def test_command_line_refuses() -> None:
 @pytest.mark.thorough
 def test_flights_are_as_simulated_while_the_gap_is_locked(fastest_fmus: Path) -> None:
     """A step of 20 mm, into the limit, without what the linear model leaves out but for the encoder."""
-    flown = region("3dof", "x", "25 mm", step="20 mm", set=SMOOTH, fly=False)
+    flown = region("3dof", "x", "25 mm", step="20 mm", set=SMOOTH, run=False)
     settings = {name.removeprefix("plant."): value for name, value in SMOOTH.items()}
     for each in flown.candidates:
         gains = {f"x.ec{k}": float(gain) for k, gain in enumerate(each.gains, 1)}
@@ -112,10 +112,10 @@ def test_flights_are_as_simulated_while_the_gap_is_locked(fastest_fmus: Path) ->
 
 @pytest.mark.thorough
 def test_at_25_mm_the_stage_holds_more_than_is_certified(fastest_fmus: Path) -> None:
-    flown = region("3dof", "x", "25 mm", fly=True, fmus=fastest_fmus)
+    flown = region("3dof", "x", "25 mm", run=True, fmus=fastest_fmus)
     for each in flown.candidates:
-        assert each.flown is not None and each.flown.held and each.flown.largest_locked is not None
-        assert each.certificate.step < each.flown.largest < each.flown.largest_locked
+        assert each.run is not None and each.run.held and each.run.largest_locked is not None
+        assert each.certificate.step < each.run.largest < each.run.largest_locked
 
 
 def test_what_is_flown_stands_beside_what_is_certified(fastest_fmus: Path, tmp_path: Path,
@@ -141,9 +141,9 @@ def test_what_is_flown_stands_beside_what_is_certified(fastest_fmus: Path, tmp_p
     assert held < certified
     found = json.loads((tmp_path / "x.json").read_text())["candidates"]["as set"]
     assert found["Ec"] == [1.2e-4, 1.1e-4, 1.1e-4]
-    assert (found["certified_step"], found["flown"]["largest_step"]) == pytest.approx((1e-3 * certified, 1e-3 * held),
+    assert (found["certified_step"], found["run"]["largest_step"]) == pytest.approx((1e-3 * certified, 1e-3 * held),
                                                                                      abs=0.05e-3)
-    flown = shown[0]["as set"].flown
+    flown = shown[0]["as set"].run
     assert flown is not None and flown.largest_locked is not None and flown.largest < flown.largest_locked
     assert shown[0]["as set"].title == f"as set: {certified} mm certified, {held} mm held"
 
@@ -151,10 +151,10 @@ def test_what_is_flown_stands_beside_what_is_certified(fastest_fmus: Path, tmp_p
 def test_steps_end_where_the_stops_do(fastest_fmus: Path) -> None:
     """At 20 mm the gap can step by 1 mm from a start off the lower stop: no more is flown, whatever is certified."""
     found = region("3dof", "y", "20 mm", fmus=fastest_fmus)["as set"]
-    assert found.flown is not None
-    assert found.flown.largest == found.flown.room == pytest.approx(1e-3)
+    assert found.run is not None
+    assert found.run.largest == found.run.room == pytest.approx(1e-3)
     assert found.largest == ("4.4", "≥ 1.0")
-    assert found.response.step == found.flown.room
+    assert found.response.step == found.run.room
 
 
 @pytest.mark.parametrize("axis", [pytest.param("y", marks=pytest.mark.thorough), "roll"])
