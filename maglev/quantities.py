@@ -90,14 +90,14 @@ class MeasuredQuantity(NamedTuple):
 
 def by_name(*quantities: MeasuredQuantity) -> dict[str, MeasuredQuantity]:
     """Quantities by their names as Python has them."""
-    return {each.words.replace("set-", "set").replace("-", " ").replace(" ", "_"): each for each in quantities}
+    return {each.words.replace("-", " ").replace(" ", "_"): each for each in quantities}
 
 
 METRICS = by_name(
     MeasuredQuantity("failed", "run", recorded="stop contact", yes_no=("lost the stage", "kept the stage in the air")),
     MeasuredQuantity("trip time", "run", "s", recorded="trip", infinite="never"),
     MeasuredQuantity("stop contact time", "run", "s", recorded="stop contact", infinite="never"),
-    MeasuredQuantity("lost set-points", "run", recorded="stop contact"),
+    MeasuredQuantity("lost setpoints", "run", recorded="stop contact"),
     MeasuredQuantity("tripped", "run", recorded="trip", yes_no=("tripped", "did not trip")),
     MeasuredQuantity("stop contact", "run", recorded="stop contact",
                      yes_no=("touched an end stop", "touched no end stop")),

@@ -14,7 +14,7 @@ from maglev.studies.schema import Limit
 from maglev.units import parse_quantity, read_quantity, refused_as, si_unit
 
 # Of every run; inf for what never happened. 1 of `failed`: a stop was touched, a trip, or too large an error.
-EVENTS = ("failed", "trip time", "stop contact time", "lost set-points")
+EVENTS = ("failed", "trip time", "stop contact time", "lost setpoints")
 
 AT_STEP = " at t = "   # in the name of a metric of one step
 BAND = re.compile(r"(?<=settling time to )[\d.]+ ?[^\s\d]+")

@@ -134,7 +134,7 @@ def test_rules_of_claims_about_procedures(table: dict[str, Any], words: list[str
     ({**OVERSHOOT, "metric": "settling_time", "band": "0.1 mm", "target": "5 s"}, 5.0,
      "settling time to 0.1 mm < 5 s"),
     ({"metric": "lost_setpoints", "relation": "about", "target": 2, "digits": 1}, 2.0,
-     "lost set-points about 2"),
+     "lost setpoints about 2"),
     ({"metric": "failed", "relation": "is", "target": False}, False, "kept the stage in the air"),
     ({"metric": "overshoot", "relation": "<", "than": "fast"}, None, "overshoot < that of fast"),
     ({"metric": "overshoot", "relation": "<", "than": "fast", "factor": 0.5}, None, "overshoot < 0.5 × that of fast"),
