@@ -38,8 +38,8 @@ claims-check: .venv/.test
 estimation: .venv/.test
 	$(BIN)/python -m studies.estimation
 
-# The site, which needs no network: docs/_build/html/index.html. Its notebooks are run, its experiments are flown; where
-# there is a compiler the live stage flies on the first page.
+# The site, which needs no network: docs/_build/html/index.html. Its notebooks are run, its experiments are run; where
+# there is a compiler the live stage runs on the first page.
 docs: build
 	$(INSTALL) '.[report,data,design,docs]'
 	@$(INSTALL) '.[native]' || echo "left out: the live page, for pip cannot install the extra 'native'"
@@ -73,7 +73,7 @@ tests: .venv/.test
 thorough: .venv/.test
 	$(BIN)/python -m pytest -n 2 --dist loadfile -m thorough
 
-# The tests that need no FMU, compiler or browser, and do not fly for long: to be run after every change.
+# The tests that need no FMU, compiler or browser, and do not run for long: to be run after every change.
 quick: .venv/.test
 	$(BIN)/python -m pytest -n 2 --dist loadfile -m quick
 

@@ -23,7 +23,7 @@ Ratios of `make bench`: times of one run on one machine, divided by each other, 
 *C loop*: the translated blocks of controller and plant called in one loop, as they were at eb32d8e, with the C
 library's sines; kept since as the unit (`benchmarks/reference`). Before it, each commit's own. *Native*, *Python*: both
 as FMUs under our master, every output recorded; Python FMUs are compared with the same blocks called in Python. A *run*
-is 3dof-setpoints-improved, measured; with CSV, it is also written. A *sample of a study* is one flight of it.
+is 3dof-setpoints-improved, measured; with CSV, it is also written. A *sample of a study* is one run of it.
 [What a step costs](accuracy.md#what-a-step-costs) has the times.
 
 `make bench` adds a file to `benchmarks/history`, and `python benchmarks/speed_history.py` makes this page of them. The

@@ -155,7 +155,7 @@ def linear_loop_of(asked: AskedPair, settle: float) -> tuple[Loop | None, str]:
 
 
 def injected(rest: Rest, name: str, added: Array) -> tuple[Array, Array]:
-    """Fly on with something added to a signal (m or rad): what came back, −y, and what was measured, shapes (samples,).
+    """Run on with something added to a signal (m or rad): what came back, −y, and what was measured, shapes (samples,).
 
     As deviations from where it rested.
     """

@@ -268,7 +268,7 @@ def sample_time_of(rig: Rig, name: str, variables: Mapping[str, object], setup: 
 
 @contextmanager
 def at_rest(pair: Pair, settle: float = SETTLE, strict: bool = True) -> Iterator[Rest]:
-    """Fly a pair until it rests, for `settle` s at most, and mark both its parts there.
+    """Run a pair until it rests, for `settle` s at most, and mark both its parts there.
 
     The controller steps first, as under the master of `maglev run`: with the measurements at t_k, whose commands the
     plant then has until t_k+1. LinearModelError if it does not get there or, unless `strict` is False, still moves.

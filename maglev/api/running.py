@@ -364,7 +364,7 @@ def outcomes_of(runs: Sequence[RunResult], asked: Sequence[RunPlan]) -> list[Out
 
 
 def fly_all(experiments: Sequence[Experiment], out: Path, form: Format, jobs: int, watch: Watch) -> list[RunResult]:
-    """Fly a single run here, several in processes; each leaves its columns."""
+    """Make a single run here, several in processes; each leaves its columns."""
     with watch([experiment.plan.name for experiment in experiments]) as watcher:
         if len(experiments) == 1:
             experiments[0].check()   # of many runs, one that cannot be run leaves the others alone

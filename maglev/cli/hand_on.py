@@ -66,7 +66,7 @@ def ref(fmu: Annotated[Path, typer.Argument(metavar="FMU", help="An FMU for co-s
             "needed where the scenario names its file.", show_default=False)] = None,
         out: Annotated[Path | None, typer.Option(help="Where to write it.", show_default="the FMU itself")] = None,
         debug: Debug = False, **options: Any) -> None:
-    """Fly a scenario with an FMU, and put what it was given and gave there into it, as an experiment of its own.
+    """Run a scenario with an FMU, and put what it was given and gave there into it, as an experiment of its own.
 
     `maglev check` and other tools that know the layered standard FMI-LS-REF can then run it alone. The table `check` of
     the scenario says what is compared, and how closely.

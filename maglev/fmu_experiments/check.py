@@ -110,7 +110,7 @@ def check_all(found: Mapping[str, tuple[Path, CarriedExperiment]], jobs: int, wa
 
 def check_experiment(name: str, path: Path, experiment: CarriedExperiment,
                      progress: Progress = lambda done, steps: None, *, partial: bool = False) -> CheckResult:
-    """Fly an experiment of an FMU and compare; what can be wrong is a result, too: the status "error"."""
+    """Run an experiment of an FMU and compare; what can be wrong is a result, too: the status "error"."""
     begin = time.perf_counter()
     try:
         if experiment.problem or experiment.results is None:
