@@ -21,10 +21,12 @@ def tangent_name(module: str) -> str:
     return f"{module}_tangent"
 
 
-# Derivative of a function at x, whose own is d and whose value there is f: of `math`, and elementary ones, whose steps
-# are not those of a derivative.
+# Derivative of a function at x, whose own is d and whose value there is f: of `math`, of which users' laws have more
+# than ours, and elementary ones, whose steps are not those of a derivative.
 RULES = {
     "sqrt": "0.5 * {d} / {f}", "fabs": "({d} if {x} >= 0.0 else -{d})", "fraction": "{d}",
+    "sin": "cos({x}) * {d}", "cos": "-sin({x}) * {d}", "tan": "(1.0 + {f} * {f}) * {d}", "exp": "{f} * {d}",
+    "log": "{d} / {x}", "atan": "{d} / (1.0 + {x} * {x})", "tanh": "(1.0 - {f} * {f}) * {d}",
     "exponential": "{f} * {d}", "exponential_minus_one": "({f} + 1.0) * {d}", "logarithm": "{d} / {x}",
     "logarithm_one_plus": "{d} / (1.0 + {x})", "arctangent": "{d} / (1.0 + {x} * {x})",
     "arctangent_integral": "arctangent({x}) * {d}"}
@@ -197,6 +199,10 @@ class Differentiated:
             if node.orelse:
                 self.emit("else:")
                 self.block(node.orelse)
+        elif isinstance(node, ast.For) and isinstance(node.target, ast.Name) and isinstance(node.iter, ast.Call):
+            self.types[node.target.id] = "int"
+            self.emit(f"for {node.target.id} in range({', '.join(self.plain(each) for each in node.iter.args)}):")
+            self.block(node.body)
         elif isinstance(node, ast.Return):
             parts = [] if node.value is None else node.value.elts if isinstance(node.value, ast.Tuple) else [node.value]
             found = [part for value in parts for part in self.pair(value)]
@@ -246,9 +252,12 @@ class Differentiated:
         if isinstance(node, ast.Name):
             return self.types.get("own" if node.id == "self" else node.id, self.blocks.constants.get(node.id, "float"))
         if isinstance(node, ast.Attribute):
-            return self.blocks.attributes[self.kind(node.value)][node.attr]
+            kinds = self.blocks.attributes.get(self.kind(node.value), {})
+            if node.attr not in kinds:
+                raise self.unknown(node)
+            return kinds[node.attr]
         if isinstance(node, ast.Call):
-            return annotated(self.blocks.functions[key].returns) if (key := self.callee(node)) else "float"
+            return annotated(self.function_of(node).returns) if self.callee(node) else "float"
         if isinstance(node, (ast.Compare, ast.BoolOp)) or isinstance(getattr(node, "op", None), ast.Not):
             return "bool"
         if isinstance(node, ast.UnaryOp):
@@ -295,6 +304,13 @@ class Differentiated:
         name = node.func.id if isinstance(node.func, ast.Name) else ""
         return name if name in self.blocks.functions and name not in (*RULES, PAIR, TURNED) else ""
 
+    def function_of(self, node: ast.Call) -> ast.FunctionDef:
+        """The function that is called; ExportError if it is in none of the modules."""
+        found = self.blocks.functions.get(self.callee(node))
+        if found is None:
+            raise self.unknown(node)
+        return found
+
     def call(self, node: ast.Call) -> tuple[str, list[str]]:
         """Call of a differentiated function, and the types of what the original returns."""
         key = self.callee(node)
@@ -306,7 +322,7 @@ class Differentiated:
             kind = self.kind(each)
             arguments += [self.path(each), self.path(each, SUFFIX)] if kind in self.blocks.attributes \
                 else self.pair(each)
-        return f"{named(key)}({', '.join(arguments)})", annotated(self.blocks.functions[key].returns).split(",")
+        return f"{named(key)}({', '.join(arguments)})", annotated(self.function_of(node).returns).split(",")
 
     def undifferentiated(self, node: ast.Call) -> str:
         """Call of a method as it is."""
@@ -362,7 +378,8 @@ class Differentiated:
         (self.names if name in self.blocks.functions else self.math).add(name)
         if not derivative:
             return f"{name}({value})", ""
-        self.names |= {each for each in RULES if f"{each}(" in RULES[name]}
+        for other in (each for each in RULES if f"{each}(" in RULES[name]):
+            (self.names if other in self.blocks.functions else self.math).add(other)
         found = self.kept(f"{name}({value})", [])[0] if "{f}" in RULES[name] else f"{name}({value})"
         return found, f"({RULES[name].format(x=value, d=derivative, f=found)})"
 

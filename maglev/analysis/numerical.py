@@ -10,7 +10,8 @@ import numpy as np
 
 from maglev.analysis.apart import apart
 from maglev.analysis.differences.derivatives import Derivative, derivative
-from maglev.analysis.differences.realisation import Realisation, realise
+from maglev.analysis.differences.realisation import Realisation, misfit, realise
+from maglev.analysis.differences.translated import translated
 from maglev.analysis.pair import SETTLE, AskedPair, Pair, Rest, Settings, at_rest, make_pair
 from maglev.arrays import Array
 from maglev.catalogue.for_runs import fmus_named
@@ -51,6 +52,8 @@ class NumericalLoop:
         How the controller was brought back to its point: by its state or by its past.
     moving : float
         How far what is measured still moved in the last half second before that, m or rad.
+    exact : bool
+        Whether the controller's matrices are derivatives of its code; otherwise they are made of the responses.
     """
 
     pair: Pair
@@ -60,6 +63,7 @@ class NumericalLoop:
     misfit: float
     means: str
     moving: float
+    exact: bool = False
 
     def __repr__(self) -> str:
         return f"<NumericalLoop {self.pair.name}: {self.why_not or 'linear'}>"
@@ -103,8 +107,9 @@ class NumericalLoop:
             if each.verdict:
                 text += "\n" + fill(f"{each.name} has no derivative here: {each.verdict}", WIDTH)
         if self.loop is not None:
-            text += "\n" + fill(f"{len(self.loop.controller.states)} states of the controller, with responses within "
-                                f"{self.misfit:.1e} of those run from {self.means}; at rest within "
+            by_code = ", exact, by the derivative of its code," if self.exact else ""
+            text += "\n" + fill(f"{len(self.loop.controller.states)} states of the controller{by_code} with responses "
+                                f"within {self.misfit:.1e} of those run from {self.means}; at rest within "
                                 f"{1e6 * self.moving:.2g} µm", WIDTH)
         return text
 
@@ -112,7 +117,7 @@ class NumericalLoop:
         """What it is as JSON has it."""
         return {"derivatives": [{"input": each.name, "error": each.error, "holds_to": each.holds_to,
                                  "verdict": each.verdict} for each in self.derivatives],
-                "misfit": self.misfit, "moving": self.moving, "means": self.means,
+                "misfit": self.misfit, "moving": self.moving, "means": self.means, "exact": self.exact,
                 "controller": None if self.loop is None else self.loop.controller.as_data(),
                 "plant": None if self.loop is None else self.loop.plant.as_data()}
 
@@ -128,8 +133,9 @@ def linearise_numerically(plant: str | Path, controller: Given, at: Mapping[str,
     The loop runs until it rests, without Coulomb friction and rounding where the plant has parameters for them. There
     each input of the controller is pushed for one sample, up and down, by several sizes, and a state space is made of
     the responses: nothing is asked of the controller but that it can be brought back to that point, by its own saved
-    state or by its past. A plant of ours is linearised from its equations, see `linearise`; another one as the
-    controller is.
+    state or by its past. Of a Python class that keeps to what native FMUs can have, the state space is exact: the
+    derivative of its code, with the responses to hold it to. A plant of ours is linearised from its equations, see
+    `linearise`; another one as the controller is.
 
     Parameters
     ----------
@@ -173,23 +179,30 @@ def linearised(rest: Rest, references: bool, plant_parameters: Settings) -> Nume
         found.append(derivative(part, base, number, PUSH, samples, check=number < len(rest.measured)))
         if found[-1].verdict:   # the long responses of the others would be for nothing
             return NumericalLoop(pair, tuple(found), None, None, np.inf, part.means, rest.moving)
-    models = [model_of(part.inputs[:len(found)], pair.commands, pair.controller_name, pair, rest.equilibrium, "A",
-                       realise(np.stack([getattr(each, kind) for each in found], axis=2)))
-              for kind in ("response", "coarse")]
-    (controller, misfit), (rough, _) = models
+    inputs = part.inputs[:len(found)]
+    responses, coarse = (np.stack([getattr(each, kind) for each in found], axis=2) for kind in ("response", "coarse"))
+    code = translated(part, base, len(found))
+    apart = np.inf if code is None else misfit(*code[0][:4], responses)
+    exact = code is not None and apart <= MISFIT
+    if code is not None and exact:
+        ways = [(code[0]._replace(misfit=apart), code[1])] * 2
+    else:
+        ways = [(realise(each), ()) for each in (responses, coarse)]
+    (controller, worst), (rough, _) = (
+        model_of(inputs, pair.commands, pair.controller_name, pair, rest.equilibrium, "A", *way) for way in ways)
     stages, by_current = stages_of(rest, plant_parameters)
     derivatives = (*found, *by_current)
-    misfit = max(misfit, *(each[1] for each in stages))
-    if misfit > MISFIT or any(each.verdict for each in derivatives):
-        return NumericalLoop(pair, derivatives, None, None, misfit, part.means, rest.moving)
-    return NumericalLoop(pair, derivatives, Loop(stages[0][0], controller), Loop(stages[-1][0], rough), misfit,
-                         part.means, rest.moving)
+    worst = max(worst, *(each[1] for each in stages))
+    if worst > MISFIT or any(each.verdict for each in derivatives):
+        return NumericalLoop(pair, derivatives, None, None, worst, part.means, rest.moving)
+    return NumericalLoop(pair, derivatives, Loop(stages[0][0], controller), Loop(stages[-1][0], rough), worst,
+                         part.means, rest.moving, exact)
 
 
 def model_of(inputs: tuple[str, ...], outputs: tuple[str, ...], name: str, pair: Pair, equilibrium: Equilibrium,
-             unit: str, found: Realisation) -> tuple[LinearModel, float]:
-    """A realisation with its names, and its misfit."""
-    states = tuple(f"x{k}" for k in range(1, len(found.A) + 1))
+             unit: str, found: Realisation, states: tuple[str, ...] = ()) -> tuple[LinearModel, float]:
+    """A realisation with its names, and its misfit; the states are numbered if they have none."""
+    states = states or tuple(f"x{k}" for k in range(1, len(found.A) + 1))
     units = {**dict.fromkeys(states, ""), **dict.fromkeys(outputs, unit),
              **{each: "A" if each.endswith("_cmd") else "m/s" if each.endswith("rate") else "m" for each in inputs}}
     return LinearModel(name, states, inputs, outputs, found.A, found.B, found.C, found.D, units, pair.step,

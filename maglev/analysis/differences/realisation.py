@@ -65,7 +65,7 @@ def realise(responses: Array) -> Realisation:
             a = (left[:, :n] / root).T @ later @ (right[:n].T / root)
             b = (root[:, None] * right[:n])[:, :inputs] * by_input
             c = (left[:, :n] * root)[:outputs] * by_output[:, None]
-            found.append((fall, Realisation(a, b, c, responses[0], misfit(a, b, c, responses))))
+            found.append((fall, Realisation(a, b, c, responses[0], misfit(a, b, c, responses[0], responses))))
     if not found:
         return Realisation(np.zeros((0, 0)), np.zeros((0, inputs)), np.zeros((outputs, 0)), responses[0], 1.0)
     least = min(each.misfit for _, each in found)
@@ -73,11 +73,11 @@ def realise(responses: Array) -> Realisation:
 
 
 @np.errstate(over="ignore", invalid="ignore")   # one that grows beyond all numbers fits least
-def misfit(a: Array, b: Array, c: Array, responses: Array) -> float:
+def misfit(a: Array, b: Array, c: Array, d: Array, responses: Array) -> float:
     """Largest difference between the responses of a state space and given ones, over the largest of these."""
-    state, worst = b, 0.0
+    state, worst = b, float(np.abs(d - responses[0]).max())
     for each in responses[1:]:
         worst = max(worst, float(np.abs(c @ state - each).max()))
         state = a @ state
-    found = worst / float(np.abs(responses).max())
+    found = worst / max(float(np.abs(responses).max()), 1e-300)
     return found if np.isfinite(found) else np.inf

@@ -26,8 +26,8 @@ def differentiated(block: type, method: str) -> Callable[..., Any]:
     return function
 
 
-def derivatives(block: Any, methods: Mapping[str, Sequence[float]], places: Sequence[str],
-                wanted: Sequence[str]) -> Array:
+def derivatives(block: Any, methods: Mapping[str, Sequence[float]], places: Sequence[str], wanted: Sequence[str],
+                function: Callable[[type, str], Callable[..., Any]] = differentiated) -> Array:
     """Derivatives of what methods, called in turn, leave in a block, with respect to what is in it before.
 
     Exact but for rounding; the block itself stays as it is.
@@ -40,6 +40,8 @@ def derivatives(block: Any, methods: Mapping[str, Sequence[float]], places: Sequ
         Their names, with the arguments, which do not vary.
     places, wanted : sequence of str
         Attribute paths: n numbers that vary, and m that are differentiated.
+    function : callable
+        Gives a method's function of a block and a second one with derivatives, as `differentiated`.
 
     Returns
     -------
@@ -47,7 +49,7 @@ def derivatives(block: Any, methods: Mapping[str, Sequence[float]], places: Sequ
         SI units.
     """
     kind: type = type(block)
-    calls = [(differentiated(kind, method), [part for value in values for part in (value, 0.0)])
+    calls = [(function(kind, method), [part for value in values for part in (value, 0.0)])
              for method, values in methods.items()]
     own, direction = deepcopy(block), deepcopy(block)
     at = [(part, name, getattr(part, name)) for part, name in scalar_slots(own, block)]

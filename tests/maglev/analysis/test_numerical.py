@@ -6,6 +6,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 from command_line import error_line, maglev
+from scipy.linalg import block_diag
 from written_controllers import controller
 
 from maglev.analysis.numerical import linearise_numerically
@@ -103,6 +104,34 @@ def test_a_file_flies_apart_and_a_rounding_is_named(fastest_fmus: Path, tmp_path
     assert "h.measured has no derivative here: no response to 20 µ, one to 100 µ" in done.stdout
     assert "linearise --measure" in error_line(done)
     assert max(map(len, done.stdout.splitlines())) <= 80
+
+
+def test_a_file_that_translates_has_its_matrices_by_hand(fastest_fmus: Path, tmp_path: Path) -> None:
+    """Those of a PD with a filtered rate, written down here; a loop over nothing and the commutation included."""
+    law = controller(tmp_path, ("        self.known = True\n", "        self.known = True\n"
+                                "        for k in range(3):\n            self.known = k >= 0\n"))
+    found = linearise_numerically("Plant2DOF", law, {"v": 20e-3}, fmus=fastest_fmus,
+                                  plant_parameters={"h.bias": 0.0})
+    assert found.exact
+    model = found.linear().controller
+    assert model.states == ("gap.last", "gap.rate", "travel.last", "travel.rate")
+    step, follow = 0.5e-3, 0.5e-3 / 2e-3
+    a = np.array([[0.0, 0.0], [-follow / step, 1.0 - follow]])
+    b = np.array([1.0, follow / step])
+    np.testing.assert_allclose(model.A, block_diag(a, a), rtol=1e-13)
+    np.testing.assert_allclose(model.B[:, :2], block_diag(b[:, None], b[:, None]), rtol=1e-13)
+    slope = np.array([60.0**2, 2.0 * 0.9 * 60.0])   # of a demand by a measurement and by its rate
+    by_gap, by_travel = np.array([-(slope[0] + 1435.0), -slope[1]]) / 3.432, -slope / -6.68   # of i_d, i_q
+    h = found.pair.positions["h"]
+    angles = np.pi / 57.15e-3 * (h - 57.15e-3 / 2.0) - 2.0 * np.pi / 3.0 * np.array([0.0, 1.0, -1.0])
+    turned = np.array([np.cos(angles), -np.sin(angles)]).T
+    currents = found.loop.plant.equilibrium
+    along = np.pi / 57.15e-3 * np.array([-np.sin(angles), -np.cos(angles)]).T @ [currents.i_d[0], currents.i_q[0]]
+    rates = np.outer(turned[:, 0], by_gap[1] * a[1]), np.outer(turned[:, 1], by_travel[1] * a[1])
+    assert np.hstack(rates) == pytest.approx(model.C, rel=1e-9)
+    assert model.D[:, 0] == pytest.approx(turned[:, 0] * (by_gap[0] + by_gap[1] * b[1]), rel=1e-9)
+    assert model.D[:, 1] == pytest.approx(turned[:, 1] * (by_travel[0] + by_travel[1] * b[1]) + along, rel=1e-6)
+    assert set(found.errors("v.measured").values()) == {0.0}
 
 
 @pytest.mark.parametrize(("change", "says"), [
