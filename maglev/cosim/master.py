@@ -44,21 +44,11 @@ class FmuSetup:
 
 @dataclass(frozen=True)
 class Recording:
-    """Outputs of every FMU and the driven inputs at each communication point.
+    """Outputs of every FMU and the driven inputs at each communication point."""
 
-    Attributes
-    ----------
-    time : ndarray, shape (n,)
-        Communication points, s.
-    columns : mapping of str to ndarray, shape (n,)
-        By name, `fmu.variable`; Booleans as 0 and 1.
-    notes : tuple of str
-        Sentences about what FMUs said that went on, and about what went wrong after the end.
-    """
-
-    time: npt.NDArray[np.float64]
-    columns: Mapping[str, npt.NDArray[Any]]
-    notes: tuple[str, ...] = ()
+    time: npt.NDArray[np.float64]   # communication points, s; shape (n,)
+    columns: Mapping[str, npt.NDArray[Any]]   # by name, `fmu.variable`; Booleans as 0 and 1; shape (n,)
+    notes: tuple[str, ...] = ()   # sentences about what FMUs said that went on, and about what went wrong after the end
 
 
 class RunFailed(MaglevError):

@@ -52,23 +52,12 @@ class Port(NamedTuple):
 
 @dataclass(frozen=True)
 class PortMap:
-    """Ports of one FMU.
+    """Ports of one FMU."""
 
-    Attributes
-    ----------
-    place : str
-        File and table, for messages.
-    ports : mapping of str to Port
-        By our names.
-    step : float, optional
-        Step that the FMU wants, s; None: the communication step.
-    units : mapping of str to str or None
-        Units of our ports, assumed where the FMU declares none.
-    """
-
-    place: str = ""
-    ports: Mapping[str, Port] = field(default_factory=dict)
-    step: float | None = None
+    place: str = ""   # file and table, for messages
+    ports: Mapping[str, Port] = field(default_factory=dict)   # by our names
+    step: float | None = None   # step that the FMU wants, s; None: the communication step
+    # units of our ports, assumed where the FMU declares none
     units: Mapping[str, str | None] = field(default_factory=dict)
 
     def refuse(self, ours: str, expectation: str) -> ScenarioError:

@@ -30,35 +30,19 @@ from maglev_files.whole_file import write_whole
 
 @dataclass(frozen=True)
 class RunResult:
-    """One run of a study.
-
-    Attributes
-    ----------
-    plan : RunPlan
-    recording : Recording
-        Every output interval of the plan; of a run that did not complete nothing, or what was until then.
-    metrics : Metrics or None
-        What was measured; None if nothing was, or the run did not complete.
-    failure : str or None
-        Why the run did not complete.
-    traceback : str
-        Of that, for who looks for a bug; empty if the run completed.
-    ends : mapping of str to float
-        Every output at the end; empty if the run did not complete.
-    parameters : mapping of str to float
-        Every Real parameter that the run started with; empty if it did not complete.
-    provenance : Provenance or None
-        What it rests on; None if it was refused before anything was looked at.
-    """
+    """One run of a study."""
 
     plan: RunPlan
+    # every output interval of the plan; of a run that did not complete nothing, or what was until then
     recording: Recording = field(default_factory=lambda: Recording(np.zeros(0), {}))
-    metrics: Metrics | None = None
-    failure: str | None = None
-    traceback: str = ""
+    metrics: Metrics | None = None   # what was measured; None if nothing was, or the run did not complete
+    failure: str | None = None   # why the run did not complete
+    traceback: str = ""   # of that, for who looks for a bug; empty if the run completed
+    # every output at the end; empty if the run did not complete
     ends: Mapping[str, float] = field(default_factory=dict)
+    # every Real parameter that the run started with; empty if it did not complete
     parameters: Mapping[str, float] = field(default_factory=dict)
-    provenance: Provenance | None = None
+    provenance: Provenance | None = None   # what it rests on; None if it was refused before anything was looked at
 
     def __repr__(self) -> str:
         return f"<RunResult {self.plan.name}: {self.failure or f'{len(self.time)} rows'}>"

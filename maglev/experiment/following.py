@@ -13,20 +13,12 @@ Own = Callable[[str], float | None]   # what a variable of an FMU is that runs, 
 
 @dataclass(frozen=True)
 class Following:
-    """What a controller's model has at the nominal masses, and the plant's parameters that are about its mass.
-
-    Attributes
-    ----------
-    rig : Rig
-    model : dict of str to float
-        Constants, and of a platform that tilts masses and inertias, by the names of the controller.
-    masses : dict of str to float
-        Parameters of the plant, SI.
-    """
+    """What a controller's model has at the nominal masses, and the plant's parameters that are about its mass."""
 
     rig: Rig
+    # constants, and of a platform that tilts masses and inertias, by the names of the controller
     model: Mapping[str, float]
-    masses: Mapping[str, float]
+    masses: Mapping[str, float]   # parameters of the plant, SI
 
     def settings(self, changes: Mapping[str, float | bool]) -> dict[str, float]:
         """Values `controller.C1` … at the plant's masses, with other values `plant.y.mass` … of some.

@@ -49,59 +49,30 @@ from maglev_files.cache import Kept
 
 @dataclass(frozen=True)
 class Experiment:
-    """A run with its FMU files.
-
-    Attributes
-    ----------
-    plan : RunPlan
-    files : dict of str to Path
-        FMU file of each FMU of the plan, in the order of stepping: copies, made when the experiment was.
-    step : float
-        Communication step, s.
-    left_out : dict of str to str
-        Why start values of the plan, `fmu.variable`, are not given to the FMU that was put in.
-    order : str
-        "sequential" or "jacobi", see `wire`.
-    ports : dict of str to PortMap
-        What the FMUs that were put in call their ports, by name in the run.
-    notes : tuple of str
-        Sentences about what these FMUs lack or leave open.
-    changes : tuple of str
-        Values that differ from the plan's.
-    put_in : tuple of str
-        Names of the FMUs that take the place of the plan's.
-    timeout : float
-        Longest time that a call of an FMU which is not of this project may take, s.
-    departures : tuple of str
-        Why it is not the package's experiment although nobody asked for another one: its FMUs, its scenario.
-    following : Following, optional
-        How the controller's model follows the masses of the plant, if it does.
-    not_compared : tuple of str
-        Signals of the plan that are not compared with its baseline, for the FMUs that were put in lack them.
-    loop : Kept, optional
-        Library that makes the steps, where all that runs are FMUs.
-    stale : tuple of str
-        Sentences about FMUs of this project that are not what it builds now; they are among the notes.
-    parameter_sets : dict of str to str
-        SHA-256 of files with start values, by path.
-    """
+    """A run with its FMU files."""
 
     plan: RunPlan
+    # FMU file of each FMU of the plan, in the order of stepping: copies, made when the experiment was
     files: dict[str, Path]
-    step: float
+    step: float   # communication step, s
+    # why start values of the plan, `fmu.variable`, are not given to the FMU that was put in
     left_out: dict[str, str] = field(default_factory=dict)
-    order: Order = OPTIONS["order"].default
+    order: Order = OPTIONS["order"].default   # "sequential" or "jacobi", see `wire`
+    # what the FMUs that were put in call their ports, by name in the run
     ports: dict[str, PortMap] = field(default_factory=dict)
-    notes: tuple[str, ...] = ()
-    changes: tuple[str, ...] = ()
-    put_in: tuple[str, ...] = ()
-    timeout: float = TIMEOUT
+    notes: tuple[str, ...] = ()   # sentences about what these FMUs lack or leave open
+    changes: tuple[str, ...] = ()   # values that differ from the plan's
+    put_in: tuple[str, ...] = ()   # names of the FMUs that take the place of the plan's
+    timeout: float = TIMEOUT   # longest time that a call of an FMU which is not of this project may take, s
+    # why it is not the package's experiment although nobody asked for another one: its FMUs, its scenario
     departures: tuple[str, ...] = ()
-    following: Following | None = None
+    following: Following | None = None   # how the controller's model follows the masses of the plant, if it does
+    # signals of the plan that are not compared with its baseline, for the FMUs that were put in lack them
     not_compared: tuple[str, ...] = ()
-    loop: Kept | None = None
+    loop: Kept | None = None   # library that makes the steps, where all that runs are FMUs
+    # sentences about FMUs of this project that are not what it builds now; they are among the notes
     stale: tuple[str, ...] = ()
-    parameter_sets: dict[str, str] = field(default_factory=dict)
+    parameter_sets: dict[str, str] = field(default_factory=dict)   # SHA-256 of files with start values, by path
 
     def provenance(self) -> Provenance:
         """What a result of it rests on."""

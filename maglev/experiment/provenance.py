@@ -54,42 +54,24 @@ def checked_out() -> str | None:
 
 @dataclass(frozen=True)
 class FlownFmu:
-    """An FMU of a run.
+    """An FMU of a run."""
 
-    Attributes
-    ----------
-    name : str
-        In the run, such as "plant".
-    file, model, guid, tool : str
-        Its file's name, and what its model description says.
-    kind : str
-        "Python" or "native" of this project's, "Python file" or "Python class" of a user's, "foreign" otherwise.
-    put_in : bool
-        Whether it takes the place of the plan's.
-    built_here : bool
-        Whether its content is what this installation builds.
-    start : dict of str to float, int or bool
-        Every start value that it was given, SI, by variable; the others are its own.
-    left_out : dict of str to str
-        Why others of the plan were not given to it.
-    sha256 : dict of str to str
-        Of an FMU; of a user's Python file and of the modules beside it, by file name; of a class's text.
-    libraries : dict of str to str
-        SHA-256 of the library of this machine in an FMU; versions of what a user's Python file imports, and no FMU
-        carries.
-    """
-
-    name: str
-    file: str
-    model: str
+    name: str   # in the run, such as "plant"
+    file: str   # its name
+    model: str   # as its model description says, like the next two
     guid: str
     tool: str
+    # "Python" or "native" of this project's, "Python file" or "Python class" of a user's, "foreign" otherwise
     kind: str
-    put_in: bool
-    built_here: bool = False
+    put_in: bool   # whether it takes the place of the plan's
+    built_here: bool = False   # whether its content is what this installation builds
+    # every start value that it was given, SI, by variable; the others are its own
     start: dict[str, float | int | bool] = field(default_factory=dict)
-    left_out: dict[str, str] = field(default_factory=dict)
+    left_out: dict[str, str] = field(default_factory=dict)   # why others of the plan were not given to it
+    # of an FMU; of a user's Python file and of the modules beside it, by file name; of a class's text
     sha256: dict[str, str] = field(default_factory=dict)
+    # SHA-256 of the library of this machine in an FMU; versions of what a user's Python file imports, and no FMU
+    # carries
     libraries: dict[str, str] = field(default_factory=dict)
 
     @classmethod
@@ -110,45 +92,21 @@ class FlownFmu:
 
 @dataclass(frozen=True, kw_only=True)
 class Provenance:
-    """Where a result comes from: what is not given is what holds here and now.
+    """Where a result comes from: what is not given is what holds here and now."""
 
-    Attributes
-    ----------
-    version : str
-        Of this package.
-    commit : str or None
-        Of the checkout that it runs from, "…-dirty" with changes that are not committed; None where there is none.
-    command : str
-        As it was typed; "Python" for a function call.
-    python : str
-        Version, and machine.
-    fmus : tuple of FlownFmu
-        In the order of stepping.
-    changes : tuple of str
-        Every value that differs from the plan's, "plant.y.mass = 8 instead of 6.9", and a step or order of its own.
-    scenario : str
-        SHA-256 of the scenario with what it extends.
-    departures : tuple of str
-        Why it is not the package's experiment although nobody asked for another one.
-    code : str
-        SHA-256 of the Python modules of this package.
-    libraries : dict of str to str
-        SHA-256 of what makes the steps, if it is compiled.
-    parameter_sets : dict of str to str
-        SHA-256 of files with start values, by path.
-    """
-
-    version: str = field(default_factory=own_version)
+    version: str = field(default_factory=own_version)   # of this package
+    # of the checkout that it runs from, "…-dirty" with changes that are not committed; None where there is none
     commit: str | None = field(default_factory=checked_out)
-    command: str = field(default_factory=typed)
-    python: str = f"{platform.python_version()} on {platform.system()} {platform.machine()}"
-    fmus: tuple[FlownFmu, ...]
+    command: str = field(default_factory=typed)   # as it was typed; "Python" for a function call
+    python: str = f"{platform.python_version()} on {platform.system()} {platform.machine()}"   # version, and machine
+    fmus: tuple[FlownFmu, ...]   # in the order of stepping
+    # every value that differs from the plan's, "plant.y.mass = 8 instead of 6.9", and a step or order of its own
     changes: tuple[str, ...]
-    scenario: str
-    departures: tuple[str, ...]
-    code: str = field(default_factory=code)
-    libraries: dict[str, str]
-    parameter_sets: dict[str, str]
+    scenario: str   # SHA-256 of the scenario with what it extends
+    departures: tuple[str, ...]   # why it is not the package's experiment although nobody asked for another one
+    code: str = field(default_factory=code)   # SHA-256 of the Python modules of this package
+    libraries: dict[str, str]   # SHA-256 of what makes the steps, if it is compiled
+    parameter_sets: dict[str, str]   # SHA-256 of files with start values, by path
 
     @property
     def modified(self) -> bool:

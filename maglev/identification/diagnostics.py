@@ -23,36 +23,20 @@ RELATED = 0.95               # correlation of two constants from which it is war
 
 @dataclass(frozen=True)
 class RowDiagnostics:
-    """Diagnostics of one row with p constants.
+    """Diagnostics of one row with p constants."""
 
-    Attributes
-    ----------
-    excited : bool
-        Whether the row says anything: the axis moves, and the columns of A are there and differ.
-    time, excitation : ndarray, shape (m,)
-        λmin of ∫Q dt (3.5), each column of A scaled such that its ∫a² over the whole recording is 1: from 0, at the end
-        1 for columns that are orthogonal and 0 for columns that are one.
-    correlation : ndarray, shape (p, p)
-        Of the constants, from (∫AᵀA dt)⁻¹.
-    covariance : ndarray, shape (p, p)
-        Of the estimate at the end; infinite where not excited.
-    standard_error : ndarray, shape (p,)
-        Roots of its diagonal.
-    with_friction : ndarray, shape (p,)
-        Least-squares constants when a viscous and a Coulomb term join the row; NaN where not excited.
-    residual, motion : float
-        RMS of velocity' − b − A θ and of velocity' (m/s²), both behind a lag of ε.
-    """
-
-    excited: bool
+    excited: bool   # whether the row says anything: the axis moves, and the columns of A are there and differ
+    # λmin of ∫Q dt (3.5), each column of A scaled such that its ∫a² over the whole recording is 1: from 0, at the end 1
+    # for columns that are orthogonal and 0 for columns that are one; shape (m,)
     time: Array
     excitation: Array
-    correlation: Array
-    covariance: Array
-    standard_error: Array
+    correlation: Array   # of the constants, from (∫AᵀA dt)⁻¹; shape (p, p)
+    covariance: Array   # of the estimate at the end; infinite where not excited; shape (p, p)
+    standard_error: Array   # roots of its diagonal; shape (p,)
+    # least-squares constants when a viscous and a Coulomb term join the row; NaN where not excited; shape (p,)
     with_friction: Array
-    residual: float
-    motion: float
+    residual: float   # RMS of velocity' − b − A θ behind a lag of ε, m/s²
+    motion: float   # RMS of velocity' behind the same lag, m/s²
 
 
 def filtered_row(data: RowData, dt: float, epsilon: float) -> tuple[Array, Array, Array]:

@@ -26,24 +26,14 @@ GROWTH = 1.1       # of the first sample's parts, one to the next
 
 @dataclass(frozen=True)
 class Estimate:
-    """Estimates of the constants over time.
-
-    Attributes
-    ----------
-    method : str
-    epsilon, gamma : float
-    time : ndarray, shape (n,)
-        s.
-    names : tuple of str
-    theta : ndarray, shape (n, p)
-    """
+    """Estimates of the constants over time."""
 
     method: str
     epsilon: float
     gamma: float
-    time: Array
+    time: Array   # s; shape (n,)
     names: tuple[str, ...]
-    theta: Array
+    theta: Array   # shape (n, p)
 
     @property
     def final(self) -> dict[str, float]:

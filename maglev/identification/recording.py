@@ -24,24 +24,13 @@ PLANT = "plant."    # before the names in results of this project
 
 @dataclass(frozen=True)
 class Recording:
-    """Positions and delivered currents of a rig at n evenly spaced times.
-
-    Attributes
-    ----------
-    rig : Rig
-    time : ndarray, shape (n,)
-        s.
-    positions : ndarray, shape (n, axes)
-        m, or rad of tilts, measured.
-    i_d, i_q : ndarray, shape (n, motors)
-        A, delivered.
-    """
+    """Positions and delivered currents of a rig at n evenly spaced times."""
 
     rig: Rig
-    time: Array
-    positions: Array
-    i_d: Array
-    i_q: Array
+    time: Array   # s; shape (n,)
+    positions: Array   # m, or rad of tilts, measured; shape (n, axes)
+    i_d: Array   # A, delivered; shape (n, motors)
+    i_q: Array   # A, delivered; shape (n, motors)
 
     @property
     def dt(self) -> float:

@@ -37,27 +37,15 @@ class MeasuredValue(NamedTuple):
 
 @dataclass(frozen=True)
 class ClaimResult:
-    """A claim, the measured value that decides it, and the verdict.
-
-    Attributes
-    ----------
-    claim : Claim
-    measured : float, bool or None
-        None if the claim is not testable or a run is missing.
-    verdict : str
-    against : float or None
-        What a comparative claim compares the measured value with.
-    without : ClaimResult or None
-        The same of runs without what the claim's reason blames; None if these were not run.
-    counts : bool
-        Whether it is one of the thesis's claims; not if the run is another reading of an experiment that has one.
-    """
+    """A claim, the measured value that decides it, and the verdict."""
 
     claim: Claim
-    measured: float | bool | None
+    measured: float | bool | None   # None if the claim is not testable or a run is missing
     verdict: Verdict
-    against: float | None = None
+    against: float | None = None   # what a comparative claim compares the measured value with
+    # the same of runs without what the claim's reason blames; None if these were not run
     without: "ClaimResult | None" = None
+    # whether it is one of the thesis's claims; not if the run is another reading of an experiment that has one
     counts: bool = True
 
     @property

@@ -28,59 +28,30 @@ class AxisLoop:
     platform tilts, a current that is cut off moves other axes than the one that asked for it: they are states, too, and
     every motor has a limit of its own. A divided difference in place of χ[k+1] keeps the numbers of a fast sampled loop
     well apart from 1; with Ts = 0 the same letters are a loop in continuous time, χ' = ….
-
-    Attributes
-    ----------
-    name : str
-        Plant, controller, axis and gap.
-    axis, unit : str
-        Its name, and the unit of its position, "m" or "rad": where m stands below, a tilt has rad.
-    axes : tuple of str
-        Those that move: itself first, then those that its limits move, if any.
-    states : tuple of str
-        Names of the n states: position and velocity of each axis, currents of the amplifiers, observers, internal
-        models.
-    commands : tuple of tuple of str
-        The m limited commands, each with the currents that are always the same; the first moves the axis.
-    A : ndarray, shape (n, n)
-        1/s, the loop while no limit is reached.
-    B : ndarray, shape (n, m)
-        Effect of the commanded currents, 1/(s A) times the unit of the state, with the antiwindup of the other axes.
-    E : ndarray, shape (n, 3)
-        Where the antiwindup of the axis acts: on ξ1, ξ2, ξ3.
-    w : ndarray, shape (m,)
-        What each command counts in it: 1 where there is one.
-    K : ndarray, shape (m, n)
-        Commanded currents for a state, A.
-    at_step : ndarray, shape (n,)
-        State in which the loop rests 1 m beyond its reference: a step of the reference by r starts at −r at_step.
-    in_motion : ndarray, shape (n,)
-        State that passes the reference at 1 m/s with an observer that has seen it coming.
-    sample_time : float
-        Ts, s; 0 for continuous time.
-    lower, upper : ndarray, shape (m,)
-        What the commands may deviate from those at rest, A, below and above 0.
-    gains : ndarray, shape (3,)
-        Ec as set; zeros where the antiwindup is off.
     """
 
-    name: str
-    axis: str
-    unit: str
-    axes: tuple[str, ...]
+    name: str   # plant, controller, axis and gap
+    axis: str   # its name
+    unit: str   # of its position, "m" or "rad": where m stands below, a tilt has rad
+    axes: tuple[str, ...]   # those that move: itself first, then those that its limits move, if any
+    # names of the n states: position and velocity of each axis, currents of the amplifiers, observers, internal models
     states: tuple[str, ...]
+    # the m limited commands, each with the currents that are always the same; the first moves the axis
     commands: tuple[tuple[str, ...], ...]
-    A: Array
+    A: Array   # 1/s, the loop while no limit is reached; shape (n, n)
+    # effect of the commanded currents, 1/(s A) times the unit of the state, with the antiwindup of the other axes;
+    # shape (n, m)
     B: Array
-    E: Array
-    w: Array
-    K: Array
+    E: Array   # where the antiwindup of the axis acts: on ξ1, ξ2, ξ3; shape (n, 3)
+    w: Array   # what each command counts in it: 1 where there is one; shape (m,)
+    K: Array   # commanded currents for a state, A; shape (m, n)
+    # state in which the loop rests 1 m beyond its reference: a step by r starts at −r at_step; shape (n,)
     at_step: Array
-    in_motion: Array
-    sample_time: float
-    lower: Array
-    upper: Array
-    gains: Array
+    in_motion: Array   # state that passes the reference at 1 m/s with an observer that has seen it coming; shape (n,)
+    sample_time: float   # Ts, s; 0 for continuous time
+    lower: Array   # what the commands may deviate from those at rest, A, below 0; shape (m,)
+    upper: Array   # the same above 0
+    gains: Array   # Ec as set; zeros where the antiwindup is off; shape (3,)
 
     @property
     def limits(self) -> Array:

@@ -24,30 +24,16 @@ LEAST_DECREASE = 1e-6   # 1/s, of V/V: much more than rounding errors make
 
 @dataclass(frozen=True, eq=False)
 class Certificate:
-    """Ellipsoid χᵀ P χ ≤ 1 from which the loop comes back to rest whatever the limit cuts off: V = χᵀ P χ decreases.
+    """Ellipsoid χᵀ P χ ≤ 1 from which the loop comes back to rest whatever the limit cuts off: V = χᵀ P χ decreases."""
 
-    Attributes
-    ----------
-    gains : ndarray, shape (3,)
-        Ec: m s²/A, m s/A, m/A.
-    P : ndarray, shape (n, n)
-        Positive definite.
-    G : ndarray, shape (m, n)
-        Of the sector conditions, A: φ(u) (φ(u) − G χ) ≤ 0 wherever |(K − G) χ| is within the limit, for each command.
-    T : ndarray, shape (m,)
-        Weights of the sector conditions.
-    step : float
-        Largest step of the reference that starts in the ellipsoid, m; about LARGEST_STEP if that is reached.
-    decrease : float
-        V decreases by at least this share of itself and of Σ φ² T a second, 1/s.
-    """
-
-    gains: Array
-    P: Array
+    gains: Array   # Ec: m s²/A, m s/A, m/A; shape (3,)
+    P: Array   # positive definite; shape (n, n)
+    # of the sector conditions, A: φ(u) (φ(u) − G χ) ≤ 0 wherever |(K − G) χ| is within the limit, for each command;
+    # shape (m, n)
     G: Array
-    T: Array
-    step: float
-    decrease: float
+    T: Array   # weights of the sector conditions; shape (m,)
+    step: float   # largest step of the reference that starts in the ellipsoid, m; about LARGEST_STEP if that is reached
+    decrease: float   # V decreases by at least this share of itself and of Σ φ² T a second, 1/s
 
     def level(self, states: Array) -> Array:
         """V of states, the columns of an array of shape (n, c): at most 1 inside."""

@@ -26,27 +26,13 @@ WIDER = 3.0      # than the ellipse
 
 @dataclass(frozen=True, eq=False)
 class RunSteps:
-    """Steps run by the FMUs.
+    """Steps run by the FMUs."""
 
-    Attributes
-    ----------
-    response : Response
-        Of the whole stage to the step of the region.
-    held : bool
-        Whether it ends within 1 mm of every reference, without having touched a stop.
-    largest : float
-        Largest step that is held, m.
-    largest_locked : float or None
-        The same with the gap held by force, m; None of a vertical axis.
-    room : float
-        Largest step in either direction that begins and ends off the stops, m: no larger one is run.
-    """
-
-    response: Response
-    held: bool
-    largest: float
-    largest_locked: float | None
-    room: float
+    response: Response   # of the whole stage to the step of the region
+    held: bool   # whether it ends within 1 mm of every reference, without having touched a stop
+    largest: float   # largest step that is held, m
+    largest_locked: float | None   # the same with the gap held by force, m; None of a vertical axis
+    room: float   # largest step in either direction that begins and ends off the stops, m: no larger one is run
 
     def written(self, step: float) -> str:
         """A largest step as text, mm or mrad."""

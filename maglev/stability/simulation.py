@@ -19,20 +19,12 @@ SHOWN = 5.0          # s, of a response
 
 @dataclass(frozen=True, eq=False)
 class Response:
-    """Answer to a step of the reference at 0 s.
+    """Answer to a step of the reference at 0 s."""
 
-    Attributes
-    ----------
-    step : float
-        m.
-    time, position, command : ndarray, shape (k,)
-        s; m from where the step began; A, of the first current that moves the axis.
-    """
-
-    step: float
-    time: Array
-    position: Array
-    command: Array
+    step: float   # m
+    time: Array   # s; shape (k,)
+    position: Array   # m from where the step began; shape (k,)
+    command: Array   # A, of the first current that moves the axis; shape (k,)
 
     @property
     def overshoot(self) -> float:

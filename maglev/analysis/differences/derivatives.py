@@ -26,30 +26,16 @@ ROUND_OFF = 1e-15   # relative to the outputs: below it a response is nothing
 
 @dataclass(frozen=True, eq=False)
 class Derivative:
-    """Response of all outputs to one sample of one input, per unit of it.
+    """Response of all outputs to one sample of one input, per unit of it."""
 
-    Attributes
-    ----------
-    name : str
-        The input.
-    response : ndarray, shape (samples, outputs)
-        By Richardson's extrapolation, A/m for a command by a measurement; zeros where it has none.
-    coarse : ndarray, shape (samples, outputs)
-        By the smaller of the two sizes alone.
-    error : float
-        How much larger a difference between the two can be than a response is, relative to the largest one.
-    holds_to : float
-        Largest push at which it was the same within 1 %, m; more was not tried than the largest.
-    verdict : str
-        Why there is none; empty if there is one.
-    """
-
-    name: str
+    name: str   # the input
+    # by Richardson's extrapolation, A/m for a command by a measurement; zeros where it has none; shape (samples,
+    # outputs)
     response: Array
-    coarse: Array
-    error: float
-    holds_to: float
-    verdict: str = ""
+    coarse: Array   # by the smaller of the two sizes alone; shape (samples, outputs)
+    error: float   # how much larger a difference between the two can be than a response is, relative to the largest one
+    holds_to: float   # largest push at which it was the same within 1 %, m; more was not tried than the largest
+    verdict: str = ""   # why there is none; empty if there is one
 
 
 def derivative(part: Participant, base: Array, number: int, scale: float, samples: int,

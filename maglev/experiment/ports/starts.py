@@ -14,19 +14,11 @@ from maglev.user_controllers.source import is_written
 
 @dataclass
 class Starts:
-    """Start values of the FMUs of a run, by their names in it.
-
-    Attributes
-    ----------
-    given : dict of str to dict of str to StartValue
-    taken : dict of str to dict of str to RunOutput
-        Those that other runs come to.
-    left_out : dict of str to str
-        Why others of the plan, `fmu.variable`, are not given to the FMU that takes the place of the plan's.
-    """
+    """Start values of the FMUs of a run, by their names in it."""
 
     given: dict[str, dict[str, StartValue]]
-    taken: dict[str, dict[str, RunOutput]]
+    taken: dict[str, dict[str, RunOutput]]   # those that other runs come to
+    # why others of the plan, `fmu.variable`, are not given to the FMU that takes the place of the plan's
     left_out: dict[str, str]
 
     @classmethod
