@@ -48,7 +48,7 @@ def imported(path: Path) -> Iterator[tuple[int, str]]:
         elif isinstance(node, ast.ImportFrom):
             yield node.lineno, resolve_name("." * node.level + (node.module or ""), package)
         elif isinstance(node, ast.Constant) and isinstance(node.value, str) and "_fmu" in node.value:
-            # Such as "plant_fmu.plant_2dof" of import_module; the names of the other packages are plain words.
+            # Such as "plant_fmu.definition.plant" of maglev.stages; the names of the other packages are plain words.
             yield node.lineno, node.value
 
 
