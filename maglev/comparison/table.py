@@ -27,12 +27,20 @@ class Row:
     steps: int = 0                           # over which the largest value was taken; 0 if it is of one alone
 
     @property
+    def held(self) -> dict[str, float]:
+        """Values of the completed runs, SI, by label."""
+        return {label: value for label, value in self.values.items() if label not in self.failed}
+
+    @property
+    def least(self) -> float:
+        """Least value of the completed runs, SI."""
+        return min(self.held.values(), default=0.0)
+
+    @property
     def best(self) -> tuple[str, ...]:
-        """Labels of the least value among the completed runs; none if these are all equal, or one alone."""
-        held = {label: value for label, value in self.values.items() if label not in self.failed}
-        least = min(held.values(), default=0.0)
-        found = tuple(label for label, value in held.items() if value == least)
-        return () if len(found) == len(held) else found
+        """Labels of the least value among the completed runs, and of those that are alike; none if all are."""
+        found = tuple(label for label, value in self.held.items() if value <= DIFFERENCE * self.least)
+        return () if len(found) == len(self.held) else found
 
     @property
     def name(self) -> str:
@@ -44,8 +52,8 @@ class Row:
     @property
     def lead(self) -> float:
         """How many times the best value the next one of a completed run is; 1 where none is the best."""
-        held = sorted({value for label, value in self.values.items() if label not in self.failed})
-        return 1.0 if not self.best else held[1] / held[0] if held[0] else inf
+        others = [value for value in self.held.values() if value > DIFFERENCE * self.least]
+        return 1.0 if not others else min(others) / self.least if self.least else inf
 
     def text(self, label: str) -> str:
         """Value of a run with its unit."""
@@ -114,9 +122,10 @@ def verdict(runs: Mapping[str, RunResult], rows: Sequence[Row]) -> str:
                 f"{larger(times)} (most on {most.of}, {most.text(best)} against {most.text(second)})")
     parts = [said]
     for label in ours if times < DIFFERENCE else [label for label in ours if label != best]:
-        won = [row for row in rows if label in row.best and row.lead >= DIFFERENCE]
+        rival = best if label != best else second
+        won = [row for row in rows if label in row.best and rival not in row.best]
         if won:
-            top, rival = max(won, key=lambda row: row.lead), best if label != best else second
+            top = max(won, key=lambda row: row.lead)
             parts.append(f"{label} is better in {len(won)} of {len(rows)} rows (most in {top.quantity} of {top.of}, "
                          f"{top.text(label)} against {top.text(rival)})")
     return "; ".join([*parts, *others]) + "."
@@ -125,5 +134,6 @@ def verdict(runs: Mapping[str, RunResult], rows: Sequence[Row]) -> str:
 def legend(runs: Iterable[RunResult], sign: str) -> str:
     """What a table says of its marks: one has to complete to win, and against another that completed."""
     held = sum(run.metrics is not None and not run.metrics.failed for run in runs)
-    return "Less is better; " + (f"the best of the completed runs has a {sign}" if held > 1 else
-                                  "a best value is marked where at least two runs completed")
+    return "Less is better; " + (f"the best of the completed runs has a {sign}, unless they differ by less than 5 %"
+                                 if held > 1 else
+                                 "a best value is marked where at least two runs completed")
