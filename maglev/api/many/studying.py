@@ -17,6 +17,7 @@ from maglev.errors import MaglevError, ScenarioError, UnknownName, extra, option
 from maglev.experiment.preparation import Experiment
 from maglev.processes import processors
 from maglev.processes.side_by_side import Say, Watch, unwatched, warn
+from maglev.schema.layers import packaged_files
 from maglev.schema.loading import load_plan
 from maglev.schema.options import OPTIONS, RunOptions, seconds, takes_run_options
 from maglev.schema.settings import start_values
@@ -220,15 +221,14 @@ def made_ready(found: "StudyFile | TuneFile", path: Path, options: RunOptions, e
 
     settings = start_values(found.set) | start_values(options.get("set"))
     require_free(settings, found.vary, str(path))
-    scenario = path.parent / found.scenario if found.scenario.endswith(".toml") else Path(found.scenario)
-    scenario = scenario.relative_to(Path.cwd()) if scenario.is_relative_to(Path.cwd()) else scenario
+    scenario = file_or_name(path.parent / found.scenario) if found.scenario.endswith(".toml") else found.scenario
     options = {**options, "set": settings}
     files = {role: carried(given) for role in PUT_IN if (given := options.get(role)) is not None}
     options = cast("RunOptions", {**options, **files})
     controller: str | None = getattr(found, "controller", None)
     if controller is not None and options.get("controller") is None:
         options["controller"] = path.parent / controller
-    run = {"scenario": str(scenario), "set": {name: value.value for name, value in settings.items()},
+    run = {"scenario": scenario, "set": {name: value.value for name, value in settings.items()},
            "options": {name: value if isinstance(value, bool) else str(value) for name, each in OPTIONS.items()
                        if (value := options.get(name)) not in (None, each.default) and name != "set"}}
     put_in: dict[str, Any] = {role: options.get(role) for role in PUT_IN}
@@ -238,6 +238,13 @@ def made_ready(found: "StudyFile | TuneFile", path: Path, options: RunOptions, e
                                      say, watch, everywhere)
         say_notes([experiment], say)
         yield experiment, run
+
+
+def file_or_name(path: Path) -> str:
+    """A scenario's file as a command names it: by its name if it is packaged, or else from the working folder on."""
+    path = path.resolve()
+    named = next((name for name, file in packaged_files().items() if file.resolve() == path), None)
+    return named or str(path.relative_to(Path.cwd()) if path.is_relative_to(Path.cwd()) else path)
 
 
 def varied(scenario: object, vary: Vary, name: str | None, keep: Sequence[str], samples: int | None, seed: int

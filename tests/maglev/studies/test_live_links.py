@@ -7,8 +7,10 @@ from urllib.parse import parse_qsl
 import pytest
 from tiny_study import fly_samples, planned
 
+from maglev.api.many.studying import file_or_name
 from maglev.errors import shortened
 from maglev.live.link import NAME, live_address
+from maglev.schema.layers import PACKAGED
 from maglev.studies.page.again import live_link, why_not_live
 from maglev.studies.page.page import page, write_page
 
@@ -36,6 +38,14 @@ def test_a_link_has_the_bits_of_the_sample() -> None:
 
 def test_a_setting_of_the_sample_goes_over_that_of_the_command() -> None:
     assert live_link(about(given={"plant.y.mass": 7.0}), {"payload": 8.0}) == live_address(RUN, {"plant.y.mass": 8.0})
+
+
+def test_a_command_names_the_scenario_without_a_way_round(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.chdir(tmp_path)
+    assert file_or_name(PACKAGED / "studies" / ".." / "3dof" / f"{RUN}.toml") == RUN
+    assert file_or_name(tmp_path / "studies" / ".." / "mine" / "run.toml") == "mine/run.toml"
+    assert file_or_name(PACKAGED / "studies" / ".." / "landing" / "3dof-nonlinear.toml") == str(
+        (PACKAGED / "landing" / "3dof-nonlinear.toml").resolve())
 
 
 @pytest.mark.parametrize(("said", "why"), [
