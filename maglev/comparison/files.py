@@ -148,10 +148,12 @@ def comparison_page(name: str, title: str, runs: Mapping[str, RunResult], rows: 
 def row_table(labels: Sequence[str], rows: Sequence[Row]) -> str:
     """Table of rows; the best value of a row is marked with a star and in bold."""
     leads = ["the next is"] if any(row.best for row in rows) else []
-    return html_table(("quantity", "of", *labels, *leads), (
-        (escape(row.name), escape(row.of),
+    if not rows:
+        return "<p>Nothing was measured.</p>"
+    return html_table(("quantity", *labels, *leads), (
+        (escape(f"{row.quantity} of {row.of}{row.name.removeprefix(row.quantity)}"),
          *(mark(escape(unbroken(row.text(label))), label in row.best) for label in labels),
-         *(larger(row.lead) for _ in leads)) for row in rows)) if rows else "<p>Nothing was measured.</p>"
+         *(larger(row.lead).removesuffix(" as large") for _ in leads)) for row in rows))
 
 
 def mark(text: str, best: bool) -> str:

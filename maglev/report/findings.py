@@ -1,11 +1,13 @@
 """What the procedures found as HTML: tables of values, and what a reader should know about them."""
 
+import re
 from collections.abc import Iterable, Sequence
 from html import escape
 
 from maglev.procedures.outcome import Outcome, ValueTable
 from maglev.report.plots.figures import anchor, rig_name
 
+PARTS = re.compile(r"(?<=[a-z])(?=[A-Z\d])|(?<=[A-Z])(?=\d)")   # where a name such as Regulator3DOF can break
 LINK = '<li><a href="#identification">Identification</a></li>'
 
 
@@ -50,7 +52,7 @@ def value_table(table: ValueTable) -> str:
 
 def html_table(heads: Iterable[str], rows: Iterable[Sequence[str]], title: str = "") -> str:
     """Table under headings of text; of the cells of a row, which are HTML, the first is its heading."""
-    head = "".join(f'<th scope="col">{escape(text)}</th>' for text in heads)
+    head = "".join(f'<th scope="col">{"<wbr>".join(map(escape, PARTS.split(text)))}</th>' for text in heads)
     body = "\n".join(f'<tr><th scope="row">{first}</th>{"".join(f"<td>{cell}</td>" for cell in cells)}</tr>'
                      for first, *cells in rows)
     caption = f"<caption>{escape(title)}</caption>\n" if title else ""

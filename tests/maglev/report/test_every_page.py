@@ -132,6 +132,26 @@ def test_every_page_says_what_it_is(pages: Path) -> None:
     assert "nonlinear is better" in (pages / "compare.html").read_text(encoding="utf-8")[:HEAD]
 
 
+def test_a_phone_shows_the_table_of_a_comparison_whole(browser, tmp_path: Path) -> None:
+    """Three controllers and by how much the best one is ahead; no name breaks within a word."""
+    runs = {label: recorded(packaged("3dof-setpoints"), rms_errors=dict.fromkeys("yxz", error))
+            for label, error in (("Regulator3DOF", 5.2e-6), ("LinearRegulator3DOF", 31e-6), ("PID3DOF", 22e-6))}
+    publish(tmp_path / "compare.html", comparison_page("3dof-setpoints", "Three laws", runs, rows_of(runs)))
+    tab = Tab(browser, tmp_path / "compare.html", PHONE)
+    assert tab.page.locator(".values").first.locator("th[scope=col]").all_inner_texts()[-1] == "the next is"
+    over, broken = tab.evaluate("""(() => {
+        const table = document.querySelector(".wide"), range = new Range();
+        const parts = [...table.querySelectorAll("th[scope=col]")].flatMap(({ childNodes }) => [...childNodes])
+            .filter(({ data }) => data && !data.includes(" "));
+        return [table.scrollWidth - table.clientWidth, parts.filter((part) => {
+            range.selectNodeContents(part);
+            return range.getClientRects().length > 1;
+        }).map(({ data }) => data)];
+    })()""")
+    tab.close()
+    assert (over, broken) == (0, [])
+
+
 def test_a_comparison_begins_with_its_verdict_and_has_one_legend(browser, pages: Path) -> None:
     """Then the table, beside it the stages moving in one picture, and plots: a run has one colour and one dash."""
     tab = Tab(browser, pages / "compare.html", reduced_motion="reduce")
