@@ -110,7 +110,7 @@
   // On paper nothing is folded.
   let unfolded = [];
   window.addEventListener("beforeprint", () => {
-    unfolded = [...document.querySelectorAll(".bounds details:not([open]), details.reading:not([open]), details.why:not([open])")];
+    unfolded = [...document.querySelectorAll(".bounds details:not([open]), details.reading:not([open]), table details.why:not([open])")];
     for (const details of unfolded) details.open = true;
   });
   window.addEventListener("afterprint", () => {
