@@ -22,7 +22,7 @@ from maglev.toml_file import read_toml
 FOLDER = Path(__file__).parent
 EDITOR = FOLDER / "vendor" / "codemirror.js"   # not ours: see beside it
 WORKER = ("fmu.js", "law.js", "signals.js", "flight.js", "worker.js")                      # in the thread that runs
-SCRIPTS = ("state.js", "history.js", "traces.js", "plots.js", "forces.js", "controls.js", "starters.js", "editor.js",
+SCRIPTS = ("state.js", "history.js", "plots.js", "forces.js", "controls.js", "starters.js", "editor.js",
            "beat.js", "stories.js", "own.js", "messages.js", "main.js", "picture.js", "hands.js", "start.js")
 ABOUT = "A platform that magnets hold in the air: drag it, drop a weight on it, write a controller that does better."
 POLICY = ("script-src 'unsafe-inline' 'wasm-unsafe-eval' blob:; worker-src blob:; style-src 'unsafe-inline'; "

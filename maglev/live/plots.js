@@ -78,98 +78,69 @@ function drawFrame(context, strip, box, colours) {
   write(context, room ? strip.title : strip.title.split(";")[0], box.left, box.top - 8, colours.text);
 }
 
-/** Plots of a flight and of the one that flies along. Lines stay where they are drawn and are moved: only new ones cost. */
+/** Plots of a flight and of the one that runs beside it, over the last seconds. */
 class Strips {
   constructor(strips, span) {
-    this.strips = strips;
-    this.span = span;
-    this.lines = new Map();   // traces of each line, of both flights
-    this.picture = document.createElement("canvas");   // the lines alone, in px of the screen
-    this.key = "";            // what the picture holds; if it is another one, all is drawn anew
-    this.drawn = -1;          // column that was drawn last, counted from time 0
+    Object.assign(this, { strips, span, points: new Map(), key: "", drawn: 0 });
   }
 
-  /** Traces of a line of a flight, up to date. */
-  trace(line, rows) {
-    const lines = this.lines.get(rows) ?? this.lines.set(rows, new Map()).get(rows);
-    const trace = lines.get(line) ?? lines.set(line, new Trace(line.value, this.bucket, this.columns + 2)).get(line);
-    trace.update(rows);
-    return trace;
+  /** Points of a line of a flight, up to date: each row is looked at once. */
+  pointsOf(line, rows) {
+    const lines = this.points.get(rows) ?? this.points.set(rows, new Map()).get(rows);
+    const points = lines.get(line) ?? lines.set(line, { x: [], y: [], seen: 0, ascending: true }).get(line);
+    for (let row = Math.max(points.seen, rows.first); row < rows.count; row++) {
+      points.x.push(rows.at(row, 0));
+      points.y.push(line.value(rows, row));
+    }
+    points.seen = rows.count;
+    for (const values of [points.x, points.y]) if (values.length > 2 * MOST_KEPT) values.splice(0, MOST_KEPT);
+    return points;
   }
 
   /** Draw, unless so little has happened that nothing would move by two px. */
   draw(canvas, rows, ghost, colours, now) {
-    const { context, width, height, ratio } = sized(canvas, false);
-    this.columns = Math.round((width - LEFT - RIGHT) * ratio);
-    if (this.columns < 1) return;   // there is no room for a line
-    this.bucket = this.span / this.columns;
-    const latest = Math.floor(rows.last().time / this.bucket);
-    if (!now && this.key && latest >= this.drawn && latest - this.drawn < 2) return;
-    for (const flight of [...this.lines.keys()]) if (flight !== rows && flight !== ghost) this.lines.delete(flight);
-    const size = `${width} ${height} ${ratio}`;
-    if (!this.key.startsWith(size)) this.lines.clear();
+    const { context, width, height } = sized(canvas, false), wide = Math.floor(width - LEFT - RIGHT);
+    if (wide < 1) return;   // there is no room for a line
+    const bucket = this.span / wide, latest = Math.floor(rows.last().time / bucket);
+    const key = `${width} ${height} ${rows.number} ${ghost?.number ?? ""} ${Object.values(colours)}`;
+    if (!now && key === this.key && latest >= this.drawn && latest - this.drawn < 2) return;
+    Object.assign(this, { key, drawn: latest });
+    for (const flight of [...this.points.keys()]) if (flight !== rows && flight !== ghost) this.points.delete(flight);
+    const since = Math.max(0, latest - wide + 1) * bucket, across = scaleOf(since, since + this.span, LEFT, LEFT + wide, false);
     const each = (height - 16) / this.strips.length;
-    const shown = this.strips.map((planned, i) => {
-      const flown = planned.lines.map((line) => [line, this.trace(line, rows), ghost && !line.thin && this.trace(line, ghost)]);
-      return { strip: ranged(planned, flown), flown, top: i * each + TOP, height: each - TOP - BOTTOM };
-    });
-    const key = `${size} ${shown.map(({ strip }) => strip.high)} ${rows.number} ${ghost?.number ?? ""} ${Object.values(colours)}`;
-    this.drawLines(shown, latest, key, ratio, height, colours);
     context.clearRect(0, 0, width, height);
-    for (const { strip, top, height: tall } of shown) {
-      drawFrame(context, strip, { left: LEFT, top, width: width - LEFT - RIGHT, height: tall }, colours);
-    }
-    context.drawImage(this.picture, LEFT, 0, this.columns / ratio, height);
-    this.drawTimes(context, Math.max(0, latest - this.columns + 1) * this.bucket, this.bucket * ratio, height, colours);
-  }
-
-  /** Bring the picture of the lines up to a column: moved to the left, and with what is new. */
-  drawLines(shown, latest, key, ratio, height, colours) {
-    const { picture, columns } = this, context = picture.getContext("2d"), tall = Math.round(height * ratio);
-    const first = Math.max(0, latest - columns + 1);
-    let begin = Math.max(first, this.drawn);
-    if (key !== this.key || latest < this.drawn || this.drawn < first) {
-      picture.width = columns;   // which empties it
-      picture.height = tall;
-      begin = first;
-    } else {
-      const moved = first - Math.max(0, this.drawn - columns + 1);
-      context.globalCompositeOperation = "copy";
-      if (moved) context.drawImage(picture, -moved, 0);
-      context.globalCompositeOperation = "source-over";
-      context.clearRect(begin - first, 0, columns, tall);
-    }
-    for (const { strip, flown, top, height: high } of shown) {
-      const scale = scaleIn(strip, top, high), y = (value) => ratio * scale.place(value);
+    this.strips.forEach((planned, i) => {
+      const flown = planned.lines.map((line) => [line, this.pointsOf(line, rows), ghost && !line.thin && this.pointsOf(line, ghost)]);
+      const strip = ranged(planned, flown, since), box = { left: LEFT, top: i * each + TOP, width: wide, height: each - TOP - BOTTOM };
+      drawFrame(context, strip, box, colours);
       context.save();
       context.beginPath();
-      context.rect(0, ratio * (top - 1), columns, ratio * (high + 2));
+      context.rect(LEFT, box.top - 1, wide, box.height + 2);
       context.clip();
-      for (const [line, trace, other] of flown) {
-        context.fillStyle = colours.other;
-        if (other) other.draw(context, begin, begin - first, y, 1.5 * ratio, false);
-        context.fillStyle = colours[line.colour];
-        context.globalAlpha = line.thin ? 0.8 : 1;
-        trace.draw(context, begin, begin - first, y, (line.thin ? 1 : 1.7) * ratio, line.thin);
+      Object.assign(context, { lineJoin: "round", lineDashOffset: since / bucket });   // dots go with the line
+      const up = scaleIn(strip, box.top, box.height), drawn = (points, ...look) => {
+        context.beginPath();
+        follow(context, points, across, up, wide);
+        outline(context, ...look);
+      };
+      for (const [line, ours, other] of flown) {
+        if (other) drawn(other, colours.other, 1.5);
+        drawn(ours, colours[line.colour], line.thin ? 1 : 1.7, line.thin ? [1.5, 2.5] : []);
       }
       context.restore();
-    }
-    this.key = key;
-    this.drawn = latest;
-  }
-
-  drawTimes(context, since, bucket, height, colours) {
+    });
     const every = this.span > 10 ? 5 : this.span < 10 ? 0.5 : 1;
-    for (let time = every * Math.ceil(since / every); time < since + this.span; time += every) {
-      write(context, `${time} s`, LEFT + (time - since) / bucket, height, colours.faint, { align: "center", base: "bottom" });
-    }
+    for (const [time, text] of across.ticks(this.span / every)) if (across.place(time) < LEFT + wide) write(context, `${text} s`, across.place(time), height, colours.faint, { align: "center", base: "bottom" });
   }
 }
 
 /** Range of a strip that follows its lines, widened to whole tens, or what it has in their place. */
-function ranged(strip, flown) {
+function ranged(strip, flown, since) {
   if (!strip.tens) return strip;
-  const largest = Math.max(strip.tens, ...flown.flatMap(([, trace, other]) => [trace.most(), other ? other.most() : 0]));
+  let largest = strip.tens;
+  for (const { x, y } of flown.flatMap(([, ours, other]) => (other ? [ours, other] : [ours]))) {
+    for (let k = firstFrom(x, since); k < y.length; k++) largest = Math.max(largest, Math.abs(y[k]));
+  }
   const most = Math.min(strip.high, strip.tens * Math.ceil(1.05 * largest / strip.tens));
   return { ...strip, low: -most, high: most };
 }

@@ -76,6 +76,32 @@ function firstFrom(values, value) {
   return low;
 }
 
+/** Follow a line with the pen of a canvas or a path, in px; of many points in a column of px the first, the extremes and the last. */
+function follow(pen, { x, y, ascending }, across, up, width) {
+  const first = ascending ? Math.max(0, firstFrom(x, across.low) - 1) : 0;
+  const last = ascending ? Math.min(x.length - 1, firstFrom(x, across.high)) : x.length - 1;
+  let away = true;   // from the line, where it has no value
+  const point = (k) => {
+    if (y[k] !== null) pen[away ? "moveTo" : "lineTo"](across.place(x[k]), up.place(y[k]));
+    away = y[k] === null;
+  };
+  if (!ascending || last - first < 4 * width) {
+    for (let k = first; k <= last; k++) point(k);
+    return;
+  }
+  for (let start = first; start <= last;) {
+    const column = Math.floor(across.place(x[start]));
+    let [end, low, high] = [start, start, start];
+    while (end < last && Math.floor(across.place(x[end + 1])) === column) {
+      end += 1;
+      if (y[end] < y[low]) low = end;
+      if (y[end] > y[high]) high = end;
+    }
+    for (const k of [...new Set([start, low, high, end])].sort((a, b) => a - b)) point(k);
+    start = end + 1;
+  }
+}
+
 /** Limits of what lines show between two abscissae, with some air; levels near enough are taken in. */
 function fitted(lines, levels, from, to, logarithmic) {
   let low = Infinity;

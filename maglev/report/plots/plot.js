@@ -21,36 +21,10 @@ function breath() {
   return new Promise((resolve) => { setTimeout(resolve, 0); });
 }
 
-/** Path of a line in px; of many points in a column of px the first, the extremes and the last. */
-function linePath({ x, y, ascending }, across, up, width) {
-  const first = ascending ? Math.max(0, firstFrom(x, across.low) - 1) : 0;
-  const last = ascending ? Math.min(x.length - 1, firstFrom(x, across.high)) : x.length - 1;
-  const parts = [];
-  let pen = "M";
-  const point = (k) => {
-    if (y[k] === null) {
-      pen = "M";
-      return;
-    }
-    parts.push(`${pen}${across.place(x[k]).toFixed(1)} ${up.place(y[k]).toFixed(1)}`);
-    pen = "L";
-  };
-  if (!ascending || last - first < 4 * width) {
-    for (let k = first; k <= last; k++) point(k);
-    return parts.join("");
-  }
-  let start = first;
-  while (start <= last) {
-    const column = Math.floor(across.place(x[start]));
-    let [end, low, high] = [start, start, start];
-    while (end < last && Math.floor(across.place(x[end + 1])) === column) {
-      end += 1;
-      if (y[end] < y[low]) low = end;
-      if (y[end] > y[high]) high = end;
-    }
-    for (const k of [...new Set([start, low, high, end])].sort((a, b) => a - b)) point(k);
-    start = end + 1;
-  }
+/** Path of a line in px. */
+function linePath(line, across, up, width) {
+  const parts = [], put = (letter) => (x, y) => parts.push(`${letter}${x.toFixed(1)} ${y.toFixed(1)}`);
+  follow({ moveTo: put("M"), lineTo: put("L") }, line, across, up, width);
   return parts.join("");
 }
 

@@ -50,7 +50,7 @@ PARALLEL = """<section><h2>Every sample</h2>
 <p>A line for each sample, red and dashed if it fails. Drag along an axis to keep the samples in that range, tap it to
 let go, or type a range. What never settled ends at the very top of an axis.</p>
 <div class="wide" tabindex="0" role="group" aria-label="Parallel coordinates, to scroll">
-<canvas id="parallel" role="img" aria-label="Parallel coordinates of every sample"></canvas></div>
+<svg id="parallel" role="img" aria-label="Parallel coordinates of every sample"></svg></div>
 <p id="kept" role="status"></p>
 <details class="hands"><summary>Ranges as numbers</summary><div id="ranges"></div></details></section>"""
 

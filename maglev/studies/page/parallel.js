@@ -1,7 +1,6 @@
 "use strict";
-// Parallel coordinates on a canvas: a line for each sample across all columns, ranges kept by dragging along an axis.
-const AXIS_STEP = 110;   // px between two axes
-const TOP = 84, BOTTOM = 28, SIDE = 60;   // px around the axes
+// Parallel coordinates: a line for each sample across all columns, ranges kept by dragging along an axis.
+const AXES = { step: 110, top: 84, tall: 328, bottom: 28, side: 60 };   // px between two axes, and around them
 const ranges = new Map();   // column: [low, high] that is kept, in its own unit
 
 /** Least and largest of the values that are known. */
@@ -10,123 +9,83 @@ function extent(values) {
   return known.length ? [Math.min(...known), Math.max(...known)] : [0, 1];
 }
 
-/** Least and largest value of a column, and where what has no value stands: above, for an axis has no infinity. */
-function span({ values }) {
-  const [low, high] = extent(values), width = high - low || Math.abs(high) || 1;
-  return { low: high > low ? low : low - width / 2, high: high > low ? high : high + width / 2,
-    none: (high > low ? high : high + width / 2) + 0.08 * width };
+/** Scale of a column, and where what has no value stands: above, for an axis has no infinity. */
+function axisOf({ values }) {
+  const [least, most] = extent(values), width = most - least || Math.abs(most) || 1;
+  const [low, high] = most > least ? [least, most] : [least - width / 2, least + width / 2], none = high + 0.08 * width;
+  return { ...scaleOf(low, none, AXES.top + AXES.tall, AXES.top, false), low, high, none };
 }
 
 class Parallel {
-  constructor(canvas, all, passed, kept) {
-    Object.assign(this, { canvas, all, passed, kept, spans: all.map(span) });
-    canvas.style.width = `${SIDE * 2 + AXIS_STEP * (all.length - 1)}px`;
-    canvas.style.touchAction = "pan-x pan-y";
-    canvas.addEventListener("pointerdown", (event) => this.begin(event));
-    canvas.addEventListener("pointermove", (event) => this.move(event));
-    canvas.addEventListener("pointerup", () => this.end());
-    canvas.addEventListener("pointercancel", () => this.end());
+  constructor(picture, all, passed, kept) {
+    Object.assign(this, { picture, all, kept, axes: all.map(axisOf) });
+    const [width, height] = [AXES.side * 2 + AXES.step * (all.length - 1), AXES.top + AXES.tall + AXES.bottom];
+    for (const [name, value] of Object.entries({ width, height, viewBox: `0 0 ${width} ${height}` })) picture.setAttribute(name, value);
+    this.group = svg("g", { style: `--seen: ${Math.min(0.9, Math.max(0.08, 60 / passed.length))}` }, picture);
+    const across = { place: (column) => this.x(column) }, up = { place: (y) => y }, x = all.map((_, column) => column);
+    this.lines = passed.map((passes, sample) => svg("path", { class: passes ? "" : "fails",
+      d: linePath({ x, y: x.map((column) => this.y(column, sample)) }, across, up) }, this.group));
+    this.bars = all.map((each, column) => this.drawAxis(each, this.axes[column], this.x(column)));
+    picture.addEventListener("pointerdown", (event) => this.begin(event));
+    picture.addEventListener("pointermove", (event) => this.move(event));
+    for (const end of ["pointerup", "pointercancel"]) picture.addEventListener(end, () => { this.drag = undefined; });
   }
 
   x(column) {
-    return SIDE + AXIS_STEP * column;
+    return AXES.side + AXES.step * column;
   }
 
-  y(column, value) {
-    const { low, none } = this.spans[column];
-    const height = this.canvas.clientHeight - TOP - BOTTOM;
-    return TOP + height * (1 - ((value ?? none) - low) / (none - low));
+  y(column, sample) {
+    return this.axes[column].place(this.all[column].values[sample] ?? this.axes[column].none);
   }
 
-  valueAt(column, y) {
-    const { low, none } = this.spans[column];
-    const height = this.canvas.clientHeight - TOP - BOTTOM;
-    return low + (none - low) * (1 - (Math.min(Math.max(y, TOP), TOP + height) - TOP) / height);
+  /** Draw an axis; returns the bar over it, which shows what is kept. */
+  drawAxis({ name, unit }, { low, high, place }, x) {
+    svg("path", { class: "axis", d: `M${x} ${AXES.top}v${AXES.tall}` }, this.picture);
+    for (const [value, below] of [[high, 4], [low, 14]]) svg("text", { x: x + 4, y: place(value) + below }, this.picture, String(Number(value.toPrecision(3))));
+    const words = (unit ? `${name} (${unit})` : name).split(/ (?=of |at |\()/), title = svg("g", { transform: `translate(${x - 4} ${AXES.top - 10})rotate(-20)` }, this.picture);
+    words.forEach((word, line) => svg("text", { y: 12 * (line - words.length + 1) }, title, word));
+    return svg("rect", { x: x - 5, width: 10 }, this.picture);
   }
 
-  /** Whether a sample is in all ranges. */
-  inside(sample) {
-    for (const [column, [low, high]] of ranges) {
-      const value = this.all[column].values[sample] ?? this.spans[column].none;
-      if (value < low || value > high) return false;
-    }
-    return true;
+  /** Column that a pointer is at, and its place along the axis (px). */
+  at({ clientX, clientY }) {
+    const { left, top } = this.picture.getBoundingClientRect(), column = Math.round((clientX - left - AXES.side) / AXES.step);
+    return [Math.abs(clientX - left - this.x(column)) > 24 || !this.all[column] ? -1 : column, clientY - top];
   }
 
   begin(event) {
-    const column = Math.round((event.offsetX - SIDE) / AXIS_STEP);
-    if (column < 0 || column >= this.all.length || Math.abs(event.offsetX - this.x(column)) > 24) return;
+    const [column, from] = this.at(event);
+    if (column < 0) return;
     event.preventDefault();
-    this.canvas.setPointerCapture(event.pointerId);
-    this.drag = { column, from: event.offsetY };
+    this.picture.setPointerCapture(event.pointerId);
+    this.drag = { column, from };
     ranges.delete(column);
     this.draw();
   }
 
   move(event) {
     if (!this.drag) return;
-    const { column, from } = this.drag;
-    const ends = [this.valueAt(column, from), this.valueAt(column, event.offsetY)];
-    if (Math.abs(event.offsetY - from) > 3) ranges.set(column, [Math.min(...ends), Math.max(...ends)]);
+    const { column, from } = this.drag, [, to] = this.at(event);
+    if (Math.abs(to - from) > 3) ranges.set(column, [from, to].map(this.axes[column].value).sort((a, b) => a - b));
     this.draw();
   }
 
-  end() {
-    this.drag = undefined;
-  }
-
+  /** Show what is kept: of the samples those in all ranges. */
   draw() {
-    const { canvas, all } = this;
-    const ratio = window.devicePixelRatio || 1;
-    canvas.width = canvas.clientWidth * ratio;
-    canvas.height = canvas.clientHeight * ratio;
-    const pen = canvas.getContext("2d");
-    pen.scale(ratio, ratio);
-    const chosen = this.passed.map((_, sample) => this.inside(sample));
-    const opacity = Math.min(0.9, Math.max(0.08, 60 / this.passed.length));
-    for (const [kept, colours] of [[false, [colour("line"), colour("line")]], [true, [colour("bad"), colour("run-0")]]]) {
-      pen.globalAlpha = kept ? opacity : 0.5 * opacity;
-      this.passed.forEach((passes, sample) => {
-        if (chosen[sample] !== kept) return;
-        pen.strokeStyle = colours[passes];
-        pen.setLineDash(passes ? [] : [6, 4]);
-        pen.beginPath();
-        all.forEach(({ values }, column) => pen.lineTo(this.x(column), this.y(column, values[sample])));
-        pen.stroke();
-      });
-    }
-    pen.globalAlpha = 1;
-    pen.setLineDash([]);
-    this.axes(pen);
-    const names = chosen.flatMap((kept, sample) => (kept ? [report.samples[sample]] : []));
-    this.kept(ranges.size ? names : null);
-  }
-
-  axes(pen) {
-    pen.font = "11px system-ui, sans-serif";
-    this.all.forEach(({ name, unit }, column) => {
-      const [x, { low, high }] = [this.x(column), this.spans[column]];
-      const ends = ranges.get(column);
-      pen.strokeStyle = colour("faint");
-      pen.beginPath();
-      pen.moveTo(x, this.y(column, null));
-      pen.lineTo(x, this.y(column, low));
-      pen.stroke();
-      if (ends) {
-        pen.fillStyle = colour("link");
-        pen.globalAlpha = 0.45;
-        pen.fillRect(x - 5, this.y(column, ends[1]), 10, this.y(column, ends[0]) - this.y(column, ends[1]));
-        pen.globalAlpha = 1;
-      }
-      pen.fillStyle = colour("text");
-      pen.fillText(Number(high.toPrecision(3)), x + 4, this.y(column, high) + 4);
-      pen.fillText(Number(low.toPrecision(3)), x + 4, this.y(column, low) + 14);
-      pen.save();
-      pen.translate(x - 4, TOP - 10);
-      pen.rotate(-0.35);
-      const words = (unit ? `${name} (${unit})` : name).split(/ (?=of |at |\()/);
-      words.forEach((word, line) => pen.fillText(word, 0, 12 * (line - words.length + 1)));
-      pen.restore();
+    const inside = (sample) => [...ranges].every(([column, [low, high]]) => {
+      const value = this.all[column].values[sample] ?? this.axes[column].none;
+      return value >= low && value <= high;
     });
+    const chosen = this.lines.map((_, sample) => sample).filter(inside), seen = new Set(chosen);
+    this.lines.forEach((line, sample) => line.classList.toggle("out", !seen.has(sample)));
+    this.group.append(...chosen.map((sample) => this.lines[sample]));   // over the others
+    this.bars.forEach((bar, column) => {
+      const [low, high] = ranges.get(column) ?? [0, 0], { low: least, none, place } = this.axes[column];
+      const y = place(Math.min(high, none));
+      bar.setAttribute("y", y);
+      bar.setAttribute("height", ranges.has(column) ? Math.max(0, place(Math.max(low, least)) - y) : 0);
+    });
+    this.kept(ranges.size ? chosen.map((sample) => report.samples[sample]) : null);
   }
 }

@@ -133,8 +133,8 @@ function drawResponse() {
   element.replaceChildren(picture);
 }
 
-const canvas = document.getElementById("parallel");
-const parallel = canvas && new Parallel(canvas, columns, report.passed, (names) => {
+const lines = document.getElementById("parallel");
+const parallel = lines && new Parallel(lines, columns, report.passed, (names) => {
   const some = names && names.slice(0, 20).join(", ") + (names.length > 20 ? ", …" : "");
   document.getElementById("kept").textContent = names ? `${names.length} of ${report.samples.length} samples: ${some}` : "";
 });
@@ -169,15 +169,10 @@ fill("first", 0, varied, first);
 fill("second", 0, varied, second);
 if (parallel) fillRanges();
 columns.slice(varied).forEach(drawHistogram);
-
-function drawStudy() {
-  drawResponse();
-  parallel?.draw();
-}
-for (const media of ["(prefers-color-scheme: dark)", "print"]) matchMedia(media).addEventListener("change", () => parallel?.draw());
 let width = window.innerWidth;
 window.addEventListener("resize", () => {
-  if (window.innerWidth !== width) drawStudy();
+  if (window.innerWidth !== width) drawResponse();
   width = window.innerWidth;
 });
-drawStudy();
+drawResponse();
+parallel?.draw();
