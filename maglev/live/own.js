@@ -60,6 +60,7 @@ function tryOwn(brought) {
 
 /** Try the law that is written, and give it the task. */
 async function runLaw() {
+  if (!page.run) return;   // while the controllers are being unpacked
   const text = lawText();
   if (text.length > LONGEST_LAW) { lawSaid(`The law has ${text.length} characters, expected at most ${LONGEST_LAW}.`, true); return; }
   own.asked = { packed: await packedLaw(text), script: true, label: "yours", name: "law" };
