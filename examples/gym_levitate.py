@@ -20,7 +20,8 @@ import numpy as np
 import maglev.gym  # noqa: F401 - registers the environments
 
 SAMPLE_TIME = 2e-3     # s, four samples of the rig
-TRAINING = {"sample_time": SAMPLE_TIME, "duration": 1.0, "reference": "setpoints", "error_weight": 10.0,
+TRAINING = {"sample_time": SAMPLE_TIME, "duration": 1.0, "reference": "setpoints",
+            "reward": {"alive": 1.0, "error": -10.0, "current": -0.1},
             "parameters": {"v.position_start": ("13 mm", "24 mm"), "h.position_start": ("-5 mm", "5 mm")}}
 
 CANDIDATES = 64        # in a generation; of those of a network as many again

@@ -169,9 +169,12 @@ class CompiledStage:
                 raise FmuError(self.said())
         self.velocities[:] = 0.0
 
-    def push(self, values: Mapping[str, float]) -> None:
-        """Set inputs of the plant, from the next sample on."""
-        self.plant.instance.setReal([self.plant.variable(name).valueReference for name in values], [*values.values()])
+    def change(self, part: str, name: str, value: float | bool) -> None:
+        """Set an input or a tunable parameter of a part, from the next sample on."""
+        fmu = self.parts[part]
+        buffer, = fmu.buffers([fmu.variable(name)])
+        buffer.values[0] = type(buffer.values[0])(value)
+        fmu.set(buffer)
 
     def save(self) -> Saved:
         """State from which the stage can go on later, here or in another process."""

@@ -1,69 +1,17 @@
-"""What an episode begins with: parameters of the plant, fixed or drawn anew, and references, drawn or of the user's."""
+"""References of an episode, drawn or of the user's."""
 
-from collections.abc import Mapping, Sequence
 from math import pi
-from typing import Any
 
 import numpy as np
 import numpy.typing as npt
-from fmpy.model_description import ScalarVariable
 
 from maglev.arrays import Array
-from maglev.errors import ScenarioError, UnknownName
-from maglev.parameter import Parameter, require_parameter
+from maglev.errors import ScenarioError
 from maglev.waves import sines_cosines
-
-Value = float | str | bool                # SI, or text with a unit such as "25 mm"
-Setting = Value | Sequence[Value]         # a pair: drawn between the two, in every episode
 
 KINDS = ("hold", "setpoints", "sinusoids")
 OMEGA0 = 1.5 * pi      # rad/s, the sinusoids of the thesis (section 5.6.4)
 SETPOINT_TIME = 1.0    # s from one set-point to the next
-
-
-class Parameters:
-    """Start values of the `plant`, or of another part, by their names, such as "y.friction.coulomb".
-
-    `known` are its variables that can be given. UnknownName for another one, ScenarioError if a value cannot be used.
-    """
-
-    def __init__(self, part: str, known: Mapping[str, ScalarVariable], settings: Mapping[str, Setting]):
-        self.part = part
-        self.known = known
-        self.ranges = {name: self.range_of(name, setting) for name, setting in settings.items()}
-
-    def range_of(self, name: str, setting: Setting) -> tuple[float | bool, float | bool]:
-        """Range in which a parameter is drawn; twice the same for a single value."""
-        require_parameter(name, self.known, f"the {self.part}", UnknownName)
-        pair = setting if isinstance(setting, Sequence) and not isinstance(setting, str) else (setting, setting)
-        if len(pair) != 2:
-            raise ScenarioError(f"{name} = {setting!r}, expected a value or a pair of values, low and high")
-        low, high = (self.value_of(name, value) for value in pair)
-        if not low <= high:
-            raise ScenarioError(f"{name} = {setting!r}, expected the lower value first")
-        return low, high
-
-    def value_of(self, name: str, value: Any) -> float | bool:
-        """A parameter's value in SI."""
-        return Parameter.described(self.known[name]).read(value, name, ScenarioError)
-
-    def extremes(self, name: str) -> tuple[float, float]:
-        """Smallest and largest value that a parameter can have; the part's own if none is given."""
-        low, high = self.ranges.get(name, (self.own(name), self.own(name)))
-        return float(low), float(high)
-
-    def own(self, name: str) -> float:
-        """Value that the part has if none is given."""
-        return float(self.known[name].start)
-
-    def draw(self, random: np.random.Generator, settings: Mapping[str, Setting]) -> dict[str, float | bool]:
-        """Values for one episode, in which some settings go before those of all episodes."""
-        ranges = {**self.ranges, **{name: self.range_of(name, setting) for name, setting in settings.items()}}
-        return {name: low if low == high else self.drawn(random, low, high) for name, (low, high) in ranges.items()}
-
-    def drawn(self, random: np.random.Generator, low: float | bool, high: float | bool) -> float | bool:
-        """A value between two, which are not the same; of a Boolean, either."""
-        return bool(random.integers(2)) if isinstance(low, bool) else float(random.uniform(low, high))
 
 
 class References:

@@ -1,7 +1,7 @@
 """A stage as a Gymnasium environment: to be levitated by an agent that commands currents."""
 
 import weakref
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from functools import reduce
 from operator import add
 from pathlib import Path
@@ -17,10 +17,13 @@ from maglev.arrays import Array
 from maglev.catalogue.for_runs import fmus_for_runs
 from maglev.errors import ScenarioError, UnknownName, nearest
 from maglev.gym.compiled_stage import CompiledStage, Saved
-from maglev.gym.episode import Parameters, References, Setting
+from maglev.gym.draws import Drawn, Parameters, Setting, Settings, can_change, sample_of
+from maglev.gym.episode import References
 from maglev.gym.picture import StagePicture
+from maglev.gym.reward import DEFAULT, Function, Reward, Seen, Weights
 from maglev.linear.places import MotorPlaces
 from maglev.own_stage.adoption import rig_named
+from maglev.parameter import Parameter
 from maglev.units import positive_time
 from pmlsm.rig import RigAxis
 
@@ -30,11 +33,21 @@ ACTIONS = ("dq", "phases")
 MOST_SEEDS = 2**32     # of a measurement
 
 
+class Due(NamedTuple):
+    """A parameter or input of a part that has another value from a sample on."""
+
+    sample: int
+    part: str
+    name: str
+    value: float | bool
+
+
 class State(NamedTuple):
     """State of an environment between two samples."""
 
     stage: Saved
     episode: tuple[Array, Array]
+    due: tuple[Due, ...]
     sample: int
     observers: tuple[tuple[float, float], ...]   # of each axis: position and velocity
     random: Mapping[str, Any]
@@ -49,9 +62,7 @@ class Stage(gymnasium.Env[Array, Array]):
     the horizontal axes and the gaps at the motors; then the velocities of all axes that the controllers' observer makes
     of it (m/s, rad/s of a tilt), then their references (m, rad).
 
-    The reward of a sample is 1 − error_weight · mean((reference − position)² / travel²)
-    − current_weight · mean(current² / peak²), with true positions and delivered direct and quadrature currents. An
-    episode is terminated when an axis is beyond an end stop, or when a current is refused, which is not a number or
+    An episode is terminated when an axis is beyond an end stop, or when a current is refused, which is not a number or
     beyond 1000 A (the reward is then 0, and `info["refused"]` says why), and truncated at its end.
 
     Parameters
@@ -65,13 +76,16 @@ class Stage(gymnasium.Env[Array, Array]):
         Longest episode, s or with a unit.
     sample_time : float or str, optional
         Of the environment, s or with a unit: the rig's or a multiple, in which the commutation goes on with the rig's.
-    error_weight, current_weight : float
-        Of the reward.
-    parameters : mapping of str to float, bool, str or pair of these, optional
-        Parameters of the plant by their names, such as "y.friction.coulomb", and forces on it, such as "y.force", which
-        act through an episode: SI or text with a unit, or a pair between which every episode draws one. With
-        `reset(options={"parameters": …})` they are of one episode.
-    measurement : mapping, optional
+    reward : mapping of str to float, or callable, optional
+        Weights of named terms, or a function of signals, see `Reward`.
+    parameters : mapping, or callable, optional
+        Parameters of the plant by their names, such as "y.friction.coulomb", several with commas between, and forces on
+        it, such as "y.force": SI or text with a unit; or every episode draws one, between a pair, or as {"uniform",
+        "log-uniform": (low, high)}, {"normal": (mean, deviation)} or {"choice": [...]} say; or it changes in the
+        episode, {"at": time, "then": value, "for": time}, each of them given or drawn. A function of the random numbers
+        of an episode, a numpy.random.Generator, gives such a table for it. With `reset(options={"parameters": …})` they
+        are of one episode.
+    measurement : mapping, or callable, optional
         Parameters of the block between encoders and controller, such as "delay" and "y.noise", given as those of the
         plant; every episode draws a seed if none is given. If this is not given, there is no such block.
     render_mode : "rgb_array", optional
@@ -89,9 +103,9 @@ class Stage(gymnasium.Env[Array, Array]):
     metadata: dict[str, Any] = {"render_modes": ["rgb_array"]}
 
     def __init__(self, rig: str, action: str = "dq", reference: str | npt.ArrayLike = "setpoints",
-                 duration: float | str = 2.0, sample_time: float | str | None = None, error_weight: float = 1.0,
-                 current_weight: float = 0.1, parameters: Mapping[str, Setting] | None = None,
-                 measurement: Mapping[str, Setting] | None = None, render_mode: str | None = None,
+                 duration: float | str = 2.0, sample_time: float | str | None = None,
+                 reward: Weights | Function = DEFAULT, parameters: Settings | None = None,
+                 measurement: Settings | None = None, render_mode: str | None = None,
                  fmus: str | Path | None = None):
         if action not in ACTIONS:
             raise ScenarioError(f"action = {action!r}, expected 'dq' or 'phases'")
@@ -130,38 +144,48 @@ class Stage(gymnasium.Env[Array, Array]):
         self.highest = np.concatenate([seen_high + rounding, speeds, high])
         self.observation_space = gymnasium.spaces.Box(self.lowest, self.highest, dtype=np.float64)
 
-        self.error_weights = [error_weight / len(stops) / (upper - lower) ** 2 for lower, upper in stops]
-        self.current_weight = current_weight / self.stage.currents.size / self.peak**2
+        self.reward = Reward(reward, self.rig, [upper - lower for lower, upper in stops], self.peak)
         self.observer_filter = ObserverFilter()
         self.observer_filter.prepare(self.sample_time)
         self.observers = [VelocityObserver() for _ in stops]
         self.episode = np.zeros((1, len(stops))), np.zeros(len(stops))   # what `References` draws
+        self.due: list[Due] = []   # what changes in the episode, the last one first
         self.sample = 0
 
     def reset(self, *, seed: int | None = None, options: dict[str, Any] | None = None) -> tuple[Array, dict[str, Any]]:
         """Begin an episode; `info["parameters"]` has the plant's parameters that are not its own."""
         super().reset(seed=seed)
         given = settings_of(options or {})
-        for name in given["parameters"]:
-            if ".stop." in name:
-                raise ScenarioError(f"{name} in the options of reset, expected where the environment is made: the "
-                                    "observation space has the stops")
-        drawn = self.parameters.draw(self.np_random, given["parameters"])
+        self.parameters.require_free(given["parameters"], "the options of reset")
         stage = self.stage
-        behind: dict[str, float | bool] = {}   # of the measurement
+        drawn = {"parameters": self.parameters.draw(self.np_random, given["parameters"])}
+        seed_of: dict[str, float | bool] = {}
         if stage.measurement is not None:
-            behind = self.measurement.draw(self.np_random, given["measurement"])
-            behind = {"seed": float(self.np_random.integers(MOST_SEEDS)), **behind}
+            drawn["measurement"] = self.measurement.draw(self.np_random, given["measurement"])
+            seed_of["seed"] = float(self.np_random.integers(MOST_SEEDS))
         elif given["measurement"]:
             raise ScenarioError("measurement in the options of reset, expected where the environment is made, too: "
                                 "without it there is no such block")
-        stage.start(drawn, self.peak, behind)
+        started = {what: {**(seed_of if what == "measurement" else {}), **each.values} for what, each in drawn.items()}
+        stage.start(started["parameters"], self.peak, started.get("measurement", {}))
+        self.due = sorted((due for what, each in drawn.items() for due in self.dues(what, each)), reverse=True,
+                          key=lambda due: due.sample)
         self.episode = self.references.draw(self.np_random, stage.positions)
         stage.references[:] = self.references.at(0, *self.episode)
         for observer, measured in zip(self.observers, self.measured(), strict=True):
             observer.seed(measured)
         self.sample = 0
-        return stage.observation.copy(), {"parameters": drawn, **({"measurement": behind} if behind else {})}
+        changes = {name: change for each in drawn.values() for name, change in each.changes.items()}
+        return stage.observation.copy(), {**started, **({"changes": changes} if changes else {})}
+
+    def dues(self, what: str, drawn: Drawn) -> Iterator[Due]:
+        """What changes in an episode, of the parameters of the plant or of the measurement."""
+        part, parameters = ("plant", self.parameters) if what == "parameters" else (what, self.measurement)
+        for name, change in drawn.changes.items():
+            before = drawn.values.get(name, parameters.own(name))
+            yield Due(sample_of(change["at"], self.sample_time), part, name, change["then"])
+            if "for" in change:
+                yield Due(sample_of(change["at"] + change["for"], self.sample_time), part, name, before)
 
     def step(self, action: Array) -> tuple[Array, float, bool, bool, dict[str, Any]]:
         """Hold the currents (A) of an action for a sample."""
@@ -169,26 +193,23 @@ class Stage(gymnasium.Env[Array, Array]):
         if np.shape(action) != stage.commands.shape:   # which numpy would broadcast
             raise ScenarioError(f"action of shape {np.shape(action)}, expected {stage.commands.shape}: a current (A) "
                                 "for each of the action space")
+        while self.due and self.due[-1].sample <= self.sample:
+            _, part, name, value = self.due.pop()
+            stage.change(part, name, value)
         stage.commands[:] = action
         if not stage.advance(self.samples):
             return stage.observation.copy(), 0.0, True, False, {"refused": stage.said()}
         self.sample += 1
         references = self.references.at(min(self.sample, self.last), *self.episode)
         stage.references[:] = references
-        of_errors = of_currents = 0.0
-        for weight, reference, position in zip(self.error_weights, references.tolist(), stage.positions.tolist(),
-                                               strict=True):
-            of_errors -= weight * ((reference - position) * (reference - position))
-        for current in stage.currents.tolist():
-            of_currents -= self.current_weight * current * current
-        reward = 1.0 + of_errors + of_currents
-        info = {"reward_error": of_errors, "reward_current": of_currents}
         velocities = stage.velocities
         for i, measured in enumerate(self.measured()):
             observer = self.observers[i]
             observer.update(measured, self.observer_filter, self.sample_time)
             velocities[i] = observer.velocity
         observation, crashed = stage.observation.copy(), stage.at_stop()
+        reward, info = self.reward.of(Seen(stage.positions.tolist(), references.tolist(), velocities.tolist(),
+                                           stage.currents.tolist(), crashed))
         if crashed or stage.measurement is not None:   # an encoder reads on beyond its stop, and noise has no end
             observation = np.clip(observation, self.lowest, self.highest)
         return observation, reward, crashed, not crashed and self.sample >= self.last, info
@@ -203,19 +224,20 @@ class Stage(gymnasium.Env[Array, Array]):
         for name in forces:
             if name not in axes:
                 raise UnknownName(f"{name}: the stage has no such axis; nearest is {nearest(name, axes)}")
-        self.stage.push({axes[name]: float(self.parameters.value_of(axes[name], value))
-                         for name, value in forces.items()})
+        for name, value in forces.items():
+            described = Parameter.described(self.parameters.known[axes[name]])
+            self.stage.change("plant", axes[name], described.read(value, axes[name], ScenarioError))
 
     def clone_state(self) -> State:
         """What it takes to go on from here later, with the random numbers too: `restore_state` does; can be pickled."""
         observers = tuple((each.position, each.velocity) for each in self.observers)
-        return State(self.stage.save(), self.episode, self.sample, observers,
+        return State(self.stage.save(), self.episode, tuple(self.due), self.sample, observers,
                      self.np_random.bit_generator.state)
 
     def restore_state(self, state: State) -> None:
         """Go back to a state of this environment, or of one made with the same options that has been reset."""
         self.stage.restore(state.stage)
-        self.episode, self.sample = state.episode, state.sample
+        self.episode, self.due, self.sample = state.episode, [*state.due], state.sample
         for observer, (position, velocity) in zip(self.observers, state.observers, strict=True):
             observer.position, observer.velocity = position, velocity
         self.np_random.bit_generator.state = state.random
@@ -240,6 +262,11 @@ class Stage(gymnasium.Env[Array, Array]):
         block = self.stage.measurement
         return {} if block is None else {name: each for name, each in block.variables.items()
                                          if each.causality == "parameter" and name != "sample_time"}
+
+    def changing(self) -> Iterator[tuple[str, str]]:
+        """Parts and names of what can change in an episode."""
+        for part, parameters in (("plant", self.parameters), ("measurement", self.measurement)):
+            yield from ((part, name) for name, each in parameters.known.items() if can_change(each))
 
     def measured(self) -> list[float]:
         """Measured positions of the axes, m and rad."""

@@ -16,10 +16,12 @@ from maglev.arrays import Array
 from maglev.cosim.blocks.block_loop import Part, indented, loop_of, out_of_range, parts_of
 from maglev.errors import FmuError, ScenarioError
 from maglev.gym.compiled_stage import CompiledStage
-from maglev.gym.stage import Stage, positions
+from maglev.gym.reward import Seen
+from maglev.gym.stage import Due, Stage, positions
 from maglev.processes import processors
 
 FEWEST = 32   # environments for which a thread is worth its start
+NEVER = np.iinfo(np.int64).max
 
 SOURCE = """\
 #include "instance.h"
@@ -46,6 +48,16 @@ void maglev_take(struct Instance *const *instances, struct stage *stage)
     {take}
 }}
 
+/* Give an input or a parameter of a stage another value; it is one of the list that is made with this. */
+EXPORT void maglev_change(struct stage *stage, int64_t what, double value);
+void maglev_change(struct stage *stage, int64_t what, double value)
+{{
+    switch (what) {{
+    {changes}
+    default: break;
+    }}
+}}
+
 /* Go on by samples with stages first to before last, from the numbers of samples that they have made on; each has a row
    as compiled_stage.py says. A stage that refuses a command says so, and stays as it was. */
 EXPORT void maglev_advance(struct stage *stages, double *rows, int64_t width, const int64_t *made, double step,
@@ -68,8 +80,11 @@ void maglev_advance(struct stage *stages, double *rows, int64_t width, const int
 """
 
 
-def sources_of(stage: CompiledStage) -> dict[str, str]:
-    """C files by name; FmuError where an FMU is none of this installation."""
+def sources_of(stage: CompiledStage, changing: Sequence[tuple[str, str]]) -> dict[str, str]:
+    """C files by name; FmuError where an FMU is none of this installation.
+
+    `changing` are parts and names of what can change in an episode.
+    """
     found = parts_of(stage.parts.values())
     if found is None:
         raise FmuError("expected native FMUs of this installation")
@@ -101,6 +116,8 @@ def sources_of(stage: CompiledStage) -> dict[str, str]:
         members="\n    ".join(f"struct {block} {name};" for name, block in blocks.items()),
         take="\n    ".join(f"stage->{name} = *(const struct {blocks[name]} *)instances[{part.number}]->state->block;"
                            for name, part in parts.items()),
+        changes="\n    ".join(f"case {k}: {value(*each)} = value{' != 0' if variable(*each).boolean else ''}; break;"
+                              for k, each in enumerate(changing)),
         wrong=" || ".join(wrong), step=indented(lines, 12), at_stop=value("plant", "at_stop"))}
 
 
@@ -136,11 +153,14 @@ class Stages(VectorEnv[Array, Array, npt.NDArray[Any]]):
         self.action_space = batch_space(self.one.action_space, num_envs)
         self.observation_space = batch_space(self.one.observation_space, num_envs)
         stage = self.one.stage
-        library = loop_of(sources_of(stage), build=True)
+        changing = [*self.one.changing()]
+        self.number_of = {each: number for number, each in enumerate(changing)}
+        library = loop_of(sources_of(stage, changing), build=True)
         assert library is not None
         self.c = CDLL(str(library.path.absolute()))
         self.c.maglev_stage_size.restype = c_int64
         self.c.maglev_take.argtypes = [POINTER(c_void_p), c_void_p]
+        self.c.maglev_change.argtypes = [c_void_p, c_int64, c_double]
         self.c.maglev_advance.argtypes = [c_void_p, c_void_p, c_int64, c_void_p, c_double, c_int64, c_int64, c_int64,
                                           c_void_p, c_void_p]
         self.instances = (c_void_p * len(stage.parts))(*(fmu.handle() for fmu in stage.parts.values()))
@@ -155,6 +175,8 @@ class Stages(VectorEnv[Array, Array, npt.NDArray[Any]]):
         self.sample = np.zeros(num_envs, np.int64)    # of the environment
         self.refused, self.at_stop = np.zeros(num_envs, np.int64), np.zeros(num_envs, np.int64)
         self.over = np.zeros(num_envs, bool)
+        self.due: list[list[Due]] = [[] for _ in range(num_envs)]
+        self.next_due = np.full(num_envs, NEVER)      # samples at which something changes
         self.filtered = np.zeros((num_envs, axes))    # positions, of the velocity observers
         # Those of a table are one for all.
         self.points = np.zeros((0 if self.one.references.kind == "table" else num_envs,
@@ -193,7 +215,17 @@ class Stages(VectorEnv[Array, Array, npt.NDArray[Any]]):
         self.filtered[i] = [each.position for each in one.observers]
         self.made[i] = self.sample[i] = 0
         self.over[i] = False
+        self.due[i] = [*one.due]
+        self.next_due[i] = self.due[i][-1].sample if self.due[i] else NEVER
         return info
+
+    def change(self, i: int) -> None:
+        """Change what is due in an environment."""
+        due = self.due[i]
+        while due and due[-1].sample <= self.sample[i]:
+            _, part, name, value = due.pop()
+            self.c.maglev_change(self.blocks[i].ctypes.data, self.number_of[part, name], value)
+        self.next_due[i] = due[-1].sample if due else NEVER
 
     def step(self, actions: Array) -> tuple[Array, npt.NDArray[Any], npt.NDArray[Any], npt.NDArray[Any],
                                             dict[str, Any]]:
@@ -204,6 +236,8 @@ class Stages(VectorEnv[Array, Array, npt.NDArray[Any]]):
                                 "environment the currents (A) of the action space")
         one, begun = self.one, np.flatnonzero(self.over)
         self.commands[:] = actions
+        for i in np.flatnonzero(self.next_due <= self.sample).tolist():
+            self.change(i)
         self.advance()
         refused = self.refused != 0
         self.made += one.samples
@@ -212,15 +246,12 @@ class Stages(VectorEnv[Array, Array, npt.NDArray[Any]]):
         which, wave = one.references.which[sample], one.references.wave[sample]
         points = self.points[self.everyone, which] if len(self.points) else one.references.given[which]
         np.copyto(self.references, points + wave[:, None] * self.amplitudes, where=~refused[:, None])
-        of_errors, of_currents = np.zeros(self.num_envs), np.zeros(self.num_envs)
-        for weight, reference, position in zip(one.error_weights, self.references.T, self.positions.T, strict=True):
-            of_errors -= weight * ((reference - position) * (reference - position))
-        for current in self.currents.T:
-            of_currents -= one.current_weight * current * current
-        rewards = np.where(refused, 0.0, 1.0 + of_errors + of_currents)
         self.observe(~refused)
         observations = self.observations.copy()
         crashed = (self.at_stop != 0) & ~refused
+        reward, terms = one.reward.of(Seen(self.positions.T, self.references.T, self.velocities.T, self.currents.T,
+                                           crashed))
+        rewards = np.where(refused, 0.0, reward)
         clipped = ~refused if one.stage.measurement is not None else crashed
         observations[clipped] = np.clip(observations[clipped], one.lowest, one.highest)
         terminated, truncated = crashed | refused, ~crashed & ~refused & (self.sample >= one.last)
@@ -234,7 +265,7 @@ class Stages(VectorEnv[Array, Array, npt.NDArray[Any]]):
         going = ~refused
         going[begun] = False
         told = self.told(infos)
-        for name, values in (("reward_error", of_errors), ("reward_current", of_currents)):
+        for name, values in terms.items():
             told |= {name: np.where(going, values, 0.0), f"_{name}": going.copy()}
         return observations, rewards, terminated, truncated, told
 

@@ -9,8 +9,7 @@ import numpy as np
 import maglev.gym  # noqa: F401 - registers
 
 RIG_NAMES = ("2dof", "3dof", "5dof")
-OPTIONS = ("action", "reference", "duration", "sample_time", "error_weight", "current_weight", "measurement",
-           "render_mode")
+OPTIONS = ("action", "reference", "duration", "sample_time", "reward", "measurement", "render_mode")
 
 
 def environment(rig: str, folder: Path, **options: Any) -> gymnasium.Env[Any, Any]:

@@ -20,7 +20,7 @@ from maglev.experiment.ports.parameter_file import parameter_values
 from maglev.experiment.preparation import prepare
 from maglev.fmu_experiments.carried import File
 from maglev.fmu_experiments.tables import start_values as carried_values
-from maglev.gym.episode import Parameters
+from maglev.gym.draws import Draw, Parameters
 from maglev.linear.parameters import block_of
 from maglev.own_stage.new import new_stage
 from maglev.own_stage.reading import read_own
@@ -82,10 +82,15 @@ def readers(fmus: Path, folder: Path) -> dict[str, Callable[[str, Any], object]]
         experiment.check()
         return experiment.plan.fmus["plant"].start[name].value
 
+    def of_environment(name: str, value: Any) -> object:
+        draw = Parameters("plant", known, {name: value}).draws[name]
+        assert isinstance(draw, Draw)
+        return draw.values
+
     return {
         "--set": of_run, "scenario": of_scenario, "study": of_study, "parameter set": of_parameter_set,
         "stage": of_stage,
-        "gym": lambda name, value: Parameters("plant", known, {name: value}).ranges[name],
+        "gym": of_environment,
         "linear model": lambda name, value: block_of("Plant2DOF", {name: value}).v.mass,
         "margins of an FMU": lambda name, value: read_settings("plant.fmu", {name: value}, description)[name],
         "carried": lambda name, value: carried_values(set_of(name, value), variables)[name]}

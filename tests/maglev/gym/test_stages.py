@@ -16,6 +16,17 @@ OPTIONS: dict[str, tuple[str, dict[str, Any]]] = {
     "2-DOF": ("Stage2DOF", {"parameters": {"v.mass": (4.0, 5.0), "v.position_start": (0.015, 0.024)}}),
     "2-DOF, phases": ("Stage2DOF", {"action": "phases", "reference": "sinusoids"}),
     "3-DOF, measured": ("Stage3DOF", {"measurement": {"y.noise": "1 um", "delay": "0.4 ms"}, "reference": "hold"}),
+    "3-DOF, drawn": ("Stage3DOF", {
+        "measurement": lambda random: {"y.noise": {"log-uniform": (1e-7, 1e-5)}, "delay": 1e-4 * random.random(),
+                                       "y.frozen": {"at": (0.0, 0.02), "then": True, "for": 0.005}},
+        "parameters": {"y.mass, x.mass": {"normal": (7.0, 0.2)}, "alpha.amplifier.off": {"choice": [True, False]},
+                       "y.force": {"at": (0.0, 0.03), "then": (-50.0, 50.0), "for": 0.004},
+                       "bus_voltage": {"at": 0.01, "then": 12.0}},
+        "reward": lambda seen: np.exp(-1e3 * abs(seen["y.reference"] - seen["y.position"])) - np.sin(
+            seen["alpha.i_d"] * seen["x.velocity"]) - 5.0 * seen["at_stop"], "reference": "hold"}),
+    "3-DOF, weights": ("Stage3DOF", {"reward": {"y.error": -2.0, "speed": -0.3, "alive": 1.0, "stop": -5.0,
+                                                "current": -0.1, "error": -1.0},
+                                     "reference": [[0.025, 0.0, 0.0], [0.024, 0.001, 0.0]], "sample_time": "2 ms"}),
     "3-DOF, slow samples": ("Stage3DOF", {"sample_time": "2 ms",
                                           "reference": [[0.025, 0.0, 0.0], [0.024, 0.001, 0.0]]}),
     "5-DOF": ("Stage5DOF", {"sample_time": "1 ms"})}

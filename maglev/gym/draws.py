@@ -1,0 +1,205 @@
+"""What an episode draws: parameters of a part, and changes of them in mid-flight, by tables or functions of users."""
+
+from collections.abc import Callable, Mapping, Sequence
+from math import ceil, exp, inf, log
+from typing import Any, NamedTuple
+
+import numpy as np
+from fmpy.model_description import ScalarVariable
+
+from maglev.errors import ScenarioError, UnknownName, nearest
+from maglev.parameter import Parameter, require_parameter
+
+Value = float | str | bool                                # SI, or text with a unit such as "25 mm"
+Setting = Value | Sequence[Value] | Mapping[str, Any]     # a pair: drawn between the two, in every episode
+Table = Mapping[str, Setting]
+Settings = Table | Callable[[np.random.Generator], Table]
+
+KINDS = ("uniform", "log-uniform", "normal", "choice")
+CHANGE = ("at", "then", "for")
+MOST_DRAWS = 1000   # of a normal value until one is in the parameter's range
+TIME, SPAN = (Parameter("s", low=low, high=1e6) for low in (0.0, 1e-6))   # s: when something changes, and for how long
+
+
+class Draw(NamedTuple):
+    """How a value comes about: its kind, of `KINDS`, its numbers in SI, and the range that it has to be in."""
+
+    kind: str
+    values: tuple[float | bool, ...]
+    low: float
+    high: float
+
+    def drawn(self, random: np.random.Generator) -> float | bool:
+        """A value for one episode."""
+        first, last = self.values[0], self.values[-1]
+        if self.kind == "choice":
+            return self.values[int(random.integers(len(self.values)))]
+        if self.kind == "normal":
+            for _ in range(MOST_DRAWS):
+                value = float(random.normal(first, last))
+                if self.low <= value <= self.high:
+                    return value
+            raise ScenarioError(f"normal, {first:g}, {last:g}: {MOST_DRAWS} draws are all out of range, expected a "
+                                f"deviation that fits {self.low:g} to {self.high:g}")
+        if first == last:
+            return first
+        if isinstance(first, bool):
+            return bool(random.integers(2))
+        if self.kind == "log-uniform":
+            return min(max(first * exp(random.uniform(0.0, log(last / first))), first), last)
+        return float(random.uniform(first, last))
+
+
+def read_draw(place: str, setting: Any, parameter: Parameter) -> Draw:
+    """A draw as a user writes it: a value, a pair, or a table such as {"normal": ("7 kg", "0.2 kg")}."""
+    if not isinstance(setting, Mapping):
+        pair = setting if isinstance(setting, Sequence) and not isinstance(setting, str) else (setting, setting)
+        if len(pair) != 2:
+            raise ScenarioError(f"{place} = {setting!r}, expected a value or a pair of values, low and high")
+        kind, given = "uniform", pair
+    else:
+        if len(setting) != 1 or (kind := next(iter(setting))) not in KINDS:
+            wrong = next((each for each in setting if each not in KINDS), "")
+            raise ScenarioError(f"{place} = {dict(setting)!r}, expected one of {', '.join(map(repr, KINDS))} with its "
+                                f"values{f'; nearest is {nearest(str(wrong), KINDS)}' if wrong else ''}")
+        given = setting[kind]
+        count = len(given) if isinstance(given, Sequence) and not isinstance(given, str) else 0
+        if not count or (kind != "choice" and count != 2):
+            raise ScenarioError(f"{place} = {dict(setting)!r}, expected {wanted(kind)}")
+    # A deviation is a difference, which no range of the parameter is about.
+    ranged = [parameter] * len(given) if kind != "normal" else [parameter, parameter._replace(low=0.0, high=inf)]
+    values = tuple(each.read(value, place, ScenarioError) for value, each in zip(given, ranged, strict=True))
+    if kind == "normal" and (isinstance(values[0], bool) or not values[1] > 0.0):
+        raise ScenarioError(f"{place} = {setting!r}, expected {wanted(kind)}")
+    if kind in KINDS[:2] and not values[0] <= values[1]:
+        raise ScenarioError(f"{place} = {setting!r}, expected the lower value first")
+    if kind == "log-uniform" and (isinstance(values[0], bool) or not values[0] > 0.0):
+        raise ScenarioError(f"{place} = {setting!r}, expected values above 0, for the scale is logarithmic")
+    return Draw(kind, values, parameter.low, parameter.high)
+
+
+def wanted(kind: str) -> str:
+    """What a kind is given, in words."""
+    return {"choice": "at least one value to choose from",
+            "normal": "a mean and a deviation above 0"}.get(kind, "two values, low and high")
+
+
+class Change(NamedTuple):
+    """A parameter that has another value from a time (s) on; for a time if there is `lasting`."""
+
+    at: Draw
+    then: Draw
+    lasting: Draw | None
+
+
+class Drawn(NamedTuple):
+    """What one episode has drawn: values by name, and what changes, by name, with "at", "then" and maybe "for"."""
+
+    values: dict[str, float | bool]
+    changes: dict[str, dict[str, float | bool]]
+
+
+class Parameters:
+    """Start values of the `plant`, or of another part, by their names, such as "y.friction.coulomb".
+
+    Names with commas between have one value. `known` are the variables that can be given. UnknownName for another one,
+    ScenarioError if a value cannot be used.
+    """
+
+    def __init__(self, part: str, known: Mapping[str, ScalarVariable], settings: Settings):
+        self.part = part
+        self.known = known
+        self.function = settings if callable(settings) else None
+        self.draws = {} if callable(settings) else self.read(settings)
+        if self.function is not None:   # wrong names are refused where the environment is made
+            self.read(self.given(np.random.default_rng(0)))
+
+    def given(self, random: np.random.Generator) -> Table:
+        """What the user's function gives for an episode."""
+        found = {} if self.function is None else self.function(random)
+        if not isinstance(found, Mapping):
+            raise ScenarioError(f"the function of the {self.part}'s parameters gives {found!r}, expected a table: "
+                                "values by name")
+        self.require_free(found, f"the function of the {self.part}'s parameters")
+        return found
+
+    def require_free(self, names: Mapping[str, Any], origin: str) -> None:
+        """Refuse what the observation space has to know."""
+        for name in names:
+            if ".stop." in name:
+                raise ScenarioError(f"{name} in {origin}, expected in the table where the environment is made: the "
+                                    "observation space has the stops")
+
+    def read(self, settings: Table) -> dict[str, Draw | Change]:
+        """Draws and changes of a table."""
+        return {key: self.read_one(key, setting) for key, setting in settings.items()}
+
+    def read_one(self, key: str, setting: Setting) -> Draw | Change:
+        """Draw or change of a name, or of several with commas between."""
+        names = names_of(key)
+        for name in names:
+            require_parameter(name, self.known, f"the {self.part}", UnknownName)
+        given = [Parameter.described(self.known[name]) for name in names]
+        if not isinstance(setting, Mapping) or not {*setting} & {*CHANGE}:
+            return self.of_all(key, setting, given)
+        for each in setting:
+            if each not in CHANGE:
+                raise ScenarioError(f"{key}: {each!r}, expected 'at', 'then' and 'for'; nearest is "
+                                    f"{nearest(each, CHANGE)}")
+        if not {"at", "then"} <= {*setting}:
+            raise ScenarioError(f"{key} = {dict(setting)!r}, expected 'at' and 'then': when it changes, and to what")
+        for name in names:
+            if not can_change(self.known[name]):
+                raise ScenarioError(f"{name} = {dict(setting)!r}, expected a value or a draw: it cannot change in an "
+                                    "episode")
+        return Change(read_draw(f"{key}: at", setting["at"], TIME), self.of_all(f"{key}: then", setting["then"], given),
+                      read_draw(f"{key}: for", setting["for"], SPAN) if "for" in setting else None)
+
+    def of_all(self, place: str, setting: Setting, given: Sequence[Parameter]) -> Draw:
+        """The draw of several parameters, which each of them has to be able to take."""
+        found = [read_draw(place, setting, each) for each in given]
+        return found[0]._replace(low=max(each.low for each in found), high=min(each.high for each in found))
+
+    def extremes(self, name: str) -> tuple[float, float]:
+        """Smallest and largest value that a parameter can have; the part's own if none is given."""
+        found = [draw for key, draw in self.draws.items() if name in names_of(key)]
+        if not found:
+            return self.own(name), self.own(name)
+        last = found[-1]
+        if isinstance(last, Change) or last.kind == "normal":
+            raise ScenarioError(f"{name}: expected a value, a pair or a choice, for the observation space has its ends")
+        return float(min(last.values)), float(max(last.values))
+
+    def own(self, name: str) -> float:
+        """Value that the part has if none is given."""
+        start = self.known[name].start
+        return float({"true": 1.0, "false": 0.0}.get(start, start))
+
+    def draw(self, random: np.random.Generator, settings: Table) -> Drawn:
+        """Values for one episode, in which some settings go before those of all episodes."""
+        draws = {**self.draws, **self.read(self.given(random)), **self.read(settings)}
+        values: dict[str, float | bool] = {}
+        changes: dict[str, dict[str, float | bool]] = {}
+        for key, draw in draws.items():
+            if isinstance(draw, Draw):
+                values |= dict.fromkeys(names_of(key), draw.drawn(random))
+                continue
+            found = {"at": draw.at.drawn(random), "then": draw.then.drawn(random)}
+            found |= {} if draw.lasting is None else {"for": draw.lasting.drawn(random)}
+            changes |= dict.fromkeys(names_of(key), found)
+        return Drawn(values, changes)
+
+
+def can_change(variable: ScalarVariable) -> bool:
+    """Whether a variable that can be given can change in an episode."""
+    return bool(variable.causality == "input" or variable.variability == "tunable")
+
+
+def names_of(key: str) -> list[str]:
+    """Names of a table's key."""
+    return [name.strip() for name in key.split(",")]
+
+
+def sample_of(time: float, sample_time: float) -> int:
+    """Number of the first sample that begins at a time (s), or after it."""
+    return ceil(time / sample_time - 1e-9)
