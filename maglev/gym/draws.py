@@ -1,7 +1,7 @@
 """What an episode draws: parameters of a part, and changes of them in mid-flight, by tables or functions of users."""
 
 from collections.abc import Callable, Mapping, Sequence
-from math import ceil, exp, inf, log
+from math import ceil, inf
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -9,6 +9,8 @@ from fmpy.model_description import ScalarVariable
 
 from maglev.errors import ScenarioError, UnknownName, nearest
 from maglev.parameter import Parameter, require_parameter
+from pmlsm.elementary.exponential import exponential
+from pmlsm.elementary.logarithm import logarithm
 
 Value = float | str | bool                                # SI, or text with a unit such as "25 mm"
 Setting = Value | Sequence[Value] | Mapping[str, Any]     # a pair: drawn between the two, in every episode
@@ -46,7 +48,7 @@ class Draw(NamedTuple):
         if isinstance(first, bool):
             return bool(random.integers(2))
         if self.kind == "log-uniform":
-            return min(max(first * exp(random.uniform(0.0, log(last / first))), first), last)
+            return min(max(first * exponential(random.uniform(0.0, logarithm(last / first))), first), last)
         return float(random.uniform(first, last))
 
 
