@@ -10,8 +10,10 @@ import pytest
 from interop.loops import foreign, loop, ours, ours_from_zero, ours_in_nanoseconds, with_start
 from native_builds import built_once
 
+from fmi_export.ssp import write_ssp
 from maglev.catalogue import build_systems
-from maglev.own_fmus import SYSTEMS
+from maglev.own_fmus import SYSTEMS, definition
+from maglev.schema.loading import load_plan
 
 STOP_TIME = 1.5   # s, with a step of the references at 1 s
 SMOOTH = {"plant.encoder.resolution": 0.0}
@@ -73,5 +75,18 @@ def test_fmpy_ssp_with_fmus_in_python(fmus: Path, tmp_path: Path) -> None:
     plan = loop("Stage3DOF", STOP_TIME)
     build_systems(["Stage3DOF"], fmus, tmp_path)
     rows = foreign("fmpy.ssp", plan, fmus, tmp_path, tmp_path / "Stage3DOF.ssp")
+    assert_moves(rows)
+    assert np.array_equal(rows, ours_from_zero(plan, fmus))
+
+
+def test_fmpy_ssp_adapts_as_we_do(fmus: Path, tmp_path: Path) -> None:
+    """The adaptive regulator on two sinusoids: the same bits."""
+    plan = load_plan("3dof-thrust-loss-adaptive")
+    plan = plan.model_copy(update={"stop_time": 0.1, "signals": tuple(
+        signal for signal in plan.signals if signal.to.startswith("controller."))})
+    system = write_ssp(tmp_path / "adaptive.ssp",
+                       {name: (definition(str(part.model)), fmus / f"{part.model}.fmu")
+                        for name, part in plan.fmus.items()}, plan.connections, plan.stop_time)
+    rows = foreign("fmpy.ssp", plan, fmus, tmp_path, system)
     assert_moves(rows)
     assert np.array_equal(rows, ours_from_zero(plan, fmus))
