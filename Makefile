@@ -10,7 +10,7 @@ INSTALL_PACKAGE = $(BIN)/python -m pip install --quiet --disable-pip-version-che
 INSTALL = $(INSTALL_PACKAGE) --editable
 
 .PHONY: demo generate report live claims estimation docs check check-all check-built test tests thorough quick build native lint bench \
-	live-check pages pace mutants mutants-tool coverage claims-check lock release clean
+	pages pace mutants mutants-tool coverage claims-check lock release clean
 
 demo: build
 	$(BIN)/maglev report 3dof-setpoints-improved --fmus fmus
@@ -119,12 +119,6 @@ lock: .venv/.test
 release: export PIP_CONSTRAINT := $(CURDIR)/constraints.txt
 release: docs .venv/.test
 	$(BIN)/python tools/release.py
-
-# The live page in a Chromium, which must be installed: runs against the native FMUs, and hands.
-live-check: .venv/.test
-	$(BIN)/maglev build --kind native --target host --fmus .venv/fmus
-	$(BIN)/maglev build --kind native --target wasm --fmus .venv/fmus
-	$(BIN)/python tools/pages/live_check.py --fmus .venv/fmus
 
 # A page of every kind in results, and the index that leads to them.
 pages: .venv/.test
