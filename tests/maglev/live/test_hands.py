@@ -90,10 +90,9 @@ def test_what_hands_do_shows(tab: Tab, browser, whole: Path) -> None:
     page.focus("#stage")
     assert np.abs(errors_after(tab, lambda: page.keyboard.press("j"), 0.8)).max() > 50e-6, "a kick is felt"
     before = tab.evaluate(f"{POSITION}.x.reference")
-    for _ in range(4):
+    for step in (1e-3, 2e-3, 3e-3, 4e-3):   # each from where the last is seen to be
         page.keyboard.press("ArrowRight")
-        page.wait_for_timeout(80)
-    wait_until(page, f"Math.abs({POSITION}.x.reference - {before} - 4e-3) < 1e-6")
+        wait_until(page, f"Math.abs({POSITION}.x.reference - {before} - {step}) < 1e-6")
     drag(tab, 40.0)
     page.mouse.up()
     assert abs(tab.evaluate(f"{POSITION}.x.reference") - before) > 8e-3
