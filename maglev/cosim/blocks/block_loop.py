@@ -10,7 +10,7 @@ said to be one; then the calls are made, and say what is wrong.
 import hashlib
 import re
 from collections.abc import Collection, Iterable, Iterator, Mapping, Sequence
-from ctypes import CDLL, POINTER, Structure, addressof, byref, c_double, c_int64, c_void_p
+from ctypes import CDLL, POINTER, Array, Structure, addressof, byref, c_double, c_int64, c_void_p, create_string_buffer
 from math import inf
 from pathlib import Path
 from typing import NamedTuple
@@ -31,47 +31,36 @@ from maglev_files.cache import BLOCK_LOOPS, Kept, keep, kept
 
 LIBRARY = f"maglev_block_loop{sharedLibraryExtension}"
 FUNCTION = "maglev_whole_run"
+RUN_FILE, LOOP_FILE = "whole_run.h", "loop.c"   # the run, which needs no FMU, and over it what takes FMUs' instances
 DONE, REFUSED, ENDED = range(3)   # what the function returns
 
 ELSEWHERE = re.compile(r"^struct \w+ \{[^}]*\*", re.MULTILINE)   # of a block: a member that a copy shares with it
 INSTANCE = {"instance.h", "model.h"}   # what an instance is
 CONSTANT = re.compile(r"^static const \w+ (\w+) = ", re.MULTILINE)   # of a module, in its header
 
-SOURCE = """\
-#include "instance.h"
+RUN = """\
 #include <math.h>
+#include <stdbool.h>
+#include <stdint.h>
 {includes}
-
-#if defined _WIN32
-#define EXPORT __declspec(dllexport)
-#else
-#define EXPORT __attribute__((visibility("default")))
-#endif
 
 /* The struct Moved of block_loop.py. */
 struct moved {{
     double time, time_stride, size;
 }};
 
-/* Whether an instance would take a step of co-simulation as it is. */
-static bool ready(const struct Progress *progress)
-{{
-    return progress->phase == RUNNING && !progress->exchange && !progress->events && !progress->suspect;
-}}
+/* What a run begins with: initialised blocks, and the first row of each track of outputs. */
+struct beginning {{
+{members}
+}};
 
 {observer}
 
-/* All steps to communication point `last`. Of each track, `rows` has the first row, or, of signals, the values of one
-   after the other at all points. Returns REFUSED where an FMU would refuse something, ENDED as soon as somebody says
-   so; the instances stay at the first point. */
-EXPORT int64_t {function}(struct Instance *const *instances, const struct moved *calls, const void *const *rows,
-                          int64_t last, const volatile int64_t *ended, struct observer *observer);
-int64_t {function}(struct Instance *const *instances, const struct moved *calls, const void *const *rows,
-                   int64_t last, const volatile int64_t *ended, struct observer *observer)
+/* All steps to communication point `last`. Of a track of signals, `rows` has the values of one after the other at all
+   points. Returns REFUSED where an FMU would refuse something, ENDED as soon as somebody says so. */
+static inline int64_t whole_run(const struct beginning *beginning, const struct moved *calls, const void *const *rows,
+                                int64_t last, const volatile int64_t *ended, struct observer *observer)
 {{
-    if ({ready}) {{
-        return {refused};
-    }}
 {begin}
     const int64_t points = last + 1;
     struct seen seen = {{{{0}}}};
@@ -90,6 +79,50 @@ int64_t {function}(struct Instance *const *instances, const struct moved *calls,
             return {refused};
         }}
     }}
+}}
+"""
+
+SOURCE = """\
+#include "instance.h"
+#include "{run}"
+
+#if defined _WIN32
+#define EXPORT __declspec(dllexport)
+#else
+#define EXPORT __attribute__((visibility("default")))
+#endif
+
+/* Whether an instance would take a step of co-simulation as it is. */
+static bool ready(const struct Progress *progress)
+{{
+    return progress->phase == RUNNING && !progress->exchange && !progress->events && !progress->suspect;
+}}
+
+/* Write what a run begins with, of instances and first rows, if there is where; returns its bytes, 0 where an FMU would
+   refuse a step. */
+EXPORT int64_t {function}_begin(struct Instance *const *instances, const void *const *rows,
+                                struct beginning *beginning);
+int64_t {function}_begin(struct Instance *const *instances, const void *const *rows,
+                         struct beginning *beginning)
+{{
+    if (beginning) {{
+        if ({ready}) {{
+            return 0;
+        }}
+{copy}
+    }}
+    return sizeof *beginning;
+}}
+
+/* A run as above; the instances stay at the first point. */
+EXPORT int64_t {function}(struct Instance *const *instances, const struct moved *calls, const void *const *rows,
+                          int64_t last, const volatile int64_t *ended, struct observer *observer);
+int64_t {function}(struct Instance *const *instances, const struct moved *calls, const void *const *rows,
+                   int64_t last, const volatile int64_t *ended, struct observer *observer)
+{{
+    struct beginning beginning;
+    return {function}_begin(instances, rows, &beginning) == 0 ? {refused} :
+        whole_run(&beginning, calls, rows, last, ended, observer);
 }}
 """
 
@@ -126,13 +159,17 @@ class Part(NamedTuple):
 
 
 class BlockLoop:
-    """The function for a wiring, on its instances and rows."""
+    """The function for a wiring, on its instances and rows, and what it is made of: C files by name."""
 
-    def __init__(self, loop: Kept, wiring: Wiring):
-        self.function = CDLL(str(loop.path.absolute()))[FUNCTION]
-        self.function.restype = c_int64
+    def __init__(self, loop: Kept, wiring: Wiring, sources: Mapping[str, str]):
+        self.sources = sources
+        library = CDLL(str(loop.path.absolute()))
+        self.function, self.beginning = library[FUNCTION], library[f"{FUNCTION}_begin"]
+        self.function.restype = self.beginning.restype = c_int64
         self.function.argtypes = [POINTER(c_void_p), POINTER(Moved), POINTER(c_void_p), c_int64, POINTER(c_int64),
                                   c_void_p]
+        self.beginning.argtypes = [POINTER(c_void_p), POINTER(c_void_p), c_void_p]
+        self.size: int = self.beginning(None, None, None)   # bytes of what a run begins with
         calls, = wiring.phases
         fmus = fmus_of(calls)
         self.instances = (c_void_p * len(fmus))(*(fmu.handle() for fmu in fmus))
@@ -144,10 +181,19 @@ class BlockLoop:
 
         ENDED is soon after `ended` is no longer 0. `observer` is the struct of the C that observes.
         """
-        rows = (c_void_p * len(self.tracks))(*(
-            (track.array if track.signals is None else track.signals).ctypes.data for track in self.tracks))
-        found: int = self.function(self.instances, self.moved, rows, steps, byref(ended), addressof(observer))
+        found: int = self.function(self.instances, self.moved, self.rows(), steps, byref(ended), addressof(observer))
         return found
+
+    def begin(self) -> bytes:
+        """What a run begins with, as the C has it, from initialised instances; empty where one would be REFUSED."""
+        room = create_string_buffer(self.size)
+        written = self.beginning(self.instances, self.rows(), room)
+        return room.raw[:written]
+
+    def rows(self) -> Array[c_void_p]:
+        """Where the rows of the tracks are."""
+        return (c_void_p * len(self.tracks))(*(
+            (track.array if track.signals is None else track.signals).ctypes.data for track in self.tracks))
 
 
 def moved(call: Call) -> Moved:
@@ -169,7 +215,7 @@ def block_loop(wiring: Wiring, observer: str, seen: Mapping[str, str], build: bo
     if sources is None:
         return None
     found = loop_of(sources, build)
-    return None if found is None else BlockLoop(found, wiring)
+    return None if found is None else BlockLoop(found, wiring, sources)
 
 
 def loop_of(sources: Mapping[str, str], build: bool) -> Kept | None:
@@ -203,15 +249,38 @@ def sources_of(wiring: Wiring, observer: str, seen: Mapping[str, str],
         return None
     files, parts = found
     steps = [line for number, call in enumerate(calls) for line in call_lines(number, call, parts, wiring.tracks)]
-    return {**files, "loop.c": SOURCE.format(
-        function=FUNCTION, observer=observer, done=DONE, refused=REFUSED, stopped=ENDED, step=indented(steps, 8),
+    members, copy, begin = zip(*beginnings(wiring.tracks, parts.values()), strict=True)
+    return {**files, RUN_FILE: RUN.format(
+        observer=observer, done=DONE, refused=REFUSED, stopped=ENDED, step=indented(steps, 8),
         includes="\n".join(sorted({f'#include "{part.what.header}"' for part in parts.values()})),
-        ready=" || ".join(f"!ready(&instances[{part.number}]->state->progress)" for part in parts.values()),
+        members=indented(members, 4), begin=indented((*begin, *signal_rows(wiring.tracks)), 4),
         see=indented((f"seen.{member} = (double){value_at(places[name], wiring.tracks)};"
-                      for member, name in seen.items()), 8),
-        begin=indented((*first_rows(wiring.tracks),
-                        *(f"struct {part.what.struct} {part.block} = *(const struct {part.what.struct} *)"
-                          f"instances[{part.number}]->state->block;" for part in parts.values())), 4))}
+                      for member, name in seen.items()), 8)), LOOP_FILE: SOURCE.format(
+        run=RUN_FILE, function=FUNCTION, refused=REFUSED, copy=indented(copy, 8),
+        ready=" || ".join(f"!ready(&instances[{part.number}]->state->progress)" for part in parts.values()))}
+
+
+def beginnings(tracks: Sequence[Track], parts: Iterable[Part]) -> Iterator[tuple[str, str, str]]:
+    """C of each block and each row of outputs: as a member of struct beginning, written to that, and a copy of it."""
+    for part in parts:
+        declared = f"struct {part.what.struct} {part.block}"
+        yield (f"{declared};", f"beginning->{part.block} = *(const struct {part.what.struct} *)"
+               f"instances[{part.number}]->state->block;", f"{declared} = beginning->{part.block};")
+    for number, track in enumerate(tracks):
+        if track.signals is None:
+            item, row = item_of(track), f"row{number}"
+            each = f"for (int i = 0; i < {len(track.names)}; ++i)"
+            declared = f"{item} {row}[{len(track.names)}];"
+            yield (declared, f"{each} beginning->{row}[i] = ((const {item} *)rows[{number}])[i];",
+                   f"{declared} {each} {row}[i] = beginning->{row}[i];")
+
+
+def signal_rows(tracks: Sequence[Track]) -> Iterator[str]:
+    """C of all values of signals."""
+    for number, track in enumerate(tracks):
+        if track.signals is not None:
+            item = item_of(track)
+            yield f"const {item} *const row{number} = (const {item} *)rows[{number}];"
 
 
 def parts_of(fmus: Iterable[Fmu],
@@ -233,17 +302,6 @@ def parts_of(fmus: Iterable[Fmu],
         if any(files.setdefault(name, text) != text for name, text in with_own_names(part, others).items()):
             return None
     return files, parts
-
-
-def first_rows(tracks: Sequence[Track]) -> Iterator[str]:
-    """C of the tracks: of the present row of outputs, with the first one in it, and of all values of signals."""
-    for number, track in enumerate(tracks):
-        item = item_of(track)
-        if track.signals is not None:
-            yield f"const {item} *const row{number} = (const {item} *)rows[{number}];"
-            continue
-        yield f"{item} row{number}[{len(track.names)}];"
-        yield f"for (int i = 0; i < {len(track.names)}; ++i) row{number}[i] = ((const {item} *)rows[{number}])[i];"
 
 
 def item_of(track: Track) -> str:

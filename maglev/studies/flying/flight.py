@@ -106,27 +106,42 @@ class Flight:
         The next run overwrites the rows. None where there is no loop for it, something is refused, or is no number:
         `fly` says what. KeyboardInterrupt where `ended` is no longer 0.
         """
+        if not self.begin(changes):
+            return None
+        assert self.loop is not None
+        meter = self.metering()
         try:
-            master = self.load()
-            if self.loop is None or self.measuring is None:
-                return None
-            self.drive(master, changes)
-            if self.meter is None:
-                assert master.wiring is not None
-                given = {name: row for track in master.wiring.tracks if track.signals is not None
-                         for name, row in zip(track.names, track.signals, strict=True)}
-                self.meter = Meter(self.measuring, {name: given[axis.reference]
-                                                    for name, axis in self.experiment.plan.axes.items()})
-            master.initialise(self.start(changes))
-            master.begin()
-            found = self.meter.run(self.loop, phase_resistances(self.experiment.plan, changes), self.ended)
+            found = meter.run(self.loop, phase_resistances(self.experiment.plan, changes), self.ended)
         except BaseException:
             self.close()
             raise
         if found == ENDED:
             raise KeyboardInterrupt
-        metrics = self.meter.metrics() if found == DONE else None
-        return None if metrics is None else (metrics, self.meter.arrays.get("kept"))
+        metrics = meter.metrics() if found == DONE else None
+        return None if metrics is None else (metrics, meter.arrays.get("kept"))
+
+    def begin(self, changes: Changes) -> bool:
+        """Make ready a run with other values, for the loop; False where there is none. Errors as of `fly`."""
+        try:
+            master = self.load()
+            if self.loop is not None:
+                self.drive(master, changes)
+                master.initialise(self.start(changes))
+                master.begin()
+        except BaseException:
+            self.close()
+            raise
+        return self.loop is not None
+
+    def metering(self) -> Meter:
+        """What measures runs with the references as they are now; there is a loop for them."""
+        if self.meter is None:
+            assert self.master is not None and self.master.wiring is not None and self.measuring is not None
+            given = {name: row for track in self.master.wiring.tracks if track.signals is not None
+                     for name, row in zip(track.names, track.signals, strict=True)}
+            self.meter = Meter(self.measuring, {name: given[axis.reference]
+                                                for name, axis in self.experiment.plan.axes.items()})
+        return self.meter
 
     def start(self, changes: Changes) -> dict[str, dict[str, float | bool]]:
         """Start values of a run by FMU."""

@@ -1,6 +1,6 @@
 """Samples of a study run one after the other, on one instance of each FMU: in this process, or in one beside it."""
 
-from collections.abc import Callable, Iterable, Iterator, Mapping
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from contextlib import suppress
 from ctypes import c_int64
 from dataclasses import dataclass, field
@@ -14,7 +14,7 @@ from maglev.arrays import Array
 from maglev.cosim.other_process.helper import other_process
 from maglev.errors import MaglevError, in_one_line
 from maglev.experiment.preparation import Experiment
-from maglev.judging.metrics import columns_needed, evaluate, phase_resistances
+from maglev.judging.metrics import Metrics, columns_needed, evaluate, phase_resistances
 from maglev.processes.beside import Gone, Send, Silent
 from maglev.studies.columns import Column, named_values
 from maglev.studies.flying.flight import Flight
@@ -40,6 +40,11 @@ class Job:
     # Longest wall time of a sample, s, each then being run in a process beside the worker.
     limit: float | None = None
     written: Mapping[str, Block] = field(default_factory=dict)   # of users' classes, by name of the FMU
+
+    def changes(self, sample: Sequence[float]) -> dict[str, float | bool]:
+        """What a sample sets, of values of the targets."""
+        return {target.name: bool(value) if target.boolean else value
+                for target, value in zip(self.targets, sample, strict=True)}
 
 
 @dataclass(frozen=True)
@@ -99,8 +104,7 @@ def each_flown(job: Job, values: Array, loaded: Callable[[], None] | None = None
         if loaded is not None:
             loaded()
         for sample in values.tolist():
-            changes = {target.name: bool(value) if target.boolean else value
-                       for target, value in zip(job.targets, sample, strict=True)}
+            changes = job.changes(sample)
             try:
                 measured = flight.measure(changes)
                 if measured is None:
@@ -111,10 +115,14 @@ def each_flown(job: Job, values: Array, loaded: Callable[[], None] | None = None
             except MaglevError as error:
                 yield failed(job, in_one_line(error))
                 continue
-            found = named_values(plan, measured[0])
-            values_found = np.array([found.get(column.name, (nan, ""))[0] for column in job.columns])
-            # The next run writes where this one has.
-            yield Sample(values_found, None, None if measured[1] is None else measured[1].copy())
+            yield completed(job, *measured)
+
+
+def completed(job: Job, metrics: Metrics, rows: Array | None) -> Sample:
+    """A sample that was completed, with rows of what is kept, where the next run writes, too."""
+    found = named_values(job.experiment.plan, metrics)
+    return Sample(np.array([found.get(column.name, (nan, ""))[0] for column in job.columns]), None,
+                  None if rows is None else rows.copy())
 
 
 def gathered(job: Job, first: int, samples: Iterable[Sample]) -> Flown:
