@@ -3,7 +3,8 @@
 import os
 import sys
 import tempfile
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
+from contextlib import contextmanager
 from pathlib import Path
 from typing import NamedTuple
 
@@ -66,12 +67,7 @@ def library(sources: Mapping[str, str], name: str, platform: Platform) -> bytes:
     different files, and calls between them are inlined. Each operation stays what it is, so that no bit differs.
     ExportError if the compiler refuses the sources.
     """
-    require_zig()
-    with scratch() as root:
-        for file, text in sources.items():
-            (root / file).write_text(text, encoding="utf-8", newline="\n")
-        unit = "".join(f'#include "{file}"\n' for file in sorted(sources) if file.endswith(".c"))
-        (root / UNIT.format(name)).write_text(unit, encoding="utf-8", newline="\n")
+    with in_one_unit(sources, name) as root:
         made = []
         for target in platform.targets:
             output = root / target / f"{name}{platform.ending}"
@@ -80,6 +76,18 @@ def library(sources: Mapping[str, str], name: str, platform: Platform) -> bytes:
                             str(output.relative_to(root)), UNIT.format(name)])
             made.append(output.read_bytes())
     return made[0] if len(made) == 1 else universal(made)
+
+
+@contextmanager
+def in_one_unit(sources: Mapping[str, str], name: str) -> Iterator[Path]:
+    """Folder with C files, and with one that includes all of them but headers; ExportError without a compiler."""
+    require_zig()
+    with scratch() as root:
+        for file, text in sources.items():
+            (root / file).write_text(text, encoding="utf-8", newline="\n")
+        unit = "".join(f'#include "{file}"\n' for file in sorted(sources) if file.endswith(".c"))
+        (root / UNIT.format(name)).write_text(unit, encoding="utf-8", newline="\n")
+        yield root
 
 
 def compiled(root: Path, arguments: list[str]) -> None:

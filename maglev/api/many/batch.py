@@ -17,6 +17,7 @@ from maglev.processes import processors
 from maglev.processes.side_by_side import Say, Watch, unwatched, warn
 from maglev.schema.options import RunOptions, takes_run_options
 
+IN_MEMORY = 1   # of the kinds of devices of DLPack
 UNDONE = "was not run: the batch was interrupted"
 
 
@@ -87,8 +88,18 @@ class Batch:
         return fly(**options_of(self.about, {name: values[sample].item() for name, values in self.settings.items()}))
 
 
+def in_memory(given: Any) -> Any:
+    """An array that speaks DLPack, of this machine's memory or of a graphics processor's, as one of NumPy."""
+    if given.__dlpack_device__()[0] == IN_MEMORY:
+        return np.from_dlpack(given)
+    cupy = extra("cupy", "gpu", "an array of a graphics processor")
+    return cupy.asnumpy(cupy.from_dlpack(given))
+
+
 def plain(given: Any) -> Any:
     """Values as Python's own numbers and texts; what is no sequence as it is, for who refuses it."""
+    if hasattr(given, "__dlpack_device__"):
+        given = in_memory(given)
     if not hasattr(given, "__iter__") or isinstance(given, str):
         return given
     return [each.item() if isinstance(each, np.generic) else each for each in given]
@@ -97,7 +108,7 @@ def plain(given: Any) -> Any:
 @takes_run_options("timeout", "parameters")
 def batch(scenario: str | Path, values: Mapping[str, Sequence[Any] | npt.NDArray[Any]], *,
           metrics: Sequence[str] | None = None, keep: Sequence[str] = (), keep_interval: float | None = None,
-          jobs: int | None = None, watch: Watch | None = None, say: Say | None = None,
+          device: str = "cpu", jobs: int | None = None, watch: Watch | None = None, say: Say | None = None,
           **options: Unpack[RunOptions]) -> Batch:
     """Run a scenario once for each row of values, side by side.
 
@@ -110,13 +121,15 @@ def batch(scenario: str | Path, values: Mapping[str, Sequence[Any] | npt.NDArray
         As of `run`.
     values : mapping of str to sequence, shape (samples,)
         By what they set: a parameter or input `fmu.variable`, a reference `reference.AXIS.amplitude`, or several with
-        commas between. Sample k takes the k-th value of each.
+        commas between. Sample k takes the k-th value of each. Arrays of others, wherever they are, by DLPack.
     metrics : sequence of str, optional
         Such as "overshoot", "settling time to 10 µm of y"; all without it.
     keep : sequence of str
         Signals whose trajectories are kept.
     keep_interval : float, optional
         Between their points, s; the scenario's without it.
+    device : str
+        "gpu" for a graphics processor of NVIDIA, with the extra `gpu`; the bits are the same.
     jobs : int, optional
         Threads or processes; as many as processors if not given.
     watch, say : callable, optional
@@ -144,10 +157,12 @@ def batch(scenario: str | Path, values: Mapping[str, Sequence[Any] | npt.NDArray
     (3,)
     """
     from maglev.studies.flying.batches import flyers
+    from maglev.studies.flying.graphics_processor import require_device
     from maglev.studies.flying.samples import Flown
     from maglev.studies.planning import plan_study
     from maglev.studies.schema import read_study
 
+    require_device(device)
     entries = [{"set": target.split(","), "kind": "list", "values": plain(given)}
                for target, given in values.items()]
     path = Path("batch")   # what refusals name
@@ -170,7 +185,7 @@ def batch(scenario: str | Path, values: Mapping[str, Sequence[Any] | npt.NDArray
                          {column.name: column.unit for column in job.columns}, failures,
                          {name: signals[:, :, i] for i, name in enumerate(job.kept)}, planned.times)
 
-        with (watch or unwatched)([found.scenario]) as watcher, flyers(None, processors(jobs)) as fly_batches:
+        with (watch or unwatched)([found.scenario]) as watcher, flyers(None, processors(jobs), device) as fly_batches:
             tell = partial(watcher, found.scenario)
             done = 0
 

@@ -16,6 +16,7 @@ from maglev.arrays import Array
 from maglev.errors import MaglevError, extra, option
 from maglev.processes.side_by_side import Idle, Progress, Stopped, kept_processes, side_by_side
 from maglev.studies.flying.flight import Flight
+from maglev.studies.flying.graphics_processor import fly_on_graphics_processor
 from maglev.studies.flying.measuring import Measuring
 from maglev.studies.flying.samples import (
     Batch,
@@ -52,12 +53,17 @@ def batches_of(job: Job, samples: int, native: bool, rows: int) -> list[Batch]:
 
 
 @contextmanager
-def flyers(scheduler: str | None, jobs: int) -> Iterator[Fly]:
+def flyers(scheduler: str | None, jobs: int, device: str = "cpu") -> Iterator[Fly]:
     """Who runs batches: the workers of a scheduler at an address, or so many processes here, which end with the block.
+
+    Or, with device "gpu", the graphics processor here.
 
     A batch whose process dies is run again; a sample that takes a process with it again has a row that says so.
     ScenarioError if the scheduler cannot be reached, has no worker, or a worker has another version of this package.
     """
+    if device == "gpu":
+        yield fly_on_graphics_processor
+        return
     if scheduler is None:
         with kept_processes() as idle:
             yield partial(fly_here, jobs, idle)

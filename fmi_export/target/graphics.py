@@ -1,0 +1,24 @@
+"""C as PTX, the text of which the driver of a graphics processor makes its code."""
+
+from collections.abc import Mapping
+
+from fmi_export.native.compiler import UNIT, compiled, in_one_unit
+from fmi_export.target.freestanding import template
+
+# Of NVIDIA, from compute capability 8.0 on. A call would put blocks into memory: everything becomes part of the kernel,
+# also what is seldom called.
+FLAGS = ("-target", "nvptx64-cuda", "-mcpu=sm_80", "-std=c99", "-O3", "-ffp-contract=off", "-fno-math-errno",
+         "-DBLOCKS_IN_ONE_UNIT", "-Dnoinline=always_inline", "-fno-sanitize=all", "-ffreestanding", "-g0", "-I.",
+         "-mllvm", "-inline-threshold=1000000", "-S")
+
+
+def ptx(sources: Mapping[str, str], name: str) -> bytes:
+    """PTX of C files by name, of blocks and a kernel over them; `name` is its file name's stem.
+
+    Operations round as those of other processors: none is contracted, approximate, or a library's. ExportError of the
+    compiler.
+    """
+    headers = {"math.h": f"{template('arithmetic.h')}\n#define INFINITY HUGE_VAL\n", "stdlib.h": ""}
+    with in_one_unit({**sources, **headers}, name) as root:
+        compiled(root, [*FLAGS, "-o", f"{name}.ptx", UNIT.format(name)])
+        return (root / f"{name}.ptx").read_bytes()

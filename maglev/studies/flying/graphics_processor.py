@@ -1,0 +1,220 @@
+"""Batches on a graphics processor of NVIDIA: a sample a thread, in the loop with the FMUs' blocks, with its metrics.
+
+The loop is compiled to PTX by the compiler of native FMUs. CuPy loads it: of it memory, copies and launches are used,
+for which nothing else need be installed than the driver. Samples begin on this machine, where FMUs take or refuse
+values, and what was measured becomes metrics here. One that is not completed there is run here, which says why.
+"""
+
+import hashlib
+from collections.abc import Iterator, Mapping
+from ctypes import Structure, c_int64, c_void_p
+from pathlib import Path
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from fmi_export.errors import ExportError
+from fmi_export.target.graphics import FLAGS, ptx
+from maglev.arrays import Array
+from maglev.cosim.blocks.block_loop import DONE, LOOP_FILE, RUN_FILE, BlockLoop
+from maglev.errors import MaglevError, ScenarioError, extra, one_of, option
+from maglev.judging.metrics import phase_resistances
+from maglev.schema.settings import REFERENCE
+from maglev.studies.flying.flight import Flight
+from maglev.studies.flying.measuring import Measuring, Meter, Observer
+from maglev.studies.flying.samples import Batch, Flown, Job, Sample, Store, completed, each_flown, gathered
+from maglev_files.cache import BLOCK_LOOPS, Kept, keep, kept
+
+DEVICES = ("cpu", "gpu")
+KERNEL = Path(__file__).with_name("kernel.c")
+FUNCTION, FILE = "maglev_samples", "maglev_samples.ptx"
+OLDEST = 80        # compute capability, in tenths, that the PTX is for
+THREADS = 64       # of a block
+MOST = 65_536      # samples at a time: Ctrl-C waits for them
+SHARE = 0.8        # of the memory that is free; the rest is for the threads' own
+AROUND = ("beginnings", "returned")   # what each sample has of its own beside what its observer has
+SHARED = ("bands", "starts", "steady", "event_starts", "event_ends")   # what the observers of all samples have
+
+
+class OnDevice(Structure):
+    """The struct batch of kernel.c."""
+
+    _fields_ = (("samples", c_int64), ("last", c_int64), ("beginnings", c_void_p), ("calls", c_void_p),
+                ("rows", c_void_p), ("returned", c_void_p), ("first", Observer))
+
+
+class Begun(NamedTuple):
+    """Samples that begin: their numbers, what each begins with, and resistances of its phases by motor, ohm."""
+
+    samples: list[int]
+    beginnings: list[bytes]
+    resistances: list[list[float]]
+
+
+class Running(NamedTuple):
+    """Samples under way: their numbers, and arrays of the processor, shape (samples, bytes)."""
+
+    samples: list[int]
+    arrays: dict[str, Any]
+
+
+def require_device(device: str) -> None:
+    """Refuse a device that is not there."""
+    if device not in DEVICES:
+        raise ScenarioError(f"{option('device', device)}: expected {one_of(device, DEVICES)}")
+    if device == "gpu":
+        driver()
+
+
+def driver() -> Any:
+    """CuPy, with a graphics processor; MaglevError without one that can be used."""
+    asked = option("device", "gpu")
+    cupy = extra("cupy", "gpu", asked)
+    try:
+        cupy.cuda.runtime.getDeviceCount()
+        capability = int(cupy.cuda.Device().compute_capability)
+    except (cupy.cuda.runtime.CUDARuntimeError, ImportError) as error:
+        raise MaglevError(f"{asked}: {error}, expected a graphics processor of NVIDIA with its driver, or "
+                          f"{option('device', 'cpu')}") from error
+    if capability < OLDEST:
+        raise MaglevError(f"{asked}: the graphics processor has compute capability {capability / 10:.1f}, expected at "
+                          f"least {OLDEST / 10:.1f}, or {option('device', 'cpu')}")
+    return cupy
+
+
+def fly_on_graphics_processor(job: Job, _batches: list[Batch], values: Array, store: Store) -> None:
+    """Fly all samples, as many at a time as there is memory for; as `fly_here`.
+
+    As the processor runs some, the next ones begin here. MaglevError without a loop for it, or where memory is short.
+    """
+    cupy, asked = driver(), option("device", "gpu")
+    with Flight(job.experiment, measuring=Measuring(job.experiment.plan, job.experiment.times, job.kept, job.every),
+                written=job.written) as flight:
+        for target in job.targets:
+            if target.name.startswith(f"{REFERENCE}.") or target.name in flight.drives:
+                raise ScenarioError(f"{target.name} varies with {asked}, expected what all samples have in common, or "
+                                    f"{option('device', 'cpu')}")
+        try:
+            flight.load(build=True)
+            if flight.loop is None:
+                raise ScenarioError(f"{asked} needs native FMUs of this installation, with steps of one length, and a "
+                                    f"reference for each axis, expected them, or {option('device', 'cpu')}")
+            device = Device(cupy, flight.loop, flight.metering())
+        except (ExportError, OSError) as error:
+            raise MaglevError(f"{asked}: {error}") from error
+        size = device.at_a_time()
+        under_way: tuple[range, Running] | None = None
+        for number, first in enumerate(range(0, len(values), size)):
+            samples = range(first, min(first + size, len(values)))
+            begun = begin(flight, job, values, samples)
+            if under_way is not None:
+                store(number - 1, finished(device, job, values, *under_way))
+            under_way = samples, device.launch(begun)
+        assert under_way is not None
+        store(under_way[0].start // size, finished(device, job, values, *under_way))
+
+
+def begin(flight: Flight, job: Job, values: Array, samples: range) -> Begun:
+    """Begin samples here; those that something is refused of are left out."""
+    begun = Begun([], [], [])
+    for sample in samples:
+        changes = job.changes(values[sample].tolist())
+        try:
+            ready = flight.begin(changes)
+        except MaglevError:
+            continue
+        if ready and flight.loop is not None and (beginning := flight.loop.begin()):
+            resistances = phase_resistances(job.experiment.plan, changes)
+            begun.samples.append(sample)
+            begun.beginnings.append(beginning)
+            begun.resistances.append([resistances.get(motor, np.nan) for motor in job.experiment.plan.motors])
+    return begun
+
+
+class Device:
+    """The kernel on a graphics processor, with what all samples have in common; `meter` is of their references."""
+
+    def __init__(self, cupy: Any, loop: BlockLoop, meter: Meter):
+        self.cupy, self.meter = cupy, meter
+        self.kernel = cupy.RawModule(path=str(kernel_of(loop.sources).path)).get_function(FUNCTION)
+        self.shared = {name: cupy.asarray(meter.arrays[name]) for name in SHARED}
+        self.calls = self.bytes_there(loop.moved)
+        self.signals = [None if track.signals is None else cupy.asarray(track.signals) for track in loop.tracks]
+        self.rows = cupy.asarray(np.array([0 if each is None else each.data.ptr for each in self.signals], np.int64))
+        self.found = {"whole": meter.whole, "of_windows": meter.found_windows, "of_events": meter.found_events,
+                      **{name: meter.arrays[name] for name in ("kept",) if name in meter.arrays}}
+        self.own = {name: array.nbytes for name, array in [*self.found.items(), *(
+            (name, meter.arrays[name]) for name in ("errors", "resistances") if name in meter.arrays)]}
+        self.own |= dict(zip(AROUND, (loop.size, 8), strict=True))   # bytes of a sample
+
+    def bytes_there(self, content: Any) -> Any:
+        """Bytes of a ctypes object, on the processor."""
+        return self.cupy.asarray(np.frombuffer(bytes(content), np.uint8))
+
+    def fitting(self) -> int:
+        """Samples for which there is memory now."""
+        self.cupy.get_default_memory_pool().free_all_blocks()
+        return int(SHARE * self.cupy.cuda.runtime.memGetInfo()[0] / sum(self.own.values()))
+
+    def at_a_time(self) -> int:
+        """Samples that are run at a time; MaglevError if there is not memory for one."""
+        if (fits := self.fitting()) < 1:
+            raise MaglevError(f"{option('device', 'gpu')}: a sample takes {sum(self.own.values()):,} bytes of the "
+                              "graphics processor's memory, expected as much to be free, or "
+                              f"{option('device', 'cpu')}")
+        return min(MOST, fits)
+
+    def launch(self, begun: Begun) -> Running:
+        """Send samples, and begin to run them; MaglevError if memory is short."""
+        count = len(begun.samples)
+        try:
+            arrays = {name: self.cupy.zeros((count, size), np.uint8) for name, size in self.own.items()}
+            arrays["beginnings"] = self.bytes_there(b"".join(begun.beginnings))
+            arrays["resistances"] = self.cupy.asarray(np.array(begun.resistances))
+            observer = Observer.from_buffer_copy(self.meter.observer)
+            for name, array in {**self.shared, **arrays}.items():
+                if name not in AROUND:
+                    setattr(observer, name, array.data.ptr)
+            batch = self.bytes_there(OnDevice(
+                count, len(self.meter.measuring.time) - 1, arrays["beginnings"].data.ptr, self.calls.data.ptr,
+                self.rows.data.ptr, arrays["returned"].data.ptr, observer))
+        except MemoryError as error:
+            raise MaglevError(f"{option('device', 'gpu')}: {count:,} samples of {sum(self.own.values()):,} bytes do "
+                              "not fit into the memory of the graphics processor, which others use too: expected a "
+                              f"batch of at most {self.fitting():,}") from error
+        if count:
+            self.kernel((-(-count // THREADS),), (THREADS,), (batch,))
+        return Running(begun.samples, arrays)
+
+    def completed(self, job: Job, running: Running) -> Iterator[tuple[int, Sample]]:
+        """Samples that were completed, as soon as all have ended, with their numbers."""
+        returned = self.cupy.asnumpy(running.arrays["returned"]).view(np.int64)[:, 0]
+        found = {name: self.cupy.asnumpy(running.arrays[name]) for name in self.found}
+        for row, number in enumerate(running.samples):
+            if returned[row] == DONE:
+                for name, array in self.found.items():
+                    array.reshape(-1).view(np.uint8)[:] = found[name][row]
+                metrics = self.meter.metrics()
+                if metrics is not None:
+                    yield number, completed(job, metrics, self.meter.arrays.get("kept"))
+
+
+def finished(device: Device, job: Job, values: Array, samples: range, running: Running) -> Flown:
+    """Samples that were run; those that were not completed are run here."""
+    found = dict(device.completed(job, running))
+    rest = [number for number in samples if number not in found]
+    found.update(zip(rest, each_flown(job, values[rest]), strict=True))
+    return gathered(job, samples.start, (found[number] for number in samples))
+
+
+def code_of(sources: Mapping[str, str]) -> dict[str, str]:
+    """C files of the kernel by name, from those of a loop."""
+    return {**{name: text for name, text in sources.items() if name != LOOP_FILE},
+            "kernel.c": f'#include "{RUN_FILE}"\n{KERNEL.read_text(encoding="utf-8")}'}
+
+
+def kernel_of(sources: Mapping[str, str]) -> Kept:
+    """PTX of a loop, compiled now if it was not before. ExportError of the compiler; OSError if it cannot be kept."""
+    code = code_of(sources)
+    place = f"{BLOCK_LOOPS}/{hashlib.sha256(repr((sorted(code.items()), FLAGS)).encode('utf-8')).hexdigest()[:32]}"
+    return kept(place, FILE) or keep(place, FILE, ptx(code, FUNCTION))

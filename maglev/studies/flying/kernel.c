@@ -1,0 +1,56 @@
+/* Samples of a batch, each in a thread of a graphics processor; on another one, one after the other, by the same code.
+   The run and measuring.c come before. Of what each sample has of its own, that of one lies behind that of another. */
+
+/* The struct OnDevice of graphics_processor.py. */
+struct batch {
+    int64_t samples, last;             /* last communication point */
+    const struct beginning *beginnings;
+    const struct moved *calls;
+    const void *const *rows;           /* values of signals */
+    int64_t *returned;                 /* by each run */
+    struct observer first;             /* of the first sample, without a meter */
+};
+
+static inline void run_sample(const struct batch *batch, int64_t sample)
+{
+    const int64_t never = 0;
+    struct meter meter = {0};
+    struct observer observer = batch->first;
+    struct given *const given = &observer.given;
+    observer.meter = &meter;
+    observer.whole += sample;
+    observer.windows += sample * given->windows;
+    observer.events += sample * given->events;
+    given->resistances += sample * MOTORS;
+    if (given->errors) {
+        given->errors += sample * AXES * given->points;
+    }
+    if (given->keeping) {
+        given->kept += sample * KEPT * ((given->points - 1) / given->every + 1);
+    }
+    batch->returned[sample] = whole_run(&batch->beginnings[sample], batch->calls, batch->rows, batch->last, &never,
+                                        &observer);
+}
+
+#if defined __NVPTX__
+
+__attribute__((device_kernel)) void maglev_samples(const struct batch *batch)
+{
+    const int64_t sample = (int64_t)__nvvm_read_ptx_sreg_ctaid_x() * __nvvm_read_ptx_sreg_ntid_x()
+        + __nvvm_read_ptx_sreg_tid_x();
+    if (sample < batch->samples) {
+        run_sample(batch, sample);
+    }
+}
+
+#else
+
+__attribute__((visibility("default"))) void maglev_samples(const struct batch *batch);
+void maglev_samples(const struct batch *batch)
+{
+    for (int64_t sample = 0; sample < batch->samples; ++sample) {
+        run_sample(batch, sample);
+    }
+}
+
+#endif

@@ -1,0 +1,156 @@
+"""Batches on a graphics processor, without one: its code is made and read, and run here by a stand-in for CuPy.
+
+A run has the bits of other processors where each operation rounds once, to the nearest, and none becomes part of
+another: what is marked so (`.rn`) the driver leaves as it is.
+"""
+
+import re
+import sys
+from collections import Counter
+from collections.abc import Iterator, Mapping
+from pathlib import Path
+
+import numpy as np
+import pytest
+from graphics_stand_in import Memory, stand_in
+from native_builds import require_native_tools
+from tiny_study import scenario
+
+import maglev
+from fmi_export.target import graphics
+from maglev.api.many.batch import plain
+from maglev.arrays import Array
+from maglev.cosim.blocks import block_loop
+from maglev.experiment.preparation import prepare
+from maglev.schema.loading import load_plan
+from maglev.studies.flying import graphics_processor
+from maglev.studies.flying.flight import Flight
+from maglev.studies.flying.graphics_processor import FUNCTION, code_of, require_device
+from maglev.studies.flying.measuring import Measuring
+from maglev.studies.flying.samples import Job, Sample, each_flown
+
+RUNS = ("2dof-push", *(pytest.param(name, marks=pytest.mark.thorough) for name in ("3dof-push", "5dof-setpoints")))
+
+# Rounded once, to the nearest; comparisons, signs, choices; conversions from and to whole numbers, and numbers without
+# their fraction.
+EXACT = {*(f"{each}.rn.f64" for each in ("add", "sub", "mul", "div", "rcp", "sqrt")), "neg.f64", "abs.f64", "min.f64",
+         "max.f64", "setp.f64", "selp.f64", "cvt.rn.f64.s64", "cvt.rn.f64.u64", "cvt.rn.f64.s32", "cvt.rn.f64.u32",
+         "cvt.rzi.s64.f64", "cvt.rzi.s32.f64", "cvt.rzi.f64.f64"}
+
+# What is recorded of the tiny scenario, and judged: all that samples have memory of their own for.
+JUDGED = """
+[[events]]
+name = "the step"
+time = "0.05 s"
+
+[metrics]
+tracking_from = "0.1 s"
+"""
+VALUES = {"plant.v.mass": [4.0, 4.35, 9.0, 4.1, 4.2], "controller.sample_time": [5e-4, 5e-4, 5e-4, 7e-4, 5e-4],
+          "plant.v.position_start": [0.02, 0.021, 0.0195, 0.02, 0.02]}
+
+
+def code(fmus: Path, name: str, monkeypatch: pytest.MonkeyPatch) -> str:
+    """PTX of a run, with its metrics."""
+    experiment = prepare(load_plan(name), fmus, {}, {})
+    taken: list[Mapping[str, str]] = []
+    monkeypatch.setattr(block_loop, "loop_of", lambda sources, _: taken.append(sources))
+    with Flight(experiment, measuring=Measuring(experiment.plan, experiment.times)) as flight:
+        flight.load()
+    return graphics.ptx(code_of(*taken), FUNCTION).decode()
+
+
+def of_numbers(code: str) -> Counter[str]:
+    """How often each instruction that computes with floating-point numbers, or compares them, is in it."""
+    found = re.findall(r"^\s+(?:@\S+\s+)?([a-z]\w*\.\S*\bf(?:16|32|64)\b\S*)", code, re.MULTILINE)
+    return Counter(re.sub(r"^setp\.\w+\.", "setp.", each) for each in found
+                   if not each.startswith(("ld.", "st.", "mov.")))
+
+
+@pytest.mark.parametrize("name", RUNS)
+def test_it_rounds_as_other_processors_do(native_fmus: Path, name: str, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Nothing is contracted, approximate, flushed to zero or in single precision; nothing is called."""
+    made = code(native_fmus, name, monkeypatch)
+    found = of_numbers(made)
+    assert found.keys() <= EXACT, found.keys() - EXACT
+    assert min(found[f"{each}.rn.f64"] for each in ("add", "sub", "mul", "div", "sqrt")) > 0
+    assert f".visible .entry {FUNCTION}(" in made and ".extern" not in made
+    assert not re.search(r"^\s+call", made, re.MULTILINE)
+
+
+@pytest.mark.usefixtures("slow")
+@pytest.mark.parametrize("contraction", ["off", "fast"])
+def test_contraction_would_be_seen(monkeypatch: pytest.MonkeyPatch, contraction: str) -> None:
+    require_native_tools()
+    monkeypatch.setattr(graphics, "FLAGS", [each.replace("=off", f"={contraction}") for each in graphics.FLAGS])
+    made = graphics.ptx({"it.c": "double it(double a, double b, double c) { return a * b + c; }\n"}, "it").decode()
+    assert of_numbers(made) == ({"fma.rn.f64": 1} if contraction == "fast" else {"mul.rn.f64": 1, "add.rn.f64": 1})
+
+
+def judged(folder: Path, fmus: Path, device: str) -> maglev.Batch:
+    """Samples of the tiny scenario, judged."""
+    path = scenario(folder)
+    path.write_text(path.read_text(encoding="utf-8") + JUDGED, encoding="utf-8")
+    return maglev.batch(path, VALUES, keep=["plant.v.position", "controller.h.reference"], keep_interval=5e-3,
+                        device=device, fmus=fmus)
+
+
+def test_samples_have_the_bits_of_this_processor(native_fmus: Path, tmp_path: Path,
+                                                 monkeypatch: pytest.MonkeyPatch) -> None:
+    """In whatever chunks there is memory for; a sample that fails is a row with the same reason."""
+    cupy = stand_in(monkeypatch, memory=30_000)
+    left: list[float] = []   # masses of the samples that are run here after all
+
+    def flown_here(job: Job, values: Array) -> Iterator[Sample]:
+        left.extend(values[:, 0])
+        return each_flown(job, values)
+
+    monkeypatch.setattr(graphics_processor, "each_flown", flown_here)
+    there, here = (judged(tmp_path, native_fmus, device) for device in ("gpu", "cpu"))
+    assert len(cupy.launches) == 3 and {threads for _, threads in cupy.launches} == {(64,)}
+    assert left == VALUES["plant.v.mass"][3:4]
+    assert there.failures == here.failures and there.failures[3] is not None
+    assert there.columns.keys() == here.columns.keys() and len(there.columns) > 20
+    for name in there.columns:
+        assert there[name].tobytes() == here[name].tobytes(), name
+    for name in there.signals:
+        assert there.signals[name].tobytes() == here.signals[name].tobytes(), name
+    metrics = there.run(2).metrics
+    assert metrics is not None and metrics.rms_errors["v"] == there["rms error of v"][2]
+    assert len({*there["rms error of v"].tolist()}) == 5
+
+
+def test_memory_that_others_take_is_said(native_fmus: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Where there is too little to begin with, or when samples go there."""
+    for memory, taken, words in ((100, 0, "a sample takes"), (1e9, 9.9e8, "expected a batch of at most")):
+        stand_in(monkeypatch, memory=memory).taken = int(taken)
+        with pytest.raises(maglev.MaglevError, match=f"device='gpu': .*{words}"):
+            judged(tmp_path, native_fmus, "gpu")
+
+
+def test_a_reference_of_each_sample_is_refused(native_fmus: Path, tmp_path: Path,
+                                               monkeypatch: pytest.MonkeyPatch) -> None:
+    stand_in(monkeypatch)
+    with pytest.raises(maglev.ScenarioError, match=r"reference\.v\.end varies with device='gpu', expected"):
+        maglev.batch(scenario(tmp_path), {"reference.v.end": [0.02, 0.021]}, device="gpu", fmus=native_fmus)
+
+
+def test_what_is_not_there_is_said(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setitem(sys.modules, "cupy", None)
+    with pytest.raises(maglev.MaglevError, match="device='gpu' needs cupy, expected it to be installed: .*gpu"):
+        require_device("gpu")
+    with pytest.raises(maglev.ScenarioError, match="device='gppu': expected one of cpu, gpu; nearest is 'gpu'"):
+        require_device("gppu")
+    for options, words in (({"found": 0}, "cudaErrorNoDevice: .*, expected a graphics processor of NVIDIA"),
+                           ({"capability": "75"}, "compute capability 7.5, expected at least 8.0, or device='cpu'")):
+        stand_in(monkeypatch, **options)
+        with pytest.raises(maglev.MaglevError, match=f"device='gpu': .*{words}"):
+            require_device("gpu")
+
+
+def test_arrays_come_by_dlpack(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Of this machine's memory and of a graphics processor's; what comes out speaks it, too."""
+    assert plain(np.array([4.0, 5.0], np.float32)) == [4.0, 5.0]
+    cupy = stand_in(monkeypatch)
+    monkeypatch.setattr("maglev.api.many.batch.extra", lambda *_: cupy)
+    assert plain(Memory([4.0, 5.0])) == [4.0, 5.0]
