@@ -1,0 +1,90 @@
+"""Whether a graphics processor gives the bits of this processor, and how fast: `maglev.batch` with device="gpu".
+
+First 65,536 differing stages in a run of 1.5 s, on both: all metrics must have the same bits. Then 100,000 samples of
+3dof-setpoints-improved with all metrics: the whole call, and the kernel alone, in steps of a stage a second. Without a
+graphics processor it says why it is left out. The exit code is 1 where bits differ.
+"""
+
+import argparse
+import tempfile
+from pathlib import Path
+from time import perf_counter
+from typing import Any
+from unittest.mock import patch
+
+import numpy as np
+
+import maglev
+from maglev.schema.loading import load_plan
+from maglev.studies.flying.graphics_processor import Begun, Device, Running, require_device
+
+RUN = "3dof-setpoints-improved"
+SHORT = """\
+extends = ["loops/3dof.toml", "gains/3dof-improved.toml", "references/3dof-setpoints.toml"]
+name = "short"
+title = "The beginning of the setpoints"
+stop_time = "1.5 s"
+"""
+
+
+def differing(samples: int) -> dict[str, Any]:
+    """Values of so many stages, no two of which are the same."""
+    random = np.random.default_rng(1)
+    return {"plant.y.mass": np.linspace(6.5, 7.5, samples),
+            "plant.y.position_start": random.uniform(0.0245, 0.0255, samples),
+            "controller.current_limit": random.uniform(4.0, 8.0, samples)}
+
+
+def same_bits(samples: int) -> bool:
+    """Compare short runs on both processors."""
+    with tempfile.TemporaryDirectory() as name:
+        path = Path(name) / "short.toml"
+        path.write_text(SHORT, encoding="utf-8")
+        there, here = (maglev.batch(path, differing(samples), device=device) for device in ("gpu", "cpu"))
+    differ = [name for name in here.columns if there[name].tobytes() != here[name].tobytes()]
+    stages = len(np.unique(np.column_stack([*here.columns.values()]), axis=0))
+    print(f"{samples:,} samples of 1.5 s, {stages:,} of them with metrics of their own, {len(here.columns)} metrics: "
+          f"{'bits differ in ' + ', '.join(differ) if differ else 'the same bits'}")
+    return not differ and there.failures == here.failures
+
+
+def speed(samples: int) -> None:
+    """Time a study, then the kernel alone, which does not run beside this processor there."""
+    plan = load_plan(RUN)
+    steps = samples * round(plan.stop_time / plan.step)
+    kernel, launch = [], Device.launch
+
+    def timed(device: Device, begun: Begun) -> Running:
+        start = perf_counter()
+        running = launch(device, begun)
+        device.cupy.cuda.Device().synchronize()
+        kernel.append(perf_counter() - start)
+        return running
+
+    start = perf_counter()
+    maglev.batch(RUN, differing(samples), device="gpu")
+    whole = perf_counter() - start
+    with patch.object(Device, "launch", timed):
+        maglev.batch(RUN, differing(samples), device="gpu")
+    print(f"{samples:,} samples of {RUN}, {steps:,} steps of a stage with all metrics: {whole:.1f} s in all, "
+          f"{sum(kernel):.1f} s to send and run them: {steps / whole:.3g} and {steps / sum(kernel):.3g} steps a second")
+
+
+def main() -> None:
+    """Print what is found."""
+    parser = argparse.ArgumentParser(description=__doc__)
+    parser.add_argument("--compared", type=int, default=65_536, help="samples that are compared")
+    parser.add_argument("--timed", type=int, default=100_000, help="samples that are timed")
+    asked = parser.parse_args()
+    try:
+        require_device("gpu")
+    except maglev.MaglevError as error:
+        print(f"left out: {error}")
+        return
+    if not same_bits(asked.compared):
+        raise SystemExit(1)
+    speed(asked.timed)
+
+
+if __name__ == "__main__":
+    main()
