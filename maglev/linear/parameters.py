@@ -5,7 +5,7 @@ from collections.abc import Mapping
 from operator import attrgetter
 from typing import Any
 
-from maglev.errors import LinearModelError, nearest, or_of_own_stage
+from maglev.errors import LinearModelError, MaglevError, nearest, option, or_of_own_stage
 from maglev.parameter import Parameter, require_parameter
 from maglev.stages import STAGES, definitions
 from pmlsm.rig import Rig
@@ -55,6 +55,19 @@ def block_of(name: str, parameters: Mapping[str, Quantity | bool]) -> Any:
         setattr(*known[key].slot(block), value)
     block.geometry.prepare()   # what a motor of another geometry owes to it; one that is none is refused by `prepare`
     return block
+
+
+def by_part(settings: Mapping[str, Quantity | bool], error: type[MaglevError]
+            ) -> dict[str, dict[str, Quantity | bool]]:
+    """Parameters of "plant" and "controller" by their names there, from names such as "plant.y.mass"."""
+    found: dict[str, dict[str, Quantity | bool]] = {"plant": {}, "controller": {}}
+    for name, value in settings.items():
+        part, dot, variable = name.partition(".")
+        if part not in found or not dot:
+            raise error(f"{option('set', {name: value})}: expected plant.… or controller.…, such as "
+                        "plant.y.mass=7.2kg")
+        found[part][variable] = value
+    return found
 
 
 def number(name: str, key: str, given: Quantity, unit: str) -> float:

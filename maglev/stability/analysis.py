@@ -9,7 +9,7 @@ import numpy as np
 from maglev.arrays import Array
 from maglev.catalogue.for_runs import fmus_for_runs
 from maglev.errors import StabilityError
-from maglev.linear.parameters import Quantity
+from maglev.linear.parameters import Quantity, by_part
 from maglev.stability.axis_loop import axis_loop, rig_named
 from maglev.stability.certificate import certify
 from maglev.stability.certificate import synthesise as synthesised_gains
@@ -74,7 +74,7 @@ def region(rig: str, axis: str, gap: Quantity, *, controller: str | None = None,
     """
     if not 0.0 <= decay < float("inf"):
         raise StabilityError(f"decay = {decay!r} 1/s, expected a finite rate of 0 1/s or more")
-    settings = by_fmu(set or {})
+    settings = by_part(set or {}, StabilityError)
     loop = axis_loop(rig, axis, gap, controller=controller, plant_parameters=settings["plant"],
                      controller_parameters=settings["controller"])
     asked = None if step is None else size_of(step, loop.unit)
@@ -118,15 +118,4 @@ def size_of(step: Quantity, unit: str) -> float:
         found = parse_quantity(step, unit)
     if found <= 0.0:
         raise StabilityError(f"step = {found:g} {unit}, expected one above 0 {unit}")
-    return found
-
-
-def by_fmu(settings: Mapping[str, Quantity | bool]) -> dict[str, dict[str, Quantity | bool]]:
-    """Parameters of plant and controller from names with a dot, such as "plant.y.mass"."""
-    found: dict[str, dict[str, Quantity | bool]] = {"plant": {}, "controller": {}}
-    for name, value in settings.items():
-        part, dot, variable = name.partition(".")
-        if part not in found or not dot:
-            raise StabilityError(f"set {name}: expected plant.… or controller.…, such as controller.x.ec1")
-        found[part][variable] = value
     return found

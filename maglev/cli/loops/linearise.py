@@ -125,6 +125,7 @@ def linearise(names: Blocks, at: At, openings: Openings = None, measure: Measure
     `maglev linearise Plant3DOF mine.py --at y=25mm --measure --amplitude 0.3mm --from 3 --to 600`
     """
     with one_line_errors(debug):
+        from maglev.linear.parameters import by_part
         from maglev.own_stage.adoption import know_stage
 
         if rig is not None:
@@ -148,7 +149,8 @@ def linearise(names: Blocks, at: At, openings: Openings = None, measure: Measure
                **{name: positive_time(text, LinearModelError, option(name, text))
                   for name, text in (("settle", settle), ("timeout", options["timeout"]))}}
         positions = {axis: number_or_text(value) for axis, value in pairs("--at", at, VALUE, LinearModelError)}
-        asked = Asked(names, positions, read_parameters(settings or []), openings or (), how, out if plot else None,
+        given = {name: value_of(value) for name, value in pairs("--set", settings, VALUE, LinearModelError)}
+        asked = Asked(names, positions, by_part(given, LinearModelError), openings or (), how, out if plot else None,
                       as_json)
         if measure:
             measured(asked, **injection)
@@ -225,18 +227,6 @@ def measured(asked: Asked, amplitude: str, **injection: Any) -> None:
         data[signal]["picture"] = str(picture)
         typer.echo(f"picture: {picture}")
     asked.write(data)
-
-
-def read_parameters(settings: Sequence[str]) -> Mapping[str, dict[str, float | str | bool]]:
-    """Parameters of plant and controller from the options --set."""
-    found: dict[str, dict[str, float | str | bool]] = {"plant": {}, "controller": {}}
-    for name, value in pairs("--set", settings, VALUE, LinearModelError):
-        part, dot, variable = name.partition(".")
-        if part not in found or not dot:
-            raise LinearModelError(f"--set {name}={value}: expected plant.… or controller.…, such as "
-                                   "plant.y.mass=7.2kg")
-        found[part][variable] = value_of(value)
-    return found
 
 
 def shown(asked: Asked, loop: "Loop") -> dict[str, Any]:
