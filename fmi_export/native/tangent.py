@@ -231,7 +231,7 @@ class Differentiated:
             text, derivative = self.number(value)
             derivative = derivative or "0.0"
         else:
-            text = self.path(value) if kind in self.blocks.attributes else self.plain(value)
+            text = self.path(value) if self.imported(kind) in self.blocks.attributes else self.plain(value)
             derivative = self.path(value, SUFFIX) if kind in self.blocks.attributes else ""
         place = self.places(target, kind)
         if len(place) == 2:
