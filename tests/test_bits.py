@@ -40,7 +40,7 @@ ELSEWHERE = {
     "maglev/fmu_experiments/check.py": "an FMU against its carried solution, within a tolerance",
     "maglev/identification": "estimates from a recording",
     "maglev/linear": "linear models and margins",
-    "maglev/own_stage/data_sheet.py": "constants of a stage, kept to twelve digits or a field of 1e-10 T",
+    "maglev/rig/data_sheet.py": "constants of a stage, kept to twelve digits or a field of 1e-10 T",
     "maglev/own_stage/consequences.py": "what `maglev stage` prints, which is in no stage",
     "maglev/own_stage/design.py": "gains of a stage, kept to twelve digits",
     "maglev/report/plots": "pictures",

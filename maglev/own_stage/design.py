@@ -14,7 +14,7 @@ from maglev.arrays import Array, Complex
 from maglev.errors import RigError
 from maglev.linear.design import gains_of
 from maglev.linear.places import MotorPlaces
-from maglev.own_stage.digits import kept
+from maglev.rig.digits import kept
 from pmlsm.gap_functions import gap_functions
 from pmlsm.rig import Rig, RigAxis
 from pmlsm.velocity_rows import GRAVITY

@@ -6,7 +6,7 @@ from math import pi
 from pathlib import Path
 
 from maglev.errors import RigError, nearest, one_of
-from maglev.own_stage.data_sheet import Catalogue, Field, field_geometry, optional
+from maglev.rig.data_sheet import Catalogue, Field, field_geometry, optional
 from maglev.rig.description import PACKAGED, Reader
 from maglev.toml_file import read_toml
 from maglev.units import number_or_text

@@ -6,10 +6,10 @@ from pathlib import Path
 
 from maglev.errors import MaglevError, RigError, one_of, option
 from maglev.own_stage.adoption import rig_named
-from maglev.own_stage.data_sheet import Catalogue, Field
 from maglev.own_stage.loop import TIMES, setpoints
 from maglev.own_stage.motor import SIDE_BY_SIDE, Motor, read_motor, sheet_of, side_by_side, with_motor
 from maglev.own_stage.reading import read_own
+from maglev.rig.data_sheet import Catalogue, Field
 from maglev.rig.writer import render
 from maglev.stages import STAGES
 from pmlsm.gap_functions import gap_functions

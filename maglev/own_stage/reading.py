@@ -5,7 +5,6 @@ from pathlib import Path
 from typing import Any
 
 from maglev.errors import RigError
-from maglev.own_stage.data_sheet import Catalogue, Field, catalogue_constants, field_geometry
 from maglev.own_stage.design import (
     BANDWIDTH,
     FAST,
@@ -16,8 +15,9 @@ from maglev.own_stage.design import (
     unstable_rate,
     wanted_sample_time,
 )
-from maglev.own_stage.digits import kept
+from maglev.rig.data_sheet import Catalogue, Field, catalogue_constants, field_geometry
 from maglev.rig.description import Reader
+from maglev.rig.digits import kept
 from maglev.toml_file import read_toml
 from pmlsm.rig import Constants, Estimator, Rig
 from pmlsm.rigs import EXAMPLE, RIGS

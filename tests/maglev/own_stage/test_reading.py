@@ -15,11 +15,11 @@ from hypothesis import strategies as st
 
 from maglev.errors import MaglevError, RigError
 from maglev.linear.design import regulator_polynomial
-from maglev.own_stage.data_sheet import Field, Winding, field_geometry, formulas
 from maglev.own_stage.design import OMEGA0, unstable_rate
 from maglev.own_stage.loop import loop_table
 from maglev.own_stage.new import new_stage
 from maglev.own_stage.reading import read_own
+from maglev.rig.data_sheet import Field, Winding, field_geometry, formulas
 from maglev.schema.layers import PACKAGED as SCENARIOS
 from maglev.schema.layers import merged, read_layers
 from pmlsm.motor_geometry import MotorGeometry

@@ -8,7 +8,7 @@ from warnings import catch_warnings, simplefilter
 import numpy as np
 
 from maglev.errors import RigError
-from maglev.own_stage.digits import kept
+from maglev.rig.digits import kept
 from pmlsm.gap_functions import gap_functions
 from pmlsm.motor_geometry import MotorGeometry
 from pmlsm.rig import Constants, Rig, quantity
