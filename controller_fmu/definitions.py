@@ -29,7 +29,7 @@ from controller_fmu.variables import (
 )
 from fmi_export.definition import Drawing, Experiment, FmuDefinition
 from pmlsm.rig import Rig
-from pmlsm.variables import BAD_GEOMETRY, motor_geometry
+from pmlsm.variables import RATIOS, bad_geometry, motor_geometry
 
 # Name, and what the description says, of the regulator with each law.
 LAWS = {NONLINEAR: ("nonlinear", "Regulator", "on the feedback-linearised motors"),
@@ -42,7 +42,7 @@ LAWS = {NONLINEAR: ("nonlinear", "Regulator", "on the feedback-linearised motors
 
 def refusals(rig: Rig) -> dict[int, str]:
     """Refusals of every controller of a rig."""
-    return {STEP_MISFIT: REFUSED_STEP, status.BAD_GEOMETRY: BAD_GEOMETRY,
+    return {STEP_MISFIT: REFUSED_STEP, status.BAD_GEOMETRY: bad_geometry(rig),
             **({status.BAD_PLACES: bad_places(rig)} if rig.rotations else {})}
 
 
@@ -82,7 +82,7 @@ def regulator(rig: Rig, block: type, law: int) -> FmuDefinition:
             *internal_model_parameters(rig.source("design.antiwindup")),
             *(v for axis in rig.axes for v in regulator_gains(rig, axis)),
             *platform_parameters(rig),
-            *motor_geometry(rig)),
+            *motor_geometry(rig, *RATIOS)),
         refusals={**refusals(rig),
                   **({} if law == NONLINEAR else {NO_EQUILIBRIUM: no_equilibrium(rig, law)})},
         experiment=default_experiment(rig),
@@ -123,7 +123,7 @@ def pid(rig: Rig, block: type) -> FmuDefinition:
             setpoint(rig, "the gains are designed", "assumed"),
             *(v for axis in rig.axes for v in pid_parameters(axis)),
             *platform_parameters(rig),
-            *motor_geometry(rig)),
+            *motor_geometry(rig, *RATIOS)),
         refusals={**refusals(rig), NO_EQUILIBRIUM: SETPOINT_WITHOUT_EQUILIBRIUM,
                   PREFILTER_TOO_FAST: f"{corners}, expected at most 0.8 / sample_time, with sample_time = "
                                       "{sample_time} s"},

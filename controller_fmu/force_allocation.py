@@ -1,6 +1,7 @@
 """Which normal force each motor of a platform makes, so that the platform has the accelerations that are demanded."""
 
 from controller_fmu.motor_place import MotorPlace
+from controller_fmu.tilt_measurement import TiltMeasurement
 from controller_fmu.tilting_platform import TiltingPlatform
 from pmlsm.velocity_rows import GRAVITY
 
@@ -38,6 +39,13 @@ class ForceAllocation:
     def demand_at(self, place: MotorPlace) -> float:
         """Vertical acceleration (m/s²) that is demanded of a motor: the platform's, if all motors did as this one."""
         return self.weight + self.motors * place.carried(self.force, self.roll_torque, self.pitch_torque)
+
+    def gather(self, tilts: TiltMeasurement, place: MotorPlace, demand: float) -> None:
+        """Add to what y, roll and pitch demand what a motor does (m/s²); without thrust the inverse of `demand_at`."""
+        force = demand / self.motors
+        tilts.y += force
+        tilts.roll -= place.z * force * self.mass_y / self.inertia_roll
+        tilts.pitch += place.x * force * self.mass_y / self.inertia_pitch
 
     def roll_ratio(self, platform: TiltingPlatform) -> float:
         """Stiffness and gain of roll under currents that change along z, by those of y: M_y Σ z² / (n I_roll)."""

@@ -3,6 +3,7 @@
 from estimator_fmu.motor_current import MotorCurrent
 from pmlsm.gap_functions import gap_functions
 from pmlsm.motor_geometry import MotorGeometry
+from pmlsm.motor_ratio import MotorRatio
 from pmlsm.velocity_rows import normal_terms, thrust_acceleration
 
 
@@ -30,3 +31,14 @@ class MotorRows:
         self.coils += coils
         self.iron += iron
         return thrust_acceleration(self.sharing, f1, motor.i_q)
+
+    def add_kind(self, geometry: MotorGeometry, ratio: MotorRatio, gap: float, motor: MotorCurrent) -> float:
+        """Take in a motor that is unlike the others, whose constants are in a ratio to theirs; as of `add`."""
+        f1, f2, f3, f4 = gap_functions(geometry, gap)
+        attraction, coils, iron = normal_terms(
+            self.sharing * ratio.attraction, self.sharing * ratio.coils, self.sharing * ratio.iron, f2, f3, f4,
+            motor.i_d, motor.i_q * motor.i_q + motor.i_d * motor.i_d)
+        self.attraction += attraction
+        self.coils += coils
+        self.iron += iron
+        return thrust_acceleration(self.sharing * ratio.thrust, f1, motor.i_q)

@@ -7,7 +7,7 @@ from controller_fmu.status import STEP_MISFIT
 from controller_fmu.variables import bad_places, by_gaps, gap_inputs, measured_axis, measurements, place_parameters
 from fmi_export.definition import Variable, flag, parameter, real_input, real_output, switch
 from pmlsm.rig import ATTRACTION, COILS, IRON, THRUST, Rig, RigConstant
-from pmlsm.variables import BAD_GEOMETRY, motor_geometry
+from pmlsm.variables import CONSTANTS, bad_geometry, motor_geometry
 
 REFUSED_STEP = ("communication step = {step} s, expected one that divides the estimator's "
                 "sample_time = {sample_time} s into a whole number of steps and does not step over a sample")
@@ -26,7 +26,7 @@ def placed(of: RigConstant, variable: Variable, part: str, above: str = "") -> V
 
 def refusals(rig: Rig) -> dict[int, str]:
     """Refusals of an estimator, by the status of the block."""
-    return {STEP_MISFIT: REFUSED_STEP, status.BAD_GEOMETRY: BAD_GEOMETRY,
+    return {STEP_MISFIT: REFUSED_STEP, status.BAD_GEOMETRY: bad_geometry(rig),
             **({status.BAD_PLACES: bad_places(rig)} if rig.rotations else {})}
 
 
@@ -44,7 +44,7 @@ def estimator_variables(rig: Rig) -> tuple[Variable, ...]:
               for v in guess(constant, rig.source("estimator.guess"), rig.source("estimator.weight"))),
             *estimator_parameters(rig.source("sample_time")),
             *place_parameters(rig),
-            *motor_geometry(rig))
+            *motor_geometry(rig, *CONSTANTS))
 
 
 def row_inputs(rig: Rig, axis: str) -> tuple[str, ...]:

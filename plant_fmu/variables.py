@@ -4,7 +4,7 @@ from dataclasses import replace
 
 from fmi_export.definition import Variable, flag, parameter, real_input, real_output, switch
 from pmlsm.rig import Rig, RigAxis, RigConstant
-from pmlsm.variables import BAD_GEOMETRY, motor_geometry
+from pmlsm.variables import CONSTANTS, bad_geometry, motor_geometry
 
 NONE = "assumed: none"   # of payload and guides
 NO_FAULT = "off"
@@ -188,7 +188,7 @@ def stage_variables(rig: Rig) -> tuple[Variable, ...]:
                       "limit", "assumed: no limit", 0.0, 1e5, 10.0),
             parameter("encoder.resolution", "m", "resolution of the encoders; 0 = they measure exactly",
                       rig.source("resolution"), 0.0, 1.0, 1e-5),
-            *parameters, *motor_geometry(rig))
+            *parameters, *motor_geometry(rig, *CONSTANTS))
 
 
 def stage_refusals(rig: Rig) -> dict[int, str]:
@@ -197,7 +197,7 @@ def stage_refusals(rig: Rig) -> dict[int, str]:
               f"{stops(axis.name)}" for axis in rig.axes if axis.stop is not None]
     beyond += [f"{motor}.gap = {{{motor}.gap}} m at the start, expected one between the stops {stops(motor)}"
                for motor in rig.motor_names if rig.rotations]
-    run_away, step_too_long, bad_geometry, no_seed = range(len(beyond) + 1, len(beyond) + 5)
+    run_away, step_too_long, no_motor, no_seed = range(len(beyond) + 1, len(beyond) + 5)
     places = ", ".join(f"{axis.name}.position = {{{axis.name}.position}} {axis.unit('m')}" for axis in rig.axes)
     every = "both" if len(rig.axes) == 2 else "all"
     bounds = "1000 m or rad and slower than 1e6 m/s or rad/s" if rig.rotations else "1000 m and slower than 1e6 m/s"
@@ -205,7 +205,7 @@ def stage_refusals(rig: Rig) -> dict[int, str]:
         **dict(enumerate(beyond, 1)),
         run_away: f"the mover has run away in the step from {{time}} s: {places}, expected {every} within {bounds}",
         step_too_long: "communication step = {step} s, expected at most 1000 s",
-        bad_geometry: BAD_GEOMETRY,
+        no_motor: bad_geometry(rig),
         no_seed: "roughness_seed = {roughness_seed}, expected a whole number"}
 
 

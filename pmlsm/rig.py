@@ -129,11 +129,23 @@ class Winding:
 
 
 @dataclass(frozen=True)
+class MotorKind:
+    """Of a motor that is unlike the others of its rig: geometry as of `Rig`, and constants and limit by those of it."""
+
+    geometry: Mapping[str, float]
+    thrust: float
+    attraction: float
+    coils: float
+    iron: float
+    limit: float
+
+
+@dataclass(frozen=True)
 class RigMotor:
     """Motor, or motors with one current, and the horizontal axis that it drives; all carry the vertical axis.
 
     Where the platform tilts, x and z (m) are its place on the platform, from the centre of mass along the two
-    horizontal axes.
+    horizontal axes. Its kind is None where geometry and constants of the rig are its own; no file says it.
     """
 
     name: str
@@ -142,6 +154,13 @@ class RigMotor:
     x: float = quantity("m", -10.0, 10.0, 0.0)
     z: float = quantity("m", -10.0, 10.0, 0.0)
     winding: Winding = Winding()
+    kind: MotorKind | None = field(default=None, metadata={"file": False})
+
+    @property
+    def ratios(self) -> tuple[float, float, float, float]:
+        """Thrust, attraction, coils and iron by those of the rig."""
+        of = self.kind
+        return (1.0, 1.0, 1.0, 1.0) if of is None else (of.thrust, of.attraction, of.coils, of.iron)
 
 
 @dataclass(frozen=True)
@@ -345,10 +364,16 @@ class Rig:
         """Of stage, model, and estimator: guess and weight."""
         return self.stage, self.model, self.estimator.guess, self.estimator.weight
 
-    def motor(self) -> MotorGeometry:
-        """A motor of the rig."""
+    @property
+    def unlike(self) -> tuple[RigMotor, ...]:
+        """Motors of another kind than the rig's geometry and constants are of."""
+        return tuple(motor for motor in self.motors if motor.kind is not None)
+
+    def motor(self, of: RigMotor | None = None) -> MotorGeometry:
+        """Geometry of a motor of the rig, without one of those that are of no kind of their own."""
         motor = MotorGeometry()
-        for path, value in self.geometry.items():
+        geometry = self.geometry if of is None or of.kind is None else of.kind.geometry
+        for path, value in geometry.items():
             part, _, name = path.rpartition(".")
             setattr(attrgetter(part)(motor) if part else motor, name, value)
         motor.prepare()

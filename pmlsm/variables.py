@@ -1,13 +1,19 @@
 """Variables that everything with a model of the motor has."""
 
+from collections.abc import Iterator, Mapping
+from dataclasses import replace
+
 from fmi_export.definition import Variable, parameter
 from pmlsm.rig import Rig
 
 STATED = "stated, Tables 4.1 and 5.1"
 
-BAD_GEOMETRY = ("geometry.slot_width = {geometry.slot_width} m, geometry.slot_pitch = {geometry.slot_pitch} m, "
-                "geometry.field.lower = {geometry.field.lower} m, geometry.field.upper = {geometry.field.upper} m, "
-                "expected slots narrower than their pitch, and gaps from a lower to an upper one")
+BOUNDS = ("slot_width", "slot_pitch", "field.lower", "field.upper")   # of a geometry that can be wrong
+
+RATIOS = {"thrust": "constant of the thrust", "attraction": "constant of the attraction",
+          "coils": "constant of the normal force of the coils", "iron": "constant of the normal force of the iron",
+          "limit": "largest current"}   # of `pmlsm.motor_ratio`
+CONSTANTS = tuple(RATIOS)[:4]
 
 
 # Parameters of the geometry of a motor: unit, meaning, source, lowest and highest value.
@@ -27,8 +33,32 @@ GEOMETRY = {
                        "assumed: fitted to the thesis's figures", -10.0, 10.0) for k in range(13)}}
 
 
-def motor_geometry(rig: Rig) -> tuple[Variable, ...]:
-    """Geometry of the motors, and the field of their magnets over the air gap."""
-    return tuple(
-        parameter(f"geometry.{name}", unit, text, rig.source(f"geometry.{name}") if name in rig.geometry else source,
-                  low, high, 1e-2, fixed=True) for name, (unit, text, source, low, high) in GEOMETRY.items())
+def motor_geometry(rig: Rig, *ratios: str) -> tuple[Variable, ...]:
+    """Geometry of the motors, and the field of their magnets over the air gap.
+
+    Of a motor that is unlike the others its own, and some of the ratios of its constants to theirs.
+    """
+    found = [*geometry("", "", rig.geometry, rig)]
+    for motor in rig.unlike:
+        name, of = motor.name, motor.kind.geometry if motor.kind is not None else {}
+        found += [replace(parameter(f"{name}.{ratio}_ratio", "", f"{RATIOS[ratio]} of {name}, by that of the motors "
+                                    "that are like each other", rig.source(f"motors.{name}"), 1e-6, 1e6, 1.0),
+                          path=f"{name}_ratio.{ratio}") for ratio in ratios]
+        found += geometry(f"{name}.", f"{name}_", of, rig)
+    return tuple(found)
+
+
+def geometry(owner: str, path: str, given: Mapping[str, float], rig: Rig) -> Iterator[Variable]:
+    """Parameters of a geometry with a word before their names, and before their paths in the block."""
+    place = f"motors.{owner}geometry" if owner else "geometry"
+    for name, (unit, text, source, low, high) in GEOMETRY.items():
+        variable = parameter(f"{owner}geometry.{name}", unit, text,
+                             rig.source(f"{place}.{name}") if name in given else source, low, high, 1e-2, fixed=True)
+        yield replace(variable, path=f"{path}geometry.{name}" if path else "")
+
+
+def bad_geometry(rig: Rig) -> str:
+    """Refusal of motors that are none."""
+    owners = ["", *(f"{motor.name}." for motor in rig.unlike)]
+    given = ", ".join(f"{owner}geometry.{name} = {{{owner}geometry.{name}}} m" for owner in owners for name in BOUNDS)
+    return f"{given}, expected slots narrower than their pitch, and gaps from a lower to an upper one"

@@ -310,9 +310,9 @@ def positions_of(pair: Pair, measured: Array) -> dict[str, float]:
 def equilibrium_from(pair: Pair, positions: dict[str, float], commands: Array) -> Equilibrium:
     """The equilibrium in which a stage rests with phase currents (A) that are commanded."""
     along = tuple((MotorPlaces.of(pair.rig).along @ list(positions.values())).tolist())
-    motor = pair.rig.motor()
+    geometries = tuple(pair.rig.motor(motor) for motor in pair.rig.motors)
     by_name = dict(zip(pair.commands, commands.tolist(), strict=True))
     dq = [park(*clarke(*(by_name[f"{name}.i_{phase}_cmd"] for phase in "abc")),
-               *sine_cosine(motor.electrical_angle(place)))
-          for name, place in zip(pair.rig.motor_names, along, strict=True)]
-    return Equilibrium(positions, tuple(d for d, _ in dq), tuple(q for _, q in dq), pair.rig, along, motor)
+               *sine_cosine(of.electrical_angle(place)))
+          for name, of, place in zip(pair.rig.motor_names, geometries, along, strict=True)]
+    return Equilibrium(positions, tuple(d for d, _ in dq), tuple(q for _, q in dq), pair.rig, along, geometries)

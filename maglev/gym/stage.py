@@ -135,9 +135,11 @@ class Stage(gymnasium.Env[Array, Array]):
         self.measuring = MotorPlaces.of(self.rig).measuring(self.rig)
         seen = [self.ends(name.rpartition(".")[0]) for name in self.rig.encoders]
         seen_low, seen_high = (np.array(ends) for ends in zip(*seen, strict=True))
-        self.peak = self.parameters.own(f"{self.rig.motor_names[0]}.amplifier.peak")
+        peaks = [self.parameters.own(f"{motor}.amplifier.peak") for motor in self.rig.motor_names]
+        self.peak = max(peaks)
         self.references = References(reference, low, high, self.last + 1, self.sample_time)
-        self.action_space = gymnasium.spaces.Box(-self.peak, self.peak, self.stage.commands.shape, np.float64)
+        bound = np.repeat(peaks, self.stage.commands.size // len(peaks)).reshape(self.stage.commands.shape)
+        self.action_space = gymnasium.spaces.Box(-bound, bound, dtype=np.float64)
         speeds = np.array([HIGHEST_SPEED / self.rig.arm if axis.rotation else HIGHEST_SPEED for axis in self.rig.axes])
         rounding = self.parameters.extremes("encoder.resolution")[1]   # beyond a stop, at most
         self.lowest = np.concatenate([seen_low - rounding, -speeds, low])

@@ -8,7 +8,7 @@ import numpy as np
 
 from maglev.arrays import Array
 from maglev.identification.recording import Recording
-from maglev.identification.rigs import RowData, shape_functions
+from maglev.identification.rigs import RowData, functions
 from plant_fmu.ripple import RIPPLE_PHASE, SHORTEST_RIPPLE
 from pmlsm.rig import RigAxis
 
@@ -81,8 +81,9 @@ def ripple(axis: RigAxis, x: Array, _velocity: Array) -> Array:
 def modulated(recording: Recording, rows: Sequence[RowData], delayed: Callable[[Array], Array]) -> list[RowData]:
     """Rows with the attraction of each motor times 1 − k sin²(π d/t1), as of `plant_fmu.attraction`."""
     rig, k = recording.rig, recording.rig.described.modulation
-    f = shape_functions(rig.motor, rig.gaps(recording.positions))
-    factor = 1.0 - k * np.sin(pi * recording.positions @ rig.places.slots.T / rig.motor.slot_pitch) ** 2
+    f = functions(rig, recording.positions)
+    pitches = np.array([of.slot_pitch for of in rig.geometries.values()])
+    factor = 1.0 - k * np.sin(pi * recording.positions @ rig.places.slots.T / pitches) ** 2
     with_slots = np.broadcast_to(f, (*f.shape[:2], factor.shape[1])).copy()
     with_slots[1] *= factor
     found = []

@@ -199,7 +199,8 @@ def motor_currents(table: CsvTable, rig: Rig, motor: str, displacement: Array) -
             raise table.refusal(name, int(outside[0]), f"expected a current within ±{LARGEST_CURRENT} A: looks like mA")
     if None not in direct:
         return currents[0], currents[1]
-    dq = np.array([park(*clarke(a, b, c), *sine_cosine(rig.motor.electrical_angle(d)))
+    of = rig.geometries[motor]
+    dq = np.array([park(*clarke(a, b, c), *sine_cosine(of.electrical_angle(d)))
                    for a, b, c, d in zip(*(current.tolist() for current in currents), displacement.tolist(),
                                          strict=True)])
     return dq[:, 0], dq[:, 1]

@@ -71,6 +71,11 @@ class Rig:
         return positions @ self.places.gaps.T if self.described.rotations else positions[:, :1]
 
     @property
+    def geometries(self) -> dict[str, MotorGeometry]:
+        """Geometry of each motor by its name."""
+        return {motor.name: self.described.motor(motor) for motor in self.described.motors}
+
+    @property
     def constants(self) -> tuple[str, ...]:
         """Names of all constants, C1 first."""
         return tuple(self.guess)
@@ -140,16 +145,29 @@ def shape_functions(motor: MotorGeometry, gaps: Array) -> Array:
     return np.ascontiguousarray(values[inverse.reshape(-1)].T).reshape(4, *gaps.shape)
 
 
+def functions(rig: Rig, positions: Array) -> Array:
+    """Shape functions at positions, shape (4, n, motors), or (4, n, 1) where all motors have the same gap.
+
+    Of a motor that is unlike the others times the ratios of its constants, which the rows thus share.
+    """
+    gaps = rig.gaps(positions)
+    if not rig.described.unlike:
+        return shape_functions(rig.motor, gaps)
+    of = rig.geometries
+    return np.stack([np.array(motor.ratios)[:, None] * shape_functions(of[motor.name], gaps[:, k])
+                     for k, motor in enumerate(rig.described.motors)], axis=2)
+
+
 def regressors(rig: Rig, positions: Array, i_d: Array, i_q: Array, velocities: Array) -> list[RowData]:
     """Rows of a rig at positions and velocities (m, m/s), shape (n, axes), with delivered currents (A), (n, motors)."""
-    f = shape_functions(rig.motor, rig.gaps(positions))
+    f = functions(rig, positions)
     return [RowData(row, row.columns(f, i_d, i_q), np.full(len(positions), row.offset), velocities[:, k])
             for k, row in enumerate(rig.rows)]
 
 
 def accelerations(rig: Rig, positions: Array, i_d: Array, i_q: Array, constants: dict[str, float]) -> Array:
     """Accelerations of the axes by the model (m/s²), shape (n, axes)."""
-    f = shape_functions(rig.motor, rig.gaps(positions))
+    f = functions(rig, positions)
     rows: Sequence[Array] = [row.columns(f, i_d, i_q) @ np.array([constants[name] for name in row.constants])
                              + row.offset for row in rig.motion]
     return np.stack(rows, axis=1)

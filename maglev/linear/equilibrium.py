@@ -17,6 +17,7 @@ from maglev.linear.parameters import Quantity, block_of, controllers, linear_nam
 from maglev.linear.places import MotorPlaces
 from maglev.stages import STAGES
 from maglev.units import parse_quantity, refused_as
+from pmlsm.motor_geometry import MotorGeometry
 from pmlsm.rig import Rig
 from pmlsm.velocity_rows import GRAVITY
 
@@ -90,6 +91,8 @@ def modelled(rig: Rig, controller: Any) -> Any:
     """The stage as a controller models it: with its constants, masses and places, and with nothing else."""
     stage = STAGES.definition(linear_names(rig)[0]).new_block()
     stage.geometry = controller.geometry
+    for part in (f"{motor.name}_{of}" for motor in rig.unlike for of in ("geometry", "ratio")):
+        setattr(stage, part, getattr(controller, part))
     for constant in rig.constants:
         setattr(stage, constant.name, getattr(controller, constant.name))
     stage.attraction_modulation = stage.magnet_rise = 0.0
@@ -121,9 +124,8 @@ def check_gaps(place: str, rig: Rig, block: Any, places: MotorPlaces, positions:
     """Refuse a tilt at which the gap of a motor is beyond the motor's field or a stop."""
     if not rig.rotations:
         return
-    field = block.geometry.field
     for motor, gap in zip(rig.motor_names, (places.gaps @ list(positions.values())).tolist(), strict=True):
-        mount = getattr(block, f"{motor}_mount", None)
+        mount, field = getattr(block, f"{motor}_mount", None), geometry_of(block, motor).field
         low, high = (field.lower, field.upper) if mount is None else (mount.stop.lower, mount.stop.upper)
         if not low <= gap <= high:
             raise LinearModelError(f"{place}: {motor}.gap = {1e3 * gap:.4g} mm, expected it within {1e3 * low:g}…"
@@ -172,7 +174,13 @@ def solve(place: str, rig: Rig, block: Any, places: MotorPlaces, positions: dict
         currents = balanced(place, rig, stage, places, currents, None if split is None else at_rest(split, positions))
     along = tuple((places.along @ list(positions.values())).tolist())
     return Equilibrium(positions, tuple(currents[0::2].tolist()), tuple(currents[1::2].tolist()), rig, along,
-                       block.geometry)
+                       tuple(geometry_of(block, motor) for motor in rig.motor_names))
+
+
+def geometry_of(block: Any, motor: str) -> MotorGeometry:
+    """Geometry that a block has of a motor."""
+    found: MotorGeometry = getattr(block, f"{motor}_geometry", block.geometry)
+    return found
 
 
 def balanced(place: str, rig: Rig, stage: Any, places: MotorPlaces, currents: Array, split: Any) -> Array:
@@ -223,9 +231,11 @@ def check_amplifiers(place: str, block: Any, found: Equilibrium) -> None:
 def check_limit(place: str, block: Any, found: Equilibrium) -> None:
     """Refuse currents that a controller does not command."""
     for name, value in found.currents.items():
-        if 0.0 < block.current_limit < abs(value):
+        ratio = getattr(block, f"{name.partition('.')[0]}_ratio", None)
+        limit = block.current_limit * (ratio.limit if ratio is not None else 1.0)
+        if 0.0 < limit < abs(value):
             raise LinearModelError(
-                f"{place}: {name}_cmd = {value:.3g} A is beyond current_limit = {block.current_limit:g} A, where the "
+                f"{place}: {name}_cmd = {value:.3g} A is beyond current_limit = {limit:g} A, where the "
                 f"controller is not linear, expected a {'smaller' if found.i_d[0] < 0.0 else 'larger'} gap or another "
                 "limit (0 = none)")
 
@@ -244,8 +254,8 @@ def read_positions(name: str, at: Mapping[str, Quantity]) -> dict[str, float]:
     if vertical not in at:
         raise LinearModelError(f"{name}: no {vertical}, expected the air gap to linearise at, such as "
                                f"{vertical} = 25 mm")
-    field = rig.motor().field
-    if not field.lower <= positions[vertical] <= field.upper:
-        raise LinearModelError(f"{name} at {vertical} = {positions[vertical]:g} m: expected an air gap of "
-                               f"{field.lower:g}…{field.upper:g} m, where the motor's field is known")
+    for field in (rig.motor(motor).field for motor in rig.motors):
+        if not field.lower <= positions[vertical] <= field.upper:
+            raise LinearModelError(f"{name} at {vertical} = {positions[vertical]:g} m: expected an air gap of "
+                                   f"{field.lower:g}…{field.upper:g} m, where the motor's field is known")
     return positions

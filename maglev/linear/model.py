@@ -28,8 +28,8 @@ class Equilibrium:
         Whose axes and motors these are.
     along : tuple of float
         Displacement of each motor, m.
-    motor : MotorGeometry
-        Geometry of each.
+    geometries : tuple of MotorGeometry
+        Of each motor.
     """
 
     positions: dict[str, float]
@@ -37,7 +37,7 @@ class Equilibrium:
     i_q: tuple[float, ...]
     rig: Rig
     along: tuple[float, ...]
-    motor: MotorGeometry
+    geometries: tuple[MotorGeometry, ...]
 
     @property
     def motors(self) -> tuple[str, ...]:
@@ -58,8 +58,8 @@ class Equilibrium:
     def phases(self) -> dict[str, float]:
         """Phase currents of each motor by name, such as "alpha.i_a", A."""
         found = {}
-        for motor, along, d, q in zip(self.motors, self.along, self.i_d, self.i_q, strict=True):
-            for phase, value in zip("abc", phase_currents(d, q, self.motor.electrical_angle(along)), strict=True):
+        for motor, of, along, d, q in zip(self.motors, self.geometries, self.along, self.i_d, self.i_q, strict=True):
+            for phase, value in zip("abc", phase_currents(d, q, of.electrical_angle(along)), strict=True):
                 found[f"{motor}.i_{phase}"] = value
         return found
 

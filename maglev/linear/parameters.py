@@ -45,15 +45,16 @@ def block_of(name: str, parameters: Mapping[str, Quantity | bool]) -> Any:
 
     LinearModelError if the FMU has no such parameter or cannot take its value.
     """
-    rig_of(name)
-    definition = STAGES.definition(name)
+    rig, definition = rig_of(name), STAGES.definition(name)
     known = {variable.name: variable for variable in definition.variables if variable.causality == "parameter"}
     block = definition.new_block()
     for key, given in parameters.items():
         require_parameter(key, known, name, LinearModelError)
         value = Parameter.of(known[key]).read(given, f"{name}: {key}", LinearModelError)
         setattr(*known[key].slot(block), value)
-    block.geometry.prepare()   # what a motor of another geometry owes to it; one that is none is refused by `prepare`
+    # What a motor of another geometry owes to it; one that is none is refused by `prepare`.
+    for part in ("geometry", *(f"{motor.name}_geometry" for motor in rig.unlike)):
+        getattr(block, part).prepare()
     return block
 
 
@@ -82,6 +83,8 @@ def prepare(name: str, block: Any) -> None:
     """
     status = block.start()
     if status:
-        text = re.sub(r"\{([\w.]+)\}", lambda match: repr(attrgetter(match[1])(block)),
-                      STAGES.definition(name).refusals[status])
+        definition = STAGES.definition(name)
+        places = {variable.name: variable.place for variable in definition.variables}
+        text = re.sub(r"\{([\w.]+)\}", lambda match: repr(attrgetter(places[match[1]])(block)),
+                      definition.refusals[status])
         raise LinearModelError(f"{name}: {text}")

@@ -1,7 +1,7 @@
 """What the live page carries as data: the FMUs' descriptions, the runs' plans, and what the picture is drawn from."""
 
 import shlex
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterable, Iterator, Sequence
 from pathlib import Path
 from typing import Any
 
@@ -175,6 +175,7 @@ def rig_data(rig: Rig) -> dict[str, Any]:
     assert gap is not None   # on the axis or at the motors
     along = max(max(-axis.stop.lower, axis.stop.upper) for axis in rig.horizontal if axis.stop is not None)
     return {"title": rig.title, "home": rig.experiment, "sheet": sheet, "gap": gap_table(motor),
+            "unlike": {each.name: gap_table(rig.motor(each), each.ratios) for each in rig.unlike},
             "room": {"along": along, "ends": [gap.lower, gap.upper]}, "sharing": rig.sharing, "places": places(rig),
             "mass": {axis.name: axis.mass for axis in rig.axes}, "tilts": tilts(rig),
             "vertical": rig.constants_of(rig.vertical.name),
@@ -224,12 +225,12 @@ def places(rig: Rig) -> dict[str, list[tuple[float, float]]]:
     return found
 
 
-def gap_table(motor: MotorGeometry) -> dict[str, Any]:
-    """Shape functions f1 to f4 over the air gap (m)."""
+def gap_table(motor: MotorGeometry, ratios: Sequence[float] = (1.0, 1.0, 1.0, 1.0)) -> dict[str, Any]:
+    """Shape functions f1 to f4 over the air gap (m), times the ratios of a motor's constants."""
     first = motor.field.lower
     step = (motor.field.upper - first) / (GAPS - 1)
-    return {"first": first, "step": step, "values": rounded(gap_functions(motor, first + k * step)
-                                                            for k in range(GAPS))}
+    rows = (zip(ratios, gap_functions(motor, first + k * step), strict=True) for k in range(GAPS))
+    return {"first": first, "step": step, "values": rounded(tuple(ratio * f for ratio, f in row) for row in rows)}
 
 
 def rounded(rows: Iterable[tuple[float, ...]]) -> list[list[float]]:

@@ -12,8 +12,8 @@ function forcesOf(run, row, values) {
   const thrust = Object.fromEntries(drivenAxes(run).map((axis) => [axis, 0]));
   let lift = 0;
   for (const motor of run.motors) {
-    const { d, q } = row.motors[motor], [f1, f2, f3, f4] = gapFunctions(rig.gap, gapOf(run, row, motor, values));
-    const axis = run.drives[motor];
+    const { d, q } = row.motors[motor], axis = run.drives[motor];
+    const [f1, f2, f3, f4] = gapFunctions(rig.unlike[motor] ?? rig.gap, gapOf(run, row, motor, values));
     lift += rig.sharing * rig.mass[vertical] * (attraction * f2 - coils * f3 * d + iron * f4 * (d * d + q * q));
     thrust[axis] -= rig.sharing * rig.mass[axis] * constant(rig.thrust[axis]) * f1 * q;
   }

@@ -3,6 +3,7 @@
 from dataclasses import asdict, dataclass
 from math import degrees, inf, log10
 from pathlib import Path
+from statistics import fmean as mean
 from typing import Any
 
 from maglev.errors import LinearModelError
@@ -11,9 +12,10 @@ from maglev.linear.margins import Margins
 from maglev.linear.text import aligned
 from maglev.own_stage.design import (
     accelerations,
-    current_limit,
+    current_limits,
     held,
     longest_sample_time,
+    pulls,
     travel,
     unstable_rate,
     wanted_sample_time,
@@ -36,10 +38,10 @@ class Place:
     ----------
     gap : float
         m.
-    current : float or None
-        i_d that holds the mover, A, as the controllers' model has it; None where none does.
+    currents : dict of str to float
+        i_d that hold the mover, A, by motor, as the controllers' model has it; none where none do.
     closing, opening : float
-        Net force on the mover at the limit of i_d, N: the most that closes the gap, and that opens it. What is left
+        Net force on the mover at the limits of i_d, N: the most that closes the gap, and that opens it. What is left
         over to hold it is the smaller one; one below 0 N is missing.
     margins : dict of str to (float, float)
         Of the measurement of each axis, all others closed, exact for plant, hold, lag, observer and law: phase
@@ -47,7 +49,7 @@ class Place:
     """
 
     gap: float
-    current: float | None
+    currents: dict[str, float]
     closing: float
     opening: float
     margins: dict[str, tuple[float, float]]
@@ -62,8 +64,8 @@ class Consequences:
     rig : Rig
     forces : dict of str to float
         At the start: of all motors, thrust per current by axis and normal force by i_d in N/A, attraction in N.
-    limit : float
-        Largest i_d, A: of the regulators, and of the amplifiers for a short time.
+    limits : dict of str to float
+        Largest i_d, A, by motor: of the regulators, and of the amplifiers for a short time.
     fall : float
         Time without current from the start to a stop, s; inf where it is balanced.
     rate : float
@@ -76,17 +78,22 @@ class Consequences:
 
     rig: Rig
     forces: dict[str, float]
-    limit: float
+    limits: dict[str, float]
     fall: float
     rate: float
     wanted: float
     places: tuple[Place, Place, Place]
 
-    @property
-    def continuous(self) -> float:
-        """Current that the amplifiers give for good, A."""
-        return min((motor.amplifier.continuous for motor in self.rig.motors if motor.amplifier.continuous > 0.0),
-                   default=inf)
+    def resting(self, place: Place) -> dict[str, float]:
+        """Currents (A) at a place by their names, such as "left.i_d", or as "i_d" where all motors have the same."""
+        alike = all(len({f"{current:.3g}" for current in each.currents.values()}) <= 1 for each in self.places)
+        return {"i_d" if alike else f"{motor}.i_d": current for motor, current in place.currents.items()}
+
+    def most(self, current: str) -> tuple[float, float]:
+        """The most (A) of a current by its name, and for good."""
+        motors = [motor for motor in self.rig.motors if current in ("i_d", f"{motor.name}.i_d")]
+        return (min(self.limits[motor.name] for motor in motors),
+                min(motor.amplifier.continuous or inf for motor in motors))
 
     @property
     def warnings(self) -> list[str]:
@@ -98,15 +105,21 @@ class Consequences:
                          f"{1e3 * self.wanted:g} ms or less")
         for place in self.places:
             at = f"{vertical} = {1e3 * place.gap:.4g} mm"
-            if place.current is None:
+            if not place.currents:
                 found.append(f"{at}: no direct current holds the mover, expected stops further apart from it, a "
                              "lighter attraction or a heavier mover")
-            elif min(place.closing, place.opening) <= 0.0:
-                found.append(f"{at}: i_d = {place.current:.3g} A holds the mover, expected less than {self.limit:.3g} "
-                             "A: a larger limit or amplifier, stops nearer to the start, or another mass")
-            elif abs(place.current) > self.continuous:
-                found.append(f"{at}: i_d = {place.current:.3g} A holds the mover, for good the amplifiers give "
-                             f"{self.continuous:.3g} A: stops nearer to the start, or another mass")
+                continue
+            currents = self.resting(place)
+            name, current = max(currents.items(), key=lambda each: abs(each[1]) / self.most(each[0])[0])
+            beyond = [each for each, value in currents.items() if abs(value) > self.most(each)[1]]
+            if min(place.closing, place.opening) <= 0.0:
+                found.append(f"{at}: {name} = {current:.3g} A holds the mover, expected less than "
+                             f"{self.most(name)[0]:.3g} A: a larger limit or amplifier, stops nearer to the start, or "
+                             "another mass")
+            elif beyond:
+                found.append(f"{at}: {beyond[0]} = {currents[beyond[0]]:.3g} A holds the mover, for good the "
+                             f"amplifiers give {self.most(beyond[0])[1]:.3g} A: stops nearer to the start, or another "
+                             "mass")
         for axis in self.rig.axis_names:
             met = [(min(margins[0] / LEAST_PHASE, margins[1] / LEAST_GAIN), *margins, place.gap)
                    for place in self.places if (margins := place.margins.get(axis)) is not None]
@@ -123,19 +136,27 @@ class Consequences:
         rig, start = self.rig, self.places[0]
         margins = [each for place in self.places for each in place.margins.values()]
         least = f"{min(phase for phase, _ in margins):.0f}°, {min(gain for _, gain in margins):.1f} dB"
-        return (f"{rig.title}: {rig.vertical.mass:g} kg at {1e3 * start.gap:g} mm, i_d = {start.current or 0.0:.3g} A "
-                f"at rest of at most {self.limit:.3g} A, unstable pole {self.rate:.3g} 1/s, sample time "
+        return (f"{rig.title}: {rig.vertical.mass:g} kg at {1e3 * start.gap:g} mm, {self.at_rest}, unstable pole "
+                f"{self.rate:.3g} 1/s, sample time "
                 f"{1e3 * rig.sample_time:g} ms, margins {least} or more; `maglev stage` says more")
+
+    @property
+    def at_rest(self) -> str:
+        """Currents at the start, and their limits."""
+        return ", ".join(f"{name} = {current:.3g} A of at most {self.most(name)[0]:.3g} A"
+                         for name, current in self.resting(self.places[0]).items())
 
     def __str__(self) -> str:
         """All of it, a line each, and a table of the places."""
         rig, start = self.rig, self.places[0]
         forces = ", ".join(f"{name} {value:.4g} {'N' if name == 'attraction' else 'N/A'}"
                            for name, value in self.forces.items())
-        rows = [["gap", "i_d", "force left over", *(f"{axis}: phase, gain" for axis in start.margins)]]
+        rows = [["gap", *self.resting(start), "force left over",
+                 *(f"{axis}: phase, gain" for axis in start.margins)]]
         for place in self.places:
-            current = "none" if place.current is None else f"{place.current:.3g} A"
-            rows.append([f"{1e3 * place.gap:.4g} mm", current, f"{min(place.closing, place.opening):.3g} N",
+            currents = [f"{current:.3g} A" for current in self.resting(place).values()] or [
+                "none" for _ in self.resting(start)]
+            rows.append([f"{1e3 * place.gap:.4g} mm", *currents, f"{min(place.closing, place.opening):.3g} N",
                          *(f"{phase:.0f}°, {gain:.1f} dB" for phase, gain in place.margins.values())])
         for row in rows[1:]:
             row += [""] * (len(rows[0]) - len(row))
@@ -144,8 +165,10 @@ class Consequences:
         return "\n".join([
             f"{rig.title}: {rig.vertical.mass:g} kg at a gap of {1e3 * start.gap:g} mm",
             f"constants         {constants} (docs/equations.md)",
+            *(f"{motor.name:<17} {', '.join(f'{ratio:.4g}' for ratio in motor.ratios)} times these: thrust, "
+              "attraction, coils, iron" for motor in rig.unlike),
             f"motors            {forces}, at the start",
-            f"current at rest   i_d = {start.current or 0.0:.3g} A, of at most {self.limit:.3g} A",
+            f"current at rest   {self.at_rest}",
             f"without current   {fall}",
             f"unstable pole     {self.rate:.3g} 1/s",
             f"sample time       {1e3 * rig.sample_time:g} ms, wanted {1e3 * self.wanted:g} ms or less",
@@ -157,7 +180,7 @@ class Consequences:
     def as_data(self) -> dict[str, Any]:
         """All of it as JSON has it, SI."""
         return {"stage": self.rig.name, "constants": {each.name: each.stage for each in self.rig.constants},
-                "forces": self.forces, "limit": self.limit, "fall": None if self.fall == inf else self.fall,
+                "forces": self.forces, "limits": self.limits, "fall": None if self.fall == inf else self.fall,
                 "rate": self.rate, "sample_time": self.rig.sample_time, "wanted_sample_time": self.wanted,
                 "observer_time": self.rig.design.observer_time,
                 "gains": {axis.name: list(axis.design.gains) for axis in self.rig.axes},
@@ -187,25 +210,25 @@ def consequences(rig: Rig) -> Consequences:
     """What follows from a stage that this process knows, and that can run."""
     gap, *ends = travel(rig)
     inward = 1e-6 * (ends[1] - ends[0])   # a stop itself is touched
-    limit = current_limit(rig)
-    model, vertical = rig.model, rig.vertical
-    f1, f2, f3, _ = gap_functions(rig.motor(), gap)
-    forces = {f"thrust {axis.name}": axis.mass * rig.sharing * len(rig.motors_of(axis.name)) * model.thrust[axis.name]
-              * f1 for axis in rig.horizontal}
-    forces |= {"normal": vertical.mass * rig.carrying * model.coils * f3,
-               "attraction": vertical.mass * rig.carrying * model.attraction * f2}
-    axes = [vertical.name, *(axis.name for axis in rig.rotations)]
-    places = (place(rig, gap, limit), place(rig, ends[0] + inward, limit), place(rig, ends[1] - inward, limit))
-    return Consequences(rig, forces, limit, fall(rig), max(unstable_rate(rig, axis) for axis in axes),
+    forces = {f"thrust {axis.name}": axis.mass * rig.sharing * rig.model.thrust[axis.name] * sum(
+        motor.ratios[0] * gap_functions(rig.motor(motor), gap)[0] for motor in rig.motors_of(axis.name))
+        for axis in rig.horizontal}
+    for name in ("coils", "attraction"):
+        forces["normal" if name == "coils" else name] = rig.vertical.mass * mean(
+            getattr(pull, name) for pull in pulls(rig, gap))
+    axes = [rig.vertical.name, *(axis.name for axis in rig.rotations)]
+    places = (place(rig, gap), place(rig, ends[0] + inward), place(rig, ends[1] - inward))
+    limits = dict(zip(rig.motor_names, current_limits(rig), strict=True))
+    return Consequences(rig, forces, limits, fall(rig), max(unstable_rate(rig, axis) for axis in axes),
                         wanted_sample_time(rig), places)
 
 
-def place(rig: Rig, gap: float, limit: float) -> Place:
-    """The stage at a gap (m), its direct currents up to a limit (A)."""
+def place(rig: Rig, gap: float) -> Place:
+    """The stage at a gap (m)."""
     at = held(rig, gap)
-    closing, opening = (rig.vertical.mass * each for each in accelerations(rig, gap, limit))
+    closing, opening = (rig.vertical.mass * each for each in accelerations(rig, gap))
     if at is None:
-        return Place(gap, None, closing, opening, {})
+        return Place(gap, {}, closing, opening, {})
     lifted = {f"{motor}.amplifier.{key}": value for motor in rig.motor_names
               for key, value in (("peak", 1e3), ("continuous", 0.0))}
     try:
@@ -213,8 +236,9 @@ def place(rig: Rig, gap: float, limit: float) -> Place:
             axis.name: axis.start for axis in rig.axes[1:]}}, plant_parameters=lifted,
             controller_parameters={"current_limit": 0.0})
     except LinearModelError:   # the stage itself is not held where its model is
-        return Place(gap, None, closing, opening, {})
-    return Place(gap, at.current, closing, opening, {axis: margins_at(loop, axis) for axis in rig.axis_names})
+        return Place(gap, {}, closing, opening, {})
+    currents = {motor: each.current for motor, each in zip(rig.motor_names, at, strict=True)}
+    return Place(gap, currents, closing, opening, {axis: margins_at(loop, axis) for axis in rig.axis_names})
 
 
 def margins_at(loop: Loop, axis: str) -> tuple[float, float]:
@@ -230,10 +254,10 @@ def fall(rig: Rig) -> float:
     """Time (s) in which the mover without current goes from its start to a stop; inf if it takes very long."""
     from scipy.integrate import solve_ivp
 
-    motor, stop, attraction = rig.motor(), rig.gap_stop, rig.carrying * rig.model.attraction
+    stop = rig.gap_stop
     ends = [lambda t, state, end=end: state[0] - end for end in (stop.lower, stop.upper)]
     for each in ends:
         each.terminal = True   # type: ignore[attr-defined]  # where scipy looks
-    done = solve_ivp(lambda t, state: [state[1], GRAVITY - attraction * gap_functions(motor, state[0])[1]],
+    done = solve_ivp(lambda t, state: [state[1], GRAVITY - mean(each.attraction for each in pulls(rig, state[0]))],
                      (0.0, LONGEST_FALL), [rig.vertical.start, 0.0], events=ends, rtol=1e-8, atol=1e-12)
     return min((float(times[0]) for times in done.t_events or () if len(times)), default=inf)

@@ -6,9 +6,8 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from controller_fmu.feedback_linearisation import equilibrium_current
+from controller_fmu.feedback_linearisation import smaller_root
 from controller_fmu.internal_model import OscillatorStep
-from controller_fmu.linearisation import Linearisation
 from controller_fmu.velocity_observer import ObserverFilter
 from maglev.arrays import Array, Complex
 from maglev.errors import RigError
@@ -16,7 +15,8 @@ from maglev.linear.design import gains_of
 from maglev.linear.places import MotorPlaces
 from maglev.rig.digits import kept
 from pmlsm.gap_functions import gap_functions
-from pmlsm.rig import Rig, RigAxis
+from pmlsm.gap_slopes import gap_slopes
+from pmlsm.rig import Rig, RigAxis, RigMotor
 from pmlsm.velocity_rows import GRAVITY
 
 OMEGA0 = 1.5 * pi   # rad/s, of the internal models
@@ -60,21 +60,54 @@ def gains_of_poles(place: str, given: Any) -> list[float]:
 
 
 class Held(NamedTuple):
-    """The model's mover at a gap where a direct current holds it."""
+    """A motor of the model's mover at a gap where direct currents hold it level."""
 
-    current: float     # A, i_d of all motors
-    stiffness: float   # α, 1/s², of the air gap while the currents stay: δ'' = α δ
+    current: float     # A, i_d
+    stiffness: float   # α, 1/s², of the air gap while the currents stay, if all motors were as this one: δ'' = α δ
     f1: float
 
 
-def held(rig: Rig, gap: float) -> Held | None:
-    """The mover as the model has it at a gap (m); None where no direct current holds it."""
-    of, motor, linear = rig.model, rig.motor(), Linearisation()
-    attraction, coils, iron = (rig.carrying * each for each in (of.attraction, of.coils, of.iron))
-    if not linear.prepare(motor, attraction, coils, iron, gap):
-        return None
-    current, _ = equilibrium_current(motor, attraction, coils, iron, gap)
-    return Held(current, linear.stiffness, linear.f1)
+class Pull(NamedTuple):
+    """Normal forces of a motor at a gap, as accelerations if all motors were as this one: those of (4.3), (5.3)."""
+
+    share: float        # of the weight that it carries, of n motors n times that
+    attraction: float   # m/s²
+    coils: float        # m/(s² A)
+    iron: float         # m/(s² A²)
+    constants: tuple[float, ...]   # these three over the shape functions
+
+    @property
+    def missing(self) -> float:
+        """What the current has to take off the attraction (m/s²)."""
+        return self.attraction - self.share * GRAVITY
+
+
+def pulls(rig: Rig, gap: float) -> list[Pull]:
+    """Normal forces of the model's motors at a gap (m); each carries what keeps the mover level."""
+    of, places = rig.model, MotorPlaces.of(rig)
+    level = len(rig.motors) * np.linalg.pinv(places.gaps)[0] if rig.rotations else np.ones(len(rig.motors))
+    found = []
+    for motor, share in zip(rig.motors, level.tolist(), strict=True):
+        _, f2, f3, f4 = gap_functions(rig.motor(motor), gap)
+        attraction, coils, iron = constants = tuple(rig.carrying * constant * ratio for constant, ratio in zip(
+            (of.attraction, of.coils, of.iron), motor.ratios[1:], strict=True))
+        found.append(Pull(share, attraction * f2, coils * f3, iron * f4, constants))
+    return found
+
+
+def held(rig: Rig, gap: float) -> list[Held] | None:
+    """The motors as the model has them at a gap (m); None where no direct currents hold the mover."""
+    found = []
+    for motor, pull in zip(rig.motors, pulls(rig, gap), strict=True):
+        current, there = smaller_root(pull.iron, pull.coils, pull.missing)
+        if not there or pull.coils <= 2.0 * pull.iron * current:
+            return None
+        geometry = rig.motor(motor)
+        by_attraction, by_coils, by_iron = (constant * slope for constant, slope in zip(
+            pull.constants, gap_slopes(geometry, gap), strict=True))
+        found.append(Held(current, by_coils * current - by_iron * current * current - by_attraction,
+                          gap_functions(geometry, gap)[0]))
+    return found
 
 
 def travel(rig: Rig) -> tuple[float, float, float]:
@@ -82,17 +115,18 @@ def travel(rig: Rig) -> tuple[float, float, float]:
     return rig.vertical.start, rig.gap_stop.lower, rig.gap_stop.upper
 
 
-def stiffness(rig: Rig, axis: str, at: Held) -> float:
+def stiffness(rig: Rig, axis: str, at: list[Held]) -> float:
     """How an axis leaves its place while the currents stay as they are: δ'' = α δ, in 1/s², positive where it does.
 
     Horizontally the phase currents hold the field, and the mover with it where i_d is below 0 (2.1).
     """
     places, k = MotorPlaces.of(rig), rig.axis_names.index(axis)
     if rig.axis(axis) in rig.horizontal:
-        thrust = rig.sharing * len(rig.motors_of(axis)) * rig.model.thrust[axis] * at.f1
-        return thrust * rig.motor().wave_number * at.current
-    ratio = float(places.effects[k, 0::2] @ places.gaps[:, k]) / len(rig.motors)   # of what all do to the air gap
-    return at.stiffness * ratio
+        thrust = rig.sharing * rig.model.thrust[axis]
+        return sum(thrust * motor.ratios[0] * each.f1 * rig.motor(motor).wave_number * each.current
+                   for motor, each in zip(rig.motors, at, strict=True) if motor.drives == axis)
+    alphas = np.array([each.stiffness for each in at])
+    return float(places.effects[k, 0::2] * alphas @ places.gaps[:, k]) / len(rig.motors)
 
 
 def unstable_rate(rig: Rig, axis: str = "") -> float:
@@ -103,7 +137,7 @@ def unstable_rate(rig: Rig, axis: str = "") -> float:
     start = held(rig, rig.vertical.start)
     if start is None:
         gap, vertical = rig.vertical.start, rig.vertical
-        attracted = rig.carrying * rig.model.attraction * gap_functions(rig.motor(), gap)[1]
+        attracted = sum(pull.attraction for pull in pulls(rig, gap)) / len(rig.motors)
         raise RigError(f"no direct current holds the mover of {vertical.mass:g} kg at {1e3 * gap:g} mm: without "
                        f"one the motors attract it by {attracted:.3g} m/s², gravity takes 9.81 m/s², expected another "
                        "gap, mass or attraction")
@@ -111,32 +145,42 @@ def unstable_rate(rig: Rig, axis: str = "") -> float:
 
 
 def strongest(rig: Rig, axis: str) -> float:
-    """Acceleration (m/s²) of a horizontal axis by its motors at the start gap and the current that they may have."""
-    f1, _, _, _ = gap_functions(rig.motor(), rig.vertical.start)
-    motors = rig.motors_of(axis)
-    return rig.sharing * rig.model.thrust[axis] * f1 * sum(
-        min(each.amplifier.continuous or each.amplifier.peak, rig.design.current_limit or inf) for each in motors)
+    """Acceleration (m/s²) of a horizontal axis by its motors at the start gap and the current that they may have.
+
+    All have the same thrust.
+    """
+    motors = [motor for motor in rig.motors if motor.drives == axis]
+    by_motor = [motor.ratios[0] * gap_functions(rig.motor(motor), rig.vertical.start)[0] * min(
+        motor.amplifier.continuous or motor.amplifier.peak, limit_of(rig, motor)) for motor in motors]
+    return rig.sharing * rig.model.thrust[axis] * len(motors) * min(by_motor)
 
 
-def current_limit(rig: Rig) -> float:
-    """Largest direct current (A): of the regulators, and of the amplifiers for a short time."""
-    return min([rig.design.current_limit or inf, *(motor.amplifier.peak for motor in rig.motors)])
+def limit_of(rig: Rig, motor: RigMotor) -> float:
+    """Largest current (A) of a motor that the regulators command."""
+    return (rig.design.current_limit or inf) * (1.0 if motor.kind is None else motor.kind.limit)
 
 
-def accelerations(rig: Rig, gap: float, limit: float) -> tuple[float, float]:
-    """Largest accelerations (m/s²) that close a gap (m) and that open it, with direct currents up to a limit (A)."""
-    model = rig.model
-    _, f2, f3, f4 = gap_functions(rig.motor(), gap)
-    attraction, coils, iron = (rig.carrying * each for each in (model.attraction * f2, model.coils * f3,
-                                                                model.iron * f4))
-    most = min(limit, coils / (2.0 * iron))   # beyond, the iron is attracted by more than the coils push
-    return (iron * limit * limit + coils * limit + attraction - GRAVITY,
-            GRAVITY - attraction + coils * most - iron * most * most)
+def current_limits(rig: Rig) -> list[float]:
+    """Largest direct current (A) of each motor: of the regulators, and of the amplifiers for a short time."""
+    return [min(limit_of(rig, motor), motor.amplifier.peak) for motor in rig.motors]
+
+
+def accelerations(rig: Rig, gap: float) -> tuple[float, float]:
+    """Largest accelerations (m/s²) that close a gap (m) and that open it, level, with direct currents up to a limit."""
+    closing, opening = [], []
+    for pull, limit in zip(pulls(rig, gap), current_limits(rig), strict=True):
+        most = min(limit, pull.coils / (2.0 * pull.iron))   # beyond, the iron is attracted by more than the coils push
+        ends = sorted(force / pull.share for force in (
+            -(pull.iron * limit * limit + pull.coils * limit + pull.missing),
+            pull.coils * most - pull.iron * most * most - pull.missing))
+        closing.append(-ends[0])
+        opening.append(ends[1])
+    return min(closing), min(opening)
 
 
 def steps(rig: Rig) -> dict[str, float]:
     """Step (m, rad) for which gains ask for half of the force left over at the start, horizontally for all of it."""
-    vertical = min(accelerations(rig, rig.vertical.start, current_limit(rig)))
+    vertical = min(accelerations(rig, rig.vertical.start))
     found = {}
     for axis in rig.axes:
         given = 2.0 * strongest(rig, axis.name) if axis in rig.horizontal else max(vertical, 0.0)

@@ -48,11 +48,12 @@ def flyable(path: str | Path) -> Rig:
 
 def require_field(rig: Rig) -> None:
     """Refuse stops between which the field of the magnets is not known."""
-    stop, field = rig.gap_stop, rig.motor().field
-    if not field.lower <= stop.lower < stop.upper <= field.upper:
+    stop, fields = rig.gap_stop, [rig.motor(motor).field for motor in rig.motors]
+    lower, upper = max(field.lower for field in fields), min(field.upper for field in fields)
+    if not lower <= stop.lower < stop.upper <= upper:
         place = "motor_stop" if rig.rotations else f"axes.{rig.vertical.name}.stop"
         raise RigError(f"{place}: from {1e3 * stop.lower:g} to {1e3 * stop.upper:g} mm, expected "
-                       f"within {1e3 * field.lower:g}…{1e3 * field.upper:g} mm, where the field is known")
+                       f"within {1e3 * lower:g}…{1e3 * upper:g} mm, where the field is known")
 
 
 def require_within_ranges(rig: Rig) -> None:

@@ -19,10 +19,12 @@ from maglev.rig.data_sheet import Catalogue, Field, catalogue_constants, field_g
 from maglev.rig.description import Reader
 from maglev.rig.digits import kept
 from maglev.toml_file import read_toml
-from pmlsm.rig import Constants, Estimator, Rig
+from pmlsm.rig import Constants, Estimator, MotorKind, Rig, RigMotor
 from pmlsm.rigs import EXAMPLE, RIGS
 
 Table = dict[str, Any]
+
+KIND = ("geometry", "catalogue", "field")   # tables that a motor can have for itself
 
 
 def read_own(path: Path) -> Rig:
@@ -31,26 +33,36 @@ def read_own(path: Path) -> Rig:
     RigError, ScenarioError as of `read_rig`.
     """
     table, reader = read_toml(path), Reader(path)
+    unlike = unlike_motors(table)
     sheet = reader.read(Catalogue, table.pop("catalogue"), "catalogue") if "catalogue" in table else None
+    sheets = {name: sheet if "catalogue" not in of else reader.read(Catalogue, of["catalogue"],
+                                                                    f"motors.{name}.catalogue")
+              for name, of in unlike.items()}
     field = reader.read(Field, table.pop("field"), "field") if "field" in table else None
     with_model, with_estimator = "model" in table, "estimator" in table
     if (sheet is None) == ("stage" not in table):
         raise RigError(f"{path}: stage: expected the constants there, or the numbers of a data sheet in [catalogue]"
                        + (", not both" if sheet is not None else ""))
     said = {"sample_time"} & {*table} | {*design_of(table)}
-    open_designs = completed(path, table, sheet)
+    open_designs = completed(path, table, sheet, sheets)
     rig: Rig = reader.read(Rig, table, "")
     if field is not None:
         rig = replace(rig, geometry={**rig.geometry, **field_geometry(f"{path}: field", field)})
     if sheet is not None:
         rig = replace(rig, stage=catalogue_constants(f"{path}: catalogue", sheet, rig),
                       sources={"stage": "from the motor's data sheet", **rig.sources})
+    # By it currents are limited, those of other motors in proportion to theirs.
+    peak = min(each.amplifier.peak for each in [each for each in rig.motors if each.name not in unlike]
+               or rig.motors[:1])
+    rig = replace(rig, motors=tuple(
+        with_kind(reader, rig, each, unlike[each.name], sheets[each.name], peak) if each.name in unlike else each
+        for each in rig.motors))
     if not with_model:
         rig = replace(rig, model=rig.stage)
     if not with_estimator:
         rig = replace(rig, estimator=Estimator(scaled(rig.model, 0.5), weights(rig)))
     reader.check(rig)
-    limit = rig.design.current_limit if "current_limit" in said else min(each.amplifier.peak for each in rig.motors)
+    limit = rig.design.current_limit if "current_limit" in said else peak
     rig = replace(rig, design=replace(
         rig.design, current_limit=limit,
         pid_current_limit=rig.design.pid_current_limit if "pid_current_limit" in said else limit))
@@ -62,8 +74,45 @@ def read_own(path: Path) -> Rig:
         raise RigError(f"{path}: {error}") from None
 
 
-def completed(path: Path, table: Table, sheet: Catalogue | None) -> dict[str, set[str]]:
-    """Put into a table what it may leave out; returns, for each axis, what of its design is still to be found."""
+def unlike_motors(table: Table) -> dict[str, Table]:
+    """What motors say of their own in place of [geometry], [catalogue] and [field], which leave the table.
+
+    What all of them say and the table does not is the first one's.
+    """
+    motors = tables(table, "motors")
+    found = {name: {key: motor.pop(key) for key in KIND if isinstance(motor.get(key), dict)}
+             for name, motor in motors.items()}
+    for key in KIND:
+        if key not in table and "stage" not in table and found and all(key in of for of in found.values()):
+            table[key] = next(iter(found.values()))[key]
+    return {name: of for name, of in found.items() if of}
+
+
+def with_kind(reader: Reader, rig: Rig, motor: RigMotor, of: Table, sheet: Catalogue | None, peak: float) -> RigMotor:
+    """A motor of a rig with a geometry, a field and constants of its own, where others have a peak (A)."""
+    place = f"motors.{motor.name}"
+    geometry = dict(rig.geometry)
+    if "geometry" in of:
+        geometry = {key: value for key, value in geometry.items() if key.startswith("field.")}
+        geometry |= reader.geometry(f"{place}.geometry", of["geometry"])
+    if "field" in of:
+        geometry |= field_geometry(f"{reader.path}: {place}.field", reader.read(Field, of["field"], f"{place}.field"))
+    own, common, axis = rig.stage, rig.stage, motor.drives
+    if axis not in own.thrust:
+        return motor   # refused as such
+    if sheet is not None:
+        own = catalogue_constants(f"{reader.path}: {place}.catalogue", sheet, replace(rig, geometry=geometry))
+    ratios = ((own.thrust[axis], common.thrust[axis]), (own.attraction, common.attraction), (own.coils, common.coils),
+              (own.iron, common.iron), (motor.amplifier.peak, peak))
+    return replace(motor, kind=MotorKind(geometry, *(kept(one / other) for one, other in ratios)))
+
+
+def completed(path: Path, table: Table, sheet: Catalogue | None, own: dict[str, Catalogue | None]
+              ) -> dict[str, set[str]]:
+    """Put into a table what it may leave out; returns, for each axis, what of its design is still to be found.
+
+    The motors of `own` have their data sheets there.
+    """
     axes, motors = tables(table, "axes"), tables(table, "motors")
     name = table.setdefault("name", path.stem)
     table.setdefault("title", f"stage {name}")
@@ -78,16 +127,17 @@ def completed(path: Path, table: Table, sheet: Catalogue | None) -> dict[str, se
     table.setdefault("stage", unknown)
     table.setdefault("model", table["stage"])
     table.setdefault("estimator", {"guess": unknown, "weight": unknown})
-    if sheet is not None and sheet.peak is not None:
-        rating = {"peak": sheet.amplitude * sheet.peak, "continuous": sheet.amplitude * (sheet.continuous or 0.0),
-                  **({} if sheet.lag is None else {"lag": sheet.lag})}
-        for motor in motors.values():
-            motor.setdefault("amplifier", rating)
-    if sheet is not None and isinstance(sharing := table.get("sharing", 1), int | float) and sharing >= 1:
-        printed = {"resistance": sheet.resistance, "inductance": sheet.inductance}
-        seen = {key: value / sharing for key, value in printed.items() if value is not None}   # motors in parallel
-        for motor in motors.values():
-            motor.setdefault("winding", seen)
+    sharing = table.get("sharing", 1)
+    for name, motor in motors.items():
+        of = own.get(name, sheet)
+        if of is not None and of.peak is not None:
+            motor.setdefault("amplifier", {
+                "peak": of.amplitude * of.peak, "continuous": of.amplitude * (of.continuous or 0.0),
+                **({} if of.lag is None else {"lag": of.lag})})
+        if of is not None and isinstance(sharing, int | float) and sharing >= 1:
+            printed = {"resistance": of.resistance, "inductance": of.inductance}
+            motor.setdefault("winding", {   # of motors in parallel
+                key: value / sharing for key, value in printed.items() if value is not None})
     missing = {}
     for axis, entries in axes.items():
         design = entries.setdefault("design", {})

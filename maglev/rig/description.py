@@ -49,7 +49,8 @@ class Reader:
         """Dataclass of a table at a place of the file; `known` values are not in it."""
         if not isinstance(table, dict):
             self.refuse(place, f"{table!r}, expected a table")
-        members = {each.name: each for each in fields(kind) if each.name not in known}
+        members = {each.name: each for each in fields(kind)
+                   if each.name not in known and each.metadata.get("file", True)}
         hints = get_type_hints(kind)
         for key in table:
             if key not in members:
@@ -75,10 +76,10 @@ class Reader:
                 return self.named(cast(type, inner), given, key)
             return self.numbers(given, key, metadata.get("low"), metadata.get("high"))
         if get_origin(hint) is not None:   # a mapping
+            if key == "geometry":
+                return self.geometry(key, given)
             if not isinstance(given, dict):
                 self.refuse(key, f"{given!r}, expected a table")
-            if key == "geometry":
-                return {name: self.geometry(name, each) for name, each in given.items()}
             inner = get_args(hint)[1]
             return {name: self.value(inner, each, f"{key}.{name}", metadata) for name, each in given.items()}
         if hint is float:
@@ -115,13 +116,15 @@ class Reader:
         parameter = Parameter(own, low=-inf if low is None else low, high=inf if high is None else high)
         return parameter.read(given, f"{self.path}: {key}", RigError)
 
-    def geometry(self, name: str, given: Any) -> float:
-        """A parameter of the geometry of a motor, by its path."""
-        key = f"geometry.{name}"
-        if name not in GEOMETRY:
-            self.refuse(key, f"no such key; nearest is {nearest(name, GEOMETRY)}")
-        unit, _, _, low, high = GEOMETRY[name]
-        return self.number(given, key, unit or "1", low, high)
+    def geometry(self, place: str, given: Any) -> dict[str, float]:
+        """Parameters of the geometry of a motor, by their paths."""
+        if not isinstance(given, dict):
+            self.refuse(place, f"{given!r}, expected a table")
+        for name in given:
+            if name not in GEOMETRY:
+                self.refuse(f"{place}.{name}", f"no such key; nearest is {nearest(name, GEOMETRY)}")
+        return {name: self.number(value, f"{place}.{name}", GEOMETRY[name][0] or "1", *GEOMETRY[name][3:])
+                for name, value in given.items()}
 
     def check(self, rig: Rig) -> None:
         """Refuse what does not fit together."""
@@ -197,8 +200,14 @@ def of_whole_numbers(rig: Rig) -> Misfits:
 
 
 def of_motors(rig: Rig) -> Misfits:
-    """Motors that drive nothing."""
+    """Motors that drive nothing, and kinds of motors where they cannot be."""
     horizontal = [axis.name for axis in rig.horizontal]
+    for motor in rig.unlike:
+        if not rig.rotations:
+            yield f"motors.{motor.name}", ("numbers of its own, expected so where the platform tilts, with a gap and a "
+                                           "current of each motor: rotation = true on an axis")
+        if rig.design.table is not None:
+            yield "design.table", f"expected none beside motors.{motor.name}, which has numbers of its own"
     for motor in rig.motors:
         if motor.drives not in horizontal:
             yield f"motors.{motor.name}.drives", f"{motor.drives!r}, expected one of {', '.join(horizontal)}"

@@ -14,9 +14,9 @@ BRACKETLESS = re.compile(r"^(\s*(?:if not|if|return|[\w.]+ =) )(.+?)(:?)$")
 NO_STOP = Stop(-10.0, 10.0, 0.0, 0.0)   # of an axis whose stops are at the motors
 
 
-def each(items: Iterable[str], text: str, between: str = ", ") -> str:
-    """The text for each item, which stands in it as {0}."""
-    return between.join(text.format(item) for item in items)
+def each(items: Iterable[str | tuple[str, ...]], text: str, between: str = ", ") -> str:
+    """The text for each item, which stands in it as {0}, or whose parts do as {0}, {1} and so on."""
+    return between.join(text.format(*((item,) if isinstance(item, str) else item)) for item in items)
 
 
 def total(items: Sequence[str], text: str = "{0}") -> str:

@@ -64,13 +64,22 @@ def words(rig: Rig) -> dict[str, Any]:
     current, and `all` motors. By horizontal axis: `thrust`, the constant in its row, `motors_of`, the motors that drive
     it, and `driving`, their number as a factor. `drives` has each motor with the axis that it drives, `place` by
     axis what its motors commutate with, `driven` the axes, each as often as motors drive it. `encoders` are axes, and
-    motors where their gaps are measured, each with where it starts.
+    motors where their gaps are measured, each with where it starts. `unlike` are the motors of another kind; `its` is
+    what the geometry of a motor is called in what is done for each, `kinds` has each motor with the geometry that it
+    has, `angles` each electrical angle with its geometry and displacement,
+    `turning` each motor with its angle, `carries` by motor what `carried` is where all motors are as this one,
+    `linears` the linearisation of each, `held_tilts` what tilts begin with where it is not 0, and `added` by axis how
+    an estimator takes in its motors.
     """
     horizontal = [axis.name for axis in rig.horizontal]
     single = len(horizontal) == 1
     tilts = [axis.name for axis in rig.rotations]
     attraction, coils, iron = rig.constants_of(rig.vertical.name)
     motors_of = {axis: [motor.name for motor in rig.motors_of(axis)] for axis in horizontal}
+    unlike = [motor.name for motor in rig.unlike]
+    place = {axis: f"{names[0]}_mount.displacement" if tilts else f"{axis}.position"
+             for axis, names in motors_of.items()}
+    rows = {"attraction": attraction, "coils": coils, "iron": iron}
     return {
         "rig": rig, "tilting": bool(tilts), "schedule": rig.design.schedule,
         "table": rig.design.table,
@@ -84,15 +93,28 @@ def words(rig: Rig) -> dict[str, Any]:
                    *(axis.mass for axis in rig.rotations), *([1.0] if single else [])],
         "stopped": [axis.name for axis in rig.axes if axis.stop is not None],
         "motors": list(rig.motor_names), "drives": [(motor.name, motor.drives) for motor in rig.motors],
-        "place": {axis: f"{names[0]}_mount.displacement" if tilts else f"{axis}.position"
-                  for axis, names in motors_of.items()},
+        "place": place,
         "encoders": [(axis.name, axis.start) for axis in rig.measured] + [
             (motor, rig.vertical.start) for motor in rig.motor_names if tilts],
         "motors_of": motors_of,
         "driving": {axis: text.factor(rig.sharing * len(names)) for axis, names in motors_of.items()},
         "driven": [axis for axis, names in motors_of.items() for _ in names],
         "n": text.factor(rig.sharing), "all": text.factor(rig.carrying),
-        "attraction": attraction, "coils": coils, "iron": iron,
+        **rows,
         "thrust": {axis: rig.constants_of(axis)[0] for axis in horizontal},
-        "carried": ", ".join(f"{text.factor(rig.carrying)}self.{name}" for name in (attraction, coils, iron)),
+        "carried": text.each(rows.values(), text.factor(rig.carrying) + "self.{0}"),
+        "carries": {motor: text.each(rows.items(), f"{text.factor(rig.carrying)}self.{motor}_ratio.{{0}} * self.{{1}}"
+                                     if motor in unlike else text.factor(rig.carrying) + "self.{1}")
+                    for motor in rig.motor_names},
+        "unlike": unlike, "its": "geometry" if unlike else "self.geometry",
+        "kinds": [(motor, f"self.{motor}_geometry" if motor in unlike else "self.geometry")
+                  for motor in rig.motor_names],
+        "angles": [*((axis, "geometry", place[axis]) for axis in horizontal if not {*motors_of[axis]} <= {*unlike}),
+                   *((motor.name, f"self.{motor.name}_geometry", place[motor.drives]) for motor in rig.unlike)],
+        "held_tilts": dict(zip(tilts, ("tilts.roll", "tilts.pitch"), strict=False)) if unlike else {},
+        "linears": [f"self.{motor}_linear" if motor in unlike else "self.linear" for motor in rig.motor_names],
+        "added": {axis: [f"rows.add_kind({motor}_geometry, {motor}_ratio, {motor}_place.gap_measured, {motor})"
+                         if motor in unlike else f"rows.add(geometry, {motor}_place.gap_measured, {motor})"
+                         for motor in names] for axis, names in motors_of.items()},
+        "turning": [(motor.name, motor.name if motor.kind else motor.drives) for motor in rig.motors],
         "meaning": {each.name: each.meaning.removesuffix(rig.equation).strip() for each in rig.constants}}

@@ -89,6 +89,9 @@ def rig_named(rig: str) -> tuple[Rig, str, list[str]]:
         described = own_or_ours(rig if rig.endswith(".toml") else rig.lower())
     except RigError as error:
         raise StabilityError(str(error)) from None
+    for motor in described.unlike:
+        raise StabilityError(f"{rig}: motors.{motor.name} has numbers of its own, expected motors that are alike, for "
+                             "what is computed is a limit that all motors reach at once")
     plant, *controllers = linear_names(described)
     return described, plant, [name for name in controllers if "Regulator" in name]
 

@@ -152,5 +152,6 @@ def limits(plan: RunPlan, parameters: Mapping[str, float]) -> list[Limit]:
         if peak:
             found.append(Limit("currents", name, f"peak of the amplifiers, {peak:g} A", [-peak, peak]))
         if limit:   # 0 is none
+            limit *= parameters.get(motor.commands[0].rpartition(".")[0] + ".limit_ratio", 1.0)
             found.append(Limit("commands", name, f"limit of the commands, {limit:g} A", [-limit, limit]))
     return found

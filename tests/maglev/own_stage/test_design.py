@@ -69,7 +69,7 @@ def test_packaged_motors_fly(tmp_path: Path, motor: str, like: str) -> None:
     found = maglev.stage(path)
     assert not found.warnings
     for place in found.places:
-        assert place.current is not None and min(place.closing, place.opening) > 0.0
+        assert place.currents and min(place.closing, place.opening) > 0.0
         assert min(phase for phase, _ in place.margins.values()) > 35.0
         assert min(gain for _, gain in place.margins.values()) > 6.0
 
@@ -126,7 +126,7 @@ def test_force_left_over_is_that_of_the_plant(tmp_path: Path) -> None:
     found = maglev.stage(path)
     for place in found.places:
         forces = []
-        for current in np.linspace(-found.limit, found.limit, 401):
+        for current in np.linspace(-found.limits["motor"], found.limits["motor"], 401):
             plant.v.begin()
             plant.h.begin()
             plant.v.position, plant.motor.i_d = place.gap, current

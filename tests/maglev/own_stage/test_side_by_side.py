@@ -1,14 +1,13 @@
 """Two motors side by side under one horizontal axis, which also tilt the platform about it: v, h, roll."""
 
-from math import cos, sin
+from math import pi, sin
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 import pytest
 from described_stages import written
-from reference_stage import G, park_matrix
-from scipy.integrate import solve_ivp
+from reference_pair import ReferenceMotor, lagrangian_motion
 
 import maglev
 from maglev.errors import RigError
@@ -29,43 +28,18 @@ UNEVEN = {"z = -0.15": "z = -0.11", "z = 0.15": "z = 0.17", "height = 0.0 ": "he
 PAYLOAD, OFFSET = 0.4, 0.05   # kg, m
 
 
-def lagrangian_motion(rig: Rig, start: np.ndarray, currents: np.ndarray, times: np.ndarray) -> np.ndarray:
-    """Positions v, h, roll under constant phase currents, (motors, 3), by virtual work; shape (times, 3).
+def thesis_motor(rig: Rig, z: float) -> ReferenceMotor:
+    """A motor by the rig's constants."""
+    mass, travelling, _ = (axis.mass for axis in rig.axes)
+    of, geometry = rig.stage, rig.motor()
 
-    The platform is a body that turns about h: a motor's face is a point of it, and a force's share of a coordinate is
-    the way that the point goes along the force when the coordinate changes, by differences.
-    """
-    geometry, of = rig.motor(), rig.stage
-    mass, travelling, inertia = (axis.mass for axis in rig.axes)
-    inertias = np.array([mass + PAYLOAD, travelling + PAYLOAD, inertia + PAYLOAD * OFFSET**2])
+    def forces(gap: float, along: float, i_d: float, i_q: float) -> tuple[float, float]:
+        f1, f2, f3, f4 = gap_functions(geometry, gap)
+        pull = of.attraction * f2 * (1.0 - rig.modulation * sin(pi * along / geometry.slot_pitch)**2)
+        return (mass * (of.coils * f3 * i_d - of.iron * f4 * (i_d**2 + i_q**2) - pull),
+                -travelling * of.thrust["h"] * f1 * i_q)
 
-    def point(q: np.ndarray, z: float, low: float) -> np.ndarray:
-        """Where a point of the platform is: downwards, along h."""
-        v, h, roll = q
-        return np.array([v - z * sin(roll) + low * (cos(roll) - 1.0), h])
-
-    def share(q: np.ndarray, z: float, low: float) -> np.ndarray:
-        """Ways of the point by the coordinates, without tilt: its small angles are those of the model."""
-        level = np.array([q[0], q[1], 0.0])
-        return np.column_stack([(point(level + d, z, low) - point(level - d, z, low)) / 2e-6 for d in 1e-6 * np.eye(3)])
-
-    def rates(_: float, state: np.ndarray) -> np.ndarray:
-        q = state[:3]
-        force = np.array([mass * G, 0.0, 0.0]) + PAYLOAD * G * share(q, OFFSET, 0.0)[0]
-        for motor, phases in zip(rig.motors, currents, strict=True):
-            ways = share(q, motor.z, rig.height)
-            gap, along = q[0] + ways[0, 2] * q[2], q[1]
-            f1, f2, f3, f4 = gap_functions(geometry, gap)
-            i_d, i_q = park_matrix(along) @ phases
-            pull = of.attraction * f2 * (1.0 - rig.modulation * sin(np.pi * along / geometry.slot_pitch)**2)
-            normal = mass * (of.coils * f3 * i_d - of.iron * f4 * (i_d**2 + i_q**2) - pull)
-            thrust = -travelling * of.thrust["h"] * f1 * i_q
-            force = force + ways.T @ [normal, thrust]
-        return np.concatenate([state[3:], force / inertias])
-
-    found = solve_ivp(rates, (0.0, times[-1]), np.concatenate([start, np.zeros(3)]), method="DOP853", t_eval=times,
-                      rtol=1e-11, atol=1e-14)
-    return found.y[:3].T
+    return ReferenceMotor(z, geometry.pole_pitch, forces)
 
 
 def test_it_moves_by_its_equations(tmp_path: Path) -> None:
@@ -89,7 +63,8 @@ def test_it_moves_by_its_equations(tmp_path: Path) -> None:
     for k in range(30):
         assert plant.step(1e-3 * k, 1e-3) == 0
         rows.append(np.array([getattr(plant, axis).position for axis in rig.axis_names]))
-    expected = lagrangian_motion(rig, start, currents, times)
+    expected = lagrangian_motion([axis.mass for axis in rig.axes], rig.height, (PAYLOAD, OFFSET),
+                                 [thesis_motor(rig, motor.z) for motor in rig.motors], start, currents, times)
     assert (np.ptp(expected, axis=0) > 1.5e-4).all()   # it goes somewhere along all of them
     assert np.abs(np.array(rows) - expected).max(axis=0) == pytest.approx(np.zeros(3), abs=2e-9)
 
