@@ -78,10 +78,10 @@ function drawFrame(context, strip, box, colours) {
   write(context, room ? strip.title : strip.title.split(";")[0], box.left, box.top - 8, colours.text);
 }
 
-/** Plots of a flight and of the one that runs beside it, over the last seconds. */
+/** Plots of a flight and of the one that runs beside it. Lines stay where they are drawn and are moved: only what is new costs. */
 class Strips {
   constructor(strips, span) {
-    Object.assign(this, { strips, span, points: new Map(), key: "", drawn: 0 });
+    Object.assign(this, { strips, span, points: new Map(), picture: document.createElement("canvas"), key: "", drawn: 0 });
   }
 
   /** Points of a line of a flight, up to date: each row is looked at once. */
@@ -99,38 +99,57 @@ class Strips {
 
   /** Draw, unless so little has happened that nothing would move by two px. */
   draw(canvas, rows, ghost, colours, now) {
-    const { context, width, height } = sized(canvas, false), wide = Math.floor(width - LEFT - RIGHT);
+    const { context, width, height, ratio } = sized(canvas, false), wide = Math.floor((width - LEFT - RIGHT) * ratio);   // px of the screen
     if (wide < 1) return;   // there is no room for a line
-    const bucket = this.span / wide, latest = Math.floor(rows.last().time / bucket);
-    const key = `${width} ${height} ${rows.number} ${ghost?.number ?? ""} ${Object.values(colours)}`;
-    if (!now && key === this.key && latest >= this.drawn && latest - this.drawn < 2) return;
-    Object.assign(this, { key, drawn: latest });
+    const bucket = this.span / wide, latest = Math.floor(rows.last().time / bucket), since = Math.max(0, latest - wide + 1);
+    if (!now && this.key && latest >= this.drawn && latest - this.drawn < 2) return;
     for (const flight of [...this.points.keys()]) if (flight !== rows && flight !== ghost) this.points.delete(flight);
-    const since = Math.max(0, latest - wide + 1) * bucket, across = scaleOf(since, since + this.span, LEFT, LEFT + wide, false);
-    const each = (height - 16) / this.strips.length;
-    context.clearRect(0, 0, width, height);
-    this.strips.forEach((planned, i) => {
+    const each = (height - 16) / this.strips.length, across = scaleOf(since * bucket, (since + wide) * bucket, LEFT, LEFT + wide / ratio, false);
+    const shown = this.strips.map((planned, i) => {
       const flown = planned.lines.map((line) => [line, this.pointsOf(line, rows), ghost && !line.thin && this.pointsOf(line, ghost)]);
-      const strip = ranged(planned, flown, since), box = { left: LEFT, top: i * each + TOP, width: wide, height: each - TOP - BOTTOM };
-      drawFrame(context, strip, box, colours);
-      context.save();
-      context.beginPath();
-      context.rect(LEFT, box.top - 1, wide, box.height + 2);
-      context.clip();
-      Object.assign(context, { lineJoin: "round", lineDashOffset: since / bucket });   // dots go with the line
-      const up = scaleIn(strip, box.top, box.height), drawn = (points, ...look) => {
+      return { strip: ranged(planned, flown, since * bucket), flown, top: i * each + TOP, tall: each - TOP - BOTTOM };
+    });
+    const key = `${width} ${height} ${ratio} ${shown.map(({ strip }) => strip.high)} ${rows.number} ${ghost?.number ?? ""} ${Object.values(colours)}`;
+    this.drawLines(shown, { key, ratio, wide, latest, since, bucket, height }, colours);
+    context.clearRect(0, 0, width, height);
+    for (const { strip, top, tall } of shown) drawFrame(context, strip, { left: LEFT, top, width: wide / ratio, height: tall }, colours);
+    context.drawImage(this.picture, LEFT, 0, wide / ratio, height);
+    const every = this.span > 10 ? 5 : this.span < 10 ? 0.5 : 1;
+    for (const [time, text] of across.ticks(this.span / every)) {
+      if (across.place(time) < LEFT + wide / ratio) write(context, `${text} s`, across.place(time), height, colours.faint, { align: "center", base: "bottom" });
+    }
+  }
+
+  /** Bring the picture of the lines up to the latest column: moved to the left, and with what is new. */
+  drawLines(shown, { key, ratio, wide, latest, since, bucket, height }, colours) {
+    const { picture } = this, context = picture.getContext("2d"), anew = key !== this.key || latest < this.drawn || this.drawn < since;
+    const begin = anew ? since : this.drawn, moved = since - Math.max(0, this.drawn - wide + 1);
+    if (anew) Object.assign(picture, { width: wide, height: Math.round(height * ratio) });   // which empties it
+    else {
+      context.globalCompositeOperation = "copy";
+      if (moved) context.drawImage(picture, -moved, 0);
+      context.globalCompositeOperation = "source-over";
+      context.clearRect(begin - since, 0, wide, picture.height);
+    }
+    const across = scaleOf(begin * bucket, (latest + 1) * bucket, begin - since, latest + 1 - since, false);
+    for (const { strip, flown, top, tall } of shown) {
+      const up = scaleIn(strip, ratio * top, ratio * tall), drawn = (points, ...look) => {
         context.beginPath();
-        follow(context, points, across, up, wide);
+        follow(context, points, across, up, latest - begin);
         outline(context, ...look);
       };
+      context.save();
+      context.beginPath();
+      context.rect(begin - since, ratio * (top - 1), wide, ratio * (tall + 2));
+      context.clip();
+      Object.assign(context, { lineJoin: "bevel", lineDashOffset: begin });   // dots go with the line
       for (const [line, ours, other] of flown) {
-        if (other) drawn(other, colours.other, 1.5);
-        drawn(ours, colours[line.colour], line.thin ? 1 : 1.7, line.thin ? [1.5, 2.5] : []);
+        if (other) drawn(other, colours.other, 1.5 * ratio);
+        drawn(ours, colours[line.colour], (line.thin ? 1 : 1.7) * ratio, line.thin ? [2, 2] : []);
       }
       context.restore();
-    });
-    const every = this.span > 10 ? 5 : this.span < 10 ? 0.5 : 1;
-    for (const [time, text] of across.ticks(this.span / every)) if (across.place(time) < LEFT + wide) write(context, `${text} s`, across.place(time), height, colours.faint, { align: "center", base: "bottom" });
+    }
+    Object.assign(this, { key, drawn: latest });
   }
 }
 

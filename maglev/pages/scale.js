@@ -97,7 +97,11 @@ function follow(pen, { x, y, ascending }, across, up, width) {
       if (y[end] < y[low]) low = end;
       if (y[end] > y[high]) high = end;
     }
-    for (const k of [...new Set([start, low, high, end])].sort((a, b) => a - b)) point(k);
+    let former = -1;
+    for (const k of low < high ? [start, low, high, end] : [start, high, low, end]) {
+      if (k !== former) point(k);
+      former = k;
+    }
     start = end + 1;
   }
 }
