@@ -90,7 +90,6 @@
 
   // On a narrow screen the index is a bar that opens, and closes when something is chosen.
   const narrow = window.matchMedia("(max-width: 70rem)");
-  index.open = !narrow.matches;
   narrow.addEventListener("change", () => { index.open = !narrow.matches; });
   index.addEventListener("click", (event) => {
     if (event.target.closest("a") && narrow.matches) index.open = false;

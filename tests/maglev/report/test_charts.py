@@ -155,7 +155,7 @@ def test_a_chart_of_several_panels_is_higher():
 
 def test_text_is_escaped():
     page = page_of([], {}, [hostile_outcome()])
-    assert len(page.all("script")) == 3 + len(SCRIPTS)   # the data, the scales, the scene
+    assert len(page.all("script")) == 4 + len(SCRIPTS)   # the index, the data, the scales, the scene
     for identifier in (CHART, "identification", "procedure-2dof-thrust", "claim-2dof-thrust-0"):
         assert HOSTILE in page.with_id(identifier).text
     assert page.of_class("notes")[0].text == page.all("caption")[0].text == HOSTILE

@@ -81,7 +81,7 @@ def test_text_is_escaped():
         update={"title": HOSTILE, "description": HOSTILE})
     claim = judged("not reproduced", text=HOSTILE, source=HOSTILE, reason=HOSTILE)
     page = page_of([recorded(plan), failed(renamed("3dof-setpoints", "other"), HOSTILE)], {plan.name: [claim]})
-    assert len(page.all("script")) == 3 + len(SCRIPTS)   # the data, the scales, the scene
+    assert len(page.all("script")) == 4 + len(SCRIPTS)   # the index, the data, the scales, the scene
     assert page.of_class("reason")[0].text == HOSTILE
     assert page.data["runs"][plan.name]["title"] == HOSTILE
     assert HOSTILE in page.with_id("run-other").text
@@ -131,7 +131,7 @@ def test_written_whole_and_the_same_each_time(tmp_path):
     assert [path.name for path in tmp_path.iterdir() if path.is_file() and path.name != "index.html"] == ["b.html"]
     content = (tmp_path / "b.html").read_bytes()
     assert content == (tmp_path / "new" / "a.html").read_bytes()
-    assert len(Page(content.decode()).all("script")) == 3 + len(SCRIPTS)   # the data, the scales, the scene
+    assert len(Page(content.decode()).all("script")) == 4 + len(SCRIPTS)   # the index, the data, the scales, the scene
 
 
 def test_no_trace_of_an_unfinished_page(tmp_path, monkeypatch):
