@@ -10,6 +10,7 @@ from ctypes import c_int, c_size_t, c_uint32, c_void_p
 from functools import lru_cache, partial
 from itertools import count
 from pathlib import Path
+from threading import Lock
 from typing import Any
 
 import fmpy
@@ -43,6 +44,8 @@ NOT_NEEDED = ("binaries/", "documentation/", "extra/", "sources/", "terminalsAnd
 HERE = (f"binaries/{fmpy.platform}/", f"binaries/{fmpy.platform_tuple}/")                    # of this machine
 
 OLDER_TYPES = {"Float64": "Real", "Int32": "Integer", "Enumeration": "Int64"}   # the last one as it is accessed
+
+LOADING = Lock()   # fmpy goes into the folder of a library while it loads it, and then back to where it was
 
 UNSAFE_IN_PATH = "%+#"   # pythonfmu's binary cannot load from a path with these, or with other than ASCII
 
@@ -171,7 +174,8 @@ class Fmu:
     def load(self) -> None:
         """Unpack, load and instantiate the FMU, with its messages going to `messages`."""
         unpack(self.path, self.folder)
-        instance = self.fmi.instantiated(self.description, self.folder, self.key, self.take_message)
+        with LOADING:
+            instance = self.fmi.instantiated(self.description, self.folder, self.key, self.take_message)
         self.instance = instance
         instance._call = partial(self.heard, instance._call)   # which fmpy calls for each function that it knows
         self.set_functions, self.get_functions = (self.fmi.functions(instance, verb) for verb in ("Set", "Get"))
