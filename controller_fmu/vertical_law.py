@@ -45,6 +45,14 @@ class VerticalLaw:
         current, found = equilibrium_current(motor, self.attraction, self.coils, self.iron, gap)
         return self.linear.demand(current, error)
 
+    def carrying_demand(self, motor: MotorGeometry, gap: float, error: float, left: float) -> float:
+        """As `holding_demand`, of a motor that leaves an acceleration (m/s²) to the others."""
+        if self.law == NONLINEAR:
+            return 0.0
+        f1, f2, f3, f4 = gap_functions(motor, gap)
+        current, found = demanded_current(left, 0.0, self.attraction, self.coils, self.iron, f2, f3, f4)
+        return self.linear.demand(current, error)
+
     def take(self, point: GainPoint) -> None:
         """Take in what counts at the measured gap, in an interpolated law."""
         self.forward = point.current

@@ -10,6 +10,7 @@ from described_stages import written
 from reference_pair import ReferenceMotor, lagrangian_motion, sheet_forces
 from reference_stage import G
 
+import maglev
 from maglev.errors import RigError
 from maglev.identification.rigs import accelerations as identified
 from maglev.identification.rigs import rig_of
@@ -192,6 +193,17 @@ def test_swapped_motors_tilt_to_the_other_side(tmp_path: Path) -> None:
                      CURRENTS[::-1])
     assert mirrored * [1.0, 1.0, -1.0] == pytest.approx(found, abs=1e-13)
     assert flown(other, "", 10, -1.0)[0] * [1.0, 1.0, -1.0] == pytest.approx(flown(rig, "", 10)[0], abs=1e-9)
+
+
+@pytest.mark.thorough
+def test_native_fmus_have_the_bits(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.chdir(tmp_path)
+    described(tmp_path / "unlike.toml")
+    (tmp_path / "short.toml").write_text('extends = "unlike-setpoints.toml"\nname = "short"\nstop_time = "1.1 s"\n')
+    native, python = (maglev.run("short.toml", kind=kind) for kind in ("native", "python"))
+    for axis in ("v", "h", "roll"):
+        assert (native[f"plant.{axis}.position"] == python[f"plant.{axis}.position"]).all()
+        assert np.ptp(native[f"plant.{axis}.position"]) > 1e-5
 
 
 @pytest.mark.parametrize(("old", "new", "message"), [
