@@ -125,7 +125,7 @@ def test_a_file_that_translates_has_its_matrices_by_hand(fastest_fmus: Path, tmp
     h = found.pair.positions["h"]
     angles = np.pi / 57.15e-3 * (h - 57.15e-3 / 2.0) - 2.0 * np.pi / 3.0 * np.array([0.0, 1.0, -1.0])
     turned = np.array([np.cos(angles), -np.sin(angles)]).T
-    currents = found.loop.plant.equilibrium
+    currents = found.linear().plant.equilibrium
     along = np.pi / 57.15e-3 * np.array([-np.sin(angles), -np.cos(angles)]).T @ [currents.i_d[0], currents.i_q[0]]
     rates = np.outer(turned[:, 0], by_gap[1] * a[1]), np.outer(turned[:, 1], by_travel[1] * a[1])
     assert np.hstack(rates) == pytest.approx(model.C, rel=1e-9)
