@@ -96,7 +96,8 @@ def test_a_change_acts_from_the_first_sample_on_that_begins_then(time: float, sa
     ({"delay": {"at": 1.0, "then": 0.1}}, "it cannot change in an episode"),
     (lambda _: {"y.maas": 1.0}, "the plant has no parameter 'y.maas'; nearest is 'y.mass'"),
     (lambda _: {"y.stop.upper": 1.0}, "expected in the table where the environment is made"),
-    (lambda _: 7.0, "gives 7.0, expected a table")], ids=str)
+    (lambda _: 7.0, "gives 7.0, expected a table")],
+                         ids=lambda given: "a function" if callable(given) else str(given))
 def test_refused(settings: Settings, words: str) -> None:
     with pytest.raises(MaglevError) as raised:
         parameters(settings)

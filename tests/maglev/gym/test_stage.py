@@ -184,7 +184,8 @@ def test_rewards_of_terms_and_functions_by_hand(make: Make) -> None:
     (lambda seen: seen["y.positon"], "there is no signal 'y.positon'; nearest is 'y.position'"),
     (lambda seen: 1.0 if seen["y.position"] > 0.0 else 0.0, "expected one of arrays of shape (environments,)"),
     (lambda seen: 1.0, r"gives the shape (), expected (2,)"),
-    (lambda seen: seen["y.position"] + np.inf, "gives inf, expected a number for each")], ids=str)
+    (lambda seen: seen["y.position"] + np.inf, "gives inf, expected a number for each")],
+                         ids=lambda given: "a function" if callable(given) else str(given))
 def test_refused_rewards(make: Make, reward: Any, words: str) -> None:
     with pytest.raises(ScenarioError) as raised:
         make("3dof", reward=reward)
