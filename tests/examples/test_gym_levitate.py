@@ -8,11 +8,13 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
+import pytest
 from example_builds import EXAMPLES
 
 import maglev
 
 
+@pytest.mark.thorough
 def test_it_learns_and_becomes_a_controller(native_fmus: Path, tmp_path: Path) -> None:
     (tmp_path / "native").symlink_to(native_fmus)
     done = subprocess.run([sys.executable, str(EXAMPLES / "gym_levitate.py"), "--fmus", str(tmp_path), "--out",

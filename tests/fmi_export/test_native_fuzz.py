@@ -43,7 +43,7 @@ def random_programs(count: int, seed: int) -> list[bytes]:
     return [source.randbytes(source.randrange(1, 600)) for _ in range(count)]
 
 
-@pytest.mark.parametrize("name", FUZZED)
+@pytest.mark.parametrize("name", [pytest.param(FUZZED[0], marks=pytest.mark.thorough), *FUZZED[1:]])
 def test_many_random_programs(sanitized: Path, tmp_path: Path, name: str) -> None:
     said = carry_out([sanitized / name], random_programs(3000, 1), tmp_path)
     count, refusals = (int(word) for word in said.split() if word.isdigit())
@@ -81,7 +81,7 @@ def test_outputs_are_read_before_inputs_are_set(request: pytest.FixtureRequest, 
     assert (done.returncode, done.stdout) == (0, "400 samples\n"), done.stderr[-3000:]
 
 
-@pytest.mark.parametrize("version", [2, 3])
+@pytest.mark.parametrize("version", [pytest.param(2, marks=pytest.mark.thorough), 3])
 def test_many_random_programs_of_model_exchange(native_fmus: Path, fmi3_fmus: Path, tmp_path: Path,
                                                 version: int) -> None:
     """`c/fuzz_exchange.c`: any order of calls; what it asks for is finite where the states are in reach."""

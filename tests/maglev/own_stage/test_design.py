@@ -59,7 +59,8 @@ def test_a_real_motor_flies_at_the_first_try(tmp_path: Path, law: str) -> None:
 
 
 @pytest.mark.usefixtures("slow")
-@pytest.mark.parametrize(("motor", "like"), [("small", "2dof"), ("medium", "3dof"), ("large", "5dof")])
+@pytest.mark.parametrize(("motor", "like"), [("small", "2dof"), *(
+    pytest.param(*each, marks=pytest.mark.thorough) for each in (("medium", "3dof"), ("large", "5dof")))])
 def test_packaged_motors_fly(tmp_path: Path, motor: str, like: str) -> None:
     path, _ = new_stage(tmp_path / f"{motor}.toml", like, motor=[motor])
     rig = know_stage(path)
