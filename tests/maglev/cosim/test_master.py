@@ -17,9 +17,9 @@ from pmlsm.rig_3dof import RIG as RIG_3DOF
 
 @pytest.mark.parametrize("name", ["2dof-setpoints", "2dof-tracking-friction-compensation", "2dof-smooth-linear",
                                   "2dof-tracking-pid", "3dof-setpoints-improved", "3dof-smooth-linear",
-                                  "3dof-smooth-scheduled", "3dof-tracking-pid",   # two more of the same regulator:
+                                  "3dof-tracking-pid",   # more of the same regulators:
                                   *(pytest.param(f"3dof-{name}", marks=pytest.mark.thorough)
-                                    for name in ("setpoints", "tracking-nonlinear"))])
+                                    for name in ("setpoints", "smooth-scheduled", "tracking-nonlinear"))])
 @pytest.mark.parametrize("order", ["sequential", "jacobi"])
 @pytest.mark.usefixtures("slow")
 def test_run_equals_direct_calls_bit_for_bit(request: pytest.FixtureRequest, name: str, order: Order) -> None:

@@ -84,9 +84,9 @@ CHANGES: dict[str, Callable[[Margins, float, float], Change]] = {
 # computed and flown by the same code.
 @pytest.mark.usefixtures("slow")
 @pytest.mark.parametrize(("stage", "changed"), [
-    *(("2DOF", changed) for changed in CHANGES), ("3DOF", "phase"), ("3DOF", "delay"),
+    *(("2DOF", changed) for changed in CHANGES), ("3DOF", "delay"),
     *(pytest.param(stage, changed, marks=pytest.mark.thorough) for stage, changed in (
-        ("3DOF", "less gain"), ("3DOF", "more gain"), ("5DOF", "phase"), ("5DOF", "delay")))])
+        ("3DOF", "less gain"), ("3DOF", "more gain"), ("3DOF", "phase"), ("5DOF", "phase"), ("5DOF", "delay")))])
 def test_stable_within_a_tenth_of_the_margin_and_lost_beyond(stage: str, changed: str) -> None:
     margins, dt = loop_of(stage).margins(PLACES[stage][0]), loop_of(stage).plant.sample_time
     assert dt is not None
