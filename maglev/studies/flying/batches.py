@@ -36,7 +36,7 @@ STEPS_OF_A_BATCH = 2_500_000      # communication steps of native FMUs, which ta
 PYTHON_COST = 20                  # steps of native FMUs in one of those that run Python inside
 FEWEST_BATCHES = 8                # of a small study, so that many workers have something to do
 LARGEST_TRAJECTORIES = 32e6       # bytes of a batch
-WORTH_COMPILING = 3_000_000   # steps, which take longer by calls of FMUs than the compiler for a loop without
+WORTH_COMPILING = 10_000_000   # steps, which take longer by calls of FMUs than the compiler for a loop without
 
 Fly = Callable[[Job, list[Batch], Array, Store], None]   # runs batches with values of the targets by sample
 

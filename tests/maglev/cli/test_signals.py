@@ -225,13 +225,13 @@ def test_while_the_processes_of_a_study_start(fastest_fmus: Path, tmp_path: Path
     """When the first of them is there, and while they import what they need."""
     file = tmp_path / "payload.toml"
     file.write_text('name = "payload"\nscenario = "2dof-setpoints"\nmetrics = ["rms error"]\n[[vary]]\n'
-                    'set = "plant.v.mass"\nkind = "grid"\nfrom = 4\nto = 5\nnumber = 48\n')   # compiles no loop
+                    'set = "plant.v.mass"\nkind = "grid"\nfrom = 4\nto = 5\nnumber = 64\n')
     command = Command(tmp_path, "study", file, "--fmus", fastest_fmus, "--jobs", "2")
     command.wait_until(lambda: [line for line in processes_with(command.unpacked) if "processes.beside" in line])
     time.sleep(delay)   # wherever their start is then
     found, lines = command.ended(number)
     assert (found, len(lines)) == (code, 1), lines
-    assert lines[0].startswith(f"maglev: {word}: ") and "of 48 samples are kept in " in lines[0]
+    assert lines[0].startswith(f"maglev: {word}: ") and "of 64 samples are kept in " in lines[0]
 
 
 def test_an_interrupted_update_leaves_every_baseline(fmus: Path, tmp_path: Path) -> None:
