@@ -38,7 +38,7 @@ claims-check: .venv/.test
 estimation: .venv/.test
 	$(BIN)/python -m studies.estimation
 
-# The site, which needs no network: docs/_build/html/index.html. Its notebooks are run, its experiments are run; where
+# The site, which needs no network: docs/_build/html/index.html. Its notebooks and its experiments are run; where
 # there is a compiler the live stage runs on the first page.
 docs: build
 	$(INSTALL) '.[report,data,design,docs]'

@@ -6,7 +6,7 @@ from typing import Any
 import numpy as np
 import pytest
 from direct_loop import fly
-from example_builds import EXAMPLES
+from example_builds import EXAMPLES as ALL_EXAMPLES
 
 from controller_fmu.regulator_3dof import Regulator3DOF
 from controller_fmu.status import NONLINEAR
@@ -15,6 +15,7 @@ from maglev.user_controllers.subset import first_misfit
 from plant_fmu.stage_3dof import Stage3DOF
 
 TS = 0.2e-3   # s
+EXAMPLES = ALL_EXAMPLES / "adapting"
 MOTORS = ("alpha", "beta")
 
 

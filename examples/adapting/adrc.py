@@ -1,7 +1,7 @@
 """Active disturbance rejection for the 3-DOF stage: extended-state observers in place of the thesis's regulator.
 
-    maglev run 3dof-thrust-loss-fixed --controller examples/adrc.py
-    maglev linearise Plant3DOF examples/adrc.py --at y=25mm --open y
+    maglev run 3dof-thrust-loss-fixed --controller examples/adapting/adrc.py
+    maglev linearise Plant3DOF examples/adapting/adrc.py --at y=25mm --open y
 
 With the motors feedback-linearised, each axis is p'' = u + d, and d is all that is not known: friction, bias, ripple,
 payload, a magnet that has become weaker. An observer with three equal poles follows p, p' and d from the measured

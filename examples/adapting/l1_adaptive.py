@@ -1,7 +1,7 @@
 """L1 adaptive augmentation of the thesis's regulator of the 3-DOF stage, with the piecewise constant law.
 
-    maglev run 3dof-thrust-loss-fixed --controller examples/l1_adaptive.py
-    maglev linearise Plant3DOF examples/l1_adaptive.py --at y=25mm --open y
+    maglev run 3dof-thrust-loss-fixed --controller examples/adapting/l1_adaptive.py
+    maglev linearise Plant3DOF examples/adapting/l1_adaptive.py --at y=25mm --open y
 
 To each axis belongs a predictor of its velocity, v̂' = −a (v̂ − v) + u + σ̂: u is the acceleration that the limited
 currents make, as the regulator knows the stage, and σ̂ what has to be added so that the error of the prediction would be

@@ -1,6 +1,6 @@
 """The thesis's regulator of the 3-DOF stage with constants by recursive least squares that forget by direction.
 
-    maglev run 3dof-thrust-loss-fixed --controller examples/directional_rls.py
+    maglev run 3dof-thrust-loss-fixed --controller examples/adapting/directional_rls.py
 
 A row of the model is v' = φ θ: of x and z, θ is the thrust, Coulomb friction and a bias; of y, the attraction, the
 constant of magnets on coils and a bias. Both sides pass the same low-pass filter, so that v' is known without a
