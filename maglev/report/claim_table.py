@@ -69,8 +69,9 @@ def message(judgements: Judgements) -> str:
     missed = [each for each in claims if each.verdict in ("no difference", "not reproduced")]
     friction = len(blames(missed, "friction"))
     return (f'<p class="message"><strong>{first} reproduce</strong>{f", and {others}" if others else ""}.'
-            + (f" Of the {len(missed)} claims that do not, {friction} {'has' if friction == 1 else 'have'} guide "
-               "friction among their reasons, which the thesis does not state and which is assumed here."
+            + (f" Of {len(missed)} that {'does' if len(missed) == 1 else 'do'} not, {friction} "
+               f"{'has' if friction == 1 else 'have'} guide friction among the reasons, which the thesis does not "
+               "state and which is assumed here."
                if friction else "") + "</p>")
 
 
