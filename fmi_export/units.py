@@ -33,13 +33,7 @@ class UnknownUnit(ValueError):
 
 @lru_cache(maxsize=512)
 def factors(unit: str) -> tuple[tuple[str, int], ...]:
-    """Symbols of a unit and their powers: m and 1, s and -2, A and -1 of "m/(s2.A)"; a slash divides by what is next.
-
-    Raises
-    ------
-    UnknownUnit
-        If it is not written like that.
-    """
+    """Symbols and powers of a unit: m and 1, s and -2, A and -1 of "m/(s2.A)"; UnknownUnit if it is none."""
     found: list[tuple[str, int]] = []
     signs, next_sign, place, expects_symbol = [1], 1, 0, True
     while place < len(unit.rstrip()):

@@ -16,12 +16,7 @@ def whole_file(path: Path) -> Iterator[Path]:
     What stood there before is intact until then, and stays if the block fails. Two processes that write the same file
     both write a whole one, and the last one stays. The folder is made if it is not there. Behind a link it is the file
     that the link leads to; a device or a pipe is written into. What a process that was killed has left, the next one
-    that writes into the folder removes.
-
-    Raises
-    ------
-    OSError
-        If it cannot be written; with the name of the file that was to be.
+    that writes into the folder removes. OSError, with the name of the file that was to be, if it cannot be written.
     """
     try:
         path.parent.mkdir(parents=True, exist_ok=True)

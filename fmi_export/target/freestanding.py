@@ -62,21 +62,9 @@ def freestanding(definition: FmuDefinition, modules: Iterable[str], translation:
                  maker: str) -> dict[str, str]:
     """C files by name: NAME.h and NAME.c, an example over them, a file for CMake, and a board in QEMU to run it on.
 
-    Parameters
-    ----------
-    definition : FmuDefinition
-        Of a block that samples.
-    modules : iterable of str
-        Dotted names of the modules that it consists of.
-    translation : mapping of str to str
-        These as C, of `translated`.
-    maker : str
-        What made it, for the header.
-
-    Raises
-    ------
-    ExportError
-        If the block does not sample, calls what a mathematical library has, or two of its ports become one name.
+    `modules` are the dotted names of those that the block consists of, `translation` these as C; `maker` stands in the
+    header. ExportError if the block does not sample, calls what a mathematical library has, or two of its ports become
+    one name.
     """
     if not definition.sampled:
         raise ExportError(f"{definition.name}: has no {SAMPLE_TIME}, expected a controller, or another block that "

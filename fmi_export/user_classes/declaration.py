@@ -48,23 +48,11 @@ def definition_of(written: type, clock: type, icon: Drawing | None = None, sketc
                   requires: tuple[str, ...] = ()) -> WrittenDefinition:
     """Definition of the FMU that steps a class at its samples.
 
-    Parameters
-    ----------
-    written : type
-        The class: tables `inputs`, `outputs` and, if it has any, `parameters`, from a name to a unit, "" for none;
-        `step(self, t)` with an attribute `sample_time` (s), or `step(self, t, dt)`, called at every communication step;
-        perhaps `start(self)`, called when the parameters are set.
-    clock : type
-        Clock of the samples, with `fits` and `due`.
-    icon, sketch : Drawing, optional
-        As of `FmuDefinition`; the sketch is drawn for whether the class has samples, 0 or 1.
-    requires : tuple of str
-        Packages of the importer's Python that the class needs.
-
-    Raises
-    ------
-    ExportError
-        If the class lacks something, or its tables, attributes and methods do not fit each other.
+    The class has tables `inputs`, `outputs` and, if it has any, `parameters`, from a name to a unit, "" for none;
+    `step(self, t)` with an attribute `sample_time` (s), or `step(self, t, dt)`, called at every communication step;
+    perhaps `start(self)`, called when the parameters are set. ExportError if it lacks something, or these do not fit
+    each other. The `clock` of the samples has `fits` and `due`; the sketch is drawn for whether the class has samples,
+    0 or 1; `requires` are packages of the importer's Python.
     """
     name = written.__name__
     require_steps(written)

@@ -164,14 +164,9 @@ class Part(NamedTuple):
 
 
 def make_pair(asked: AskedPair, smooth: bool = True) -> Pair:
-    """Make a plant and a controller ready.
+    """Make a plant and a controller ready; an error if one of them does not exist or lacks a port or a parameter.
 
     `smooth` is without Coulomb friction and rounding of the encoders, where the plant has parameters for them.
-
-    Raises
-    ------
-    LinearModelError, FmuError, ControllerError, ScenarioError
-        If one of them does not exist or lacks a port or a parameter.
     """
     if asked.rig is not None:
         know_stage(asked.rig)

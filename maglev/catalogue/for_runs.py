@@ -38,25 +38,10 @@ def fmus_for_runs(names: Iterable[str], fmus: str | Path | None = None, kind: st
                   everywhere: bool = False, say: Say = warn, watch: Watch = unwatched) -> Path:
     """Folder with FMUs of this project, or of stages of the user's that this process knows.
 
-    Parameters
-    ----------
-    names : iterable of str
-    fmus : path, optional
-        The folder that a user names: what is in it runs, nothing is built.
-    kind : "python" or "native", optional
-        Of a folder, native ones are in its folder `native`. Results have the same bits. If not given, what is built is
-        native where there is a compiler; a folder is taken as it is.
-    fmi : int
-        3 for native ones of FMI 3.0, in the folder `fmi3`.
-    everywhere : bool
-        Whether native ones that are built run on every platform, not only on this machine.
-    say, watch : callable
-        Told what is built or fails, and how many are done.
-
-    Raises
-    ------
-    ScenarioError, BuildError
-        If there is no such kind or FMU, or what is asked for by `kind` or `fmi` cannot be built.
+    `fmus` is the folder that a user names: what is in it runs, nothing is built; native ones are in its folder
+    `native`, those of FMI 3.0 in `fmi3`. Without a `kind` what is built is native where there is a compiler, for this
+    machine or `everywhere`, and a folder is taken as it is. ScenarioError or BuildError if there is no such kind or
+    FMU, or what is asked for by `kind` or `fmi` cannot be built.
     """
     if kind not in (None, *get_args(KindName)):
         raise ScenarioError(f"{option('kind', kind)}: expected python or native")

@@ -92,17 +92,9 @@ class Observer:
 class Columns:
     """What tracks hold, with each column as one piece of memory: who looks at one passes over no other.
 
-    Rows are taken over as soon as some hundred have been written, when they are still in the processor's cache.
-
-    Parameters
-    ----------
-    tracks : sequence of Track
-    rows : int
-        Communication points of the run.
-    kind : type, optional
-        Of all columns; without it each has that of its track, and Booleans that of FMI 2.0.
-    wanted : collection of str, optional
-        Names of the columns to be taken; without it all are.
+    Rows are taken over as soon as some hundred have been written, when they are still in the processor's cache. Only
+    the `wanted` columns are taken, all without a name; without a `kind` for all, each has that of its track, and
+    Booleans that of FMI 2.0.
     """
 
     def __init__(self, tracks: Sequence[Track], rows: int, kind: type | None = None,
@@ -253,15 +245,8 @@ class Master:
             columns: Columns | None = None) -> Recording:
         """Run as prepared by `wire`, again after fmi2Reset; errors as of `run`.
 
-        Parameters
-        ----------
-        start : mapping of str to mapping
-            By the name of an FMU: start values that go before those of its setup.
-        progress : callable, optional
-            As of `run`.
-        columns : Columns, optional
-            Of the tracks of the wiring: where the recording is, to be used again; without it the next run leaves a
-            recording as it is.
+        Start values `start`, by the name of an FMU, go before those of its setup. `columns` is where the recording is,
+        to be used again; without it the next run leaves a recording as it is.
         """
         assert self.wiring is not None
         phases, tracks = self.wiring.phases, self.wiring.tracks

@@ -67,13 +67,7 @@ class PortMap:
         return ScenarioError(f"{self.place}.{key_path([ours])} = {shortened(value)}: {expectation}")
 
     def require_known(self, known: Mapping[str, str | None]) -> None:
-        """Refuse a line about a port that we do not have, or in a unit of another dimension.
-
-        Parameters
-        ----------
-        known : mapping of str to str or None
-            Names of our ports, and their units where they are known.
-        """
+        """Refuse a line about a port that is not known, or in a unit of another dimension than the known one."""
         for ours, port in self.ports.items():
             if ours not in known:
                 raise self.refuse(ours, f"unknown port, nearest is {nearest(ours, known)}")
@@ -83,13 +77,7 @@ class PortMap:
 
 
 def read_port_maps(path: Path) -> dict[str, PortMap]:
-    """Read the maps of a file, by name in the run.
-
-    Raises
-    ------
-    ScenarioError
-        If the file cannot be read, or something in it is not as expected; one line with file, key and value.
-    """
+    """Maps of a file, by name in the run; ScenarioError, with file, key and value, of what is not as expected."""
     tables = read_toml(path)
     for name, table in tables.items():
         if name not in FMUS:
@@ -142,11 +130,7 @@ def apply(ports: PortMap, description: ModelDescription) -> dict[str, Scale]:
     """Give the variables of a model description our names and SI units; returns the conversions, by our names.
 
     One output can be several of our ports. A variable of the FMU whose name the map gives to another one is hidden.
-
-    Raises
-    ------
-    ScenarioError
-        If the map names a port that the FMU does not have, or one input twice, or a unit that does not fit.
+    ScenarioError if it names a port that the FMU does not have, or one input twice, or a unit that does not fit.
     """
     theirs = {variable.name: variable for variable in description.modelVariables}
     first: dict[str, str] = {}

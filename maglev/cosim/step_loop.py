@@ -186,10 +186,7 @@ class Stepper:
     def step_over(self, first: int, last: int, origin: int = 0) -> None:
         """Make the communication steps from the first to before the last; rows begin with communication point `origin`.
 
-        Raises
-        ------
-        StepFailed
-            If an FMU refuses a call, or the user interrupts.
+        StepFailed if an FMU refuses a call, or the user interrupts.
         """
         k, counter = first, self.counter
         try:

@@ -29,30 +29,11 @@ T = TypeVar("T", bound=Ended)
 def in_order(needs: Mapping[str, set[str]], task: Callable[[str, Ends], Task[T]], jobs: int,
              died: Callable[[str, str], T], watch: Watcher, silent: float = math.inf,
              here: bool = False) -> dict[str, T]:
-    """Do the tasks of runs, those that others need before them, otherwise side by side.
+    """Do the tasks of runs, those that others need before them, otherwise side by side; results by name, as in `needs`.
 
-    Parameters
-    ----------
-    needs : mapping of str to set of str
-        By name of the run, the runs that it starts from.
-    task : callable
-        From the name of a run and the ends of those that it needs to its task.
-    jobs, died, watch, silent
-        As of `side_by_side`.
-    here : bool
-        One after the other in this process.
-
-    Returns
-    -------
-    dict of str to result
-        In the order of `needs`.
-
-    Raises
-    ------
-    ScenarioError
-        If runs need each other, or one that is not there.
-    Interrupted
-        After Ctrl-C or SIGTERM.
+    `needs` has, by name of a run, those that it starts from; `task` makes a task of a name and the ends of what it
+    needs; `here` is one after the other in this process, and all else as of `side_by_side`. ScenarioError if runs need
+    each other, or one that is not there; Interrupted after Ctrl-C or SIGTERM.
     """
     results: dict[str, T] = {}
     with kept_processes() as idle:   # a process takes as long to start as some runs to run
@@ -102,13 +83,7 @@ def ends_of(recording: Recording) -> dict[str, float]:
 
 
 def started(plan: RunPlan, ends: Ends) -> RunPlan:
-    """Plan with the start values that it takes from the ends of other runs.
-
-    Raises
-    ------
-    ScenarioError
-        If such a run did not complete.
-    """
+    """Plan with the start values that it takes from the ends of other runs; ScenarioError if one did not end."""
     fmus = {}
     for name, fmu in plan.fmus.items():
         taken = {}

@@ -72,14 +72,8 @@ def fly(experiment: Experiment, progress: Progress | None = None) -> RunResult:
 def execute(experiment: Experiment, out: Path, form: Format = "csv", progress: Progress | None = None) -> RunResult:
     """Run an experiment, write its columns, and measure it.
 
-    Raises
-    ------
-    RunFailed
-        If an FMU ends the run; what was recorded until then is in `NAME.partial.csv`.
-    RunInterrupted
-        After Ctrl-C or SIGTERM, likewise.
-    MaglevError, OSError
-        If it cannot run, be measured or be written.
+    RunFailed if an FMU ends the run, RunInterrupted after Ctrl-C or SIGTERM: what was recorded until then is in
+    `NAME.partial.csv`. MaglevError or OSError if it cannot run, be measured or be written.
     """
     every, files = experiment.output_every(), ResultFiles(out, experiment.plan.name)
     found = []

@@ -43,10 +43,7 @@ class Following:
 def following(rig: Rig | None, plant: Own, controller: Own, asked: Collection[str]) -> Following:
     """How the model of a run's controller follows its plant; what of it was asked for, `controller.C1`, does not.
 
-    Raises
-    ------
-    ScenarioError
-        If plant or controller have no such parameters.
+    ScenarioError if plant or controller have no such parameters.
     """
     if rig is None:
         raise ScenarioError(f"{option('model', 'plant')}: expected runs of a stage that is described, by whose "

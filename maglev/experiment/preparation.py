@@ -89,10 +89,7 @@ class Experiment:
     def check(self) -> dict[str, ModelDescription]:
         """Check every name of the plan against the FMUs; returns their model descriptions.
 
-        Raises
-        ------
-        FmuError, ScenarioError
-            If an FMU is missing or unfit, or if it lacks a port, parameter or unit that the plan names.
+        FmuError or ScenarioError if an FMU is missing or unfit, or lacks a port, parameter or unit that the plan names.
         """
         know_stage_of(self.plan)   # also in another process than that which made it ready
         descriptions = {name: read_description(name, path, self.timeout) for name, path in self.files.items()}
@@ -243,24 +240,11 @@ def prepare(plan: RunPlan, fmus: Path, replaced: Mapping[str, Replacement], sett
             options: RunOptions | None = None) -> Experiment:
     """Experiment of a run.
 
-    Parameters
-    ----------
-    plan : RunPlan
-    fmus : Path
-        Folder with the FMUs of this project.
-    replaced : mapping of str to Replacement
-        FMUs that take the place of the plan's, by name in the run.
-    settings : mapping of str to StartValue
-        What goes before the plan's: start values by `fmu.variable`, or other references by `reference.AXIS.amplitude`,
-        see `with_reference`.
-    options : RunOptions, optional
-        Of these step, order and timeout, and a `model` that follows the masses of the plant; the rest is in the other
-        arguments.
-
-    Raises
-    ------
-    ScenarioError, FmuError
-        If a replaced FMU or a setting does not exist or cannot be read, or the run is no whole number of steps.
+    FMUs `replaced`, by name in the run, take the place of those of the plan, which are in the folder `fmus`. Settings
+    go before the plan's: start values by `fmu.variable`, or other references by `reference.AXIS.amplitude`. Of the
+    options step, order, timeout and a `model` that follows the masses of the plant are read; the rest is in the other
+    arguments. ScenarioError or FmuError if a replaced FMU or a setting does not exist or cannot be read, or the run is
+    no whole number of steps.
     """
     know_stage_of(plan)
     options = completed(options or {})

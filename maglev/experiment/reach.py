@@ -15,22 +15,10 @@ Start = Callable[[str], float | None]   # start value of a variable `fmu.variabl
 
 
 def require_reachable(plan: RunPlan, times: Array, references: Mapping[str, Array], start: Start) -> None:
-    """Refuse references beyond the end stops of what they are followed by.
+    """Refuse references that are known before the run, (n,), SI, beyond the end stops of what they are followed by.
 
-    Parameters
-    ----------
-    plan : RunPlan
-    times : ndarray, shape (n,)
-        Communication points, s.
-    references : mapping of str to ndarray, shape (n,)
-        Those that are known before the run, by `fmu.variable`, SI.
-    start : callable
-        Where a plant begins, and where its stops are.
-
-    Raises
-    ------
-    ScenarioError
-        With the file, the reference, its first value that is out of reach and its time, the stops, and where it begins.
+    `start` has where a plant begins, and where its stops are. ScenarioError with the file, the reference, its first
+    value that is out of reach and its time, the stops, and where it begins.
     """
     known = {axis.position: references[axis.reference] for axis in plan.axes.values() if axis.reference in references}
     vertical = next((axis.position for axis in plan.axes.values() if axis.vertical), None)

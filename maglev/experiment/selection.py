@@ -17,10 +17,7 @@ Scenarios = Scenario | Iterable[Scenario]
 def select(names: Scenarios | None) -> list[RunPlan]:
     """Runs of scenarios, variants or files by name, or of tables, each once; all of the package if none is named.
 
-    Raises
-    ------
-    ScenarioError
-        If a name does not exist, or two runs have one name.
+    ScenarioError if a name does not exist, or two runs have one name.
     """
     runs: dict[str, RunPlan] = {}
     for name in packaged_files() if names is None else [names] if isinstance(names, str | Path | Mapping) else names:

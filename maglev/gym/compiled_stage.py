@@ -75,37 +75,13 @@ class Saved(NamedTuple):
 
 
 class CompiledStage:
-    """Plant of a rig, and unless the commands are phase currents, its commutation.
+    """Plant of a rig, and unless the commands are phase currents, its commutation, with or without a measurement.
 
-    Parameters
-    ----------
-    rig : Rig
-    folder : Path
-        Folder with the FMUs.
-    in_phases : bool
-        Whether commands are three phase currents of each motor, or direct and quadrature current.
-    with_measurement : bool
-        Whether a measurement lies behind the encoders.
-
-    Attributes
-    ----------
-    commands : ndarray, shape (commands,)
-        Currents to be commanded, A, motor by motor; a view of the row, as the others.
-    encoders : ndarray, shape (encoders,)
-        Of the axes, m; where the platform tilts, of the horizontal axes, then of the gaps at the motors. What the
-        measurement makes of them, where there is one.
-    positions, velocities, references : ndarray, shape (axes,)
-        In the order of the rig's axes, m and m/s, or rad and rad/s. Velocities and references are the user's of this
-        class to write.
-    currents : ndarray, shape (2 motors,)
-        Direct and quadrature currents that the amplifiers deliver, A.
-    observation : ndarray, shape (encoders + 2 axes,)
-        Encoders, velocities and references.
-
-    Raises
-    ------
-    FmuError
-        If an FMU is missing, is not of this installation, or cannot be loaded.
+    Views of one row, SI: `commands` are the currents to be commanded, motor by motor; `encoders` those of the axes, or
+    where the platform tilts, of the horizontal axes, then of the gaps at the motors, or what the measurement makes of
+    them; `positions`, `velocities` and `references`, (axes,), of which the last two are the user's of this class to
+    write; `currents`, (2 motors,), direct and quadrature, that the amplifiers deliver; `observation` has encoders,
+    velocities and references. FmuError if an FMU is missing, is not of this installation, or cannot be loaded.
     """
 
     def __init__(self, rig: Rig, folder: Path, in_phases: bool, with_measurement: bool = False):

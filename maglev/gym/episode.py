@@ -15,25 +15,12 @@ SETPOINT_TIME = 1.0    # s from one set-point to the next
 
 
 class References:
-    """References of every sample of an episode.
+    """References of every sample of an episode, of `count` samples with both its ends, `sample_time` (s) apart.
 
-    Parameters
-    ----------
-    kind : str or array_like, shape (samples, axes)
-        "hold": where the mover starts. "setpoints": a new set-point for every axis each second, from the middle half of
-        its travel. "sinusoids": about where the mover starts, with ω0 = 1.5π rad/s and an amplitude of up to a quarter
-        of the travel. Or references (m) of the samples; after the last one it holds.
-    low, high : ndarray, shape (axes,)
-        Ends of the travel, m.
-    count : int
-        Samples of an episode, both ends included.
-    sample_time : float
-        Of the environment, s.
-
-    Raises
-    ------
-    ScenarioError
-        If the kind is unknown, or the table does not fit.
+    "hold": where the mover starts. "setpoints": a new set-point for every axis each second, from the middle half of its
+    travel between `low` and `high`, (axes,), m. "sinusoids": about where the mover starts, with ω0 = 1.5π rad/s and an
+    amplitude of up to a quarter of the travel. Or references (m) of the samples, (samples, axes); after the last one it
+    holds. ScenarioError if the kind is unknown, or the table does not fit.
     """
 
     def __init__(self, kind: str | npt.ArrayLike, low: Array, high: Array, count: int, sample_time: float):

@@ -43,28 +43,12 @@ class Estimate:
 
 def estimate(method: str, rows: Sequence[RowData], time: Array, guess: Mapping[str, float],
              epsilon: float = EPSILON, gamma: float = GAMMA, q0: float | None = None) -> Estimate:
-    """Run an estimator over a recording.
+    """Run an estimator, "reduced", "full" or "fsdi", over a recording with evenly spaced times, s, shape (n,).
 
-    Parameters
-    ----------
-    method : {"reduced", "full", "fsdi"}
-    rows : sequence of RowData
-    time : ndarray, shape (n,)
-        s, evenly spaced.
-    guess : mapping of str to float
-        Initial value of every constant.
-    epsilon : float
-        Confidence level ε of the measurement, here a time (s). (3.3) has none: for FSDI it is the lag that both sides
-        of v' = a θ + b are put behind.
-    gamma : float
-        Attenuation γ > 1.
-    q0 : float, optional
-        Q0 in ε diag(max AᵀA); by default `FULL_Q0` or `TINY_Q0`.
-
-    Raises
-    ------
-    IdentificationError
-        If the method is unknown, ε or γ is out of range, or Σ of (3.7) loses its definiteness.
+    `guess` has the initial value of every constant, ε is the confidence level of the measurement, here a time (s):
+    (3.3) has none, and for FSDI it is the lag that both sides of v' = a θ + b are put behind. γ > 1 is the attenuation,
+    `q0` Q0 in ε diag(max AᵀA), by default `FULL_Q0` or `TINY_Q0`. IdentificationError if the method is unknown, ε or γ
+    is out of range, or Σ of (3.7) loses its definiteness.
     """
     if method not in METHODS:
         raise IdentificationError(f"method {method}: expected {one_of(method, METHODS)}")

@@ -24,41 +24,21 @@ SMOOTHING = 0.02    # s, of the states that a replay starts from
 
 @dataclass(frozen=True)
 class Identification:
-    """An estimate with what is known about it.
-
-    Attributes
-    ----------
-    recording : Recording
-    estimate : Estimate
-    guess : dict of str to float
-    matched : bool
-        Whether y and u went through the observer's filters.
-    diagnostics : dict of str to RowDiagnostics
-        By axis.
-    standard_error, with_friction : dict of str to float
-        By constant. The standard error is the scatter to expect from another recording, no more.
-    left_out : dict of str to float
-        By constant, a bound of what friction, bias, ripple and modulation do to it, see `left_out`; infinite where not
-        excited.
-    replay_error, replay_motion : ndarray, shape (axes,)
-        m, see `replay`.
-    warnings : list of str
-    unidentified : list of str
-        Constants that the recording does not tell.
-    """
+    """An estimate with what is known about it; errors, replays and shares by constant or axis."""
 
     recording: Recording
     estimate: Estimate
     guess: dict[str, float]
-    matched: bool
+    matched: bool   # whether y and u went through the observer's filters
     diagnostics: dict[str, RowDiagnostics]
-    standard_error: dict[str, float]
+    standard_error: dict[str, float]   # the scatter to expect from another recording, no more
     with_friction: dict[str, float]
+    # bound of what friction, bias, ripple and modulation do to it, see `left_out`; infinite where not excited
     left_out: dict[str, float]
-    replay_error: Array
+    replay_error: Array   # m, shape (axes,), see `replay`; as the next one
     replay_motion: Array
     warnings: list[str]
-    unidentified: list[str]
+    unidentified: list[str]   # constants that the recording does not tell
 
     def __repr__(self) -> str:
         constants = ", ".join(f"{name} = {value:.6g}" for name, value in self.estimate.final.items())
@@ -167,12 +147,7 @@ def matched(signals: Array, dt: float) -> Array:
 def replay(recording: Recording, constants: Mapping[str, float]) -> tuple[Array, Array]:
     """Replay windows of a recording from its states, with its currents.
 
-    Returns
-    -------
-    error : ndarray, shape (axes,)
-        RMS of replayed − recorded position at the end of the windows, m.
-    motion : ndarray, shape (axes,)
-        RMS of the way that the axes go in a window, m.
+    RMS of replayed − recorded position at the end of the windows, and of the way that the axes go in one, m, (axes,).
     """
     dt = recording.dt
     steps = max(1, round(HORIZON / dt))

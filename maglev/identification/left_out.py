@@ -20,19 +20,8 @@ def left_out(recording: Recording, rows: Sequence[RowData], delayed: Callable[[A
     """How far constants could be off by what the model leaves out: a bound, by constant.
 
     The recording is identified again by a model that has one of the effects, of the size that the description of the
-    stage assumes, along the recorded motion; the changes by all effects are added whatever their signs.
-
-    Parameters
-    ----------
-    recording : Recording
-    rows : sequence of RowData
-        What the estimator saw.
-    delayed : callable
-        What the velocities have gone through, of signals with shape (n, m).
-    found : mapping of str to float
-        What it found.
-    again : callable
-        The estimator.
+    stage assumes, along the recorded motion; the changes by all effects are added whatever their signs. The estimator
+    `again` found `found` in the rows; `delayed` is what the velocities have gone through, of signals with shape (n, m).
     """
     bound = dict.fromkeys(found, 0.0)
     for changed in with_each_effect(recording, rows, delayed):

@@ -94,14 +94,9 @@ class RowData:
 def columns(normal: Array, thrust: Array, sharing: float) -> Columns:
     """A of a row: of each thrust that moves its axis, then if normal forces do, of attraction, coils and iron.
 
-    Parameters
-    ----------
-    normal : ndarray, shape (motors,)
-        What the motors' vertical accelerations do to the axis.
-    thrust : ndarray, shape (motors, thrusts)
-        What the horizontal ones do, each column for the motors of one constant.
-    sharing : float
-        Motors with one current.
+    What the motors' vertical accelerations do to the axis is `normal`, (motors,); what the horizontal ones do, each
+    column for the motors of one constant, is `thrust`, (motors, thrusts); `sharing` is the number of motors with one
+    current.
     """
     def of(f: Array, i_d: Array, i_q: Array) -> Array:
         found = [thrusts(sharing, f[0], i_q) @ thrust]

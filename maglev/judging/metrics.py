@@ -114,24 +114,11 @@ def metrics_data(metrics: Metrics) -> dict[str, Any]:
 
 def evaluate(plan: RunPlan, time: Array, columns: Mapping[str, Array],
              resistances: Mapping[str, float] | None = None) -> Metrics:
-    """Measure a run.
+    """Measure a run at ascending times, s, (n,), by recorded columns, SI, (n,), by full name ("plant.y.position").
 
-    Parameters
-    ----------
-    plan : RunPlan
-        Names the columns of axes, motors and flags, and the bands.
-    time : ndarray, shape (n,)
-        Ascending times of the samples, s.
-    columns : mapping of str to ndarray, shape (n,)
-        Recorded variables by full name ("plant.y.position"), SI.
-    resistances : mapping of str to float, optional
-        Of a cold phase by motor, ohm, for losses.
-
-    Raises
-    ------
-    MeasurementError
-        If there is no sample, the run ends before an event, a column is missing, of another length than time, or not
-        finite.
+    The plan names the columns of axes, motors and flags, and the bands; `resistances` are those of a cold phase by
+    motor, ohm, for losses. MeasurementError if there is no sample, the run ends before an event, a column is missing,
+    of another length than time, or not finite.
     """
     time = np.asarray(time, dtype=np.float64)
     if time.ndim != 1 or not len(time):

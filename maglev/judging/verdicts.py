@@ -146,7 +146,7 @@ def bounds_in_words(claims: Iterable[ClaimResult]) -> str:
 
 def judge(claim: Claim, here: Sequence[MeasuredValue] | None,
           there: Sequence[MeasuredValue] | None = None) -> ClaimResult:
-    """Judge a claim on what was measured for it.
+    """Judge a claim on what was measured for it, and on what it compares with; None of what was not run.
 
     Of several measured values the one that decides is reported: with `over` "all" the one that meets the claim worst,
     with "any" the one that meets it best; with "mean" it is their mean, with "median" the middle one or two of them.
@@ -156,19 +156,7 @@ def judge(claim: Claim, here: Sequence[MeasuredValue] | None,
     what differs by more than 5 %; what does not has "no difference". The bound of a figure, and a claim of a user's
     own, is met or not, by the value as it is.
 
-    Parameters
-    ----------
-    claim : Claim
-    here : sequence of MeasuredValue or None
-        Values of the claim's quantity, at least one; None if what they would be measured on was not run.
-    there : sequence of MeasuredValue or None
-        For a comparative claim the values that it compares with, each under the place whose value is its counterpart;
-        None if what they would be measured on was not run.
-
-    Raises
-    ------
-    MeasurementError
-        If no value has a counterpart.
+    Values to compare with stand under the place whose value is their counterpart; MeasurementError if none has one.
     """
     if claim.quantity is None:
         return ClaimResult(claim, None, "not testable")

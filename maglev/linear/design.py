@@ -8,22 +8,11 @@ from maglev.arrays import Array
 
 
 def regulator_polynomial(gains: Sequence[float], omega0: float) -> Array:
-    """Characteristic polynomial of e'' = K [e, ė, ξ1, ξ2, ξ3]ᵀ + ξ1, ξ' = φ ξ + N e (4.15), (4.16).
+    """Characteristic polynomial of e'' = K [e, ė, ξ1, ξ2, ξ3]ᵀ + ξ1, ξ' = φ ξ + N e (4.15), (4.16), of s⁵ first, (6,).
 
     s⁵ − k2 s⁴ + (ω0² − k1) s³ − (k2 ω0² + k5) s² − (k1 ω0² + k4) s − (k3 + 1): what a feedback-linearised axis has but
-    for sampling, observer and amplifiers.
-
-    Parameters
-    ----------
-    gains : sequence of float
-        k1…k5: 1/s², 1/s, 1/s⁵, 1/s⁴, 1/s³.
-    omega0 : float
-        Frequency of the internal model, rad/s.
-
-    Returns
-    -------
-    ndarray, shape (6,)
-        Coefficients, of s⁵ first.
+    for sampling, observer and amplifiers. Gains k1…k5 in 1/s², 1/s, 1/s⁵, 1/s⁴, 1/s³; ω0 of the internal model in
+    rad/s.
     """
     k1, k2, k3, k4, k5 = gains
     square = omega0 * omega0

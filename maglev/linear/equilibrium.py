@@ -35,21 +35,9 @@ def equilibrium(name: str, at: Mapping[str, Quantity], parameters: Mapping[str, 
     `linearise_loop`. Friction holds nothing, ripple, the modulation of the attraction, guides against a tilt and a
     payload count. A controller's model has none of these, and no bias.
 
-    Parameters
-    ----------
-    name : str
-        A plant or controller, such as "Plant3DOF".
-    at : mapping of str to float or str
-        Position of each axis, m or rad or text with a unit; the vertical one must be there, the others are 0 if not
-        given.
-    parameters : mapping, optional
-        Parameters of the FMU that differ from their start values, by name.
-
-    Raises
-    ------
-    LinearModelError
-        If an axis or a parameter is unknown, the gap is outside 8…40 mm or beyond a stop, no current holds the mover
-        there, or the amplifiers cannot hold that current, or the controller does not command it.
+    Names, positions and parameters as of `linearise`. LinearModelError if an axis or a parameter is unknown, the gap is
+    outside 8…40 mm or beyond a stop, no current holds the mover there, or the amplifiers cannot hold that current, or
+    the controller does not command it.
     """
     return equilibrium_of(name, block_of(name, parameters or {}), read_positions(name, at))
 

@@ -98,16 +98,8 @@ def margins_between(at: str, grid: Array, values: Complex, response: Callable[[f
                     ends: Sequence[float] = ()) -> Margins:
     """Margins of a loop L, stable when it is closed by 1 + L, by what it is between two frequencies.
 
-    Parameters
-    ----------
-    at : str
-        The signal it is opened at.
-    grid, values : ndarray, shape (n,)
-        Frequencies (rad/s) on which crossings and peaks are looked for, and L there.
-    response : callable
-        L at any frequency (rad/s) between.
-    ends : sequence of float
-        Where L is real beyond the grid.
+    Crossings and peaks are looked for on a grid of frequencies, rad/s, (n,), where L has these values, (n,); `response`
+    gives L at any frequency between, and `ends` are values of L where it is real beyond the grid.
     """
     real_axis = [response(w).real for w in crossings(grid, values.imag, lambda w: response(w).imag)]
     real_axis += ends

@@ -16,27 +16,13 @@ from pmlsm.rig import Rig
 
 @dataclass(frozen=True)
 class Equilibrium:
-    """A stage at rest.
+    """A stage at rest."""
 
-    Attributes
-    ----------
-    positions : dict of str to float
-        Of each axis, the vertical one first, m.
-    i_d, i_q : tuple of float
-        Of each motor, A. Both motors of the 3-DOF stage have the same i_d, as every controller here commands it.
-    rig : Rig
-        Whose axes and motors these are.
-    along : tuple of float
-        Displacement of each motor, m.
-    geometries : tuple of MotorGeometry
-        Of each motor.
-    """
-
-    positions: dict[str, float]
-    i_d: tuple[float, ...]
-    i_q: tuple[float, ...]
+    positions: dict[str, float]   # of each axis, the vertical one first, m
+    i_d: tuple[float, ...]   # of each motor, A; both motors of the 3-DOF stage have the same
+    i_q: tuple[float, ...]   # of each motor, A
     rig: Rig
-    along: tuple[float, ...]
+    along: tuple[float, ...]   # displacement of each motor, m
     geometries: tuple[MotorGeometry, ...]
 
     @property
@@ -135,10 +121,7 @@ class LinearModel:
     def discretise(self, sample_time: float) -> "LinearModel":
         """Sample a continuous-time model (s) whose inputs are held between the samples, exactly.
 
-        Raises
-        ------
-        LinearModelError
-            If the model is sampled already, or the sample time is not positive.
+        LinearModelError if the model is sampled already, or the sample time is not positive.
         """
         if self.sample_time is not None:
             raise LinearModelError(f"{self.name}: sampled already, at {self.sample_time:g} s, expected a "
@@ -156,13 +139,7 @@ class LinearModel:
         return replace(self, A=step[:n, :n], B=step[:n, n:], sample_time=sample_time)
 
     def select(self, inputs: Sequence[str], outputs: Sequence[str]) -> "LinearModel":
-        """Return the model with only these inputs and outputs, in this order.
-
-        Raises
-        ------
-        LinearModelError
-            If the model has no such input or output.
-        """
+        """The model with only these inputs and outputs, in this order; LinearModelError if it has no such one."""
         columns = [self.index("input", name) for name in inputs]
         rows = [self.index("output", name) for name in outputs]
         return replace(self, inputs=tuple(inputs), outputs=tuple(outputs), B=self.B[:, columns], C=self.C[rows],
@@ -189,13 +166,7 @@ class LinearModel:
         return np.asarray(self.C @ np.linalg.solve(resolvent, self.B.astype(complex)[None]) + self.D)
 
     def to_control(self) -> Any:
-        """Return the model as python-control's StateSpace, with the same names.
-
-        Raises
-        ------
-        LinearModelError
-            If python-control is not installed.
-        """
+        """The model as python-control's StateSpace, with the same names; LinearModelError if that is not installed."""
         control = extra("control", "design", "to_control", LinearModelError)
         # It uses the dot for results of its own, such as "sys.y".
         names = {kind: [name.replace(".", "_") for name in of] for kind, of in

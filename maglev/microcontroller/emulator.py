@@ -54,17 +54,7 @@ def emulator_version() -> str:
 
 
 class Emulator:
-    """A running emulator; a context manager that ends it.
-
-    Parameters
-    ----------
-    image : Path
-        Executable.
-    outputs : int
-        Number of values that come back.
-    timeout : float
-        Longest time for an answer, s.
-    """
+    """A running emulator of an executable that gives `outputs` values, each within `timeout`, s; a context manager."""
 
     def __init__(self, image: Path, outputs: int, timeout: float):
         self.timeout = timeout

@@ -31,10 +31,7 @@ class Generated:
 def generated(controller: str | Path) -> Generated:
     """C of a controller, by the name of an FMU or the path of a Python file, perhaps with the name of a class in it.
 
-    Raises
-    ------
-    MaglevError
-        If there is none, or it is not what C can have, with file and line.
+    MaglevError if there is none, or it is not what C can have, with file and line.
     """
     with described(Path(controller)) as (described_as, packages, own):
         if not described_as.sampled:

@@ -17,47 +17,24 @@ from maglev.microcontroller.in_the_loop import Emulated, in_the_loop
 
 @dataclass(frozen=True)
 class Measured:
-    """What a controller takes on a Cortex-M7, and that it gives there what the run on this machine gives.
-
-    Attributes
-    ----------
-    controller, run : str
-        Names.
-    flash, ram, stack : int
-        Bytes: code and constants with the example over the controller, what it keeps, and the deepest stack beside it.
-    least, mean, most : float
-        Instructions of a sample.
-    start : int
-        Instructions of the computations at the start.
-    samples : int
-    columns : int
-        Signals of the run, of plant and controller, that have the same bits at every sample.
-    sample_time : float
-        s
-    compiler, emulator : str
-        With versions.
-    clock : float
-        Assumed, Hz.
-    cycles : float
-        Of an instruction, assumed.
-    """
+    """What a controller takes on a Cortex-M7, and that it gives there what the run on this machine gives."""
 
     controller: str
     run: str
-    flash: int
-    ram: int
-    stack: int
-    least: int
+    flash: int   # bytes: code and constants with the example over the controller
+    ram: int   # bytes that it keeps
+    stack: int   # bytes, the deepest
+    least: int   # instructions of a sample, as the next two
     mean: float
     most: int
-    start: int
+    start: int   # instructions of the computations at the start
     samples: int
-    columns: int
-    sample_time: float
-    compiler: str
+    columns: int   # signals of the run, of plant and controller, that have the same bits at every sample
+    sample_time: float   # s
+    compiler: str   # with its version, as the next one
     emulator: str
-    clock: float
-    cycles: float
+    clock: float   # Hz, assumed
+    cycles: float   # of an instruction, assumed
 
     @property
     def time(self) -> float:
@@ -86,24 +63,9 @@ def measured(generated: Generated, experiment: Experiment, place: str, folder: P
              timeout: float, progress: Progress = lambda done, steps: None) -> Measured:
     """Run an experiment as it is, and again with a controller on an emulated Cortex-M7 in its place.
 
-    Parameters
-    ----------
-    generated : Generated
-    experiment : Experiment
-        With the same controller, as an FMU or a Python file.
-    place : str
-        Its name there.
-    folder : Path
-        Where the executable is made.
-    clock, cycles, timeout : float
-        Hz, cycles of an instruction, longest time for an answer (s).
-    progress : callable
-        As of `Master.run`, of both runs together.
-
-    Raises
-    ------
-    MaglevError
-        If either run ends early, or one value of a signal has other bits.
+    `place` is the name in the experiment of the same controller as an FMU or a Python file; the executable is made in
+    `folder`. With the clock, Hz, cycles of an instruction, and the longest time for an answer, s. MaglevError if either
+    run ends early, or one value of a signal has other bits.
     """
     image = linked(generated.definition.name, generated.files, folder)
     here = experiment.run(lambda done, steps: progress(done, 2 * steps))

@@ -69,14 +69,10 @@ class Silent(Gone):
 class Beside:
     """A process beside this one.
 
-    Parameters
-    ----------
-    folder : Path or None
-        Where it unpacks, for what is not ours: it is ended from here alone, with all that it has started, and the
-        folder goes with it; what comes from it is not trusted. Without one it takes SIGTERM, and the end of this
-        process, as Ctrl-C, and says what it leaves.
-    inbox : SimpleQueue, optional
-        Where what it says arrives, of this process and perhaps of others; None in place of it when it has ended.
+    With a folder to unpack in it is for what is not ours: it is ended from here alone, with all that it has started,
+    and the folder goes with it; what comes from it is not trusted. Without one it takes SIGTERM, and the end of this
+    process, as Ctrl-C, and says what it leaves. What it says arrives in the inbox, of this process and perhaps of
+    others; None when it has ended.
     """
 
     def __init__(self, folder: Path | None = None, inbox: "Inbox | None" = None):

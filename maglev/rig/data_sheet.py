@@ -174,12 +174,7 @@ def formulas(of: Winding, motor: MotorGeometry) -> tuple[float, float, float, fl
 
     With σm = Hc and kw1 = 1 they give, of what was identified, 3.1 times the thrust on the 2-DOF stage, 10.8 (x) and
     9.9 (z) times on the 3-DOF stage; 0.66 and 0.985 of the attraction, 0.63 and 1.41 of the coils; of the iron 14 and
-    230 times.
-
-    Returns
-    -------
-    thrust, attraction, coils, iron : float
-        N/A, N/T², N/(A T), N/A².
+    230 times. Returned are thrust, attraction, coils and iron: N/A, N/T², N/(A T), N/A².
     """
     tau, area = motor.pole_pitch, of.length * of.magnets
     turns = of.turns * of.factor

@@ -212,16 +212,8 @@ def certificate(loop: AxisLoop, scaled: Scaled, gains: Array, solution: tuple[Ar
 def decrease_of(a: Array, b: Array, g: Array, p: Array, t: Array, sample_time: float, decay: float) -> float:
     """Least decrease of V + 2 decay V + 2 φᵀ T (φ − G χ) for χᵀ P χ + φᵀ T φ = 1, 1/s; negative where it grows.
 
-    Parameters
-    ----------
-    a, b, g, p : ndarray, shapes (n, n), (n, m), (m, n), (n, n)
-        With χ' = a χ − b φ, or the divided difference of a sampled loop.
-    t : ndarray, shape (m,)
-        Diagonal of T, above 0.
-    sample_time : float
-        s, 0 for continuous time.
-    decay : float
-        1/s.
+    With χ' = a χ − b φ, or the divided difference of a loop sampled every `sample_time`, s; T has the diagonal t > 0,
+    (m,).
     """
     change = np.column_stack([a, -b])
     n = len(a)

@@ -29,20 +29,8 @@ class Flights(Flight):
     """Steps of one axis of a stage, run one by one; a context manager that frees the FMUs.
 
     A horizontal axis steps from one side of the middle to the other, so that the stops are as far away as can be; the
-    vertical one steps to the gap, a tilt to level.
-
-    Parameters
-    ----------
-    rig, axis, controller : str
-        As of `axis_loop`.
-    gap : float or str
-        Of the vertical axis, m or with a unit.
-    plant, settings : mapping
-        Parameters of plant and controller that differ from their start values.
-    fmus : Path
-        Folder with the FMUs.
-    locked : bool
-        Whether the gap is held by force, as the linear model of a horizontal axis has it.
+    vertical one steps to the gap (m or with a unit), a tilt to level. With `locked` the gap is held by force, as the
+    linear model of a horizontal axis has it. `plant` and `settings` are parameters of plant and controller.
     """
 
     def __init__(self, rig: str, axis: str, gap: Quantity, controller: str, plant: Settings, settings: Settings,

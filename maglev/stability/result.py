@@ -41,28 +41,14 @@ class RunSteps:
 
 @dataclass(frozen=True, eq=False)
 class Candidate:
-    """What one choice of antiwindup gains gives.
+    """What one choice of antiwindup gains gives."""
 
-    Attributes
-    ----------
-    name, unit : str
-        "as set", "without" or "synthesised"; of the axis, "m" or "rad".
-    certificate : Certificate
-        Ellipsoid and largest certified step.
-    simulated : float
-        Largest step of the linear loop with its limit, m; LARGEST_STEP if every step comes back.
-    response : Response
-        Of that loop to the step of the region.
-    run : RunSteps or None
-        By the FMUs, if they were asked for: what the certificate leaves out may leave less, or more.
-    """
-
-    name: str
-    unit: str
-    certificate: Certificate
-    simulated: float
-    response: Response
-    run: RunSteps | None
+    name: str   # "as set", "without" or "synthesised"
+    unit: str   # of the axis, "m" or "rad"
+    certificate: Certificate   # ellipsoid and largest certified step
+    simulated: float   # largest step of the linear loop with its limit, m; LARGEST_STEP if every step comes back
+    response: Response   # of that loop to the step of the region
+    run: RunSteps | None   # by the FMUs, if asked for: what the certificate leaves out may leave less, or more
 
     @property
     def gains(self) -> Array:

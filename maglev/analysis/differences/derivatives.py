@@ -42,24 +42,8 @@ def derivative(part: Participant, base: Array, number: int, scale: float, sample
                check: bool = True) -> Derivative:
     """Derivative of a participant's outputs with respect to one of its inputs, from the point that it has marked.
 
-    Parameters
-    ----------
-    part : Participant
-    base : ndarray, shape (inputs,)
-        What is held while nothing is pushed.
-    number : int
-        Which input.
-    scale : float
-        Unit of the sizes, in the input's unit.
-    samples : int
-        Length of the response.
-    check : bool
-        Whether all sizes are tried; otherwise the largest two are taken.
-
-    Raises
-    ------
-    FmuError
-        If it refuses a step.
+    While nothing is pushed its inputs are those of `base`, shape (inputs,); sizes of pushes are in units of `scale`,
+    which is in the input's unit. Without `check` the largest two sizes are taken. FmuError if it refuses a step.
     """
     pushes = [scale * size for size in SIZES]
     first, holds_to = 0, pushes[0]

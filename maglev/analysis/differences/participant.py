@@ -27,25 +27,10 @@ SIGN_OF_LIFE: list[Callable[[], object]] = []   # called now and then by whoever
 
 
 class Participant:
-    """An FMU that takes a row of inputs and gives a row of outputs at each step; a context manager that frees it.
+    """An FMU that takes a row of Real inputs and gives a row of Real outputs at each step (s); a context manager.
 
-    Parameters
-    ----------
-    setup : FmuSetup
-    inputs, outputs : sequence of str
-        Names of Real variables.
-    step : float
-        Communication step, s.
-
-    Attributes
-    ----------
-    means : str
-        How it gets back to a point: "its saved state" or "its past run again".
-
-    Raises
-    ------
-    FmuError
-        If it cannot be loaded, lacks a variable, or refuses its start values.
+    `means` says how it gets back to a point: "its saved state" or "its past run again". FmuError if it cannot be
+    loaded, lacks a variable, or refuses its start values.
     """
 
     def __init__(self, setup: FmuSetup, inputs: Sequence[str], outputs: Sequence[str], step: float):

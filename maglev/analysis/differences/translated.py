@@ -23,22 +23,9 @@ def translated(part: Participant, base: Array, inputs: int) -> tuple[Realisation
     """State space of one sample of a class where it is marked, with the names of its states.
 
     Exact but for rounding, on the branch that it takes there. States are the numbers that it keeps from one sample to
-    the next: the inputs reach them, and they reach an output.
-
-    Parameters
-    ----------
-    part : Participant
-        Marked where it rests.
-    base : ndarray, shape (all inputs,)
-        Its inputs there.
-    inputs : int
-        How many of them, the first ones, those of the model are.
-
-    Returns
-    -------
-    Realisation and tuple of str, or None
-        None of an FMU, of a class that no file has, that is not sampled as its loop, or that has what no native FMU
-        can have.
+    the next: the inputs reach them, and they reach an output. At rest it has the inputs `base`, shape (all inputs,), of
+    which the first so many are those of the model. None of an FMU, of a class that no file has, that is not sampled as
+    its loop, or that has what no native FMU can have.
     """
     fmu, path = part.fmu, part.setup.path
     if not isinstance(fmu, WrittenController) or is_class(path) or part.setup.ports is not None:

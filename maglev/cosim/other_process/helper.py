@@ -66,16 +66,7 @@ def end_waiting() -> None:
 def read_apart(path: Path, timeout: float = 0.0) -> bytes:
     """Model description of the class that the path of a Python file names, which is imported in another process.
 
-    Parameters
-    ----------
-    path : Path
-    timeout : float
-        Longest time that this may take, s, if it is longer than `READING`.
-
-    Raises
-    ------
-    ControllerError
-        Also if the process ends, or takes too long.
+    ControllerError also if the process ends, or takes longer than `READING` and `timeout`, s.
     """
     key = (path.absolute(), str(digests(path)))
     if key in DESCRIPTIONS:

@@ -158,25 +158,12 @@ def fly(folder: Path, job: Job, send: Send) -> None:
 
 def run_apart(job: Job, progress: Progress | None = None, timeout: float = TIMEOUT,
               complete: Complete = lambda _: None) -> Recording:
-    """Do in another process what a `Master` does in this one; errors as of it.
+    """Do in another process what a `Master` does in this one; errors as of it, RunFailed also if the process dies.
 
-    Parameters
-    ----------
-    job : Job
-    progress : callable, optional
-        As of `Master.run`.
-    timeout : float
-        Longest time without a sign of life, s: a call of an FMU that takes longer ends the run.
-    complete : callable
-        Called with the recording as soon as that is complete. After that the process has `PATIENCE` to end, s, or the
-        timeout if that is shorter, and is then ended with what it has started; a note says so.
-
-    Raises
-    ------
-    RunFailed
-        Also if the process dies, or a call takes too long.
-    Interrupted
-        After Ctrl-C or SIGTERM as it ends.
+    A call of an FMU that gives no sign of life for longer than `timeout`, s, ends the run. `complete` is called with
+    the recording as soon as that is complete: the process then has `PATIENCE`, or the timeout if that is shorter, to
+    end, and is ended with what it has started after that; a note says so. Interrupted after Ctrl-C or SIGTERM as it
+    ends.
     """
     with other_process() as (found, folder):
         (folder / COUNTER).write_bytes(bytes(8))

@@ -135,19 +135,18 @@ class Place(NamedTuple):
 def wire(fmus: Mapping[str, Fmu], connections: Sequence[tuple[str, str]],
          drives: Drives, rows: int, step: float, order: Order = "sequential",
          rates: Mapping[str, Rate] | None = None, allocate: Allocate = np.zeros) -> Wiring:
-    """Prepare a co-simulation of the FMUs in their order, with a communication step (s).
+    """Prepare a co-simulation of the FMUs in their order.
+
+    FmuError if a name does not exist, is not an output, or an input or parameter, as it should be, or has two sources.
 
     Parameters
     ----------
-    fmus : mapping of str to Fmu
     connections : sequence of (str, str)
         From an output to an input or a tunable parameter, both `fmu.variable`.
     drives : mapping of str to sequence of float or ndarray
         Values of inputs at every communication point.
-    rows : int
-        Number of communication points of a block.
-    step : float
-        Communication step, s.
+    rows, step : int, float
+        Number of communication points of a block; communication step, s.
     order : str
         "sequential": an FMU gets what those before it in the order have given in this step (Gauss-Seidel). "jacobi":
         all get what was given in the step before.
@@ -157,11 +156,6 @@ def wire(fmus: Mapping[str, Fmu], connections: Sequence[tuple[str, str]],
         holds, and they give at their end what they have come to.
     allocate : callable, optional
         Makes the arrays that are recorded to.
-
-    Raises
-    ------
-    FmuError
-        If a name does not exist, is not an output, or an input or parameter, as it should be, or has two sources.
     """
     sources = sources_of(fmus, connections, drives)
     places: dict[str, Place] = {}   # of each output and signal
@@ -208,16 +202,9 @@ def beginning(fmus: Mapping[str, Fmu], sources: Mapping[str, str]) -> dict[str, 
     A measurement begins with what the plant that it measures begins with. Which initial outputs depend on inputs is in
     the model structure of an FMU (InitialUnknowns, FMI 2.0.4, section 2.2.8).
 
-    FMUs whose own initial outputs depend on no input are given none, and wait for no others; that of the others has
-    themselves, for their signals. Of a circle the FMU that steps first comes last: it samples what the others begin
-    with.
-
-    Parameters
-    ----------
-    fmus : mapping of str to Fmu
-        In the order of stepping.
-    sources : mapping of str to str
-        Source of each fed input, `fmu.variable`; a signal is named as its input.
+    FMUs, here in the order of stepping, whose own initial outputs depend on no input are given none, and wait for no
+    others; that of the others has themselves, for their signals. Of a circle the FMU that steps first comes last: it
+    samples what the others begin with. `sources` are those of the fed inputs; a signal is named as its input.
     """
     waiting = list(fmus)
     feeding = {name: {owner(source) for target, source in sources.items() if owner(target) == name} - {name}

@@ -14,10 +14,7 @@ def in_declared_units(plan: RunPlan, start: Mapping[str, Mapping[str, StartValue
                       files: Mapping[str, Path]) -> tuple[RunPlan, dict[str, dict[str, StartValue]]]:
     """Plan with signals in SI, and start values by FMU and variable in SI, of FMUs with files by name.
 
-    Raises
-    ------
-    ScenarioError
-        If one is in a unit that neither is known nor declared by its FMU.
+    ScenarioError if one is in a unit that neither is known nor declared by its FMU.
     """
     def declared(unit: str, name: str, where: str) -> Unit:
         """Unit that an FMU declares, none of one that is not there, which is refused later."""

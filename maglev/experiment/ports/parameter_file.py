@@ -48,21 +48,10 @@ def without_fed(plan: RunPlan, settings: Mapping[str, StartValue]) -> tuple[dict
 
 
 def read_parameters(path: Path, fmu: str, known: Iterable[str]) -> dict[str, StartValue]:
-    """Start values, by `fmu.variable`, of a parameter set in a file.
+    """Start values, by `fmu.variable`, of a parameter set of one FMU or, "", with names that begin with an FMU's.
 
-    Parameters
-    ----------
-    path : Path
-    fmu : str
-        FMU whose variables the set names, by its name in the run; empty where the names begin with those of FMUs.
-    known : iterable of str
-        Names of the FMUs.
-
-    Raises
-    ------
-    ScenarioError
-        One line with file, parameter and value: of what is no parameter set, and of values and units that cannot be
-        read.
+    `known` are the names of the FMUs. ScenarioError, one line with file, parameter and value, of what is no parameter
+    set, and of values and units that cannot be read.
     """
     if not path.is_file():
         raise ScenarioError(f"there is no file {path}{nearest_file(path)}, expected a parameter set (SSV)")

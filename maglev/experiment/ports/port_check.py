@@ -192,21 +192,9 @@ def expected_start(start: StartValue, variable: Variable) -> str:
 
 
 def check_names(plan: RunPlan, descriptions: Descriptions, files: Mapping[str, Path]) -> None:
-    """Check a run against the FMUs it runs.
+    """Check a run against the FMUs it runs: by name in the plan, their variables by name and their files.
 
-    Parameters
-    ----------
-    plan : RunPlan
-        The scenario.
-    descriptions : mapping
-        By name of FMU in the plan: its variables by name.
-    files : mapping of str to Path
-        By the same: its file.
-
-    Raises
-    ------
-    ScenarioError
-        If a port is missing, of another causality, type or unit than needed, or an input is fed twice.
+    ScenarioError if a port is missing, of another causality, type or unit than needed, or an input is fed twice.
     """
     check = PortCheck(plan, descriptions, files)
     check.connections()

@@ -28,25 +28,10 @@ def differentiated(block: type, method: str) -> Callable[..., Any]:
 
 def derivatives(block: Any, methods: Mapping[str, Sequence[float]], places: Sequence[str], wanted: Sequence[str],
                 function: Callable[[type, str], Callable[..., Any]] = differentiated) -> Array:
-    """Derivatives of what methods, called in turn, leave in a block, with respect to what is in it before.
+    """Derivatives (m, n), SI, of m numbers that methods, called in turn, leave in a block, by n that are in it before.
 
-    Exact but for rounding; the block itself stays as it is.
-
-    Parameters
-    ----------
-    block : object
-        Any block, at the point.
-    methods : mapping of str to sequence of float
-        Their names, with the arguments, which do not vary.
-    places, wanted : sequence of str
-        Attribute paths: n numbers that vary, and m that are differentiated.
-    function : callable
-        Gives a method's function of a block and a second one with derivatives, as `differentiated`.
-
-    Returns
-    -------
-    ndarray, shape (m, n)
-        SI units.
+    Exact but for rounding; the block itself stays as it is. The arguments of the methods do not vary; `places` and
+    `wanted` are attribute paths. `function` gives what a method does to a block and to a second one with derivatives.
     """
     kind: type = type(block)
     calls = [(function(kind, method), [part for value in values for part in (value, 0.0)])

@@ -124,11 +124,7 @@ class Measuring:
 class Meter:
     """Memory for the runs of one loop, one after the other: what they are measured by, and what is found.
 
-    Parameters
-    ----------
-    measuring : Measuring
-    references : mapping of str to ndarray, shape (points,)
-        Of each axis, m or rad.
+    `references` are those of each axis, m or rad, shape (points,).
     """
 
     def __init__(self, measuring: Measuring, references: Mapping[str, Array]):
