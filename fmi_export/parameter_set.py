@@ -1,6 +1,6 @@
 """Values of parameters as an SSV file (System Structure and Parameterization, 1.0 and 2.0 alike)."""
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Iterator
 from typing import NamedTuple
 from xml.etree.ElementTree import Element, SubElement, indent, register_namespace, tostring
 
@@ -27,6 +27,12 @@ def parameter_set(name: str, values: Iterable[Value]) -> Element:
         SubElement(parameter, f"{{{SSV}}}{value.kind}",
                    {"value": written(value)} | ({"unit": value.unit} if value.unit else {}))
     return found
+
+
+def parameters_in(root: Element) -> Iterator[tuple[str, Element | None]]:
+    """Names of the parameters of a set, each with the element that has type, value and unit, if there is a value."""
+    for parameter in root.iter(f"{{{SSV}}}Parameter"):
+        yield parameter.get("name", ""), next((child for child in parameter if child.get("value") is not None), None)
 
 
 def written(value: Value) -> str:

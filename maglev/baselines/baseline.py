@@ -3,7 +3,7 @@
 import csv
 import io
 import math
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, NamedTuple, TypeAlias
@@ -13,7 +13,7 @@ import numpy.typing as npt
 
 from maglev.baselines.digest import Digest, digest_of, read_digest, write_digest
 from maglev.cosim.master import Recording
-from maglev.csv_table import CsvTable, read_csv
+from maglev.csv_table import CsvTable, is_finite, read_csv
 from maglev.errors import BaselineError, nearest, shortened
 from maglev.schema.run_plan import RunPlan
 from maglev.time_grid import ON_GRID, whole_steps
@@ -51,10 +51,16 @@ class Baseline:
 
 
 class Option(NamedTuple):
-    """A value of the options file and the number of its line."""
+    """A value of an options file, its key, the signal of a tolerance, and the number of its line."""
 
     line: int
+    key: str
+    signal: str | None
     value: float
+
+    @property
+    def label(self) -> str:
+        return self.key if self.signal is None else f"{self.key},{self.signal}"
 
 
 Options: TypeAlias = dict[tuple[str, str | None], Option]   # by key and signal, None for keys of the run
@@ -159,9 +165,9 @@ def read_baseline(folder: Path, name: str) -> Baseline:
     times = table.column(time)
     check_times(table, times.tolist(), step)
     for key, k in (("StartTime", 0), ("StopTime", -1)):
-        line, value = options[key, None]
-        if abs(value - times[k]) > ON_GRID * step:
-            raise refused(options_file, line, key, value,
+        given = options[key, None]
+        if abs(given.value - times[k]) > ON_GRID * step:
+            raise refused(options_file, given.line, key, given.value,
                           f"expected the {'first' if k == 0 else 'last'} time in {samples_file.name}, {times[k]} s")
     tolerances = {signal: Tolerance(*(options[key, signal].value for key in SIGNAL_KEYS)) for signal in signals}
     return Baseline(name, times, {signal: table.column(signal) for signal in signals}, step,
@@ -180,48 +186,50 @@ def read_samples(path: Path) -> CsvTable:
     return table
 
 
-def read_rows(path: Path) -> list[tuple[int, list[str]]]:
-    """Rows, with the numbers of their lines, of a comma-separated file that is not empty."""
+def option_rows(place: object, text: str) -> Iterator[Option]:
+    """Values of an options file of a baseline, or of an experiment of anybody's; BaselineError names the line."""
+    reader = csv.reader(io.StringIO(text, newline=""), skipinitialspace=True, strict=True)
+    try:
+        for cells in filter(None, reader):
+            key, *names, written = map(str.strip, cells if len(cells) > 1 else [*cells, ""])
+            if len(cells) == 1 or len(names) > 1 or (names and key not in SIGNAL_KEYS):
+                raise refused(place, reader.line_num, "row", ",".join(cells), OPTION_FORM)
+            if not is_finite(written):
+                raise refused(place, reader.line_num, ",".join([key, *names]), written, "expected a finite number")
+            yield Option(reader.line_num, key, names[0] if names else None, float(written))
+    except csv.Error as error:
+        raise BaselineError(f"{place}, line {reader.line_num}: {error}, expected comma-separated values") from None
+
+
+def read_options(path: Path, signals: Sequence[str]) -> Options:
+    """Options of a run of these signals: finite numbers, not negative, none missing and none too many."""
     try:
         text = path.read_text(encoding="utf-8")
     except UnicodeDecodeError:
         raise BaselineError(f"{path}: cannot be read, expected UTF-8 text") from None
     if not text.strip():
         raise BaselineError(f"{path}: the file is empty, expected the baseline of a run")
-    reader = csv.reader(io.StringIO(text, newline=""), skipinitialspace=True, strict=True)
-    try:
-        return [(reader.line_num, cells) for cells in reader]
-    except csv.Error as error:
-        raise BaselineError(f"{path}, line {reader.line_num}: {error}, expected comma-separated values") from None
-
-
-def read_options(path: Path, signals: Sequence[str]) -> Options:
-    """Options of a run of these signals: finite numbers, not negative, none missing and none too many."""
     options: Options = {}
-    for line, cells in read_rows(path):
-        if not cells:
-            continue
-        key = cells[0].strip()
+    for option in option_rows(path, text):
+        line, key, signal, value = option
         if key not in (*RUN_KEYS, *SIGNAL_KEYS):
             raise refused(path, line, "key", key, f"unknown, nearest is {nearest(key, (*RUN_KEYS, *SIGNAL_KEYS))}")
-        if not ((len(cells) == 2 and key in RUN_KEYS) or (len(cells) == 3 and key in SIGNAL_KEYS)):
-            raise refused(path, line, "row", ",".join(cells), OPTION_FORM)
-        signal = cells[1] if len(cells) == 3 else None
-        label = ",".join(cells[:-1])
+        if signal is None and key not in RUN_KEYS:
+            raise refused(path, line, "row", f"{key},{value}", OPTION_FORM)
         if signal is not None and signal not in signals:
-            raise refused(path, line, label, cells[-1], "there is no such column; nearest is "
-                                                        f"{nearest(signal, signals)}")
-        value = number(path, line, label, cells[-1])
+            raise refused(path, line, option.label, value, "there is no such column; nearest is "
+                                                           f"{nearest(signal, signals)}")
         if key in ("StepSize", "OutputInterval") and value <= 0.0:
-            raise refused(path, line, label, value, "expected more than zero")
+            raise refused(path, line, key, value, "expected more than zero")
         if value < 0.0:
-            raise refused(path, line, label, value, "expected zero or more")
+            raise refused(path, line, option.label, value, "expected zero or more")
         # Fixed-step runs have no solver tolerance. A number here would look as if it were one for every signal.
         if (key, signal) == ("RelTol", None) and value != 0.0:
-            raise refused(path, line, label, value, "expected 0.0; tolerances stand at their signals")
+            raise refused(path, line, key, value, "expected 0.0; tolerances stand at their signals")
         if (key, signal) in options:
-            raise refused(path, line, label, value, f"given already in line {options[key, signal].line}, expected once")
-        options[key, signal] = Option(line, value)
+            raise refused(path, line, option.label, value, f"given already in line {options[key, signal].line}, "
+                                                           "expected once")
+        options[key, signal] = option
     wanted = [(key, None) for key in RUN_KEYS[:-1]] + [(key, signal) for signal in signals for key in SIGNAL_KEYS]
     for key, signal in wanted:
         if (key, signal) not in options:
@@ -239,15 +247,5 @@ def check_times(table: CsvTable, times: Sequence[float], step: float) -> None:
             raise table.refusal("time", k, f"expected a multiple of StepSize = {step} s")
 
 
-def number(path: Path, line: int, label: str, text: str) -> float:
-    try:
-        value = float(text)
-    except ValueError:
-        raise refused(path, line, label, text, "expected a number") from None
-    if not math.isfinite(value):
-        raise refused(path, line, label, text, "expected a finite number")
-    return value
-
-
-def refused(path: Path, line: int, label: str, value: object, expectation: str) -> BaselineError:
-    return BaselineError(f"{path}, line {line}: {label} = {shortened(value)}: {expectation}")
+def refused(place: object, line: int, label: str, value: object, expectation: str) -> BaselineError:
+    return BaselineError(f"{place}, line {line}: {label} = {shortened(value)}: {expectation}")

@@ -9,8 +9,8 @@ import numpy as np
 import numpy.typing as npt
 from fmpy.model_description import ScalarVariable
 
-from fmi_export.parameter_set import SSV
-from maglev.baselines.baseline import Tolerance
+from fmi_export.parameter_set import parameters_in
+from maglev.baselines.baseline import Tolerance, option_rows
 from maglev.csv_table import is_finite
 from maglev.errors import FmuError, nearest, shortened
 from maglev.fmu_experiments.carried import File, parsed
@@ -99,12 +99,11 @@ def input_array(file: File, variables: Mapping[str, ScalarVariable]) -> npt.NDAr
 def start_values(file: File, variables: Mapping[str, ScalarVariable]) -> dict[str, str]:
     """Start values of a parameter set, as texts by name; FmuError for one that the FMU does not have."""
     found = {}
-    for parameter in parsed(file).iter(f"{{{SSV}}}Parameter"):
-        name = parameter.get("name", "")
+    for name, typed in parameters_in(parsed(file)):
         require_parameter(name, variables, f"{file.place}: the FMU", FmuError)
-        value = next((child.get("value") for child in parameter if child.get("value") is not None), None)
-        if value is None:
+        if typed is None:
             raise FmuError(f"{file.place}: parameter {name} has no value, expected one")
+        value = typed.get("value", "")
         if variables[name].type in REALS and not is_finite(value):
             raise FmuError(f"{file.place}: parameter {name} = {shortened(value)}, expected a finite number")
         if variables[name].type == "Boolean" and value not in (*BOOLEANS, "0", "1"):
@@ -114,25 +113,17 @@ def start_values(file: File, variables: Mapping[str, ScalarVariable]) -> dict[st
 
 
 def options(file: File | None) -> tuple[dict[str, float], dict[str, Tolerance]]:
-    """Options of the run by key, and tolerances by signal: `KEY,NUMBER` and `AbsTol,SIGNAL,NUMBER` in each line."""
+    """Options of the run by key, and tolerances by signal; no negative ones."""
     run: dict[str, float] = {}
     signals: dict[str, Tolerance] = {}
     if file is None:
         return run, signals
-    rows = csv.reader(file.data.decode("utf-8-sig", "replace").splitlines(), skipinitialspace=True)
-    for number, row in enumerate(rows, 1):
-        if not row:
-            continue
-        key, *names, text = (cell.strip() for cell in (row if len(row) > 1 else [*row, ""]))
-        if not is_finite(text) or len(names) > 1 or (names and key not in ("AbsTol", "RelTol")):
-            raise FmuError(f"{file.place}: line {number}: {shortened(','.join(row))}, expected KEY,NUMBER or "
-                           "AbsTol,SIGNAL,NUMBER or RelTol,SIGNAL,NUMBER")
-        value = float(text)
-        if not names:
+    for line, key, signal, value in option_rows(file.place, file.data.decode("utf-8-sig", "replace")):
+        if signal is None:
             run[key] = value
+        elif value < 0.0:
+            raise FmuError(f"{file.place}, line {line}: {key} of {signal} = {value}, expected zero or more")
         else:
-            if value < 0.0:
-                raise FmuError(f"{file.place}: line {number}: {key} of {names[0]} = {value}, expected zero or more")
-            before = signals.get(names[0], Tolerance(0.0, 0.0))
-            signals[names[0]] = before._replace(**{"absolute" if key == "AbsTol" else "relative": value})
+            before = signals.get(signal, Tolerance(0.0, 0.0))
+            signals[signal] = before._replace(**{"absolute" if key == "AbsTol" else "relative": value})
     return run, signals

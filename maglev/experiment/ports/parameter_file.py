@@ -5,7 +5,7 @@ from math import isclose
 from pathlib import Path
 from xml.etree.ElementTree import Element, ParseError, fromstring
 
-from fmi_export.parameter_set import SSC, SSV
+from fmi_export.parameter_set import SSC, SSV, parameters_in
 from fmi_export.units import BASE_UNITS
 from maglev.csv_table import is_finite
 from maglev.errors import ScenarioError, nearest_file, option, shortened
@@ -63,8 +63,7 @@ def read_parameters(path: Path, fmu: str, known: Iterable[str]) -> dict[str, Sta
         raise ScenarioError(f"{path}: the root element is {shortened(root.tag)}, expected ssv:ParameterSet")
     units = {unit.get("name", ""): unit for unit in root.iter(f"{{{SSC}}}Unit")}
     found: dict[str, StartValue] = {}
-    for parameter in root.iter(f"{{{SSV}}}Parameter"):
-        name = parameter.get("name", "")
+    for name, typed in parameters_in(root):
         full = f"{fmu}.{name}" if fmu else name
         if not fmu and name.partition(".")[0] not in {*known}:
             raise ScenarioError(f"{path}: parameter {name}: no FMU {name.partition('.')[0]}, expected "
@@ -72,17 +71,16 @@ def read_parameters(path: Path, fmu: str, known: Iterable[str]) -> dict[str, Sta
                                 f"{option('parameters', {next(iter(known), 'plant'): path.name})}")
         if full in found:
             raise ScenarioError(f"{path}: parameter {name} is there twice, expected it once")
-        found[full] = value_of(parameter, f"{path}: parameter {name}", units)._replace(file=str(path))
+        if typed is None:
+            raise ScenarioError(f"{path}: parameter {name} has no value, expected one")
+        found[full] = value_of(typed, f"{path}: parameter {name}", units)._replace(file=str(path))
     if not found:
         raise ScenarioError(f"{path}: has no parameters, expected some")
     return found
 
 
-def value_of(parameter: Element, place: str, units: Mapping[str, Element]) -> StartValue:
+def value_of(typed: Element, place: str, units: Mapping[str, Element]) -> StartValue:
     """Value of a parameter, in SI; a unit that is unknown here and in the file may be one of the FMU."""
-    typed = next((child for child in parameter if child.get("value") is not None), None)
-    if typed is None:
-        raise ScenarioError(f"{place} has no value, expected one")
     kind, text, unit = typed.tag.rpartition("}")[2], typed.get("value", "").strip(), typed.get("unit")
     origin = f"{place} = {shortened(text)[1:-1]}{f' {unit}' if unit else ''}"
     if kind == "Boolean" and text in BOOLEANS:

@@ -194,8 +194,8 @@ BROKEN = {
                  '<p:Real value="1"/></p:Parameter></p:P>'}, "a.ssv: the FMU has no parameter 'C9'; nearest is"),
     "tolerance": (TRANSIENT + REFERENCES, {"fall.opt": "AbsTol,v.x,1\n"},
                   "there is no column v.x, for which there is a tolerance"),
-    "word": (TRANSIENT + REFERENCES, {"fall.opt": "StepSize,0.0005\nStopTime\n"}, "line 2: 'StopTime', expected KEY"),
-    "key": (TRANSIENT + REFERENCES, {"fall.opt": "Abstol,v.position,1\n"}, "line 1: 'Abstol,v.position,1', expected"),
+    "word": (TRANSIENT + REFERENCES, {"fall.opt": "StepSize,0.0005\nStopTime\n"}, "line 2: row = 'StopTime': expected"),
+    "key": (TRANSIENT + REFERENCES, {"fall.opt": "Abstol,v.position,1\n"}, "row = 'Abstol,v.position,1': expected"),
     "option": (TRANSIENT + REFERENCES, {"fall.opt": "AbsTol,v.position,-1\n"}, "AbsTol of v.position = -1.0, expected"),
     "longer": ('<TransientSimulation stopTime="0.01" stepSize="0.0005"/>' + REFERENCES, {},
                "the run went from t = 0 s to 0.01 s, expected 0 s to 0.02 s, as the results do")}
