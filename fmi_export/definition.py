@@ -140,11 +140,9 @@ class FmuDefinition:
 
     @property
     def native_variables(self) -> tuple[Variable, ...]:
-        """Variables of a native FMU."""
         return self.variables if self.continuous is None else (*self.variables, *self.continuous.variables)
 
     def new_block(self) -> Any:
-        """Make a block."""
         return self.block(*self.arguments)
 
     def start_value(self, variable: Variable) -> float | bool:

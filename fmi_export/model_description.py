@@ -123,7 +123,6 @@ def state_attributes(continuous: ContinuousModel | None, name: str, reference: M
 
 
 def common_attributes(variable: Variable, reference: int) -> dict[str, str]:
-    """Attributes that variables of all types have."""
     found = {"name": variable.name, "valueReference": str(reference), "description": variable.description,
              "causality": variable.causality, "variability": variable.variability}
     initial = {"output": "calculated", "local": "calculated", "parameter": "exact"}.get(variable.causality)

@@ -296,11 +296,9 @@ class BlockSlave(Fmi2Slave):
         return list(getter(self.block))
 
     def set_real(self, vrs: list[int], values: list[float]) -> None:
-        """Set Real variables."""
         self.write(vrs, values, False)
 
     def set_boolean(self, vrs: list[int], values: list[bool]) -> None:
-        """Set Boolean variables."""
         self.write(vrs, values, True)
 
     def no_such_type(self, vrs: list[int], *_: Any) -> Any:

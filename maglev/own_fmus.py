@@ -109,7 +109,6 @@ def installed() -> Maker:
 
 
 def project() -> Maker:
-    """The same with it."""
     files = distribution("maglev-fmus").files or []
     return installed()._replace(licence=next(path.read_text() for path in files if path.name == "LICENSE"))
 

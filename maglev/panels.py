@@ -7,8 +7,6 @@ from maglev.units import factor
 
 
 class PanelKind(NamedTuple):
-    """One kind of panel."""
-
     of: Literal["axis", "motor", "column"]   # what it shows; a column is an output of a user's own
     name: str                    # its title, with {} for what it shows
     unit: str                    # SI, of its values; what is of metres is of radians on a rotation

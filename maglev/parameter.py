@@ -36,7 +36,6 @@ class Parameter(NamedTuple):
 
     @classmethod
     def of(cls, variable: Variable) -> "Parameter":
-        """That of a variable of this project."""
         return cls(variable.unit, variable.boolean, variable.low, variable.high, variable.hinted)
 
     @classmethod
@@ -47,7 +46,6 @@ class Parameter(NamedTuple):
 
     @property
     def expected(self) -> str:
-        """What is expected in words."""
         if self.boolean:
             return "true or false"
         return f"a number{f' of {self.unit}' if self.unit else ''}"

@@ -89,7 +89,6 @@ class MeasuredQuantity(NamedTuple):
 
 
 def by_name(*quantities: MeasuredQuantity) -> dict[str, MeasuredQuantity]:
-    """Quantities by their names as Python has them."""
     return {each.words.replace("-", " ").replace(" ", "_"): each for each in quantities}
 
 

@@ -61,7 +61,6 @@ def lock(file: IO[str], wait: bool) -> None:
 
 
 def is_at(path: Path, file: IO[str]) -> bool:
-    """Whether an open file is the one at a path."""
     try:
         return os.path.samestat(path.stat(), os.fstat(file.fileno()))
     except FileNotFoundError:

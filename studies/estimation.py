@@ -57,7 +57,6 @@ def read_settings(path: Path = FILE) -> Settings:
 
 
 def times(scale: float, values: Defaults) -> dict[str, float]:
-    """Every value times a scale."""
     return {name: scale * value for name, value in values.items()}
 
 

@@ -138,7 +138,6 @@ def run_of(name: str) -> Run:
 
 @cache
 def runs() -> tuple[Run, ...]:
-    """The three runs."""
     return tuple(map(run_of, NAMES))
 
 
@@ -236,7 +235,6 @@ def webassembly(name: str) -> bytes:
 
 
 def node(run: Run) -> str:
-    """WebAssembly in Node."""
     program = command("node")
     with scratch() as folder:
         (folder / "bits.wasm").write_bytes(webassembly(run.of.name))
@@ -244,7 +242,6 @@ def node(run: Run) -> str:
 
 
 def in_wasmtime(run: Run) -> str:
-    """WebAssembly in wasmtime."""
     try:
         from wasmtime import Engine, Instance, Module, Store
     except ImportError:
@@ -257,7 +254,6 @@ def in_wasmtime(run: Run) -> str:
 
 
 def chromium(run: Run) -> str:
-    """WebAssembly in Chromium."""
     try:
         from playwright.sync_api import sync_playwright
     except ImportError:
@@ -319,7 +315,6 @@ THOROUGH = (
 
 
 def table(found: Mapping[Environment, tuple[str, ...] | str]) -> str:
-    """The table of the page."""
     rows = [f"| {each.name} | {each.by} | " + (
         f"{NOT_HERE}: {result} |{(len(NAMES) - 1) * ' |'}" if isinstance(result, str)
         else " | ".join(f"`{digest}`" for digest in result) + " |") for each, result in found.items()]

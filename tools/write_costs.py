@@ -57,7 +57,6 @@ def as_markdown(costs: Mapping[str, Cost]) -> str:
 
 
 def with_table(page: str, costs: Mapping[str, Cost]) -> str:
-    """The page with another table."""
     before, rest = page.split(BEGIN)
     return before + BEGIN + "\n" + as_markdown(costs) + "\n" + END + rest.split(END)[1]
 

@@ -16,6 +16,5 @@ def tokens() -> str:
 
 
 def write_tokens(folder: Path) -> None:
-    """Write them as tokens.css into a folder."""
     folder.mkdir(parents=True, exist_ok=True)
     (folder / "tokens.css").write_text(tokens(), encoding="utf-8")

@@ -51,7 +51,6 @@ class ExperimentFiles:
     parameters: Sequence[Value] = ()                  # start values that are not those of the FMU, without units
 
     def files(self) -> dict[str, bytes]:
-        """The files by name."""
         times = self.results["time"]
         found = {f"{self.name}_ref.csv": table(self.results), f"{self.name}_ref.opt": self.options()}
         root = Element("Experiments", {"name": self.name, "description": self.description})

@@ -141,7 +141,6 @@ def native_sources(definition: FmuDefinition, texts: Mapping[str, str], translat
 
 
 def layer_files(names: Iterable[str]) -> dict[str, str]:
-    """Files of the FMI layer by name."""
     return {name: files("fmi_export.native").joinpath("c", name).read_text(encoding="utf-8") for name in names}
 
 

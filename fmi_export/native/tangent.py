@@ -325,7 +325,6 @@ class Differentiated:
         return f"{named(key)}({', '.join(arguments)})", annotated(self.function_of(node).returns).split(",")
 
     def undifferentiated(self, node: ast.Call) -> str:
-        """Call of a method as it is."""
         return f"{self.path(node.func)}({', '.join(self.plain(each) for each in node.args)})"
 
     def number(self, node: ast.expr) -> tuple[str, str]:

@@ -77,6 +77,5 @@ def svg_icon(shapes: Iterable[Shape], attributes: str = 'class="icon" aria-hidde
 
 
 def svg_file(shapes: Iterable[Shape]) -> bytes:
-    """The same as a file."""
     drawn = svg_icon(shapes, f'xmlns="http://www.w3.org/2000/svg" width="{SIZE}" height="{SIZE}"')
     return f"{drawn}\n".encode()

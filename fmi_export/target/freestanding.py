@@ -214,7 +214,6 @@ def parameter_line(definition: FmuDefinition, variable: Variable, number: int) -
 
 
 def listed(lines: Iterable[str], indent: int = 3, width: int = 112) -> str:
-    """Lines of a comment."""
     begin, further = f" *{' ' * indent}", " " * 3 * (indent - 1)
     return "\n".join(f"{begin}{part}".rstrip() for line in lines
                      for part in wrap(line.replace("*/", "* /"), width, subsequent_indent=further) or [""])

@@ -170,7 +170,6 @@ def linearised_here(asked: AskedPair, references: bool, settle: float) -> Numeri
 
 
 def linearised(rest: Rest, references: bool, plant_parameters: Settings) -> NumericalLoop:
-    """The loop of a pair that is at rest."""
     pair, part = rest.pair, rest.controller
     base = np.array([*rest.measured, *pair.references.values()])
     samples = max(200, round(CONTROLLER_SECONDS / pair.step))

@@ -154,7 +154,6 @@ class Part(NamedTuple):
 
     @property
     def variables(self) -> dict[str, ScalarVariable]:
-        """Its variables by name."""
         return {variable.name: variable for variable in self.description.modelVariables}
 
     def setup(self, start: Mapping[str, float | bool], settings: Settings | None) -> FmuSetup:

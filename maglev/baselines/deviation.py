@@ -130,7 +130,6 @@ def difference(expected: Array, got: Array) -> Array:
 
 
 def largest(time: Array, expected: Array, got: Array) -> WorstDifference:
-    """Largest absolute difference and its time."""
     differing = difference(expected, got)
     i = int(np.argmax(differing))
     return WorstDifference(float(differing[i]), float(time[i]))

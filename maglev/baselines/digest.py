@@ -35,7 +35,6 @@ def digest_of(time: npt.NDArray[np.float64], columns: Mapping[str, npt.NDArray[A
 
 
 def digest_file(folder: Path, name: str) -> Path:
-    """File of a run's digest."""
     return folder / f"{name}_ref.sha256"
 
 

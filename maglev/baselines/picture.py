@@ -11,7 +11,6 @@ MOST = 6   # signals, that of the deviation among them
 
 
 def picture_file(folder: Path, name: str) -> Path:
-    """File of the picture of a run in a folder."""
     return folder / f"{name}.check.png"
 
 

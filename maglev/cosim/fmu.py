@@ -197,7 +197,6 @@ class Fmu:
         return status
 
     def take_message(self, status: int, message: bytes) -> None:
-        """Keep a message."""
         if status != 0:
             self.fatal = self.fatal or status == FATAL
             self.messages.add((message or b"").decode("utf-8", "replace"))
@@ -287,17 +286,14 @@ class Fmu:
         return found
 
     def handle(self) -> c_void_p:
-        """The C instance."""
         assert self.instance is not None
         return c_void_p(self.instance.component)
 
     def set(self, buffer: Buffer) -> None:
-        """Set the variables of a buffer."""
         status = self.set_functions[buffer.kind](self.handle(), *buffer.arguments())
         self.require(f"{self.fmi.name('Set', buffer.kind)} of {', '.join(buffer.names)}", status)
 
     def get(self, buffer: Buffer) -> None:
-        """Get the variables of a buffer."""
         status = self.get_functions[buffer.kind](self.handle(), *buffer.arguments())
         self.require(f"{self.fmi.name('Get', buffer.kind)} of {', '.join(buffer.names)}", status)
 

@@ -52,8 +52,6 @@ class Port(NamedTuple):
 
 @dataclass(frozen=True)
 class PortMap:
-    """Ports of one FMU."""
-
     place: str = ""   # file and table, for messages
     ports: Mapping[str, Port] = field(default_factory=dict)   # by our names
     step: float | None = None   # step that the FMU wants, s; None: the communication step
@@ -88,7 +86,6 @@ def read_port_maps(path: Path) -> dict[str, PortMap]:
 
 
 def read_port_map(place: str, table: dict[str, Any]) -> PortMap:
-    """Read one table."""
     step = None
     if "step" in table:
         with refused_as(ScenarioError, f"{place}.step = {shortened(table['step'])}"):

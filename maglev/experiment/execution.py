@@ -30,8 +30,6 @@ from maglev_files.whole_file import write_whole
 
 @dataclass(frozen=True)
 class RunResult:
-    """One run of a study."""
-
     plan: RunPlan
     # every output interval of the plan; of a run that did not complete nothing, or what was until then
     recording: Recording = field(default_factory=lambda: Recording(np.zeros(0), {}))

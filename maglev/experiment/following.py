@@ -57,7 +57,6 @@ def following(rig: Rig | None, plant: Own, controller: Own, asked: Collection[st
 
 
 def values(fmu: str, own: Own, names: list[str]) -> dict[str, float]:
-    """Values of an FMU's parameters."""
     found = {name: own(name) for name in names}
     lacking = [name for name, value in found.items() if value is None]
     if lacking:

@@ -348,5 +348,4 @@ def copied_once(path: Path, *_file: int) -> Path:
 
 
 def fmu_file(fmu: FmuTable, folder: Path) -> Path:
-    """File of a run's FMU."""
     return own_fmu(fmu.model, folder) if fmu.model is not None else Path(str(fmu.file))

@@ -34,7 +34,6 @@ def typed() -> str:
 
 @cache
 def own_version() -> str:
-    """Version of this package."""
     return version("maglev-fmus")
 
 
@@ -54,8 +53,6 @@ def checked_out() -> str | None:
 
 @dataclass(frozen=True)
 class FlownFmu:
-    """An FMU of a run."""
-
     name: str   # in the run, such as "plant"
     file: str   # its name
     model: str   # as its model description says, like the next two
@@ -138,7 +135,6 @@ def departures_of(plan: RunPlan, files: Mapping[str, Path], put_in: Iterable[str
 
 
 def sha256_of(path: Path) -> str:
-    """SHA-256 of a file."""
     with path.open("rb") as file:
         return hashlib.file_digest(file, "sha256").hexdigest()
 

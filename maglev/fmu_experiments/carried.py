@@ -193,7 +193,6 @@ def place_of(source: str, base: str) -> str | None:
 
 
 def missing(source: str, base: str, files: Mapping[str, bytes]) -> str:
-    """Say that a file is not there."""
     others = [name.removeprefix(FOLDER) for name in files if name != MANIFEST]
     hint = f"; nearest is {nearest(source, others)}" if others else ""
     return f"{base}: there is no file {shortened(source)} in the FMU, expected what it says{hint}"

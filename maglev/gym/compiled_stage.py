@@ -203,7 +203,6 @@ def closed() -> NoReturn:
 
 
 def loaded(name: str, folder: Path) -> Fmu:
-    """FMU of a folder."""
     path = own_fmu(name, folder)
     if not path.is_file():
         raise FmuError(f"there is no file {path}, expected a native FMU: `maglev build --kind native` makes those of "

@@ -133,7 +133,6 @@ class Parameters:
                                     "observation space has the stops")
 
     def read(self, settings: Table) -> dict[str, Draw | Change]:
-        """Draws and changes of a table."""
         return {key: self.read_one(key, setting) for key, setting in settings.items()}
 
     def read_one(self, key: str, setting: Setting) -> Draw | Change:
@@ -198,7 +197,6 @@ def can_change(variable: ScalarVariable) -> bool:
 
 
 def names_of(key: str) -> list[str]:
-    """Names of a table's key."""
     return [name.strip() for name in key.split(",")]
 
 

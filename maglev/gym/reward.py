@@ -111,8 +111,6 @@ class Reward:
 
 
 class Named(dict[str, npt.NDArray[Any]]):
-    """Signals by name."""
-
     def __missing__(self, name: str) -> npt.NDArray[Any]:
         raise ScenarioError(f"reward: there is no signal {name!r}; nearest is {nearest(str(name), self)}")
 

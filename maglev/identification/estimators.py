@@ -100,7 +100,6 @@ def outer(a: Array, b: Array) -> Array:
 
 
 def running_sum(parts: Array) -> Array:
-    """Sum of all parts before each one."""
     return np.concatenate([np.zeros_like(parts[:1]), np.cumsum(parts, axis=0)[:-1]])
 
 

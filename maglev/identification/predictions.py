@@ -11,7 +11,6 @@ from maglev.identification.rigs import Rig, Row, shape_functions
 
 
 def row_of(rig: Rig, axis: str) -> Row:
-    """Velocity row of an axis."""
     return next(row for row in rig.motion if row.axis == axis)
 
 

@@ -72,7 +72,6 @@ class Rig:
 
     @property
     def geometries(self) -> dict[str, MotorGeometry]:
-        """Geometry of each motor by its name."""
         return {motor.name: self.described.motor(motor) for motor in self.described.motors}
 
     @property

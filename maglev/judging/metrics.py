@@ -32,8 +32,6 @@ class StepResponse:
 
 @dataclass(frozen=True)
 class TrackingError:
-    """Tracking of one axis."""
-
     axis: str
     mean_tracking_error: float   # m, mean |e| from `tracking_from` on
     peak_tracking_error: float   # m, largest |e| from `tracking_from` on

@@ -264,7 +264,6 @@ def miss(claim: Claim, value: float, target: float) -> float:
 
 
 def meets(claim: Claim, value: float, target: float) -> bool:
-    """Whether the value has the claimed relation to the target."""
     if claim.relation == "is":
         return value == target
     if claim.relation == "about":

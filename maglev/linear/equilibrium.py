@@ -166,7 +166,6 @@ def solve(place: str, rig: Rig, block: Any, places: MotorPlaces, positions: dict
 
 
 def geometry_of(block: Any, motor: str) -> MotorGeometry:
-    """Geometry that a block has of a motor."""
     found: MotorGeometry = getattr(block, f"{motor}_geometry", block.geometry)
     return found
 

@@ -11,7 +11,6 @@ SLOWEST = 1e-9   # 1/s, below it a rate is written as 0
 
 
 def numbered(names: Sequence[str], units: dict[str, str]) -> str:
-    """Names with numbers and units in one line."""
     return ", ".join(f"{k} {name} ({units[name]})" for k, name in enumerate(names, 1))
 
 

@@ -41,7 +41,6 @@ class Origin:
 
 
 def seen(maps: Iterable[Outcomes]) -> list[int]:
-    """Outcomes that occur in maps."""
     return sorted({int(outcome) for cells in maps for outcome in np.unique(cells)})
 
 

@@ -30,12 +30,10 @@ class Worse:
     sets: str                   # the parameter that it is; {} stands for each encoder
 
     def text(self, value: float) -> str:
-        """A value as a table has it."""
         return "no limit" if self.sets == VOLTAGE and not value else f"{value:g} {self.printed_unit}"
 
     @property
     def printed_unit(self) -> str:
-        """The unit as pages have it."""
         return self.unit.replace("um", "µm")
 
     @property

@@ -65,7 +65,6 @@ class Emulated:
         self.answers.append(answer)
 
     def refusal(self, status: int) -> str:
-        """What a status means."""
         if status in self.definition.refusals:
             return self.definition.refusals[status]
         number = status - REFUSED_VALUE
@@ -84,11 +83,9 @@ class Emulated:
                       else self.values[self.settable[each]]) for each in references]
 
     def set_boolean(self, references: list[int], values: list[bool]) -> None:
-        """The same of Booleans."""
         self.set_real(references, [float(value) for value in values])
 
     def get_boolean(self, references: list[int]) -> list[bool]:
-        """The same of Booleans."""
         return [value != 0.0 for value in self.get_real(references)]
 
 

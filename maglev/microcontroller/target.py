@@ -121,7 +121,6 @@ def target(controller: Given, run: Scenario | None = None, *, rig: str | Path | 
 
 def in_run(made: Generated, controller: str | Path, run: Scenario, fmus: str | Path | None, clock: float,
            cycles: float, watch: Watch) -> Measured:
-    """What a controller takes in a run."""
     plan = load_plan(run)
     if "controller" not in plan.fmus:
         raise ScenarioError(f"{plan.name}: has no controller, expected a run with plant and controller")

@@ -85,7 +85,6 @@ def all_thrusts(procedure: str, runs: Runs) -> list[Thrust]:
 
 
 def evaluate(settings: ProcedureSettings, runs: Runs) -> Outcome:
-    """Outcome of Procedure 1 on the runs that completed."""
     thrusts = all_thrusts(settings.name, runs)
     if not thrusts:
         return Outcome(settings, ())

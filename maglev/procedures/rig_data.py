@@ -111,12 +111,10 @@ def thrust_current(result: RunResult, rig: Rig, axis: str) -> Array:
 
 
 def millimetres(length: float) -> str:
-    """A length in mm."""
     return f"{to_unit(length, 'mm'):.4g}"
 
 
 def mm(lengths: Array) -> list[float]:
-    """Lengths in mm."""
     return [to_unit(length, "mm") for length in lengths.tolist()]
 
 

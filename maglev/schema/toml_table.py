@@ -50,13 +50,11 @@ class Table(BaseModel):
 
     @classmethod
     def keys_of_table(cls) -> dict[str, str]:
-        """Keys of the table and what they mean."""
         return {field.alias or name: field.description for name, field in cls.model_fields.items() if field.description}
 
     @model_validator(mode="before")
     @classmethod
     def refuse_unknown_keys(cls, table: Any) -> Any:
-        """Refuse a key that the table does not have."""
         if isinstance(table, Mapping):
             valid = [field.alias or name for name, field in cls.model_fields.items()]
             for key, value in table.items():
@@ -99,7 +97,6 @@ def meaning_at(model: type[Table], location: Sequence[str | int]) -> str:
 
 
 def tables_in(annotation: Any) -> list[type[Table]]:
-    """Tables that a type is made of."""
     if isinstance(annotation, type) and issubclass(annotation, Table):
         return [annotation]
     return [found for part in get_args(annotation) for found in tables_in(part)]

@@ -26,8 +26,6 @@ WIDER = 3.0      # than the ellipse
 
 @dataclass(frozen=True, eq=False)
 class RunSteps:
-    """Steps run by the FMUs."""
-
     response: Response   # of the whole stage to the step of the region
     held: bool   # whether it ends within 1 mm of every reference, without having touched a stop
     largest: float   # largest step that is held, m

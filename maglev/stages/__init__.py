@@ -88,7 +88,6 @@ class Made(NamedTuple):
     arguments: tuple["str | Made", ...]
 
     def value(self) -> FmuDefinition:
-        """The definition."""
         made: FmuDefinition = imported(self.function)(*(
             argument.value() if isinstance(argument, Made) else imported(argument) for argument in self.arguments))
         return made
@@ -99,7 +98,6 @@ class Made(NamedTuple):
         return f"{''.join(sorted(imports))}\nDEFINITION = {self.call()}\n"
 
     def call(self) -> str:
-        """The call of the function."""
         arguments = (argument.call() if isinstance(argument, Made) else last(argument) for argument in self.arguments)
         return f"{last(self.function)}({', '.join(arguments)})"
 
@@ -115,7 +113,6 @@ def last(path: str) -> str:
 
 
 def imported(path: str) -> Any:
-    """What stands at a path."""
     return getattr(import_module(path.rpartition(".")[0]), last(path))
 
 

@@ -114,7 +114,6 @@ def values_at(varied: Varied, points: Array) -> Array:
 
 
 def values_of(varied: Varied) -> list[float]:
-    """Values of a grid or a list."""
     if varied.kind == "list":
         return [number(value) for value in varied.values or ()]
     count = varied.number or 1

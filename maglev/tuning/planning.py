@@ -33,8 +33,6 @@ DIGITS = 5   # of the parameters that are run, and written: those of the publish
 
 @dataclass(frozen=True)
 class Cost:
-    """Cost of runs."""
-
     # What is measured, with the limits on it; the first is `failed`, which every tuning limits.
     columns: tuple[Column, ...]
     minimised: tuple[int, ...]          # numbers of columns

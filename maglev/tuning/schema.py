@@ -15,8 +15,6 @@ FOLDER = PACKAGED / "tuning"   # those that come with the package
 
 
 class Range(Table):
-    """Where to search."""
-
     low: Quantity
     high: Quantity
 

@@ -23,8 +23,6 @@ Say = Callable[[str], None]
 
 @dataclass(frozen=True)
 class Found:
-    """What a search found."""
-
     parameters: dict[str, float]   # by `fmu.variable`, SI, rounded as they were run
     numbers: tuple[float, ...]     # what was searched: of poles the rates and dampings
     cost_before: float             # with the scenario's own values

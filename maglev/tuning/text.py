@@ -60,5 +60,4 @@ def median(values: Array) -> float:
 
 
 def largest(values: Array) -> float:
-    """Largest that has an end."""
     return float(np.max(values[np.isfinite(values)], initial=0.0))

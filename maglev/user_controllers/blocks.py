@@ -17,7 +17,6 @@ class Block(NamedTuple):
 
     @classmethod
     def of(cls, definition: FmuDefinition) -> "Block":
-        """The block of a definition."""
         return cls(definition.block.__name__, f"{definition.block.__module__.rpartition('.')[2]}.h",
                    definition.native_variables)
 

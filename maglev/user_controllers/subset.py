@@ -114,7 +114,6 @@ def without_tables(text: str, name: str) -> str:
 
 
 def imports(node: ast.Import | ast.ImportFrom) -> Iterator[tuple[int, str]]:
-    """Imports of what is not C."""
     modules = [alias.name for alias in node.names] if isinstance(node, ast.Import) else [node.module or ""]
     for module in modules:
         top = module.split(".")[0]

@@ -44,7 +44,6 @@ AsJson = Annotated[Path | None, typer.Option(
 
 
 def grouped(kind: Any, group: str, *flag: str, **more: Any) -> Any:
-    """An option of a group."""
     return Annotated[kind, typer.Option(*flag, rich_help_panel=group, **more)]
 
 
@@ -247,7 +246,6 @@ def shown(asked: Asked, loop: "Loop") -> dict[str, Any]:
 
 
 def cells(margins: "Margins") -> list[str]:
-    """Cells of one opening."""
     low, high = margins.disk_gain
     return [margins.at, f"{margins.gain_down:.3g}…{margins.gain_up:.3g}", f"{degrees(margins.phase):.1f}",
             f"{margins.phase_frequency:.4g}", f"{1e3 * margins.delay:.3g}", f"{margins.sensitivity_peak:.3g}",

@@ -191,13 +191,11 @@ class BlockLoop:
         return room.raw[:written]
 
     def rows(self) -> Array[c_void_p]:
-        """Where the rows of the tracks are."""
         return (c_void_p * len(self.tracks))(*(
             (track.array if track.signals is None else track.signals).ctypes.data for track in self.tracks))
 
 
 def moved(call: Call) -> Moved:
-    """What moves in a call."""
     return Moved(call.base, call.stride, call.arguments[2].value) if isinstance(call.moving, c_double) else Moved()
 
 
@@ -353,7 +351,6 @@ def with_own_names(part: Part, others: Collection[str]) -> dict[str, str]:
 
 
 def call_lines(number: int, call: Call, parts: Mapping[int, Part], tracks: Sequence[Track]) -> Iterator[str]:
-    """C of a call."""
     fmu, part = call.what[0], parts[id(call.what[0])]
     if isinstance(call.moving, c_double):
         yield (f"refused = refused || {part.what.struct}__step(&{part.block}, calls[{number}].time + "
@@ -381,5 +378,4 @@ def out_of_range(variable: Variable, value: str) -> str:
 
 
 def indented(lines: Iterable[str], by: int) -> str:
-    """Lines in a function."""
     return "\n".join(" " * by + line for line in lines)

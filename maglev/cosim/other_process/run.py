@@ -136,7 +136,6 @@ class Reporter(Observer):
                         [track.names for track in sorted(wiring.tracks, key=self.number)]))
 
     def number(self, track: Track) -> int:
-        """Number of the file of a track."""
         return next(i for i, array in enumerate(self.arrays) if array is track.array)
 
 
@@ -303,7 +302,6 @@ class Follower:
                            if is_written(setup.path) or not built_here(setup.path)) or STARTING.fmu
 
     def name(self, fmu: str) -> str:
-        """Name of an FMU with that of its file."""
         return next((f"{fmu} ({setup.path.name})" for setup in self.job.setups if setup.name == fmu), fmu)
 
 

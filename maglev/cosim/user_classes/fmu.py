@@ -48,7 +48,6 @@ def description_text(path: Path) -> bytes:
 
 
 def written_description(text: bytes) -> ModelDescription:
-    """That model description as fmpy has it."""
     archive = io.BytesIO()
     with zipfile.ZipFile(archive, "w") as fmu:
         fmu.writestr("modelDescription.xml", text)

@@ -17,7 +17,6 @@ CHANGED = 2       # fmi3IntervalChanged
 
 
 def clocks_of(description: ModelDescription) -> list[ScalarVariable]:
-    """Clocks of an FMU."""
     return [variable for variable in description.modelVariables if variable.type == "Clock"]
 
 

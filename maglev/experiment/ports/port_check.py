@@ -36,7 +36,6 @@ class PortCheck:
         self.origin = ""                # of the value that is looked at, if it is not the file
 
     def refuse(self, key: str, value: object, expectation: str) -> ScenarioError:
-        """Return the error."""
         if self.origin:
             return ScenarioError(f"{self.origin}: {expectation}")
         return ScenarioError(f"{self.plan.path}: {key} = {shortened(value)}: {expectation}")
@@ -111,7 +110,6 @@ class PortCheck:
                 self.real(key, signal.rate_to, self.feed(key, signal.rate_to))
 
     def real(self, key: str, port: str, variable: Variable) -> None:
-        """Refuse a variable that is not Real."""
         if variable.type not in REALS:
             raise self.refuse(key, port, f"{variable.name!r} is {variable.type}, expected Real")
 

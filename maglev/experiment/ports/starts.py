@@ -72,7 +72,6 @@ class Starts:
         return found
 
     def of(self, plan: RunPlan) -> RunPlan:
-        """The plan with these."""
         return plan.model_copy(update={"fmus": {
             name: fmu.model_copy(update={"start": self.given[name], "start_from": self.taken[name], "inherited": {}})
             for name, fmu in plan.fmus.items()}})

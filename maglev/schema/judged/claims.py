@@ -139,7 +139,6 @@ class Claim(Table):
     @field_validator("quantity", mode="before")
     @classmethod
     def known_quantity(cls, name: Any) -> Any:
-        """Refuse a name that no quantity has."""
         known, name = [*cls.KNOWN], FORMER.get(str(name), name)
         if name is not None and name not in known:
             names = ", ".join(map(repr, known[:-1]))

@@ -59,7 +59,6 @@ class Running(NamedTuple):
 
 
 def require_device(device: str) -> None:
-    """Refuse a device that is not there."""
     if device not in DEVICES:
         raise ScenarioError(f"{option('device', device)}: expected {one_of(device, DEVICES)}")
     if device == "gpu":

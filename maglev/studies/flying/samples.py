@@ -86,7 +86,6 @@ class Sample(NamedTuple):
 
 
 def failed(job: Job, why: str) -> Sample:
-    """A sample that was not completed."""
     return Sample(np.full(len(job.columns), nan), why)
 
 
@@ -139,7 +138,6 @@ def gathered(job: Job, first: int, samples: Iterable[Sample]) -> Flown:
 
 
 def only_sample(flown: Flown) -> Sample:
-    """The sample of a batch of one."""
     return Sample(flown.values[0], flown.failures[0], None if flown.trajectories is None else flown.trajectories[0])
 
 
