@@ -87,6 +87,7 @@ def pytest_addoption(parser: pytest.Parser) -> None:
 def pytest_configure(config: pytest.Config) -> None:
     config.addinivalue_line("markers", "quick: does not ask for the fixture slow (set by conftest.py)")
     config.addinivalue_line("markers", "thorough: takes long and looks at what seldom changes; `make thorough`")
+    config.addinivalue_line("markers", "few(number): of its cases all but so many, spread over them, are thorough")
 
 
 @pytest.hookimpl(wrapper=True)
@@ -103,6 +104,7 @@ def pytest_collection() -> Generator[None, object, object]:
 @pytest.hookimpl(tryfirst=True)
 def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
     """Mark as quick what does not ask for `slow`, not even through another fixture; quick files go last."""
+    leave_to_thorough(items)
     slow_files = set()
     for item in items:
         if "slow" in getattr(item, "fixturenames", ()):
@@ -115,6 +117,20 @@ def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
         return next((k for k, name in enumerate(LONGEST) if item.path.as_posix().endswith(f"/{name}")), last)
 
     items.sort(key=place)
+
+
+def leave_to_thorough(items: list[pytest.Item]) -> None:
+    """Mark as thorough the cases of tests beyond the few that are to be run with every change."""
+    cases: dict[tuple[str, int], list[pytest.Item]] = {}
+    for item in items:
+        few = item.get_closest_marker("few")
+        if few is not None and item.get_closest_marker("thorough") is None:
+            cases.setdefault((item.nodeid.partition("[")[0], *few.args), []).append(item)
+    for (_, number), same in cases.items():
+        kept = {k * len(same) // number for k in range(number)}
+        for k, item in enumerate(same):
+            if k not in kept:
+                item.add_marker("thorough")
 
 
 def pytest_terminal_summary(terminalreporter: pytest.TerminalReporter) -> None:

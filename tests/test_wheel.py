@@ -109,6 +109,7 @@ def test_build_run_report_identify(installed: Path, home: Path) -> None:
     assert "C1" in command(installed, home, "identify", "again/excited.csv")
 
 
+@pytest.mark.thorough
 def test_an_edited_installation_flies_no_run_of_the_package(installed: Path, home: Path, fastest_fmus: Path) -> None:
     """Whatever is edited is said, in files that make no part of an FMU, too."""
     packages, = (installed / "environment").glob("lib/python*/site-packages")
@@ -183,5 +184,6 @@ def test_the_ten_minutes_of_the_tutorial(installed: Path, home: Path) -> None:
     assert (home / "fmus" / "native" / "MINE.fmu").is_file()
 
 
+@pytest.mark.thorough
 def test_check_against_a_baseline_of_the_package(installed: Path, home: Path, fmus: Path) -> None:
     assert "passed" in command(installed, home, "check", "2dof-smooth-nonlinear", "--fmus", fmus)

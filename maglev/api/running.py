@@ -25,7 +25,7 @@ from maglev.experiment.results import alone, require_parquet
 from maglev.experiment.selection import Scenarios, compared, needed, select
 from maglev.judging.verdicts import ClaimResult, Judgements
 from maglev.pictures import require_matplotlib, write_figure
-from maglev.procedures.evaluate import judge_outcomes
+from maglev.procedures.evaluate import evaluate_all, judge_outcomes
 from maglev.procedures.outcome import Outcome
 from maglev.processes import processors
 from maglev.processes.side_by_side import Say, Watch, unwatched, warn
@@ -358,8 +358,6 @@ def outcomes_of(runs: Sequence[RunResult], asked: Sequence[RunPlan]) -> list[Out
     """What the procedures found that runs which were asked for belong to."""
     if not any(plan.procedure is not None for plan in asked):
         return []
-    from maglev.procedures.evaluate import evaluate_all  # scipy.signal takes its time to load
-
     return evaluate_all(runs, {plan.name for plan in asked})
 
 

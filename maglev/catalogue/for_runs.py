@@ -7,13 +7,15 @@ release brings native FMUs for all platforms, and modules: what it has is taken 
 import hashlib
 import platform
 from collections.abc import Collection, Iterable
+from contextlib import suppress
 from functools import cache, partial
 from importlib.metadata import PackageNotFoundError, version
 from importlib.util import find_spec
 from pathlib import Path
 from typing import get_args
 
-from maglev.catalogue import PYTHON, Kind, build, uncacheable
+from fmi_export.errors import ExportError
+from maglev.catalogue import PYTHON, Kind, build, build_step_loop, uncacheable
 from maglev.catalogue.shipped import take_native
 from maglev.copies import copied
 from maglev.errors import BuildError, ScenarioError, option
@@ -47,6 +49,8 @@ def fmus_for_runs(names: Iterable[str], fmus: str | Path | None = None, kind: st
         raise ScenarioError(f"{option('kind', kind)}: expected python or native")
     asked = kind == "native" or (kind is None and fmi != 2)
     if fmus is not None:
+        if asked:
+            step_in_c()
         return kind_folder(Path(fmus), asked, fmi)
     kind_folder(Path(), asked, fmi)   # refuses a version of FMI
     needed = list(dict.fromkeys(names))
@@ -73,7 +77,19 @@ def fmus_named(given: Iterable[object], rig: str | Path | None, fmus: str | Path
 
 def compiles(kind: str | None) -> bool:
     """Whether what is built, of a kind or of none that is asked for, is native."""
-    return kind == "native" or (kind is None and all(find_spec(name) is not None for name in COMPILER))
+    return kind == "native" or (kind is None and has_compiler())
+
+
+def has_compiler() -> bool:
+    """Whether what native FMUs are made with is installed."""
+    return all(find_spec(name) is not None for name in COMPILER)
+
+
+def step_in_c() -> None:
+    """Have the loop that steps native FMUs where it can be built: FMUs that are kept, or are named, may lack it."""
+    if has_compiler():
+        with suppress(ExportError):
+            build_step_loop()
 
 
 def built(names: Collection[str], kind: Kind, say: Say, watch: Watch) -> Path:
@@ -100,6 +116,8 @@ def built(names: Collection[str], kind: Kind, say: Say, watch: Watch) -> Path:
             build(missing, folder, kind, partial(watcher, "FMUs"))
             found |= {file: (folder / file).read_bytes() for name in missing for file in files_of(name, kind)}
         keep_files(missing, kind, found, say)
+    elif kind.native and kind.target != "wasm":
+        step_in_c()
     return copied(found, cache_folder() / FMUS)
 
 

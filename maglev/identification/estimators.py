@@ -11,7 +11,6 @@ from dataclasses import dataclass
 from operator import mul
 
 import numpy as np
-from scipy.signal import lfilter
 
 from maglev.arrays import Array
 from maglev.errors import IdentificationError, one_of
@@ -113,6 +112,8 @@ def behind_lag(held: Array, dt: float, epsilon: float) -> Array:
 
     Exact for what is held between samples: shape (n − 1,) or (n − 1, p) in, one row more out.
     """
+    from scipy.signal import lfilter  # half of the start of every run, which estimates nothing
+
     decay = np.exp(-dt / epsilon)
     return np.concatenate([np.zeros_like(held[:1]), lfilter([1.0 - decay], [1.0, -decay], held, axis=0)])
 

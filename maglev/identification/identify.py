@@ -5,7 +5,6 @@ from dataclasses import dataclass
 from functools import partial
 
 import numpy as np
-from scipy.signal import lfilter, savgol_filter
 
 from controller_fmu.velocity_observer import ObserverFilter, VelocityObserver
 from maglev.arrays import Array
@@ -138,6 +137,8 @@ def matched(signals: Array, dt: float) -> Array:
     They begin at the first sample. What the observer's derivative is of the measured position, it is exactly of a
     signal that has gone through this: the delay is the same on both sides of velocity' = A θ + b.
     """
+    from scipy.signal import lfilter  # see behind_lag
+
     shares = observer_filter(dt)
     for share in (shares.share1, shares.share2):
         signals, _ = lfilter([share], [1.0, share - 1.0], signals, axis=0, zi=(1.0 - share) * signals[:1])
@@ -149,6 +150,8 @@ def replay(recording: Recording, constants: Mapping[str, float]) -> tuple[Array,
 
     RMS of replayed − recorded position at the end of the windows, and of the way that the axes go in one, m, (axes,).
     """
+    from scipy.signal import savgol_filter
+
     dt = recording.dt
     steps = max(1, round(HORIZON / dt))
     window = max(5, 2 * round(0.5 * SMOOTHING / dt) + 1)

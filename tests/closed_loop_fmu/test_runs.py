@@ -83,6 +83,7 @@ def test_a_loop_is_the_run_of_our_master_bit_for_bit(native_fmus: Path, loop: st
         assert np.ptp(expected.columns[axis.position]) > 1e-4, "something has to move for this to mean anything"
 
 
+@pytest.mark.few(2)
 @pytest.mark.parametrize("file", FILES)
 def test_the_committed_inputs_give_the_run_of_their_scenario(either_kind: Path, file: str) -> None:
     """In fmpy, with nothing else set: the defaults of the loops are those of the scenarios."""
@@ -97,6 +98,7 @@ def test_the_committed_inputs_give_the_run_of_their_scenario(either_kind: Path, 
 
 
 # A script is of a stage, and takes any of its loops.
+@pytest.mark.few(1)
 @pytest.mark.parametrize("name", [name if name in [f"ClosedLoop{rig.suffix}" for rig in RIGS.values()]
                                   else pytest.param(name, marks=pytest.mark.thorough) for name in LOOPS])
 def test_script_flies_each_loop(native_fmus: Path, tmp_path: Path, name: str) -> None:

@@ -107,6 +107,7 @@ IDEAL = pytest.mark.parametrize(("rig", "original"), [(2, False), (3, False), (3
 
 
 # To a regulator both are one acceleration.
+@pytest.mark.few(2)
 @pytest.mark.parametrize(("rig", "original", "disturbance"), [
     (2, False, "force"), (3, True, "force"), (2, False, "bias"), (3, False, "bias"),
     *(pytest.param(3, original, disturbance, marks=pytest.mark.thorough)
@@ -123,6 +124,7 @@ def test_constant_disturbance_is_rejected(rig: int, original: bool, disturbance:
     assert errors[-500:].max() < 1e-8
 
 
+@pytest.mark.few(1)
 @IDEAL
 @pytest.mark.usefixtures("slow")
 def test_sinusoid_of_the_internal_model_is_tracked(rig: int, original: bool) -> None:

@@ -13,6 +13,7 @@ from maglev.stages import STAGES
 PAGE = Path(__file__).parents[2] / "docs" / "own_stage.md"
 
 
+@pytest.mark.thorough
 @pytest.mark.usefixtures("slow")
 @pytest.mark.parametrize("names", [("PlantMine", "RegulatorMine"), pytest.param((), marks=pytest.mark.thorough)],
                          ids=["what flies", "all"])

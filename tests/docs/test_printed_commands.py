@@ -109,6 +109,7 @@ def test_a_page_as_it_is_typed(installed: Path, tmp_path: Path, page: str) -> No
         typed(line, home, installed / "environment" / "bin")
 
 
+@pytest.mark.thorough
 def test_the_installation_as_it_is_typed(installed: Path, tmp_path: Path) -> None:
     """In the folder with the wheel, into an environment in which the dependencies are, and nothing of ours."""
     require_native_tools()

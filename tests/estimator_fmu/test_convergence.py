@@ -28,6 +28,7 @@ def test_ideal_stage(flight: Flight, rig: int) -> None:
     assert all(attrgetter(PLACES[rig][f"C{i + 1}_converged"])(estimator) for i in range(len(TRUTH[rig])))
 
 
+@pytest.mark.thorough
 @pytest.mark.parametrize("rig", [pytest.param(2, marks=pytest.mark.thorough), 3])
 def test_encoders_and_matched_filter(flight: Flight, rig: int) -> None:
     """10 µm encoders and the observer: a bias of the thrusts, which the matched filter takes away."""
@@ -49,6 +50,7 @@ def test_other_constants(flight: Flight, rig: int, seed: int, seconds: float) ->
     assert (errors(estimates, truth) < [0.01] * (len(truth) - 1) + [0.03]).all()
 
 
+@pytest.mark.few(1)
 @pytest.mark.parametrize(("index", "forgetting"), [(0, 0.0), (0, 0.2), (1, 0.2), (2, 0.2)])
 def test_constant_that_jumps(flight: Flight, index: int, forgetting: float) -> None:
     """20 % at 15 s. Four seconds later an estimate that forgets is there, by (1 − γ⁻²)/ρ = 0.87 s; else it is not."""

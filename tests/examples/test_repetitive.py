@@ -34,6 +34,7 @@ def test_a_reference_at_its_own_frequency_needs_no_memory(monkeypatch: pytest.Mo
     assert repetitive.loop_at_harmonics("x", 25e-3, repetitive.KNOWN) == pytest.approx([1.0], abs=1e-6)
 
 
+@pytest.mark.thorough
 @pytest.mark.usefixtures("slow")
 def test_an_update_takes_the_error_to_a_third() -> None:
     repetitive = import_module("repetitive")

@@ -84,6 +84,7 @@ def responds(run: maglev.Run, settling: list[float], overshoot: list[float]) -> 
 SOME = [REGULATOR, "lqi_kalman", *(pytest.param(name, marks=pytest.mark.thorough) for name in NAMES[1:])]
 
 
+@pytest.mark.few(2)
 @pytest.mark.parametrize("name", NAMES)
 @pytest.mark.filterwarnings("ignore:controller .* has no")
 def test_it_flies(name: str, fastest_fmus: Path, tmp_path: Path) -> None:
@@ -95,6 +96,7 @@ def test_it_flies(name: str, fastest_fmus: Path, tmp_path: Path) -> None:
         assert np.ptp(run[f"plant.{axis}.position"]) > 0.0
 
 
+@pytest.mark.thorough
 @pytest.mark.parametrize("name", SOME)
 @pytest.mark.filterwarnings("ignore:controller .* has no")
 def test_the_first_step_is_as_the_page_says(name: str, fastest_fmus: Path, tmp_path: Path) -> None:

@@ -112,6 +112,7 @@ def test_version_is_the_packages(fmus: Path) -> None:
     assert fmpy.read_model_description(str(fmus / "Plant2DOF.fmu")).version == version("maglev-fmus")
 
 
+@pytest.mark.thorough
 def test_builds_are_reproducible(fmus: Path, tmp_path: Path) -> None:
     """Other folder, other working directory, other time zone and hash seed: the same bytes."""
     env = {**os.environ, "TZ": "Asia/Tokyo", "PYTHONHASHSEED": "7"}

@@ -81,6 +81,7 @@ def unpacked_library(native_fmus: Path, folder: Path, name: str = NAME) -> Path:
         return Path(archive.extract(f"binaries/linux64/{name}.so", folder))
 
 
+@pytest.mark.few(2)
 @pytest.mark.parametrize("target", TARGETS)
 def test_the_c_is_c_of_every_system(fmi3_fmus: Path, native_fmus: Path, tmp_path: Path, target: str) -> None:
     """With the headers of its C library alone: FMI 3.0 on ARM, FMI 2.0 elsewhere."""
@@ -156,6 +157,7 @@ def test_no_binary_asks_for_a_mathematical_function(native_fmus: Path, tmp_path:
         assert "strlen" in asked and asked <= TAKEN, (name, asked - TAKEN)
 
 
+@pytest.mark.few(4)
 @pytest.mark.parametrize("name", [
     *(f"{kind}{stage}DOF" for kind in ("Plant", "ClosedLoop", "Estimator", "Measurement") for stage in (2, 3, 5)),
     "ScheduledRegulator3DOF", "PID5DOF"])

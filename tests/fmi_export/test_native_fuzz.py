@@ -43,6 +43,7 @@ def random_programs(count: int, seed: int) -> list[bytes]:
     return [source.randbytes(source.randrange(1, 600)) for _ in range(count)]
 
 
+@pytest.mark.thorough
 @pytest.mark.parametrize("name", [pytest.param(FUZZED[0], marks=pytest.mark.thorough), *FUZZED[1:]])
 def test_many_random_programs(sanitized: Path, tmp_path: Path, name: str) -> None:
     said = carry_out([sanitized / name], random_programs(3000, 1), tmp_path)
@@ -58,6 +59,7 @@ def test_many_random_programs_of_fmi_3(fmi3_fmus: Path, tmp_path: Path) -> None:
     assert count == 3000 and refusals > 10000
 
 
+@pytest.mark.few(1)
 @pytest.mark.usefixtures("slow")
 @pytest.mark.parametrize("kind", ["fmi3_fmus", "clocked_fmus"])
 def test_many_random_programs_of_event_mode(request: pytest.FixtureRequest, tmp_path: Path, kind: str) -> None:
@@ -70,6 +72,7 @@ def test_many_random_programs_of_event_mode(request: pytest.FixtureRequest, tmp_
     assert count == 500 and refusals > 10000
 
 
+@pytest.mark.few(1)
 @pytest.mark.usefixtures("slow")
 @pytest.mark.parametrize("kind", ["fmi3_fmus", "clocked_fmus"])
 def test_outputs_are_read_before_inputs_are_set(request: pytest.FixtureRequest, tmp_path: Path, kind: str) -> None:
@@ -81,6 +84,7 @@ def test_outputs_are_read_before_inputs_are_set(request: pytest.FixtureRequest, 
     assert (done.returncode, done.stdout) == (0, "400 samples\n"), done.stderr[-3000:]
 
 
+@pytest.mark.thorough
 @pytest.mark.parametrize("version", [pytest.param(2, marks=pytest.mark.thorough), 3])
 def test_many_random_programs_of_model_exchange(native_fmus: Path, fmi3_fmus: Path, tmp_path: Path,
                                                 version: int) -> None:
@@ -99,6 +103,7 @@ def test_programs_that_hypothesis_finds(sanitized: Path, tmp_path: Path, program
     carry_out([sanitized / "Plant3DOF"], programs, tmp_path)
 
 
+@pytest.mark.thorough
 def test_programs_under_valgrind(native_fmus: Path, tmp_path: Path) -> None:
     """Reads of memory that was never written, which the sanitizers do not see."""
     valgrind = require_command("valgrind")

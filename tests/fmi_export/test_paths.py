@@ -25,6 +25,7 @@ def elsewhere(either_kind: Path, tmp_path: Path) -> Path:
     return Path(shutil.copytree(either_kind, tmp_path / FOLDER))
 
 
+@pytest.mark.few(1)
 def test_every_fmu(elsewhere: Path) -> None:
     """In our master and in fmpy's simulation."""
     for name in DEFINITIONS:

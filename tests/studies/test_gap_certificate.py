@@ -81,6 +81,7 @@ def rest_without_ripple(gap: float) -> float:
     return brentq(lambda i: without_ripple(gap, i), -12.0, 12.0, xtol=1e-13)
 
 
+@pytest.mark.thorough
 def test_the_certificate_holds_in_rational_arithmetic() -> None:
     """From the stop to the last gap that 4 A hold, at the speed of the thesis's steps (Fig. 5.23)."""
     found = json.loads(FILE.read_text(encoding="utf-8"))

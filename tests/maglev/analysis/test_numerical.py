@@ -18,6 +18,7 @@ from maglev.linear.loop import linearise_loop
 WITHIN = 2e-4   # of a margin: the loop that flies rests within some nanometres of where the equations do
 
 
+@pytest.mark.few(1)
 @pytest.mark.parametrize(("stage", "at", "openings"), [
     ("2DOF", {"v": 18e-3, "h": 5e-3}, ("v", "h")),
     ("5DOF", {"y": 25e-3, "roll": 2e-3}, ("roll", "alpha1.gap_measured"))])

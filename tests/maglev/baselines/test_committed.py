@@ -40,6 +40,7 @@ def test_every_run_has_a_baseline_and_every_baseline_a_run() -> None:
     assert all(file.stat().st_size < 1_000_000 for file in expected)
 
 
+@pytest.mark.few(3)
 @every_pair
 def test_an_unchanged_pair_passes(fmus: Path, run: RunPlan) -> None:
     result = checked(run, fmus)
@@ -79,6 +80,7 @@ HARDLY_ACTING = ("trip", ".stop.lower", ".stop.upper", "field.lower", "field.upp
                  "field.B10", "field.B11", "field.B12")
 
 
+@pytest.mark.few(1)
 @pytest.mark.parametrize("name", ["2dof-effects-motors", "3dof-laws-nonlinear"])
 def test_a_millionth_of_a_parameter_that_acts_is_noticed(fastest_fmus: Path, name: str) -> None:
     """Where it is not, a hundredth is not noticed either."""

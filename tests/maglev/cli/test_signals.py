@@ -91,6 +91,7 @@ def test_while_the_command_itself_is_imported() -> None:
     assert (done.returncode, done.stdout, done.stderr) == (130, "", "maglev: interrupted\n")
 
 
+@pytest.mark.few(1)
 @pytest.mark.parametrize(("number", "code", "word"), CODES)
 def test_a_run_of_python_fmus(fmus: Path, tmp_path: Path, long: Callable[[str], Path], number: int, code: int,
                               word: str) -> None:
@@ -109,6 +110,7 @@ def test_a_run_of_python_fmus(fmus: Path, tmp_path: Path, long: Callable[[str], 
         assert lines[0] == f"maglev: {word}"
 
 
+@pytest.mark.few(1)
 @pytest.mark.parametrize(("number", "code", "word"), CODES)
 def test_runs_side_by_side(fmus: Path, tmp_path: Path, long: Callable[[str], Path], number: int, code: int,
                            word: str) -> None:
@@ -127,6 +129,7 @@ def test_runs_side_by_side(fmus: Path, tmp_path: Path, long: Callable[[str], Pat
     assert "three" not in lines[0]
 
 
+@pytest.mark.few(1)
 @pytest.mark.parametrize(("number", "code", "word"), CODES)
 def test_a_foreign_fmu_that_hangs(fmus: Path, tmp_path: Path, number: int, code: int, word: str) -> None:
     ports = faulty("hang", tmp_path).with_name("sources") / "ports.toml"
@@ -150,6 +153,7 @@ subprocess.run(["sleep", "600"])
 """
 
 
+@pytest.mark.few(1)
 @pytest.mark.usefixtures("slow")
 @pytest.mark.parametrize(("number", "code", "word"), CODES)
 def test_compilers(tmp_path: Path, number: int, code: int, word: str) -> None:
@@ -165,6 +169,7 @@ def test_compilers(tmp_path: Path, number: int, code: int, word: str) -> None:
     assert not list((tmp_path / "fmus" / "native").iterdir())
 
 
+@pytest.mark.few(1)
 @pytest.mark.parametrize("delay", [0.0, 0.06, 0.14])
 def test_while_a_foreign_fmu_starts(fmus: Path, tmp_path: Path, delay: float) -> None:
     """Ctrl-C to all processes, when the other one has just been started, or does not yet ignore it."""
@@ -183,6 +188,7 @@ def kept_more_than(number: int, parts: Path) -> bool:
     return len(list(parts.glob("samples-*.parquet"))) > number
 
 
+@pytest.mark.thorough
 def test_a_study_goes_on_with_resume(fastest_fmus: Path, tmp_path: Path) -> None:
     """Interrupted twice, whenever that is, its results are those, byte for byte, of one that was not.
 

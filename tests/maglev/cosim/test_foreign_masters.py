@@ -52,6 +52,7 @@ def test_libcosim_without_encoder_steps_is_our_jacobi_order(native_fmus: Path, t
     assert np.abs(rows - ours(plan, native_fmus, "jacobi")).max() <= JACOBI_ROUNDING
 
 
+@pytest.mark.few(2)
 @pytest.mark.parametrize("system", SYSTEMS)
 @pytest.mark.parametrize("tool", ["ecos", "libcosim"])
 def test_system_without_ports(native_fmus: Path, systems: Path, tmp_path: Path, tool: str, system: str) -> None:
@@ -71,6 +72,7 @@ def test_fmpy_ssp_is_our_jacobi_order_from_zero(native_fmus: Path, systems: Path
     assert np.array_equal(rows, ours_from_zero(plan, native_fmus))
 
 
+@pytest.mark.thorough
 def test_fmpy_ssp_with_fmus_in_python(fmus: Path, tmp_path: Path) -> None:
     plan = loop("Stage3DOF", STOP_TIME)
     build_systems(["Stage3DOF"], fmus, tmp_path)

@@ -60,6 +60,7 @@ def test_a_run_apart_is_the_run_here(fmus: Path, healthy: Recording, tmp_path: P
     assert np.ptp(healthy.columns["plant.v.position"]) > 0.0
 
 
+@pytest.mark.few(2)
 @pytest.mark.parametrize(("fault", "message"), [
     ("crash", "ended its process with SIGSEGV in fmi2DoStep"),
     ("exit", "ended its process with exit code 0 in fmi2DoStep"),
@@ -74,6 +75,7 @@ def test_a_fault_in_a_step_is_named_and_keeps_the_recording(fmus: Path, healthy:
     require_beginning(failure.value.recording, healthy, ROWS)
 
 
+@pytest.mark.few(1)
 @pytest.mark.parametrize(("fault", "message"), [
     ("crash", "ended its process with SIGSEGV"), ("exit", "ended its process with exit code 0"),
     ("hang", "has been silent for 5 s")])
@@ -139,6 +141,7 @@ def test_a_fault_of_fmi_3_after_the_end_is_named_as_it_is_called_there(tmp_path:
     assert len(recording.time) == 7
 
 
+@pytest.mark.few(3)
 @pytest.mark.parametrize(("fault", "time", "message"), [
     ("cut the recording", r"0\.1", r"ended its process with SIGBUS in fmi2\w+.*"),
     ("cut the counter", r"0(\.\d+)?", "ended its process with SIGBUS, after the count of calls was cut"),

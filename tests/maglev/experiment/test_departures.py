@@ -54,6 +54,7 @@ def test_another_of_our_fmus_under_the_name_is_another_run(folder: Path) -> None
     assert ready(folder).provenance().modified
 
 
+@pytest.mark.thorough
 def test_its_claims_have_no_verdict(folder: Path, tmp_path: Path) -> None:
     with zipfile.ZipFile(folder / "Plant2DOF.fmu", "a") as archive:
         archive.writestr("resources/theirs.txt", "theirs")

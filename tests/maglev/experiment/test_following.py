@@ -101,6 +101,7 @@ def test_a_payload_is_mass_and_inertia(fastest_fmus: Path, tmp_path: Path) -> No
         assert found[f"controller.{name}"] == pytest.approx(value, rel=1e-12)
 
 
+@pytest.mark.thorough
 @pytest.mark.usefixtures("slow")
 def test_a_stage_of_ones_own_follows(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.chdir(tmp_path)

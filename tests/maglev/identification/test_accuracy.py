@@ -48,6 +48,7 @@ def integral_least_squares(data: Data) -> dict[str, float]:
     return found
 
 
+@pytest.mark.few(1)
 @pytest.mark.parametrize(("method", "rig"), cases(("reduced", "3dof"), ("fsdi", "2dof")))
 def test_ideal_stage(rig: str, method: str) -> None:
     data = flight(rig, "ideal")
@@ -58,6 +59,7 @@ def test_ideal_stage(rig: str, method: str) -> None:
     assert found.replay_error[0] < 0.02 * found.replay_motion[0]
 
 
+@pytest.mark.thorough
 @pytest.mark.parametrize(("method", "rig"), cases(("fsdi", "2dof")))
 def test_encoders_and_observer(rig: str, method: str) -> None:
     data = flight(rig, "encoder")
@@ -68,6 +70,7 @@ def test_encoders_and_observer(rig: str, method: str) -> None:
     assert max(matched.values()) < 0.025
 
 
+@pytest.mark.few(1)
 @pytest.mark.parametrize(("rig", "seed"), [("2dof", 1), ("3dof", 3)])
 def test_constants_of_another_rig(rig: str, seed: int) -> None:
     scale = np.random.default_rng(seed).uniform(0.8, 1.3, 5).tolist()
@@ -81,6 +84,7 @@ def real(rig: str) -> Identification:
     return identify(flight(rig, "real").recording, match=True)
 
 
+@pytest.mark.thorough
 def test_real_2dof_stage_hides_c4() -> None:
     found = real("2dof")
     truth = flight("2dof", "real").truth
@@ -106,6 +110,7 @@ def test_real_3dof_stage() -> None:
         assert [text for text in found.warnings if text.startswith(f"{name}: friction may be counted in")]
 
 
+@pytest.mark.thorough
 def test_standard_errors_are_of_the_spread() -> None:
     """White noise on the accelerations, several times: the spread of the estimates is what the standard errors say."""
     data = flight("2dof", "ideal")

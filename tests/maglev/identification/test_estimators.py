@@ -160,6 +160,7 @@ def test_tiny_start_weight_is_stable(epsilon: float) -> None:
     assert found[-1, :2] == pytest.approx(truth[:2], rel=0.05)
 
 
+@pytest.mark.thorough
 @pytest.mark.usefixtures("slow")
 def test_reduced_and_full_agree_as_epsilon_falls() -> None:
     data = flight("2dof", "ideal")

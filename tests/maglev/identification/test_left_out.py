@@ -39,6 +39,7 @@ def real(rig: str, method: str = "reduced") -> tuple[Identification, Data]:
     return identify(recording, method, match=True), data
 
 
+@pytest.mark.few(1)
 @pytest.mark.parametrize(("rig", "method"), [("2dof", "reduced"), ("2dof", "fsdi"),
                                              pytest.param("3dof", "reduced", marks=pytest.mark.thorough)])
 def test_the_truth_is_within_the_uncertainty(rig: str, method: str) -> None:
@@ -52,6 +53,7 @@ def test_the_truth_is_within_the_uncertainty(rig: str, method: str) -> None:
         assert found.left_out[name] < 0.6 * found.estimate.final[name]
 
 
+@pytest.mark.thorough
 @pytest.mark.parametrize("rig", ["2dof", pytest.param("3dof", marks=pytest.mark.thorough)])
 def test_it_bounds_what_a_stage_with_the_effects_gives_otherwise(rig: str) -> None:
     """Simulated and identified with and without them, and with one after the other switched off."""

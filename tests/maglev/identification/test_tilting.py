@@ -126,6 +126,7 @@ def test_constants_from_a_run(kind: str, within: float, folder: Path) -> None:
     assert (found.replay_error < 0.1 * found.replay_motion).all()
 
 
+@pytest.mark.thorough
 def test_constants_of_the_stage_with_all_its_effects(folder: Path) -> None:
     """Attraction and coils within 5 and 2 %, as on the 3-DOF stage; friction is counted in the thrusts."""
     found = identified("real", folder / "native", folder)

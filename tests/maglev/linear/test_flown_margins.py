@@ -82,6 +82,7 @@ CHANGES: dict[str, Callable[[Margins, float, float], Change]] = {
 # Gains of the 3-DOF stage say what those of the 2-DOF one do; those of the 5-DOF stage are flown by native FMUs, in a
 # fifth of the time: test_tilting.py. Lags at its tilts take the time of those of both other stages, whose margins are
 # computed and flown by the same code.
+@pytest.mark.few(1)
 @pytest.mark.usefixtures("slow")
 @pytest.mark.parametrize(("stage", "changed"), [
     *(("2DOF", changed) for changed in CHANGES), ("3DOF", "delay"),
@@ -104,6 +105,7 @@ def test_margins_of_the_2dof_stage_at_12_mm() -> None:
     assert (command.gain_down, command.gain_up) == pytest.approx((0.237, 21.4), rel=0.005)
 
 
+@pytest.mark.few(1)
 @pytest.mark.parametrize("stage", PLACES)
 @pytest.mark.usefixtures("slow")
 def test_the_same_with_phase_currents_as_commands(stage: str) -> None:

@@ -34,6 +34,7 @@ def tab(browser, page: Path, request: pytest.FixtureRequest) -> Iterator[Tab]:
     assert problems == []
 
 
+@pytest.mark.few(1)
 @pytest.mark.parametrize("tab", [(WIDE, f"#run={name}") for name in HOMES], ids=HOMES, indirect=True)
 def test_every_starter_does_the_task_on_every_stage(tab: Tab) -> None:
     texts = []

@@ -25,6 +25,7 @@ UNSEEN = """() => [...document.querySelectorAll("#what, #moment, #stage, button"
     }).map(({ id, textContent }) => id || textContent)"""
 
 
+@pytest.mark.few(3)
 @pytest.mark.parametrize("size", [PHONE, LANDSCAPE], ids=["portrait", "landscape"])
 @pytest.mark.parametrize("run", HOMES)
 def test_a_phone_shows_the_stage_whole_either_way(browser, page: Path, run: str, size) -> None:

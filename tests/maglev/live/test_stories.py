@@ -60,6 +60,7 @@ CASES = [(window, run, story) for window in SEEN for run, story in (
     *((HOMES[0], story) for story in ("off", "weight", "pid", "weak")), (HOMES[1], "weight"), (HOMES[2], "off"))]
 
 
+@pytest.mark.few(5)
 @pytest.mark.parametrize("told", CASES, ids=map("-".join, CASES), indirect=True)
 def test_what_an_experiment_speaks_of_is_seen_to_move(told: Tab, request: pytest.FixtureRequest) -> None:
     window, _, story = request.node.callspec.params["told"]

@@ -50,6 +50,7 @@ def fmus(native_fmus: Path, tmp_path: Path) -> Path:
     return tmp_path / "fmus"
 
 
+@pytest.mark.few(1)
 @pytest.mark.parametrize(("controller", "run"), [
     ("Regulator3DOF", "3dof-setpoints-improved"), ("ScheduledRegulator3DOF", "3dof-setpoints"),
     ("LinearRegulator5DOF", "5dof-setpoints"), ("PID2DOF", "2dof-setpoints")])
@@ -138,6 +139,7 @@ def test_a_controller_of_a_python_file(fmus: Path, tmp_path: Path) -> None:
     assert done.exit_code == 0, done.output
 
 
+@pytest.mark.thorough
 def test_a_stage_of_the_users(tmp_path: Path) -> None:
     description, scenario = front_door.new_stage(tmp_path / "mine.toml")
     front_door.build(["PlantMine", "RegulatorMine"], rig=description, fmus=tmp_path / "fmus", kind="native",

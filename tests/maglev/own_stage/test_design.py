@@ -45,6 +45,7 @@ def flown(rig: Rig, law: str = "") -> Any:
     return loop
 
 
+@pytest.mark.few(2)
 @pytest.mark.usefixtures("slow")
 @pytest.mark.parametrize("law", ["", "Linear", "PID"])
 def test_a_real_motor_flies_at_the_first_try(tmp_path: Path, law: str) -> None:
@@ -75,6 +76,7 @@ def test_packaged_motors_fly(tmp_path: Path, motor: str, like: str) -> None:
         assert min(gain for _, gain in place.margins.values()) > 6.0
 
 
+@pytest.mark.few(1)
 @pytest.mark.parametrize(("name", "like", "motor"), [("heavy", "2dof", REAL), ("tilting", "5dof", ["medium"])])
 def test_margins_of_the_design_are_those_of_the_loop(tmp_path: Path, name: str, like: str, motor: list[str]) -> None:
     """Of one axis by itself, and of derivatives of the blocks, closed by all of them: two ways to one number."""
@@ -136,6 +138,7 @@ def test_force_left_over_is_that_of_the_plant(tmp_path: Path) -> None:
         assert (-place.closing, place.opening) == pytest.approx((min(forces), max(forces)), rel=1e-4)
 
 
+@pytest.mark.few(2)
 @pytest.mark.parametrize(("changes", "warnings"), [
     ({"# sample_time = 0.0005": "sample_time = 0.0005"},
      ["sample_time: 0.5 ms costs more than 10° of phase, expected 0.1 ms or less"]),

@@ -45,6 +45,7 @@ def flown(suffix: str, axes: dict[str, float], seconds: float) -> tuple[Any, boo
     return loop, touched
 
 
+@pytest.mark.few(2)
 @pytest.mark.parametrize(("name", "like", "changes", "references"), [
     ("one", "2dof", {"mass = 4.35 ": "mass = 5.5 "}, {"v": 0.0195, "h": 2e-3}),
     ("small", "2dof", SMALL, {"v": 0.0031, "h": 2e-3}),
@@ -78,6 +79,7 @@ def test_single_motors_are_a_pair_with_one_current(tmp_path: Path) -> None:
         assert slow[0] == pytest.approx(slow[1], abs=1e-7)
 
 
+@pytest.mark.thorough
 def test_fmus_are_known_by_their_content(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     """They fly as ours do for as long as the description is as it was when they were built."""
     monkeypatch.chdir(tmp_path)
@@ -97,6 +99,7 @@ def test_fmus_are_known_by_their_content(tmp_path: Path, monkeypatch: pytest.Mon
     assert not built_here(Path("fmus/PlantOwn.fmu"))
 
 
+@pytest.mark.few(6)
 @pytest.mark.parametrize(("like", "changes", "message"), [
     ("3dof", {"mass = 6.9 ": "mass = 14.0 "},
      r"alpha needs i_d = -5.\d+ A, .*expected at most alpha.amplifier.continuous = 4 A"),
@@ -125,6 +128,7 @@ def test_what_cannot_fly_says_why(tmp_path: Path, like: str, changes: dict[str, 
         flyable(path)
 
 
+@pytest.mark.thorough
 def test_everything_takes_it(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     """Regions, environments and controllers to begin with, by the file of its description."""
     monkeypatch.chdir(tmp_path)
@@ -148,6 +152,7 @@ def test_everything_takes_it(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) ->
     environment.close()
 
 
+@pytest.mark.thorough
 def test_a_recording_tells_its_constants(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     """Of a stage with four motors without friction, under sinusoids on all axes: those of the block that flew."""
     monkeypatch.chdir(tmp_path)

@@ -55,6 +55,7 @@ def references(plan: RunPlan, times: np.ndarray) -> dict[str, np.ndarray]:
     return {signal.to: signal.values_at(times) for signal in plan.signals}
 
 
+@pytest.mark.thorough
 def test_a_stage_whose_gap_was_edited_does_not_fly_the_references_of_before(
         slow: None, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     """The scenario has set-points about 20 mm; the description now says 3 mm."""

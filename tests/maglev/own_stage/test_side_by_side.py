@@ -69,6 +69,7 @@ def test_it_moves_by_its_equations(tmp_path: Path) -> None:
     assert np.abs(np.array(rows) - expected).max(axis=0) == pytest.approx(np.zeros(3), abs=2e-9)
 
 
+@pytest.mark.few(1)
 @pytest.mark.parametrize("law", ["", "Linear", "PID"])
 def test_it_flies(tmp_path: Path, law: str) -> None:
     rig = know_stage(written(tmp_path / "pair.toml", LIKE, UNEVEN))

@@ -109,6 +109,7 @@ def test_no_command_is_left_out() -> None:
     assert set(with_fmus(typer.main.get_command(app))) == {*COMMANDS, *BUILDS, *EMULATED}
 
 
+@pytest.mark.few(3)
 @pytest.mark.parametrize("name", COMMANDS)
 def test_every_command_says_it(folder: Path, monkeypatch: pytest.MonkeyPatch, name: str) -> None:
     monkeypatch.chdir(folder)

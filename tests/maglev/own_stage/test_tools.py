@@ -63,6 +63,7 @@ def here(folder: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.chdir(folder)
 
 
+@pytest.mark.thorough
 def test_study() -> None:
     """A sample is the run with its values."""
     frame = maglev.study("payload.toml", jobs=1).to_pandas()
@@ -120,6 +121,7 @@ def test_without_its_description_its_fmus_are_not_known() -> None:
             unknown()
 
 
+@pytest.mark.thorough
 def test_online_estimator() -> None:
     """It stands beside the loop as ours do, and moves the attraction from half of it to what it is."""
     axes = "".join(f'"{axis}.measured" = "plant.{axis}.encoder"\n' for axis in "vh")

@@ -69,6 +69,7 @@ def outcome(results: dict[str, RunResult]) -> Outcome:
     return found
 
 
+@pytest.mark.thorough
 def test_estimators_in_the_loop_find_the_constants(outcome: Outcome) -> None:
     """To 2.5 %: docs/identification.md has 0.6 % after 40 s, which is twice that after 10 s, and 1 % of the filters."""
     found = {(each.constant, each.epsilon): each.value for each in outcome.values if each.name == "constant"}

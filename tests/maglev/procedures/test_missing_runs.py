@@ -97,6 +97,7 @@ def test_with_every_run_every_value_is_there(rig: str, results: dict[str, RunRes
     assert [outcome.settings.name for outcome in evaluate_all(list(results.values()))] == sorted(named)
 
 
+@pytest.mark.few(1)
 @pytest.mark.parametrize("fails", [True, False], ids=["failed", "missing"])
 @pytest.mark.usefixtures("slow")
 def test_what_rests_on_a_run_is_left_out_without_it(rig: str, results: dict[str, RunResult], fails: bool) -> None:
@@ -106,6 +107,7 @@ def test_what_rests_on_a_run_is_left_out_without_it(rig: str, results: dict[str,
         assert found == expected(set(results) - {name}, rig), name
 
 
+@pytest.mark.few(1)
 @pytest.mark.parametrize("fails", [True, False], ids=["failed", "missing"])
 def test_a_run_alone_gives_what_rests_on_it_alone(rig: str, results: dict[str, RunResult], fails: bool) -> None:
     for name, result in results.items():

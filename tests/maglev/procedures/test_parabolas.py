@@ -82,6 +82,7 @@ def test_thrust_of_the_2dof_stage(drive: Flown) -> None:
     assert list(measured.y) == pytest.approx([thrust_at(gap, constants[gap]) for gap in GAPS["2dof"]])
 
 
+@pytest.mark.thorough
 @pytest.mark.usefixtures("slow")
 def test_thrust_of_the_3dof_stage_alone_and_with_both_axes(drive: Flown) -> None:
     """Two motors drive each axis; with both, the estimates here differ by 3 %."""

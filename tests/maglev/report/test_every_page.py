@@ -100,6 +100,7 @@ def test_nothing_is_cut_or_covered_and_all_can_be_read(browser, pages: Path, nam
     assert (problems, found) == ([], [])
 
 
+@pytest.mark.few(8)
 @pytest.mark.parametrize("size", [WIDE, PHONE, LANDSCAPE], ids=["desktop", "phone", "landscape"])
 @pytest.mark.parametrize("name", ["report.html", "compare.html", "study.html", "live.html", INDEX])
 def test_nothing_moves_by_itself_and_a_finger_hits_what_it_means(browser, pages: Path, name: str,

@@ -90,6 +90,7 @@ def test_antiwindup_that_is_off_has_no_gains() -> None:
     assert not axis_loop("3dof", "z", "25 mm", controller_parameters={"antiwindup": False}).gains.any()
 
 
+@pytest.mark.thorough
 @pytest.mark.usefixtures("slow")
 def test_the_linear_loop_without_antiwindup_is_lost_where_it_was_found_to_be() -> None:
     loop = axis_loop("3dof", "x", "25 mm")
@@ -123,6 +124,7 @@ def test_limits_of_a_platform_that_tilts_move_other_axes(axis: str, axes: tuple[
     assert loop.limits == pytest.approx([4.0 - max(abs(rest[current]) for current in each) for each in loop.commands])
 
 
+@pytest.mark.few(1)
 @pytest.mark.parametrize(("axis", "step"), [("roll", 15e-3), ("x", 40e-3)])
 @pytest.mark.usefixtures("slow")
 def test_large_steps_are_those_of_the_regulator_itself_where_the_platform_tilts(axis: str, step: float) -> None:

@@ -128,6 +128,7 @@ def test_steps_grow_with_the_limit_of_an_unstable_axis() -> None:
     assert steps[0] < steps[1] < steps[2]
 
 
+@pytest.mark.few(2)
 @pytest.mark.parametrize(("rig", "axis", "gap"), [
     ("3dof", "y", "25 mm"), ("3dof", "z", "22 mm"), ("2dof", "v", "20 mm"), ("2dof", "h", "20 mm")])
 def test_what_is_certified_is_less_than_what_comes_back(rig: str, axis: str, gap: str) -> None:

@@ -157,6 +157,7 @@ def test_steps_end_where_the_stops_do(fastest_fmus: Path) -> None:
     assert found.response.step == found.run.room
 
 
+@pytest.mark.thorough
 @pytest.mark.parametrize("axis", [pytest.param("y", marks=pytest.mark.thorough), "roll"])
 def test_certified_steps_of_a_platform_that_tilts_are_held(fastest_fmus: Path, axis: str) -> None:
     """Of a tilt to level in both directions, as the page has it; half as much again is lost."""
@@ -180,6 +181,7 @@ def page_rows(begin: str) -> list[list[str]]:
             if re.match(begin, line)]
 
 
+@pytest.mark.thorough
 def test_the_page_has_what_is_flown(fastest_fmus: Path) -> None:
     """Steps somewhat smaller are held in both directions; larger ones, where there is room, are lost in one."""
     rows = page_rows(r"\| \d\d mm \|")

@@ -68,6 +68,7 @@ def experiment_of(fmus: Path, name: str, stop_time: float | None = None, order: 
     return prepare(plan, fmus, {}, {}, {"order": order})
 
 
+@pytest.mark.few(4)
 @pytest.mark.parametrize(("name", "stop_time", "order"), [
     ("2dof-faults-lost", None, "sequential"), ("3dof-setpoints-improved", 7.0, "jacobi"),
     ("3dof-push", None, "sequential"), ("2dof-effects-heat", None, "sequential"),

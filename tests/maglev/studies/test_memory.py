@@ -56,6 +56,7 @@ def most_memory(folder: Path, fmus: Path, samples: int) -> float:
     return python + pool.max_memory()
 
 
+@pytest.mark.thorough
 def test_planning_and_writing_take_no_more_memory_for_more_samples(fastest_fmus: Path, tmp_path: Path,
                                                                    monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(running, "flyers", nobody)

@@ -162,6 +162,7 @@ def shortened(path: Path) -> None:
     path.write_bytes(path.read_bytes()[:-100])
 
 
+@pytest.mark.few(3)
 @pytest.mark.parametrize(("damage", "again", "broken"), [
     (lambda out: None, 0, 0),
     (lambda out: the(out, "trajectories-0000001").unlink(), 3, 1),
@@ -238,6 +239,7 @@ def edited(path: Path) -> None:
     pq.write_table(table.set_column(table.column_names.index(name), table.schema.field(name), [numbers]), path)
 
 
+@pytest.mark.few(2)
 @pytest.mark.parametrize("damage", [
     lambda out: edited(out / "study.parquet"), lambda out: edited(out / "study.trajectories.parquet"),
     lambda out: (out / "study.trajectories.parquet").unlink(),

@@ -173,6 +173,7 @@ def test_tuning_files_of_the_package(path: Path, fastest_fmus: Path) -> None:
     plan_tuning(tuning, prepare(load_plan(scenario), fastest_fmus, {}, {}), path.name)
 
 
+@pytest.mark.thorough
 def test_a_broken_generation_is_flown_again(fastest_fmus: Path, searched: Searched, tmp_path: Path) -> None:
     parts = tmp_path / "tuned.parts"
     shutil.copytree(searched.parts, parts)   # with the times of the files

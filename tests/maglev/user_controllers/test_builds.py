@@ -17,6 +17,7 @@ from pmlsm.rigs import RIGS
 
 
 # What is written of a controller or a plant differs by what its stage has: most where it tilts.
+@pytest.mark.thorough
 @pytest.mark.parametrize("stage", [pytest.param(name, marks=[] if rig.rotations else pytest.mark.thorough)
                                    for name, rig in RIGS.items()])
 @pytest.mark.parametrize("kind", ["controller", "plant"])

@@ -70,6 +70,7 @@ def command(scenario: Path, fmus: Path, path: Path, out: Path, timeout: str) -> 
             "--out", str(out), "--timeout", timeout]
 
 
+@pytest.mark.few(2)
 @pytest.mark.parametrize("what", [pytest.param(what, marks=pytest.mark.thorough) if what.startswith("threads") else what
                                   for what in SAID])
 def test_a_complete_run_ends(fastest_fmus: Path, tmp_path: Path, marked: dict[str, str], what: str) -> None:
@@ -86,6 +87,7 @@ def test_a_complete_run_ends(fastest_fmus: Path, tmp_path: Path, marked: dict[st
     assert said == [line] if SAID[what] else said in ([], [f"{line}{BEHIND}"])
 
 
+@pytest.mark.thorough
 def test_a_pipe_that_is_closed_ends_the_run(fastest_fmus: Path, tmp_path: Path, marked: dict[str, str]) -> None:
     """The other side cannot know more, not even in which step."""
     path = leaving(tmp_path, "a closed pipe")
@@ -97,6 +99,7 @@ def test_a_pipe_that_is_closed_ends_the_run(fastest_fmus: Path, tmp_path: Path, 
                      r"what was recorded until then is in ", line), line
 
 
+@pytest.mark.few(1)
 @pytest.mark.parametrize(("number", "word"), [(signal.SIGINT, "interrupted"), (signal.SIGTERM, "terminated")])
 def test_one_signal_is_enough_after_the_end(fastest_fmus: Path, tmp_path: Path, marked: dict[str, str], number: int,
                                             word: str) -> None:

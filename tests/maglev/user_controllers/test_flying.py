@@ -138,6 +138,7 @@ def test_changes_of_a_file_and_of_its_modules_count_at_once(tmp_path: Path) -> N
         assert load(path).definition.starts["bandwidth"] == bandwidth
 
 
+@pytest.mark.few(1)
 @pytest.mark.parametrize("stage", RIGS)
 def test_the_first_controller_flies(fastest_fmus: Path, tmp_path: Path, stage: str) -> None:
     """From a new file, without a change, and within the limit of 4 A: through the first step."""

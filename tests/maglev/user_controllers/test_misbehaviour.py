@@ -35,6 +35,7 @@ def command(*arguments: str | Path) -> "subprocess.CompletedProcess[str]":
                           timeout=300)
 
 
+@pytest.mark.few(1)
 @pytest.mark.parametrize(("place", "statement"), [("import", "os._exit(0)"), ("__init__", "sys.exit(0)"),
                                                   ("step", "sys.exit(0)"), ("step", "os._exit(0)")])
 def test_a_file_that_ends_its_process_has_no_result(fastest_fmus: Path, tmp_path: Path, place: str,
@@ -63,6 +64,7 @@ def test_compare_goes_on_without_it(fastest_fmus: Path, tmp_path: Path) -> None:
     assert (tmp_path / "flight@Regulator2DOF.csv").exists()
 
 
+@pytest.mark.few(1)
 @pytest.mark.parametrize("words", [["study", "SCENARIO", "--vary", "plant.v.mass=4,5", "--jobs", "1"], ["build"]])
 def test_what_builds_an_fmu_of_it(fastest_fmus: Path, tmp_path: Path, words: list[str]) -> None:
     path = misbehaving(tmp_path, "import", "os._exit(0)")
@@ -93,6 +95,7 @@ def test_an_import_that_hangs(fastest_fmus: Path, tmp_path: Path, monkeypatch: p
     assert line.startswith("maglev: pd.py: was not read within 3 s, expected a file that can be imported")
 
 
+@pytest.mark.few(1)
 @pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM])
 def test_one_signal_ends_a_step_that_hangs(fastest_fmus: Path, tmp_path: Path, number: int) -> None:
     path = misbehaving(tmp_path, "step", "(open('hangs', 'w').close() or exec('while True: pass'))")

@@ -23,6 +23,7 @@ from pmlsm.rigs import RIGS
 SHORT = 'extends = "{path}"\nname = "short"\nstop_time = "{time}"\n'
 
 
+@pytest.mark.few(1)
 @pytest.mark.parametrize("stage", RIGS)
 def test_the_first_plant_flies(fastest_fmus: Path, tmp_path: Path, stage: str) -> None:
     """From a new file, without a change and without a complaint, through the first step."""

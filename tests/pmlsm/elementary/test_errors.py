@@ -72,6 +72,7 @@ CASES = {
     "its integral": Case(arctangent_integral, integral, -500.0, 500.0, 4.5)}
 
 
+@pytest.mark.few(6)
 @pytest.mark.parametrize("name", CASES)
 @settings(max_examples=1500)
 @given(data=st.data())
@@ -156,6 +157,7 @@ def does_not_fall(function: Callable[[float], float], x: float, numbers: int) ->
         assert here >= before - FALLS[function] * math.ulp(before), x
 
 
+@pytest.mark.few(3)
 @pytest.mark.parametrize(("function", "low", "high"), [
     (exponential, -700.0, 700.0), (exponential_minus_one, -37.0, 700.0), (logarithm, 1e-300, 1e300),
     (logarithm_one_plus, -0.99, 1e6), (arctangent, -4.0, 4.0), (sine, -1.5, 1.5), (falling_cosine, 0.1, 3.1),
