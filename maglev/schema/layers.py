@@ -271,4 +271,5 @@ def run_layers(path: Path) -> list[list[Layer]]:
 
 def names_of(runs: list[list[Layer]]) -> list[str]:
     """Names of the runs of a scenario file."""
-    return [str(merged(layers).get("name")) for layers in runs]
+    return [next((str(layer.table["name"]) for layer in reversed(layers) if "name" in layer.table), "None")
+            for layers in runs]

@@ -31,8 +31,7 @@ def load_plans(given: Scenario) -> list[RunPlan]:
         names = {name: name for name in packaged_files()} | packaged_runs()
         if path.name not in names:
             raise ScenarioError(f"there is no scenario {path.name!r}; nearest is {nearest(path.name, names)}")
-        runs = read_plans(packaged_files()[names[path.name]])
-        return [run for run in runs if run.name == path.name] or runs
+        return read_plans(packaged_files()[names[path.name]], path.name)
     return read_plans(path)
 
 
@@ -45,10 +44,12 @@ def load_plan(given: Scenario) -> RunPlan:
     return runs[0]
 
 
-def read_plans(path: Path) -> list[RunPlan]:
-    """Runs of a scenario file, see `run_layers`."""
+def read_plans(path: Path, asked: str = "") -> list[RunPlan]:
+    """Runs of a scenario file, see `run_layers`: the one that is asked for by name, or if there is none, all."""
     runs = run_layers(path)
-    return [read_plan(path, layers, names_of(runs)) for layers in runs]
+    names = names_of(runs)
+    return [read_plan(path, layers, names) for layers, name in zip(runs, names, strict=True)
+            if asked not in names or name == asked]
 
 
 def read_plan(path: Path, layers: list[Layer], siblings: list[str]) -> RunPlan:
