@@ -49,9 +49,10 @@ def fmus_for_runs(names: Iterable[str], fmus: str | Path | None = None, kind: st
         raise ScenarioError(f"{option('kind', kind)}: expected python or native")
     asked = kind == "native" or (kind is None and fmi != 2)
     if fmus is not None:
-        if asked:
+        folder = kind_folder(Path(fmus), asked, fmi)
+        if asked and folder.is_dir():
             step_in_c()
-        return kind_folder(Path(fmus), asked, fmi)
+        return folder
     kind_folder(Path(), asked, fmi)   # refuses a version of FMI
     needed = list(dict.fromkeys(names))
     for name in needed:
