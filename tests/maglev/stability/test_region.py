@@ -41,6 +41,7 @@ def test_a_region_has_what_was_asked_for(found: Region) -> None:
         found["best"]
 
 
+@pytest.mark.thorough
 def test_pictures_text_and_data(found: Region, tmp_path: Path) -> None:
     found.plot().savefig(tmp_path / "region.png")
     assert (tmp_path / "region.png").read_bytes().startswith(b"\x89PNG")
@@ -197,6 +198,7 @@ def test_the_page_has_what_is_flown(fastest_fmus: Path) -> None:
                     assert not all(flights.respond(sign * 1.1 * step, {})[1] for sign in (-1.0, 1.0)), (gap, axis)
 
 
+@pytest.mark.thorough
 def test_the_page_has_what_is_certified() -> None:
     rows = [row for row in page_rows(r"\| [xyz] \|") if row[1] in ("(5.15)", "none", "synthesised")]
     assert len(rows) == 9
