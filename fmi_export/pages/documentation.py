@@ -2,9 +2,10 @@
 
 from decimal import Decimal
 from html import escape
+from urllib.parse import quote
 
 from fmi_export.definition import FmuDefinition, Variable
-from fmi_export.pages.icon import Shape, svg_icon
+from fmi_export.pages.icon import Shape, svg_file, svg_icon
 from fmi_export.pages.mathml import typeset
 from fmi_export.pages.sketch import STYLE as SKETCH_STYLE
 from fmi_export.sources import module_path
@@ -64,14 +65,20 @@ def documentation(definition: FmuDefinition, version: str) -> str:
     parameters = [v for v in definition.variables if v.causality == "parameter"]
     inputs = [v for v in definition.variables if v.causality == "input"]
     outputs = [v for v in definition.variables if v.causality == "output"]
-    name = escape(definition.name)
+    name, about = escape(definition.name), escape(definition.description)
+    icon = quote(svg_file(icon_of(definition)).strip())
     return f"""<!DOCTYPE html>
 <html lang="en">
 <head><meta charset="utf-8"><meta name="viewport" content="width=device-width, initial-scale=1">
-<title>{name}</title><style>{STYLE}{SKETCH_STYLE}</style></head>
+<title>{name}</title>
+<meta name="description" content="{about}">
+<meta property="og:title" content="{name}">
+<meta property="og:description" content="{about}">
+<link rel="icon" href="data:image/svg+xml,{icon}">
+<style>{STYLE}{SKETCH_STYLE}</style></head>
 <body>
 <h1>{svg_icon(icon_of(definition))}<span>{name} {escape(version)}</span></h1>
-<p>{escape(definition.description)}</p>
+<p>{about}</p>
 {sketch}
 {sections}
 <h2>Inputs</h2>

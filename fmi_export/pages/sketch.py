@@ -15,10 +15,10 @@ STYLE = """
 @media (prefers-color-scheme: dark) { :root { --axis: #5fd0a5; --force: #ff9c75; --iron: #4c5761; --north: #c9d0d7;
 --south: #2a323a; --box: #222b38; } }
 @media print { :root { --axis: #0b6e4f; --force: #a3360a; --iron: #c3cad1; --north: #3b444d; --south: #e3e8ec;
---box: #eef3fb; } }
-.sketch { margin: 1em 0; } .sketch svg { display: block; max-width: 100%; height: auto; color: inherit; }
+--box: #eef3fb; } .sketch svg { max-width: 100%; height: auto; } }
+.sketch { margin: 1em 0; overflow-x: auto; } .sketch svg { display: block; color: inherit; }
 .sketch text { font: 13px system-ui, sans-serif; fill: currentColor; text-anchor: middle; }
-.sketch .symbol { font: italic 15px "Latin Modern Math", Cambria, serif; } .sketch .index { font-size: 70%; }
+.sketch .symbol { font: italic 15px "Latin Modern Math", Cambria, serif; } .sketch .index { font-size: 75%; }
 .sketch .start { text-anchor: start; } .sketch .end { text-anchor: end; } .sketch .small { font-size: 12px; }
 .sketch .line { fill: none; stroke: currentColor; stroke-width: 1.4; } .sketch .dashed { stroke-dasharray: 5 4; }
 .sketch .box { fill: var(--box); stroke: currentColor; stroke-width: 1.4; } .sketch .head { fill: currentColor; }
@@ -32,8 +32,11 @@ stroke: var(--north); } .sketch .paper { fill: var(--page); }
 
 
 def sketch(width: float, height: float, title: str, *parts: str) -> str:
-    """A sketch of parts; its title says in words what it shows."""
-    return (f'<div class="sketch"><svg role="img" aria-label="{escape(title)}" width="{width:g}" '
+    """A sketch of parts; its title says in words what it shows.
+
+    It is never made smaller than it is drawn, for its letters would be too small to read: on a phone it is moved aside.
+    """
+    return (f'<div class="sketch" tabindex="0"><svg role="img" aria-label="{escape(title)}" width="{width:g}" '
             f'height="{height:g}" viewBox="0 0 {width:g} {height:g}">{"".join(parts)}</svg></div>')
 
 
