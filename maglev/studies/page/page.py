@@ -170,7 +170,7 @@ def quantiles_table(table: pa.Table, about: Mapping[str, Any]) -> str:
     every = html_table(heads, others) if others else ""
     if not limited:
         return every
-    return html_table((*heads, "limits", "beyond"), limited) + (
+    return html_table((*heads, "limits", "samples outside"), limited) + (
         f"<details><summary>Metrics without limits</summary>{every}</details>" if every else "")
 
 

@@ -8,9 +8,9 @@ import numpy as np
 import pyarrow as pa
 
 from maglev.arrays import Array, Bools
-from maglev.quantities import common_unit
+from maglev.quantities import common_unit, metric_text
 from maglev.report.findings import html_table
-from maglev.studies.page.text import beyond_limits, limits_text, units_of
+from maglev.studies.page.text import beyond_limits, units_of
 from maglev.units import known_unit, to_unit
 
 
@@ -20,7 +20,7 @@ def failing(table: pa.Table, about: Mapping[str, Any]) -> dict[str, Bools]:
     units = units_of(table)
     for name in about["limits"]:
         beyond = beyond_limits(numbers(table, name), about, name)
-        found[f"{name} beyond {limits_text(about, name, units[name])}"] = beyond
+        found[reason(about, name, units[name])] = beyond
     if not about["limits"]:
         found["a stop touched, a trip, or a large error at the end"] = np.array(
             [bool(value) for value in table["failed"].to_pylist()])
@@ -28,12 +28,22 @@ def failing(table: pa.Table, about: Mapping[str, Any]) -> dict[str, Bools]:
     return dict(sorted(((why, where) for why, where in found.items() if where.any()), key=lambda each: -each[1].sum()))
 
 
+def reason(about: Mapping[str, Any], name: str, unit: str) -> str:
+    """Why a sample fails by a metric with limits: "overshoot of v above its limit 0.25"."""
+    low, high = (None if value is None else metric_text(name, value, unit)
+                 for value in (about["limits"][name].get(key) for key in ("min", "max")))
+    if low and high:
+        return f"{name} outside its limits {low} to {high}"
+    return f"{name} below its limit {low}" if low else f"{name} above its limit {high}"
+
+
 def decisive(table: pa.Table, about: Mapping[str, Any]) -> str:
     """Metric with a limit that most samples are beyond or, where all pass, that comes nearest to it; empty if none."""
     reasons = failing(table, about)
     if not reasons:
         return nearest_to_limit(table, about)[1]
-    return next((name for why in reasons for name in about["limits"] if why.startswith(f"{name} beyond ")), "")
+    units = units_of(table)
+    return next((name for why in reasons for name in about["limits"] if why == reason(about, name, units[name])), "")
 
 
 def nearest_to_limit(table: pa.Table, about: Mapping[str, Any]) -> tuple[float, str]:

@@ -75,7 +75,7 @@ def test_the_page_names_the_worst_sample_and_its_command(fastest_fmus: Path, tmp
     assert drawn["rms error of v"]["values"] == pytest.approx(by * made["rms error of v"].to_numpy(), rel=1e-5)
     assert found["varied"] == 1 and found["passed"] == [0, 0, 0]
     assert found["columns"][found["begin"][0]]["name"] == "rms error of v", "it opens on what fails"
-    assert "the others fail by rms error of v beyond ≤ 1 µm." in text
+    assert "the others fail by rms error of v above its limit 1 µm." in text
     assert "Sensitivity" not in text and str(tmp_path) not in text
     assert len(text.encode()) < 150_000
 
@@ -91,7 +91,7 @@ def test_the_page_says_from_where_on_it_breaks() -> None:
     inside = (at_random < 0.3) | (np.abs(at_random - 0.6) < 0.02)
     assert edges(at_random, inside, "")[1:] == ("0 to 0.2821", "0.641 to 1")
     text = verdict(made, about)
-    assert "6 of 12 samples pass" in text and "by overshoot of v beyond" in text
+    assert "6 of 12 samples pass" in text and "by overshoot of v above its limit" in text
 
 
 def test_the_page_begins_with_the_question_and_the_answer_then_the_map() -> None:
