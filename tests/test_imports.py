@@ -29,7 +29,7 @@ BELOW: dict[str, set[str]] = {
 
 # The tool runs FMU files; only these rooms of it reach what is below the FMUs.
 REACHES = {"maglev.identification": {"controller_fmu", "estimator_fmu", "plant_fmu"},
-           "maglev.linear": {"plant_fmu", "controller_fmu"},
+           "maglev.linear": {"plant_fmu", "controller_fmu", "measurement_fmu"},
            # An environment reads velocities by the controllers' observer.
            "maglev.gym": {"controller_fmu"},
            "maglev.own_stage": {"controller_fmu"},

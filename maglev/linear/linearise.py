@@ -5,10 +5,11 @@ from typing import Any, Literal, get_args
 
 from maglev.errors import LinearModelError, one_of
 from maglev.linear.blocks.controller import linear_controller
+from maglev.linear.blocks.measurement import linear_measurement
 from maglev.linear.blocks.plant import linear_plant
 from maglev.linear.equilibrium import check_limit, equilibrium_of, read_positions
 from maglev.linear.model import Equilibrium, LinearModel
-from maglev.linear.parameters import Quantity, block_of, controllers, number, rig_of
+from maglev.linear.parameters import Quantity, block_of, controllers, linear_names, measurements, number, rig_of
 
 Currents = Literal["dq", "phases"]
 
@@ -16,7 +17,7 @@ Currents = Literal["dq", "phases"]
 def linearise(name: str, at: Mapping[str, Quantity] | Equilibrium, *, currents: Currents = "dq",
               amplifier: bool = True, hold: Quantity | None = None, forces: bool = False,
               parameters: Mapping[str, Quantity | bool] | None = None) -> LinearModel:
-    """Linearise a plant or a controller about an equilibrium.
+    """Linearise a plant, a controller or a measurement about an equilibrium.
 
     The model is exact: its matrices are derivatives of what the block computes, not differences.
 
@@ -26,14 +27,17 @@ def linearise(name: str, at: Mapping[str, Quantity] | Equilibrium, *, currents: 
     encoders; and the roughness of the guides, whose slope is a random number at each place. With friction on, motions
     that are short beside its presliding displacement meet its spring, which is not in here.
 
-    The model of a controller is sampled at its sample time: observer, internal model or integral and pre-filter, and
-    its law at the operating point. Left out: the current limit with its anti-windup, the safety trip, and the
-    compensation of Coulomb friction. A scheduled law has the gains of the region that the gap lies in.
+    The model of a measurement has its delay and the slope of its periodic error; offset, drift and noise are added to
+    what it gives, and jitter and lost samples are refused. That of a controller is sampled at its sample time:
+    observer, internal model or integral and pre-filter, and its law at the operating point. Left out: the current limit
+    with its anti-windup, the safety trip, and the compensation of Coulomb friction. A scheduled law has the gains of
+    the region that the gap lies in.
 
     Parameters
     ----------
     name : str
-        A plant such as "Plant3DOF", or a controller such as "Regulator3DOF", "LinearRegulator2DOF", "PID3DOF".
+        A plant such as "Plant3DOF", a controller such as "Regulator3DOF", "LinearRegulator2DOF", "PID3DOF", or
+        "Measurement3DOF".
     at : mapping of str to float or str, or Equilibrium
         Position of each axis, m or rad or text such as "25 mm": the air gap, `v` or `y`, must be there, the others are
         0 if not given. Of a controller alone, the currents are then those of its own model; with the equilibrium of a
@@ -57,7 +61,8 @@ def linearise(name: str, at: Mapping[str, Quantity] | Equilibrium, *, currents: 
         Of a plant: states are positions, velocities, with lag delivered i_d, i_q of each motor, and deflection and rate
         of each flexible mode; outputs are positions, and where the platform tilts, the gaps at the motors, which its
         controllers measure; beside these what encoders measure, where they see a mode. Of a controller:
-        inputs are reference and rate of each axis and the measurements, outputs the commanded currents.
+        inputs are reference and rate of each axis and the measurements, outputs the commanded currents. Of a
+        measurement: inputs are what encoders read, outputs what a controller measures, states the samples in between.
 
     Raises
     ------
@@ -76,9 +81,11 @@ def linearise(name: str, at: Mapping[str, Quantity] | Equilibrium, *, currents: 
     if currents not in get_args(Currents):
         raise LinearModelError(f"currents = {currents!r}, expected {one_of(str(currents), get_args(Currents))}")
     block = block_of(name, parameters or {})
+    if hold is not None and name not in linear_names(rig)[:1]:
+        raise LinearModelError(f"{name}: hold = {hold}, expected none: it is sampled at its sample_time")
+    if name in measurements():
+        return linear_measurement(name, rig, block, resting(name, block, at))
     if name in controllers():
-        if hold is not None:
-            raise LinearModelError(f"{name}: hold = {hold}, expected none: a controller is sampled at its sample_time")
         return linear_controller(name, rig, block, resting(name, block, at), currents == "phases")
     return linear_plant(name, rig, block, resting(name, block, at), currents == "phases", amplifier, forces,
                         None if hold is None else number(name, "hold", hold, "s"))
@@ -87,6 +94,9 @@ def linearise(name: str, at: Mapping[str, Quantity] | Equilibrium, *, currents: 
 def resting(name: str, block: Any, at: Mapping[str, Quantity] | Equilibrium) -> Equilibrium:
     """Equilibrium of a block: found at given positions, or given and checked."""
     if not isinstance(at, Equilibrium):
+        if name in measurements():   # where the plant rests that is as it starts
+            plant = linear_names(rig_of(name))[0]
+            return equilibrium_of(plant, block_of(plant, {}), read_positions(name, at))
         return equilibrium_of(name, block, read_positions(name, at))
     if at.motors != rig_of(name).motor_names:
         raise LinearModelError(f"{name} at {at}: expected an equilibrium of its own stage, with "

@@ -2,17 +2,17 @@
 
 from collections.abc import Mapping
 from dataclasses import dataclass
-from typing import Any
 
 import numpy as np
 
 from maglev.arrays import Array, Complex
 from maglev.errors import LinearModelError, one_of, or_of_own_stage
+from maglev.linear.blocks.measurement import behind
 from maglev.linear.equilibrium import equilibrium_of, model_of, read_positions
-from maglev.linear.linearise import linearise
+from maglev.linear.linearise import Currents, linearise
 from maglev.linear.margins import Margins, margins_of
 from maglev.linear.model import LinearModel
-from maglev.linear.parameters import Quantity, block_of, controllers, plants
+from maglev.linear.parameters import Quantity, block_of, controllers, measurements, plants
 
 
 @dataclass(frozen=True, eq=False)
@@ -186,7 +186,8 @@ def measured_as(output: str) -> str:
 
 def linearise_loop(plant: str, controller: str | LinearModel, at: Mapping[str, Quantity], *, amplifier: bool = True,
                    plant_parameters: Mapping[str, Quantity | bool] | None = None,
-                   controller_parameters: Mapping[str, Quantity | bool] | None = None) -> Loop:
+                   controller_parameters: Mapping[str, Quantity | bool] | None = None, measurement: str | None = None,
+                   measurement_parameters: Mapping[str, Quantity | bool] | None = None) -> Loop:
     """Linearise a plant and a controller where the plant rests, and close the loop.
 
     The loop is the sampled one that the master steps: measurement at t_k, phase currents commutated with it and held
@@ -203,7 +204,10 @@ def linearise_loop(plant: str, controller: str | LinearModel, at: Mapping[str, Q
         Position of each axis, as of `linearise`.
     amplifier : bool
         Whether the plant has the lag of its amplifiers.
-    plant_parameters, controller_parameters : mapping, optional
+    measurement : str, optional
+        Such as "Measurement3DOF", between encoders and controller. The commands of its loop are phase currents: they
+        are commutated with what is measured.
+    plant_parameters, controller_parameters, measurement_parameters : mapping, optional
         Parameters that differ from their start values.
 
     Raises
@@ -219,7 +223,10 @@ def linearise_loop(plant: str, controller: str | LinearModel, at: Mapping[str, Q
     """
     if plant not in plants():
         raise LinearModelError(f"{plant!r} is no plant, expected {one_of(plant, plants(), or_of_own_stage())}")
-    settings: dict[str, Any] = {"amplifier": amplifier, "parameters": plant_parameters}
+    if measurement is not None and measurement not in measurements():
+        raise LinearModelError(f"{measurement!r} is no measurement, expected "
+                               f"{one_of(measurement, measurements(), or_of_own_stage())}")
+    currents: Currents = "dq" if measurement is None else "phases"
     split = None
     if isinstance(controller, str):
         if controller not in controllers():
@@ -228,10 +235,13 @@ def linearise_loop(plant: str, controller: str | LinearModel, at: Mapping[str, Q
         split = model_of(controller, block_of(controller, controller_parameters or {}))
     rest = equilibrium_of(plant, block_of(plant, plant_parameters or {}), read_positions(plant, at), split)
     if isinstance(controller, str):
-        controller = linearise(controller, rest, parameters=controller_parameters)
+        controller = linearise(controller, rest, currents=currents, parameters=controller_parameters)
     elif controller_parameters:
         raise LinearModelError(f"{controller.name}: controller_parameters = {dict(controller_parameters)}, expected "
                                "none with a linear model")
     if controller.sample_time is None:
         raise LinearModelError(f"{controller.name}: continuous in time, expected a sampled controller")
-    return Loop(linearise(plant, rest, hold=controller.sample_time, **settings), controller)
+    if measurement is not None:
+        controller = behind(linearise(measurement, rest, parameters=measurement_parameters), controller)
+    return Loop(linearise(plant, rest, currents=currents, amplifier=amplifier, hold=controller.sample_time,
+                          parameters=plant_parameters), controller)

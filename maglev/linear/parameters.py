@@ -31,9 +31,14 @@ def controllers() -> dict[str, Rig]:
     return {name: rig for rig in STAGES.rigs.values() for name in linear_names(rig)[1:]}
 
 
+def measurements() -> dict[str, Rig]:
+    """Measurements that can be linearised, with their rigs."""
+    return {f"Measurement{rig.suffix}": rig for rig in STAGES.rigs.values()}
+
+
 def rig_of(name: str) -> Rig:
-    """Rig of a plant or controller; LinearModelError if there is no linear model of an FMU of this name."""
-    known = plants() | controllers()
+    """Rig of what can be linearised; LinearModelError if there is no linear model of an FMU of this name."""
+    known = plants() | controllers() | measurements()
     if name not in known:
         raise LinearModelError(f"{name!r} cannot be linearised, expected one of {', '.join(known)}, "
                                f"{or_of_own_stage()}; nearest is {nearest(name, known)}")
@@ -41,7 +46,7 @@ def rig_of(name: str) -> Rig:
 
 
 def block_of(name: str, parameters: Mapping[str, Quantity | bool]) -> Any:
-    """New block of a plant or controller, with parameters by the names that the FMU has for them.
+    """New block of what can be linearised, with parameters by the names that the FMU has for them.
 
     LinearModelError if the FMU has no such parameter or cannot take its value.
     """
@@ -53,22 +58,22 @@ def block_of(name: str, parameters: Mapping[str, Quantity | bool]) -> Any:
         value = Parameter.of(known[key]).read(given, f"{name}: {key}", LinearModelError)
         setattr(*known[key].slot(block), value)
     # What a motor of another geometry owes to it; one that is none is refused by `prepare`.
-    for part in ("geometry", *(f"{motor.name}_geometry" for motor in rig.unlike)):
+    for part in ("geometry", *(f"{motor.name}_geometry" for motor in rig.unlike)) if name not in measurements() else ():
         getattr(block, part).prepare()
     return block
 
 
-def by_part(settings: Mapping[str, Quantity | bool], error: type[MaglevError]
+def by_part(settings: Mapping[str, Quantity | bool], error: type[MaglevError], *further: str
             ) -> dict[str, dict[str, Quantity | bool]]:
-    """Parameters of "plant" and "controller" by their names there, from names such as "plant.y.mass"."""
-    found: dict[str, dict[str, Quantity | bool]] = {"plant": {}, "controller": {}}
+    """Parameters of "plant", "controller" and further parts by their names there, from such as "plant.y.mass"."""
+    parts: dict[str, dict[str, Quantity | bool]] = {part: {} for part in ("plant", "controller", *further)}
     for name, value in settings.items():
         part, dot, variable = name.partition(".")
-        if part not in found or not dot:
-            raise error(f"{option('set', {name: value})}: expected plant.… or controller.…, such as "
-                        "plant.y.mass=7.2kg")
-        found[part][variable] = value
-    return found
+        if part not in parts or not dot:
+            raise error(f"{option('set', {name: value})}: expected {' or '.join(f'{part}.…' for part in parts)}, such "
+                        "as plant.y.mass=7.2kg")
+        parts[part][variable] = value
+    return parts
 
 
 def number(name: str, key: str, given: Quantity, unit: str) -> float:

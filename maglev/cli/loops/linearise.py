@@ -19,15 +19,16 @@ if TYPE_CHECKING:
     from maglev.linear.parameters import Quantity
 
 Blocks = Annotated[list[str], typer.Argument(
-    metavar="PLANT [CONTROLLER]", show_default=False, help="A plant, a controller, or a plant and a controller for "
-    "their loop. In the loop each may be anybody's: the path of an FMU or a Python file.")]
+    metavar="PLANT [[MEASUREMENT] CONTROLLER]", show_default=False, help="A plant, a controller, or a plant and a "
+    "controller for their loop, perhaps with a measurement between. In a loop of two each may be anybody's: the path "
+    "of an FMU or a Python file.")]
 At = Annotated[list[str], typer.Option(
     "--at", metavar="AXIS=POSITION", help="Where to linearise, m, rad or with a unit: the gap `v` or `y`, and other "
     "axes that are not at 0.", show_default=False)]
 Measure = Annotated[bool, typer.Option("--measure", help="Measure the loop as it runs, by injection.")]
 Parameters = Annotated[list[str] | None, typer.Option(
-    "--set", metavar="plant.variable=value", help="Parameter of `plant` or `controller`; may carry a unit and may be "
-    "repeated.", show_default=False)]
+    "--set", metavar="plant.variable=value", help="Parameter of `plant`, `controller` or `measurement`; may carry a "
+    "unit and may be repeated.", show_default=False)]
 Openings = Annotated[list[str] | None, typer.Option(
     "--open", metavar="SIGNAL", help="Where to open the loop: an axis or `y.measured`, with all that takes the "
     "measurement, or `alpha.i_q_cmd`; a tilt is opened in the gaps at all motors, `alpha1.gap_measured` alone; every "
@@ -73,7 +74,7 @@ class Asked:
 
     names: Sequence[str]                         # a plant, a controller, or both
     at: Mapping[str, "Quantity"]                 # positions by axis
-    parameters: Mapping[str, dict[str, Any]]     # of "plant" and "controller"
+    parameters: Mapping[str, dict[str, Any]]     # of "plant", "controller" and "measurement"
     openings: Sequence[str]                      # signals; every axis if there are none
     how: Mapping[str, Any]                       # anybody's FMU is run: rig, settle, sample_time, options of runs
     pictures: Path | None                        # folder, where they are asked for
@@ -82,7 +83,7 @@ class Asked:
     @property
     def both(self) -> dict[str, Any]:
         """Parameters as arguments of what takes a plant and a controller."""
-        return {f"{part}_parameters": values for part, values in self.parameters.items()}
+        return {f"{part}_parameters": values for part, values in self.parameters.items() if part != "measurement"}
 
     def write(self, data: Mapping[str, object]) -> None:
         """Write the JSON, if that is asked for."""
@@ -119,6 +120,8 @@ def linearise(names: Blocks, at: At, openings: Openings = None, measure: Measure
 
     `maglev linearise Plant5DOF Regulator5DOF --at y=25mm --at roll=3mrad --open roll --open alpha1.gap_measured`
 
+    `maglev linearise Plant3DOF Measurement3DOF Regulator3DOF --at y=25mm --set measurement.delay=0.4ms`
+
     `maglev linearise Plant3DOF mine.py --at y=25mm --plot` of a controller of yours, a Python file or an FMU
 
     `maglev linearise Plant3DOF mine.py --at y=25mm --measure --amplitude 0.3mm --from 3 --to 600`
@@ -137,8 +140,9 @@ def linearise(names: Blocks, at: At, openings: Openings = None, measure: Measure
         files = any(name.endswith((".fmu", ".py")) or ".py:" in name for name in names)
         require_defaults("--measure", {} if measure else injection, INJECTION)
         require_defaults("one model", {} if len(names) == 1 else model, MODEL)
-        if len(names) not in (1, 2):
-            raise LinearModelError(f"{len(names)} names, expected a plant, a controller, or a plant and a controller")
+        if len(names) not in (1, 2, 3) or (len(names) == 3 and (files or measure)):
+            raise LinearModelError(f"{len(names)} names, expected a plant, a controller, or a plant and a controller, "
+                                   "between which a measurement of this project may stand")
         if len(names) == 1 and (openings or plot or measure):
             raise LinearModelError("--open, --measure and --plot are for loops, expected a plant and a controller")
         if not amplifier and (files or measure):
@@ -149,13 +153,16 @@ def linearise(names: Blocks, at: At, openings: Openings = None, measure: Measure
                   for name, text in (("settle", settle), ("timeout", options["timeout"]))}}
         positions = {axis: number_or_text(value) for axis, value in pairs("--at", at, VALUE, LinearModelError)}
         given = {name: value_of(value) for name, value in pairs("--set", settings, VALUE, LinearModelError)}
-        asked = Asked(names, positions, by_part(given, LinearModelError), openings or (), how, out if plot else None,
-                      as_json)
+        parameters = by_part(given, LinearModelError, "measurement")
+        if parameters["measurement"] and len(names) == 2:
+            raise LinearModelError(f"--set measurement.{next(iter(parameters['measurement']))}: expected a measurement "
+                                   "between plant and controller")
+        asked = Asked(names, positions, parameters, openings or (), how, out if plot else None, as_json)
         if measure:
             measured(asked, **injection)
         elif files:
             by_differences(asked)
-        elif len(names) == 2:
+        elif len(names) > 1:
             of_loop(asked, amplifier)
         else:
             of_one(asked, amplifier=amplifier, **model)
@@ -173,13 +180,14 @@ def require_defaults(what: str, given: Mapping[str, Any], table: Mapping[str, tu
 def of_one(asked: Asked, hold: str | None, **model: Any) -> None:
     """Print the linear model of a plant or a controller."""
     from maglev.linear.linearise import linearise as linearised
-    from maglev.linear.parameters import controllers
+    from maglev.linear.parameters import controllers, measurements
 
     name, = asked.names
     # No option says what is in the model of a controller: those of a plant are refused by `linearise`.
-    other, own = ("plant", "controller") if name in controllers() else ("controller", "plant")
-    if asked.parameters[other]:
-        raise LinearModelError(f"--set {other}.{next(iter(asked.parameters[other]))}: expected {own}.… with {name}")
+    own = "controller" if name in controllers() else "measurement" if name in measurements() else "plant"
+    for other, given in asked.parameters.items():
+        if given and other != own:
+            raise LinearModelError(f"--set {other}.{next(iter(given))}: expected {own}.… with {name}")
     found = linearised(name, asked.at, hold=None if hold is None else number_or_text(hold),
                        parameters=asked.parameters[own], **model)
     typer.echo(str(found), nl=False)
@@ -190,8 +198,10 @@ def of_loop(asked: Asked, amplifier: bool) -> None:
     """Print poles and margins of a loop of this project's plants and controllers, from their equations."""
     from maglev.linear.loop import linearise_loop
 
-    asked.write(shown(asked, linearise_loop(asked.names[0], asked.names[1], asked.at, amplifier=amplifier,
-                                            **asked.both)))
+    plant, *between, controller = asked.names
+    asked.write(shown(asked, linearise_loop(
+        plant, controller, asked.at, amplifier=amplifier, **asked.both, measurement=next(iter(between), None),
+        measurement_parameters=asked.parameters["measurement"])))
 
 
 def by_differences(asked: Asked) -> None:
