@@ -71,7 +71,6 @@ def speed(samples: int) -> None:
 
 
 def main() -> None:
-    """Print what is found."""
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("--compared", type=int, default=65_536, help="samples that are compared")
     parser.add_argument("--timed", type=int, default=100_000, help="samples that are timed")

@@ -86,7 +86,6 @@ def page(entries: list[Measured]) -> str:
 
 
 def main() -> None:
-    """Write the page."""
     (ROOT / "docs" / "speed.md").write_text(page(history()), encoding="utf-8")
 
 

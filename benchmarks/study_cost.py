@@ -32,7 +32,6 @@ ROUNDS = 5            # of the C loop, of which the fastest counts
 
 
 def planned(folder: Path, samples: int) -> PlannedStudy:
-    """A study of so many payloads."""
     study = read_study({"name": "cost", "scenario": SCENARIO, "vary": [
         {"set": "plant.y.mass", "kind": "grid", "from": 6.5, "to": 7.5, "number": samples}]}, Path("cost"))
     experiment, = experiments_of([load_plan(SCENARIO)], {"fmus": folder, "kind": "native"})
@@ -40,7 +39,6 @@ def planned(folder: Path, samples: int) -> PlannedStudy:
 
 
 def flown(study: PlannedStudy, samples: int) -> Flown:
-    """So many samples of a study flown in this process."""
     return gathered(study.job, 0, each_flown(study.job, study.values[:samples]))
 
 
@@ -61,7 +59,6 @@ def side_by_side(study: PlannedStudy, jobs: int) -> float:
 
 
 def main() -> None:
-    """Print the table."""
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("--samples", type=int, default=80)
     parser.add_argument("--record", action="store_true", help="add the ratio to the history of this commit")

@@ -57,13 +57,11 @@ def timed(way: Callable[[], object]) -> Callable[[], float]:
 
 
 def load(experiment: Experiment) -> None:
-    """Unpack, load and free the FMUs."""
     with Master([FmuSetup(name, path) for name, path in experiment.files.items()], [], experiment.step):
         pass
 
 
 def whole(experiment: Experiment) -> Recording:
-    """Fly and measure."""
     recording = experiment.run()
     completed(experiment, recording)
     measured(experiment.plan, recording)

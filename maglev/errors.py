@@ -131,7 +131,6 @@ class Interrupted(KeyboardInterrupt):
 
 
 def signal_of(error: KeyboardInterrupt) -> int:
-    """Number of the signal behind an error."""
     return error.number if isinstance(error, Interrupted) else signal.SIGINT
 
 

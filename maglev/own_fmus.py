@@ -168,7 +168,6 @@ def build_of(file: Path | BytesIO) -> OwnBuild | None:
 
 
 def is_own_fmu(name: str, path: Path) -> bool:
-    """Whether an FMU is that of a name, built here."""
     found = own_build(path)
     return found is not None and found.name == name
 

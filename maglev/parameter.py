@@ -40,7 +40,6 @@ class Parameter(NamedTuple):
 
     @classmethod
     def described(cls, variable: Described) -> "Parameter":
-        """That of a variable in a model description."""
         return cls(variable.unit or "", variable.type == "Boolean", -inf if variable.min is None else
                    float(variable.min), inf if variable.max is None else float(variable.max))
 

@@ -10,7 +10,6 @@ KEY = "files"   # of the JSON: digests by file name
 
 
 def digests_of(paths: Iterable[Path]) -> dict[str, str]:
-    """SHA-256 of files by their names."""
     return {path.name: digest_of(path) for path in paths}
 
 

@@ -125,7 +125,6 @@ def judge(results: Sequence[RunResult]) -> list[Judged]:
 
 
 def split(settings: Settings, scale: float, ripple: bool, judged: Sequence[Judged]) -> Row:
-    """The row of one scale, its evidence split."""
     return Row(scale, ripple, [each for each in judged if each.owner in settings.training],
                [each for each in judged if each.owner not in settings.training])
 

@@ -51,7 +51,6 @@ Box = dict[str, tuple[float, float]]
 
 
 def table() -> Regulator3DOF:
-    """The regulator, with its table computed."""
     regulator = Regulator3DOF(INTERPOLATED)
     if regulator.start():
         raise ArithmeticError("the table of the interpolated regulator: expected equilibria at all of its gaps")

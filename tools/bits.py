@@ -143,12 +143,10 @@ def runs() -> tuple[Run, ...]:
 
 @cache
 def all_blocks() -> dict[str, str]:
-    """C files by name of the blocks of all runs."""
     return translated_blocks([run.of for run in runs()], PACKAGES)
 
 
 def sources(run: Run) -> dict[str, str]:
-    """The block of a run and its host in C, by file name."""
     modules = carried_modules(run.of.block.__module__, PACKAGES)
     return {**files_of(modules, all_blocks()), "prefix.h": "", "run.h": run.code(),
             "host.c": (HOSTS / "host.c").read_text(encoding="utf-8")}
@@ -230,7 +228,6 @@ def wine_prefix() -> str:
 
 @cache
 def webassembly(name: str) -> bytes:
-    """Module of a run."""
     return library(sources(next(run for run in runs() if run.of.name == name)), "bits", WEBASSEMBLY)
 
 

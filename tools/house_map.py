@@ -65,7 +65,6 @@ def box_of(module: str) -> str:
 
 
 def arrows() -> dict[str, set[str]]:
-    """What each box imports."""
     found: dict[str, set[str]] = {}
     for path in (path for package in PACKAGES for path in sorted((ROOT / package).rglob("*.py"))):
         box = box_of(".".join(path.relative_to(ROOT).with_suffix("").parts))

@@ -74,7 +74,6 @@ def begin(version: str) -> None:
 
 
 def release(out: Path, parts: list[str]) -> None:
-    """Make the parts, and say what they were made of."""
     version, commit, date, dirty = project_version(), git("rev-parse", "HEAD"), git("log", "-1", "--format=%ct"), (
         git("status", "--porcelain") != "")
     if installed("maglev-fmus") != version:

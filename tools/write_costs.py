@@ -35,7 +35,6 @@ def laws() -> dict[str, str]:
 
 
 def measured(name: str, run: str) -> Cost:
-    """What a law takes."""
     with TemporaryDirectory() as folder:
         report = maglev.target(name, run, out=folder).report
     assert report is not None, "expected qemu-system-arm to be installed"
@@ -43,13 +42,11 @@ def measured(name: str, run: str) -> Cost:
 
 
 def as_toml(costs: Mapping[str, Cost]) -> str:
-    """Text of the file."""
     return HEAD + "".join(f"\n[{name}]\n" + "".join(
         f"{key} = {json.dumps(value)}\n" for key, value in cost._asdict().items()) for name, cost in costs.items())
 
 
 def as_markdown(costs: Mapping[str, Cost]) -> str:
-    """The table of the page."""
     rows = [f"| `{name}` | {cost.mean} | {cost.least} to {cost.most} | {1e-3 * cost.flash:.1f} kB | "
             f"{1e-3 * cost.ram:.1f} kB | {1e-3 * cost.stack:.2f} kB |\n" for name, cost in costs.items()]
     return ("| | instructions a sample | least to most | flash | RAM | stack |\n|---|---|---|---|---|---|\n"
@@ -62,7 +59,6 @@ def with_table(page: str, costs: Mapping[str, Cost]) -> str:
 
 
 def main() -> None:
-    """Measure and write."""
     found = {}
     for name, run in laws().items():
         found[name] = measured(name, run)

@@ -45,7 +45,6 @@ def inputs(loop: str, name: str) -> Recording:
 
 
 def main() -> None:
-    """Write the file of each closed loop."""
     for file, (loop, name) in FILES.items():
         write_csv(INPUTS / file, inputs(loop, name))
 

@@ -74,7 +74,6 @@ def keys_of(table: type[Table]) -> list[Key]:
 
 
 def kind_of(field: FieldInfo) -> str:
-    """What a field takes, in words."""
     found = next((each for each in field.metadata if isinstance(each, ValueKind)), None)
     return found.words if found is not None else words(field.annotation)
 

@@ -105,7 +105,6 @@ class Plan(NamedTuple):
 
 
 def responses_here(asked: AskedPair, signals: tuple[str, ...], plan: Plan) -> dict[str, FrequencyResponse]:
-    """Do so in this process."""
     pair = make_pair(asked, plan.smooth)
     names = [pair.opening(signal) for signal in signals or pair.rig.axis_names]
     grid = make_grid(plan.lowest, plan.highest, plan.lines, pair.step)

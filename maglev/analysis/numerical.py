@@ -164,7 +164,6 @@ def linearise_numerically(plant: str | Path, controller: Given, at: Mapping[str,
 
 
 def linearised_here(asked: AskedPair, references: bool, settle: float) -> NumericalLoop:
-    """Do so in this process."""
     with at_rest(make_pair(asked), settle) as rest:
         return linearised(rest, references, asked.plant_parameters or {})
 

@@ -67,7 +67,6 @@ Options: TypeAlias = dict[tuple[str, str | None], Option]   # by key and signal,
 
 
 def baseline_files(folder: Path, name: str) -> tuple[Path, Path]:
-    """Files of the samples and of the options."""
     return folder / f"{name}_ref.csv", folder / f"{name}_ref.opt"
 
 

@@ -103,7 +103,6 @@ def changes(old: Baseline, new: Baseline) -> dict[str, WorstDifference]:
 
 
 def communication_points(baseline: Baseline) -> Array:
-    """Numbers of the communication points of the samples."""
     return np.rint(baseline.time / baseline.step)
 
 

@@ -140,7 +140,6 @@ def shipped_files(names: Collection[str], kind: Kind) -> dict[str, bytes]:
 
 
 def files_of(name: str, kind: Kind) -> tuple[str, ...]:
-    """Names of the files that a build makes of one."""
     return (f"{name}.wasm", f"{name}.xml") if kind.target == "wasm" else (f"{name}.fmu",)
 
 

@@ -65,7 +65,6 @@ def study(what: Annotated[str, typer.Argument(metavar="STUDY", help="A study of 
 
 
 def read_vary(words: list[str]) -> dict[str, str]:
-    """What varies, by name."""
     read: dict[str, str] = {}
     for target, values in pairs("--vary", words, "FMU.variable=FROM:TO:NUMBER, such as plant.y.mass=6:8:5"):
         if target in read:

@@ -114,7 +114,6 @@ def with_older_type(variable: ScalarVariable) -> ScalarVariable:
 
 
 def kind_of(variable: ScalarVariable) -> str:
-    """Type by which a variable is accessed."""
     return "Integer" if variable.type == "Enumeration" else str(variable.type)
 
 
@@ -248,7 +247,6 @@ class Fmu:
         return self.variables[name]
 
     def reset(self) -> None:
-        """Make the instance as new."""
         assert self.instance is not None
         self.instance.reset()
         if self.ticking is not None:

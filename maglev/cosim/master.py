@@ -82,7 +82,6 @@ class Observer:
         """Before the stepping: what is done with an FMU now."""
 
     def allocate(self, shape: tuple[int, int], kind: type) -> npt.NDArray[Any]:
-        """Array of zeros to record to."""
         return np.zeros(shape, kind)
 
     def wired(self, wiring: Wiring) -> None:

@@ -59,7 +59,6 @@ class PortMap:
     units: Mapping[str, str | None] = field(default_factory=dict)
 
     def refuse(self, ours: str, expectation: str) -> ScenarioError:
-        """Error about the line of one of our ports."""
         port = self.ports[ours]
         value: object = port.name if port.unit is None else {"port": port.name, "unit": port.unit}
         return ScenarioError(f"{self.place}.{key_path([ours])} = {shortened(value)}: {expectation}")
@@ -166,7 +165,6 @@ def others(theirs: Mapping[str, ScalarVariable], mapped: Iterable[str], ours: It
 
 
 def declared_unit(variable: ScalarVariable) -> str | None:
-    """Unit that the FMU declares, for the variable or for its type."""
     unit = variable.unit or getattr(variable.declaredType, "unit", None)
     return None if unit is None else str(unit)
 

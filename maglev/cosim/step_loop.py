@@ -151,7 +151,6 @@ def version() -> int:
 
 
 def source() -> str:
-    """Text to compile."""
     return f"#define VERSION {version()}ull\n" + SOURCE.read_text(encoding="utf-8")
 
 
@@ -206,7 +205,6 @@ class Stepper:
             raise StepFailed(k, error) from None
 
     def tell_warnings(self) -> None:
-        """Tell each FMU which of its calls have returned a warning, and how often."""
         for call, number in self.loop.warnings() if self.loop is not None else ():
             fmu, what = call.what
             fmu.messages.warned(what, number)

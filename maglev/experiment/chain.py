@@ -73,7 +73,6 @@ def waves(needs: Mapping[str, set[str]]) -> list[list[str]]:
 
 
 def cannot_go_before(name: str, *needed: str) -> ScenarioError:
-    """Refusal of a run that starts from others which cannot go before it."""
     return ScenarioError(f"{name}: start_from needs {', '.join(needed)}, expected a run that can go before it")
 
 

@@ -214,7 +214,6 @@ def execute_or_fail(experiment: Experiment, out: Path, form: Format, ends: Ends,
 
 
 def failed(experiment: Experiment, message: str, traceback: str = "") -> RunResult:
-    """Result of a run that did not complete."""
     return RunResult(experiment.plan, failure=message, traceback=traceback)
 
 

@@ -25,13 +25,7 @@ from maglev.experiment.ports.inserted import needless_delays, with_generated_ref
 from maglev.experiment.ports.own_units import in_declared_units
 from maglev.experiment.ports.parameter_file import without_fed
 from maglev.experiment.ports.port_check import check_names
-from maglev.experiment.ports.replacement import (
-    Replacement,
-    few,
-    fit,
-    known_ports,
-    require_essential,
-)
+from maglev.experiment.ports.replacement import Replacement, few, fit, known_ports, require_essential
 from maglev.experiment.ports.starts import Starts, known_participant, known_start
 from maglev.experiment.provenance import FlownFmu, Provenance, departures_of, sha256_of
 from maglev.experiment.reach import require_reachable

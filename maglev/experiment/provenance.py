@@ -116,7 +116,6 @@ class Provenance:
         return (*(f"{fmu.name} is {fmu.shown}" for fmu in self.fmus if fmu.put_in), *self.changes, *self.departures)
 
     def as_data(self) -> dict[str, Any]:
-        """The same as JSON has it."""
         return {**asdict(self), "modified": self.modified}
 
 

@@ -213,7 +213,6 @@ def loaded(name: str, folder: Path) -> Fmu:
 
 
 def call(fmu: Fmu, verb: str, names: Sequence[str], address: int) -> Call:
-    """Call that sets or gets Real variables at an address."""
     references = (c_uint32 * len(names))(*(fmu.variable(name).valueReference for name in names))
     functions = fmu.set_functions if verb == "Set" else fmu.get_functions
     return functions["Real"], (fmu.handle(), references, c_size_t(len(names)), c_void_p(address))

@@ -192,7 +192,6 @@ class Parameters:
 
 
 def can_change(variable: ScalarVariable) -> bool:
-    """Whether a variable that can be given can change in an episode."""
     return bool(variable.causality == "input" or variable.variability == "tunable")
 
 

@@ -220,7 +220,6 @@ class Stages(VectorEnv[Array, Array, npt.NDArray[Any]]):
         return info
 
     def change(self, i: int) -> None:
-        """Change what is due in an environment."""
         due = self.due[i]
         while due and due[-1].sample <= self.sample[i]:
             _, part, name, value = due.pop()
@@ -305,7 +304,6 @@ class Stages(VectorEnv[Array, Array, npt.NDArray[Any]]):
         return found
 
     def close_extras(self, **_: Any) -> None:
-        """Free the FMUs."""
         if self.pool is not None:
             self.pool.shutdown()
         self.one.close()

@@ -102,7 +102,6 @@ def block_covariance(a: Array, c: Array, block: int) -> Array:
 
 
 def correlated(covariance: Array) -> Array:
-    """Correlation matrix of a covariance matrix."""
     deviation = np.sqrt(np.diag(covariance))
     return np.asarray(covariance / np.outer(deviation, deviation))
 

@@ -76,7 +76,6 @@ class Rig:
 
     @property
     def constants(self) -> tuple[str, ...]:
-        """Names of all constants, C1 first."""
         return tuple(self.guess)
 
 

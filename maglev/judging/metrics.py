@@ -183,7 +183,6 @@ def column(columns: Mapping[str, Array], name: str, length: int) -> Array:
 
 
 def first_time(time: Array, columns: Mapping[str, Array], flag: str | None) -> float | None:
-    """Return the time of the first sample with the flag set, None if there is none."""
     if flag is None:
         return None
     is_set = column(columns, flag, len(time)) != 0.0

@@ -70,7 +70,6 @@ class Emulator:
         self.close()
 
     def close(self) -> None:
-        """End the emulator."""
         self.process.kill()
         self.process.wait()
         for stream in (self.process.stdin, self.process.stdout, self.said):
@@ -96,7 +95,6 @@ class Emulator:
         return Answer(int(status), int(instructions), int(stack), found[3:])
 
     def ended(self) -> str:
-        """Why the emulator has ended."""
         code = self.process.wait()
         self.said.seek(0)
         words = " ".join(self.said.read().decode("utf-8", "replace").split())

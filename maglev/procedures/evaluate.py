@@ -49,7 +49,6 @@ def judge_outcomes(outcomes: Sequence[Outcome], modified: Collection[str] = ()) 
 
 
 def judge_procedure(outcome: Outcome) -> list[ClaimResult]:
-    """Judge the claims about a procedure; see `judge`."""
     return [judge(claim, *measured(claim, outcome)) for claim in outcome.settings.claims]
 
 

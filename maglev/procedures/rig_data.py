@@ -93,7 +93,6 @@ def measured_position(result: RunResult, rig: Rig, axis: str) -> Array:
 
 
 def horizontal_axes(rig: Rig) -> list[str]:
-    """Axes that motors drive."""
     return [axis.name for axis in rig.described.horizontal]
 
 

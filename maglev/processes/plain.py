@@ -116,7 +116,6 @@ def packed_error(error: BaseException) -> Any:
 
 
 def unpacked_error(own: str | None, arguments: list[Any], notes: list[str]) -> Exception:
-    """The error, with its notes."""
     kind: Any = OSError if len(arguments) == 3 else RuntimeError
     if own is not None:
         kind = getattr(sys.modules[MaglevError.__module__], own)

@@ -150,5 +150,4 @@ def warn(sentence: str) -> None:
 
 
 def unwatched(_names: Sequence[str]) -> AbstractContextManager[Watcher]:
-    """Nobody looks on."""
     return nullcontext(lambda _name, _done, _steps: None)

@@ -227,7 +227,6 @@ def merge(base: Mapping[str, Any], over: Mapping[str, Any]) -> dict[str, Any]:
 
 
 def child(table: Any, key: str | int) -> Any:
-    """Return the entry of a table or list, None where there is none."""
     if isinstance(table, Mapping):
         return table.get(key)
     if isinstance(table, list) and isinstance(key, int) and key < len(table):

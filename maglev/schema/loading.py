@@ -36,7 +36,6 @@ def load_plans(given: Scenario) -> list[RunPlan]:
 
 
 def load_plan(given: Scenario) -> RunPlan:
-    """Load a single run; see `load_plans`."""
     runs = load_plans(given)
     if len(runs) != 1:
         name = given if isinstance(given, str) else path_of(given)

@@ -147,7 +147,6 @@ def keys_in(table: Any, location: tuple[str | int, ...]) -> list[str | int]:
 
 
 def file_of(keys: list[str | int], layers: list[Layer]) -> Path:
-    """Return the last file that has the key."""
     for layer in layers[::-1]:
         entry: Any = layer.table
         for key in keys:

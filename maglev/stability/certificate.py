@@ -161,7 +161,6 @@ class Inequalities:
         self.solve(self.cvxpy.Maximize(room), [self.decrease << -room * np.eye(size), self.step == step])
 
     def solve(self, objective: Any, constraints: list[Any]) -> None:
-        """Solve, and refuse what has no solution."""
         problem = self.cvxpy.Problem(objective, [*self.constraints, *constraints])
         for tolerance in TOLERANCES:
             try:
@@ -184,7 +183,6 @@ class Inequalities:
         return np.asarray(self.Z.value[:, 0] / self.sizes / self.S.value[np.argmax(np.abs(self.scaled.w))])
 
     def values(self) -> tuple[Array, Array, Array]:
-        """Q, Y and S of the solution."""
         return np.asarray(self.Q.value), np.asarray(self.Y.value), np.asarray(self.S.value)
 
 

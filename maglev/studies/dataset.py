@@ -93,7 +93,6 @@ def grouped(contents: Iterator[bytes]) -> Iterator[pa.Table]:
 
 
 def trajectories_schema(job: Job, units: Mapping[str, str], about: Mapping[str, Any]) -> pa.Schema:
-    """Schema of the trajectories that are kept: sample, time, signals."""
     fields = [pa.field("sample", pa.int64()), pa.field("time", pa.float64(), metadata={"unit": "s"})]
     fields += [pa.field(name, pa.float64(), metadata={"unit": units.get(name, "")}) for name in job.kept]
     return pa.schema(fields, metadata={METADATA: json.dumps(about, ensure_ascii=False).encode()})

@@ -32,7 +32,6 @@ class Layout:
         return [i for i, target in enumerate(self.job.targets) if target.name not in self.varied]
 
     def schema(self) -> "pa.Schema":
-        """Schema with units and provenance."""
         import pyarrow as pa
 
         def field(name: str, kind: "pa.DataType", unit: str, role: str) -> "pa.Field":

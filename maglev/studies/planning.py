@@ -138,5 +138,4 @@ def about(study: StudyFile, job: Job, experiment: Experiment, run: Mapping[str, 
 
 
 def finite(value: float) -> float | None:
-    """A number as JSON has it."""
     return value if np.isfinite(value) else None

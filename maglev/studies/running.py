@@ -5,14 +5,7 @@ from contextlib import suppress
 from pathlib import Path
 
 from maglev.errors import Interrupted, ScenarioError, name_of, option, signal_of
-from maglev.studies.dataset import (
-    as_bytes,
-    is_as_written,
-    merge,
-    metadata_of,
-    trajectories_schema,
-    trajectories_table,
-)
+from maglev.studies.dataset import as_bytes, is_as_written, merge, metadata_of, trajectories_schema, trajectories_table
 from maglev.studies.flying.batches import flyers
 from maglev.studies.flying.samples import Batch, Flown
 from maglev.studies.parts import Parts
@@ -100,5 +93,4 @@ def fly(planned: PlannedStudy, parts: Parts, path: Path, jobs: int, scheduler: s
 
 
 def part(kind: str, batch: int) -> str:
-    """Name of a part: of the samples or the trajectories of a batch."""
     return f"{kind}-{batch:07d}.parquet"

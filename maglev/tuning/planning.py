@@ -209,7 +209,6 @@ def once_each(varied: list[Varied], origin: str) -> list[Varied]:
 
 def numbers(columns: list[Column], known: dict[str, tuple[float, str]], asked: list[str],
             origin: str) -> tuple[int, ...]:
-    """Numbers of the columns that names mean."""
     names = [column.name for column in columns]
     return tuple(names.index(name) for each in asked for name in meant(known, each, origin))
 

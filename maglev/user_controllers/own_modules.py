@@ -31,7 +31,6 @@ class OwnModules:
 
     @property
     def sha256(self) -> tuple[tuple[str, str], ...]:
-        """Names and digests of the files."""
         return tuple((module.file.name, hashlib.sha256(module.file.read_bytes()).hexdigest())
                      for module in self.modules.values())
 
@@ -71,7 +70,6 @@ class Reader:
         self.problems: list[str] = []
 
     def path(self, module: str) -> Path | None:
-        """File of a module in the folder."""
         beside = self.folder.joinpath(*module.split("."))
         return next((path for path in (beside.with_suffix(".py"), beside / "__init__.py") if path.is_file()), None)
 

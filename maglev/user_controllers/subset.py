@@ -76,7 +76,6 @@ def misfits(tree: ast.Module, tables: str) -> Iterator[tuple[int, str]]:
 
 
 def annotations(node: ast.AST) -> Iterator[ast.AST]:
-    """Types that a node is written with."""
     if isinstance(node, ast.FunctionDef) and node.returns is not None:
         yield node.returns
     if isinstance(node, (ast.arg, ast.AnnAssign)) and node.annotation is not None:

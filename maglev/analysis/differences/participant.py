@@ -51,7 +51,6 @@ class Participant:
         self.fmu.close()
 
     def begin(self) -> None:
-        """Load and initialise it."""
         description = read_description(self.setup.name, self.setup.path)
         scales = {} if self.setup.ports is None else apply(self.setup.ports, description)
         self.fmu: Fmu = open_fmu(self.setup.name, self.setup.path, description, scales)
@@ -63,7 +62,6 @@ class Participant:
         self.count = 0
 
     def buffer(self, names: Sequence[str]) -> Buffer:
-        """Buffer of Real variables."""
         variables = [self.fmu.variable(name) for name in names]
         for variable in variables:
             if variable.type != "Real":

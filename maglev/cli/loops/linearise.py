@@ -86,7 +86,6 @@ class Asked:
         return {f"{part}_parameters": values for part, values in self.parameters.items() if part != "measurement"}
 
     def write(self, data: Mapping[str, object]) -> None:
-        """Write the JSON, if that is asked for."""
         if self.json is not None:
             write_json(self.json, data)
 

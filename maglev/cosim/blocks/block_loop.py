@@ -150,11 +150,9 @@ class Part(NamedTuple):
 
     @property
     def block(self) -> str:
-        """Name of the C variable with its block."""
         return f"block{self.number}"
 
     def value(self, variable: Variable) -> str:
-        """C expression of a variable."""
         return f"{self.block}.{variable.place}"
 
 

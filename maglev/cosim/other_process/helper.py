@@ -51,7 +51,6 @@ def other_process(keep: bool = False) -> Iterator[tuple[Beside, Path]]:
 
 
 def removed(found: Beside | None) -> None:
-    """End a process and remove its folder."""
     if found is not None and found.folder is not None:
         found.end()
         remove_scratch(found.folder)
@@ -59,7 +58,6 @@ def removed(found: Beside | None) -> None:
 
 @atexit.register
 def end_waiting() -> None:
-    """End the process that waits, with its folder."""
     removed(WAITING.pop(os.getpid(), None))
 
 

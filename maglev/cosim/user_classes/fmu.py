@@ -72,7 +72,6 @@ class Calls:
         self.slave = slave
 
     def setupExperiment(self, startTime: float, stopTime: float) -> int:
-        """Take in start and stop time (s)."""
         self.slave.setup_experiment(startTime, stopTime if stopTime < inf else None)
         return OK
 
@@ -94,7 +93,6 @@ class InProcessFmu(Fmu, ABC):
     """A slave in Python, which `made` makes, with the face of an FMU."""
 
     def load(self) -> None:
-        """Make the object and its functions."""
         self.raised: BaseException | None = None
         self.slave = self.made()
         self.instance = Calls(self.slave)
@@ -123,7 +121,6 @@ class InProcessFmu(Fmu, ABC):
         return str(error)
 
     def given(self, kind: str, _component: int, references: int, count: int, values: int) -> None:
-        """Give values of variables: fmi2GetReal, fmi2GetBoolean."""
         get = self.slave.get_real if kind == "Real" else self.slave.get_boolean
         names = list((c_uint32 * count).from_address(references))
         (C_TYPES[kind] * count).from_address(values)[:] = get(names)
@@ -137,7 +134,6 @@ class InProcessFmu(Fmu, ABC):
             self.slave.set_boolean(names, [bool(value) for value in found])
 
     def stepped(self, _component: int, time: float, step: float, _no_return: int) -> None:
-        """Step: fmi2DoStep."""
         self.slave.do_step(time, step)
 
     def failed(self, call: str, status: int) -> FmuError:

@@ -137,7 +137,6 @@ class Ticking:
         self.setters = {kind: values.put for kind, values in self.values.items()}
 
     def free(self) -> bool:
-        """Whether the FMU gives access to all."""
         return not self.stepping
 
     def reset(self) -> None:

@@ -196,5 +196,4 @@ FMI2, FMI3 = Fmi(), Fmi3()
 
 
 def fmi_of(description: ModelDescription) -> Fmi:
-    """Version of FMI of a model description, 2.0 or 3.0."""
     return FMI2 if description.fmiVersion == "2.0" else FMI3

@@ -22,7 +22,6 @@ class Messages:
         self.warnings: dict[str, int] = {}   # calls that returned one, with their numbers
 
     def add(self, text: str) -> None:
-        """Keep a message."""
         text = PYTHON_EXCEPTION.sub(r"\2", in_one_line(text))
         text = text if len(text) <= LONGEST_MESSAGE else text[:LONGEST_MESSAGE] + "…"
         self.latest.append(text)
@@ -32,7 +31,6 @@ class Messages:
             self.others += 1
 
     def warned(self, call: str, number: int = 1) -> None:
-        """Keep that a call has returned a warning."""
         self.warnings[call] = self.warnings.get(call, 0) + number
 
     def take(self) -> str:

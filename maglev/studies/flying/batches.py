@@ -141,7 +141,6 @@ def fly_in_threads(jobs: int, job: Job, batches: list[Batch], values: Array, sto
 
 
 def end(threads: list[Thread], ended: c_int64) -> None:
-    """End threads that look at `ended`."""
     ended.value = 1
     for thread in threads:
         thread.join()

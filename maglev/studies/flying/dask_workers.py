@@ -149,7 +149,6 @@ def fly_in_turn(client: Client, plugin: str, batches: list[Batch], values: Array
 
 
 def submit(client: Client, plugin: str, batch: Batch, values: Array) -> Future[Flown]:
-    """Give a batch to the cluster."""
     # Not pure: a batch that was cancelled is not to be found again.
     return client.submit(fly_batch, plugin, batch.first, values[batch.first:batch.last], pure=False, retries=1)
 

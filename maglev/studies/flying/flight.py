@@ -144,7 +144,6 @@ class Flight:
         return self.meter
 
     def start(self, changes: Changes) -> dict[str, dict[str, float | bool]]:
-        """Start values of a run by FMU."""
         found: dict[str, dict[str, float | bool]] = {}
         following = self.experiment.following
         for full, value in {**(following.settings(changes) if following else {}), **changes}.items():
@@ -162,7 +161,6 @@ class Flight:
         self.redriven = varied
 
     def with_changes(self, changes: Changes) -> Experiment:
-        """The experiment with other references."""
         plan, about_fmus, _ = with_references(self.experiment.plan, start_values(changes))
         fmus = dict(plan.fmus)
         for full, value in about_fmus.items():

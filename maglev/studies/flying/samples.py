@@ -42,7 +42,6 @@ class Job:
     written: Mapping[str, Block] = field(default_factory=dict)   # of users' classes, by name of the FMU
 
     def changes(self, sample: Sequence[float]) -> dict[str, float | bool]:
-        """What a sample sets, of values of the targets."""
         return {target.name: bool(value) if target.boolean else value
                 for target, value in zip(self.targets, sample, strict=True)}
 
