@@ -1,6 +1,6 @@
 "use strict";
 // A plot as SVG: panels below each other, each with its legend, its axes, a readout under the pointer, and zooming.
-const PANEL = { plot: 132, left: 62, right: 12, top: 8, bottom: 36, between: 8, names: 14 };   // px; below the last one, below others, above the first
+const PANEL = { plot: 132, left: 62, right: 12, top: 8, bottom: 36, between: 8, names: 14, paper: 690 };   // px; below the last one, below others, above the first; width on A4
 const SVG = "http://www.w3.org/2000/svg";
 const SYMBOLS = {
   circle: "M-3.5 0a3.5 3.5 0 1 0 7 0a3.5 3.5 0 1 0 -7 0", square: "M-3 -3h6v6h-6z", diamond: "M0 -4.5l4.5 4.5l-4.5 4.5l-4.5 -4.5z",
@@ -140,7 +140,7 @@ function drawPanel(plot, p) {
   const panel = plot.panels[p];
   const place = plot.places[p];
   const view = plot.views[p];
-  const whole = Math.max(240, plot.element.clientWidth);
+  const whole = Math.max(240, Math.min(plot.element.clientWidth, onPaper ? PANEL.paper : Infinity));   // letters are as large on paper
   const [width, height] = [whole - PANEL.left - PANEL.right, PANEL.plot];
   const last = !plot.runs.length || p === plot.panels.length - 1;
   const lines = panel.lines.filter(({ of, name }) => !plot.hidden.has(of ?? name));

@@ -246,7 +246,7 @@ function drawAll() {
   for (const id of Object.keys(report.figures)) {
     if (!runsOf(id).every(({ name }) => ready[name])) continue;
     const plot = plots[id] ?? plotOf(id);
-    plot.places.forEach((place, p) => { if (!place.querySelector(".panel-plot")) drawPanel(plot, p); });
+    plot.places.forEach((place, p) => { if (onPaper || !place.querySelector(".panel-plot")) drawPanel(plot, p); });
   }
 }
 window.addEventListener("beforeprint", () => {   // however it is asked for
@@ -255,7 +255,10 @@ window.addEventListener("beforeprint", () => {   // however it is asked for
 });
 window.addEventListener("afterprint", () => {
   onPaper = false;
-  for (const id of Object.keys(plots)) if (!near.has(id)) release(id);
+  for (const [id, plot] of Object.entries(plots)) {
+    if (near.has(id)) plot.drawn = drawPanels(plot);
+    else release(id);
+  }
 });
 
 // For tests: draw everything, what is drawn, and what went wrong.

@@ -107,11 +107,11 @@ function drawHistogram(metric) {
   document.getElementById("histograms").append(picture);
 }
 
-function drawResponse() {
+function drawResponse(most = 960) {
   const element = document.getElementById("response");
   if (!element) return;
   const [metric, first, second] = ["metric", "first", "second"].map((id) => metricOf(Number(document.getElementById(id).value)));
-  const { left, right, top, below, scale, height } = RESPONSE, whole = Math.max(280, Math.min(960, element.clientWidth));
+  const { left, right, top, below, scale, height } = RESPONSE, whole = Math.max(280, Math.min(most, element.clientWidth));
   const box = { left, top, width: whole - left - right, height }, shade = shadeOf(metric);
   const picture = svg("svg", { class: "response", viewBox: `0 0 ${whole} ${top + height + below + scale}`, role: "img",
     "aria-label": `${titleOf(metric)} over ${titleOf(first)}${first === second ? "" : ` and ${titleOf(second)}`}` });
@@ -159,7 +159,7 @@ function fill(id, from, to, chosen) {
   const select = document.getElementById(id);
   if (!select) return;
   for (let i = from; i < to; i += 1) select.append(new Option(metricOf(i).name, i, i === chosen, i === chosen));
-  select.addEventListener("change", drawResponse);
+  select.addEventListener("change", () => drawResponse());
 }
 
 const [metric, first, second] = report.begin;
@@ -174,5 +174,7 @@ window.addEventListener("resize", () => {
   if (window.innerWidth !== width) drawResponse();
   width = window.innerWidth;
 });
+window.addEventListener("beforeprint", () => drawResponse(690));   // px on A4: letters are as large
+window.addEventListener("afterprint", () => drawResponse());
 drawResponse();
 parallel?.draw();

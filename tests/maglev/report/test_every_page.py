@@ -186,10 +186,13 @@ def test_a_comparison_on_paper_has_its_plots_and_no_buttons(browser, pages: Path
     tab = Tab(browser, pages / "compare.html")
     tab.evaluate("""() => addEventListener("beforeprint", () => {
         window.paper = [...document.querySelectorAll("figure")]
-            .map((figure) => figure.querySelectorAll(".panel-plot .line").length); })""")
+            .map((figure) => figure.querySelectorAll(".panel-plot .line").length);
+        window.widest = Math.max(...[...document.querySelectorAll(".panel-plot")]
+            .map((picture) => picture.viewBox.baseVal.width)); })""")
     wait_until(tab.page, "Object.keys(maglevReport.ready).length === 2")
     printed = tab.page.pdf()
     assert min(tab.evaluate("window.paper")) > 0
+    assert tab.evaluate("window.widest") < 182 / 25.4 * 96 + 10, "wider ones shrink, and their letters with them"
     assert 2 <= printed.count(b"/Type /Page\n") <= 8
     tab.page.emulate_media(media="print")
     assert not any(button.is_visible() for button in tab.page.locator("button:not(.legend button)").all())
