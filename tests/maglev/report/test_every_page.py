@@ -122,6 +122,13 @@ def test_nothing_moves_by_itself_and_a_finger_hits_what_it_means(browser, pages:
     tab.context.close()
 
 
+def test_ways_to_other_pages_are_one_line_on_a_phone(browser, pages: Path) -> None:
+    tab = Tab(browser, pages / "study.html", PHONE)
+    assert tab.page.locator(".shell > *").count() == 5
+    assert tab.evaluate("document.querySelector('.shell').clientHeight") < 60
+    tab.close()
+
+
 def test_every_page_says_what_it_is(pages: Path) -> None:
     for path in pages.glob("*.html"):
         head = path.read_text(encoding="utf-8")[:HEAD]
