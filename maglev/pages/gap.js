@@ -47,13 +47,14 @@ function drawGap(context, view, flights, look, spaceScale, colours) {
   }
   flights.forEach((flight, k) => drawMover(context, view, flight, columnOfFlight(view, k, flights.length), colours));
   for (const { end, text } of look.hits ?? []) {   // it stays to be read
-    write(context, text, right - 10, y(1e3 * end) - 9, colours.bad, { align: "right", font: "600 12px" });
+    write(context, text, right - 10, y(1e3 * end) - 9, colours.bad, { align: "right", font: "600 12px", halo: colours.panel });
   }
   if (look.forces) {
     const [x, wide] = columnOfFlight(view, 0, flights.length), at = y(faceOf(run, flights[0].row)[0]);
-    const newton = Math.min(0.6, 0.9 * (height - HEAD) / 4 / look.forces.weight);
-    arrow(context, x + 0.2 * wide, at, 0, -newton * look.forces.lift, "lift", colours);
-    arrow(context, x + 0.2 * wide, at + BLOCK - 6, 0, newton * look.forces.weight, "weight", colours);
+    const newton = Math.min(0.6, 0.9 * (height - HEAD) / 4 / look.forces.weight), down = newton * look.forces.weight;
+    arrow(context, x + 0.2 * wide, at, 0, -newton * look.forces.lift, "lift", colours, colours.panel);
+    // Of a mover on its lower stop there is no room for it.
+    if (at + BLOCK + down + 7 < top + height) arrow(context, x + 0.2 * wide, at + BLOCK, 0, down, "weight", colours, colours.panel);
   }
 }
 
@@ -68,15 +69,15 @@ function drawMover(context, { run, y, scale, top }, { row, name, colour, weight 
     context.fillStyle = k % 2 ? colours.south : colours.north;
     context.fill();
   }
+  const wanted = faceOf(run, row, "reference");
+  line(context, [[x - 4, y(wanted[0])], [x + wide + 4, y(wanted[1])]], colours.text, 1.5, DASHED);
   const [middle, at] = corner(0.5, 0), gap = 1e3 * row.axes[run.vertical].position;
   context.save();
   context.translate(middle, at);
   context.rotate(Math.atan2(y(to) - y(from), wide));
-  write(context, name, 0, 17, colours.paper, { font: "600 11px", align: "center", most: wide - 4 });
-  write(context, `${gap.toFixed(2)} mm`, 0, 31, colours.paper, { font: "600 12px", align: "center", most: wide - 4 });
+  write(context, name, 0, 17, colours.paper, { font: "600 11px", align: "center", most: wide - 4, halo: colour });
+  write(context, `${gap.toFixed(2)} mm`, 0, 31, colours.paper, { font: "600 12px", align: "center", most: wide - 4, halo: colour });
   context.restore();
-  const wanted = faceOf(run, row, "reference");
-  line(context, [[x - 4, y(wanted[0])], [x + wide + 4, y(wanted[1])]], colours.text, 1.5, DASHED);
   if (!weight) return;
   // On the end of the mover that no stator is above.
   const size = Math.max(18, Math.min(46, 34 * Math.cbrt(weight.mass))), [right, face] = corner(0.86, 0);

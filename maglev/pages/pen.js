@@ -1,11 +1,15 @@
 "use strict";
 // What is drawn on the canvases, in px of the page: texts, lines through points, shapes.
 
-/** Write a text at a place, narrower where it is wider than the most (px). */
-function write(context, text, x, y, colour, { font = "11px", align = "left", base = "middle", most } = {}) {
+/** Write a text at a place, narrower where it is wider than the most (px); a halo keeps lines below it from its letters. */
+function write(context, text, x, y, colour, { font = "11px", align = "left", base = "middle", most, halo } = {}) {
   context.font = `${font} system-ui, sans-serif`;
   context.textAlign = align;
   context.textBaseline = base;
+  if (halo) {
+    Object.assign(context, { strokeStyle: halo, lineWidth: 3, lineJoin: "round" });
+    context.strokeText(text, x, y, most);
+  }
   context.fillStyle = colour;
   context.fillText(text, x, y, most);
 }

@@ -159,12 +159,12 @@ function drawSpace(context, view, flights, { peak, forces }, colours) {
 
 function drawWeight(context, camera, weight, colours) {
   drawBox(context, camera, weight, colours.weight);
-  const middle = weight.low.map((low, i) => (i === 2 ? low : (low + weight.high[i]) / 2));
+  const middle = weight.low.map((low, i) => (low + weight.high[i]) / 2);
   write(context, `${Number(weight.flight.weight.mass.toFixed(2))} kg`, ...camera.seen(weight.moved(middle)), colours.paper,
-    { font: "600 12px", align: "center" });
+    { font: "600 12px", align: "center", halo: colours.weight });
 }
 
-function arrow(context, x, y, dx, dy, label, colours) {
+function arrow(context, x, y, dx, dy, label, colours, halo) {
   const length = Math.hypot(dx, dy);
   if (length < 10) return;   // px
   const [ux, uy] = [dx / length, dy / length];
@@ -173,7 +173,7 @@ function arrow(context, x, y, dx, dy, label, colours) {
     [x + dx - 9 * ux + 4.5 * uy, y + dy - 9 * uy - 4.5 * ux]]);
   context.fillStyle = colours.text;
   context.fill();
-  write(context, label, x + dx + 6 * (ux < -0.5 ? -1 : 1), y + dy, colours.text, { align: ux < -0.5 ? "right" : "left" });
+  write(context, label, x + dx + 6 * (ux < -0.5 ? -1 : 1), y + dy, colours.text, { align: ux < -0.5 ? "right" : "left", halo });
 }
 
 /** What pushes the platform along: its motors, and the hand. Lift and weight are beside the gap. */
