@@ -129,33 +129,31 @@ def build(names: Annotated[list[str] | None, typer.Argument(help="FMUs to build,
 def list_all(rig: RigFile = None, fmus: Built = Path("fmus"), debug: Debug = False) -> None:
     """List the scenarios and the FMUs, or the FMUs of your own stage."""
     with one_line_errors(debug):
-        from rich.table import Column, Table
-
         from maglev.api.catalogue import fmus as all_fmus
         from maglev.api.catalogue import scenarios
         from maglev.own_fmus import stale
+        from maglev.report.plain import result_table
 
         console = report_console()
-        table = Table("FMU", "built", "what it is")
+        rows = []
         for entry in all_fmus(rig):
             kinds = {"Python": entry.file(fmus), "native": entry.file(fmus / "native"),
                      "FMI 3.0": entry.file(fmus / "fmi3"), "clocked": entry.file(fmus / "clocked")}
             built = ", ".join(f"{kind}{' (stale)' if stale(entry.name, file) else ''}" for kind, file in kinds.items()
                               if file.is_file())
-            table.add_row(entry.name, built or "no", entry.description)
-        console.print(table)
+            rows.append([entry.name, built or "no", entry.description])
+        console.print(result_table("", ("FMU", "built", "what it is"), rows, left=3))
         if rig is not None:
             return
-        table = Table(Column("run", no_wrap=True), "figures", "what it is")
-        runs = scenarios()
+        rows, runs = [], scenarios()
         for scenario in dict.fromkeys(run.scenario for run in runs):
             variants = [run for run in runs if run.scenario == scenario]
             if len(variants) > MOST_NAMED:
-                table.add_row(f"{scenario}-…", "", f"{len(variants)} variants: {variants[0].title}, …")
+                rows.append([f"{scenario}-…", f"{len(variants)} variants: {variants[0].title}, …"])
                 continue
-            for run in variants:
-                table.add_row(run.name, ", ".join(run.figures), run.title)
-        console.print(table)
+            rows += [[run.name, f"{run.title} (Fig. {', '.join(run.figures)})" if run.figures else run.title]
+                     for run in variants]
+        console.print(result_table("", ("run", "what it is"), rows, left=2))
 
 
 @with_run_options()

@@ -58,30 +58,32 @@ def identify(data: Data, rig: RigName = None, method: Method = "reduced", epsilo
 
 def show(console: "Console", found: "Identification") -> None:
     """Print constants, rows and warnings."""
-    from rich.table import Table
-
     from maglev.identification.identify import HORIZON
+    from maglev.report.plain import result_table
 
     recording, estimate = found.recording, found.estimate
     length = recording.time[-1] - recording.time[0]
     console.print(f"[bold]{recording.rig.name}[/]: {len(recording.time)} samples over {length:.3g} s, "
                   f"{estimate.method} estimator, ε = {estimate.epsilon:g} s, γ = {estimate.gamma:g}"
                   f"{', matched filters' if found.matched else ''}")
-    table = Table("constant", "guess", "estimate", "standard error", "left out", "with friction", caption=LEFT_OUT)
+    rows = []
     for name, value in estimate.final.items():
         other = found.with_friction[name]
         shares = [f"{error:.2g} ({error / abs(value):.1%})" if value != 0.0 and error < float("inf") else "–"
                   for error in (found.standard_error[name], found.left_out[name])]
-        table.add_row(name, f"{found.guess[name]:.5g}", f"{value:.5g}", *shares,
-                      f"{other:.5g}" if other == other else "–")
-    console.print(table)
-    table = Table("axis", "excitation", "unexplained", "acceleration", f"replay over {1e3 * HORIZON:g} ms", "way")
+        rows.append([name, f"{found.guess[name]:.5g}", f"{value:.5g}", *shares,
+                     f"{other:.5g}" if other == other else "–"])
+    heads = ("constant", "guess", "estimate", "standard error", "left out", "with friction")
+    console.print(result_table("", heads, rows))
+    console.print(LEFT_OUT)
+    rows = []
     axes = recording.rig.described.axes
     for axis, error, way in zip(axes, found.replay_error, found.replay_motion, strict=True):
         row, unit = found.diagnostics.get(axis.name), f"m{axis.unit('m')}"   # tilts have no row of constants
         known = ["–"] * 3 if row is None else [f"{row.excitation[-1]:.3g}", f"{row.residual:.3g} m/s²",
                                                f"{row.motion:.3g} m/s²"]
-        table.add_row(axis.name, *known, f"{1e3 * error:.3g} {unit}", f"{1e3 * way:.3g} {unit}")
-    console.print(table)
+        rows.append([axis.name, *known, f"{1e3 * error:.3g} {unit}", f"{1e3 * way:.3g} {unit}"])
+    console.print(result_table("", ("axis", "excitation", "unexplained", "acceleration",
+                                    f"replay over {1e3 * HORIZON:g} ms", "way"), rows))
     for warning in found.warnings:
         console.print(f"warning: {warning}", markup=False, soft_wrap=True)

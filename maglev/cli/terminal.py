@@ -22,7 +22,6 @@ if TYPE_CHECKING:
     from maglev.baselines.outcome import CheckResult, UpdateResult
     from maglev.processes.side_by_side import Watcher
 
-PIPED_WIDTH = 120   # characters, where no terminal sets the width
 MOST_NAMED = 10     # files that are named one by one
 FEW_STEPS = 100     # each of which shows: the clock of the bars would pass over those of a quick build
 MOST_SHOWN = 3      # procedures whose findings are printed; there are files of all
@@ -82,13 +81,10 @@ def say(sentence: str) -> None:
 
 
 def report_console() -> "Console":
-    """Console wide enough for the tables where no terminal sets the width."""
+    """Console as wide as the terminal, or as COLUMNS says; of 80 letters where there is neither."""
     from maglev.report.plain import plain_console
 
-    console = plain_console()
-    if not console.is_terminal:
-        console.width = PIPED_WIDTH
-    return console
+    return plain_console()
 
 
 @contextmanager

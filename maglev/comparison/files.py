@@ -7,7 +7,6 @@ from pathlib import Path
 from typing import Any
 
 from rich.console import Console
-from rich.table import Column, Table
 from rich.text import Text
 
 from maglev.comparison.costs import costs
@@ -20,6 +19,7 @@ from maglev.pictures import write_figure
 from maglev.report.claim_table import unbroken
 from maglev.report.findings import html_table
 from maglev.report.page import PLAYER, PLOT_SCRIPTS, json_in_html, plot_height, read
+from maglev.report.plain import result_table
 from maglev.report.plots.data import figure_data, moving, runs_data
 from maglev.report.plots.figures import EVERY, Figure, controller_of, run_colours, with_data
 from maglev.report.plots.picture import overlay
@@ -109,12 +109,12 @@ def show_comparison(console: Console, name: str, title: str, runs: Runs, every_s
         console.print(Text.assemble((label, "bold"), f": {ending(run)}"))
     if not rows:
         return
-    table = Table(Column("quantity"), Column("of"), *(Column(label, justify="right") for label in runs),
-                  Column("the next is", justify="right"), title=legend(runs.values(), BEST))
-    for row in rows if every_step else summary(rows):
-        table.add_row(row.name, row.of, *(Text(row.text(label) + BEST, "bold green") if label in row.best
-                                          else Text(row.text(label)) for label in runs), larger(row.lead))
-    console.print(table)
+    shown = rows if every_step else summary(rows)
+    leads = ["the next is"] if any(row.best for row in shown) else []
+    console.print(result_table(legend(runs.values(), BEST), ("quantity", "of", *runs, *leads), (
+        [row.name, row.of, *(Text(row.text(label) + BEST, "bold green") if label in row.best else row.text(label)
+                             for label in runs), *(larger(row.lead).removesuffix(" as large") for _ in leads)]
+        for row in shown), left=2))
 
 
 def comparison_page(name: str, title: str, runs: Mapping[str, RunResult], rows: Sequence[Row]) -> str:

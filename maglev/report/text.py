@@ -7,8 +7,7 @@ from io import StringIO
 from pathlib import Path
 
 from rich.console import Console
-from rich.markup import escape
-from rich.table import Column, Table
+from rich.table import Table
 from rich.text import Text
 
 from maglev.errors import visible
@@ -34,13 +33,13 @@ from maglev.judging.verdicts import (
 )
 from maglev.procedures.outcome import Chart, Outcome, ValueTable
 from maglev.quantities import PRINTED_UNITS, printed
-from maglev.report.plain import plain_console
+from maglev.report.plain import plain_console, result_table
 from maglev.report.status import apart, events, is_listed, modification, run_status, troubles
 from maglev.schema.judged.claims import CLAIM_KINDS
 from maglev.schema.run_plan import RunPlan
 from maglev_files.whole_file import write_whole
 
-REPORT_WIDTH = 120   # characters
+REPORT_WIDTH = 80   # characters
 PREFORMATTED = '<pre style="line-height: 1.2">{code}</pre>'
 
 TAG = re.compile(r"<(?=[A-Za-z/!?])")   # where Markdown begins to take text for HTML
@@ -137,13 +136,12 @@ def metric_tables(plan: RunPlan, metrics: Metrics) -> list[Table]:
 def measure_table(title: str, heads: Sequence[str], found: Sequence[Measure], starts: Starts) -> Table:
     """Table with a row for each axis, motor, step or event, whose first cells may be in `starts`, and its metrics."""
     columns = dict.fromkeys(each.quantity for each in found)
-    table = Table(*(Column(name, justify="right") for name in (*heads, *columns)), title=title)
     rows: dict[tuple[str, float | None], dict[str, str]] = {}
     for each in found:
         rows.setdefault((each.of, each.time), {})[each.quantity] = each.text
-    for place, cells in sorted(rows.items(), key=lambda row: row[0][1] or 0.0):
-        table.add_row(*starts.get(place, place[:1]), *(cells.get(name, "–") for name in columns))
-    return table
+    return result_table(title, (*heads, *columns), (
+        [*starts.get(place, place[:1]), *(cells.get(name, "–") for name in columns)]
+        for place, cells in sorted(rows.items(), key=lambda row: row[0][1] or 0.0)), left=min(len(heads), 2))
 
 
 def claim_tables(results: Sequence[ClaimResult]) -> list[Table | str]:
@@ -157,16 +155,11 @@ def claim_tables(results: Sequence[ClaimResult]) -> list[Table | str]:
 
 
 def claim_table(title: str, results: Sequence[ClaimResult]) -> Table:
-    """Table of claims with what was measured and the verdicts."""
-    table = Table(title=title)
-    for name in ("claim", "source", "expected", "measured", "verdict"):
-        table.add_column(name)
-    for result in results:
-        claim = result.claim
-        note = f": {result.note}" if result.note else ""
-        table.add_row(*map(Text, (claim.text, claim.cited, claim.criterion, result.measured_text)),
-                      Text.assemble((result.verdict, COLOURS[result.verdict]), note))
-    return table
+    """Table of verdicts on claims, with what was expected and measured."""
+    return result_table(title, ("verdict", "claim"), (
+        [Text(each.verdict, COLOURS[each.verdict], no_wrap=True),
+         f"{each.claim.text} ({each.claim.cited}): expected {each.claim.criterion}, measured {each.measured_text}"
+         + (f"; {each.note}" if each.note else "")] for each in results), left=2)
 
 
 def study_tables(results: Sequence[RunResult], verdicts: Judgements, outcomes: Sequence[Outcome] = ()) -> list[Table]:
@@ -178,14 +171,10 @@ def study_tables(results: Sequence[RunResult], verdicts: Judgements, outcomes: S
 
 def own_table(results: Sequence[RunResult], outcomes: Sequence[Outcome], verdicts: Judgements) -> Table:
     """Table of a user's own runs and procedures: how each ended, and how many of the user's claims are met."""
-    table = Table(Column("run", no_wrap=True), "outcome", Column("met", justify="right"), title="Your runs")
-    for result in results:
-        table.add_row(escape(result.plan.name), escape(short_outcome(result)),
-                      met_of(specification(verdicts[result.plan.name])) or "no claims")
-    for found in outcomes:
-        table.add_row(escape(found.settings.name), counted(found.values, "value"),
-                      met_of(specification(verdicts[found.settings.name])) or "no claims")
-    return table
+    rows = [*((each.plan.name, short_outcome(each)) for each in results),
+            *((each.settings.name, counted(each.values, "value")) for each in outcomes)]
+    return result_table("Your runs", ("run", "outcome", "met"), (
+        [name, said, met_of(specification(verdicts[name])) or "no claims"] for name, said in rows), left=2)
 
 
 def study_table(results: Sequence[RunResult], verdicts: Judgements, outcomes: Sequence[Outcome] = ()) -> Table:
@@ -193,24 +182,15 @@ def study_table(results: Sequence[RunResult], verdicts: Judgements, outcomes: Se
     claims = those_that_count(judged for _, judged in in_order(results, verdicts, outcomes))
     totals = count_verdicts(sentences(claims))
     shown = [verdict for verdict in VERDICTS if totals[verdict]]
-    table = Table(Column("run", no_wrap=True), "outcome",
-                  *(Column(verdict.replace(" ", "\n", 1), justify="right") for verdict in shown),
-                  Column("bounds\nmet", justify="right"), title="Verdicts on the claims")
-    for result in results:
-        if is_listed(result, verdicts):
-            table.add_row(escape(result.plan.name), escape(short_outcome(result)),
-                          *counted_cells(verdicts[result.plan.name], shown))
-    table.add_section()
-    for found in outcomes:
-        table.add_row(escape(found.settings.name), counted(found.values, "value"),
-                      *counted_cells(verdicts[found.settings.name], shown))
-    table.add_section()
-    for name, of_kind in by_kind(claims).items():
-        table.add_row(name, counted(of_kind, "claim"), *counted_cells(of_kind, shown))
-    table.add_section()
     procedures = counted(outcomes, "procedure") if outcomes else ""
-    table.add_row(f"{len(results)} runs", procedures, *(str(totals[verdict]) for verdict in shown), bounds_met(claims))
-    return table
+    return result_table("Verdicts on the claims", ("run", "outcome", *shown, "bounds met"), [
+        *([each.plan.name, short_outcome(each), *counted_cells(verdicts[each.plan.name], shown)]
+          for each in results if is_listed(each, verdicts)), None,
+        *([each.settings.name, counted(each.values, "value"), *counted_cells(verdicts[each.settings.name], shown)]
+          for each in outcomes), None,
+        *([name, counted(of_kind, "claim"), *counted_cells(of_kind, shown)]
+          for name, of_kind in by_kind(claims).items()), None,
+        [f"{len(results)} runs", procedures, *(str(totals[verdict]) for verdict in shown), bounds_met(claims)]], left=2)
 
 
 def in_order(results: Sequence[RunResult], verdicts: Judgements,
@@ -220,12 +200,12 @@ def in_order(results: Sequence[RunResult], verdicts: Judgements,
     return [(name, judged) for name in names for judged in verdicts[name]]
 
 
-def counted_cells(claims: Sequence[ClaimResult], shown: Sequence[Verdict]) -> list[str]:
+def counted_cells(claims: Sequence[ClaimResult], shown: Sequence[Verdict]) -> list[str | Text]:
     """Cells of the table of many runs: numbers of claims in words by the verdicts that are shown, and bounds met."""
     if not claims:
         return ["no claims"]
     counts = count_verdicts(sentences(claims))
-    return [*(f"[{COLOURS[verdict]}]{counts[verdict]}[/]" if counts[verdict] else "" for verdict in shown),
+    return [*(Text(str(counts[verdict] or ""), COLOURS[verdict]) for verdict in shown),
             bounds_met(claims)]
 
 
@@ -355,12 +335,7 @@ def show_outcome(console: Console, outcome: Outcome, claims: Sequence[ClaimResul
 
 
 def value_table(table: ValueTable) -> Table:
-    shown = Table(title=Text(table.title, style="table.title"))
-    for name in table.header:
-        shown.add_column(Text(name))
-    for row in table.rows:
-        shown.add_row(*map(Text, row))
-    return shown
+    return result_table(table.title, table.header, table.rows, left=len(table.header))
 
 
 def outcome_text(outcome: Outcome, claims: Sequence[ClaimResult]) -> str:

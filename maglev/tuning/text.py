@@ -2,10 +2,10 @@
 
 import numpy as np
 from rich.console import Console
-from rich.table import Column, Table
 
 from maglev.arrays import Array
 from maglev.quantities import metric_text
+from maglev.report.plain import result_table
 from maglev.studies.columns import EVENTS
 from maglev.tuning.planning import Cost
 from maglev.tuning.schema import TuneFile
@@ -34,12 +34,9 @@ def show_found(console: Console, tuning: TuneFile, cost: Cost, found: Found) -> 
         groups.append((f"fresh, {len(found.fresh_before)} plants", found.fresh_before, found.fresh_after))
     for title, before, after in groups:
         heads = ("median before", "after", "largest before", "after", "without end before", "after", "less on")
-        table = Table(Column("metric"), *(Column(head, justify="right") for head in heads), title=title)
-        for i, column in enumerate(cost.columns):
-            if column.name in EVENTS and column.name != "failed":
-                continue
-            table.add_row(*row(column.name, before[:, i], after[:, i], column.unit))
-        console.print(table)
+        console.print(result_table(title, ("metric", *heads), (
+            row(column.name, before[:, i], after[:, i], column.unit) for i, column in enumerate(cost.columns)
+            if column.name not in EVENTS or column.name == "failed")))
         within = (cost.excess(after[None], before) == 0.0).mean()
         console.print(f"{within:.0%} of the plants within all limits", highlight=False)
     console.print(", ".join(f"{name} = {value:g}" for name, value in found.parameters.items()), highlight=False)

@@ -7,10 +7,11 @@ from typing import Any
 import numpy as np
 import pyarrow as pa
 from rich.console import Console
-from rich.table import Column, Table
+from rich.table import Table
 
 from maglev.arrays import Array, Bools
 from maglev.quantities import metric_text
+from maglev.report.plain import result_table
 from maglev.studies.page.again import command_of
 
 MOST_SHOWN = 3   # failures that are named
@@ -41,24 +42,18 @@ def sample_table(table: pa.Table, about: Mapping[str, Any]) -> Table:
     main = {(found[1].split(" to ")[0], found[2]): name for name, _, _ in metrics_of(table)
             if (found := SHOWN.fullmatch(name))}
     metrics = [name for name in about["limits"] if name in table.column_names] or list(main.values())
-    shown = Table(*(Column(name, justify="right", overflow="fold") for name in (*varied, *metrics)))
-    for row in table.select([*varied, *metrics]).to_pylist():
-        shown.add_row(*(f"{row[name]:g} {units[name]}".strip() for name in varied),
-                      *("–" if row[name] is None else metric_text(name, row[name], units[name]) for name in metrics))
-    return shown
+    return result_table("", (*varied, *metrics), (
+        [*(f"{row[name]:g} {units[name]}".strip() for name in varied),
+         *("–" if row[name] is None else metric_text(name, row[name], units[name]) for name in metrics)]
+        for row in table.select([*varied, *metrics]).to_pylist()), left=0)
 
 
 def quantile_table(table: pa.Table, about: Mapping[str, Any]) -> Table:
     """A row for each metric: least, median and largest value, and limits."""
-    columns = Table(Column("metric"), *(Column(head, justify="right") for head in ("least", "median", "largest",
-                                                                                   "limits")))
-    for name, unit, values in metrics_of(table):
-        if len(values) == 0:
-            continue
-        quantiles = np.quantile(values, [0.0, 0.5, 1.0], method="nearest")
-        columns.add_row(name, *(metric_text(name, each, unit) for each in quantiles.tolist()),
-                        limits_text(about, name, unit))
-    return columns
+    return result_table("", ("metric", "least", "median", "largest", "limits"), (
+        [name, *(metric_text(name, each, unit)
+                 for each in np.quantile(values, [0.0, 0.5, 1.0], method="nearest").tolist()),
+         limits_text(about, name, unit)] for name, unit, values in metrics_of(table) if len(values)))
 
 
 def metrics_of(table: pa.Table) -> list[tuple[str, str, Array]]:

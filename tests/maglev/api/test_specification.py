@@ -148,9 +148,9 @@ def test_own_runs_are_shown_before_the_thesiss_and_apart(tmp_path: Path) -> None
     mine, theirs = recorded(load_plan(scenario(tmp_path, HELD))), recorded(load_plan("2dof-setpoints"))
     found = {**judge_all([mine]), "2dof-setpoints": [judged("reproduced"), judged("not reproduced")]}
     assert [claim.verdict for claim in specification(found["mine"])] == ["met"]
-    assert [str(table.title) for table in study_tables([mine, theirs], found)] == [
+    assert [str(table.title).strip() for table in study_tables([mine, theirs], found)] == [
         "Your runs", "Verdicts on the claims"]
-    assert [str(table.title) for table in study_tables([theirs], found)] == ["Verdicts on the claims"]
+    assert [str(table.title).strip() for table in study_tables([theirs], found)] == ["Verdicts on the claims"]
     own, thesis = claims_markdown([mine, theirs], found).split("\n# The thesis\n")
     assert own.startswith("# Your runs\n\n1 of 1 claims met.") and "`2dof-setpoints`" not in own
     assert "`mine`" not in thesis and "\n| all | 2 | 1 | 1 | – |\n" in thesis

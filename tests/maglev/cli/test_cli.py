@@ -208,7 +208,7 @@ def test_build_and_list(tmp_path: Path) -> None:
     listed = maglev("list", "--fmus", tmp_path)
     assert listed.exit_code == 0
     for name, built in (("Plant2DOF", "Python"), ("Regulator3DOF", r"clocked \(stale\)"), ("Plant3DOF", "no")):
-        assert re.search(rf"│ {name} +│ {built} +│", listed.output)
+        assert re.search(rf"(?m)^{name}  +{built}  ", listed.output)
     assert "3dof-setpoints-improved" in listed.output
 
 

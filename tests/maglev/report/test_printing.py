@@ -1,6 +1,7 @@
 """What procedures found, in the terminal and in files."""
 
 import csv
+import re
 from dataclasses import replace
 from io import StringIO
 from typing import Any
@@ -44,6 +45,11 @@ def table_text(*arguments) -> str:
     return text.getvalue()
 
 
+def cells(line: str) -> list[str]:
+    """Cells of a line of a table: two spaces or more are between them."""
+    return re.split(" {2,}", line.strip())
+
+
 def rows_of(text: str) -> list[dict[str, str]]:
     return list(csv.DictReader(StringIO(text)))
 
@@ -63,8 +69,8 @@ def test_texts_are_no_markup():
     assert text.count("[red]") > 4
     claim = judged("not reproduced", text="[bold]a[/]", source="[/red]", reason="[b]")
     printed = text_of(RUN, [claim])
-    for words in ("[bold]a[/]", "[/red]", "not reproduced: [b]"):
-        assert words in printed
+    for words in ("[bold]a[/]", "[/red]", "; [b]"):
+        assert words in " ".join(printed.split())
 
 
 def test_texts_are_neither_control_sequences_nor_html(capsys: pytest.CaptureFixture[str]):
@@ -133,11 +139,11 @@ def test_the_table_of_many_runs_has_the_procedures():
                                                                for each in found}}
     lines = table_text([RUN], judgements, found).splitlines()
     (own,) = [line for line in lines if "2dof-thrust" in line]
-    assert [[cell.strip() for cell in line.split("│")[1:4]] for line in lines if "1 claim " in line] == [
+    assert [cells(line)[:3] for line in lines if "1 claim " in line] == [
         ["printed numbers", "1 claim", "1"], ["specifications", "1 claim", "1"]]
-    assert [cell.strip() for cell in own.split("│")[1:4]] == ["2dof-thrust", "1 value", "1"]
+    assert cells(own)[:3] == ["2dof-thrust", "1 value", "1"]
     assert any("3dof-thrust" in line and "no claims" in line for line in lines)
-    assert [cell.strip() for cell in lines[-2].split("│")[1:4]] == ["1 runs", "2 procedures", "2"]
+    assert cells(lines[-1])[:3] == ["1 runs", "2 procedures", "2"]
 
 
 def test_a_run_without_axes_or_motors_has_a_picture(tmp_path):
@@ -215,7 +221,7 @@ def test_rotations_are_printed_in_mrad():
     steps = (StepResponse("v", 1.0, 0.02, 0.022, dict.fromkeys(plan.metrics.bands, 0.5), 0.1, 2e-6),
              StepResponse("h", 1.0, 0.0, 0.01, {0.5e-3: 0.25}, 0.2, 3e-6))
     text = text_of(recorded(plan, steps=steps, end_errors={"v": 2e-6, "h": 2e-3}), [])
-    assert [cell in text for cell in ("10 mrad", "to 0.5 mrad", "3 µrad", "22 mm", "2 µm")] == 5 * [True]
+    assert [cell in text for cell in ("10 mrad", "0.5 mrad", "3 µrad", "22 mm", "2 µm")] == 5 * [True]
     assert text.splitlines()[-1] == "completed: largest end error 2 µm on v, largest end error 2 mrad on h"
 
 
@@ -261,5 +267,5 @@ def test_another_reading_is_shown_and_not_counted():
     text = claims_markdown([RUN, other], judgements)
     assert text.startswith("1 claim on 2 runs.\n") and "\n| all | 1 | 1 | – |\n" in text
     assert "| **reproduced**: another reading of the experiment, not counted |" in text.rstrip().splitlines()[-1]
-    rows = [line.split("│") for line in table_text([RUN, other], judgements).splitlines()]
-    assert [row[3].strip() for row in rows if row[1:] and row[1].strip() in ("other", "2 runs")] == ["1", "1"]
+    rows = map(cells, table_text([RUN, other], judgements).splitlines())
+    assert [row[-1] for row in rows if row[0] in ("other", "2 runs")] == ["1", "1"]
