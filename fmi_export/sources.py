@@ -9,6 +9,12 @@ from pathlib import Path
 PARSING = threading.Lock()   # builds run side by side, and CPython's parser counts its depth for all threads together
 
 
+def parsed(text: str, file: str = "<unknown>") -> ast.Module:
+    """Syntax tree of a module's text, one at a time in this process; SyntaxError names the file."""
+    with PARSING:
+        return ast.parse(text, file)
+
+
 def carried_modules(entry: str, packages: tuple[str, ...]) -> dict[str, str]:
     """Source text of a module and of all that it imports from the given packages, by dotted name."""
     texts: dict[str, str] = {}
@@ -32,10 +38,8 @@ def module_path(module: str) -> Path:
 
 def imported_modules(module: str, text: str) -> list[str]:
     """Modules that a module's text imports, relative ones resolved."""
-    with PARSING:
-        tree = ast.parse(text)
     imported = []
-    for node in ast.walk(tree):
+    for node in ast.walk(parsed(text)):
         if isinstance(node, ast.ImportFrom) and node.module:
             parent = module.split(".")[:-node.level] if node.level else []
             imported.append(".".join([*parent, node.module]))
@@ -46,10 +50,8 @@ def imported_modules(module: str, text: str) -> list[str]:
 
 def defined_names(text: str) -> dict[str, int]:
     """Names of classes, functions and constants that a module's text defines, with their lines."""
-    with PARSING:
-        tree = ast.parse(text)
     found = {}
-    for node in tree.body:
+    for node in parsed(text).body:
         names = [node.name] if isinstance(node, (ast.ClassDef, ast.FunctionDef)) else [
             target.id for target in getattr(node, "targets", []) if isinstance(target, ast.Name)]
         found.update(dict.fromkeys(names, node.lineno))

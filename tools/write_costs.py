@@ -53,18 +53,14 @@ def as_markdown(costs: Mapping[str, Cost]) -> str:
             + "".join(rows))
 
 
-def with_table(page: str, costs: Mapping[str, Cost]) -> str:
-    before, rest = page.split(BEGIN)
-    return before + BEGIN + "\n" + as_markdown(costs) + "\n" + END + rest.split(END)[1]
-
-
 def main() -> None:
     found = {}
     for name, run in laws().items():
         found[name] = measured(name, run)
         print(name, found[name], flush=True)
     COSTS.write_text(as_toml(found), encoding="utf-8")
-    PAGE.write_text(with_table(PAGE.read_text(encoding="utf-8"), found), encoding="utf-8")
+    before, rest = PAGE.read_text(encoding="utf-8").split(BEGIN)
+    PAGE.write_text(f"{before}{BEGIN}\n{as_markdown(found)}\n{END}{rest.split(END)[1]}", encoding="utf-8")
 
 
 if __name__ == "__main__":

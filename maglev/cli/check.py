@@ -1,6 +1,5 @@
 """The command `maglev check`."""
 
-from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
@@ -70,7 +69,11 @@ def check(names: NamesOrFmus = None,
             checked += check_runs(runs or None, baselines=baselines, pictures=out if plot else None, jobs=jobs,
                                   watch=progress_of, say=say, **options)
         else:
-            require_no_options(fmus, {**options, "timeout": OPTIONS["timeout"].default, "baselines": baselines})
+            # An FMU alone is run as its experiments say.
+            for name, value in {**options, "timeout": OPTIONS["timeout"].default, "baselines": baselines}.items():
+                if value != (OPTIONS[name].default if name in OPTIONS else None):
+                    raise ScenarioError(f"{option(name)}: expected a scenario with it, {fmus[0]} is run as its "
+                                        "experiments say")
         if fmus:
             from maglev.fmu_experiments.check import check_fmus
 
@@ -79,10 +82,3 @@ def check(names: NamesOrFmus = None,
         if junit is not None:   # where it cannot be written, the results have been told
             write_junit(junit, checked)
         raise typer.Exit(exit_code(checked))
-
-
-def require_no_options(fmus: Sequence[Path], options: dict[str, Any]) -> None:
-    """Refuse options of runs where there are none: an FMU alone is run as its experiments say."""
-    for name, value in options.items():
-        if value != (OPTIONS[name].default if name in OPTIONS else None):
-            raise ScenarioError(f"{option(name)}: expected a scenario with it, {fmus[0]} is run as its experiments say")

@@ -14,12 +14,8 @@ MOTOR_KEYS = ("force_constant", "attraction", "attraction_gap", "pole_pitch", "p
 
 STAGES = f"{RIG_NAMES}, or the description of your own stage."
 
-new = typer.Typer(no_args_is_help=True, rich_markup_mode="markdown")
-
-
-@new.callback()
-def main() -> None:
-    """Write a file to begin with: a controller, scenario, study, stage …"""
+new = typer.Typer(no_args_is_help=True, rich_markup_mode="markdown",
+                  help="Write a file to begin with: a controller, scenario, study, stage …")
 
 
 @new.command()

@@ -6,7 +6,7 @@ import sys
 from dataclasses import dataclass
 from pathlib import Path
 
-from fmi_export.sources import PARSING
+from fmi_export.sources import parsed
 from fmi_export.user_classes.trouble import OWN
 from maglev.errors import ControllerError
 from maglev.packages import HERE, OURS, PACKAGES
@@ -87,10 +87,9 @@ class Reader:
 
     def renamed(self, name: str, file: Path, text: str) -> str:
         """Text whose imports from the folder have the names of an FMU, line by line as before."""
-        with PARSING:
-            tree = ast.parse(text, str(file))
         lines = text.encode("utf-8").split(b"\n")
-        nodes = [node for node in ast.walk(tree) if isinstance(node, (ast.Import, ast.ImportFrom))]
+        nodes = [node for node in ast.walk(parsed(text, str(file)))
+                 if isinstance(node, (ast.Import, ast.ImportFrom))]
         for node in sorted(nodes, key=lambda each: (each.lineno, each.col_offset), reverse=True):
             written = self.imports(name, file, node)
             if written is not None:

@@ -4,7 +4,7 @@ import ast
 from collections.abc import Iterable, Iterator
 from graphlib import CycleError, TopologicalSorter
 
-from fmi_export.sources import PARSING
+from fmi_export.sources import parsed
 from fmi_export.user_classes.declaration import TABLES
 from fmi_export.user_classes.trouble import OWN
 from maglev.packages import OURS, PACKAGES
@@ -35,9 +35,7 @@ def first_misfit(text: str, tables: str = "") -> tuple[int, str] | None:
 
     `tables` is the class whose tables of ports and parameters stay out of the FMU.
     """
-    with PARSING:
-        tree = ast.parse(text)
-    return min(misfits(tree, tables), default=None)
+    return min(misfits(parsed(text), tables), default=None)
 
 
 def misfits(tree: ast.Module, tables: str) -> Iterator[tuple[int, str]]:
@@ -93,8 +91,7 @@ def table_lines(tree: ast.Module, name: str | None) -> list[tuple[int, int]]:
 
 def declaring_line(text: str, name: str | None, word: str) -> int | None:
     """Line in which a class, or any, declares a port, a parameter, or a table of these; None if there is none."""
-    with PARSING:
-        tree = ast.parse(text)
+    tree = parsed(text)
     tables = table_lines(tree, name)
     words = [(node.lineno, node.value if isinstance(node, ast.Constant) else node.id)
              for node in ast.walk(tree) if isinstance(node, ast.Constant | ast.Name)]
@@ -105,9 +102,7 @@ def declaring_line(text: str, name: str | None, word: str) -> int | None:
 def without_tables(text: str, name: str) -> str:
     """Text with empty lines for the tables of a class."""
     lines = text.split("\n")
-    with PARSING:
-        tree = ast.parse(text)
-    for first, last in table_lines(tree, name):
+    for first, last in table_lines(parsed(text), name):
         lines[first - 1:last] = [""] * (last - first + 1)
     return "\n".join(lines)
 
@@ -155,8 +150,7 @@ def always_ends(texts: Iterable[str]) -> bool:
 
     Loops go over a number of turns that is written there, and no function comes back to itself.
     """
-    with PARSING:
-        nodes = [node for text in texts for node in ast.walk(ast.parse(text))]
+    nodes = [node for text in texts for node in ast.walk(parsed(text))]
     classes = {node.name for node in nodes if isinstance(node, ast.ClassDef)}
     holding: dict[str, set[str]] = {}   # classes by the last name of what holds an object of one
     for node in nodes:
