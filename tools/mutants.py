@@ -4,8 +4,10 @@
     python tools/mutants.py 3 17 amplifier   # those numbers, and those whose group, file or text contains a word
 
 Each mutation is made in a copy of the packages, the FMUs that it affects are built natively for this machine, and the
-runs of its group are checked against the committed baselines until one deviates. The exit code is 1 if a mutation
-survives that `mutants.toml` does not call equivalent, with a reason, or if one called so is noticed.
+runs of its group are checked against the committed baselines until one deviates. What only stages of users have, such
+as motors that are not alike, has no baseline: its mutations are in templates, and the tests of the group have to fail.
+The exit code is 1 if a mutation survives that `mutants.toml` does not call equivalent, with a reason, or if one called
+so is noticed.
 """
 
 import argparse
@@ -31,6 +33,7 @@ ROOT = Path(__file__).parents[1]
 LIST = Path(__file__).with_suffix(".toml")
 COPIED = ("pmlsm", "plant_fmu", "controller_fmu", "estimator_fmu", "measurement_fmu", "closed_loop_fmu",
           "fmi_export", "maglev_files", "maglev", "scenarios", "rigs")
+TESTED = ("tests", "docs")   # and what tests read
 BUILD = """
 import sys
 from pathlib import Path
@@ -40,7 +43,7 @@ build(sys.argv[2:], Path(sys.argv[1]), HOST)
 
 
 class Mutation(NamedTuple):
-    """One line of a file of the repository changed, the FMUs to build anew, and the runs that may notice.
+    """One line of a file of the repository changed, the FMUs to build anew, and the runs or the tests that may notice.
 
     `equivalent` says why nothing follows from it; empty where it has to be noticed.
     """
@@ -51,6 +54,7 @@ class Mutation(NamedTuple):
     new: str
     fmus: tuple[str, ...]
     runs: tuple[str, ...]
+    tests: tuple[str, ...]
     equivalent: str
 
     def source(self) -> str:
@@ -68,8 +72,9 @@ class Mutation(NamedTuple):
 def read_mutations() -> list[Mutation]:
     """Mutations of `mutants.toml`, in its order."""
     groups = tomllib.loads(LIST.read_text(encoding="utf-8"))["groups"]
-    return [Mutation(name, each.get("file", group.get("file")), each["old"], each["new"], tuple(group["fmus"]),
-                     tuple(each.get("runs", group["runs"])), each.get("equivalent", ""))
+    return [Mutation(name, each.get("file", group.get("file")), each["old"], each["new"], tuple(group.get("fmus", ())),
+                     tuple(each.get("runs", group.get("runs", ()))), tuple(group.get("tests", ())),
+                     each.get("equivalent", ""))
             for name, group in groups.items() for each in group["mutations"]]
 
 
@@ -78,15 +83,22 @@ def plans_of(runs: Sequence[str]) -> list[RunPlan]:
     return [plan for name in runs for plan in load_plans(name)]
 
 
-def built(mutation: Mutation, folder: Path, unchanged: Path) -> str:
-    """Build the FMUs of a mutation beside links to the unchanged ones; what the compiler refuses, in a line."""
-    source, fmus = folder / "source", folder / "fmus"
-    for name in COPIED:
+def copied(source: Path, *further: str) -> Path:
+    """A folder with a copy of the packages, and of further folders."""
+    for name in (*COPIED, *further):
         shutil.copytree(ROOT / name, source / name, ignore=shutil.ignore_patterns("__pycache__", "baselines"))
     for name in ("pyproject.toml", "LICENSE"):
         shutil.copy(ROOT / name, source)
+    return source
+
+
+def built(mutation: Mutation, folder: Path, unchanged: Path) -> str:
+    """Build the FMUs of a mutation beside links to the unchanged ones; what the compiler refuses, in a line."""
+    source, fmus = copied(folder / "source", *(TESTED if mutation.tests else ())), folder / "fmus"
     (source / mutation.file).write_text(mutation.source(), encoding="utf-8")
     fmus.mkdir()
+    if not mutation.fmus:
+        return ""
     for fmu in unchanged.glob("*.fmu"):
         if fmu.stem not in mutation.fmus:
             (fmus / fmu.name).symlink_to(fmu)
@@ -102,6 +114,16 @@ def noticed(plans: Sequence[RunPlan], fmus: Path) -> str:
         if result.status != "passed":
             return f"{plan.name} {result.message}"
     return ""
+
+
+def failing(tests: Sequence[str], source: Path) -> str:
+    """What pytest says of the first test that fails with copied sources; empty if all pass."""
+    done = subprocess.run([sys.executable, "-m", "pytest", "-x", "--no-header", "-p", "no:cacheprovider", *tests],
+                          cwd=source, text=True, capture_output=True, env={**os.environ, "PYTHONPATH": str(source)})
+    failed = [line for line in done.stdout.splitlines() if line.startswith("FAILED ")]
+    if not failed and done.returncode:
+        raise RuntimeError(f"{' '.join(tests)}: {(done.stdout + done.stderr)[-500:]}")
+    return "".join(failed[:1])
 
 
 def chosen(mutations: Sequence[Mutation], words: Sequence[str]) -> list[tuple[int, Mutation]]:
@@ -123,14 +145,18 @@ def main() -> int:
         plans = {run: plans_of([run]) for _, mutation in mutations for run in mutation.runs}
         flown = {str(fmu.model) for some in plans.values() for plan in some for fmu in plan.fmus.values()}
         build(flown, unchanged, HOST)
-        failure = noticed([plan for some in plans.values() for plan in some], unchanged)
+        tests = list(dict.fromkeys(test for _, mutation in mutations for test in mutation.tests))
+        failure = noticed([plan for some in plans.values() for plan in some], unchanged) or (
+            failing(tests, copied(Path(temporary) / "source", *TESTED)) if tests else "")
         if failure:
             print(f"without a mutation: {failure}")
             return 1
         for number, mutation in mutations:
             folder = Path(temporary) / str(number)
             failure = built(mutation, folder, unchanged)
-            text = f"cannot be built: {failure}" if failure else noticed(plans_of(mutation.runs), folder / "fmus")
+            text = f"cannot be built: {failure}" if failure else noticed(
+                plans_of(mutation.runs), folder / "fmus") or (
+                failing(mutation.tests, folder / "source") if mutation.tests else "")
             shutil.rmtree(folder)
             expected = bool(text) != bool(mutation.equivalent) and not failure
             verdict = "noticed" if text else "survived"
