@@ -4,7 +4,7 @@ from decimal import Decimal
 from html import escape
 from urllib.parse import quote
 
-from fmi_export.definition import FmuDefinition, Variable
+from fmi_export.definition import FmuDefinition
 from fmi_export.pages.icon import Shape, svg_file, svg_icon
 from fmi_export.pages.mathml import typeset
 from fmi_export.pages.sketch import STYLE as SKETCH_STYLE
@@ -62,9 +62,6 @@ def documentation(definition: FmuDefinition, version: str) -> str:
     module = definition.block.__module__
     sections = typeset("\n".join(section(module, package, name) for package, name in definition.documentation))
     sketch = "" if definition.sketch is None else definition.sketch.drawn()
-    parameters = [v for v in definition.variables if v.causality == "parameter"]
-    inputs = [v for v in definition.variables if v.causality == "input"]
-    outputs = [v for v in definition.variables if v.causality == "output"]
     name, about = escape(definition.name), escape(definition.description)
     icon = quote(svg_file(icon_of(definition)).strip())
     return f"""<!DOCTYPE html>
@@ -82,13 +79,13 @@ def documentation(definition: FmuDefinition, version: str) -> str:
 {sketch}
 {sections}
 <h2>Inputs</h2>
-{variable_table(definition, inputs)}
+{variable_table(definition, "input")}
 <h2>Outputs</h2>
-{variable_table(definition, outputs)}
+{variable_table(definition, "output")}
 <h2>Parameters</h2>
 <p>A tunable parameter acts at the next step, a fixed one can be set until the initialization ends. A value outside
 its range is refused with a message before the next step.</p>
-{variable_table(definition, parameters)}
+{variable_table(definition, "parameter")}
 </body>
 </html>
 """
@@ -101,10 +98,10 @@ def section(module: str, package: str, name: str) -> str:
     return page.read_text(encoding="utf-8").strip()
 
 
-def variable_table(definition: FmuDefinition, variables: list[Variable]) -> str:
-    """Table of variables; start values and sources where they have one."""
+def variable_table(definition: FmuDefinition, causality: str) -> str:
+    """Table of the variables of a causality; start values and sources where they have one."""
     rows = []
-    for v in variables:
+    for v in (each for each in definition.variables if each.causality == causality):
         start = "" if v.causality == "output" else str(definition.start_value(v))
         bounds = "" if v.minimum is None or v.maximum is None else f"{number(v.minimum)} … {number(v.maximum)}"
         start = start if v.causality == "output" or v.boolean else number(float(start))

@@ -17,14 +17,7 @@ from maglev.procedures.outcome import Outcome
 from maglev.report import claim_table, findings, outcome_maps
 from maglev.report.plots.charts import ShownChart, in_order, shown_charts
 from maglev.report.plots.data import NOTHING, Frictionless, figure_data, moving, runs_data
-from maglev.report.plots.figures import (
-    Shown,
-    law_of,
-    moved,
-    read_figures,
-    rig_name,
-    shown_figures,
-)
+from maglev.report.plots.figures import Shown, law_of, moved, read_figures, rig_name, shown_figures
 from maglev.report.status import is_listed, run_status
 from maglev.report.text import sentence
 from maglev.schema.layers import packaged_runs
