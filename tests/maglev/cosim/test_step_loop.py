@@ -201,7 +201,7 @@ def test_what_is_no_loop_of_this_version_is_left_alone(native_fmus: Path, own: P
 @pytest.mark.parametrize("place", [".", "fmus", "fmus/native", "results", "native"])
 def test_a_library_is_never_taken_for_its_place(native_fmus: Path, own: Path, tmp_path: Path,
                                                 monkeypatch: pytest.MonkeyPatch, place: str) -> None:
-    """Not from the current folder, nor beside, above or below the FMUs: it is not even loaded."""
+    """Not from the current folder, nor beside, above or below the FMUs: it is not even loaded. The user's own is."""
     folder = tmp_path / "fmus"
     for path in (folder / "native", tmp_path / "results", tmp_path / "native"):
         path.mkdir(parents=True, exist_ok=True)
@@ -211,8 +211,9 @@ def test_a_library_is_never_taken_for_its_place(native_fmus: Path, own: Path, tm
     monkeypatch.chdir(tmp_path)
     run = maglev.run("2dof-step-4-nonlinear", fmus="fmus", kind="native")
     assert not (tmp_path / "forged.txt").exists()
-    assert run.result.provenance is not None
-    assert run.result.provenance.libraries == {}
+    loop = own_loop()
+    assert run.result.provenance is not None and loop is not None
+    assert run.result.provenance.libraries == {LIBRARY: loop.sha256}
 
 
 def test_it_is_known_by_its_content(native_fmus: Path, own: Path, tmp_path: Path,
