@@ -39,16 +39,16 @@ def named_values(plan: RunPlan, metrics: Metrics) -> dict[str, tuple[float, str]
 
     "overshoot of x at t = 6 s" is that of one step, "overshoot of x" the largest of all steps.
     """
-    found: dict[str, tuple[float, str]] = {}
+    values: dict[str, tuple[float, str]] = {}
     steps: dict[str, tuple[float, str]] = {}
-    for each in measures(plan, metrics):
-        name = f"{each.quantity} of {each.of}" if each.of else each.quantity
-        if each.time is not None:
-            steps[f"{name}{AT_STEP}{each.time:g} s"] = each.value, each.unit
-            found[name] = max(found.get(name, (-inf, ""))[0], each.value), each.unit
+    for measure in measures(plan, metrics):
+        name = f"{measure.quantity} of {measure.of}" if measure.of else measure.quantity
+        if measure.time is not None:
+            steps[f"{name}{AT_STEP}{measure.time:g} s"] = measure.value, measure.unit
+            values[name] = max(values.get(name, (-inf, ""))[0], measure.value), measure.unit
         else:
-            found[name] = each.value, each.unit
-    return {**found, **steps}
+            values[name] = measure.value, measure.unit
+    return {**values, **steps}
 
 
 def columns_of(known: Mapping[str, tuple[float, str]], asked: Iterable[str] | None, limits: Mapping[str, Limit],
@@ -59,32 +59,32 @@ def columns_of(known: Mapping[str, tuple[float, str]], asked: Iterable[str] | No
     kept but those of single steps. `origin` is what refusals name.
     """
     names = [name for name in known if AT_STEP not in name] if asked is None else [
-        *EVENTS, *(name for each in asked for name in meant(known, each, f"{origin}: metrics"))]
+        *EVENTS, *(name for pattern in asked for name in meant(known, pattern, f"{origin}: metrics"))]
     bounds: dict[str, tuple[float, float]] = {}
-    for each, limit in limits.items():
-        for name in meant(known, each, f"{origin}: limits"):
+    for pattern, limit in limits.items():
+        for name in meant(known, pattern, f"{origin}: limits"):
             unit = known[name][1] or "1"
-            with refused_as(ScenarioError, f"{origin}: limits.{each}"):
+            with refused_as(ScenarioError, f"{origin}: limits.{pattern}"):
                 low, high = (default if given is None else parse_quantity(given.written, unit)
                              for given, default in ((limit.min, -inf), (limit.max, inf)))
             before = bounds.get(name, (-inf, inf))
             least, most = bounds[name] = max(low, before[0]), min(high, before[1])
             if least > most:
-                raise ScenarioError(f"{origin}: limits.{each}: {name} would have to be {least:g} at least and {most:g} "
-                                    "at most, expected min below max")
+                raise ScenarioError(f"{origin}: limits.{pattern}: {name} would have to be {least:g} at least and "
+                                    f"{most:g} at most, expected min below max")
     return [Column(name, known[name][1], *bounds.get(name, (-inf, inf))) for name in dict.fromkeys([*names, *bounds])]
 
 
 def meant(known: Mapping[str, object], asked: str, origin: str) -> list[str]:
     """Names that a name means; ScenarioError with the nearest if there is none."""
     with refused_as(ScenarioError, f"{origin}: {asked!r}"):
-        name = BAND.sub(lambda found: as_named(found[0]), asked)
+        name = BAND.sub(lambda band: as_named(band[0]), asked)
     if name in known:
         return [name]
-    found = [each for each in known if each.startswith(f"{name} of ") and AT_STEP not in each]
-    if not found:
+    matching = [column for column in known if column.startswith(f"{name} of ") and AT_STEP not in column]
+    if not matching:
         raise ScenarioError(f"{origin}: there is no metric {asked!r}; nearest is {nearest(name, known)}")
-    return found
+    return matching
 
 
 def as_named(band: str) -> str:

@@ -115,10 +115,10 @@ def metadata_of(path: Path) -> dict[str, Any]:
     if path.exists() and not path.is_file():   # a pipe would wait for ever
         return {}
     try:
-        found: dict[str, Any] = json.loads((pq.read_schema(path).metadata or {})[METADATA])
+        about: dict[str, Any] = json.loads((pq.read_schema(path).metadata or {})[METADATA])
     except (OSError, KeyError, ValueError, pa.ArrowException):
         return {}
-    return found
+    return about
 
 
 def read_dataset(path: Path) -> pa.Table:

@@ -17,7 +17,7 @@ def number_of_samples(study: StudyFile) -> int:
     design, varied = study.design, len(study.vary)
     if design.kind == "rows":
         return len(rows_of(study))
-    number = (math.prod(len(values_of(each)) for each in study.vary) if design.samples is None
+    number = (math.prod(len(values_of(varied)) for varied in study.vary) if design.samples is None
               else design.samples * (varied + 2) if design.kind == "saltelli" else design.samples)
     if number > MOST_SAMPLES:
         raise ScenarioError(f"{study.name}: design: {number:.3g} samples, expected at most {MOST_SAMPLES:.0e}")
@@ -32,14 +32,14 @@ def samples(study: StudyFile) -> Array:
     if study.design.kind == "rows":
         return rows_of(study)
     if number_of_samples(study) and study.design.kind == "grid":
-        axes = np.meshgrid(*(np.array(values_of(each), dtype=np.float64) for each in study.vary), indexing="ij")
+        axes = np.meshgrid(*(np.array(values_of(varied), dtype=np.float64) for varied in study.vary), indexing="ij")
         return np.stack(axes, axis=-1).reshape(-1, len(axes))
     return at(study, unit_samples(study))
 
 
 def rows_of(study: StudyFile) -> Array:
     """Values side by side, one row a sample; ScenarioError if there are more of one than of another."""
-    columns = {each.column: values_of(each) for each in study.vary}
+    columns = {varied.column: values_of(varied) for varied in study.vary}
     numbers = {name: len(column) for name, column in columns.items()}
     if len({*numbers.values()}) > 1:
         raise ScenarioError(f"{study.name}: vary: {', '.join(f'{name}: {number}' for name, number in numbers.items())} "
@@ -84,13 +84,13 @@ def at(study: StudyFile, points: Array) -> Array:
     from scipy.special import ndtri
 
     points = np.clip(points, SMALLEST, 1.0 - SMALLEST)
-    found = np.column_stack([values_at(each, points[:, column]) for column, each in enumerate(study.vary)])
-    columns = [each.column for each in study.vary]
+    values = np.column_stack([values_at(varied, points[:, column]) for column, varied in enumerate(study.vary)])
+    columns = [varied.column for varied in study.vary]
     for group in study.correlated:
         chosen = [columns.index(name) for name in group.of]
         means = np.array([number(study.vary[column].mean) for column in chosen])
-        found[:, chosen] = means + ndtri(points[:, chosen]) @ factor(group.of, group.covariance).T
-    return found
+        values[:, chosen] = means + ndtri(points[:, chosen]) @ factor(group.of, group.covariance).T
+    return values
 
 
 def values_at(varied: Varied, points: Array) -> Array:

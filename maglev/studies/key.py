@@ -46,12 +46,12 @@ def canonical(value: Any) -> Any:
         return canonical(value.value)
     if isinstance(value, BaseModel) or (is_dataclass(value) and not isinstance(value, type)):
         left_out = LEFT_OUT.get(type(value), frozenset())
-        return [type(value).__name__, [[name, canonical(each)] for name, each in attributes(value).items()
+        return [type(value).__name__, [[name, canonical(attribute)] for name, attribute in attributes(value).items()
                                        if name not in left_out]]
     if isinstance(value, Mapping):
-        return ["mapping", [[canonical(name), canonical(each)] for name, each in value.items()]]
+        return ["mapping", [[canonical(name), canonical(item)] for name, item in value.items()]]
     if isinstance(value, (list, tuple)):
-        return [canonical(each) for each in value]
+        return [canonical(item) for item in value]
     if isinstance(value, np.ndarray):
         content = np.ascontiguousarray(value)
         return [str(content.dtype), list(content.shape), hashlib.sha256(content.tobytes()).hexdigest()]
@@ -69,4 +69,4 @@ def attributes(value: Any) -> dict[str, Any]:
     if isinstance(value, BaseModel):
         own = dict(value.__pydantic_private__ or {})
         return {name: getattr(value, name) for name in type(value).model_fields} | own
-    return {each.name: getattr(value, each.name) for each in fields(value)}
+    return {field.name: getattr(value, field.name) for field in fields(value)}

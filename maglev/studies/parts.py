@@ -56,8 +56,8 @@ class Parts:
             raise ScenarioError(f"{self.folder}: is {kind_of(self.folder)}, expected a folder, or nothing there")
         remove_leftovers(self.folder)   # of a process that was ended as it wrote
         # One with a dot is a part that was never finished.
-        found = sorted(path for path in self.folder.glob("[!.]*") if not path.name.startswith(PREFIX))
-        for path in found:
+        paths = sorted(path for path in self.folder.glob("[!.]*") if not path.name.startswith(PREFIX))
+        for path in paths:
             require_file(path)
         try:
             key = json.loads(self.mark.read_text(encoding="utf-8"))["key"]
@@ -67,7 +67,7 @@ class Parts:
             raise ScenarioError(f"{self.folder}: has parts of another study, or of this one with other files or "
                                 f"another version, expected none: remove the folder, or give another {option('out')}")
         others = 0
-        for path in found:
+        for path in paths:
             name = f"{path.stem.rpartition('.')[0]}{path.suffix}"
             if path == self.path(name, path.read_bytes()):
                 self.files[name] = path

@@ -71,10 +71,10 @@ def plan_study(study: StudyFile, experiment: Experiment, origin: str, out: Path,
     job = Job("", code_of_package(), experiment, tuple(targets), tuple(columns), tuple(study.keep), every,
               limit_of(experiment, written, study.sample_timeout, origin), written)
     native = all(fmu.kind == "native" for fmu in experiment.provenance().fmus)   # a foreign one may run Python inside
-    varied = {each.column: "" if each.mode == "factor" else
+    varied = {parameter.column: "" if parameter.mode == "factor" else
               next(target.unit.removeprefix("1") for target in targets if target.column == i)
-              for i, each in enumerate(study.vary)}
-    for name in {each.column for each in study.vary} & {*known, "sample", "passed", "failure"}:
+              for i, parameter in enumerate(study.vary)}
+    for name in {parameter.column for parameter in study.vary} & {*known, "sample", "passed", "failure"}:
         raise ScenarioError(f"{origin}: vary.name = {name!r}: expected another name than that of a metric")
     job = replace(job, key=key_of(job, values, varied, design, bool(study.limits)))
     layout = Layout(job, varied, bool(study.limits), about(study, job, experiment, run, count))
@@ -130,8 +130,8 @@ def about(study: StudyFile, job: Job, experiment: Experiment, run: Mapping[str, 
             "description": study.description, "key": job.key, "samples": count,
             "design": study.design.model_dump(), "correlated": [group.of for group in study.correlated],
             "scenario": experiment.plan.name, "provenance": provenance, "run": run,
-            "vary": [{"name": each.column, "set": each.set, "mode": each.mode, "kind": each.kind}
-                     for each in study.vary],
+            "vary": [{"name": parameter.column, "set": parameter.set, "mode": parameter.mode, "kind": parameter.kind}
+                     for parameter in study.vary],
             "limits": {column.name: {"min": finite(column.min), "max": finite(column.max)} for column in job.columns
                        if finite(column.min) is not None or finite(column.max) is not None},
             "targets": [target.name for target in job.targets], "kept": list(job.kept)}

@@ -53,7 +53,7 @@ def fly(planned: PlannedStudy, parts: Parts, path: Path, jobs: int, scheduler: s
         raise ScenarioError(f"{parts.folder}: {kept_samples} of {samples} samples are done, "
                             f"expected {option('resume', True)} to go on with them, or no such folder")
     if resume and not parts.folder.exists() and metadata_of(path).get("key") == planned.job.key:
-        if all(is_as_written(each, job.key) for each in (path, *([trajectories_path(path)] if job.kept else []))):
+        if all(is_as_written(written, job.key) for written in (path, *([trajectories_path(path)] if job.kept else []))):
             return path   # it was done before
         say(f"{path}: is not whole, not with its trajectories, or was edited: all samples are run again")
     if lost or others:

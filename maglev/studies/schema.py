@@ -92,7 +92,7 @@ class Varied(Table):
     @property
     def quantities(self) -> list[StartValue]:
         given = [self.start, self.to, self.low, self.high, self.mean, self.deviation, *(self.values or ())]
-        return [each for each in given if each is not None]
+        return [kind for kind in given if kind is not None]
 
 
 class Design(Table):

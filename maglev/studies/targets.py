@@ -39,7 +39,7 @@ class Target:
 def targets_of(study: StudyFile, experiment: Experiment, origin: str) -> list[Target]:
     """What a study sets, in the order of the file; ScenarioError if something cannot be set, or not to its values."""
     descriptions = experiment.check()
-    found = []
+    targets = []
     for i, varied in enumerate(study.vary):
         for name in varied.set:
             target = target_of(name, i, varied.mode, experiment, descriptions, f"{origin}: vary[{i}].set = {name!r}")
@@ -51,17 +51,17 @@ def targets_of(study: StudyFile, experiment: Experiment, origin: str) -> list[Ta
                 if target.boolean != isinstance(quantity.value, bool):
                     raise ScenarioError(f"{origin}: vary[{i}]: {quantity.written}: {name} is "
                                         f"{'Boolean, expected true or false' if target.boolean else 'a number'}")
-            found.append(target)
-        nominal = [target.nominal for target in found if target.column == i]
+            targets.append(target)
+        nominal = [target.nominal for target in targets if target.column == i]
         if varied.mode == "factor" and not any(nominal):
             raise ScenarioError(f"{origin}: vary[{i}].set = {', '.join(varied.set)!r}: a factor on 0 varies nothing, "
                                 "expected values, such as LOW:HIGH, or mode = 'offset'")
-    return found
+    return targets
 
 
 def require_free(settings: Mapping[str, StartValue], vary: Iterable[Varied], origin: str) -> None:
     """Refuse to set `fmu.variable` that varies; what a factor or an offset is of may be set."""
-    varied = {name for each in vary if each.mode == "value" for name in each.set}
+    varied = {name for parameter in vary if parameter.mode == "value" for name in parameter.set}
     for name in settings.keys() & varied:
         raise ScenarioError(f"{origin}: {settings[name].origin}: {name} varies, expected to be set, or to vary")
 
@@ -86,7 +86,7 @@ def target_of(name: str, column: int, mode: Mode, experiment: Experiment, descri
     if fmu not in descriptions:
         raise ScenarioError(f"{key}: there is no FMU {fmu!r}, nearest is {nearest(fmu, [*descriptions, REFERENCE])}")
     variables = {variable.name: variable for variable in descriptions[fmu].modelVariables}
-    settable = [each for each, variable in variables.items() if variable.causality in ("parameter", "input")]
+    settable = [name for name, variable in variables.items() if variable.causality in ("parameter", "input")]
     if own not in variables:
         raise ScenarioError(f"{key}: {fmu} has no parameter {own!r}; nearest is {nearest(own, settable)}")
     variable = variables[own]
@@ -98,8 +98,8 @@ def target_of(name: str, column: int, mode: Mode, experiment: Experiment, descri
     if own in experiment.plan.fmus[fmu].start_from:
         raise ScenarioError(f"{key}: comes from another run, expected what the scenario itself sets")
     plan = experiment.plan
-    if name in {*(end for _, end in plan.wires.values()), *(port for each in plan.signals
-                                                            for port in (each.to, each.rate_to))}:
+    if name in {*(end for _, end in plan.wires.values()), *(port for signal in plan.signals
+                                                            for port in (signal.to, signal.rate_to))}:
         raise ScenarioError(f"{key}: is fed from the start, expected a parameter, an input that nothing feeds, or "
                             "reference.AXIS.amplitude, .start or .end")
     boolean = variable.type == "Boolean"

@@ -119,8 +119,8 @@ def fly_in_threads(jobs: int, job: Job, batches: list[Batch], values: Array, sto
                 done.put((batch.number, error))
 
     threads = [Thread(target=fly_waiting) for _ in range(min(jobs, len(batches)))]
-    for each in (*batches, *(None for _ in threads)):
-        waiting.put(each)
+    for batch in (*batches, *(None for _ in threads)):
+        waiting.put(batch)
     for thread in threads:
         thread.start()
     try:
@@ -148,10 +148,10 @@ def end(threads: list[Thread], ended: c_int64) -> None:
 
 def alone(idle: Idle, job: Job, number: int, values: Array) -> Sample:
     """Fly one sample with nothing else under way: if its process dies now, it dies of it."""
-    found = [failed(job, "every process that ran it died")]
+    samples = [failed(job, "every process that ran it died")]
     fly_batches(1, idle, job, [Batch(0, number, number + 1)], values,
-                lambda _, flown: found.append(only_sample(flown)), lambda _: None)
-    return found[-1]
+                lambda _, flown: samples.append(only_sample(flown)), lambda _: None)
+    return samples[-1]
 
 
 def fly_batches(jobs: int, idle: Idle, job: Job, batches: list[Batch], values: Array, store: Store,

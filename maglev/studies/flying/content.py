@@ -22,8 +22,8 @@ def files_of(experiment: Experiment) -> dict[str, bytes]:
 
 
 def digest(files: Mapping[str, bytes]) -> str:
-    found = hashlib.sha256()
+    hashed = hashlib.sha256()
     for name, content in sorted(files.items()):
-        found.update(f"{name}\0{len(content)}\0".encode())
-        found.update(content)
-    return found.hexdigest()
+        hashed.update(f"{name}\0{len(content)}\0".encode())
+        hashed.update(content)
+    return hashed.hexdigest()

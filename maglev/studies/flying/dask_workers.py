@@ -156,12 +156,12 @@ def submit(client: Client, plugin: str, batch: Batch, values: Array) -> Future[F
 def result(future: Future[Flown]) -> Flown:
     """What a batch gave; MaglevError if it could not be run."""
     try:
-        found: Flown = future.result()
+        flown: Flown = future.result()
     except (KilledWorker, MaglevError):
         raise
     except OSError as error:
         raise MaglevError(f"a worker cannot go on: {in_one_line(error)}") from error
-    return found
+    return flown
 
 
 def alone(client: Client, plugin: str, number: int, values: Array, job: Job) -> Sample:

@@ -111,13 +111,13 @@ class Flight:
         assert self.loop is not None
         meter = self.metering()
         try:
-            found = meter.run(self.loop, phase_resistances(self.experiment.plan, changes), self.ended)
+            ending = meter.run(self.loop, phase_resistances(self.experiment.plan, changes), self.ended)
         except BaseException:
             self.close()
             raise
-        if found == ENDED:
+        if ending == ENDED:
             raise KeyboardInterrupt
-        metrics = meter.metrics() if found == DONE else None
+        metrics = meter.metrics() if ending == DONE else None
         return None if metrics is None else (metrics, meter.arrays.get("kept"))
 
     def begin(self, changes: Changes) -> bool:
@@ -144,12 +144,12 @@ class Flight:
         return self.meter
 
     def start(self, changes: Changes) -> dict[str, dict[str, float | bool]]:
-        found: dict[str, dict[str, float | bool]] = {}
+        by_fmu: dict[str, dict[str, float | bool]] = {}
         following = self.experiment.following
         for full, value in {**(following.settings(changes) if following else {}), **changes}.items():
             name, _, variable = full.partition(".")
-            found.setdefault(name, {})[variable] = value
-        return found
+            by_fmu.setdefault(name, {})[variable] = value
+        return by_fmu
 
     def drive(self, master: Master, changes: Changes) -> None:
         """Put the references of a run into the rows that the FMUs read."""

@@ -139,7 +139,7 @@ class Device:
         self.shared = {name: cupy.asarray(meter.arrays[name]) for name in SHARED}
         self.calls = self.bytes_there(loop.moved)
         self.signals = [None if track.signals is None else cupy.asarray(track.signals) for track in loop.tracks]
-        self.rows = cupy.asarray(np.array([0 if each is None else each.data.ptr for each in self.signals], np.int64))
+        self.rows = cupy.asarray(np.array([0 if track is None else track.data.ptr for track in self.signals], np.int64))
         self.found = {"whole": meter.whole, "of_windows": meter.found_windows, "of_events": meter.found_events,
                       **{name: meter.arrays[name] for name in ("kept",) if name in meter.arrays}}
         self.own = {name: array.nbytes for name, array in [*self.found.items(), *(
@@ -188,11 +188,11 @@ class Device:
     def completed(self, job: Job, running: Running) -> Iterator[tuple[int, Sample]]:
         """Samples that were completed, as soon as all have ended, with their numbers."""
         returned = self.cupy.asnumpy(running.arrays["returned"]).view(np.int64)[:, 0]
-        found = {name: self.cupy.asnumpy(running.arrays[name]) for name in self.found}
+        arrays = {name: self.cupy.asnumpy(running.arrays[name]) for name in self.found}
         for row, number in enumerate(running.samples):
             if returned[row] == DONE:
                 for name, array in self.found.items():
-                    array.reshape(-1).view(np.uint8)[:] = found[name][row]
+                    array.reshape(-1).view(np.uint8)[:] = arrays[name][row]
                 metrics = self.meter.metrics()
                 if metrics is not None:
                     yield number, completed(job, metrics, self.meter.arrays.get("kept"))
@@ -200,10 +200,10 @@ class Device:
 
 def finished(device: Device, job: Job, values: Array, samples: range, running: Running) -> Flown:
     """Samples that were run; those that were not completed are run here."""
-    found = dict(device.completed(job, running))
-    rest = [number for number in samples if number not in found]
-    found.update(zip(rest, each_flown(job, values[rest]), strict=True))
-    return gathered(job, samples.start, (found[number] for number in samples))
+    by_number = dict(device.completed(job, running))
+    rest = [number for number in samples if number not in by_number]
+    by_number.update(zip(rest, each_flown(job, values[rest]), strict=True))
+    return gathered(job, samples.start, (by_number[number] for number in samples))
 
 
 def code_of(sources: Mapping[str, str]) -> dict[str, str]:

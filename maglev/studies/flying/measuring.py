@@ -95,19 +95,19 @@ class Measuring:
     def seen(self, recorded: Collection[str]) -> dict[str, str]:
         """Variable by member of the struct seen; `recorded` are those that there are."""
         plan = self.plan
-        found = {f"{kind}[{i}]": getattr(axis, kind) for i, axis in enumerate(plan.axes.values())
-                 for kind in ("position", "reference")}
-        found |= {f"amount[{i}]": name for i, name in enumerate(self.amounts)}
-        found |= {f"rise[{i}]": name for i, motor in enumerate(plan.motors.values())
-                  if (name := f"{winding_of(motor)}.rise") in recorded}
-        found |= {f"flag[{i}]": name for i, name in enumerate(self.flags)}
-        return found | {f"kept[{i}]": name for i, name in enumerate(self.kept)}
+        fields = {f"{kind}[{i}]": getattr(axis, kind) for i, axis in enumerate(plan.axes.values())
+                  for kind in ("position", "reference")}
+        fields |= {f"amount[{i}]": name for i, name in enumerate(self.amounts)}
+        fields |= {f"rise[{i}]": name for i, motor in enumerate(plan.motors.values())
+                   if (name := f"{winding_of(motor)}.rise") in recorded}
+        fields |= {f"flag[{i}]": name for i, name in enumerate(self.flags)}
+        return fields | {f"kept[{i}]": name for i, name in enumerate(self.kept)}
 
     @cached_property
     def form(self) -> dict[str, np.dtype[np.void]]:
         """Forms of the structs with what is found, of numbers alone."""
-        axes, motors, amounts, flags = (max(1, len(each)) for each in (self.axes, self.plan.motors, self.amounts,
-                                                                       self.flags))
+        axes, motors, amounts, flags = (max(1, len(group)) for group in (self.axes, self.plan.motors, self.amounts,
+                                                                         self.flags))
         banded = axes * self.columns
 
         def struct(**fields: int) -> np.dtype[np.void]:
@@ -220,22 +220,22 @@ class Meter:
 
     def settling(self, outside: npt.NDArray[np.float64], axis: int, start: int, end: int) -> dict[float, float]:
         """Settling times (s) by band in a window, from the last samples outside."""
-        time, found = self.measuring.time, {}
+        time, settled = self.measuring.time, {}
         for i, band in enumerate(self.measuring.bands[axis]):
             last = int(outside[axis * self.measuring.columns + i])
-            found[band] = 0.0 if last < 0 else math.inf if last == end - start - 1 else float(
+            settled[band] = 0.0 if last < 0 else math.inf if last == end - start - 1 else float(
                 time[start + last] - time[start])
-        return found
+        return settled
 
     def step(self, number: int, axis: int) -> StepResponse:
         """Response of an axis to its own step, with which a window begins."""
-        name, found, (start, end) = self.measuring.axes[axis], self.found_windows[number], self.windows[number]
+        name, window, (start, end) = self.measuring.axes[axis], self.found_windows[number], self.windows[number]
         before, target = (float(self.references[name][k]) for k in (start - 1, start))
-        beyond = float(found["highest"][axis]) if target > before else -float(found["lowest"][axis])
+        beyond = float(window["highest"][axis]) if target > before else -float(window["lowest"][axis])
         return StepResponse(name, float(self.measuring.time[start]), before, target,
-                            self.settling(found["outside"], axis, start, end),
+                            self.settling(window["outside"], axis, start, end),
                             max(0.0, beyond) / abs(target - before),
-                            float(found["steady"][axis]) / self.steady[number])
+                            float(window["steady"][axis]) / self.steady[number])
 
     def lost(self) -> tuple[float, ...]:
         """Times of the steps after which the stage was lost, s."""
@@ -244,24 +244,24 @@ class Meter:
         def is_lost(errors: npt.NDArray[np.float64], flags: npt.NDArray[np.float64]) -> bool:
             return bool((flags != 0.0).any() or (np.abs(errors) > limits).any())
 
-        found, was_lost = [], is_lost(self.whole[0]["before"], self.whole[0]["flag_before"])
+        losses, was_lost = [], is_lost(self.whole[0]["before"], self.whole[0]["flag_before"])
         for (start, _), window in zip(self.windows, self.found_windows, strict=True):
             now_lost = is_lost(window["end"], window["flag_at_end"])
             if not was_lost and (now_lost or window["flagged"].any()):
-                found.append(float(self.measuring.time[start]))
+                losses.append(float(self.measuring.time[start]))
             was_lost = now_lost
-        return tuple(found)
+        return tuple(losses)
 
     def event(self, number: int) -> EventResponse:
         """What the run does in the window of an event."""
-        measuring, found, (start, end) = self.measuring, self.found_events[number], self.events[number]
+        measuring, window, (start, end) = self.measuring, self.found_events[number], self.events[number]
         event, time, samples = measuring.plan.events[number], measuring.time, end - start
         return EventResponse(
             event.name, event.time, float(time[end - 1]),
-            tuple(Deviation(axis, float(found["peak"][i]), self.settling(found["outside"], i, start, end),
-                            float(found["integral"][i]) / 2.0) for i, axis in enumerate(measuring.axes)),
-            tuple(Effort(motor, math.sqrt(float(found["squares"][i]) / samples / max(1, len(currents))),
-                         float(found["loss"][i]) / 2.0,
-                         max((math.sqrt(float(found["changes"][k]) / (samples - 1) / 2.0) for k in commands
+            tuple(Deviation(axis, float(window["peak"][i]), self.settling(window["outside"], i, start, end),
+                            float(window["integral"][i]) / 2.0) for i, axis in enumerate(measuring.axes)),
+            tuple(Effort(motor, math.sqrt(float(window["squares"][i]) / samples / max(1, len(currents))),
+                         float(window["loss"][i]) / 2.0,
+                         max((math.sqrt(float(window["changes"][k]) / (samples - 1) / 2.0) for k in commands
                               if samples > 1), default=0.0))
                   for i, (motor, currents, commands) in enumerate(self.motors())))

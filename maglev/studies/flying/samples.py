@@ -118,8 +118,8 @@ def each_flown(job: Job, values: Array, loaded: Callable[[], None] | None = None
 
 def completed(job: Job, metrics: Metrics, rows: Array | None) -> Sample:
     """A sample that was completed, with rows of what is kept, where the next run writes, too."""
-    found = named_values(job.experiment.plan, metrics)
-    return Sample(np.array([found.get(column.name, (nan, ""))[0] for column in job.columns]), None,
+    named = named_values(job.experiment.plan, metrics)
+    return Sample(np.array([named.get(column.name, (nan, ""))[0] for column in job.columns]), None,
                   None if rows is None else rows.copy())
 
 

@@ -25,7 +25,7 @@ def run_of(about: Mapping[str, Any]) -> Mapping[str, Any]:
 
 def values_of(about: Mapping[str, Any], row: Mapping[str, Any]) -> dict[str, Any]:
     """What the run of a row of the dataset sets: values, SI, by `fmu.variable` or reference."""
-    columns = {target: each["name"] for each in about["vary"] for target in each["set"]}
+    columns = {target: parameter["name"] for parameter in about["vary"] for target in parameter["set"]}
     return {**run_of(about)["set"], **{target: row[target] if target in row else row[columns[target]]
                                       for target in about["targets"]}}
 

@@ -72,16 +72,16 @@ def outcomes_of(table: pa.Table) -> Outcomes:
 
 def grid_of(table: pa.Table, about: Mapping[str, Any]) -> list[Factor]:
     """What varies in a full grid, in its order; samples of a grid stand in it."""
-    units, found = units_of(table), []
-    for each in about["vary"]:
-        column = np.array(table[each["name"]].to_pylist(), float)
+    units, factors = units_of(table), []
+    for parameter in about["vary"]:
+        column = np.array(table[parameter["name"]].to_pylist(), float)
         values, first = np.unique(column, return_index=True)
         order = np.argsort(first, kind="stable")   # of a list its own
         rows = [table.slice(int(k), 1).to_pylist()[0] for k in first[order]]
         runs = [options_of(about, row)["set"] for row in rows]
-        found.append(Factor(each["name"], units[each["name"]], values[order],
-                            {target: np.array([run[target] for run in runs]) for target in each["set"]}))
-    return found
+        factors.append(Factor(parameter["name"], units[parameter["name"]], values[order],
+                              {target: np.array([run[target] for run in runs]) for target in parameter["set"]}))
+    return factors
 
 
 def map_of(table: pa.Table, about: Mapping[str, Any]) -> LawMap | None:
@@ -95,10 +95,10 @@ def map_of(table: pa.Table, about: Mapping[str, Any]) -> LawMap | None:
     down, across, *others = order
     if sides[down] * sides[across] < LEAST_CELLS or sides[across] < 2:
         return None
-    found = outcomes_of(table)
-    if (found == found[0]).all():
+    outcomes = outcomes_of(table)
+    if (outcomes == outcomes[0]).all():
         return None
-    cells = found.reshape(sides).transpose([*others, down, across]).reshape(-1, sides[down], sides[across])
+    cells = outcomes.reshape(sides).transpose([*others, down, across]).reshape(-1, sides[down], sides[across])
     return LawMap("", command_of(about, table.slice(0, 1).to_pylist()[0]).split(" --set")[0],
                   [grid[i] for i in order], cells)
 
@@ -106,5 +106,5 @@ def map_of(table: pa.Table, about: Mapping[str, Any]) -> LawMap | None:
 def maps_data(maps: Sequence[LawMap], words: Sequence[str] = OUTCOMES) -> dict[str, Any]:
     """What the script draws of maps over the same values."""
     return {"factors": [factor.shown() for factor in maps[0].factors], "outcomes": words,
-            "laws": [{"name": each.name, "command": each.command, "packed": packed(each.cells.tobytes())}
-                     for each in maps]}
+            "laws": [{"name": law.name, "command": law.command, "packed": packed(law.cells.tobytes())}
+                     for law in maps]}

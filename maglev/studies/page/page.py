@@ -125,7 +125,7 @@ def data(table: pa.Table, about: Mapping[str, Any], metrics: Sequence[tuple[str,
     """
     chosen = table.take(pa.array(drawn))
     units = units_of(table)
-    varied = [each["name"] for each in about["vary"]]
+    varied = [parameter["name"] for parameter in about["vary"]]
     names = [*varied, *(name for name, _ in metrics)]
     columns = []
     for name in names:
@@ -135,14 +135,15 @@ def data(table: pa.Table, about: Mapping[str, Any], metrics: Sequence[tuple[str,
         columns.append({"name": name, "unit": unit, "limits": limits, "values": [
             None if value is None or not math.isfinite(value) else float(f"{scale * value:.6g}")
             for value in chosen[name].to_pylist()]})
-    sides = [each.name for each in mapped.factors[1::-1]] if mapped else telling(table, about)
+    sides = [factor.name for factor in mapped.factors[1::-1]] if mapped else telling(table, about)
     first, second, *_ = [varied.index(name) for name in sides] * 2
     metric = decisive(table, about)
     # The metric that fails; what else fails is seen in the share of samples that pass.
     begin = names.index(metric) if metric in names else -1 if shares else len(varied)
     return {"samples": drawn.tolist(), "varied": len(varied), "columns": columns, "begin": [begin, first, second],
             "shares": shares,
-            "grid": about["design"]["kind"] == "grid", "passed": [int(each) for each in chosen["passed"].to_pylist()]}
+            "grid": about["design"]["kind"] == "grid",
+            "passed": [int(passed) for passed in chosen["passed"].to_pylist()]}
 
 
 def shown_in(values: Sequence[float], unit: str) -> tuple[str, float]:
@@ -159,8 +160,8 @@ def quantiles_table(table: pa.Table, about: Mapping[str, Any]) -> str:
     limited, others = [], []
     for name, unit, values in metrics_of(table):
         if len(values) and (varies(values) or name not in EVENTS):
-            cells = [name, *(metric_text(name, each, unit)
-                             for each in np.quantile(values, [0.0, 0.5, 1.0], method="nearest").tolist())]
+            cells = [name, *(metric_text(name, quantile, unit)
+                             for quantile in np.quantile(values, [0.0, 0.5, 1.0], method="nearest").tolist())]
             if name in about["limits"]:
                 limited.append([*map(escape, (*cells, limits_text(about, name, unit),
                                               str(beyond_limits(values, about, name).sum())))])
@@ -177,13 +178,14 @@ def quantiles_table(table: pa.Table, about: Mapping[str, Any]) -> str:
 def worst_table(table: pa.Table, about: Mapping[str, Any], metrics: Sequence[tuple[str, str]], live: bool) -> str:
     """The samples that did worst, each with the command that runs it again, and its run in the live page."""
     why, units = why_not_live(about), units_of(table)
-    scales = {each["name"]: shown_in(table[each["name"]].to_pylist(), units[each["name"]]) for each in about["vary"]}
+    scales = {parameter["name"]: shown_in(table[parameter["name"]].to_pylist(), units[parameter["name"]])
+              for parameter in about["vary"]}
     linked = live and not why
     rows = []
     for sample, reason in worst(table, about, metrics):
         row = table.slice(sample, 1).to_pylist()[0]
-        at = ", ".join(f"{each['name']} = {scales[each['name']][1] * row[each['name']]:.5g} "
-                       f"{scales[each['name']][0]}".rstrip() for each in about["vary"])
+        at = ", ".join(f"{parameter['name']} = {scales[parameter['name']][1] * row[parameter['name']]:.5g} "
+                       f"{scales[parameter['name']][0]}".rstrip() for parameter in about["vary"])
         link = (f' <a href="{escape(live_link(about, row))}" aria-label="open it live: sample {sample}">open it live'
                 "</a>") if linked else ""
         rows.append((str(sample), escape(reason), escape(at), f"<code>{escape(command_of(about, row))}</code> "
@@ -199,13 +201,13 @@ def worst_table(table: pa.Table, about: Mapping[str, Any], metrics: Sequence[tup
 
 def worst(table: pa.Table, about: Mapping[str, Any], metrics: Sequence[tuple[str, str]]) -> list[tuple[int, str]]:
     """Numbers of the worst samples and why: not completed, failed, then the largest of each metric."""
-    found: dict[int, str] = {}
+    reasons: dict[int, str] = {}
     for sample, why in enumerate(table["failure"].to_pylist()):
         if why is not None:
-            found.setdefault(sample, why)
+            reasons.setdefault(sample, why)
     for sample, failed in enumerate(table["failed"].to_pylist()):
         if failed:
-            found.setdefault(sample, "failed: a stop, a trip, or a large error at the end")
+            reasons.setdefault(sample, "failed: a stop, a trip, or a large error at the end")
     limited = [item for item in metrics if item[0] in about["limits"]]
     for name, unit in limited or metrics:
         if name in ("trip time", "stop contact time"):   # of all others, less is better
@@ -213,8 +215,8 @@ def worst(table: pa.Table, about: Mapping[str, Any], metrics: Sequence[tuple[str
         values = table[name].to_pylist()
         sample = max(range(len(values)), key=lambda i: -math.inf if values[i] is None else values[i])
         if values[sample] is not None:
-            found.setdefault(sample, f"largest {name}: {metric_text(name, values[sample], unit)}")
-    return list(found.items())[:MOST_WORST]
+            reasons.setdefault(sample, f"largest {name}: {metric_text(name, values[sample], unit)}")
+    return list(reasons.items())[:MOST_WORST]
 
 
 def sensitivity_section(indices: Sequence[Indices], notes: Sequence[str]) -> str:
@@ -224,10 +226,10 @@ def sensitivity_section(indices: Sequence[Indices], notes: Sequence[str]) -> str
     said = "\n".join(f"<p>{escape(note)}</p>" for note in notes)
     if indices:
         names = list(indices[0].first)
-        rows = [(escape(each.metric), *(
+        rows = [(escape(index.metric), *(
             f'<span class="share" style="--share: {100.0 * at[name]:.0f}%">{at[name]:.2f} ± {sure[name]:.2f}</span>'
-            for name in names for at, sure in ((each.first, each.first_confidence),
-                                               (each.total, each.total_confidence)))) for each in indices]
+            for name in names for at, sure in ((index.first, index.first_confidence),
+                                               (index.total, index.total_confidence)))) for index in indices]
         heads = [f"{name}: {kind}" for name in names for kind in ("first", "total")]
         said += ("<p>What decides each metric: of its variance the share that is gone if a quantity is known: by the "
                  "quantity alone (first), and with all that it does together with others (total), with 95 % confidence."

@@ -24,7 +24,7 @@ class Indices:
 
 def sensitivity(table: pa.Table, about: Mapping[str, Any]) -> tuple[list[Indices], list[str]]:
     """Indices of every metric that has some, and sentences that say why others, or all, have none."""
-    names = [each["name"] for each in about["vary"]]
+    names = [parameter["name"] for parameter in about["vary"]]
     if about["design"]["kind"] != "saltelli":
         return [], [f"Sobol indices need a design of kind 'saltelli'; this one is '{about['design']['kind']}'."]
     if about["correlated"]:
@@ -36,7 +36,7 @@ def sensitivity(table: pa.Table, about: Mapping[str, Any]) -> tuple[list[Indices
     from SALib.analyze import sobol
 
     problem = {"num_vars": len(names), "names": names, "bounds": [[0.0, 1.0]] * len(names)}
-    found, constant, endless = [], [], []
+    computed, constant, endless = [], [], []
     for name, _, values in metrics_of(table):
         if len(values) < table.num_rows or not np.isfinite(values).all():
             endless.append(name)
@@ -45,12 +45,12 @@ def sensitivity(table: pa.Table, about: Mapping[str, Any]) -> tuple[list[Indices
         else:
             # SALib draws its resamples from NumPy's generator of that seed: the same page for the same study.
             said = sobol.analyze(problem, values, calc_second_order=False, seed=about["design"]["seed"])
-            found.append(Indices(name, *(dict(zip(names, map(float, said[key]), strict=True))
-                                         for key in ("S1", "S1_conf", "ST", "ST_conf"))))
+            computed.append(Indices(name, *(dict(zip(names, map(float, said[key]), strict=True))
+                                            for key in ("S1", "S1_conf", "ST", "ST_conf"))))
     notes = []
     if endless:
         notes.append(f"None of {', '.join(endless)}: not finite in every sample, such as a band in which one never "
                      "settled.")
     if constant:
         notes.append(f"None of {', '.join(constant)}: the same in every sample.")
-    return found, notes
+    return computed, notes

@@ -36,11 +36,11 @@ def show_study(console: Console, table: pa.Table, about: Mapping[str, Any]) -> N
 def sample_table(table: pa.Table, about: Mapping[str, Any]) -> Table:
     """A row for each sample: what it sets, the metrics with limits, or else the main ones of each axis and motor."""
     units = units_of(table)
-    varied = [name for name in dict.fromkeys([*(each["name"] for each in about["vary"]), *about["targets"]])
+    varied = [name for name in dict.fromkeys([*(parameter["name"] for parameter in about["vary"]), *about["targets"]])
               if name in table.column_names]
     # Of bands to settle in the last one, the narrowest.
-    main = {(found[1].split(" to ")[0], found[2]): name for name, _, _ in metrics_of(table)
-            if (found := SHOWN.fullmatch(name))}
+    main = {(match[1].split(" to ")[0], match[2]): name for name, _, _ in metrics_of(table)
+            if (match := SHOWN.fullmatch(name))}
     metrics = [name for name in about["limits"] if name in table.column_names] or list(main.values())
     return result_table("", (*varied, *metrics), (
         [*(f"{row[name]:g} {units[name]}".strip() for name in varied),
@@ -51,19 +51,19 @@ def sample_table(table: pa.Table, about: Mapping[str, Any]) -> Table:
 def quantile_table(table: pa.Table, about: Mapping[str, Any]) -> Table:
     """A row for each metric: least, median and largest value, and limits."""
     return result_table("", ("metric", "least", "median", "largest", "limits"), (
-        [name, *(metric_text(name, each, unit)
-                 for each in np.quantile(values, [0.0, 0.5, 1.0], method="nearest").tolist()),
+        [name, *(metric_text(name, quantile, unit)
+                 for quantile in np.quantile(values, [0.0, 0.5, 1.0], method="nearest").tolist()),
          limits_text(about, name, unit)] for name, unit, values in metrics_of(table) if len(values)))
 
 
 def metrics_of(table: pa.Table) -> list[tuple[str, str, Array]]:
     """Names, units and values, without those that were not measured, of the metrics that are numbers."""
-    found = []
+    metrics = []
     for field in table.schema:
         said = field.metadata or {}
         if said.get(b"role") == b"metric" and field.type == pa.float64():
-            found.append((field.name, said[b"unit"].decode(), table[field.name].drop_null().to_numpy()))
-    return found
+            metrics.append((field.name, said[b"unit"].decode(), table[field.name].drop_null().to_numpy()))
+    return metrics
 
 
 def units_of(table: pa.Table) -> dict[str, str]:

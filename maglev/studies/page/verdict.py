@@ -16,16 +16,17 @@ from maglev.units import known_unit, to_unit
 
 def failing(table: pa.Table, about: Mapping[str, Any]) -> dict[str, Bools]:
     """By each reason the samples that fail by it, shape (samples,), most first: limits, lost stages, errors."""
-    found: dict[str, Bools] = {}
+    reasons: dict[str, Bools] = {}
     units = units_of(table)
     for name in about["limits"]:
         beyond = beyond_limits(numbers(table, name), about, name)
-        found[reason(about, name, units[name])] = beyond
+        reasons[reason(about, name, units[name])] = beyond
     if not about["limits"]:
-        found["a stop touched, a trip, or a large error at the end"] = np.array(
+        reasons["a stop touched, a trip, or a large error at the end"] = np.array(
             [bool(value) for value in table["failed"].to_pylist()])
-    found["not completed"] = np.array([why is not None for why in table["failure"].to_pylist()])
-    return dict(sorted(((why, where) for why, where in found.items() if where.any()), key=lambda each: -each[1].sum()))
+    reasons["not completed"] = np.array([why is not None for why in table["failure"].to_pylist()])
+    return dict(sorted(((why, where) for why, where in reasons.items() if where.any()),
+                       key=lambda item: -item[1].sum()))
 
 
 def reason(about: Mapping[str, Any], name: str, unit: str) -> str:
@@ -63,7 +64,7 @@ def telling(table: pa.Table, about: Mapping[str, Any]) -> list[str]:
             return 0.0
         return float(abs(values[passed].mean() - values[~passed].mean()) / values.std())
 
-    return sorted((each["name"] for each in about["vary"]), key=lambda name: -apart(name))
+    return sorted((parameter["name"] for parameter in about["vary"]), key=lambda name: -apart(name))
 
 
 def numbers(table: pa.Table, name: str) -> Array:
@@ -75,9 +76,9 @@ def question(table: pa.Table, about: Mapping[str, Any]) -> str:
     """What a study asks: whether a run holds for what varies, each from its least to its largest value."""
     units, every = units_of(table), np.ones(table.num_rows, dtype=bool)
     varied = []
-    for each in about["vary"][:MOST_NAMED]:
-        tried, _, _ = edges(numbers(table, each["name"]), every, units[each["name"]])
-        varied.append(f"{each['name']} {'from ' if ' to ' in tried else '= '}{tried}")
+    for parameter in about["vary"][:MOST_NAMED]:
+        tried, _, _ = edges(numbers(table, parameter["name"]), every, units[parameter["name"]])
+        varied.append(f"{parameter['name']} {'from ' if ' to ' in tried else '= '}{tried}")
     more = [f"{len(about['vary']) - MOST_NAMED} more"] if len(about["vary"]) > MOST_NAMED else []
     wanted = "stay within its limits" if about["limits"] else "keep the stage in the air"
     return f"Does {about['scenario']} {wanted} with {' and '.join([*varied, *more])}?"
