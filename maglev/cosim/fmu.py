@@ -107,10 +107,10 @@ def described(name: str, path: Path, _written: int, _size: int) -> ModelDescript
 
 def with_older_type(variable: ScalarVariable) -> ScalarVariable:
     """A variable of FMI 3.0 with its type as FMI 2.0 calls it, if that knows it."""
-    found = copy(variable)
-    found.type = f"{variable.type}[]" if variable.shape or variable.dimensions else OLDER_TYPES.get(
+    older = copy(variable)
+    older.type = f"{variable.type}[]" if variable.shape or variable.dimensions else OLDER_TYPES.get(
         variable.type, variable.type)
-    return found
+    return older
 
 
 def kind_of(variable: ScalarVariable) -> str:
@@ -276,12 +276,12 @@ class Fmu:
 
     def buffers(self, variables: Sequence[ScalarVariable]) -> list[Buffer]:
         """Buffers for variables, one for each FMI type that occurs, in the order of the variables."""
-        found = []
+        arrays = []
         for kind in self.fmi.types:
             chosen = [v for v in variables if kind_of(v) == kind]
             if chosen:
-                found.append(Buffer(kind, chosen, self.fmi))
-        return found
+                arrays.append(Buffer(kind, chosen, self.fmi))
+        return arrays
 
     def handle(self) -> c_void_p:
         assert self.instance is not None

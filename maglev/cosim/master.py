@@ -349,14 +349,14 @@ def call_all(calls: Sequence[Call]) -> None:
 def rate(name: str, own: float, step: float, steps: int) -> Rate:
     """Steps of an FMU that wants steps of its own (s) among communication steps (s); FmuError if they misfit."""
     try:
-        found = Rate(every=whole_steps(own, step)) if own > step else Rate(parts=whole_steps(step, own))
+        own_rate = Rate(every=whole_steps(own, step)) if own > step else Rate(parts=whole_steps(step, own))
     except QuantityError:
         raise FmuError(f"{name} is to be stepped with {own} s, expected a multiple of the communication step of "
                        f"{step} s, or a whole fraction of it") from None
-    if steps % found.every:
+    if steps % own_rate.every:
         raise FmuError(f"{name} is to be stepped with {own} s, expected a part of the stop time of "
                        f"{steps * step:.9g} s")
-    return found
+    return own_rate
 
 
 def ended(reason: BaseException, time: float, recording: Recording) -> RunFailed | RunInterrupted:

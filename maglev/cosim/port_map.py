@@ -114,12 +114,12 @@ def read_port(key: str, value: object) -> Port:
 
 def declared_units(description: ModelDescription) -> dict[str, Unit]:
     """Units that an FMU declares by their SI base units, and that are not known here, by name; none with an offset."""
-    found = {}
+    units = {}
     for unit in description.unitDefinitions:
         base = unit.baseUnit
         if base is not None and known_unit(unit.name) is None and base.offset == 0.0 and 0.0 < base.factor < inf:
-            found[unit.name] = unit_of_powers({each: getattr(base, each) for each in BASE_UNITS}, base.factor)
-    return found
+            units[unit.name] = unit_of_powers({name: getattr(base, name) for name in BASE_UNITS}, base.factor)
+    return units
 
 
 def apply(ports: PortMap, description: ModelDescription) -> dict[str, Scale]:

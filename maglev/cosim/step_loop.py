@@ -73,7 +73,7 @@ class StepLoop:
 
     def warnings(self) -> list[tuple[Call, int]]:
         """Calls that have returned a warning, and how often."""
-        return [(call, each.warnings) for call, each in zip(self.calls, self.prepared, strict=True) if each.warnings]
+        return [(call, ready.warnings) for call, ready in zip(self.calls, self.prepared, strict=True) if ready.warnings]
 
 
 def prepared(call: Call) -> Prepared:
@@ -131,11 +131,11 @@ def step_function(loop: Kept) -> Any:
         raise FmuError(f"{loop.path}: is not the step loop that the run was made ready with, expected nobody to change "
                        "it: `maglev build --kind native` builds it anew")
     try:
-        found = CDLL(str(loop.path.absolute()))
-        found.maglev_step_loop_version.restype = c_uint64
-        if found.maglev_step_loop_version() != version():
+        loaded = CDLL(str(loop.path.absolute()))
+        loaded.maglev_step_loop_version.restype = c_uint64
+        if loaded.maglev_step_loop_version() != version():
             return None
-        function = found.maglev_step_over
+        function = loaded.maglev_step_over
     except (OSError, AttributeError):   # no library of this machine, or another one
         return None
     function.restype = c_uint

@@ -179,8 +179,8 @@ class BlockLoop:
 
         ENDED is soon after `ended` is no longer 0. `observer` is the struct of the C that observes.
         """
-        found: int = self.function(self.instances, self.moved, self.rows(), steps, byref(ended), addressof(observer))
-        return found
+        status: int = self.function(self.instances, self.moved, self.rows(), steps, byref(ended), addressof(observer))
+        return status
 
     def begin(self) -> bytes:
         """What a run begins with, as the C has it, from initialised instances; empty where one would be REFUSED."""
@@ -210,8 +210,8 @@ def block_loop(wiring: Wiring, observer: str, seen: Mapping[str, str], build: bo
     sources = sources_of(wiring, observer, seen, written or {})
     if sources is None:
         return None
-    found = loop_of(sources, build)
-    return None if found is None else BlockLoop(found, wiring, sources)
+    path = loop_of(sources, build)
+    return None if path is None else BlockLoop(path, wiring, sources)
 
 
 def loop_of(sources: Mapping[str, str], build: bool) -> Kept | None:
@@ -219,10 +219,10 @@ def loop_of(sources: Mapping[str, str], build: bool) -> Kept | None:
     platform, = host_platform().values()
     key = hashlib.sha256(repr((sorted(sources.items()), FLAGS, platform)).encode("utf-8")).hexdigest()[:32]
     place = f"{BLOCK_LOOPS}/{key}"
-    found = kept(place, LIBRARY)
-    if found is None and build:
-        found = keep(place, LIBRARY, library(sources, Path(LIBRARY).stem, platform))
-    return found
+    path = kept(place, LIBRARY)
+    if path is None and build:
+        path = keep(place, LIBRARY, library(sources, Path(LIBRARY).stem, platform))
+    return path
 
 
 def fmus_of(calls: Iterable[Call]) -> list[Fmu]:
@@ -240,10 +240,10 @@ def sources_of(wiring: Wiring, observer: str, seen: Mapping[str, str],
               for column, name in enumerate(track.names)}
     if not {*seen.values()} <= {*places}:
         return None
-    found = parts_of(fmus_of(calls), written)
-    if found is None:
+    collected = parts_of(fmus_of(calls), written)
+    if collected is None:
         return None
-    files, parts = found
+    files, parts = collected
     steps = [line for number, call in enumerate(calls) for line in call_lines(number, call, parts, wiring.tracks)]
     members, copy, begin = zip(*beginnings(wiring.tracks, parts.values()), strict=True)
     return {**files, RUN_FILE: RUN.format(
@@ -265,10 +265,10 @@ def beginnings(tracks: Sequence[Track], parts: Iterable[Part]) -> Iterator[tuple
     for number, track in enumerate(tracks):
         if track.signals is None:
             item, row = item_of(track), f"row{number}"
-            each = f"for (int i = 0; i < {len(track.names)}; ++i)"
+            loop = f"for (int i = 0; i < {len(track.names)}; ++i)"
             declared = f"{item} {row}[{len(track.names)}];"
-            yield (declared, f"{each} beginning->{row}[i] = ((const {item} *)rows[{number}])[i];",
-                   f"{declared} {each} {row}[i] = beginning->{row}[i];")
+            yield (declared, f"{loop} beginning->{row}[i] = ((const {item} *)rows[{number}])[i];",
+                   f"{declared} {loop} {row}[i] = beginning->{row}[i];")
 
 
 def signal_rows(tracks: Sequence[Track]) -> Iterator[str]:
@@ -341,7 +341,7 @@ def with_own_header(part: Part) -> Part:
 def with_own_names(part: Part, others: Collection[str]) -> dict[str, str]:
     """Files of an FMU in which those that it alone has call their constants by names that it alone has."""
     own = {name: text for name, text in part.files.items() if name not in others}
-    names = [found for text in own.values() for found in CONSTANT.findall(text)]
+    names = [name for text in own.values() for name in CONSTANT.findall(text)]
     if not names:
         return dict(part.files)
     pattern = re.compile(rf"\b({'|'.join(names)})\b")

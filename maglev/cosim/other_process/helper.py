@@ -32,28 +32,28 @@ def other_process(keep: bool = False) -> Iterator[tuple[Beside, Path]]:
     With `keep` it waits for another task, unless the block fails. Interrupts are held back but where it is listened to.
     """
     with held_interrupts() as let_through:
-        found = WAITING.pop(os.getpid(), None)
-        if found is None or found.process.poll() is not None:
-            removed(found)
-            found = Beside(unpacking_folder())
-        assert found.folder is not None
-        found.let_through = let_through
+        beside = WAITING.pop(os.getpid(), None)
+        if beside is None or beside.process.poll() is not None:
+            removed(beside)
+            beside = Beside(unpacking_folder())
+        assert beside.folder is not None
+        beside.let_through = let_through
         try:
-            yield found, found.folder
+            yield beside, beside.folder
         except BaseException:
             keep = False
             raise
         finally:
             if keep:
-                WAITING[os.getpid()] = found
+                WAITING[os.getpid()] = beside
             else:
-                removed(found)
+                removed(beside)
 
 
-def removed(found: Beside | None) -> None:
-    if found is not None and found.folder is not None:
-        found.end()
-        remove_scratch(found.folder)
+def removed(beside: Beside | None) -> None:
+    if beside is not None and beside.folder is not None:
+        beside.end()
+        remove_scratch(beside.folder)
 
 
 @atexit.register
@@ -72,10 +72,10 @@ def read_apart(path: Path, timeout: float = 0.0) -> bytes:
     if any(SERVING):
         return description_text(path)
     limit = max(timeout, READING)
-    with other_process(keep=True) as (found, _):
-        found.ask(partial(describe, path))
+    with other_process(keep=True) as (beside, _):
+        beside.ask(partial(describe, path))
         try:
-            text: bytes = found.next(limit).what
+            text: bytes = beside.next(limit).what
         except Gone as gone:
             what = (f"ended the process that reads it with {gone.how}" if gone.how else
                     f"was not read within {limit:g} s" if isinstance(gone, Silent) else str(gone))

@@ -164,10 +164,10 @@ def run_apart(job: Job, progress: Progress | None = None, timeout: float = TIMEO
     end, and is ended with what it has started after that; a note says so. Interrupted after Ctrl-C or SIGTERM as it
     ends.
     """
-    with other_process() as (found, folder):
+    with other_process() as (beside, folder):
         (folder / COUNTER).write_bytes(bytes(8))
-        found.ask(partial(fly, folder, job))
-        return Follower(job, folder, found, timeout).follow(progress, complete)
+        beside.ask(partial(fly, folder, job))
+        return Follower(job, folder, beside, timeout).follow(progress, complete)
 
 
 class Follower:
@@ -206,12 +206,12 @@ class Follower:
                 raise failure
             elif isinstance(report, Finished):
                 rows = whole_steps(self.job.stop_time, self.job.step) + 1
-                found = self.recording(rows, report.notes)
-                if len(found.time) < rows:
+                recording = self.recording(rows, report.notes)
+                if len(recording.time) < rows:
                     raise self.early(FmuError(f"{self.foreign()} has cut the file of the recording"))
-                complete(found)
+                complete(recording)
                 note = self.end()
-                return Recording(found.time, found.columns, (*found.notes, note)) if note else found
+                return Recording(recording.time, recording.columns, (*recording.notes, note)) if note else recording
 
     def said(self) -> Said:
         """What the process says next; an FMU that is called gives a sign of life, too."""
@@ -243,10 +243,10 @@ class Follower:
         """Number of calls that were begun."""
         # Read as a file, not mapped: what runs could cut it, and this process would end by SIGBUS.
         with (self.folder / COUNTER).open("rb") as file:
-            found = file.read(8)
-        self.cut = len(found) < 8
+            count = file.read(8)
+        self.cut = len(count) < 8
         if not self.cut:
-            self.counted = int.from_bytes(found, sys.byteorder)
+            self.counted = int.from_bytes(count, sys.byteorder)
         return self.counted
 
     def last(self) -> tuple[int, Stage]:

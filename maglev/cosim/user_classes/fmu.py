@@ -127,11 +127,11 @@ class InProcessFmu(Fmu, ABC):
 
     def taken(self, kind: str, _component: int, references: int, count: int, values: int) -> None:
         """Take values of variables: fmi2SetReal, fmi2SetBoolean."""
-        names, found = list((c_uint32 * count).from_address(references)), (C_TYPES[kind] * count).from_address(values)
+        names, numbers = list((c_uint32 * count).from_address(references)), (C_TYPES[kind] * count).from_address(values)
         if kind == "Real":
-            self.slave.set_real(names, list(found))
+            self.slave.set_real(names, list(numbers))
         else:
-            self.slave.set_boolean(names, [bool(value) for value in found])
+            self.slave.set_boolean(names, [bool(value) for value in numbers])
 
     def stepped(self, _component: int, time: float, step: float, _no_return: int) -> None:
         self.slave.do_step(time, step)

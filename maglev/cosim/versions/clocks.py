@@ -73,8 +73,8 @@ class Values:
         if self.free():
             return int(self.call_get(handle, references, count, values))
         open_now = [r for r in references if not self.clocks[r]]
-        found = dict(zip(open_now, self.read(handle, open_now), strict=True)) | self.held
-        given = (self.value * count.value)(*(found.get(r, self.value().value) for r in references))
+        ticking = dict(zip(open_now, self.read(handle, open_now), strict=True)) | self.held
+        given = (self.value * count.value)(*(ticking.get(r, self.value().value) for r in references))
         memmove(values, given, sizeof(given))
         return 0
 
@@ -122,8 +122,8 @@ class Ticking:
                  getters: Mapping[str, Any], setters: Mapping[str, Any], do_step: Any, say: Callable[[str], None]):
         self.instance, self.step, self.say = instance, do_step, say
         self.handle = c_void_p(instance.component)
-        self.clocks = [Clock(int(each.attrib["valueReference"]), each.attrib)
-                       for each in parse(folder / "modelDescription.xml").iter("Clock")]
+        self.clocks = [Clock(int(element.attrib["valueReference"]), element.attrib)
+                       for element in parse(folder / "modelDescription.xml").iter("Clock")]
         self.stepping = False
         self.following = float("inf")   # s, time of an event that the FMU has announced
         variables = {v.valueReference: v for v in description.modelVariables}

@@ -74,7 +74,7 @@ class Integration:
                 instants = instants + 1 if following - now <= ENDED * step.value else 0
                 if instants > MOST_EVENTS:
                     raise RuntimeError(AGAIN)
-                found, _, now = self.solver_at(now).step(now, min(end, max(following, now + ENDED * step.value)))
+                event, _, now = self.solver_at(now).step(now, min(end, max(following, now + ENDED * step.value)))
                 if self.broken is not None:
                     raise self.broken
                 instance.setTime(now)
@@ -84,7 +84,7 @@ class Integration:
                 if ended:
                     raise RuntimeError(ENDS)
                 at_end = end - now <= ENDED * step.value
-                if found or asked or at_end or following - now <= ENDED * step.value:
+                if event or asked or at_end or following - now <= ENDED * step.value:
                     instance.enterEventMode()
                     if not at_end:
                         following = self.events(now)
@@ -139,8 +139,8 @@ class Integration:
         for what, described in (("ContinuousStates", self.description.numberOfContinuousStates),
                                 ("EventIndicators", self.description.numberOfEventIndicators)):
             count = getattr(self.instance, f"getNumberOf{what}", None)
-            if count is not None and (found := count()) != described:
-                raise RuntimeError(f"fmi3GetNumberOf{what} gives {found}, expected {described}, as in its description")
+            if count is not None and (given := count()) != described:
+                raise RuntimeError(f"fmi3GetNumberOf{what} gives {given}, expected {described}, as in its description")
 
     def checked(self, call: Callable[..., Any], what: str,
                 expected: Callable[[float], str]) -> Callable[[Any, int], None]:
