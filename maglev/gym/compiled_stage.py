@@ -45,7 +45,7 @@ class Exchange(NamedTuple):
 def exchanges(rig: Rig, parts: Sequence[str], used: Sequence[str], ends: Sequence[int]) -> Iterator[Exchange]:
     """What a sample does with the parts that there are, in its order; `ends` are those of what the row has."""
     given = [f"{current}_cmd" for current in rig.phase_names]
-    found = [*(f"{axis}.position" for axis in rig.axis_names), *rig.dq_names]
+    outputs = [*(f"{axis}.position" for axis in rig.axis_names), *rig.dq_names]
 
     def measured(encoders: Sequence[str]) -> list[str]:
         return [name.replace("encoder", "measured") for name in encoders]
@@ -57,9 +57,9 @@ def exchanges(rig: Rig, parts: Sequence[str], used: Sequence[str], ends: Sequenc
     yield Exchange("Set", "plant", given, "commutation" if "commutation" in parts else 0)
     yield Exchange("step", "plant", (), "start")
     if "measurement" not in parts:
-        yield Exchange("Get", "plant", [*used, *found, *rig.encoders], ends[0])
+        yield Exchange("Get", "plant", [*used, *outputs, *rig.encoders], ends[0])
         return
-    yield Exchange("Get", "plant", found, ends[1])
+    yield Exchange("Get", "plant", outputs, ends[1])
     yield Exchange("Set", "measurement", rig.encoders, "plant")
     yield Exchange("step", "measurement", (), "end")
     yield Exchange("Get", "measurement", measured(used), ends[0])
@@ -107,9 +107,9 @@ class CompiledStage:
         self.stop = Buffer("Boolean", [self.plant.variable("at_stop")], self.plant.fmi)
         self.exchanges = [*exchanges(rig, [*self.parts], used, self.ends)]
         self.between: list[Any] = []   # memory for what goes from one FMU to another
-        first = [each[:2] for each in self.exchanges].index(("step", "plant")) + 1
-        self.outputs = [made for each in self.exchanges[first:] for made in self.calls_of(each)]
-        self.calls = [made for each in self.exchanges[:first] for made in self.calls_of(each)] + self.outputs
+        first = [exchange[:2] for exchange in self.exchanges].index(("step", "plant")) + 1
+        self.outputs = [made for exchange in self.exchanges[first:] for made in self.calls_of(exchange)]
+        self.calls = [made for exchange in self.exchanges[:first] for made in self.calls_of(exchange)] + self.outputs
         self.calls.append((self.plant.get_functions["Boolean"], (self.plant.handle(), *self.stop.arguments())))
 
     def calls_of(self, exchange: Exchange) -> Iterator[Call]:

@@ -61,7 +61,7 @@ def read_draw(place: str, setting: Any, parameter: Parameter) -> Draw:
         kind, given = "uniform", pair
     else:
         if len(setting) != 1 or (kind := next(iter(setting))) not in KINDS:
-            wrong = next((each for each in setting if each not in KINDS), "")
+            wrong = next((kind for kind in setting if kind not in KINDS), "")
             raise ScenarioError(f"{place} = {dict(setting)!r}, expected one of {', '.join(map(repr, KINDS))} with its "
                                 f"values{f'; nearest is {nearest(str(wrong), KINDS)}' if wrong else ''}")
         given = setting[kind]
@@ -70,7 +70,7 @@ def read_draw(place: str, setting: Any, parameter: Parameter) -> Draw:
             raise ScenarioError(f"{place} = {dict(setting)!r}, expected {wanted(kind)}")
     # A deviation is a difference, which no range of the parameter is about.
     ranged = [parameter] * len(given) if kind != "normal" else [parameter, parameter._replace(low=0.0, high=inf)]
-    values = tuple(each.read(value, place, ScenarioError) for value, each in zip(given, ranged, strict=True))
+    values = tuple(known.read(value, place, ScenarioError) for value, known in zip(given, ranged, strict=True))
     if kind == "normal" and (isinstance(values[0], bool) or not values[1] > 0.0):
         raise ScenarioError(f"{place} = {setting!r}, expected {wanted(kind)}")
     if kind in KINDS[:2] and not values[0] <= values[1]:
@@ -118,12 +118,12 @@ class Parameters:
 
     def given(self, random: np.random.Generator) -> Table:
         """What the user's function gives for an episode."""
-        found = {} if self.function is None else self.function(random)
-        if not isinstance(found, Mapping):
-            raise ScenarioError(f"the function of the {self.part}'s parameters gives {found!r}, expected a table: "
+        drawn = {} if self.function is None else self.function(random)
+        if not isinstance(drawn, Mapping):
+            raise ScenarioError(f"the function of the {self.part}'s parameters gives {drawn!r}, expected a table: "
                                 "values by name")
-        self.require_free(found, f"the function of the {self.part}'s parameters")
-        return found
+        self.require_free(drawn, f"the function of the {self.part}'s parameters")
+        return drawn
 
     def require_free(self, names: Mapping[str, Any], origin: str) -> None:
         """Refuse what the observation space has to know."""
@@ -143,10 +143,10 @@ class Parameters:
         given = [Parameter.described(self.known[name]) for name in names]
         if not isinstance(setting, Mapping) or not {*setting} & {*CHANGE}:
             return self.of_all(key, setting, given)
-        for each in setting:
-            if each not in CHANGE:
-                raise ScenarioError(f"{key}: {each!r}, expected 'at', 'then' and 'for'; nearest is "
-                                    f"{nearest(each, CHANGE)}")
+        for word in setting:
+            if word not in CHANGE:
+                raise ScenarioError(f"{key}: {word!r}, expected 'at', 'then' and 'for'; nearest is "
+                                    f"{nearest(word, CHANGE)}")
         if not {"at", "then"} <= {*setting}:
             raise ScenarioError(f"{key} = {dict(setting)!r}, expected 'at' and 'then': when it changes, and to what")
         for name in names:
@@ -158,15 +158,15 @@ class Parameters:
 
     def of_all(self, place: str, setting: Setting, given: Sequence[Parameter]) -> Draw:
         """The draw of several parameters, which each of them has to be able to take."""
-        found = [read_draw(place, setting, each) for each in given]
-        return found[0]._replace(low=max(each.low for each in found), high=min(each.high for each in found))
+        draws = [read_draw(place, setting, parameter) for parameter in given]
+        return draws[0]._replace(low=max(draw.low for draw in draws), high=min(draw.high for draw in draws))
 
     def extremes(self, name: str) -> tuple[float, float]:
         """Smallest and largest value that a parameter can have; the part's own if none is given."""
-        found = [draw for key, draw in self.draws.items() if name in names_of(key)]
-        if not found:
+        matching = [draw for key, draw in self.draws.items() if name in names_of(key)]
+        if not matching:
             return self.own(name), self.own(name)
-        last = found[-1]
+        last = matching[-1]
         if isinstance(last, Change) or last.kind == "normal":
             raise ScenarioError(f"{name}: expected a value, a pair or a choice, for the observation space has its ends")
         return float(min(last.values)), float(max(last.values))
@@ -185,9 +185,9 @@ class Parameters:
             if isinstance(draw, Draw):
                 values |= dict.fromkeys(names_of(key), draw.drawn(random))
                 continue
-            found = {"at": draw.at.drawn(random), "then": draw.then.drawn(random)}
-            found |= {} if draw.lasting is None else {"for": draw.lasting.drawn(random)}
-            changes |= dict.fromkeys(names_of(key), found)
+            change = {"at": draw.at.drawn(random), "then": draw.then.drawn(random)}
+            change |= {} if draw.lasting is None else {"for": draw.lasting.drawn(random)}
+            changes |= dict.fromkeys(names_of(key), change)
         return Drawn(values, changes)
 
 

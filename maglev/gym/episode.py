@@ -55,15 +55,15 @@ class References:
 
     def at(self, sample: int, points: Array, amplitudes: Array) -> Array:
         """References of a sample of an episode, m."""
-        found: Array = points[self.which[sample]] + self.wave[sample] * amplitudes
-        return found
+        reference: Array = points[self.which[sample]] + self.wave[sample] * amplitudes
+        return reference
 
 
 def table(given: npt.ArrayLike, low: Array, high: Array) -> Array:
     """References of a user's table, shape (samples, axes)."""
-    found = np.asarray(given, dtype=np.float64)
-    if found.ndim != 2 or found.shape[1] != len(low) or not len(found):
-        raise ScenarioError(f"reference of shape {found.shape}, expected (samples, {len(low)}), an axis a column")
-    if not ((found >= low) & (found <= high)).all():
-        raise ScenarioError(f"reference from {found.min()} m to {found.max()} m, expected every axis between its stops")
-    return found
+    rows = np.asarray(given, dtype=np.float64)
+    if rows.ndim != 2 or rows.shape[1] != len(low) or not len(rows):
+        raise ScenarioError(f"reference of shape {rows.shape}, expected (samples, {len(low)}), an axis a column")
+    if not ((rows >= low) & (rows <= high)).all():
+        raise ScenarioError(f"reference from {rows.min()} m to {rows.max()} m, expected every axis between its stops")
+    return rows

@@ -82,8 +82,8 @@ class Reward:
             # In a row each, so that a library computes one environment as it does many.
             signals = {name: np.array(column, np.float64, ndmin=1) for name, column in
                        zip(self.names, columns, strict=True)} | {"at_stop": np.array(seen.at_stop, bool, ndmin=1)}
-            found = self.called(signals, len(signals["at_stop"]))
-            return (found if np.ndim(seen.at_stop) else float(found[0])), {}
+            rewards = self.called(signals, len(signals["at_stop"]))
+            return (rewards if np.ndim(seen.at_stop) else float(rewards[0])), {}
         reward: Any = self.alive
         terms: dict[str, Any] = {}
         for name, value_of in self.terms:
@@ -95,19 +95,19 @@ class Reward:
         """What the user's function gives."""
         assert self.function is not None
         try:
-            found = np.asarray(self.function(Named(signals)), np.float64)
+            rewards = np.asarray(self.function(Named(signals)), np.float64)
         except ScenarioError:
             raise
         except Exception as error:
             raise ScenarioError(f"reward: the function ends with {in_one_line(error)}, expected one of arrays of shape "
                                 "(environments,)") from error
-        if found.shape != (count,):
-            raise ScenarioError(f"reward: the function gives the shape {found.shape}, expected ({count},): a number "
+        if rewards.shape != (count,):
+            raise ScenarioError(f"reward: the function gives the shape {rewards.shape}, expected ({count},): a number "
                                 "for each environment")
-        if not np.isfinite(found).all():
-            raise ScenarioError(f"reward: the function gives {found[~np.isfinite(found)][0]}, expected a number for "
-                                "each environment")
-        return found
+        if not np.isfinite(rewards).all():
+            raise ScenarioError(f"reward: the function gives {rewards[~np.isfinite(rewards)][0]}, expected a number "
+                                "for each environment")
+        return rewards
 
 
 class Named(dict[str, npt.NDArray[Any]]):
@@ -125,22 +125,22 @@ def term(name: str, weight: float, rig: Rig, travels: Sequence[float], peak: flo
     of_current = weight / len(rig.dq_names) / peak**2
 
     def error(seen: Seen) -> Any:
-        found = 0.0
+        total = 0.0
         for scale, reference, position in zip(scales, seen.references[axes], seen.positions[axes], strict=True):
-            found += scale * ((reference - position) * (reference - position))
-        return found
+            total += scale * ((reference - position) * (reference - position))
+        return total
 
     def current(seen: Seen) -> Any:
-        found = 0.0
-        for each in seen.currents:
-            found += of_current * each * each
-        return found
+        total = 0.0
+        for value in seen.currents:
+            total += of_current * value * value
+        return total
 
     def speed(seen: Seen) -> Any:
-        found = 0.0
+        total = 0.0
         for scale, velocity in zip(scales, seen.velocities, strict=True):
-            found += scale * (velocity * velocity)
-        return found
+            total += scale * (velocity * velocity)
+        return total
 
     def stop(seen: Seen) -> Any:
         return weight * seen.at_stop

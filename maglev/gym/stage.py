@@ -168,16 +168,16 @@ class Stage(gymnasium.Env[Array, Array]):
         elif given["measurement"]:
             raise ScenarioError("measurement in the options of reset, expected where the environment is made, too: "
                                 "without it there is no such block")
-        started = {what: {**(seed_of if what == "measurement" else {}), **each.values} for what, each in drawn.items()}
+        started = {what: {**(seed_of if what == "measurement" else {}), **draw.values} for what, draw in drawn.items()}
         stage.start(started["parameters"], self.peak, started.get("measurement", {}))
-        self.due = sorted((due for what, each in drawn.items() for due in self.dues(what, each)), reverse=True,
+        self.due = sorted((due for what, draw in drawn.items() for due in self.dues(what, draw)), reverse=True,
                           key=lambda due: due.sample)
         self.episode = self.references.draw(self.np_random, stage.positions)
         stage.references[:] = self.references.at(0, *self.episode)
         for observer, measured in zip(self.observers, self.measured(), strict=True):
             observer.seed(measured)
         self.sample = 0
-        changes = {name: change for each in drawn.values() for name, change in each.changes.items()}
+        changes = {name: change for draw in drawn.values() for name, change in draw.changes.items()}
         return stage.observation.copy(), {**started, **({"changes": changes} if changes else {})}
 
     def dues(self, what: str, drawn: Drawn) -> Iterator[Due]:
@@ -232,7 +232,7 @@ class Stage(gymnasium.Env[Array, Array]):
 
     def clone_state(self) -> State:
         """What it takes to go on from here later, with the random numbers too: `restore_state` does; can be pickled."""
-        observers = tuple((each.position, each.velocity) for each in self.observers)
+        observers = tuple((observer.position, observer.velocity) for observer in self.observers)
         return State(self.stage.save(), self.episode, tuple(self.due), self.sample, observers,
                      self.np_random.bit_generator.state)
 
@@ -256,24 +256,24 @@ class Stage(gymnasium.Env[Array, Array]):
     def given_to_plant(self) -> dict[str, ScalarVariable]:
         """Variables of the plant that can be given: parameters, and what acts on it beside the motors."""
         currents = {f"{current}_cmd" for current in self.rig.phase_names}
-        return {name: each for name, each in self.stage.plant.variables.items()
-                if each.causality == "parameter" or (each.causality == "input" and name not in currents)}
+        return {name: variable for name, variable in self.stage.plant.variables.items()
+                if variable.causality == "parameter" or (variable.causality == "input" and name not in currents)}
 
     def given_to_measurement(self) -> dict[str, ScalarVariable]:
         """Parameters of the measurement, if there is one; its sample time is that of the rig."""
         block = self.stage.measurement
-        return {} if block is None else {name: each for name, each in block.variables.items()
-                                         if each.causality == "parameter" and name != "sample_time"}
+        return {} if block is None else {name: variable for name, variable in block.variables.items()
+                                         if variable.causality == "parameter" and name != "sample_time"}
 
     def changing(self) -> Iterator[tuple[str, str]]:
         """Parts and names of what can change in an episode."""
         for part, parameters in (("plant", self.parameters), ("measurement", self.measurement)):
-            yield from ((part, name) for name, each in parameters.known.items() if can_change(each))
+            yield from ((part, name) for name, variable in parameters.known.items() if can_change(variable))
 
     def measured(self) -> list[float]:
         """Measured positions of the axes, m and rad."""
         encoders = self.stage.encoders
-        return [float(each) for each in positions(self.measuring if self.rig.rotations else None, encoders)]
+        return [float(position) for position in positions(self.measuring if self.rig.rotations else None, encoders)]
 
     def ends(self, place: str) -> tuple[float, float]:
         """Stops of an axis or at a motor, m."""
@@ -307,9 +307,9 @@ def positions(measuring: Array | None, encoders: Array) -> Sequence[Array]:
 
 def settings_of(options: Mapping[str, Any]) -> dict[str, dict[str, Setting]]:
     """Settings of a reset by what they are of; parameters of the plant may also stand by themselves, as before."""
-    found: dict[str, dict[str, Setting]] = {part: {**options.get(part, {})} for part in ("parameters", "measurement")}
-    found["parameters"] |= {name: value for name, value in options.items() if name not in found}
-    return found
+    by_part: dict[str, dict[str, Setting]] = {part: {**options.get(part, {})} for part in ("parameters", "measurement")}
+    by_part["parameters"] |= {name: value for name, value in options.items() if name not in by_part}
+    return by_part
 
 
 def whole_samples(sample_time: float | str | None, own: float) -> int:

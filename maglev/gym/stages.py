@@ -85,14 +85,14 @@ def sources_of(stage: CompiledStage, changing: Sequence[tuple[str, str]]) -> dic
 
     `changing` are parts and names of what can change in an episode.
     """
-    found = parts_of(stage.parts.values())
-    if found is None:
+    collected = parts_of(stage.parts.values())
+    if collected is None:
         raise FmuError("expected native FMUs of this installation")
-    files, by_fmu = found
+    files, by_fmu = collected
     parts: dict[str, Part] = {name: by_fmu[id(fmu)] for name, fmu in stage.parts.items()}
 
     def variable(part: str, name: str) -> Variable:
-        return next(each for each in parts[part].what.variables if each.name == name)
+        return next(known for known in parts[part].what.variables if known.name == name)
 
     def value(part: str, name: str) -> str:
         return f"stage->{part}.{variable(part, name).place}"
@@ -116,8 +116,8 @@ def sources_of(stage: CompiledStage, changing: Sequence[tuple[str, str]]) -> dic
         members="\n    ".join(f"struct {block} {name};" for name, block in blocks.items()),
         take="\n    ".join(f"stage->{name} = *(const struct {blocks[name]} *)instances[{part.number}]->state->block;"
                            for name, part in parts.items()),
-        changes="\n    ".join(f"case {k}: {value(*each)} = value{' != 0' if variable(*each).boolean else ''}; break;"
-                              for k, each in enumerate(changing)),
+        changes="\n    ".join(f"case {k}: {value(*place)} = value{' != 0' if variable(*place).boolean else ''}; break;"
+                              for k, place in enumerate(changing)),
         wrong=" || ".join(wrong), step=indented(lines, 12), at_stop=value("plant", "at_stop"))}
 
 
@@ -154,7 +154,7 @@ class Stages(VectorEnv[Array, Array, npt.NDArray[Any]]):
         self.observation_space = batch_space(self.one.observation_space, num_envs)
         stage = self.one.stage
         changing = [*self.one.changing()]
-        self.number_of = {each: number for number, each in enumerate(changing)}
+        self.number_of = {place: number for number, place in enumerate(changing)}
         library = loop_of(sources_of(stage, changing), build=True)
         assert library is not None
         self.c = CDLL(str(library.path.absolute()))
@@ -195,7 +195,7 @@ class Stages(VectorEnv[Array, Array, npt.NDArray[Any]]):
             if seed is None or isinstance(seed, int) else list(seed)
         if len(seeds) != self.num_envs:
             raise ScenarioError(f"seed: {len(seeds)} of them, expected {self.num_envs}")
-        drawn = {i: self.begin(i, each, options) for i, each in enumerate(seeds)}
+        drawn = {i: self.begin(i, seed, options) for i, seed in enumerate(seeds)}
         return self.observations.copy(), self.told(drawn)
 
     def begin(self, i: int, seed: int | None, options: dict[str, Any] | None = None) -> dict[str, Any]:
@@ -212,7 +212,7 @@ class Stages(VectorEnv[Array, Array, npt.NDArray[Any]]):
         points, self.amplitudes[i] = one.episode
         if len(self.points):
             self.points[i] = points
-        self.filtered[i] = [each.position for each in one.observers]
+        self.filtered[i] = [observer.position for observer in one.observers]
         self.made[i] = self.sample[i] = 0
         self.over[i] = False
         self.due[i] = [*one.due]
@@ -298,10 +298,10 @@ class Stages(VectorEnv[Array, Array, npt.NDArray[Any]]):
 
     def told(self, infos: Mapping[int, Mapping[str, Any]]) -> dict[str, Any]:
         """Infos of environments as those of Gymnasium's vectors."""
-        found: dict[str, Any] = {}
+        all_infos: dict[str, Any] = {}
         for i, info in infos.items():
-            found = self._add_info(found, dict(info), i)
-        return found
+            all_infos = self._add_info(all_infos, dict(info), i)
+        return all_infos
 
     def close_extras(self, **_: Any) -> None:
         if self.pool is not None:
