@@ -31,10 +31,10 @@ def apart(function: Callable[..., Found], files: Sequence[Path], timeout: float,
         if is_class(path):
             raise ControllerError(f"{path}: was given as a class, which runs in this process alone, but "
                                   f"{foreign[0].name} runs in another; expected the file of the class")
-    with other_process() as (found, _):
-        found.ask(partial(work, function, arguments, options))
+    with other_process() as (beside, _):
+        beside.ask(partial(work, function, arguments, options))
         try:
-            while not (said := found.next(max(timeout, TIMEOUT))).last:
+            while not (said := beside.next(max(timeout, TIMEOUT))).last:
                 pass
         except Gone as gone:
             raise FmuError(f"{' or '.join(path.name for path in foreign)} {gone}") from None

@@ -121,26 +121,26 @@ def measured_at(rest: Rest, name: str, peak: float, grid: Grid, plan: Plan, loop
     """Response of a loop that rests, opened at a signal."""
     signals = [multisine(grid, peak, plan.seed + k) for k in range(plan.realisations)]
     lead = max(1, ceil(LEAD / grid.period))
-    added = np.concatenate([np.tile(each, lead + plan.periods) for each in signals])
+    added = np.concatenate([np.tile(signal, lead + plan.periods) for signal in signals])
     returned, measured = spectra(grid, *injected(rest, name, added), lead, plan.periods)
-    reference = np.array([np.fft.rfft(each)[list(grid.harmonics)] for each in signals])[:, None]
+    reference = np.array([np.fft.rfft(signal)[list(grid.harmonics)] for signal in signals])[:, None]
     answers = returned.reshape(plan.realisations, plan.periods, -1) / reference
     power = (np.abs(answers) ** 2).mean(axis=(0, 1))
     coherence = np.abs(answers.mean(axis=(0, 1))) ** 2 / np.where(power > 0.0, power, 1.0)
     seen = (measured.reshape(plan.realisations, plan.periods, -1) / reference).mean(axis=1)
     return FrequencyResponse(rest.pair.name, name, rest.equilibrium, grid, peak,
-                             float(np.mean([crest_factor(each) for each in signals])), plan.periods,
+                             float(np.mean([crest_factor(signal) for signal in signals])), plan.periods,
                              answers.mean(axis=1), seen, coherence, loop, why_not)
 
 
 def read_amplitude(pair: Pair, name: str, amplitude: Quantity) -> float:
     """Peak of what is added to a signal, m or rad."""
-    axis = next((each for each in pair.rig.axes if each.name == name.rpartition(".")[0]), None)
+    axis = next((known for known in pair.rig.axes if known.name == name.rpartition(".")[0]), None)
     with refused_as(LinearModelError, "amplitude"):
-        found = parse_quantity(amplitude, "m" if axis is None else axis.unit("m"))
-    if not 0.0 < found < 1.0:
-        raise LinearModelError(f"amplitude = {found:g}, expected one above 0 and below 1 m or rad")
-    return found
+        size = parse_quantity(amplitude, "m" if axis is None else axis.unit("m"))
+    if not 0.0 < size < 1.0:
+        raise LinearModelError(f"amplitude = {size:g}, expected one above 0 and below 1 m or rad")
+    return size
 
 
 def linear_loop_of(asked: AskedPair, settle: float) -> tuple[Loop | None, str]:
@@ -149,8 +149,8 @@ def linear_loop_of(asked: AskedPair, settle: float) -> tuple[Loop | None, str]:
         plant, law = str(asked.plant), str(asked.controller)
         return linearise_loop(plant, law, asked.at, plant_parameters=asked.plant_parameters,
                               controller_parameters=asked.controller_parameters), ""
-    found = linearised_here(asked, False, settle)
-    return found.loop, found.why_not
+    numerical = linearised_here(asked, False, settle)
+    return numerical.loop, numerical.why_not
 
 
 def injected(rest: Rest, name: str, added: Array) -> tuple[Array, Array]:
@@ -174,8 +174,8 @@ def injected(rest: Rest, name: str, added: Array) -> tuple[Array, Array]:
 
 def spectra(grid: Grid, returned: Array, measured: Array, lead: int, periods: int) -> tuple[Complex, Complex]:
     """Spectra at the lines, shape (multisines · periods, lines), of the periods after the lead of each multisine."""
-    found = []
+    of_both = []
     for signal in (returned, measured):
         parts = signal.reshape(-1, lead + periods, grid.samples)[:, lead:].reshape(-1, grid.samples)
-        found.append(np.fft.rfft(parts, axis=1)[:, list(grid.harmonics)])
-    return found[0], found[1]
+        of_both.append(np.fft.rfft(parts, axis=1)[:, list(grid.harmonics)])
+    return of_both[0], of_both[1]

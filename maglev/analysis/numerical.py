@@ -71,10 +71,10 @@ class NumericalLoop:
     @property
     def why_not(self) -> str:
         """Why there is no linear loop; empty if there is one."""
-        return "; ".join(f"{each.name} has no derivative here: {each.verdict}" for each in self.derivatives
-                         if each.verdict) or ("" if self.loop is not None else
-                                              f"its responses are those of no linear system of few states, they differ "
-                                              f"by {self.misfit:.2g}")
+        return "; ".join(f"{slope.name} has no derivative here: {slope.verdict}" for slope in self.derivatives
+                         if slope.verdict) or (
+            "" if self.loop is not None else
+            f"its responses are those of no linear system of few states, they differ by {self.misfit:.2g}")
 
     def linear(self) -> Loop:
         """The loop; LinearModelError says why there is none."""
@@ -98,14 +98,14 @@ class NumericalLoop:
     def __str__(self) -> str:
         """Table of the derivatives, and what the state space is worth."""
         rows = [["derivative with respect to", "error", "holds to", ""]]
-        for each in self.derivatives:
-            unit, by = ("mA", 1e3) if each.name.endswith("_cmd") else ("µm", 1e6)
-            rows.append([each.name, "none", "", ""] if each.verdict else
-                        [each.name, f"{each.error:.1e}", f"{by * each.holds_to:g}", unit])
+        for slope in self.derivatives:
+            unit, by = ("mA", 1e3) if slope.name.endswith("_cmd") else ("µm", 1e6)
+            rows.append([slope.name, "none", "", ""] if slope.verdict else
+                        [slope.name, f"{slope.error:.1e}", f"{by * slope.holds_to:g}", unit])
         text = aligned(rows)
-        for each in self.derivatives:
-            if each.verdict:
-                text += "\n" + fill(f"{each.name} has no derivative here: {each.verdict}", WIDTH)
+        for slope in self.derivatives:
+            if slope.verdict:
+                text += "\n" + fill(f"{slope.name} has no derivative here: {slope.verdict}", WIDTH)
         if self.loop is not None:
             by_code = ", exact, by the derivative of its code," if self.exact else ""
             text += "\n" + fill(f"{len(self.loop.controller.states)} states of the controller{by_code} with responses "
@@ -115,8 +115,8 @@ class NumericalLoop:
 
     def as_data(self) -> dict[str, Any]:
         """What it is as JSON has it."""
-        return {"derivatives": [{"input": each.name, "error": each.error, "holds_to": each.holds_to,
-                                 "verdict": each.verdict} for each in self.derivatives],
+        return {"derivatives": [{"input": slope.name, "error": slope.error, "holds_to": slope.holds_to,
+                                 "verdict": slope.verdict} for slope in self.derivatives],
                 "misfit": self.misfit, "moving": self.moving, "means": self.means, "exact": self.exact,
                 "controller": None if self.loop is None else self.loop.controller.as_data(),
                 "plant": None if self.loop is None else self.loop.plant.as_data()}
@@ -172,39 +172,40 @@ def linearised(rest: Rest, references: bool, plant_parameters: Settings) -> Nume
     pair, part = rest.pair, rest.controller
     base = np.array([*rest.measured, *pair.references.values()])
     samples = max(200, round(CONTROLLER_SECONDS / pair.step))
-    found: list[Derivative] = []
+    slopes: list[Derivative] = []
     for number in range(len(base) if references else len(rest.measured)):
-        found.append(derivative(part, base, number, PUSH, samples, check=number < len(rest.measured)))
-        if found[-1].verdict:   # the long responses of the others would be for nothing
-            return NumericalLoop(pair, tuple(found), None, None, np.inf, part.means, rest.moving)
-    inputs = part.inputs[:len(found)]
-    responses, coarse = (np.stack([getattr(each, kind) for each in found], axis=2) for kind in ("response", "coarse"))
-    code = translated(part, base, len(found))
+        slopes.append(derivative(part, base, number, PUSH, samples, check=number < len(rest.measured)))
+        if slopes[-1].verdict:   # the long responses of the others would be for nothing
+            return NumericalLoop(pair, tuple(slopes), None, None, np.inf, part.means, rest.moving)
+    inputs = part.inputs[:len(slopes)]
+    responses, coarse = (np.stack([getattr(slope, kind) for slope in slopes], axis=2)
+                         for kind in ("response", "coarse"))
+    code = translated(part, base, len(slopes))
     apart = np.inf if code is None else misfit(*code[0][:4], responses)
     exact = code is not None and apart <= MISFIT
     if code is not None and exact:
         ways = [(code[0]._replace(misfit=apart), code[1])] * 2
     else:
-        ways = [(realise(each), ()) for each in (responses, coarse)]
+        ways = [(realise(answers), ()) for answers in (responses, coarse)]
     (controller, worst), (rough, _) = (
         model_of(inputs, pair.commands, pair.controller_name, pair, rest.equilibrium, "A", *way) for way in ways)
     stages, by_current = stages_of(rest, plant_parameters)
-    derivatives = (*found, *by_current)
-    worst = max(worst, *(each[1] for each in stages))
-    if worst > MISFIT or any(each.verdict for each in derivatives):
+    derivatives = (*slopes, *by_current)
+    worst = max(worst, *(stage[1] for stage in stages))
+    if worst > MISFIT or any(slope.verdict for slope in derivatives):
         return NumericalLoop(pair, derivatives, None, None, worst, part.means, rest.moving)
     return NumericalLoop(pair, derivatives, Loop(stages[0][0], controller), Loop(stages[-1][0], rough), worst,
                          part.means, rest.moving, exact)
 
 
 def model_of(inputs: tuple[str, ...], outputs: tuple[str, ...], name: str, pair: Pair, equilibrium: Equilibrium,
-             unit: str, found: Realisation, states: tuple[str, ...] = ()) -> tuple[LinearModel, float]:
+             unit: str, realised: Realisation, states: tuple[str, ...] = ()) -> tuple[LinearModel, float]:
     """A realisation with its names, and its misfit; the states are numbered if they have none."""
-    states = states or tuple(f"x{k}" for k in range(1, len(found.A) + 1))
+    states = states or tuple(f"x{k}" for k in range(1, len(realised.A) + 1))
     units = {**dict.fromkeys(states, ""), **dict.fromkeys(outputs, unit),
-             **{each: "A" if each.endswith("_cmd") else "m/s" if each.endswith("rate") else "m" for each in inputs}}
-    return LinearModel(name, states, inputs, outputs, found.A, found.B, found.C, found.D, units, pair.step,
-                       equilibrium), found.misfit
+             **{name: "A" if name.endswith("_cmd") else "m/s" if name.endswith("rate") else "m" for name in inputs}}
+    return LinearModel(name, states, inputs, outputs, realised.A, realised.B, realised.C, realised.D, units, pair.step,
+                       equilibrium), realised.misfit
 
 
 def stages_of(rest: Rest, parameters: Settings) -> tuple[list[tuple[LinearModel, float]], tuple[Derivative, ...]]:
@@ -216,14 +217,14 @@ def stages_of(rest: Rest, parameters: Settings) -> tuple[list[tuple[LinearModel,
         return [(linear_plant(pair.own_plant, pair.rig, block, rest.equilibrium, True, True, False, pair.step),
                  0.0)], ()
     samples = max(100, round(PLANT_SECONDS / pair.step))
-    found = tuple(derivative(rest.plant, rest.commanded, number, CURRENT, samples)
-                  for number in range(len(pair.commands)))
+    slopes = tuple(derivative(rest.plant, rest.commanded, number, CURRENT, samples)
+                   for number in range(len(pair.commands)))
     outputs = tuple(name.replace(".gap_encoder", ".gap").replace(".encoder", ".position")
                     for name in pair.signals.values())
     stages = []
     for kind in ("response", "coarse"):
-        responses = np.stack([getattr(each, kind) for each in found], axis=2)
+        responses = np.stack([getattr(slope, kind) for slope in slopes], axis=2)
         # What a plant gives after a step is measured at the next sample.
         later: Array = np.concatenate([np.zeros((1, *responses.shape[1:])), responses])
         stages.append(model_of(pair.commands, outputs, pair.plant_name, pair, rest.equilibrium, "m", realise(later)))
-    return stages, found
+    return stages, slopes

@@ -72,9 +72,9 @@ class Pair:
         Shapes (signals,), (signals,). Where the platform tilts, a tilt lies in the gaps at all motors.
         """
         names = tuple(self.signals)
-        found = {name: (row, row) for name, row in zip(names, np.eye(len(names)), strict=True)}
+        straight = {name: (row, row) for name, row in zip(names, np.eye(len(names)), strict=True)}
         if not self.rig.rotations:
-            return found
+            return straight
         along = np.zeros((len(names), len(self.rig.axes)))
         gaps = MotorPlaces.of(self.rig).gaps
         for k, name in enumerate(names):
@@ -83,7 +83,7 @@ class Pair:
                         np.eye(len(self.rig.axes))[self.rig.axis_names.index(owner)])
         read = np.linalg.pinv(along)
         axes = {f"{axis}.measured": (read[k], along[:, k]) for k, axis in enumerate(self.rig.axis_names)}
-        return {**axes, **{name: way for name, way in found.items() if name not in axes}}
+        return {**axes, **{name: way for name, way in straight.items() if name not in axes}}
 
     def opening(self, at: str) -> str:
         """Full name of a signal that a user names; LinearModelError if there is none."""
@@ -248,16 +248,16 @@ def sample_time_of(rig: Rig, name: str, variables: Mapping[str, object], setup: 
                    given: Quantity | None) -> float:
     """Sample time of a controller, s."""
     if given is not None:
-        found = number(name, "sample time", given, "s")
+        sample_time = number(name, "sample time", given, "s")
     elif setup.ports is not None and setup.ports.step is not None:
-        found = setup.ports.step
+        sample_time = setup.ports.step
     elif "sample_time" in setup.start:
-        found = float(setup.start["sample_time"])
+        sample_time = float(setup.start["sample_time"])
     else:
-        found = float(getattr(variables.get("sample_time"), "start", None) or rig.sample_time)
-    if not 0.0 < found < 1.0:
-        raise LinearModelError(f"{name}: sample time = {found!r} s, expected one between 0 and 1 s")
-    return found
+        sample_time = float(getattr(variables.get("sample_time"), "start", None) or rig.sample_time)
+    if not 0.0 < sample_time < 1.0:
+        raise LinearModelError(f"{name}: sample time = {sample_time!r} s, expected one between 0 and 1 s")
+    return sample_time
 
 
 @contextmanager
@@ -283,7 +283,7 @@ def at_rest(pair: Pair, settle: float = SETTLE, strict: bool = True) -> Iterator
         last = np.array(measured)
         moving = float(np.ptp(rows[-look:], axis=0).max())
         positions = positions_of(pair, last)
-        far = {axis: found - pair.positions[axis] for axis, found in positions.items()}
+        far = {axis: position - pair.positions[axis] for axis, position in positions.items()}
         worst = max(far, key=lambda axis: abs(far[axis]))
         if abs(far[worst]) > NOT_THERE or (strict and moving > AT_REST):
             raise LinearModelError(

@@ -86,8 +86,8 @@ class FrequencyResponse:
     def error(self) -> Array:
         """Standard error of L, shape (lines,): of its mean over the multisines, by leaving out one at a time."""
         left_out = np.array([returned.mean(axis=0) / measured.mean(axis=0) for returned, measured in self.rest()])
-        found: Array = jackknife(left_out)
-        return found
+        errors: Array = jackknife(left_out)
+        return errors
 
     def rest(self) -> list[tuple[Complex, Complex]]:
         """What came back and was measured without each of the multisines in turn."""
@@ -122,12 +122,12 @@ class FrequencyResponse:
         """
         left_out = [vars(self.between(returned.mean(axis=0), measured.mean(axis=0))[0])
                     for returned, measured in self.rest()]
-        found = {}
+        errors = {}
         for name, value in vars(self.margins).items():
             if isinstance(value, float):
-                each = np.array([other[name] for other in left_out])
-                found[name] = nan if isnan(value) else float(jackknife(each)) if np.isfinite(each).all() else inf
-        return found
+                values = np.array([other[name] for other in left_out])
+                errors[name] = nan if isnan(value) else float(jackknife(values)) if np.isfinite(values).all() else inf
+        return errors
 
     @property
     def linear_margins(self) -> Margins | None:
@@ -218,22 +218,22 @@ def untold(margins: Margins, frequencies: Array, loop: Complex) -> dict[str, str
     What lies beyond the frequencies may be a crossing, or a larger peak.
     """
     lowest, highest = f"{frequencies[0]:.3g}", f"{frequencies[-1]:.4g} rad/s"
-    found = {}
+    reasons = {}
     for name, none, where in (("gain_down", 0.0, "beyond"), ("gain_up", inf, "within")):
         if getattr(margins, name) == none:
-            found[name] = f"L does not cross the negative real axis {where} −1 from {lowest} to {highest}"
+            reasons[name] = f"L does not cross the negative real axis {where} −1 from {lowest} to {highest}"
     last = abs(loop[-1])
     if last >= 1.0 or margins.phase == inf:
         why = f"|L| is never 1 from {lowest} to {highest}" if last < 1.0 else (
             f"|L| is {last:.3g} at {highest}, and crosses 1 beyond")
-        found |= dict.fromkeys(("phase", "phase_frequency", "delay"), why)
+        reasons |= dict.fromkeys(("phase", "phase_frequency", "delay"), why)
     sensitivity = 1.0 / (1.0 + loop)
     for names, values in ((("sensitivity_peak", "sensitivity_frequency"), sensitivity), (("disk",), sensitivity - 0.5)):
         k = int(np.argmax(np.abs(values)))
         if k in (0, len(loop) - 1):
-            found |= dict.fromkeys(names, f"the peak is at {frequencies[k]:.4g} rad/s, the end of the lines: it may be "
-                                   "larger beyond")
-    return found
+            reasons |= dict.fromkeys(names, f"the peak is at {frequencies[k]:.4g} rad/s, the end of the lines: it may "
+                                     "be larger beyond")
+    return reasons
 
 
 def known(numbers: Mapping[str, Any]) -> dict[str, Any]:
@@ -247,36 +247,36 @@ def jackknife(left_out: Any) -> Any:
     return np.sqrt((n - 1) / n * (np.abs(left_out - left_out.mean(axis=0)) ** 2).sum(axis=0))
 
 
-def heading(found: FrequencyResponse) -> str:
-    lines, grid = found.frequencies, found.grid
-    axis = found.at.rpartition(".")[0]
-    unit = next((each.unit("m") for each in found.equilibrium.rig.axes if each.name == axis), "m")
-    head = [f"{found.name}, opened at {found.at}, measured about {found.equilibrium}",
-            f"{len(found.returned)} multisines with a peak of {1e6 * found.amplitude:g} µ{unit} and a crest factor of "
-            f"{found.crest:.2f}: {len(lines)} lines from {lines[0]:.3g} to {lines[-1]:.4g} rad/s, {found.periods} "
-            f"periods of {grid.period:.4g} s of each"]
+def heading(response: FrequencyResponse) -> str:
+    lines, grid = response.frequencies, response.grid
+    axis = response.at.rpartition(".")[0]
+    unit = next((known.unit("m") for known in response.equilibrium.rig.axes if known.name == axis), "m")
+    head = [f"{response.name}, opened at {response.at}, measured about {response.equilibrium}",
+            f"{len(response.returned)} multisines with a peak of {1e6 * response.amplitude:g} µ{unit} and a crest "
+            f"factor of {response.crest:.2f}: {len(lines)} lines from {lines[0]:.3g} to {lines[-1]:.4g} rad/s, "
+            f"{response.periods} periods of {grid.period:.4g} s of each"]
     return "\n".join(fill(text, WIDTH) for text in head)
 
 
-def lines_text(found: FrequencyResponse) -> str:
+def lines_text(response: FrequencyResponse) -> str:
     """Gain and phase at each line with their standard errors, coherence, and those of the linear loop."""
-    loop, error, linear = found.loop, found.error, found.linear_loop
+    loop, error, linear = response.loop, response.error, response.linear_loop
     rows = [["rad/s", "|L|", "±", "phase (°)", "±", "coherence"]]
     if linear is not None:
         rows[0] += ["linear |L|", "phase (°)"]
-    for k, frequency in enumerate(found.frequencies):
+    for k, frequency in enumerate(response.frequencies):
         gain = abs(loop[k])
         cells = [f"{frequency:.4g}", f"{gain:.4g}", f"{error[k]:.1g}", f"{np.degrees(np.angle(loop[k])):.1f}",
-                 f"{np.degrees(error[k] / gain):.1g}" if gain > error[k] else "", f"{found.coherence[k]:.4f}"]
+                 f"{np.degrees(error[k] / gain):.1g}" if gain > error[k] else "", f"{response.coherence[k]:.4f}"]
         if linear is not None:
             cells += [f"{abs(linear[k]):.4g}", f"{np.degrees(np.angle(linear[k])):.1f}"]
         rows.append(cells)
-    return aligned(rows) + ("\n" + fill(f"no linear loop: {found.why_not}", WIDTH) if linear is None else "")
+    return aligned(rows) + ("\n" + fill(f"no linear loop: {response.why_not}", WIDTH) if linear is None else "")
 
 
-def margins_text(found: FrequencyResponse) -> str:
+def margins_text(response: FrequencyResponse) -> str:
     """Measured margins, with their standard errors, and those of the linear loop."""
-    measured, errors, linear = vars(found.margins), found.margin_errors, found.linear_margins
+    measured, errors, linear = vars(response.margins), response.margin_errors, response.linear_margins
     rows = [["margins", "measured", "±", *(["linear"] if linear is not None else [])]]
     for name, title in TITLES.items():
         by = SCALES.get(name, 1.0)
@@ -287,7 +287,7 @@ def margins_text(found: FrequencyResponse) -> str:
             cells.append(f"{by * vars(linear)[name]:.4g}")
         rows.append(cells)
     reasons: dict[str, list[str]] = {}
-    for name, why in found.unknown.items():
+    for name, why in response.unknown.items():
         if name in TITLES:
             reasons.setdefault(why, []).append(TITLES[name].partition(" (")[0])
     return "\n".join([aligned(rows), *(fill(f"{', '.join(names)}: {why}", WIDTH) for why, names in reasons.items())])

@@ -86,7 +86,7 @@ def identify(recording: Recording, method: str = "reduced", epsilon: float = EPS
     travel = np.ptp(recording.positions, axis=0).tolist()
     diagnostics = {data.row.axis: diagnose(data, way, recording.time, estimates)
                    for data, way in zip(rows, travel, strict=False)}   # tilts have no row of constants
-    if not any(found.excited for found in diagnostics.values()):
+    if not any(diagnosis.excited for diagnosis in diagnostics.values()):
         ways = ", ".join(f"{axis} {1e3 * way:.3g} mm" for axis, way in zip(rig.axes, travel, strict=True))
         raise IdentificationError(f"no axis is excited: they move over {ways}, expected motion on all axes, as with "
                                   "the excitation of sections 4.3.1 and 5.3, and currents that change")
@@ -95,11 +95,11 @@ def identify(recording: Recording, method: str = "reduced", epsilon: float = EPS
     warnings: list[str] = []
     unknown: list[str] = []
     for data in rows:
-        found = diagnostics[data.row.axis]
-        errors.update(zip(data.row.constants, found.standard_error.tolist(), strict=True))
-        friction.update(zip(data.row.constants, found.with_friction.tolist(), strict=True))
-        warnings += warnings_of(data, found, estimates)
-        unknown += unidentified(data, found, estimates)
+        diagnosis = diagnostics[data.row.axis]
+        errors.update(zip(data.row.constants, diagnosis.standard_error.tolist(), strict=True))
+        friction.update(zip(data.row.constants, diagnosis.with_friction.tolist(), strict=True))
+        warnings += warnings_of(data, diagnosis, estimates)
+        unknown += unidentified(data, diagnosis, estimates)
     error, motion = replay(recording, estimates.final)
     # True velocities are what they are; observed ones lag, whether the rows do so with them or not.
     bound = left_out(recording, rows, partial(matched, dt=dt) if velocities is None else np.asarray, estimates.final,

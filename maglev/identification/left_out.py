@@ -16,17 +16,17 @@ Again = Callable[[Sequence[RowData]], Mapping[str, float]]   # constants of an e
 
 
 def left_out(recording: Recording, rows: Sequence[RowData], delayed: Callable[[Array], Array],
-             found: Mapping[str, float], again: Again) -> dict[str, float]:
+             constants: Mapping[str, float], again: Again) -> dict[str, float]:
     """How far constants could be off by what the model leaves out: a bound, by constant.
 
     The recording is identified again by a model that has one of the effects, of the size that the description of the
     stage assumes, along the recorded motion; the changes by all effects are added whatever their signs. The estimator
     `again` found `found` in the rows; `delayed` is what the velocities have gone through, of signals with shape (n, m).
     """
-    bound = dict.fromkeys(found, 0.0)
+    bound = dict.fromkeys(constants, 0.0)
     for changed in with_each_effect(recording, rows, delayed):
         for name, value in again(changed).items():
-            bound[name] += abs(value - found[name])
+            bound[name] += abs(value - constants[name])
     return bound
 
 
@@ -75,8 +75,8 @@ def modulated(recording: Recording, rows: Sequence[RowData], delayed: Callable[[
     factor = 1.0 - k * np.sin(pi * recording.positions @ rig.places.slots.T / pitches) ** 2
     with_slots = np.broadcast_to(f, (*f.shape[:2], factor.shape[1])).copy()
     with_slots[1] *= factor
-    found = []
+    left = []
     for data in rows:
-        plain, changed = (data.row.columns(each, recording.i_d, recording.i_q) for each in (f, with_slots))
-        found.append(replace(data, a=data.a + delayed(changed - plain)))
-    return found
+        plain, changed = (data.row.columns(factors, recording.i_d, recording.i_q) for factors in (f, with_slots))
+        left.append(replace(data, a=data.a + delayed(changed - plain)))
+    return left

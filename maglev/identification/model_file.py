@@ -21,19 +21,19 @@ SMALLEST = 1e-9   # the controllers divide by them
 LARGEST = 1e12
 
 
-def write_model(path: Path, found: "Identification", source: Path) -> None:
+def write_model(path: Path, model: "Identification", source: Path) -> None:
     """Write the constants for the plant and for the controller's model; one that is not identified stays a comment."""
-    lines = [f"{BEGINNING} from {source.name}: {found.estimate.method} estimator, "
-             f"epsilon = {found.estimate.epsilon:g} s, gamma = {found.estimate.gamma:g}.",
+    lines = [f"{BEGINNING} from {source.name}: {model.estimate.method} estimator, "
+             f"epsilon = {model.estimate.epsilon:g} s, gamma = {model.estimate.gamma:g}.",
              "# For maglev run SCENARIO --model FILE: it sets the constants of the plant and of the controller's model",
              "# Behind the values: standard errors, which are scatter alone, and what friction, bias, ripple and",
              "# modulation could change, which the model leaves out.",
-             *(f"# {warning}" for warning in found.warnings), "", f'rig = "{found.recording.rig.name}"']
+             *(f"# {warning}" for warning in model.warnings), "", f'rig = "{model.recording.rig.name}"']
     for fmu in FMUS:
         lines += ["", f"[{fmu}]"]
-        for name, value in found.estimate.final.items():
-            usable = value >= SMALLEST and name not in found.unidentified
-            lines.append(f"{name} = {value!r}   # ± {found.standard_error[name]:.2g}, ± {found.left_out[name]:.2g}"
+        for name, value in model.estimate.final.items():
+            usable = value >= SMALLEST and name not in model.unidentified
+            lines.append(f"{name} = {value!r}   # ± {model.standard_error[name]:.2g}, ± {model.left_out[name]:.2g}"
                          if usable else f"# {name} = {value!r} is not identified: the FMU keeps its own")
     write_whole(path, "\n".join([*lines, "", END]) + "\n")
 

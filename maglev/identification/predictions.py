@@ -48,8 +48,8 @@ def equilibrium_currents(rig: Rig, gaps: Array, constants: Mapping[str, float]) 
     The smaller root of the vertical row, (4.10) and its like in section 5.4.2; NaN where there is none.
     """
     attraction, coils, iron = (rig.described.carrying * constants[name] for name in rig.rows[0].constants)
-    found = [equilibrium_current(rig.motor, attraction, coils, iron, gap) for gap in gaps.tolist()]
-    return np.array([current if there else np.nan for current, there in found])
+    currents = [equilibrium_current(rig.motor, attraction, coils, iron, gap) for gap in gaps.tolist()]
+    return np.array([current if there else np.nan for current, there in currents])
 
 
 def attraction_force(rig: Rig, gaps: Array, constant: float, mass: float) -> Array:

@@ -97,13 +97,13 @@ def chosen_rig(table: CsvTable, rig_name: str | None) -> Rig:
 
 def has_axis(table: CsvTable, rig: Rig, axis: str) -> bool:
     """Whether a position is recorded, or follows from the gaps at the motors."""
-    return found(table, axis_names(axis)) is not None or (
-        has_gaps(table, rig) and axis not in (each.name for each in rig.described.horizontal))
+    return column_in(table, axis_names(axis)) is not None or (
+        has_gaps(table, rig) and axis not in (level.name for level in rig.described.horizontal))
 
 
 def has_gaps(table: CsvTable, rig: Rig) -> bool:
     """Whether the gaps are recorded at all motors of a platform that tilts."""
-    return bool(rig.described.rotations) and all(found(table, gap_names(motor)) for motor in rig.motors)
+    return bool(rig.described.rotations) and all(column_in(table, gap_names(motor)) for motor in rig.motors)
 
 
 def read_positions(table: CsvTable, rig: Rig, kept: int) -> Array:
@@ -118,14 +118,14 @@ def read_positions(table: CsvTable, rig: Rig, kept: int) -> Array:
     return columns @ rig.places.measuring(rig.described).T if at_motors else columns
 
 
-def found(table: CsvTable, names: Sequence[str]) -> str | None:
+def column_in(table: CsvTable, names: Sequence[str]) -> str | None:
     """First of the names that is a column."""
     return next((name for name in names if name in table.names), None)
 
 
 def find(table: CsvTable, names: Sequence[str]) -> str:
     """First of the names that is a column; IdentificationError if none is."""
-    name = found(table, names)
+    name = column_in(table, names)
     if name is None:
         raise IdentificationError(f"{table.path}: no column {names[0]}, expected {' or '.join(dict.fromkeys(names))}; "
                                   f"nearest is {nearest(names[0], table.names)}")
@@ -183,8 +183,8 @@ def check_positions(table: CsvTable, rig: Rig, names: Sequence[str], positions: 
 def motor_currents(table: CsvTable, rig: Rig, motor: str, displacement: Array) -> tuple[Array, Array]:
     """i_d and i_q of a motor (A): recorded, or of three phases by (2.1) at the measured displacement (m)."""
     kept = len(displacement)
-    direct = [found(table, current_names(rig, motor, current)) for current in ("i_d", "i_q")]
-    phases = [found(table, current_names(rig, motor, current)) for current in ("i_a", "i_b", "i_c")]
+    direct = [column_in(table, current_names(rig, motor, current)) for current in ("i_d", "i_q")]
+    phases = [column_in(table, current_names(rig, motor, current)) for current in ("i_a", "i_b", "i_c")]
     if None in direct and None in phases:
         missing = "i_q" if direct[0] is not None else "i_d" if phases == [None] * 3 else (
             "i_a", "i_b", "i_c")[phases.index(None)]

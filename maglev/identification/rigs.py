@@ -97,11 +97,11 @@ def columns(normal: Array, thrust: Array, sharing: float) -> Columns:
     current.
     """
     def of(f: Array, i_d: Array, i_q: Array) -> Array:
-        found = [thrusts(sharing, f[0], i_q) @ thrust]
+        columns = [thrusts(sharing, f[0], i_q) @ thrust]
         if normal.any():
             terms = normals(sharing, sharing, sharing, f[1], f[2], f[3], i_d, i_q**2 + i_d**2)
-            found.append(np.stack([np.broadcast_to(term, i_d.shape) @ normal for term in terms], axis=1))
-        return np.concatenate(found, axis=1)
+            columns.append(np.stack([np.broadcast_to(term, i_d.shape) @ normal for term in terms], axis=1))
+        return np.concatenate(columns, axis=1)
 
     return of
 

@@ -90,8 +90,8 @@ def look(part: Participant, base: Array, number: int, pushes: Sequence[float]) -
     rest = part.response(pushed(base, number, 0.0, WINDOW))
     up, down = ([(part.response(pushed(base, number, sign * push, WINDOW)) - rest) / push for push in pushes]
                 for sign in (1.0, -1.0))
-    found = [0.5 * (u - d) for u, d in zip(up, down, strict=True)]
-    sizes = [float(np.abs(each).max()) for each in found]
+    slopes = [0.5 * (u - d) for u, d in zip(up, down, strict=True)]
+    sizes = [float(np.abs(slope).max()) for slope in slopes]
     nothing = [ROUND_OFF * max(1.0, float(np.abs(rest).max())) / push for push in pushes]
     if all(size <= small for size, small in zip(sizes, nothing, strict=True)):
         for size in LARGE:
@@ -103,8 +103,8 @@ def look(part: Participant, base: Array, number: int, pushes: Sequence[float]) -
         silent = max(push for push, size, small in zip(pushes, sizes, nothing, strict=True) if size <= small)
         return None, f"no response to {length(silent)}, one to more: a rounding or a dead zone"
     kinks = [float(np.abs(u + d).max()) / max(size, 1e-300) for u, d, size in zip(up, down, sizes, strict=True)]
-    same = [float(np.abs(found[k] - found[k + 1]).max()) / max(sizes[k], sizes[k + 1], 1e-300)
-            for k in range(len(found) - 1)]
+    same = [float(np.abs(slopes[k] - slopes[k + 1]).max()) / max(sizes[k], sizes[k + 1], 1e-300)
+            for k in range(len(slopes) - 1)]
     if same[-1] > SAME:
         growth = sizes[-1] / sizes[-3] / (pushes[-3] / pushes[-1])
         if 0.5 < growth < 2.0:

@@ -92,8 +92,8 @@ class Participant:
     def outputs_now(self) -> list[float]:
         """Outputs as they are, SI."""
         self.fmu.get(self.got)
-        found = list(self.got.values)
-        return found if self.down is None else (np.array(found) / self.down).tolist()
+        numbers = list(self.got.values)
+        return numbers if self.down is None else (np.array(numbers) / self.down).tolist()
 
     def mark(self, past: Array, last: Sequence[float]) -> None:
         """Take the present as the point to return to.
@@ -127,10 +127,10 @@ class Participant:
         if self.saved is None:
             self.close()
             self.begin()
-            found = self.last
+            answer = self.last
             for inputs in self.past:
-                found = self.step(inputs)
-            if not np.allclose(found, self.last, rtol=REPEATED, atol=REPEATED):
+                answer = self.step(inputs)
+            if not np.allclose(answer, self.last, rtol=REPEATED, atol=REPEATED):
                 raise LinearModelError(f"{self.setup.name} ({self.setup.path.name}) gave other outputs when it got the "
                                        "same inputs again, expected a controller without chance")
         elif isinstance(fmu, WrittenController):

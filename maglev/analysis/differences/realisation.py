@@ -57,7 +57,7 @@ def realise(responses: Array) -> Realisation:
 
     left, values, right = np.linalg.svd(blocks(0), full_matrices=False)
     later = blocks(1)
-    found: list[tuple[float, Realisation]] = []
+    realisations: list[tuple[float, Realisation]] = []
     for n in range(1, int((values > NOISE * values[0]).sum()) + 1):
         fall = values[n - 1] / max(values[n], 1e-3 * NOISE * values[0]) if n < len(values) else 1.0
         if fall > FALL:
@@ -65,19 +65,19 @@ def realise(responses: Array) -> Realisation:
             a = (left[:, :n] / root).T @ later @ (right[:n].T / root)
             b = (root[:, None] * right[:n])[:, :inputs] * by_input
             c = (left[:, :n] * root)[:outputs] * by_output[:, None]
-            found.append((fall, Realisation(a, b, c, responses[0], misfit(a, b, c, responses[0], responses))))
-    if not found:
+            realisations.append((fall, Realisation(a, b, c, responses[0], misfit(a, b, c, responses[0], responses))))
+    if not realisations:
         return Realisation(np.zeros((0, 0)), np.zeros((0, inputs)), np.zeros((outputs, 0)), responses[0], 1.0)
-    least = min(each.misfit for _, each in found)
-    return max((each for each in found if each[1].misfit <= AS_GOOD * least), key=lambda each: each[0])[1]
+    least = min(candidate.misfit for _, candidate in realisations)
+    return max((pair for pair in realisations if pair[1].misfit <= AS_GOOD * least), key=lambda pair: pair[0])[1]
 
 
 @np.errstate(over="ignore", invalid="ignore")   # one that grows beyond all numbers fits least
 def misfit(a: Array, b: Array, c: Array, d: Array, responses: Array) -> float:
     """Largest difference between the responses of a state space and given ones, over the largest of these."""
     state, worst = b, float(np.abs(d - responses[0]).max())
-    for each in responses[1:]:
-        worst = max(worst, float(np.abs(c @ state - each).max()))
+    for response in responses[1:]:
+        worst = max(worst, float(np.abs(c @ state - response).max()))
         state = a @ state
-    found = worst / max(float(np.abs(responses).max()), 1e-300)
-    return found if np.isfinite(found) else np.inf
+    share = worst / max(float(np.abs(responses).max()), 1e-300)
+    return share if np.isfinite(share) else np.inf

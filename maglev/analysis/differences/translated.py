@@ -58,18 +58,18 @@ def translated(part: Participant, base: Array, inputs: int) -> tuple[Realisation
 
 def numbers_of(part: Any, before: str = "") -> list[str]:
     """Attribute paths of the numbers of an object and its parts that can vary a little, in the order of definition."""
-    found = []
+    places = []
     for name, value in vars(part).items():
         if isinstance(value, float):
-            found.append(f"{before}{name}")
+            places.append(f"{before}{name}")
         elif hasattr(value, "__dict__"):
-            found += numbers_of(value, f"{before}{name}.")
-    return found
+            places += numbers_of(value, f"{before}{name}.")
+    return places
 
 
 def reached(a: Array, first: Array) -> Array:
     """Above 0 where a state is reached, through the entries of a matrix, from those that something reaches at once."""
-    found: Array = np.sign(np.abs(first))
+    touched: Array = np.sign(np.abs(first))
     for _ in range(len(a)):
-        found = np.sign(found + np.abs(a) @ found)
-    return found
+        touched = np.sign(touched + np.abs(a) @ touched)
+    return touched
