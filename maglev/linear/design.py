@@ -21,7 +21,7 @@ def regulator_polynomial(gains: Sequence[float], omega0: float) -> Array:
 
 def gains_of(polynomial: Sequence[float], omega0: float) -> tuple[float, float, float, float, float]:
     """Gains k1…k5 that give a loop this characteristic polynomial: the inverse of `regulator_polynomial`."""
-    _, a4, a3, a2, a1, a0 = (float(each) for each in polynomial)
+    _, a4, a3, a2, a1, a0 = (float(coefficient) for coefficient in polynomial)
     square = omega0 * omega0
     k1, k2 = square - a3, -a4
     return k1, k2, -(a0 + 1.0), -(a1 + k1 * square), -(a2 + k2 * square)

@@ -53,9 +53,9 @@ def equilibrium_of(name: str, block: Any, positions: dict[str, float], split: An
     places = MotorPlaces.of(rig, block)
     check_gaps(place, rig, block, places, positions)
     if name in controllers():
-        found = solve(place, rig, modelled(rig, block), places, positions, split or model_of(name, block))
-        check_limit(place, block, found)
-        return found
+        equilibrium = solve(place, rig, modelled(rig, block), places, positions, split or model_of(name, block))
+        check_limit(place, block, equilibrium)
+        return equilibrium
     for (axis_name, position), text in zip(positions.items(), spelled(rig, positions, *positions), strict=True):
         axis = getattr(block, axis_name)
         if axis.locked:
@@ -63,9 +63,9 @@ def equilibrium_of(name: str, block: Any, positions: dict[str, float], split: An
         if axis.stop.touched(position):
             raise LinearModelError(f"{name} at {text}: beyond the end stops, expected "
                                    f"{axis_name} within {1e3 * axis.stop.lower:g}…{1e3 * axis.stop.upper:g} mm")
-    found = solve(place, rig, block, places, positions, split)
-    check_amplifiers(place, block, found)
-    return found
+    equilibrium = solve(place, rig, block, places, positions, split)
+    check_amplifiers(place, block, equilibrium)
+    return equilibrium
 
 
 def spelled(rig: Rig, positions: Mapping[str, float], *axes: str) -> list[str]:
@@ -166,8 +166,8 @@ def solve(place: str, rig: Rig, block: Any, places: MotorPlaces, positions: dict
 
 
 def geometry_of(block: Any, motor: str) -> MotorGeometry:
-    found: MotorGeometry = getattr(block, f"{motor}_geometry", block.geometry)
-    return found
+    geometry: MotorGeometry = getattr(block, f"{motor}_geometry", block.geometry)
+    return geometry
 
 
 def balanced(place: str, rig: Rig, stage: Any, places: MotorPlaces, currents: Array, split: Any) -> Array:
@@ -188,13 +188,13 @@ def balanced(place: str, rig: Rig, stage: Any, places: MotorPlaces, currents: Ar
                            "constants")
 
 
-def check_amplifiers(place: str, block: Any, found: Equilibrium) -> None:
+def check_amplifiers(place: str, block: Any, equilibrium: Equilibrium) -> None:
     """Refuse currents that amplifiers do not hold for good.
 
     At rest the I²t limit has followed the current, and the clamp is at the continuous rating where that is the lower
     one. Any phase has to carry the whole current at some displacement, by the voltage of the bus.
     """
-    for motor, d, q in zip(found.motors, found.i_d, found.i_q, strict=True):
+    for motor, d, q in zip(equilibrium.motors, equilibrium.i_d, equilibrium.i_q, strict=True):
         supply = getattr(block, motor)
         rating, phases = supply.amplifier, (supply.phase_a, supply.phase_b, supply.phase_c)
         faults = {"amplifier.off": rating.off, "amplifier.stuck": rating.stuck,
@@ -215,16 +215,16 @@ def check_amplifiers(place: str, block: Any, found: Equilibrium) -> None:
                 "larger rating to see beyond it")
 
 
-def check_limit(place: str, block: Any, found: Equilibrium) -> None:
+def check_limit(place: str, block: Any, equilibrium: Equilibrium) -> None:
     """Refuse currents that a controller does not command."""
-    for name, value in found.currents.items():
+    for name, value in equilibrium.currents.items():
         ratio = getattr(block, f"{name.partition('.')[0]}_ratio", None)
         limit = block.current_limit * (ratio.limit if ratio is not None else 1.0)
         if 0.0 < limit < abs(value):
             raise LinearModelError(
                 f"{place}: {name}_cmd = {value:.3g} A is beyond current_limit = {limit:g} A, where the "
-                f"controller is not linear, expected a {'smaller' if found.i_d[0] < 0.0 else 'larger'} gap or another "
-                "limit (0 = none)")
+                f"controller is not linear, expected a {'smaller' if equilibrium.i_d[0] < 0.0 else 'larger'} gap or "
+                "another limit (0 = none)")
 
 
 def read_positions(name: str, at: Mapping[str, Quantity]) -> dict[str, float]:

@@ -121,16 +121,16 @@ def margins_between(at: str, grid: Array, values: Complex, response: Callable[[f
 def crossings(grid: Array, values: Array, function: Callable[[float], float]) -> list[float]:
     """Frequencies (rad/s) at which a function that has these values on the grid is zero."""
     changes: NDArray[np.intp] = np.flatnonzero(np.diff(np.signbit(values)))
-    found = [float(brentq(function, grid[k], grid[k + 1], rtol=FREQUENCY)) for k in changes]
+    roots = [float(brentq(function, grid[k], grid[k + 1], rtol=FREQUENCY)) for k in changes]
     # At a pole on the unit circle, as of an internal model, the sign changes without a zero: values are large there.
-    return [w for k, w in zip(changes, found, strict=True)
+    return [w for k, w in zip(changes, roots, strict=True)
             if abs(function(w)) <= max(abs(values[k]), abs(values[k + 1]))]
 
 
 def peak(grid: Array, values: Array, function: Callable[[float], float]) -> tuple[float, float]:
     """Largest value of a function that has these values on the grid, and where it is (rad/s)."""
     k = int(np.argmax(values))
-    found = minimize_scalar(lambda w: -function(w), method="bounded",
+    least = minimize_scalar(lambda w: -function(w), method="bounded",
                             bounds=(grid[max(k - 1, 0)], grid[min(k + 1, len(grid) - 1)]),
                             options={"xatol": FREQUENCY * float(grid[k])})
-    return (float(-found.fun), float(found.x)) if -found.fun > values[k] else (float(values[k]), float(grid[k]))
+    return (float(-least.fun), float(least.x)) if -least.fun > values[k] else (float(values[k]), float(grid[k]))

@@ -43,11 +43,11 @@ class Equilibrium:
     @property
     def phases(self) -> dict[str, float]:
         """Phase currents of each motor by name, such as "alpha.i_a", A."""
-        found = {}
+        currents = {}
         for motor, of, along, d, q in zip(self.motors, self.geometries, self.along, self.i_d, self.i_q, strict=True):
             for phase, value in zip("abc", phase_currents(d, q, of.electrical_angle(along)), strict=True):
-                found[f"{motor}.i_{phase}"] = value
-        return found
+                currents[f"{motor}.i_{phase}"] = value
+        return currents
 
     def __str__(self) -> str:
         """The equilibrium in one line."""

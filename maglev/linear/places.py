@@ -38,11 +38,11 @@ class MotorPlaces:
         """Positions of the axes by the encoders, where a platform tilts by least squares of the gaps at the motors."""
         if not rig.rotations:
             return np.eye(len(rig.axes))
-        found = np.zeros((len(rig.axes), len(rig.measured) + len(rig.motors)))
+        matrix = np.zeros((len(rig.axes), len(rig.measured) + len(rig.motors)))
         for k, axis in enumerate(rig.measured):
-            found[rig.axes.index(axis), k] = 1.0
-        found[:, len(rig.measured):] = np.linalg.pinv(self.gaps)
-        return found
+            matrix[rig.axes.index(axis), k] = 1.0
+        matrix[:, len(rig.measured):] = np.linalg.pinv(self.gaps)
+        return matrix
 
     @classmethod
     def at(cls, rig: Rig, spots: Sequence[Any], height: float) -> "MotorPlaces":

@@ -98,9 +98,10 @@ def region(rig: str, axis: str, gap: Quantity, *, controller: str | None = None,
             if asked is None:
                 shown = min(shown, flights[0].room()[1])
         return Region(loop, shown, tuple(
-            Candidate(name, loop.unit, each, largest_step(loop, each), respond(loop, each.gains, shown),
-                      run_steps(flights, axis, each.gains, shown) if flights else None)
-            for name, each in certificates.items()))
+            Candidate(name, loop.unit, certificate, largest_step(loop, certificate),
+                      respond(loop, certificate.gains, shown),
+                      run_steps(flights, axis, certificate.gains, shown) if flights else None)
+            for name, certificate in certificates.items()))
 
 
 def run_steps(flights: list[Flights], axis: str, gains: Array, step: float) -> RunSteps:
@@ -115,7 +116,7 @@ def run_steps(flights: list[Flights], axis: str, gains: Array, step: float) -> R
 def size_of(step: Quantity, unit: str) -> float:
     """Size of a step, m or rad; StabilityError if it is none."""
     with refused_as(StabilityError, "step"):
-        found = parse_quantity(step, unit)
-    if found <= 0.0:
-        raise StabilityError(f"step = {found:g} {unit}, expected one above 0 {unit}")
-    return found
+        size = parse_quantity(step, unit)
+    if size <= 0.0:
+        raise StabilityError(f"step = {size:g} {unit}, expected one above 0 {unit}")
+    return size

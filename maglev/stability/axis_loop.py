@@ -124,7 +124,7 @@ def axis_loop(rig: str, axis: str, gap: Quantity, *, controller: str | None = No
         raise StabilityError(f"{name}: current_limit = {block.current_limit:g} A is none, expected a limit above 0 A: "
                              "without one the region is as large as the model holds")
     parameters = dict(plant_parameters or {})
-    level = {**parameters, **{f"{each.name}.bias": 0.0 for each in described.horizontal if described.rotations}}
+    level = {**parameters, **{f"{axis.name}.bias": 0.0 for axis in described.horizontal if described.rotations}}
     loop = linearise_loop(stage, name, {vertical: gap}, plant_parameters=level, controller_parameters=settings)
     rest = (linearise_loop(stage, name, {vertical: gap}, plant_parameters=parameters, controller_parameters=settings)
             if described.rotations else loop).plant.equilibrium
@@ -133,11 +133,11 @@ def axis_loop(rig: str, axis: str, gap: Quantity, *, controller: str | None = No
         raise StabilityError(f"{stage}: {swinging[0]}.frequency is above 0 Hz, expected 0 Hz: a certificate is of "
                              "a rigid mover")
     title = f"{axis} of {stage} with {name} at {vertical} = {1e3 * rest.positions[vertical]:g} mm"
-    found = close(title, described, axis, loop, rest.currents, block)
-    if found.rates[0].real >= 0.0:
-        raise StabilityError(f"{title}: the loop is unstable, its slowest pole is {found.rates[0]:.4g} 1/s, "
+    closed = close(title, described, axis, loop, rest.currents, block)
+    if closed.rates[0].real >= 0.0:
+        raise StabilityError(f"{title}: the loop is unstable, its slowest pole is {closed.rates[0]:.4g} 1/s, "
                              "expected gains with which it is stable while no limit is reached")
-    return found
+    return closed
 
 
 def currents_of(rig: Rig, axis: str) -> list[str]:
@@ -155,25 +155,25 @@ def coupled(loop: Loop, rig: Rig, axis: str, commanded: Array) -> tuple[list[str
     if not rig.rotations:
         return [axis], [currents_of(rig, axis)]
     closed, plant = loop.closed, loop.plant
-    pushed = plant.B[[plant.index("state", f"{each}.velocity") for each in rig.axis_names]]
+    pushed = plant.B[[plant.index("state", f"{axis}.velocity") for axis in rig.axis_names]]
     moving = [axis]
     while True:
         rows = commanded[:, [k for k, state in enumerate(closed.states) if axis_of(state) in moving]]
         alike: list[list[int]] = []
         for k in np.flatnonzero(np.abs(rows).max(axis=1) > ALIKE * np.abs(rows).max()).tolist():
-            same = next((each for each in alike if np.abs(rows[k] - rows[each[0]]).max()
+            same = next((group for group in alike if np.abs(rows[k] - rows[group[0]]).max()
                          <= ALIKE * np.abs(rows[k]).max()), None)
             if same is None:
                 alike.append([k])
             else:
                 same.append(k)
-        pushes = np.array([np.abs(pushed[:, each].sum(axis=1)) for each in alike]).max(axis=0)
+        pushes = np.array([np.abs(pushed[:, group].sum(axis=1)) for group in alike]).max(axis=0)
         more = [name for name, push in zip(rig.axis_names, pushes, strict=True)
                 if name not in moving and push > ALIKE * pushes.max()]
         if not more:
             first = currents_of(rig, axis)[0]
-            sets = [[plant.inputs[k].removesuffix("_cmd") for k in each] for each in alike]
-            return moving, sorted(sets, key=lambda each: first not in each)
+            sets = [[plant.inputs[k].removesuffix("_cmd") for k in group] for group in alike]
+            return moving, sorted(sets, key=lambda group: first not in group)
         moving += more
 
 
@@ -192,31 +192,32 @@ def close(name: str, rig: Rig, axis: str, loop: Loop, rest: Mapping[str, float],
         raise StabilityError(f"{name}: its limits move {', '.join(axes)}, expected motors that carry alike, so that at "
                              f"most {MOST_AXES} axes have to be certified at once")
     # Currents that are always the same in all motors are one state: each column says where a state stands in the loop.
-    motion = [f"{each}.{part}" for each in axes for part in ("position", "velocity")]
-    lagged = [each for each in sets if each[0] in plant.states]
-    mine = [state for each in axes for state in closed.states if state.startswith(f"controller.{each}.")]
+    motion = [f"{axis}.{part}" for axis in axes for part in ("position", "velocity")]
+    lagged = [currents for currents in sets if currents[0] in plant.states]
+    mine = [state for axis in axes for state in closed.states if state.startswith(f"controller.{axis}.")]
     groups = [*([state] for state in motion), *lagged, *([state] for state in mine)]
     spread = np.zeros((len(closed.states), len(groups)))
     for column, names in enumerate(groups):
-        spread[[closed.index("state", each) for each in names], column] = 1.0
+        spread[[closed.index("state", name) for name in names], column] = 1.0
     gathered = np.linalg.pinv(spread)
     full = gathered @ closed.A @ spread
-    heads = [plant.inputs.index(f"{each[0]}_cmd") for each in sets]
+    heads = [plant.inputs.index(f"{currents[0]}_cmd") for currents in sets]
     k = commanded[heads] @ spread
     drive = gathered[:, :len(plant.states)] @ np.column_stack(
-        [plant.B[:, [plant.inputs.index(f"{current}_cmd") for current in each]].sum(axis=1) for each in sets])
+        [plant.B[:, [plant.inputs.index(f"{current}_cmd") for current in currents]].sum(axis=1) for currents in sets])
     by_reference = gathered @ closed.B[:, closed.index("input", f"{axis}.reference")]
-    n, states = len(groups), tuple(each[0].removeprefix("controller.") for each in groups)
+    n, states = len(groups), tuple(group[0].removeprefix("controller.") for group in groups)
     shares = np.linalg.pinv(MotorPlaces.of(rig, block).even)   # of what the limits cut off, by axis and current
     gains, weights, inject = {}, {}, {}
-    for each in axes:
-        row, part = shares[rig.axis_names.index(each)], getattr(block, each)
-        weights[each] = np.array([sum(row[rig.dq_names.index(current)] for current in alike) for alike in sets])
-        weights[each][np.abs(weights[each]) < ALIKE * np.abs(weights[each]).max()] = 0.0
-        gains[each] = np.array([part.ec1, part.ec2, part.ec3]) if block.antiwindup else np.zeros(3)
-        inject[each] = np.zeros((n, 3))
-        inject[each][[states.index(f"{each}.{state}") for state in INTERNAL_MODEL], range(3)] = 1.0
-    others = sum((np.outer(inject[each] @ gains[each], weights[each]) for each in axes[1:]), np.zeros((n, len(sets))))
+    for moved in axes:
+        row, part = shares[rig.axis_names.index(moved)], getattr(block, moved)
+        weights[moved] = np.array([sum(row[rig.dq_names.index(current)] for current in alike) for alike in sets])
+        weights[moved][np.abs(weights[moved]) < ALIKE * np.abs(weights[moved]).max()] = 0.0
+        gains[moved] = np.array([part.ec1, part.ec2, part.ec3]) if block.antiwindup else np.zeros(3)
+        inject[moved] = np.zeros((n, 3))
+        inject[moved][[states.index(f"{moved}.{state}") for state in INTERNAL_MODEL], range(3)] = 1.0
+    others = sum((np.outer(inject[other] @ gains[other], weights[other]) for other in axes[1:]),
+                 np.zeros((n, len(sets))))
     block.observer.prepare(dt)
     in_motion = np.zeros(n)
     in_motion[[states.index(f"{axis}.{state}") for state in ("velocity", "observer.velocity")]] = 1.0
@@ -224,7 +225,8 @@ def close(name: str, rig: Rig, axis: str, loop: Loop, rest: Mapping[str, float],
     in_motion[states.index(f"{axis}.observer.position")] = -dt / block.observer.share1
     at_step: Array = np.linalg.solve(np.eye(n) - full, by_reference).astype(np.float64)
     return AxisLoop(name, axis, rig.axis(axis).unit("m"), tuple(axes), states,
-                    tuple(tuple(each) for each in sets), (full - np.eye(n)) / dt, np.asarray(drive / dt + others),
-                    inject[axis], weights[axis], k, at_step, in_motion, dt,
-                    np.array([max(-block.current_limit - rest[each] for each in alike) for alike in sets]),
-                    np.array([min(block.current_limit - rest[each] for each in alike) for alike in sets]), gains[axis])
+                    tuple(tuple(currents) for currents in sets), (full - np.eye(n)) / dt,
+                    np.asarray(drive / dt + others), inject[axis], weights[axis], k, at_step, in_motion, dt,
+                    np.array([max(-block.current_limit - rest[group] for group in alike) for alike in sets]),
+                    np.array([min(block.current_limit - rest[group] for group in alike) for alike in sets]),
+                    gains[axis])

@@ -64,9 +64,9 @@ def certify(loop: AxisLoop, gains: Array, decay: float = 0.0) -> Certificate:
     best = inequalities.largest_step()
     for share in SHARES:
         inequalities.most_room(share * best)
-        found = certificate(loop, scaled, gains, inequalities.values(), decay)
-        if found is not None:
-            return found
+        certified = certificate(loop, scaled, gains, inequalities.values(), decay)
+        if certified is not None:
+            return certified
     raise StabilityError(f"{loop.name}: the solver's solution does not hold, expected a certificate; try a smaller "
                          f"decay than {decay:g} 1/s")
 

@@ -40,7 +40,7 @@ class Flights(Flight):
         plant = {**plant, f"{self.vertical}.locked": True} if locked else plant
         self.middle = read_positions(self.stage, {self.vertical: gap})
         self.plant, dt = block_of(self.stage, plant), block_of(controller, settings).sample_time
-        self.centred = axis in [each.name for each in self.rig.horizontal]
+        self.centred = axis in [axis.name for axis in self.rig.horizontal]
         self.before, count = round(BEFORE / dt), round((BEFORE + SHOWN) / dt)
         self.command = f"controller.{currents_of(self.rig, axis)[0]}_cmd"
         table = loop_table(self.rig) | {
@@ -87,7 +87,7 @@ class Flights(Flight):
         lower, upper, _ = self.stops()
         if not lower < start[self.axis] < upper:
             unit = self.rig.axis(self.axis).unit("m")
-            size, begin, low, high = (printed(each, unit) for each in (step, start[self.axis], lower, upper))
+            size, begin, low, high = (printed(value, unit) for value in (step, start[self.axis], lower, upper))
             raise StabilityError(f"{self.stage}: a step of {self.axis} by {size} begins at {begin}, expected a "
                                  f"start from {low} to {high}")
         changes: dict[str, float | bool] = {f"controller.{name}": gain for name, gain in gains.items()}

@@ -86,9 +86,10 @@ class Candidate:
 
     def as_data(self) -> dict[str, Any]:
         """Candidate as JSON has it, SI."""
-        found, run = self.certificate, self.run
-        return {"Ec": found.gains.tolist(), "certified_step": found.step, "P": found.P.tolist(), "G": found.G.tolist(),
-                "T": found.T.tolist(), "decrease": found.decrease, "simulated_step": self.simulated,
+        certificate, run = self.certificate, self.run
+        return {"Ec": certificate.gains.tolist(), "certified_step": certificate.step, "P": certificate.P.tolist(),
+                "G": certificate.G.tolist(), "T": certificate.T.tolist(), "decrease": certificate.decrease,
+                "simulated_step": self.simulated,
                 "simulated": response_data(self.response),
                 "run": None if run is None else {
                     "held": run.held, "largest_step": run.largest, "largest_step_gap_locked": run.largest_locked,
@@ -115,16 +116,16 @@ class Region:
 
     def __getitem__(self, name: str) -> Candidate:
         """Return the candidate of a name."""
-        for each in self.candidates:
-            if each.name == name:
-                return each
+        for candidate in self.candidates:
+            if candidate.name == name:
+                return candidate
         raise StabilityError(f"region: no candidate {name!r}, expected one of "
-                             f"{', '.join(each.name for each in self.candidates)}")
+                             f"{', '.join(candidate.name for candidate in self.candidates)}")
 
     def __str__(self) -> str:
         """Limit, gains, and a row for each candidate."""
         loop, unit = self.loop, f"m{self.loop.unit}"
-        rows = [each.row() for each in self.candidates]
+        rows = [candidate.row() for candidate in self.candidates]
         others = f"; its limits move {' and '.join(loop.axes[1:])}, too" if loop.axes[1:] else ""
         return (f"{loop.name}: {1e3 * loop.sample_time:g} ms, command {loop.at_rest:.4g} A at rest, "
                 f"{loop.at_rest + loop.lower[0]:g}…{loop.at_rest + loop.upper[0]:g} A{others}\n"
@@ -138,11 +139,11 @@ class Region:
         """Everything as JSON has it, SI; a settling time of null is one that does not end within the response."""
         loop = self.loop
         return {"name": loop.name, "axis": loop.axis, "axes": list(loop.axes), "sample_time": loop.sample_time,
-                "states": list(loop.states), "commands": [list(each) for each in loop.commands],
+                "states": list(loop.states), "commands": [list(currents) for currents in loop.commands],
                 "command_at_rest": loop.at_rest, "lower": loop.lower.tolist(), "upper": loop.upper.tolist(),
                 "step": self.step,
                 "poles": [[rate.real, rate.imag] for rate in loop.rates.tolist()],
-                "candidates": {each.name: each.as_data() for each in self.candidates}}
+                "candidates": {candidate.name: candidate.as_data() for candidate in self.candidates}}
 
     def plot(self) -> "Figure":
         """Picture, a matplotlib Figure; MaglevError without matplotlib.
@@ -158,13 +159,13 @@ class Region:
         upper, lower = halves
         panels = np.atleast_1d(upper.subplots(1, len(self.candidates)))
         position, command = lower.subplots(2, 1, sharex=True)
-        for panel, each, color in zip(panels, self.candidates, COLORS, strict=False):
-            draw_plane(panel, loop, each.certificate, color)
-            panel.set_title(each.title.replace(": ", "\n", 1), fontsize="medium")
-            for what, response in each.responses.items():
+        for panel, candidate, color in zip(panels, self.candidates, COLORS, strict=False):
+            draw_plane(panel, loop, candidate.certificate, color)
+            panel.set_title(candidate.title.replace(": ", "\n", 1), fontsize="medium")
+            for what, response in candidate.responses.items():
                 style = ":" if what == "run" else "-"
                 position.plot(response.time, 1e3 * response.position, style, color=color, linewidth=1.0,
-                              label=f"{each.name}, {what}")
+                              label=f"{candidate.name}, {what}")
                 command.plot(response.time, response.command, style, color=color, linewidth=1.0)
         position.axhline(1e3 * step, color="0.6", linewidth=0.8)
         position.set_ylabel(f"from the start (m{loop.unit})")
@@ -184,13 +185,13 @@ def response_data(response: Response) -> dict[str, Any]:
     return {"overshoot": response.overshoot, "settling": settling if settling < float("inf") else None}
 
 
-def draw_plane(panel: Any, loop: AxisLoop, found: Certificate, color: str) -> None:
+def draw_plane(panel: Any, loop: AxisLoop, certificate: Certificate, color: str) -> None:
     """Draw simulated states and the ellipsoid of one candidate."""
     plane = np.column_stack([loop.at_step, loop.in_motion])
-    section, shadow = ellipse(found.section(plane)), ellipse(found.projection(0, 1))
+    section, shadow = ellipse(certificate.section(plane)), ellipse(certificate.projection(0, 1))
     reach = WIDER * np.abs(section).max(axis=1)
     grid = np.array(np.meshgrid(*(np.linspace(-side, side, GRID) for side in reach))).reshape(2, -1)
-    back = comes_back(loop, found, plane @ grid)
+    back = comes_back(loop, certificate, plane @ grid)
     panel.plot(1e3 * grid[0, back], grid[1, back], ".", color=color, markersize=3)
     panel.plot(1e3 * grid[0, ~back], grid[1, ~back], "o", color="0.7", markersize=3, fillstyle="none")
     panel.plot(1e3 * section[0], section[1], color="k", linewidth=1.2)

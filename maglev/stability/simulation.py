@@ -58,13 +58,13 @@ class Samples:
         return self.A @ states - self.B @ (wanted - command), command
 
 
-def comes_back(loop: AxisLoop, found: Certificate, states: Array) -> Bools:
+def comes_back(loop: AxisLoop, certificate: Certificate, states: Array) -> Bools:
     """Whether states, the columns of an array of shape (n, c), come back to rest: into the certified ellipsoid."""
-    samples = Samples(loop, found.gains)
+    samples = Samples(loop, certificate.gains)
     back = np.zeros(states.shape[1], bool)
     going = np.arange(states.shape[1])
     for _ in range(int(np.ceil(HORIZON / (LOOK * loop.sample_time)))):
-        inside = found.level(states) <= 1.0
+        inside = certificate.level(states) <= 1.0
         back[going[inside]] = True
         stay = ~inside & (np.abs(states[loop.moving]) < LOST).all(axis=0)
         going, states = going[stay], states[:, stay]
@@ -75,15 +75,15 @@ def comes_back(loop: AxisLoop, found: Certificate, states: Array) -> Bools:
     return back
 
 
-def largest_step(loop: AxisLoop, found: Certificate) -> float:
+def largest_step(loop: AxisLoop, certificate: Certificate) -> float:
     """Largest step of the reference, m, below which steps of either sign come back; LARGEST_STEP if all do.
 
     Steps in a geometric sequence are tried, then, between the first that does not come back and that before it, again.
     """
-    low, high = min(0.5 * found.step, 0.5 * LARGEST_STEP), LARGEST_STEP
+    low, high = min(0.5 * certificate.step, 0.5 * LARGEST_STEP), LARGEST_STEP
     for _ in range(2):
         steps = np.geomspace(low, high, STEPS)
-        both = comes_back(loop, found, np.outer(loop.at_step, np.concatenate([steps, -steps])))
+        both = comes_back(loop, certificate, np.outer(loop.at_step, np.concatenate([steps, -steps])))
         back = both[:STEPS] & both[STEPS:]
         if back.all():
             return float(steps[-1])

@@ -34,12 +34,12 @@ def linear_controller(name: str, rig: Rig, block: Any, at: Equilibrium, phases: 
               for axis in rig.axes for state, unit in STATES.items() if has(getattr(block, axis.name), state)}
     inputs = [variable for variable in STAGES.definition(name).variables if variable.causality == "input"]
     commands = tuple(f"{current}_cmd" for current in (rig.phase_names if phases else rig.dq_names))
-    come_to_rest(name, rig, block, at, [each for each in states if ".observer." not in each])
+    come_to_rest(name, rig, block, at, [state for state in states if ".observer." not in state])
     n = len(states)
-    slopes = derivatives(block, {"sample": ()}, [*states, *(each.place for each in inputs)], [*states, *commands])
+    slopes = derivatives(block, {"sample": ()}, [*states, *(entry.place for entry in inputs)], [*states, *commands])
     (a, b), (c, d) = (np.hsplit(rows, [n]) for rows in np.vsplit(slopes, [n]))
-    return LinearModel(name, tuple(states), tuple(each.name for each in inputs), commands, a, b, c, d,
-                       {**states, **{each.name: each.unit for each in inputs}, **dict.fromkeys(commands, "A")},
+    return LinearModel(name, tuple(states), tuple(entry.name for entry in inputs), commands, a, b, c, d,
+                       {**states, **{entry.name: entry.unit for entry in inputs}, **dict.fromkeys(commands, "A")},
                        block.sample_time, at)
 
 

@@ -59,8 +59,8 @@ def linear_plant(name: str, rig: Rig, block: Any, at: Equilibrium, phases: bool,
     outputs = np.pad(np.array(list(rows.values())), ((0, 0), (0, 2 * motors)))[:, order]
     model = LinearModel(name, names, (*commands, *external), tuple(rows), moved[np.ix_(order, order)],
                         np.hstack([drive, push])[order], outputs, np.zeros((len(rows), len(commands) + axes)),
-                        {**{each: units[each] for each in names}, **external,
-                         **{each: "m" for each in rows if each not in units}, **dict.fromkeys(commands, "A")}, None, at)
+                        {**{name: units[name] for name in names}, **external,
+                         **{row: "m" for row in rows if row not in units}, **dict.fromkeys(commands, "A")}, None, at)
     if hold is not None:
         model = sampled(model, rotation @ measuring(rig, MotorPlaces.of(rig, block), model.outputs), phases, hold)
     return model if forces else model.select(commands, model.outputs)
@@ -99,9 +99,9 @@ def measuring(rig: Rig, places: MotorPlaces, outputs: Sequence[str]) -> Array:
     """Positions that a controller commutates with by the outputs, (axes, outputs): by encoders, or what these show."""
     shown = [name if name in outputs else name.replace("gap_encoder", "gap").replace(".encoder", ".position")
              for name in rig.encoders]
-    found = np.zeros((len(rig.axes), len(outputs)))
-    found[:, [outputs.index(name) for name in shown]] = places.measuring(rig)
-    return found
+    matrix = np.zeros((len(rig.axes), len(outputs)))
+    matrix[:, [outputs.index(name) for name in shown]] = places.measuring(rig)
+    return matrix
 
 
 def seen_currents(rig: Rig, block: Any, at: Equilibrium) -> Array:

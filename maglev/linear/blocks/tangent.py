@@ -39,7 +39,7 @@ def derivatives(block: Any, methods: Mapping[str, Sequence[float]], places: Sequ
     own, direction = deepcopy(block), deepcopy(block)
     at = [(part, name, getattr(part, name)) for part, name in scalar_slots(own, block)]
     along = scalar_slots(direction, block)
-    found = np.zeros((len(wanted), len(places)))
+    slopes = np.zeros((len(wanted), len(places)))
     for column, place in enumerate(places):
         for part, name, value in at:
             setattr(part, name, value)
@@ -48,5 +48,5 @@ def derivatives(block: Any, methods: Mapping[str, Sequence[float]], places: Sequ
         setattr(*slot(direction, place), 1.0)
         for function, arguments in calls:
             function(own, direction, *arguments)
-        found[:, column] = [getattr(*slot(direction, each)) for each in wanted]
-    return found
+        slopes[:, column] = [getattr(*slot(direction, path)) for path in wanted]
+    return slopes
