@@ -64,12 +64,12 @@ def waves(needs: Mapping[str, set[str]]) -> list[list[str]]:
     except CycleError as error:
         *_, needed, name = error.args[1]   # each of the circle before the one that needs it
         raise cannot_go_before(name, needed) from None
-    found = []
+    ready_waves = []
     while sorter.is_active():
         ready = set(sorter.get_ready())
-        found.append([name for name in needs if name in ready])
+        ready_waves.append([name for name in needs if name in ready])
         sorter.done(*ready)
-    return found
+    return ready_waves
 
 
 def cannot_go_before(name: str, *needed: str) -> ScenarioError:

@@ -74,7 +74,7 @@ def execute(experiment: Experiment, out: Path, form: Format = "csv", progress: P
     `NAME.partial.csv`. MaglevError or OSError if it cannot run, be measured or be written.
     """
     every, files = experiment.output_every(), ResultFiles(out, experiment.plan.name)
-    found = []
+    results = []
 
     def complete(recording: Recording) -> None:
         """Write what the run gave, whatever its FMUs do after it."""
@@ -82,8 +82,8 @@ def execute(experiment: Experiment, out: Path, form: Format = "csv", progress: P
         files.json.unlink(missing_ok=True)   # and never beside the columns of this one
         result = completed(experiment, recording)
         write_columns(files.columns(form), form, result, experiment.units(recording.columns), recording, every)
-        found.append(replace(result, metrics=measured(experiment.plan, recording)))
-        write_record(files, form, found[0])
+        results.append(replace(result, metrics=measured(experiment.plan, recording)))
+        write_record(files, form, results[0])
         files.forget_others(form)
 
     try:
@@ -95,10 +95,10 @@ def execute(experiment: Experiment, out: Path, form: Format = "csv", progress: P
         files.set_aside()   # what an earlier run has left must not pass for what this one gave
         raise RunInterrupted(message, error.recording, error.number) from error
     except Interrupted as error:
-        if not found:
+        if not results:
             raise
         raise Interrupted(f"{error}; its results are in {files.columns(form)}", error.number) from error
-    return replace(found[0], recording=replace(found[0].recording, notes=recording.notes))
+    return replace(results[0], recording=replace(results[0].recording, notes=recording.notes))
 
 
 def write_record(files: ResultFiles, form: Format, result: RunResult) -> None:
@@ -200,7 +200,7 @@ def execute_all(experiments: Sequence[Experiment], out: Path, form: Format, jobs
     return list(in_order({name: experiment.plan.needs for name, experiment in by_name.items()},
                          lambda name, ends: partial(execute_or_fail, by_name[name], out, form, ends), jobs,
                          lambda name, message: failed(by_name[name], message), watch,
-                         here=any(each.here for each in experiments)).values())
+                         here=any(experiment.here for experiment in experiments)).values())
 
 
 def execute_or_fail(experiment: Experiment, out: Path, form: Format, ends: Ends, progress: Progress) -> RunResult:
@@ -232,6 +232,6 @@ def judge_all(results: Sequence[RunResult]) -> Judgements:
         claims = [replace(claim, counts=not result.plan.another_reading)
                   for claim in run_claims.judge_run(result.plan.claims, result.metrics, metrics)]
         others = [{name, *claim.other_runs} & modified for claim in result.plan.claims]
-        judged[name] = [each for claim, other in zip(claims, others, strict=True)
-                        for each in (of_modified_runs([claim]) if other else [claim])]
+        judged[name] = [verdict for claim, other in zip(claims, others, strict=True)
+                        for verdict in (of_modified_runs([claim]) if other else [claim])]
     return judged

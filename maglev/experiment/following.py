@@ -35,7 +35,7 @@ class Following:
         block.start()
         block.step(0.0, self.rig.sample_time)
         axes = {axis.name: getattr(block, axis.name) for axis in self.rig.axes}
-        rows = {each.name: each.axis for each in self.rig.constants}
+        rows = {constant.name: constant.axis for constant in self.rig.constants}
         return {f"controller.{name}": value * axes[rows[name]].mass_ratio if name in rows else
                 axes[name.partition(".")[0]].present_mass for name, value in self.model.items()}
 
@@ -50,16 +50,16 @@ def following(rig: Rig | None, plant: Own, controller: Own, asked: Collection[st
                             "nominal masses it follows")
     variables = definition(f"Plant{rig.suffix}").variables
     axes = {axis.name: f"{axis.name}.{'inertia' if axis.rotation else 'mass'}" for axis in rig.axes}
-    masses = [*axes.values(), *(each.name for each in variables if each.name.startswith("payload."))]
-    model = [*(each.name for each in rig.constants), *(axes.values() if rig.rotations else ())]
+    masses = [*axes.values(), *(variable.name for variable in variables if variable.name.startswith("payload."))]
+    model = [*(constant.name for constant in rig.constants), *(axes.values() if rig.rotations else ())]
     model = [name for name in model if f"controller.{name}" not in asked]
     return Following(rig, values("controller", controller, model), values("plant", plant, masses))
 
 
 def values(fmu: str, own: Own, names: list[str]) -> dict[str, float]:
-    found = {name: own(name) for name in names}
-    lacking = [name for name, value in found.items() if value is None]
+    own_values = {name: own(name) for name in names}
+    lacking = [name for name, value in own_values.items() if value is None]
     if lacking:
         raise ScenarioError(f"{option('model', 'plant')}: the {fmu} has no {', '.join(lacking)}, expected one with "
                             "masses, or a model, as this project's have")
-    return {name: value for name, value in found.items() if value is not None}
+    return {name: value for name, value in own_values.items() if value is not None}

@@ -269,7 +269,7 @@ def prepare(plan: RunPlan, fmus: Path, replaced: Mapping[str, Replacement], sett
     return replace(
         experiment, changes=(*other_references, *changes_of(experiment, plan, asked)),
         not_compared=tuple(name for name in plan.check.signals if name not in fitted.check.signals),
-        parameter_sets={each.file: sha256_of(Path(each.file)) for each in settings.values() if each.file})
+        parameter_sets={setting.file: sha256_of(Path(setting.file)) for setting in settings.values() if setting.file})
 
 
 def in_place(plan: RunPlan, files: Mapping[str, Path], replaced: Mapping[str, Replacement]) -> dict[str, Replacement]:
@@ -279,13 +279,13 @@ def in_place(plan: RunPlan, files: Mapping[str, Path], replaced: Mapping[str, Re
     """
     own_files = {name: Replacement(files[name]) for name, fmu in plan.fmus.items()
                  if fmu.inherited or (fmu.file is not None and flies_apart(files[name]))}
-    found = {}
+    known_replacements = {}
     for name, replacement in {**own_files, **replaced}.items():
         known_participant(plan, option(name), name)
         known = known_ports(plan, name)
         replacement.ports.require_known(known)
-        found[name] = replace(replacement, path=files[name], ports=replace(replacement.ports, units=known))
-    return found
+        known_replacements[name] = replace(replacement, path=files[name], ports=replace(replacement.ports, units=known))
+    return known_replacements
 
 
 def know_stage_of(plan: RunPlan) -> None:
@@ -296,7 +296,7 @@ def know_stage_of(plan: RunPlan) -> None:
 
 def changes_of(experiment: Experiment, plan: RunPlan, asked: Iterable[str]) -> tuple[str, ...]:
     """What was asked for that differs from the plan, or from what its FMUs start with: values, step, order."""
-    found = []
+    departures = []
     for full in sorted(asked):
         name, _, variable = full.partition(".")
         now = experiment.plan.fmus[name].start[variable]
@@ -304,12 +304,12 @@ def changes_of(experiment: Experiment, plan: RunPlan, asked: Iterable[str]) -> t
         default = known_start(name, experiment.files[name], variable)
         before = default if planned is None else planned.value
         if before is None or float(now.value) != float(before) or variable in plan.fmus[name].start_from:
-            found.append(f"{full} = {now.written}" + ("" if before is None else f" instead of {before}"))
+            departures.append(f"{full} = {now.written}" + ("" if before is None else f" instead of {before}"))
     if experiment.step != plan.step:
-        found.append(f"step = {experiment.step} s instead of {plan.step} s")
+        departures.append(f"step = {experiment.step} s instead of {plan.step} s")
     if experiment.order != "sequential":
-        found.append(f"order is {experiment.order}")
-    return tuple(found)
+        departures.append(f"order is {experiment.order}")
+    return tuple(departures)
 
 
 def samples(name: str, file: Path) -> bool:

@@ -148,12 +148,12 @@ def libraries_in(path: Path) -> dict[str, str]:
 def versions(packages: Collection[str]) -> dict[str, str]:
     """Versions of packages that can be imported, by name; empty text of what has none."""
     known = packages_distributions() if packages else {}   # which reads them all
-    return {name: ", ".join(version(each) for each in known.get(name, ())) for name in packages}
+    return {name: ", ".join(version(package) for package in known.get(name, ())) for name in packages}
 
 
 def kind(path: Path) -> str:
     """Kind of an FMU, or of what ran in its place."""
     if is_written(path):
         return "Python class" if is_class(path) else "Python file"
-    found = own_build(path)
-    return "foreign" if found is None else found.kind
+    build = own_build(path)
+    return "foreign" if build is None else build.kind

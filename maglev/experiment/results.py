@@ -68,10 +68,10 @@ class ResultFiles:
     def forget_others(self, form: Format) -> None:
         """Remove what a failed run has left, and the columns of an earlier one in another form."""
         self.partial.unlink(missing_ok=True)
-        for each in get_args(Format):
-            self.previous(each).unlink(missing_ok=True)
-            if each != form:
-                self.columns(each).unlink(missing_ok=True)
+        for other in get_args(Format):
+            self.previous(other).unlink(missing_ok=True)
+            if other != form:
+                self.columns(other).unlink(missing_ok=True)
 
 
 @contextmanager

@@ -48,13 +48,13 @@ def compared(runs: Sequence[RunPlan]) -> list[RunPlan]:
     names = {run.name for run in runs}
     named = [name for run in runs for claim in run.claims for name in claim.other_runs]
     missing = dict.fromkeys(name for name in named if name not in names)
-    found = []
+    plans = []
     for run in runs:
         siblings = {sibling.name: sibling for sibling in load_plans(run.path)} if missing else {}
         for name in [name for name in missing if name in siblings]:
-            found.append(siblings[name])
+            plans.append(siblings[name])
             del missing[name]
-    return found + [other for name in missing for other in load_plans(name)]
+    return plans + [other for name in missing for other in load_plans(name)]
 
 
 def needed(runs: Sequence[RunPlan]) -> list[RunPlan]:

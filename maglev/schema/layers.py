@@ -130,19 +130,19 @@ def without_fed(base: dict[str, Any], over: Mapping[str, Any]) -> dict[str, Any]
     fed.discard("")
     if not fed or not base:
         return base
-    found = dict(base)
+    table = dict(base)
     if isinstance(base.get("connections"), list):
-        found["connections"] = [pair for pair in base["connections"] if target_of(pair) not in fed]
+        table["connections"] = [pair for pair in base["connections"] if target_of(pair) not in fed]
     if isinstance(base.get("signals"), list):
-        found["signals"] = [{key: value for key, value in signal.items() if key != "rate_to"}
+        table["signals"] = [{key: value for key, value in signal.items() if key != "rate_to"}
                             if text(signal, "rate_to") in fed else signal for signal in base["signals"]
                             if text(signal, "to") not in fed]
     if isinstance(base.get("fmus"), Mapping):
-        found["fmus"] = {name: {**fmu, "inputs": {port: source for port, source in fmu["inputs"].items()
+        table["fmus"] = {name: {**fmu, "inputs": {port: source for port, source in fmu["inputs"].items()
                                                   if f"{name}.{port}" not in fed}}
                          if isinstance(entries(fmu).get("inputs"), Mapping) else fmu
                          for name, fmu in base["fmus"].items()}
-    return found
+    return table
 
 
 def target_of(pair: Any) -> str:
@@ -152,8 +152,8 @@ def target_of(pair: Any) -> str:
 
 def text(table: Any, key: str) -> str:
     """Text at a key of a table; an empty one if there is none."""
-    found = entries(table).get(key)
-    return found if isinstance(found, str) else ""
+    entry = entries(table).get(key)
+    return entry if isinstance(entry, str) else ""
 
 
 def entries(value: Any) -> Mapping[str, Any]:

@@ -61,7 +61,7 @@ def read_plan(path: Path, layers: list[Layer], siblings: list[str]) -> RunPlan:
         named += [(f"procedure.runs.{part}", run) for part, run in plan.procedure.runs.items() if part != "parabolas"]
     known = [*siblings, *packaged_runs()]
     for key, run in named:
-        others = [each for each in known if key != "start_from.run" or each != plan.name]
+        others = [name for name in known if key != "start_from.run" or name != plan.name]
         if run not in others:
             raise ScenarioError(f"{path}: {key} = {run!r}: expected another run; nearest is {nearest(run, others)}")
     if plan.procedure is not None and plan.procedure.name in siblings:

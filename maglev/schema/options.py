@@ -93,8 +93,9 @@ def completed(options: RunOptions) -> RunOptions:
         choices = OPTIONS[name].choices
         if choices and value not in choices:
             raise ScenarioError(f"{option(name, value)}: expected {one_of(str(value), list(map(str, choices)))}")
-    every: dict[str, Any] = {name: given.get(name, each.default) for name, each in OPTIONS.items()}
-    return cast("RunOptions", every | {name: seconds(name, every[name]) for name, each in OPTIONS.items() if each.time})
+    every: dict[str, Any] = {name: given.get(name, option.default) for name, option in OPTIONS.items()}
+    return cast("RunOptions", every | {name: seconds(name, every[name]) for name, option in OPTIONS.items()
+                                       if option.time})
 
 
 def seconds(name: str, value: float | str | None) -> float | None:
@@ -106,7 +107,7 @@ def seconds(name: str, value: float | str | None) -> float | None:
 
 def with_options(called: Signature, more: Mapping[str, tuple[Any, object]]) -> Signature:
     """Signature with options, annotation and default by name, in place of **options."""
-    own = [each for each in called.parameters.values() if each.kind is not Parameter.VAR_KEYWORD]
+    own = [parameter for parameter in called.parameters.values() if parameter.kind is not Parameter.VAR_KEYWORD]
     return called.replace(parameters=[*own, *(
         Parameter(name, Parameter.KEYWORD_ONLY, default=default, annotation=annotation)
         for name, (annotation, default) in more.items())])
@@ -115,8 +116,8 @@ def with_options(called: Signature, more: Mapping[str, tuple[Any, object]]) -> S
 def takes_run_options(*left_out: str) -> Callable[[Callable[P, T]], Callable[P, T]]:
     """Show and take, as **options of a function, the options of runs but for some."""
     types = {name: get_args(annotation)[0] for name, annotation in RunOptions.__annotations__.items()}
-    names = {name: (getattr(types[name], "__forward_arg__", types[name]), each.default)
-             for name, each in OPTIONS.items() if name not in left_out}
+    names = {name: (getattr(types[name], "__forward_arg__", types[name]), option.default)
+             for name, option in OPTIONS.items() if name not in left_out}
 
     def extended(function: Callable[P, T]) -> Callable[P, T]:
         shown = with_options(signature(function), names)
@@ -136,5 +137,5 @@ def takes_run_options(*left_out: str) -> Callable[[Callable[P, T]], Callable[P, 
 def as_flag(name: str, value: object) -> str:
     """An option as the command line has it: messages of what it calls speak so."""
     flag = OPTIONS[name].flag if name in OPTIONS else f"--{OTHER_FLAGS.get(name, name.replace('_', '-'))}"
-    value = ",".join(f"{key}={each}" for key, each in value.items()) if isinstance(value, dict) else value
+    value = ",".join(f"{key}={entry}" for key, entry in value.items()) if isinstance(value, dict) else value
     return flag if value is None or isinstance(value, bool) else f"{flag} {value}"

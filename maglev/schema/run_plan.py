@@ -43,10 +43,10 @@ def read_start_value(value: Any) -> StartValue:
 
 def read_allowed(value: Any) -> StartValue:
     """Read a deviation that is let pass: a quantity of 0 or more."""
-    found = StartValue(*read_quantity(value), value)
-    if found.value < 0.0:
+    start = StartValue(*read_quantity(value), value)
+    if start.value < 0.0:
         raise ValueError("expected 0 or more")
-    return found
+    return start
 
 
 def read_open_value(value: Any) -> StartValue:
@@ -291,7 +291,7 @@ class RunPlan(Table):
         for name, other in later.items():
             if other not in fmus or other == name:
                 raise key_refused("before", other, "expected another FMU of this scenario, nearest is "
-                                  f"{nearest(str(other), [each for each in fmus if each != name])}", "fmus", name)
+                                  f"{nearest(str(other), [fmu for fmu in fmus if fmu != name])}", "fmus", name)
         for _ in fmus:
             for name, other in later.items():
                 if order.index(name) > order.index(other):
@@ -326,7 +326,7 @@ class RunPlan(Table):
         """Refuse events that have the name of another, do not ascend, or have a window that is not of the run."""
         for i, (event, end) in enumerate(zip(self.events, self.event_ends, strict=True)):
             before = self.events[:i]
-            if event.name in [each.name for each in before]:
+            if event.name in [earlier.name for earlier in before]:
                 raise key_refused("name", event.name, "expected another name than an earlier event has", "events", i)
             if before and event.time <= before[-1].time:
                 raise key_refused("time", event.time, f"expected ascending times, {before[-1].name} is at "

@@ -81,7 +81,7 @@ def unknown_key(key: str, table: type[Table], valid: Sequence[str]) -> str:
     places = dict.fromkeys(other.PLACE for other in Table.KNOWN_TABLES if other.PLACE and key in other.keys_of_table())
     if table.PLACE and places and not near:
         return f"unknown key, expected it in {' or '.join(places)}"
-    shown = [f"{each!r} ({meanings[each]})" if each in meanings else repr(each) for each in near]
+    shown = [f"{key!r} ({meanings[key]})" if key in meanings else repr(key) for key in near]
     return f"unknown key, nearest valid key is {', or '.join(shown) or nearest(key, valid)}"
 
 
@@ -89,9 +89,9 @@ def meaning_at(model: type[Table], location: Sequence[str | int]) -> str:
     """What the key at a place of a table means; empty text of one that means nothing by itself."""
     models, meaning = [model], ""
     for key in location:
-        fields = [field for each in models for name, field in each.model_fields.items() if key in (name, field.alias)]
+        fields = [field for model in models for name, field in model.model_fields.items() if key in (name, field.alias)]
         if fields:
-            models, meaning = [found for field in fields for found in tables_in(field.annotation)], ""
+            models, meaning = [model for field in fields for model in tables_in(field.annotation)], ""
             meaning = fields[0].description or ""
     return meaning
 
@@ -99,7 +99,7 @@ def meaning_at(model: type[Table], location: Sequence[str | int]) -> str:
 def tables_in(annotation: Any) -> list[type[Table]]:
     if isinstance(annotation, type) and issubclass(annotation, Table):
         return [annotation]
-    return [found for part in get_args(annotation) for found in tables_in(part)]
+    return [model for part in get_args(annotation) for model in tables_in(part)]
 
 
 def one_line(error: ValidationError, layers: list[Layer], model: type[Table] = Table) -> str:

@@ -14,7 +14,7 @@ def after_departure(failure: RunFailed, descriptions: Mapping[str, ModelDescript
 
     It is the first one. Inputs of FMUs that have no description here are left out.
     """
-    recording, found = failure.recording, []
+    recording, departures = failure.recording, []
     inputs = {f"{name}.{variable.name}": variable for name, description in descriptions.items()
               for variable in description.modelVariables}
     for source, target in connections:
@@ -25,10 +25,10 @@ def after_departure(failure: RunFailed, descriptions: Mapping[str, ModelDescript
         beyond = np.flatnonzero(~((values >= low) & (values <= high)))
         if len(beyond):
             unit = f" {variable.unit}" if variable.unit else ""
-            found.append((int(beyond[0]), f"{source} = {values[beyond[0]]:.9g}{unit} is beyond {low:g}…{high:g}{unit}, "
-                                          f"the range of {target}; "))
-    if not found:
+            departures.append((int(beyond[0]), f"{source} = {values[beyond[0]]:.9g}{unit} is beyond "
+                                               f"{low:g}…{high:g}{unit}, the range of {target}; "))
+    if not departures:
         return failure
-    k, said = min(found)
+    k, said = min(departures)
     when = f"at t = {recording.time[k]:.9g} s: "
     return RunFailed(f"{when}{said}{str(failure).removeprefix(when)}", recording)

@@ -25,16 +25,16 @@ def needless_delays(plan: RunPlan, order: Order, samples: Callable[[str], bool])
     names = list(plan.fmus)
     wires = {(source.partition(".")[0], target.partition(".")[0]) for source, target in plan.wires.values()}
     wires = {(source, target) for source, target in wires if source in plan.fmus and target in plan.fmus}
-    found = []
+    delays = []
     for source, target in sorted(wires):
         if names.index(source) <= names.index(target):
             continue
         others = [name for name in names if name != source]
         others.insert(others.index(target), source)
         if delayed(wires, others) < delayed(wires, names) and samples(source):
-            found.append(f"{source} is stepped after {target}, which gets what it computes a step of {plan.step:g} s "
-                         f"late; before = \"{target}\" under [fmus.{source}] has it stepped in time")
-    return found
+            delays.append(f"{source} is stepped after {target}, which gets what it computes a step of {plan.step:g} s "
+                          f"late; before = \"{target}\" under [fmus.{source}] has it stepped in time")
+    return delays
 
 
 def delayed(wires: set[tuple[str, str]], order: Sequence[str]) -> int:

@@ -25,12 +25,12 @@ def files_given(given: ParameterFiles) -> list[tuple[str, Path]]:
         return []
     if isinstance(given, Mapping):
         return [(name, Path(path)) for name, path in given.items()]
-    found = []
+    files = []
     for word in [given] if isinstance(given, str | Path) else given:
         name, equals, path = str(word).partition("=")
-        found.append((name, Path(path)) if equals and name.isidentifier() and not Path(word).exists() else
+        files.append((name, Path(path)) if equals and name.isidentifier() and not Path(word).exists() else
                      ("", Path(word)))
-    return found
+    return files
 
 
 def parameter_values(given: ParameterFiles, known: Sequence[str]) -> dict[str, StartValue]:
@@ -62,21 +62,21 @@ def read_parameters(path: Path, fmu: str, known: Iterable[str]) -> dict[str, Sta
     if root.tag != f"{{{SSV}}}ParameterSet":
         raise ScenarioError(f"{path}: the root element is {shortened(root.tag)}, expected ssv:ParameterSet")
     units = {unit.get("name", ""): unit for unit in root.iter(f"{{{SSC}}}Unit")}
-    found: dict[str, StartValue] = {}
+    values: dict[str, StartValue] = {}
     for name, typed in parameters_in(root):
         full = f"{fmu}.{name}" if fmu else name
         if not fmu and name.partition(".")[0] not in {*known}:
             raise ScenarioError(f"{path}: parameter {name}: no FMU {name.partition('.')[0]}, expected "
-                                f"{' or '.join(f'{each}.…' for each in known)}, or of which FMU they are, such as "
+                                f"{' or '.join(f'{name}.…' for name in known)}, or of which FMU they are, such as "
                                 f"{option('parameters', {next(iter(known), 'plant'): path.name})}")
-        if full in found:
+        if full in values:
             raise ScenarioError(f"{path}: parameter {name} is there twice, expected it once")
         if typed is None:
             raise ScenarioError(f"{path}: parameter {name} has no value, expected one")
-        found[full] = value_of(typed, f"{path}: parameter {name}", units)._replace(file=str(path))
-    if not found:
+        values[full] = value_of(typed, f"{path}: parameter {name}", units)._replace(file=str(path))
+    if not values:
         raise ScenarioError(f"{path}: has no parameters, expected some")
-    return found
+    return values
 
 
 def value_of(typed: Element, place: str, units: Mapping[str, Element]) -> StartValue:

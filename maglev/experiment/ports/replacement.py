@@ -145,12 +145,12 @@ def essential_ports(plan: RunPlan) -> dict[str, str]:
 
 def optional_ports(plan: RunPlan) -> list[tuple[str, str]]:
     """Ports that a run can do without, `fmu.variable`, and what is left out then: a word and the port itself."""
-    found = [(key, flag) for key, flag in (("stop contact", plan.stop_flag), ("trip", plan.trip_flag)) if flag]
-    found += [("rate", signal.rate_to) for signal in plan.signals if signal.rate_to is not None]
-    found += [("comparison", signal) for signal in plan.check.signals]
+    ports = [(key, flag) for key, flag in (("stop contact", plan.stop_flag), ("trip", plan.trip_flag)) if flag]
+    ports += [("rate", signal.rate_to) for signal in plan.signals if signal.rate_to is not None]
+    ports += [("comparison", signal) for signal in plan.check.signals]
     for motor in plan.motors.values():
-        found += [("currents", port) for port in motor.currents] + [("commands", port) for port in motor.commands]
-    return found
+        ports += [("currents", port) for port in motor.currents] + [("commands", port) for port in motor.commands]
+    return ports
 
 
 def require_essential(plan: RunPlan, put_in: Mapping[str, Path],
@@ -213,18 +213,18 @@ def remarks(plan: RunPlan, name: str, replacement: Replacement, description: Mod
     fed = {target for _, target in plan.wires.values()} | {signal.to for signal in plan.signals}
     extra = [v.name for v in description.modelVariables
              if v.causality == "input" and f"{name}.{v.name}" not in fed and v.name not in known]
-    found = []
+    notes = []
     if extra:
-        found.append(f"nothing feeds {', '.join(f'{name}.{port}' for port in extra)}: "
+        notes.append(f"nothing feeds {', '.join(f'{name}.{port}' for port in extra)}: "
                      + ("they keep their start values" if len(extra) > 1 else "it keeps its start value"))
     own = (description.generationTool or "").startswith(OWN_TOOL)
     named = getattr(description.defaultExperiment, "stepSize", None)
     fixed = not description.coSimulation.canHandleVariableCommunicationStepSize
     asked = replacement.ports.step
     if not own and fixed and asked is None and named is not None and abs(float(named) - plan.step) > 1e-9:
-        found.append(f"{name} ({replacement.path.name}) is written for a fixed step and names {float(named):g} s; it "
+        notes.append(f"{name} ({replacement.path.name}) is written for a fixed step and names {float(named):g} s; it "
                      f"gets the communication step unless {option('ports')} has step = ... under [{name}]")
-    return found
+    return notes
 
 
 def without(plan: RunPlan, lacking: Sequence[tuple[str, str]], says: Callable[[list[str]], str]) -> RunPlan:

@@ -61,15 +61,15 @@ class Starts:
             return lambda variable: (float(self.given[name][variable].value) if variable in self.given[name] else
                                      known_start(name, files[name], variable))
 
-        found = following(plan.rig, own("plant"), own("controller"), asked)
-        for full, value in found.settings({}).items():
+        followed = following(plan.rig, own("plant"), own("controller"), asked)
+        for full, value in followed.settings({}).items():
             source = self.taken["controller"].get(full.removeprefix("controller."))
             if source is not None:
                 raise ScenarioError(f"{origin}: {plan.name} takes {full} from {source.run}, expected only runs that "
                                     "take no constants from others")
             self.give(full, StartValue(value, None, repr(value), origin))
             asked.add(full)
-        return found
+        return followed
 
     def of(self, plan: RunPlan) -> RunPlan:
         return plan.model_copy(update={"fmus": {

@@ -198,10 +198,10 @@ class Sinusoids(SignalTable):
 
     def ramped(self, function: Callable[[float], float], after: float, times: Array) -> Array:
         """Return a function of time (s) at times, shape (n,), that is constant after the ramp."""
-        found = np.full(len(times), after)
+        values = np.full(len(times), after)
         ramping = times < self.ramp
-        found[ramping] = [function(t) for t in times[ramping].tolist()]
-        return found
+        values[ramping] = [function(t) for t in times[ramping].tolist()]
+        return values
 
     def envelope(self, t: float) -> float:
         """Return the factor on the amplitude at time t (s) of the ramp, 0 to 1."""
@@ -244,9 +244,9 @@ class Csv(SignalTable):
 
     def in_si(self, unit: Unit) -> Self:
         """The signal in SI, of one whose numbers are in a unit."""
-        found = super().in_si(unit)
-        found._values = [scaled(value, unit.factor) for value in self._values]
-        return found
+        scaled_table = super().in_si(unit)
+        scaled_table._values = [scaled(value, unit.factor) for value in self._values]
+        return scaled_table
 
     def values_at(self, times: Array) -> Array:
         """Return the values at times (s), shape (n,), SI."""
