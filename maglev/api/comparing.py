@@ -131,7 +131,7 @@ def compare(runs: Scenario | Sequence[Run] | Mapping[str, Run], controllers: Con
     [('Regulator2DOF',)]
     """
     if isinstance(runs, Run) or not isinstance(runs, str | Path | Mapping) or (
-            isinstance(runs, Mapping) and all(isinstance(each, Run) for each in runs.values())):
+            isinstance(runs, Mapping) and all(isinstance(run, Run) for run in runs.values())):
         if controllers is not None or options:
             raise ScenarioError(f"{', '.join(options) or 'controllers'}: expected the name of a run to make with it, "
                                 "got runs that were made")
@@ -147,15 +147,16 @@ def compare(runs: Scenario | Sequence[Run] | Mapping[str, Run], controllers: Con
     for experiment in experiments.values():
         experiment.drives(experiment.check())   # what these refuse shows before the others run
     say_notes([*first, *experiments.values()], say)
-    results = fly_each({**{each.plan.name: each for each in first},
-                        **{each.plan.name: each for each in experiments.values()}}, watch)
+    results = fly_each({**{experiment.plan.name: experiment for experiment in first},
+                        **{experiment.plan.name: experiment for experiment in experiments.values()}}, watch)
     for note in dict.fromkeys(f"{name}: {note}" for name, result in results.items() for note in result.recording.notes):
         say(note)
-    found = {label: results[experiment.plan.name] for label, experiment in experiments.items()}
+    by_label = {label: results[experiment.plan.name] for label, experiment in experiments.items()}
     return Comparison(plan.name, plan.title,
-                      {label: Run(result, experiments[label].units(result.columns)) for label, result in found.items()
-                       if result.failure is None},
-                      {label: result.failure for label, result in found.items() if result.failure is not None}, found)
+                      {label: Run(result, experiments[label].units(result.columns))
+                       for label, result in by_label.items() if result.failure is None},
+                      {label: result.failure for label, result in by_label.items() if result.failure is not None},
+                      by_label)
 
 
 def labelled(controllers: Controllers) -> dict[str, Given]:
@@ -164,23 +165,23 @@ def labelled(controllers: Controllers) -> dict[str, Given]:
         pairs: list[tuple[str, Given]] = list(controllers.items())
     else:
         pairs = []
-        for each in [controllers] if isinstance(controllers, str | Path) else controllers:
-            if not isinstance(each, str | Path):
-                pairs.append((name_of(each), each))
+        for given in [controllers] if isinstance(controllers, str | Path) else controllers:
+            if not isinstance(given, str | Path):
+                pairs.append((name_of(given), given))
                 continue
-            label, equals, path = str(each).partition("=")
-            pairs.append((label, path) if equals else (name_of_file(label), each))
-    found: dict[str, Given] = {}
+            label, equals, path = str(given).partition("=")
+            pairs.append((label, path) if equals else (name_of_file(label), given))
+    by_label: dict[str, Given] = {}
     for label, controller in pairs:
         if not label or set(label) & set('/\\\0<>:"|?*') or label.startswith("."):
             raise ScenarioError(f"controller {controller}: label = {label!r}, expected one that can be part of a "
                                 "file's name")
         number = 2
         unique = label
-        while unique in found:
+        while unique in by_label:
             unique, number = f"{label}-{number}", number + 1
-        found[unique] = controller
-    return found
+        by_label[unique] = controller
+    return by_label
 
 
 def name_of_file(text: str) -> str:
@@ -213,7 +214,7 @@ def fly_each(experiments: Mapping[str, Experiment], watch: Watch) -> dict[str, R
     """Make runs here, one after the other, those that others start from first; one that fails leaves the others."""
     results: dict[str, RunResult] = {}
     with watch(list(experiments)) as watcher:
-        for wave in waves({name: each.plan.needs for name, each in experiments.items()}):
+        for wave in waves({name: experiment.plan.needs for name, experiment in experiments.items()}):
             for name in wave:
                 experiment = experiments[name]
                 try:

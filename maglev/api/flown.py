@@ -61,9 +61,9 @@ class Run(Mapping[str, NDArray[Any]]):
         if self.flown.metrics is not None:
             return self.flown.metrics
         assert self.recording is not None
-        found = measured(self.plan, self.recording)
+        fresh = measured(self.plan, self.recording)
         self.recording = None
-        return found
+        return fresh
 
     @cached_property
     def result(self) -> RunResult:

@@ -27,19 +27,19 @@ def experiments_of(plans: Sequence[RunPlan], options: RunOptions, say: Say = war
     for plan in plans:
         know_stage_of(plan)
     settings = starts(plans, options)
-    given = {name: named_or_path(name, each, plans) for name, each in
-             (("plant", options["plant"]), ("controller", options["controller"])) if each is not None}
+    given = {name: named_or_path(name, fmu, plans) for name, fmu in
+             (("plant", options["plant"]), ("controller", options["controller"])) if fmu is not None}
     maps = port_maps(given, options)
     for name, path in given.items():
         if isinstance(path, Path) and is_written(path):
             read_description(name, copy_of(path), float(options["timeout"]))   # its import may take that, too
     needed = [fmu.model for plan in plans for name, fmu in plan.fmus.items() if fmu.model and name not in given]
-    needed += [each for each in given.values() if isinstance(each, str)]
+    needed += [name for name in given.values() if isinstance(name, str)]
     folder = fmus_for_runs(needed, options["fmus"], options["kind"], options["fmi"], everywhere=everywhere, say=say,
                            watch=watch)
-    replaced = {name: Replacement(own_fmu(each, folder) if isinstance(each, str) else each,
+    replaced = {name: Replacement(own_fmu(fmu, folder) if isinstance(fmu, str) else fmu,
                                   maps.get(name, PortMap()), options["keep_settings"])
-                for name, each in given.items()}
+                for name, fmu in given.items()}
     return prepare_all(plans, folder, replaced, settings, options)
 
 

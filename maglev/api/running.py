@@ -74,20 +74,20 @@ class Results(Mapping[str, Run]):
 
     def __getitem__(self, name: str) -> Run:
         """Return a run by its name; UnknownName if there is none, or it did not complete."""
-        found = next((each for each in self.runs if each.plan.name == name), None)
-        if found is None or found.failure is not None:
-            raise UnknownName(f"there is no run {name!r}, nearest is {nearest(name, self)}" if found is None else
-                              f"{name} did not complete: {found.failure}")
-        return Run(found, self.units[name])
+        result = next((run for run in self.runs if run.plan.name == name), None)
+        if result is None or result.failure is not None:
+            raise UnknownName(f"there is no run {name!r}, nearest is {nearest(name, self)}" if result is None else
+                              f"{name} did not complete: {result.failure}")
+        return Run(result, self.units[name])
 
     def __iter__(self) -> Iterator[str]:
-        return (each.plan.name for each in self.runs if each.failure is None)
+        return (run.plan.name for run in self.runs if run.failure is None)
 
     def __len__(self) -> int:
         return len(list(iter(self)))
 
     def __repr__(self) -> str:
-        runs = "; ".join(f"{each.plan.name}: {short_outcome(each)}" for each in self.runs[:MOST_SHOWN])
+        runs = "; ".join(f"{run.plan.name}: {short_outcome(run)}" for run in self.runs[:MOST_SHOWN])
         more = f"; and {len(self.runs) - MOST_SHOWN} more" if len(self.runs) > MOST_SHOWN else ""
         return f"<Results: {runs}{more}>"
 
@@ -100,21 +100,21 @@ class Results(Mapping[str, Run]):
 
         Of a user's own claims also those that could not be judged. A crash that a claim asks for is none.
         """
-        found = []
+        names = []
         for run in self.runs:
             if run.plan.name in self.asked:
-                found += missed_by(run, self.verdicts[run.plan.name])
+                names += missed_by(run, self.verdicts[run.plan.name])
         for outcome in self.outcomes:
-            found += missed_claims(outcome.settings.name, self.verdicts[outcome.settings.name])
-        return tuple(found)
+            names += missed_claims(outcome.settings.name, self.verdicts[outcome.settings.name])
+        return tuple(names)
 
     def as_data(self) -> dict[str, Any]:
         """Everything but the columns as JSON has it: by run, provenance, metrics, measures and verdicts."""
         runs = {result.plan.name: {**run_data(result), "claims": claims_data(self.verdicts[result.plan.name])}
                 for result in self.runs}
-        procedures = {found.settings.name: {"title": found.settings.title,
-                                            "claims": claims_data(self.verdicts[found.settings.name])}
-                      for found in self.outcomes}
+        procedures = {outcome.settings.name: {"title": outcome.settings.title,
+                                              "claims": claims_data(self.verdicts[outcome.settings.name])}
+                      for outcome in self.outcomes}
         return {"runs": runs, "procedures": procedures, "files": [str(path) for path in self.files]}
 
 
@@ -123,25 +123,25 @@ def missed_by(run: RunResult, claims: Sequence[ClaimResult]) -> list[str]:
     name = run.plan.name
     if run.metrics is None:
         return [f"{name}: did not complete"]
-    asked_for = any(each.claim.quantity in ("failed", "stop_contact", "tripped") and each.claim.target is True
-                    for each in claims)
+    asked_for = any(judged.claim.quantity in ("failed", "stop_contact", "tripped") and judged.claim.target is True
+                    for judged in claims)
     crashed = [] if asked_for or not run.metrics.failed else [f"{name}: {short_outcome(run)}"]
     return [*crashed, *missed_claims(name, claims)]
 
 
 def missed_claims(name: str, claims: Sequence[ClaimResult]) -> list[str]:
     """Claims about a run or a procedure that are missed, a sentence for each; see `Results.missed`."""
-    return [f"{name}: {each.verdict}: {each.claim.text}" + (f" ({each.claim.criterion}: {each.measured_text})"
-                                                            if each.measured is not None else "")
-            for each in claims if each.verdict in ("not met", "no difference", "not reproduced")
-            or (each.claim.own and each.verdict in ("not run", "not testable"))]
+    return [f"{name}: {judged.verdict}: {judged.claim.text}" + (f" ({judged.claim.criterion}: {judged.measured_text})"
+                                                                if judged.measured is not None else "")
+            for judged in claims if judged.verdict in ("not met", "no difference", "not reproduced")
+            or (judged.claim.own and judged.verdict in ("not run", "not testable"))]
 
 
 def claims_data(claims: Sequence[ClaimResult]) -> list[dict[str, Any]]:
     """Claims with their verdicts as JSON has them."""
-    return [{"claim": each.claim.text, "kind": each.claim.kind, "source": each.claim.cited,
-             "criterion": each.claim.criterion, "measured": each.measured_text, "verdict": each.verdict,
-             "note": each.note} for each in claims]
+    return [{"claim": judged.claim.text, "kind": judged.claim.kind, "source": judged.claim.cited,
+             "criterion": judged.claim.criterion, "measured": judged.measured_text, "verdict": judged.verdict,
+             "note": judged.note} for judged in claims]
 
 
 @takes_run_options()
@@ -279,13 +279,13 @@ def run_all(names: Scenarios | None = None, *, out: str | Path = "results", plot
     experiments = keeping(experiments_to_fly(asked, options, claims == "thesis", say, watch), every)
     require_judgeable(experiments)
     say_notes(experiments, say)
-    folder, by_name = folder_for(Path(out)), {each.plan.name: each for each in experiments}
+    folder, by_name = folder_for(Path(out)), {experiment.plan.name: experiment for experiment in experiments}
     with alone(folder, [*by_name]):
         flown = fly_all(experiments, folder, format, jobs, watch)
-        for note in dict.fromkeys(f"{each.plan.name}: {note}" for each in flown for note in each.recording.notes):
+        for note in dict.fromkeys(f"{result.plan.name}: {note}" for result in flown for note in result.recording.notes):
             say(note)
         outcomes = outcomes_of(flown, asked)
-        verdicts = {**judge_all(flown), **judge_outcomes(outcomes, [each.plan.name for each in flown if each.modified])}
+        verdicts = {**judge_all(flown), **judge_outcomes(outcomes, [run.plan.name for run in flown if run.modified])}
         files = [*write_runs(flown, verdicts, folder, format, plot), *write_outcomes(outcomes, verdicts, folder),
                  folder / "claims.md"]
         write_whole(folder / "claims.md", claims_markdown(flown, verdicts, outcomes))
@@ -297,7 +297,7 @@ def run_all(names: Scenarios | None = None, *, out: str | Path = "results", plot
             write_report(files[-1], flown, {**verdicts, **again.verdicts}, outcomes,
                          Frictionless(again.runs, again.outcomes))
     return Results(tuple(plan.name for plan in asked), tuple(flown), tuple(outcomes), verdicts, tuple(files),
-                   {each.plan.name: by_name[each.plan.name].units(each.columns) for each in flown if not each.failure})
+                   {run.plan.name: by_name[run.plan.name].units(run.columns) for run in flown if not run.failure})
 
 
 def keeping(experiments: Sequence[Experiment], every: int | None) -> list[Experiment]:
@@ -307,8 +307,8 @@ def keeping(experiments: Sequence[Experiment], every: int | None) -> list[Experi
         if type(every) is not int or not 1 <= every <= steps:
             raise ScenarioError(f"{option('every', every)}: expected a whole number from 1 to {steps}, the "
                                 f"communication steps of {experiment.plan.name}")
-    return [each if every is None else replace(each, plan=each.plan.model_copy(
-        update={"output_interval": every * each.step})) for each in experiments]
+    return [experiment if every is None else replace(experiment, plan=experiment.plan.model_copy(
+        update={"output_interval": every * experiment.step})) for experiment in experiments]
 
 
 def experiments_to_fly(asked: Sequence[RunPlan], options: RunOptions, thesis: bool, say: Say, watch: Watch
@@ -321,8 +321,8 @@ def experiments_to_fly(asked: Sequence[RunPlan], options: RunOptions, thesis: bo
     """
     def of_its_runs(experiments: list[Experiment]) -> list[Experiment]:
         return experiments if thesis else [
-            replace(each, plan=without_thesis(each.plan)) if each.modified or each.plan.own else each
-            for each in experiments]
+            replace(experiment, plan=without_thesis(experiment.plan))
+            if experiment.modified or experiment.plan.own else experiment for experiment in experiments]
 
     if not (options.get("plant") or options.get("controller")):
         changed = any(options.get(name) for name in ("set", "parameters", "model"))
@@ -332,7 +332,7 @@ def experiments_to_fly(asked: Sequence[RunPlan], options: RunOptions, thesis: bo
     plans = [*asked, *needed(asked)]
     flown = {plan.name for plan in plans}
     others = [plan for plan in compared(list(map(without_thesis, asked)))
-              if not flown & {each.name for each in needed([plan])}]
+              if not flown & {other.name for other in needed([plan])}]
     as_planned: RunOptions = {**options, "set": None, "parameters": None, "model": None, "plant": None,
                               "controller": None, "ports": None, "keep_settings": False}
     return of_its_runs([*experiments_of(plans, options, say, watch),
@@ -373,13 +373,13 @@ def fly_all(experiments: Sequence[Experiment], out: Path, form: Format, jobs: in
 def write_runs(runs: Sequence[RunResult], verdicts: Judgements, out: Path, form: Format, plot: bool) -> list[Path]:
     """Write the text of each run, and its picture; columns and JSON are there already. Returns all files."""
     files = []
-    for each in runs:
-        name = each.plan.name
-        write_whole(out / f"{name}.txt", text_of(each, verdicts[name]))
-        flown = [out / f"{name}.{form}", out / f"{name}.json"] if each.metrics is not None else []
+    for result in runs:
+        name = result.plan.name
+        write_whole(out / f"{name}.txt", text_of(result, verdicts[name]))
+        flown = [out / f"{name}.{form}", out / f"{name}.json"] if result.metrics is not None else []
         files += [*flown, out / f"{name}.txt"]
-        if plot and each.metrics is not None:
-            write_figure(out / f"{name}.png", figure_of(each))
+        if plot and result.metrics is not None:
+            write_figure(out / f"{name}.png", figure_of(result))
             files.append(out / f"{name}.png")
     return files
 

@@ -102,7 +102,7 @@ def plain(given: Any) -> Any:
         given = in_memory(given)
     if not hasattr(given, "__iter__") or isinstance(given, str):
         return given
-    return [each.item() if isinstance(each, np.generic) else each for each in given]
+    return [value.item() if isinstance(value, np.generic) else value for value in given]
 
 
 @takes_run_options("timeout", "parameters")
@@ -166,12 +166,12 @@ def batch(scenario: str | Path, values: Mapping[str, Sequence[Any] | npt.NDArray
     entries = [{"set": target.split(","), "kind": "list", "values": plain(given)}
                for target, given in values.items()]
     path = Path("batch")   # what refusals name
-    found = read_study({"name": "batch", "scenario": str(Path(scenario).absolute()) if str(scenario).endswith(".toml")
+    study = read_study({"name": "batch", "scenario": str(Path(scenario).absolute()) if str(scenario).endswith(".toml")
                         else str(scenario), "vary": entries, "design": {"kind": "rows"}, "keep": list(keep),
                         **({} if metrics is None else {"metrics": list(metrics)}),
                         **({} if keep_interval is None else {"keep_interval": keep_interval})}, path)
-    with made_ready(found, path, options, False, say or warn, watch or unwatched) as (experiment, flown_with):
-        planned = plan_study(found, experiment, "batch", Path(tempfile.gettempdir()), flown_with)
+    with made_ready(study, path, options, False, say or warn, watch or unwatched) as (experiment, flown_with):
+        planned = plan_study(study, experiment, "batch", Path(tempfile.gettempdir()), flown_with)
         count, job = len(planned.values), planned.job
         columns = np.full((count, len(job.columns)), np.nan)
         signals = np.full((count, len(planned.times), len(job.kept)), np.nan)
@@ -185,8 +185,8 @@ def batch(scenario: str | Path, values: Mapping[str, Sequence[Any] | npt.NDArray
                          {column.name: column.unit for column in job.columns}, failures,
                          {name: signals[:, :, i] for i, name in enumerate(job.kept)}, planned.times)
 
-        with (watch or unwatched)([found.scenario]) as watcher, flyers(None, processors(jobs), device) as fly_batches:
-            tell = partial(watcher, found.scenario)
+        with (watch or unwatched)([study.scenario]) as watcher, flyers(None, processors(jobs), device) as fly_batches:
+            tell = partial(watcher, study.scenario)
             done = 0
 
             def store(_number: int, flown: Flown) -> None:

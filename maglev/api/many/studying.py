@@ -87,13 +87,13 @@ class Study:
             raise ScenarioError(f"{self.name}: design is {self.about['design']['kind']!r}, expected 'grid' for "
                                 "dimensions; to_pandas() has the samples as they are")
         xarray, frame, units = extra("xarray", "data"), self.to_pandas(), self.units
-        dimensions = [each["name"] for each in self.about["vary"]]
+        dimensions = [varied["name"] for varied in self.about["vary"]]
         settings = [name for name in self.about["targets"] if name in frame and name not in dimensions]
         grid = frame.drop(columns=[*settings, "failure"]).set_index(dimensions)
-        found = xarray.Dataset.from_dataframe(grid)
-        for name in found.variables:
-            found[name].attrs["units"] = units.get(str(name), "")
-        return found.assign_attrs(name=self.name, scenario=self.about["scenario"])
+        dataset = xarray.Dataset.from_dataframe(grid)
+        for name in dataset.variables:
+            dataset[name].attrs["units"] = units.get(str(name), "")
+        return dataset.assign_attrs(name=self.name, scenario=self.about["scenario"])
 
     def command(self, sample: int) -> str:
         """The command that runs a sample again, as a full run with files and all."""
@@ -111,8 +111,8 @@ class Study:
         """A sample's row of the dataset; UnknownName if there is none of the number."""
         if not 0 <= sample < self.about["samples"]:
             raise UnknownName(f"{self.name}: there is no sample {sample}, expected 0 to {self.about['samples'] - 1}")
-        found: dict[str, Any] = self.to_arrow().slice(sample, 1).to_pylist()[0]
-        return found
+        row_of_sample: dict[str, Any] = self.to_arrow().slice(sample, 1).to_pylist()[0]
+        return row_of_sample
 
     def write_page(self, path: str | Path | None = None) -> Path:
         """Write the page about the study, one HTML file; beside the dataset if no path is given.
@@ -121,9 +121,9 @@ class Study:
         """
         from maglev.studies.page.page import write_page
 
-        found = self.path.with_suffix(".html") if path is None else Path(path)
-        write_page(found, self.to_arrow(), self.about)
-        return found
+        page = self.path.with_suffix(".html") if path is None else Path(path)
+        write_page(page, self.to_arrow(), self.about)
+        return page
 
 
 def require_arrow() -> None:
@@ -195,22 +195,22 @@ def study(what: "str | Path | StudyFile", *, vary: Vary | None = None, samples: 
     if vary is None and (given := [option(key) for key, value in alone.items() if value is not None]):
         raise ScenarioError(f"{', '.join(given)}: expected {option('vary')} with it, {what} says this itself")
     if isinstance(what, StudyFile):
-        found, path = what, Path("study")
+        described, path = what, Path("study")
     else:
-        found, path = load_study(what) if vary is None else (
+        described, path = load_study(what) if vary is None else (
             varied(what, vary, name, keep, samples, seed), Path(option("vary")))
     limit = seconds("sample_timeout", sample_timeout)
-    found = found if limit is None else found.model_copy(update={"sample_timeout": limit})
-    with made_ready(found, path, options, scheduler is not None, say or warn,
+    described = described if limit is None else described.model_copy(update={"sample_timeout": limit})
+    with made_ready(described, path, options, scheduler is not None, say or warn,
                     watch or unwatched) as (experiment, flown_with):
-        planned = plan_study(found, experiment, str(path), Path(out), flown_with)
-        with (watch or unwatched)([found.name]) as watcher:
+        planned = plan_study(described, experiment, str(path), Path(out), flown_with)
+        with (watch or unwatched)([described.name]) as watcher:
             return Study(run_study(planned, Path(out), processors(jobs), scheduler, resume,
-                                   partial(watcher, found.name), say or warn))
+                                   partial(watcher, described.name), say or warn))
 
 
 @contextmanager
-def made_ready(found: "StudyFile | TuneFile", path: Path, options: RunOptions, everywhere: bool,
+def made_ready(study: "StudyFile | TuneFile", path: Path, options: RunOptions, everywhere: bool,
                say: Say, watch: Watch) -> Iterator[tuple[Experiment, dict[str, Any]]]:
     """Experiment of a study or a tuning while the block lasts, and what repeats it with `maglev run`, as JSON.
 
@@ -219,18 +219,18 @@ def made_ready(found: "StudyFile | TuneFile", path: Path, options: RunOptions, e
     from maglev.studies.python_files import built
     from maglev.studies.targets import require_free
 
-    settings = start_values(found.set) | start_values(options.get("set"))
-    require_free(settings, found.vary, str(path))
-    scenario = file_or_name(path.parent / found.scenario) if found.scenario.endswith(".toml") else found.scenario
+    settings = start_values(study.set) | start_values(options.get("set"))
+    require_free(settings, study.vary, str(path))
+    scenario = file_or_name(path.parent / study.scenario) if study.scenario.endswith(".toml") else study.scenario
     options = {**options, "set": settings}
     files = {role: carried(given) for role in PUT_IN if (given := options.get(role)) is not None}
     options = cast("RunOptions", {**options, **files})
-    controller: str | None = getattr(found, "controller", None)
+    controller: str | None = getattr(study, "controller", None)
     if controller is not None and options.get("controller") is None:
         options["controller"] = path.parent / controller
     run = {"scenario": scenario, "set": {name: value.value for name, value in settings.items()},
-           "options": {name: value if isinstance(value, bool) else str(value) for name, each in OPTIONS.items()
-                       if (value := options.get(name)) not in (None, each.default) and name != "set"}}
+           "options": {name: value if isinstance(value, bool) else str(value) for name, option in OPTIONS.items()
+                       if (value := options.get(name)) not in (None, option.default) and name != "set"}}
     put_in: dict[str, Any] = {role: options.get(role) for role in PUT_IN}
     native = options.get("kind") == "native" or (options.get("fmus") is None and compiles(options.get("kind")))
     with built(load_plan(scenario), put_in, native, everywhere, say) as (plan, fmus):
