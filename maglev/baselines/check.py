@@ -65,24 +65,24 @@ def check_run(experiment: Experiment, baselines: Path, ends: Ends, progress: Pro
     elapsed = time.perf_counter() - begin
     # A run that was cut short has not come to the results that others start from.
     reached = ends_of(recording) if end == plan.stop_time else {}
-    found = partial(CheckResult, plan.name, deviation=deviation, worst=differences, elapsed=elapsed, units=units,
-                    ends=reached, notes=recording.notes)
+    result = partial(CheckResult, plan.name, deviation=deviation, worst=differences, elapsed=elapsed, units=units,
+                     ends=reached, notes=recording.notes)
     if deviation is not None:
-        return found("deviated", deviation_text(deviation, units[deviation.signal]))
+        return result("deviated", deviation_text(deviation, units[deviation.signal]))
     assert baseline.digest is not None or not exact
     if exact and baseline.digest is not None and not same:
-        return found("deviated", f"deviates: {baseline.digest.signals} signals at {baseline.digest.samples} samples do "
-                                 "not have the bits of the baseline, though those of its table do")
+        return result("deviated", f"deviates: {baseline.digest.signals} signals at {baseline.digest.samples} samples "
+                                  "do not have the bits of the baseline, though those of its table do")
     if exact and baseline.digest is not None:
-        return found("passed", f"passed, {baseline.digest.signals} signals at {baseline.digest.samples} samples equal "
-                               "the baseline bit for bit")
+        return result("passed", f"passed, {baseline.digest.signals} signals at {baseline.digest.samples} samples equal "
+                                "the baseline bit for bit")
     message = f"passed, {len(differences)} signals at {len(baseline.time)} samples to t = {baseline.stop_time:.9g} s "
     message += "equal the baseline" if nearest is None else (
         f"are within their tolerances, the closest is {nearest.signal}, off by "
         f"{of_allowed(nearest, units[nearest.signal])}")
     if experiment.not_compared:
         message += f"; not compared, for the FMU has no such signals: {', '.join(experiment.not_compared)}"
-    return found("passed", message)
+    return result("passed", message)
 
 
 def of_allowed(nearest: Closest, unit: str) -> str:
@@ -111,7 +111,7 @@ def check_all(experiments: Sequence[Experiment], baselines: Path, jobs: int, wat
                          lambda name, ends: partial(check_run, by_name[name], baselines, ends, pictures=pictures),
                          jobs,
                          lambda name, message: CheckResult(name, "error", message, None, {}, 0.0), watch,
-                         here=any(each.here for each in experiments)).values())
+                         here=any(experiment.here for experiment in experiments)).values())
 
 
 def without(baseline: Baseline, signals: Sequence[str]) -> Baseline:

@@ -42,7 +42,7 @@ def first_deviation(baseline: Baseline, recording: Recording) -> Deviation | Non
 def first_beyond(times: Array, columns: Mapping[str, Array], samples: Mapping[str, Array],
                  tolerances: Mapping[str, Tolerance]) -> Deviation | None:
     """As `first_deviation`, of samples at the times (s) of the expected columns."""
-    found: Deviation | None = None
+    first: Deviation | None = None
     largest_excess = 0.0
     for name, got in samples.items():
         expected, tolerance = columns[name], tolerances[name]
@@ -54,10 +54,10 @@ def first_beyond(times: Array, columns: Mapping[str, Array], samples: Mapping[st
         i = int(np.argmax(deviating))
         excess = float(differing[i] / allowed[i]) if allowed[i] > 0.0 else np.inf
         time = float(times[i])
-        if found is None or time < found.time or (time == found.time and excess > largest_excess):
-            found = Deviation(name, time, float(expected[i]), float(got[i]), float(allowed[i]))
+        if first is None or time < first.time or (time == first.time and excess > largest_excess):
+            first = Deviation(name, time, float(expected[i]), float(got[i]), float(allowed[i]))
             largest_excess = excess
-    return found
+    return first
 
 
 def worst(baseline: Baseline, recording: Recording) -> dict[str, WorstDifference]:
@@ -76,7 +76,7 @@ class Closest(NamedTuple):
 
 def closest(baseline: Baseline, recording: Recording) -> Closest | None:
     """Largest share of a tolerance that a sample uses; None where all samples equal the baseline."""
-    found, largest_share = None, 0.0
+    nearest, largest_share = None, 0.0
     for name, got in samples_of(baseline, recording).items():
         expected, tolerance = baseline.columns[name], baseline.tolerances[name]
         allowed = tolerance.absolute + tolerance.relative * np.abs(expected)
@@ -84,8 +84,8 @@ def closest(baseline: Baseline, recording: Recording) -> Closest | None:
         shares = np.divide(differing, allowed, out=np.where(differing > 0.0, np.inf, 0.0), where=allowed > 0.0)
         i = int(np.argmax(shares))
         if shares[i] > largest_share:
-            found, largest_share = Closest(name, float(differing[i]), float(allowed[i])), float(shares[i])
-    return found
+            nearest, largest_share = Closest(name, float(differing[i]), float(allowed[i])), float(shares[i])
+    return nearest
 
 
 def changes(old: Baseline, new: Baseline) -> dict[str, WorstDifference]:

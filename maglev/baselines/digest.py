@@ -25,13 +25,13 @@ class Digest(NamedTuple):
 
 def digest_of(time: npt.NDArray[np.float64], columns: Mapping[str, npt.NDArray[Any]]) -> Digest:
     """Digest of columns of numbers and Booleans, shape (n,), by name, and of their times (s)."""
-    found = hashlib.sha256()
+    hashed = hashlib.sha256()
     for name, values in [("time", time), *((name, columns[name]) for name in sorted(columns))]:
-        found.update(name.encode("utf-8") + b"\0")
+        hashed.update(name.encode("utf-8") + b"\0")
         numbers = np.array(values, dtype="<f8")
         numbers[np.isnan(numbers)] = np.nan   # of which processors choose the sign
-        found.update(numbers.data)
-    return Digest(found.hexdigest(), len(columns), len(time))
+        hashed.update(numbers.data)
+    return Digest(hashed.hexdigest(), len(columns), len(time))
 
 
 def digest_file(folder: Path, name: str) -> Path:
@@ -54,8 +54,8 @@ def read_digest(folder: Path, name: str) -> Digest | None:
     path = digest_file(folder, name)
     if not path.is_file():
         return None
-    found = FORM.fullmatch(path.read_text(encoding="ascii", errors="replace"))
-    if found is None:
+    match = FORM.fullmatch(path.read_text(encoding="ascii", errors="replace"))
+    if match is None:
         raise BaselineError(f"{path}: not a digest, expected a line with SHA-256, signals and samples; "
                             "`maglev check --update` writes it")
-    return Digest(found[1], int(found[2]), int(found[3]))
+    return Digest(match[1], int(match[2]), int(match[3]))

@@ -71,7 +71,7 @@ def update_all(experiments: Sequence[Experiment], baselines: Path, jobs: int, wa
     results = in_order({name: experiment.plan.needs for name, experiment in by_name.items()},
                        lambda name, ends: partial(renewed, by_name[name], baselines, ends), jobs,
                        lambda name, message: UpdateResult(name, "error", message, {}, 0.0), watch,
-                       here=any(each.here for each in experiments))
+                       here=any(experiment.here for experiment in experiments))
     with held_interrupts():
         return [written(result, baselines) for result in results.values()]
 

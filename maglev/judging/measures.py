@@ -59,20 +59,20 @@ def values_of(metrics: Metrics, name: str) -> Iterator[Value]:
     if on == "axis":
         yield from (Value(axis, error) for axis, error in getattr(metrics, f"{name}s").items())
     elif on == "tracking":
-        yield from (Value(each.axis, getattr(each, name)) for each in metrics.tracking)
+        yield from (Value(tracking.axis, getattr(tracking, name)) for tracking in metrics.tracking)
     elif on == "motor":
-        yield from (Value(each.motor, getattr(each, name)) for each in metrics.motors)
+        yield from (Value(motor.motor, getattr(motor, name)) for motor in metrics.motors)
     elif on == "step":
         for step in metrics.steps:
-            found = getattr(step, name)
+            measured = getattr(step, name)
             yield from (Value(step.axis, value, step.time, band) for band, value in
-                        (found.items() if name == "settling_time" else [(None, found)]))
+                        (measured.items() if name == "settling_time" else [(None, measured)]))
     elif on in ("event", "effort"):
         for event in metrics.events:
-            for each in event.deviations if on == "event" else event.efforts:
-                found = getattr(each, name)
-                yield from (Value(each.of, value, event.time, band, event.name) for band, value in
-                            (found.items() if name == "recovery_time" else [(None, found)]) if not isnan(value))
+            for part in event.deviations if on == "event" else event.efforts:
+                measured = getattr(part, name)
+                yield from (Value(part.of, value, event.time, band, event.name) for band, value in
+                            (measured.items() if name == "recovery_time" else [(None, measured)]) if not isnan(value))
     elif on == "run":
         yield Value("", {"trip_time": inf if metrics.tripped is None else metrics.tripped,
                          "stop_contact_time": inf if metrics.stop_contact is None else metrics.stop_contact,
@@ -83,18 +83,18 @@ def values_of(metrics: Metrics, name: str) -> Iterator[Value]:
 
 def measures(plan: RunPlan, metrics: Metrics) -> tuple[Measure, ...]:
     """Every number of the metrics of a run, in the order of the table; of currents as far as they were recorded."""
-    found = []
+    collected = []
     for name, quantity in METRICS.items():
         for of, value, time, band, event in values_of(metrics, name):
             axis_unit = plan.axes[of].unit if quantity.of_axes else ""
             # Whether it touched a stop or tripped is in the times of these.
             if (getattr(plan.motors[of], quantity.recorded) if quantity.of_motors
                     else quantity.yes_no is None or name == "failed"):
-                found.append(Measure(quantity.words + ("" if band is None else f" to {printed(band, axis_unit)}"), of,
-                                     time, float(value), quantity.unit_on(axis_unit), event))
-    return tuple(found)
+                collected.append(Measure(quantity.words + ("" if band is None else f" to {printed(band, axis_unit)}"),
+                                         of, time, float(value), quantity.unit_on(axis_unit), event))
+    return tuple(collected)
 
 
-def measures_data(found: Iterable[Measure]) -> list[dict[str, Any]]:
+def measures_data(measures: Iterable[Measure]) -> list[dict[str, Any]]:
     """Measures as JSON has them; null for what never came to an end, or never happened."""
-    return [{**asdict(each), "value": each.value if each.value < inf else None} for each in found]
+    return [{**asdict(measure), "value": measure.value if measure.value < inf else None} for measure in measures]

@@ -106,8 +106,8 @@ def metrics_data(metrics: Metrics) -> dict[str, Any]:
             return [plain(entry) for entry in value]
         return None if isinstance(value, float) and not math.isfinite(value) else value
 
-    found: dict[str, Any] = plain(asdict(metrics))
-    return found
+    data: dict[str, Any] = plain(asdict(metrics))
+    return data
 
 
 def evaluate(plan: RunPlan, time: Array, columns: Mapping[str, Array],
@@ -279,7 +279,7 @@ def tracking_error(axis: str, time: Array, position: Array, reference: Array, tr
 def event_responses(plan: RunPlan, time: Array, columns: Mapping[str, Array], errors: Mapping[str, Array],
                     resistances: Mapping[str, float]) -> tuple[EventResponse, ...]:
     """Measure every event of a plan; arguments as of `evaluate`, and the errors (m, of a rotation rad) by axis."""
-    found = []
+    responses = []
     ohms = {name: resistances.get(name, math.nan) * (
         1.0 + COPPER * columns.get(f"{winding_of(motor)}.rise", np.zeros(len(time))))
         for name, motor in plan.motors.items()}
@@ -294,13 +294,13 @@ def event_responses(plan: RunPlan, time: Array, columns: Mapping[str, Array], er
                     for motor, names in plan.motors.items()}
         commands = {motor: [column(columns, name, len(time))[inside] for name in names.commands]
                     for motor, names in plan.motors.items()}
-        found.append(EventResponse(
+        responses.append(EventResponse(
             event.name, event.time, float(time[inside][-1]),
             tuple(deviation(axis, time[inside], errors[axis][inside], plan.metrics.bands_of(names))
                   for axis, names in plan.axes.items()),
             tuple(effort(motor, time[inside], currents[motor], commands[motor], ohms[motor][inside])
                   for motor in plan.motors)))
-    return tuple(found)
+    return tuple(responses)
 
 
 def deviation(axis: str, time: Array, error: Array, bands: Sequence[float]) -> Deviation:
@@ -319,8 +319,8 @@ def effort(motor: str, time: Array, currents: Sequence[Array], commands: Sequenc
     squares = np.sum(np.square(currents), axis=0) if currents else np.zeros(len(time))
     return Effort(motor, math.sqrt(total(squares) / len(squares) / max(1, len(currents))),
                   integral(time, resistance * squares),
-                  max((math.sqrt(total(np.diff(each) ** 2) / (len(each) - 1) / 2.0) for each in commands
-                       if len(each) > 1), default=0.0))
+                  max((math.sqrt(total(np.diff(command) ** 2) / (len(command) - 1) / 2.0) for command in commands
+                       if len(command) > 1), default=0.0))
 
 
 def integral(time: Array, values: Array) -> float:
@@ -345,12 +345,12 @@ def phase_resistances(plan: RunPlan, settings: Mapping[str, Any] | None = None) 
     the stage; a plant that was put in and has no such parameter is taken for that stage.
     """
     described = {motor.name: motor.winding.resistance for motor in plan.rig.motors} if plan.rig is not None else {}
-    found = {}
+    numbers = {}
     for name, motor in plan.motors.items():
         full = f"{winding_of(motor)}.resistance"
         fmu, _, variable = full.partition(".")
         start = plan.fmus[fmu].start.get(variable) if fmu in plan.fmus else None
         value = (settings or {}).get(full, start.value if start is not None else described.get(name))
         if motor.currents and value is not None:
-            found[name] = float(value)
-    return found
+            numbers[name] = float(value)
+    return numbers

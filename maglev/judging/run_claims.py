@@ -36,7 +36,7 @@ def measured(claim: RunClaim, metrics: Metrics | None, others: Mapping[str, Metr
         return None, None
     if claim.columns is not None:
         drawn = [metrics, *(others.get(run) for run in claim.together_with or ())]
-        return None if None in drawn else [MeasuredValue(extreme(claim, [each for each in drawn if each]))], None
+        return None if None in drawn else [MeasuredValue(extreme(claim, [run for run in drawn if run]))], None
     here = metric_values(claim, metrics, claim.axes)
     if not here:
         hint = "" if claim.own else "; `claims = []` in the file leaves out the claims of what it extends"
@@ -52,20 +52,21 @@ def measured(claim: RunClaim, metrics: Metrics | None, others: Mapping[str, Metr
 
 def extreme(claim: RunClaim, drawn: Sequence[Metrics]) -> float:
     """Extreme of the claim's columns over runs; MeasurementError if one was not recorded."""
-    found = []
+    extremes = []
     for name in claim.columns or ():
         for metrics in drawn:
             if name not in metrics.extremes:
                 raise MeasurementError(f"claim from {claim.source}: column = {name!r} was not recorded, nearest is "
                                        f"{nearest(name, metrics.extremes)}")
-            found.append(metrics.extremes[name])
-    lowest, highest = min(low for low, _ in found), max(high for _, high in found)
+            extremes.append(metrics.extremes[name])
+    lowest, highest = min(low for low, _ in extremes), max(high for _, high in extremes)
     return {"lowest": lowest, "highest": highest, "largest": max(-lowest, highest)}[str(claim.quantity)]
 
 
 def metric_values(claim: RunClaim, metrics: Metrics, axes: Sequence[str] | None) -> list[MeasuredValue]:
     """Values of the claim's metric on the given axes or on the claim's motors; None for all."""
     chosen = claim.motors if axes is None else axes
-    return [MeasuredValue(each.value, (each.of, each.time or 0.0)) for each in values_of(metrics, str(claim.quantity))
-            if each.band == claim.band and (chosen is None or each.of in chosen)
-            and (claim.event is None or each.event == claim.event)]
+    return [MeasuredValue(number.value, (number.of, number.time or 0.0))
+            for number in values_of(metrics, str(claim.quantity))
+            if number.band == claim.band and (chosen is None or number.of in chosen)
+            and (claim.event is None or number.event == claim.event)]

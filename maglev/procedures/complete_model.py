@@ -52,12 +52,12 @@ def evaluate(settings: ProcedureSettings, runs: Runs) -> Outcome:
             values.append(Found("speed_deviation", deviation(flown, model, f"{axis}.velocity"), axis=axis))
     held = [thrust for thrust in all_thrusts(settings.runs["parabolas"], runs) if thrust.alone]
     values += [Found("thrust", thrust.by_parabola, axis=thrust.axis, gap=thrust.gap) for thrust in held]
-    found = identify(recording_of(flown, rig))
-    charts = [thrust_chart(settings, flown, held, found), *current_charts(settings, flown, runs, found),
+    identified = identify(recording_of(flown, rig))
+    charts = [thrust_chart(settings, flown, held, identified), *current_charts(settings, flown, runs, identified),
               convergence_chart(flown, rig)]
     return Outcome(settings, tuple(run.plan.name for run in (flown, model) if run is not None), tuple(values),
-                   (constant_table(settings, flown, rig.constants), offline_table(found)), tuple(charts),
-                   tuple(found.warnings))
+                   (constant_table(settings, flown, rig.constants), offline_table(identified)), tuple(charts),
+                   tuple(identified.warnings))
 
 
 def deviation(flown: RunResult, model: RunResult, name: str) -> float:
@@ -76,30 +76,30 @@ def recording_of(result: RunResult, rig: Rig) -> Recording:
                      np.stack([plant_column(result, f"{motor}.i_q") for motor in rig.motors], axis=1))
 
 
-def offline_table(found: Identification) -> ValueTable:
+def offline_table(model: Identification) -> ValueTable:
     """Constants by the three estimators of chapter 3 on the recorded rows, with what is known about them."""
-    recording, rig = found.recording, found.recording.rig
+    recording, rig = model.recording, model.recording.rig
     rows = regressors(rig, recording.positions, recording.i_d, recording.i_q,
                       observed(recording.positions, recording.dt))
-    by_method = {method: estimate_offline(method, rows, recording.time, found.guess, EPSILON).final
+    by_method = {method: estimate_offline(method, rows, recording.time, model.guess, EPSILON).final
                  for method in METHODS}
     header = ("constant", *METHODS, "standard error", "with friction terms")
     return ValueTable(
         f"The same by the estimators offline, ε = {EPSILON:g}", header,
-        tuple((name, *(f"{by_method[method][name]:.5g}" for method in METHODS), f"{found.standard_error[name]:.2g}",
-               f"{found.with_friction[name]:.5g}") for name in rig.constants))
+        tuple((name, *(f"{by_method[method][name]:.5g}" for method in METHODS), f"{model.standard_error[name]:.2g}",
+               f"{model.with_friction[name]:.5g}") for name in rig.constants))
 
 
 def thrust_chart(settings: ProcedureSettings, flown: RunResult, thrusts: Sequence[Thrust],
-                 found: Identification) -> Chart:
+                 model: Identification) -> Chart:
     """Thrust over the air gap, beside that of Procedure 1 where its runs are there."""
     gaps = np.linspace(*(settings.gaps or (0.015, 0.025)), POINTS)   # m
-    rig = found.recording.rig
+    rig = model.recording.rig
     constants = estimate(flown, EPSILON, rig.constants)
     panels = []
     for axis in horizontal_axes(rig):
         constant = row_of(rig, axis).constants[0]
-        margin = ERRORS * found.standard_error[constant] * thrust_shape(rig, gaps)
+        margin = ERRORS * model.standard_error[constant] * thrust_shape(rig, gaps)
         curves = [Curve("all constants at once", mm(gaps), (constants[constant] * thrust_shape(rig, gaps)).tolist(),
                         margin=margin.tolist())]
         held = [thrust for thrust in thrusts if thrust.axis == axis]
@@ -112,35 +112,35 @@ def thrust_chart(settings: ProcedureSettings, flown: RunResult, thrusts: Sequenc
                  f"Thrust over the air gap, by all constants at once and at held air gaps. {BAND}", tuple(panels))
 
 
-def current_charts(settings: ProcedureSettings, flown: RunResult, runs: Runs, found: Identification) -> list[Chart]:
+def current_charts(settings: ProcedureSettings, flown: RunResult, runs: Runs, model: Identification) -> list[Chart]:
     """Predicted equilibrium currents beside those of Procedure 2, if its run is there."""
-    rig = found.recording.rig
+    rig = model.recording.rig
     currents = runs.get(settings.runs["currents"])
     if currents is None:
         return []
     seen = measured(currents, rig)
     constants = estimate(flown, EPSILON, rig.rows[0].constants)
     theory = equilibrium_currents(rig, seen.gaps, constants)
-    margin = ERRORS * current_errors(found, seen.gaps, constants)
+    margin = ERRORS * current_errors(model, seen.gaps, constants)
     return [Chart(settings.figures.get("currents"),
                   f"Equilibrium currents: measured, and predicted by all constants at once. {BAND}",
                   (beside_each_other(seen, theory, margin),))]
 
 
-def current_errors(found: Identification, gaps: Array, constants: Mapping[str, float]) -> Array:
+def current_errors(model: Identification, gaps: Array, constants: Mapping[str, float]) -> Array:
     """Standard errors (A), shape (n,), of the equilibrium currents that constants predict at air gaps (m).
 
     Linearised. The constants of the vertical row are strongly correlated: the currents are known much better than
     each of them.
     """
-    rig = found.recording.rig
+    rig = model.recording.rig
     names = rig.rows[0].constants
     slopes = np.empty((len(gaps), len(names)))
     for k, name in enumerate(names):
         step = DIFFERENCE * (abs(constants[name]) or 1.0)
         more, less = ({**constants, name: constants[name] + sign * step} for sign in (1.0, -1.0))
         slopes[:, k] = (equilibrium_currents(rig, gaps, more) - equilibrium_currents(rig, gaps, less)) / (2.0 * step)
-    covariance = found.diagnostics[rig.axes[0]].covariance
+    covariance = model.diagnostics[rig.axes[0]].covariance
     if not np.isfinite(covariance).all():
         return np.full(len(gaps), np.inf)
     return np.asarray(np.sqrt(np.maximum(np.einsum("nj,jk,nk->n", slopes, covariance, slopes), 0.0)))

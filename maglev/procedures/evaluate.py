@@ -66,12 +66,12 @@ def measured(claim: ProcedureClaim, outcome: Outcome) -> Sides:
 def found_at(claim: ProcedureClaim, outcome: Outcome, epsilon: float | None,
              gaps: GapRange | None) -> list[MeasuredValue]:
     """Values that a claim is about, at ε (s), in a range of gaps (m); None for all."""
-    return [MeasuredValue(found.value) for found in outcome.values
-            if found.name == claim.quantity
-            and claim.constant in (None, found.constant)
-            and (claim.axes is None or found.axis in claim.axes)
-            and (epsilon is None or (found.epsilon is not None and abs(found.epsilon - epsilon) < SAME))
-            and (gaps is None or (found.gap is not None and gaps[0] - SAME <= found.gap <= gaps[1] + SAME))]
+    return [MeasuredValue(value.value) for value in outcome.values
+            if value.name == claim.quantity
+            and claim.constant in (None, value.constant)
+            and (claim.axes is None or value.axis in claim.axes)
+            and (epsilon is None or (value.epsilon is not None and abs(value.epsilon - epsilon) < SAME))
+            and (gaps is None or (value.gap is not None and gaps[0] - SAME <= value.gap <= gaps[1] + SAME))]
 
 
 def mean_of(values: Sequence[MeasuredValue]) -> list[MeasuredValue] | None:

@@ -43,14 +43,14 @@ def evaluate(settings: ProcedureSettings, runs: Runs) -> Outcome:
     result = runs.get(settings.runs["jump"])
     if result is None:
         return Outcome(settings, ())
-    found = jumps(result)
-    if not found:
+    of_run = jumps(result)
+    if not of_run:
         raise ScenarioError(f"{result.plan.name}: no constant of the plant jumps to another value {AFTER:g} s or "
                             "more before the end, expected a signal of kind steps to plant.C1 or another")
     estimators = estimators_by(result, "forgetting")
     rows, panels = [], []
     kept = np.unique(np.linspace(0, len(result.time) - 1, POINTS).astype(int))
-    for jump in found:
+    for jump in of_run:
         curves = []
         for forgetting, name in estimators.items():
             path = column(result, f"{name}.{jump.constant}")

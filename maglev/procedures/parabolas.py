@@ -57,7 +57,7 @@ def measured_thrust(result: RunResult, rig: Rig) -> list[Thrust]:
     if end < FEWEST:
         raise ScenarioError(f"{result.plan.name}: {end} rows of a parabola, expected {FEWEST} or more")
     time = result.time[:end]
-    found = []
+    thrusts = []
     for axis in axes:
         constant = row_of(rig, axis).constants[0]
         # The first row is what was there before the first command.
@@ -66,8 +66,8 @@ def measured_thrust(result: RunResult, rig: Rig) -> list[Thrust]:
         by_parabola = thrust_of_parabola(rig, axis, time, position, i_q)
         by_estimator = {epsilon: shape * float(column(result, f"{name}.{constant}")[end - 1])
                         for epsilon, name in estimators(result).items()}
-        found.append(Thrust(result, axis, gap, len(axes) == 1, time, position, by_parabola, by_estimator))
-    return found
+        thrusts.append(Thrust(result, axis, gap, len(axes) == 1, time, position, by_parabola, by_estimator))
+    return thrusts
 
 
 def stroke(position: Array) -> int:
@@ -80,8 +80,8 @@ def all_thrusts(procedure: str, runs: Runs) -> list[Thrust]:
     """Thrusts of the runs of a procedure, by ascending air gap."""
     mine = [run for run in runs.values() if run.plan.procedure is not None
             and run.plan.procedure.name == procedure]
-    found = [thrust for run in mine for thrust in measured_thrust(run, rig_of(run.plan))]
-    return sorted(found, key=lambda thrust: thrust.gap)
+    thrusts = [thrust for run in mine for thrust in measured_thrust(run, rig_of(run.plan))]
+    return sorted(thrusts, key=lambda thrust: thrust.gap)
 
 
 def evaluate(settings: ProcedureSettings, runs: Runs) -> Outcome:
@@ -92,7 +92,7 @@ def evaluate(settings: ProcedureSettings, runs: Runs) -> Outcome:
     alone = [thrust for thrust in thrusts if thrust.alone]
     together = [thrust for thrust in thrusts if not thrust.alone]
     axes = list(dict.fromkeys(thrust.axis for thrust in alone))
-    values = [found for thrust in alone for found in values_of(thrust)]
+    values = [value for thrust in alone for value in values_of(thrust)]
     for axis in axes:
         constant = row_of(rig, axis).constants[0]
         of_axis = [thrust for thrust in alone if thrust.axis == axis]
@@ -147,12 +147,12 @@ def table(axis: str, thrusts: Sequence[Thrust]) -> ValueTable:
 def charts(settings: ProcedureSettings, axes: Sequence[str], alone: Sequence[Thrust],
            together: Sequence[Thrust]) -> list[Chart]:
     """The figures: motion and parabolas of each axis, L by every method, and L with all axes moving."""
-    found = []
+    drawn = []
     for axis in axes:
         number = settings.figures.get(f"motion {axis}")
         # The thesis draws every second air gap.
         shown = [thrust for thrust in alone if thrust.axis == axis][::2]
-        found.append(Chart(number, f"Displacement of the {axis}-axis under a constant current at held air gaps, and "
+        drawn.append(Chart(number, f"Displacement of the {axis}-axis under a constant current at held air gaps, and "
                            "the parabolas that were fitted to it.",
                            (Panel("time (s)", f"{axis} (mm)", tuple(c for thrust in shown for c in motion(thrust))),)))
     panels = []
@@ -163,13 +163,13 @@ def charts(settings: ProcedureSettings, axes: Sequence[str], alone: Sequence[Thr
                          *over_gap(of_axis, [thrust.by_estimator[epsilon] for thrust in of_axis]))
                    for epsilon in of_axis[0].by_estimator]
         panels.append(Panel("air gap (mm)", f"L of {axis} (m/(s² A))", tuple(curves)))
-    found.append(Chart(settings.figures.get("thrust"), "Thrust over the air gap: by parabola fit, and by the estimator "
+    drawn.append(Chart(settings.figures.get("thrust"), "Thrust over the air gap: by parabola fit, and by the estimator "
                        "with three values of ε.", tuple(panels)))
     if together:
-        found.append(Chart(settings.figures.get("simultaneous"), "Thrust over the air gap with one axis moving, and "
+        drawn.append(Chart(settings.figures.get("simultaneous"), "Thrust over the air gap with one axis moving, and "
                            f"with both at once; by the estimator, ε = {EPSILON:g}.",
                            tuple(comparison(axis, alone, together) for axis in axes)))
-    return found
+    return drawn
 
 
 def comparison(axis: str, alone: Sequence[Thrust], together: Sequence[Thrust]) -> Panel:

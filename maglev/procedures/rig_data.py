@@ -36,31 +36,31 @@ def estimators(result: RunResult) -> dict[float, str]:
 
 def estimators_by(result: RunResult, parameter: str) -> dict[float, str]:
     """Estimators of a run by a parameter of theirs, ascending; ScenarioError if two have the same."""
-    found: dict[float, str] = {}
+    names: dict[float, str] = {}
     for name in result.plan.fmus:
         value = result.parameters.get(f"{name}.{parameter}")
         if value is None:
             continue
-        if value in found:
-            raise ScenarioError(f"{found[value]} and {name} of {result.plan.name} both have {parameter} = "
+        if value in names:
+            raise ScenarioError(f"{names[value]} and {name} of {result.plan.name} both have {parameter} = "
                                 f"{value:g}, expected estimators that differ in it")
-        found[value] = name
-    return dict(sorted(found.items()))
+        names[value] = name
+    return dict(sorted(names.items()))
 
 
 def estimate(result: RunResult, epsilon: float, constants: Sequence[str]) -> dict[str, float]:
     """Constants that the estimator with an ε (s) has at the end of a run; ScenarioError if there is none."""
-    found = estimators(result)
-    if epsilon not in found:
-        raise no_such_epsilon(epsilon, found)
-    name = found[epsilon]
+    by_epsilon = estimators(result)
+    if epsilon not in by_epsilon:
+        raise no_such_epsilon(epsilon, by_epsilon)
+    name = by_epsilon[epsilon]
     return {constant: entry(result.ends, f"{name}.{constant}", result) for constant in constants}
 
 
-def no_such_epsilon(epsilon: float, found: Iterable[float]) -> ScenarioError:
+def no_such_epsilon(epsilon: float, epsilons: Iterable[float]) -> ScenarioError:
     """Refusal of a run without an estimator of an ε (s)."""
     return ScenarioError(f"no estimator has epsilon = {epsilon:g} s, expected one beside "
-                         f"{', '.join(f'{each:g} s' for each in found) or 'none'}")
+                         f"{', '.join(f'{known:g} s' for known in epsilons) or 'none'}")
 
 
 def entry(table: Mapping[str, T], name: str, result: RunResult) -> T:
