@@ -126,7 +126,7 @@ def comparison_page(name: str, title: str, runs: Mapping[str, RunResult], rows: 
         [Figure(caption=title, runs=labels, panels=[f"{kind} {EVERY}"]) for kind in SHOWN], list(runs.values()))]
     data = {"runs": runs_data(list(runs.values()), figures),
             "figures": {f"figure-{number}": figure_data(shown, {}) for number, shown in enumerate(figures)},
-            "moving": {run.plan.name: found for run in [*flown.values()][:1] if (found := moving(flown))}}
+            "moving": {run.plan.name: film for run in [*flown.values()][:1] if (film := moving(flown))}}
     said = escape(verdict(runs, summary(rows)))
     return shell.page(
         "compare", f"{escape(name)}: runs side by side", said, read("style.css"), PAGE.read_text(encoding="utf-8"),

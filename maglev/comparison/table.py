@@ -39,8 +39,8 @@ class Row:
     @property
     def best(self) -> tuple[str, ...]:
         """Labels of the least value among the completed runs, and of those that are alike; none if all are."""
-        found = tuple(label for label, value in self.held.items() if value <= DIFFERENCE * self.least)
-        return () if len(found) == len(self.held) else found
+        tied = tuple(label for label, value in self.held.items() if value <= DIFFERENCE * self.least)
+        return () if len(tied) == len(self.held) else tied
 
     @property
     def name(self) -> str:
@@ -63,12 +63,12 @@ class Row:
 def side_by_side(measured: Mapping[str, Sequence[Measure]]) -> list[Row]:
     """Rows of what was measured, in the order of the first run that has it; `measured` is by label of the run."""
     failed = frozenset(label for label, measures in measured.items()
-                       if any(each.quantity == "failed" and each.value for each in measures))
+                       if any(measure.quantity == "failed" and measure.value for measure in measures))
     values: dict[tuple[str, str, float | None, str], dict[str, float]] = {}
     for label, measures in measured.items():
-        for each in (each for each in measures if each.of):   # of the whole run it is said how it ended
-            values.setdefault((each.quantity, each.of, each.time, each.unit), {})[label] = each.value
-    return [Row(*key, found, failed) for key, found in values.items()]
+        for measure in (measure for measure in measures if measure.of):   # of the whole run it is said how it ended
+            values.setdefault((measure.quantity, measure.of, measure.time, measure.unit), {})[label] = measure.value
+    return [Row(*key, by_label, failed) for key, by_label in values.items()]
 
 
 def summary(rows: Sequence[Row]) -> list[Row]:

@@ -53,11 +53,11 @@ def flies_live(plan: RunPlan) -> bool:
 
 def not_live() -> dict[str, list[str]]:
     """Packaged experiments that no page can run, by the reason."""
-    found: dict[str, list[str]] = {}
+    reasons: dict[str, list[str]] = {}
     for plan in (plan for name in packaged_files() for plan in load_plans(name) if not plan.check_only):
         if why := why_not_live(plan):
-            found.setdefault(why, []).append(plan.name)
-    return found
+            reasons.setdefault(why, []).append(plan.name)
+    return reasons
 
 
 def why_not_live(plan: RunPlan) -> str:
@@ -175,7 +175,7 @@ def rig_data(rig: Rig) -> dict[str, Any]:
     assert gap is not None   # on the axis or at the motors
     along = max(max(-axis.stop.lower, axis.stop.upper) for axis in rig.horizontal if axis.stop is not None)
     return {"title": rig.title, "home": rig.experiment, "sheet": sheet, "gap": gap_table(motor),
-            "unlike": {each.name: gap_table(rig.motor(each), each.ratios) for each in rig.unlike},
+            "unlike": {motor.name: gap_table(rig.motor(motor), motor.ratios) for motor in rig.unlike},
             "room": {"along": along, "ends": [gap.lower, gap.upper]}, "sharing": rig.sharing, "places": places(rig),
             "mass": {axis.name: axis.mass for axis in rig.axes}, "tilts": tilts(rig),
             "vertical": rig.constants_of(rig.vertical.name),
@@ -214,15 +214,16 @@ def places(rig: Rig) -> dict[str, list[tuple[float, float]]]:
     """
     if rig.rotations:
         return {motor.name: [(motor.x, motor.z)] for motor in rig.motors}
-    arm, found = ARM * rig.motor().pole_pitch, dict[str, list[tuple[float, float]]]()
+    arm, corners = ARM * rig.motor().pole_pitch, dict[str, list[tuple[float, float]]]()
     for axis in rig.horizontal:
         motors = rig.motors_of(axis.name)
         count = int(rig.sharing) * len(motors)
         alone = count == 1 and len(rig.horizontal) == 1
         spread = [0.0] if alone else [arm * (1.0 - 2.0 * k / max(1, count - 1)) for k in range(count)]
         for k, motor in enumerate(motors):
-            found[motor.name] = [(0.0, at) if axis is rig.horizontal[0] else (at, 0.0) for at in spread[k::len(motors)]]
-    return found
+            corners[motor.name] = [(0.0, at) if axis is rig.horizontal[0] else (at, 0.0)
+                                   for at in spread[k::len(motors)]]
+    return corners
 
 
 def gap_table(motor: MotorGeometry, ratios: Sequence[float] = (1.0, 1.0, 1.0, 1.0)) -> dict[str, Any]:

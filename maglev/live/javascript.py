@@ -35,17 +35,17 @@ def law_text(rig: Rig) -> str:
 
 def parts_text(rigs: Iterable[Rig]) -> str:
     """The parts that the controllers of rigs import, and what these import, each once and after what it needs."""
-    found: dict[str, str] = {}
+    modules: dict[str, str] = {}
     for rig in rigs:
-        collect(python_law(rig), found)
-    return "\n".join(found.values())
+        collect(python_law(rig), modules)
+    return "\n".join(modules.values())
 
 
 def waves_text() -> str:
     """Sine and cosine as blocks compute them, for the reference signals."""
-    found: dict[str, str] = {}
-    collect("from pmlsm.elementary.sine_cosine import sine_cosine", found)
-    return "\n".join(found.values())
+    modules: dict[str, str] = {}
+    collect("from pmlsm.elementary.sine_cosine import sine_cosine", modules)
+    return "\n".join(modules.values())
 
 
 def python_law(rig: Rig) -> str:
@@ -53,15 +53,15 @@ def python_law(rig: Rig) -> str:
     return written_class("controller", rig, "Law", "law.py")
 
 
-def collect(text: str, found: dict[str, str]) -> None:
+def collect(text: str, modules: dict[str, str]) -> None:
     """Add the modules of this project that a text imports, in JavaScript."""
     for node in ast.parse(text).body:
-        if isinstance(node, ast.ImportFrom) and node.module and node.module != "math" and node.module not in found:
+        if isinstance(node, ast.ImportFrom) and node.module and node.module != "math" and node.module not in modules:
             spec = find_spec(node.module)
             assert spec is not None and spec.origin is not None
             source = Path(spec.origin).read_text(encoding="utf-8")
-            collect(source, found)
-            found[node.module] = translated(source)
+            collect(source, modules)
+            modules[node.module] = translated(source)
 
 
 def translated(source: str) -> str:
@@ -163,7 +163,7 @@ class Writer:
         """A function, or a method of a class."""
         names = [argument.arg for argument in node.args.args]
         method = names[:1] == ["self"]
-        counted = {expression(each.target) for each in ast.walk(node) if isinstance(each, ast.For)}
+        counted = {expression(loop.target) for loop in ast.walk(node) if isinstance(loop, ast.For)}
         # A name that is first set in an if is declared at the top, others where they are set.
         top = {name for statement in node.body if isinstance(statement, ast.Assign) for name in stored(statement)}
         self.locals = set(names) | (set(stored(node)) - top)
@@ -211,7 +211,7 @@ class Writer:
 
 def stored(node: ast.AST) -> list[str]:
     """Names of variables that are set."""
-    return [each.id for each in ast.walk(node) if isinstance(each, ast.Name) and isinstance(each.ctx, ast.Store)]
+    return [name.id for name in ast.walk(node) if isinstance(name, ast.Name) and isinstance(name.ctx, ast.Store)]
 
 
 def documented(node: ast.ClassDef | ast.FunctionDef) -> Iterator[str]:
@@ -261,7 +261,7 @@ def written(node: ast.expr) -> tuple[str, int]:
             return " && ".join(pairs), COMPARISON if len(pairs) == 1 else 2
         case ast.BoolOp(op=op):
             binds = 2 if isinstance(op, ast.And) else 1
-            return (" && " if binds == 2 else " || ").join(expression(each, binds + 1) for each in node.values), binds
+            return (" && " if binds == 2 else " || ").join(expression(part, binds + 1) for part in node.values), binds
         case ast.IfExp():
             return f"{expression(node.test, 1)} ? {expression(node.body, 1)} : {expression(node.orelse)}", 0
         case ast.Call(func=ast.Name(id=name), keywords=[]):

@@ -82,24 +82,24 @@ The maps show the constants as they are; dotted is what settles with these only.
         down, along = (Side(f"{name} gap, mm", [f"{1e3 * gap:g}" for gap in gaps])
                        for name, gaps in (("initial", first.initial), ("target", first.target)))
         return [Row(f"{first.what} {first.size(step)}".capitalize() if step else f"No {first.what}", down, along,
-                    {law: found.nominal[..., k] for law, found in self.laws.items()},
-                    {law: found.fragile[..., k] for law, found in self.laws.items()})
+                    {law: outcome_map.nominal[..., k] for law, outcome_map in self.laws.items()},
+                    {law: outcome_map.fragile[..., k] for law, outcome_map in self.laws.items()})
                 for k, step in enumerate(first.steps)]
 
     def table(self) -> list[tuple[str, ...]]:
         """Shares of all laws as rows of texts, the heading first; of outcomes those that occur."""
-        occurring = seen(found.nominal for found in self.laws.values())
+        occurring = seen(outcome_map.nominal for outcome_map in self.laws.values())
         rows = [("controller", next(iter(self.laws.values())).what, *(OUTCOMES[outcome] for outcome in occurring),
                  SETTLED_ALWAYS)]
-        return rows + [(law, found.size(step), *(f"{100 * nominal[outcome]:.0f} %" for outcome in occurring),
+        return rows + [(law, outcome_map.size(step), *(f"{100 * nominal[outcome]:.0f} %" for outcome in occurring),
                         f"{100 * always:.0f} %")
-                       for law, found in self.laws.items() for step, nominal, always in shares(found)]
+                       for law, outcome_map in self.laws.items() for step, nominal, always in shares(outcome_map)]
 
 
-def shares(found: Map) -> list[tuple[float, list[float], float]]:
+def shares(outcome_map: Map) -> list[tuple[float, list[float], float]]:
     """Of each step beside the gap (m or rad): the map's share of every outcome, nominal, and what always settles."""
-    return [(float(step), [float(np.mean(found.nominal[..., i] == outcome)) for outcome in range(len(OUTCOMES))],
-             float(np.mean(found.always_settles[..., i]))) for i, step in enumerate(found.steps)]
+    return [(float(step), [float(np.mean(outcome_map.nominal[..., i] == outcome)) for outcome in range(len(OUTCOMES))],
+             float(np.mean(outcome_map.always_settles[..., i]))) for i, step in enumerate(outcome_map.steps)]
 
 
 def read_maps(path: Path = FILE) -> dict[str, RigMaps]:

@@ -82,7 +82,7 @@ column of a map are without the one or the other."""
         """Of each question and each step of the gap."""
         return [Row(f"{question.down.name.capitalize()} and {question.along.name}, step of {size:g} mm",
                     question.down.side, question.along.side,
-                    {law: found[k] for law, found in self.maps[question.name].items()})
+                    {law: outcomes[k] for law, outcomes in self.maps[question.name].items()})
                 for question in QUESTIONS if question.name in self.maps for k, size in enumerate(self.sizes)]
 
     def table(self) -> list[tuple[str, ...]]:
@@ -97,10 +97,10 @@ column of a map are without the one or the other."""
         return rows
 
 
-def last_that_holds(found: Outcomes, side: Worse) -> str:
+def last_that_holds(outcomes: Outcomes, side: Worse) -> str:
     """The worst value of a side up to which every run holds; `found` has the outcomes along it."""
-    held = int(np.argmax(np.append(found != HOLDS, True)))
-    return "—" if not held else side.text(side.values[held - 1]) + (" and worse" if held == len(found) else "")
+    held = int(np.argmax(np.append(outcomes != HOLDS, True)))
+    return "—" if not held else side.text(side.values[held - 1]) + (" and worse" if held == len(outcomes) else "")
 
 
 def read_tolerances(path: Path = FILE) -> dict[str, RigMaps]:

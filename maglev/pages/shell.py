@@ -115,14 +115,14 @@ def way(pages: list[Page], here: Page, index: bool) -> str:
     """Links to the index and to each kind of page; of several of a kind to where the index lists them."""
     links = [f'<a href="{INDEX}">All results</a>'] if index else []
     for kind, (one, several) in KINDS.items():
-        found = [page for page in pages if page.kind == kind]
+        others = [page for page in pages if page.kind == kind]
         if kind == here.kind:
             links.append(f'<span aria-current="page">{one}</span>')
-            found = [page for page in found if page.name != here.name]
-        if len(found) == 1:
+            others = [page for page in others if page.name != here.name]
+        if len(others) == 1:
             words = one if kind != here.kind else f"Other {one.lower()}"
-            links.append(f'<a href="{escape(quote(found[0].name))}">{words}</a>')
-        elif found and index:
+            links.append(f'<a href="{escape(quote(others[0].name))}">{words}</a>')
+        elif others and index:
             links.append(f'<a href="{INDEX}#{kind}">{several}</a>')
     return f'<nav class="shell" aria-label="Pages">{" ".join(links)}</nav>'
 
@@ -131,11 +131,11 @@ def write_index(folder: Path) -> None:
     sections = []
     pages = list(pages_in(folder))
     for kind, (one, several) in KINDS.items():
-        found = [f'<li><a href="{escape(quote(page.name))}">{escape(page.title)}</a> <small>{escape(page.name)}</small>'
-                 "</li>" for page in pages if page.kind == kind]
-        if found:
-            sections.append(f'<section id="{kind}"><h2>{one if len(found) == 1 else several}</h2>\n<ul>'
-                            + "\n".join(found) + "</ul></section>")
+        entries = [f'<li><a href="{escape(quote(page.name))}">{escape(page.title)}</a> '
+                   f"<small>{escape(page.name)}</small></li>" for page in pages if page.kind == kind]
+        if entries:
+            sections.append(f'<section id="{kind}"><h2>{one if len(entries) == 1 else several}</h2>\n<ul>'
+                            + "\n".join(entries) + "</ul></section>")
     write_whole(folder / INDEX, page("index", "Maglev stages: results", "Every page of results in this folder.",
                                      read("index.css"), read("index.html"),
                                      "style-src 'unsafe-inline'; img-src data:", sections="\n".join(sections)))

@@ -66,7 +66,7 @@ def message(judgements: Judgements) -> str:
     if not counts["reproduced"] + counts["not reproduced"]:
         return ""
     first, _, others = kinds_in_words(claims).removesuffix(" reproduce").partition(", ")
-    missed = [each for each in claims if each.verdict in ("no difference", "not reproduced")]
+    missed = [judged for judged in claims if judged.verdict in ("no difference", "not reproduced")]
     friction = len(blames(missed, "friction"))
     return (f'<p class="message"><strong>{first} reproduce</strong>{f", and {others}" if others else ""}.'
             + (f" Of {len(missed)} that {'does' if len(missed) == 1 else 'do'} not, {friction} "
@@ -98,7 +98,8 @@ def verdict_options(judgements: Judgements) -> str:
         return f'<option value="{value}">{words} ({counted}{more})</option>'
 
     return option("", "all", sum(counts.values()), sum(every.values())) + "".join(
-        option(each, f"{LOOKS[each].sign} {each}", counts[each], every[each]) for each in VERDICTS if every[each])
+        option(verdict, f"{LOOKS[verdict].sign} {verdict}", counts[verdict], every[verdict])
+        for verdict in VERDICTS if every[verdict])
 
 
 def summary(results: Sequence[RunResult], judgements: Judgements) -> str:
@@ -123,7 +124,7 @@ def kind_table(claims: Sequence[ClaimResult]) -> str:
     heads = "".join(f'<th scope="col">{name}</th>' for name in columns)
     body = "\n".join(
         f'<tr><th scope="row" class="{LOOKS[verdict].css}"><span aria-hidden="true">{LOOKS[verdict].sign}</span> '
-        f"{verdict}</th>" + "".join(f"<td>{each[verdict] or '–'}</td>" for each in counts) + "</tr>"
+        f"{verdict}</th>" + "".join(f"<td>{count[verdict] or '–'}</td>" for count in counts) + "</tr>"
         for verdict in shown)
     sums = "".join(f"<td>{len(of_kind)}</td>" for of_kind in columns.values())
     total = f'\n<tr><th scope="row">all</th>{sums}</tr>' if len(shown) > 1 else ""
@@ -176,7 +177,7 @@ def run_group(result: RunResult, claims: Sequence[ClaimResult], shown: Sequence[
     name = result.plan.name
     status = "".join(f'<p class="status">⚠ {escape(text)}</p>' for text in run_status(result))
     status += "".join(f"<p>{escape(said)}</p>" for said in [sentence(result, claims)] if said)
-    figures = [each for each in shown if isinstance(each, Shown) and each.has(name)]
+    figures = [figure for figure in shown if isinstance(figure, Shown) and figure.has(name)]
     return claim_group(run_anchor(name), name, result.plan.title, status, figure_links(figures),
                        claim_rows(name, claims, [*figures, *shown]), rig_name(name, result.plan))
 
@@ -184,7 +185,7 @@ def run_group(result: RunResult, claims: Sequence[ClaimResult], shown: Sequence[
 def procedure_group(outcome: Outcome, claims: Sequence[ClaimResult], shown: Sequence[Shown | ShownChart]) -> str:
     """Body of the table with the claims about one procedure."""
     name = outcome.settings.name
-    charts = [each for each in shown if isinstance(each, ShownChart) and each.outcome is outcome]
+    charts = [chart for chart in shown if isinstance(chart, ShownChart) and chart.outcome is outcome]
     links = figure_links(charts)
     if has_text(outcome):
         links.append(f'<a href="#{found_anchor(name)}">{"Tables" if outcome.tables else "Notes"}</a>')
@@ -203,9 +204,9 @@ def claim_group(identifier: str, name: str, title: str, status: str, links: Sequ
 
 def claim_rows(name: str, claims: Sequence[ClaimResult], shown: Sequence[Shown | ShownChart]) -> list[str]:
     """Rows of the claims about a run or a procedure; the bounds of figures, which all read alike, fold into one."""
-    own = next((each for each in shown if name in names_behind(each)), None)
-    rows = {k: claim_row(claim_anchor(name, k), each, shown, own) for k, each in enumerate(claims)}
-    bounds = [k for k, each in enumerate(claims) if each.claim.figure is not None]
+    own = next((figure for figure in shown if name in names_behind(figure)), None)
+    rows = {k: claim_row(claim_anchor(name, k), judged, shown, own) for k, judged in enumerate(claims)}
+    bounds = [k for k, judged in enumerate(claims) if judged.claim.figure is not None]
     words = bounds_in_words(claims[k] for k in bounds) or f"{len(bounds)} bounds by the axes of figures"
     folded = [f'<tr class="bounds"><td colspan="5"><details><summary>{escape(words)}</summary><table><tbody>'
               + "\n".join(rows.pop(k) for k in bounds) + "</tbody></table></details></td></tr>"] if bounds else []
@@ -213,7 +214,7 @@ def claim_rows(name: str, claims: Sequence[ClaimResult], shown: Sequence[Shown |
 
 
 def figure_links(shown: Iterable[Shown | ShownChart]) -> list[str]:
-    return [f'<a href="#{each.id}">{escape(each.title)}</a>' for each in shown]
+    return [f'<a href="#{figure.id}">{escape(figure.title)}</a>' for figure in shown]
 
 
 def claim_row(identifier: str, result: ClaimResult, shown: Sequence[Shown | ShownChart],
@@ -265,14 +266,14 @@ def unbroken(text: str) -> str:
 def linked_source(source: str, shown: Iterable[Shown | ShownChart]) -> str:
     """Source of a claim with links to the figures of the page that it cites."""
     targets: dict[str, str] = {}
-    for each in shown:
-        targets.setdefault(str(each.number), each.id)
+    for figure in shown:
+        targets.setdefault(str(figure.number), figure.id)
 
     def link(match: re.Match[str]) -> str:
         number = match.group()
         return f'<a href="#{targets[number]}">{number}</a>' if number in targets else number
 
-    return FIGURE_LIST.sub(lambda found: FIGURE_NUMBER.sub(link, found.group()), escape(source))
+    return FIGURE_LIST.sub(lambda match: FIGURE_NUMBER.sub(link, match.group()), escape(source))
 
 
 def names_behind(shown: Shown | ShownChart) -> list[str]:

@@ -87,17 +87,17 @@ def maps_data(kind: Kind, rig: str, maps: OfRig) -> dict[str, dict[str, Any]]:
 
     What is marked in a row is an outcome more.
     """
-    found = {}
+    data = {}
     for number, (sides, of_sides) in enumerate(groupby(maps.rows(), key=lambda row: (row.down, row.along))):
         rows = [*of_sides]
         laws = {law: [np.where(row.dots.get(law, False), len(kind.outcomes), row.cells[law]) for row in rows]
                 for law in rows[0].cells}
-        found[f"{kind.name}-{rig}-{number}"] = {
+        data[f"{kind.name}-{rig}-{number}"] = {
             "factors": [*map(side_data, sides), {"name": "with", "unit": "", "values": [row.heading for row in rows]}],
             "outcomes": [*kind.outcomes, kind.dots], "looks": [*kind.looks, MARKED],
             "laws": [{"name": law, "packed": packed(np.stack(cells).astype(np.uint8).tobytes())}
                      for law, cells in laws.items()]}
-    return found
+    return data
 
 
 def side_data(side: Side) -> dict[str, Any]:

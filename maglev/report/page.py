@@ -56,11 +56,12 @@ def report_page(results: Sequence[RunResult], judgements: Judgements, outcomes: 
     title = f"{results[0].plan.name}: {results[0].plan.title}" if len(results) == 1 else TITLE
     rigs = {rig_name(result.plan.name, result.plan) for result in theirs}
     maps = {kind: outcome_maps.of_rigs(kind, rigs) for kind in (outcome_maps.RANGE, outcome_maps.TOLERANCES)}
-    drawn = {each.id: figure_data(each, judgements, frictionless) for each in shown}
-    films = {run.plan.name: found for run in moved(results) if (found := moving({law_of(run): run}))}
+    drawn = {figure.id: figure_data(figure, judgements, frictionless) for figure in shown}
+    films = {run.plan.name: film for run in moved(results) if (film := moving({law_of(run): run}))}
     data = {"runs": runs_data(results, figures, frictionless.runs), "figures": drawn,
-            "moving": films, "maps": {place: each for kind, of_rigs in maps.items() for rig, of_rig in of_rigs.items()
-                                      for place, each in outcome_maps.maps_data(kind, rig, of_rig).items()}}
+            "moving": films, "maps": {place: outcome_map for kind, of_rigs in maps.items()
+                                      for rig, of_rig in of_rigs.items()
+                                      for place, outcome_map in outcome_maps.maps_data(kind, rig, of_rig).items()}}
     told = {run.plan.name for run in claim_table.told_first(results, judgements)}
     message = claim_table.run_sentences(results, judgements) + claim_table.message(judgements)
     return shell.page(
@@ -70,7 +71,7 @@ def report_page(results: Sequence[RunResult], judgements: Judgements, outcomes: 
         rigs="".join(f'<option value="{rig.name}">{escape(rig.title)}</option>' for rig in RIGS.values()),
         message=message, moving=PLAYER if films else "",
         unsearched="" if len(results) > 1 or any(judgements.values()) else " hidden",
-        numbered="<p>Numbered as in the thesis.</p>\n" if any(each.number for each in shown) else "",
+        numbered="<p>Numbered as in the thesis.</p>\n" if any(figure.number for figure in shown) else "",
         verdicts=claim_table.verdict_options(judgements),
         index="\n".join(map(index_entry, shown)),
         origin=escape(origin(results)),
@@ -78,8 +79,9 @@ def report_page(results: Sequence[RunResult], judgements: Judgements, outcomes: 
         claims=claim_table.claim_groups(results, judgements, shown, outcomes),
         findings_link=findings.LINK if section else "",
         findings=section,
-        figures="\n".join(figure_element(each, judgements, live, "without" in drawn[each.id], told) for each in shown)
-        or f"<p>No {'figure shows these runs' if any(len(each.time) for each in results) else 'run was recorded'}.</p>",
+        figures="\n".join(figure_element(figure, judgements, live, "without" in drawn[figure.id], told)
+                          for figure in shown)
+        or f"<p>No {'figure shows these runs' if any(len(run.time) for run in results) else 'run was recorded'}.</p>",
         ranges_link="".join(kind.link for kind, of_rigs in maps.items() if of_rigs),
         ranges="".join(outcome_maps.section(kind, of_rigs) for kind, of_rigs in maps.items()),
         assumptions=read("assumptions.html"),
@@ -92,8 +94,8 @@ def origin(results: Sequence[RunResult]) -> str:
     """How many of the package's runs the report has, if any, and with what, when and where all were run."""
     packaged = packaged_runs()
     here = sum(result.plan.name in packaged and not result.plan.own for result in results)
-    flown = dict.fromkeys((each.version, each.commit, each.python) for each in (result.provenance for result in results)
-                          if each is not None)
+    flown = dict.fromkeys((provenance.version, provenance.commit, provenance.python)
+                          for provenance in (result.provenance for result in results) if provenance is not None)
     day = datetime.fromtimestamp(number_in(DATE) if os.environ.get(DATE) else time(), UTC).date()
     share = f"{here} of the {len(packaged)} runs of the package, " if here else ""
     return "; ".join([share + day.isoformat(),

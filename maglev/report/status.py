@@ -24,8 +24,9 @@ def events(metrics: Metrics | None) -> list[Event]:
     """What disturbed or stopped a run, in order of time; nothing of a run that did not complete."""
     if metrics is None:
         return []
-    found = ((metrics.stop_contact, "touched an end stop", "stop"), (metrics.tripped, "the controller tripped", "trip"))
-    return sorted(Event(time, words, word) for time, words, word in found if time is not None)
+    happened = ((metrics.stop_contact, "touched an end stop", "stop"),
+                (metrics.tripped, "the controller tripped", "trip"))
+    return sorted(Event(time, words, word) for time, words, word in happened if time is not None)
 
 
 def shown_until(runs: Iterable[tuple[Metrics | None, float]]) -> float | None:

@@ -58,7 +58,7 @@ def show(console: Console, result: RunResult, verdicts: Sequence[ClaimResult], b
 
     Briefly without bounds by the axes of figures: dozens of lines, of which the last one has the sum.
     """
-    show_measured(console, result, claim_tables([each for each in verdicts if each.claim.figure is None]
+    show_measured(console, result, claim_tables([judged for judged in verdicts if judged.claim.figure is None]
                                                 if briefly else verdicts), verdicts)
 
 
@@ -112,12 +112,12 @@ def heading(name: str, title: str) -> Text:
 def metric_tables(plan: RunPlan, metrics: Metrics) -> list[Table]:
     """Tables of steps, events, errors and currents, as far as the run has them; of what is in m or rad apart."""
     groups: dict[tuple[str, str], list[Measure]] = {}
-    for each in measures(plan, metrics):
-        if each.of:
-            unit = plan.axes[each.of].unit if each.of in plan.axes else ""
-            kind = ("event" if unit else "effort") if each.event else "step" if each.time is not None else (
+    for measure in measures(plan, metrics):
+        if measure.of:
+            unit = plan.axes[measure.of].unit if measure.of in plan.axes else ""
+            kind = ("event" if unit else "effort") if measure.event else "step" if measure.time is not None else (
                 "axis" if unit else "motor")
-            groups.setdefault((kind, unit), []).append(each)
+            groups.setdefault((kind, unit), []).append(measure)
     steps: Starts = {(step.axis, step.time): (f"{step.time:g} s", step.axis, *(
         printed(value, "", PRINTED_UNITS[plan.axes[step.axis].unit]) for value in (step.start, step.target)))
         for step in metrics.steps}
@@ -129,16 +129,16 @@ def metric_tables(plan: RunPlan, metrics: Metrics) -> list[Table]:
              "effort": ("Effort after events", ("after", "motor")),
              "axis": ("Errors" if begin is None else f"Errors; of tracking from t = {begin:g} s on", ("axis",)),
              "motor": ("Currents: absolute values", ("motor",))}
-    return [measure_table(*heads[kind], found, after if kind in ("event", "effort") else steps)
-            for (kind, _), found in groups.items()]
+    return [measure_table(*heads[kind], of_kind, after if kind in ("event", "effort") else steps)
+            for (kind, _), of_kind in groups.items()]
 
 
-def measure_table(title: str, heads: Sequence[str], found: Sequence[Measure], starts: Starts) -> Table:
+def measure_table(title: str, heads: Sequence[str], shown: Sequence[Measure], starts: Starts) -> Table:
     """Table with a row for each axis, motor, step or event, whose first cells may be in `starts`, and its metrics."""
-    columns = dict.fromkeys(each.quantity for each in found)
+    columns = dict.fromkeys(measure.quantity for measure in shown)
     rows: dict[tuple[str, float | None], dict[str, str]] = {}
-    for each in found:
-        rows.setdefault((each.of, each.time), {})[each.quantity] = each.text
+    for measure in shown:
+        rows.setdefault((measure.of, measure.time), {})[measure.quantity] = measure.text
     return result_table(title, (*heads, *columns), (
         [*starts.get(place, place[:1]), *(cells.get(name, "–") for name in columns)]
         for place, cells in sorted(rows.items(), key=lambda row: row[0][1] or 0.0)), left=min(len(heads), 2))
@@ -157,9 +157,10 @@ def claim_tables(results: Sequence[ClaimResult]) -> list[Table | str]:
 def claim_table(title: str, results: Sequence[ClaimResult]) -> Table:
     """Table of verdicts on claims, with what was expected and measured."""
     return result_table(title, ("verdict", "claim"), (
-        [Text(each.verdict, COLOURS[each.verdict], no_wrap=True),
-         f"{each.claim.text} ({each.claim.cited}): expected {each.claim.criterion}, measured {each.measured_text}"
-         + (f"; {each.note}" if each.note else "")] for each in results), left=2)
+        [Text(judged.verdict, COLOURS[judged.verdict], no_wrap=True),
+         f"{judged.claim.text} ({judged.claim.cited}): expected {judged.claim.criterion}, "
+         f"measured {judged.measured_text}" + (f"; {judged.note}" if judged.note else "")]
+        for judged in results), left=2)
 
 
 def study_tables(results: Sequence[RunResult], verdicts: Judgements, outcomes: Sequence[Outcome] = ()) -> list[Table]:
@@ -171,8 +172,8 @@ def study_tables(results: Sequence[RunResult], verdicts: Judgements, outcomes: S
 
 def own_table(results: Sequence[RunResult], outcomes: Sequence[Outcome], verdicts: Judgements) -> Table:
     """Table of a user's own runs and procedures: how each ended, and how many of the user's claims are met."""
-    rows = [*((each.plan.name, short_outcome(each)) for each in results),
-            *((each.settings.name, counted(each.values, "value")) for each in outcomes)]
+    rows = [*((run.plan.name, short_outcome(run)) for run in results),
+            *((outcome.settings.name, counted(outcome.values, "value")) for outcome in outcomes)]
     return result_table("Your runs", ("run", "outcome", "met"), (
         [name, said, met_of(specification(verdicts[name])) or "no claims"] for name, said in rows), left=2)
 
@@ -184,10 +185,10 @@ def study_table(results: Sequence[RunResult], verdicts: Judgements, outcomes: Se
     shown = [verdict for verdict in VERDICTS if totals[verdict]]
     procedures = counted(outcomes, "procedure") if outcomes else ""
     return result_table("Verdicts on the claims", ("run", "outcome", *shown, "bounds met"), [
-        *([each.plan.name, short_outcome(each), *counted_cells(verdicts[each.plan.name], shown)]
-          for each in results if is_listed(each, verdicts)), None,
-        *([each.settings.name, counted(each.values, "value"), *counted_cells(verdicts[each.settings.name], shown)]
-          for each in outcomes), None,
+        *([run.plan.name, short_outcome(run), *counted_cells(verdicts[run.plan.name], shown)]
+          for run in results if is_listed(run, verdicts)), None,
+        *([outcome.settings.name, counted(outcome.values, "value"),
+           *counted_cells(verdicts[outcome.settings.name], shown)] for outcome in outcomes), None,
         *([name, counted(of_kind, "claim"), *counted_cells(of_kind, shown)]
           for name, of_kind in by_kind(claims).items()), None,
         [f"{len(results)} runs", procedures, *(str(totals[verdict]) for verdict in shown), bounds_met(claims)]], left=2)
@@ -196,7 +197,7 @@ def study_table(results: Sequence[RunResult], verdicts: Judgements, outcomes: Se
 def in_order(results: Sequence[RunResult], verdicts: Judgements,
              outcomes: Sequence[Outcome]) -> list[tuple[str, ClaimResult]]:
     """All claims with the names of what they are about: the runs first, then the procedures."""
-    names = [*(result.plan.name for result in results), *(found.settings.name for found in outcomes)]
+    names = [*(result.plan.name for result in results), *(outcome.settings.name for outcome in outcomes)]
     return [(name, judged) for name in names for judged in verdicts[name]]
 
 
@@ -285,7 +286,7 @@ def sentence(result: RunResult, claims: Sequence[ClaimResult]) -> str:
     """How long a run was simulated, its worst error, and how many of its claims hold; empty if it did not complete."""
     if result.metrics is None:
         return ""
-    tracking = {each.axis: each.peak_tracking_error for each in result.metrics.tracking}
+    tracking = {tracking.axis: tracking.peak_tracking_error for tracking in result.metrics.tracking}
     errors = worst_of(result.plan, tracking or result.metrics.end_errors)
     return "; ".join([f"simulated for {result.time[-1]:.4g} s, {state_of(result.metrics)}", *(
         f"worst {'tracking error' if tracking else 'error at the end'} {error}" for error in errors),
@@ -319,7 +320,7 @@ def worst_of(plan: RunPlan, errors: Mapping[str, float]) -> list[str]:
     worst: dict[str, tuple[float, str]] = {}
     for axis, error in errors.items():
         unit = plan.axes[axis].unit
-        worst[unit] = max(worst.get(unit, (-1.0, "")), (error, axis), key=lambda found: found[0])
+        worst[unit] = max(worst.get(unit, (-1.0, "")), (error, axis), key=lambda pair: pair[0])
     return [f"{printed(error, unit)} on {axis}" for unit, (error, axis) in worst.items()]
 
 
@@ -370,7 +371,7 @@ def curves_csv(charts: Iterable[Chart]) -> str:
             name = f"{k}: {panel.y_title} over {panel.x_title}"
             for curve in panel.curves:
                 place = chart.number or chart.caption, name, curve.label
-                margins = [""] * len(curve.x) if curve.margin is None else [repr(float(each)) for each in curve.margin]
+                margins = [""] * len(curve.x) if curve.margin is None else [repr(float(y)) for y in curve.margin]
                 writer.writerows((*place, repr(float(x)), repr(float(y)), margin)
                                  for x, y, margin in zip(curve.x, curve.y, margins, strict=True))
     return text.getvalue()

@@ -33,25 +33,25 @@ def fly_frictionless(experiments: Sequence[Experiment], verdicts: Judgements, fl
     The verdicts, by run or procedure, are given back with what comes out `without` it.
     """
     blamed = {name: missed for name, claims in verdicts.items() if (missed := blames(claims, "friction"))}
-    again = [without_friction(each) for each in with_needed(experiments, blamed)]
+    again = [without_friction(experiment) for experiment in with_needed(experiments, blamed)]
     runs = fly(again) if again else []
-    outcomes = [found for found in evaluate(runs) if found.settings.name in blamed] if runs else []
+    outcomes = [outcome for outcome in evaluate(runs) if outcome.settings.name in blamed] if runs else []
     metrics = {result.plan.name: result.metrics for result in runs}
-    found = {result.plan.name: judge_run(result.plan.claims, result.metrics, metrics) for result in runs
-             if result.plan.name in blamed}
-    found |= {outcome.settings.name: judge_procedure(outcome) for outcome in outcomes}
-    return Again(runs, outcomes, {name: [beside(*pair) for pair in zip(claims, found[name], strict=True)]
-                                         if name in found else claims for name, claims in verdicts.items()})
+    judged = {result.plan.name: judge_run(result.plan.claims, result.metrics, metrics) for result in runs
+              if result.plan.name in blamed}
+    judged |= {outcome.settings.name: judge_procedure(outcome) for outcome in outcomes}
+    return Again(runs, outcomes, {name: [beside(*pair) for pair in zip(claims, judged[name], strict=True)]
+                                         if name in judged else claims for name, claims in verdicts.items()})
 
 
 def without_friction(experiment: Experiment) -> Experiment:
     """The experiment with all Coulomb and viscous friction of its FMUs at 0; what differs is in its `changes`."""
-    found = {full: value for full, value in experiment.parameters().items() if full.endswith(FRICTION) and value}
+    friction = {full: value for full, value in experiment.parameters().items() if full.endswith(FRICTION) and value}
     plan = experiment.plan
     fmus = {name: fmu.model_copy(update={"start": {
-        **fmu.start, **{full.partition(".")[2]: StartValue(0.0, None, 0) for full in found
+        **fmu.start, **{full.partition(".")[2]: StartValue(0.0, None, 0) for full in friction
                         if full.partition(".")[0] == name}}}) for name, fmu in plan.fmus.items()}
-    changes = tuple(f"{full} = 0 instead of {value:g}" for full, value in found.items())
+    changes = tuple(f"{full} = 0 instead of {value:g}" for full, value in friction.items())
     return replace(experiment, plan=plan.model_copy(update={"fmus": fmus, "title": f"{plan.title}, without friction"}),
                    changes=(*experiment.changes, *changes))
 
@@ -63,11 +63,11 @@ def beside(result: ClaimResult, without: ClaimResult) -> ClaimResult:
 
 def with_needed(experiments: Sequence[Experiment], blamed: Judgements) -> list[Experiment]:
     """Experiments that claims, by run or procedure, are judged on, and those that these start from."""
-    plans = {each.plan.name: each.plan for each in experiments}
+    plans = {experiment.plan.name: experiment.plan for experiment in experiments}
     procedures = {plan.procedure.name: plan.procedure for plan in plans.values() if plan.procedure is not None}
     names = set(blamed)
     for claims in blamed.values():
-        names.update(run for each in claims for run in getattr(each.claim, "other_runs", ()))
+        names.update(run for judged in claims for run in getattr(judged.claim, "other_runs", ()))
     for name in blamed.keys() & procedures.keys():
         names.update(procedures[name].runs.values())   # of other procedures, too
     wanted = {plan.name for plan in plans.values()
@@ -77,4 +77,4 @@ def with_needed(experiments: Sequence[Experiment], blamed: Judgements) -> list[E
         new = plans[waiting.pop()].needs - wanted
         wanted |= new
         waiting += new
-    return [each for each in experiments if each.plan.name in wanted]
+    return [experiment for experiment in experiments if experiment.plan.name in wanted]

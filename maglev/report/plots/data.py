@@ -52,7 +52,7 @@ def runs_data(results: Sequence[RunResult], shown: Sequence[Shown],
             # What claims blame friction for is seen in the motion.
             *((result, again_name(result), kinds_of("axis")) for result in frictionless))
             if len(result.time) and (result.plan.procedure is None or name in films
-                                     or any(each.has(result.plan.name) for each in shown))}
+                                     or any(figure.has(result.plan.name) for figure in shown))}
         if sum(len(run["data"]) for run in runs.values()) <= LARGEST_DATA or most <= FEWEST_ROWS:
             return runs
         most //= 2
@@ -101,7 +101,7 @@ def figure_data(shown: Shown | ShownChart, judgements: Judgements,
                 frictionless: Frictionless = NOTHING) -> dict[str, Any]:
     """What the page's scripts know about a figure."""
     if isinstance(shown, ShownChart):
-        same = [each for each in shown_charts(frictionless.outcomes) if each.id == shown.id]
+        same = [chart for chart in shown_charts(frictionless.outcomes) if chart.id == shown.id]
         return {**chart_data(shown), **({"without": chart_data(same[0])["chart"]} if same else {})}
     labels = {run.plan.name: shown.figure.runs[run.plan.name] for run in shown.recorded}
     again = [{"name": again_name(run), "label": "without friction" if len(labels) == 1 else

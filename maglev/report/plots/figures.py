@@ -115,7 +115,7 @@ def shown_figures(figures: Iterable[Figure], results: Sequence[RunResult]) -> li
     others = [Figure(caption=result.plan.title, runs={result.plan.name: "simulated"}, panels=every_panel,
                      until=shown_until([(result.metrics, float(result.time[-1]) if len(result.time) else 0.0)]))
               for result in results
-              if result.plan.procedure is None and not any(each.has(result.plan.name) for each in shown)]
+              if result.plan.procedure is None and not any(figure.has(result.plan.name) for figure in shown)]
     return shown + list(with_data(others, results, own))
 
 
@@ -172,14 +172,14 @@ def law_of(run: RunResult) -> str:
 
 def run_colours(runs: Mapping[str, RunResult]) -> dict[str, int]:
     """Number of each run's colour, by label: that of its controller in every page, of others the next that is free."""
-    found: dict[str, int] = {}
+    numbers: dict[str, int] = {}
     for label, run in runs.items():
         number = LAW_COLOURS.get(law_of(run), 1)
-        if number not in found.values():
-            found[label] = number
-    free = [k for k in range(COLOURS) if k not in found.values()] or [0]
-    others = [label for label in runs if label not in found]
-    return found | {label: free[k % len(free)] for k, label in enumerate(others)}
+        if number not in numbers.values():
+            numbers[label] = number
+    free = [k for k in range(COLOURS) if k not in numbers.values()] or [0]
+    others = [label for label in runs if label not in numbers]
+    return numbers | {label: free[k % len(free)] for k, label in enumerate(others)}
 
 
 def rig_name(name: str, plan: RunPlan | None = None) -> str:
@@ -249,13 +249,13 @@ def needed_tolerances(result: RunResult, shown: Iterable[Shown], kinds: Sequence
                       moves: bool) -> dict[str, float]:
     """Tolerances by name of the columns that panels of some kinds draw of a run, and, if it `moves`, the picture."""
     plan = result.plan
-    panels = {panel for each in shown if each.has(plan.name) for panel in each.panels}
+    panels = {panel for figure in shown if figure.has(plan.name) for panel in figure.panels}
     if moves:
         panels |= {Panel(kind, of) for kind in ("position", *kinds_of("motor")) for of in shown_by(result, kind)}
-    found = {}
+    tolerances = {}
     for kind, of in sorted(panel for panel in panels if panel.kind in kinds):
         for name in needed_columns(plan, kind, of) if of in shown_by(result, kind) else ():
-            found[name] = PANELS[kind].tolerance
+            tolerances[name] = PANELS[kind].tolerance
             if kind == "own":
-                found[name] = found[name] * float(np.nanmax(np.abs(result.columns[of]), initial=0.0)) or 1.0
-    return found
+                tolerances[name] = tolerances[name] * float(np.nanmax(np.abs(result.columns[of]), initial=0.0)) or 1.0
+    return tolerances

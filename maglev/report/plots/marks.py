@@ -32,18 +32,18 @@ def figure_marks(shown: Shown, judgements: Judgements) -> list[dict[str, Any]]:
 
     What is stated about other figures is left out.
     """
-    found: dict[tuple[int, Mark, str], None] = {}
+    texts: dict[tuple[int, Mark, str], None] = {}
     for run in shown.recorded:
         for result in sentences(judgements.get(run.plan.name, ())):
             claim = result.claim
             cited = cited_figures(claim.source)
             if isinstance(claim, RunClaim) and isinstance(claim.target, float) and (not cited or shown.number in cited):
                 words = f"{claim.criterion}, of one of them" if claim.over == "any" else claim.criterion
-                found |= dict.fromkeys((k, mark, words) for mark in marks(claim, claim.target, run, shown)
+                texts |= dict.fromkeys((k, mark, words) for mark in marks(claim, claim.target, run, shown)
                                        for k, panel in enumerate(shown.panels) if tuple(panel) == (mark.kind, mark.of))
     return [{"panel": k, "text": f"thesis: {text}",
              **{key: value for key, value in mark._asdict().items() if key not in ("kind", "of")}}
-            for k, mark, text in found]
+            for k, mark, text in texts]
 
 
 def marks(claim: RunClaim, target: float, run: RunResult, shown: Shown) -> Iterator[Mark]:
@@ -95,14 +95,14 @@ def marks_of_steps(claim: RunClaim, target: float, run: RunResult, shown: Shown,
 
 def figure_bounds(shown: Shown, judgements: Judgements) -> list[dict[str, Any]]:
     """Ranges (SI) in a figure: the panel's number, the limits, and whether the bound is met; None if not judged."""
-    found = []
+    shown_bounds = []
     for run in shown.runs:
         for result in bounds(judgements.get(run.plan.name, ())):
             if result.claim.figure == shown.number and isinstance(result.claim, RunClaim):
                 panels = [k for k, panel in enumerate(shown.panels) if draws(shown, panel, result.claim.columns or ())]
-                found += [{"panel": k, "low": low, "high": high, "met": {"met": True, "not met": False}.get(
+                shown_bounds += [{"panel": k, "low": low, "high": high, "met": {"met": True, "not met": False}.get(
                     result.verdict)} for k in panels for low, high in ranges(result)]
-    return found
+    return shown_bounds
 
 
 def draws(shown: Shown, panel: Panel, columns: Sequence[str]) -> bool:
@@ -141,17 +141,17 @@ class Limit(NamedTuple):
 
 def limits(plan: RunPlan, parameters: Mapping[str, float]) -> list[Limit]:
     """Limits by the parameters (SI) that a run started with; of FMUs with other names none."""
-    found = []
+    drawn = []
     for name, axis in plan.axes.items():
         stop = axis.position.rpartition(".")[0] + ".stop."
         if stop + "lower" in parameters and stop + "upper" in parameters:
-            found.append(Limit("position", name, "end stops", [parameters[stop + end] for end in ("lower", "upper")]))
+            drawn.append(Limit("position", name, "end stops", [parameters[stop + end] for end in ("lower", "upper")]))
     for name, motor in plan.motors.items():
         peak = parameters.get(motor.currents[0].rpartition(".")[0] + ".amplifier.peak") if motor.currents else None
         limit = parameters.get(motor.commands[0].partition(".")[0] + ".current_limit") if motor.commands else None
         if peak:
-            found.append(Limit("currents", name, f"peak of the amplifiers, {peak:g} A", [-peak, peak]))
+            drawn.append(Limit("currents", name, f"peak of the amplifiers, {peak:g} A", [-peak, peak]))
         if limit:   # 0 is none
             limit *= parameters.get(motor.commands[0].rpartition(".")[0] + ".limit_ratio", 1.0)
-            found.append(Limit("commands", name, f"limit of the commands, {limit:g} A", [-limit, limit]))
-    return found
+            drawn.append(Limit("commands", name, f"limit of the commands, {limit:g} A", [-limit, limit]))
+    return drawn

@@ -157,7 +157,7 @@ def draw_own(names: Sequence[str], row: Sequence["Axes"], runs: Mapping[str, Run
     half = (len(names) + 1) // 2
     for panel, shown in zip(row, (names[:half], names[half:]), strict=True):
         for label, run in runs.items():
-            for name in (each for each in shown if each in run.columns):
+            for name in (name for name in shown if name in run.columns):
                 panel.plot(run.time, run.columns[name], linewidth=0.8,
                            label=f"{label} {name}".strip())
         panel.set_ylabel("own outputs")
