@@ -86,7 +86,7 @@ class Consequences:
 
     def resting(self, place: Place) -> dict[str, float]:
         """Currents (A) at a place by their names, such as "left.i_d", or as "i_d" where all motors have the same."""
-        alike = all(len({f"{current:.3g}" for current in each.currents.values()}) <= 1 for each in self.places)
+        alike = all(len({f"{current:.3g}" for current in place.currents.values()}) <= 1 for place in self.places)
         return {"i_d" if alike else f"{motor}.i_d": current for motor, current in place.currents.items()}
 
     def most(self, current: str) -> tuple[float, float]:
@@ -99,25 +99,25 @@ class Consequences:
     def warnings(self) -> list[str]:
         """What keeps it from working well, each with what to change."""
         rig, vertical = self.rig, self.rig.vertical.name
-        found = []
+        texts = []
         if rig.sample_time > 2.0 * longest_sample_time(rig):
-            found.append(f"sample_time: {1e3 * rig.sample_time:g} ms costs more than 10° of phase, expected "
+            texts.append(f"sample_time: {1e3 * rig.sample_time:g} ms costs more than 10° of phase, expected "
                          f"{1e3 * self.wanted:g} ms or less")
         for place in self.places:
             at = f"{vertical} = {1e3 * place.gap:.4g} mm"
             if not place.currents:
-                found.append(f"{at}: no direct current holds the mover, expected stops further apart from it, a "
+                texts.append(f"{at}: no direct current holds the mover, expected stops further apart from it, a "
                              "lighter attraction or a heavier mover")
                 continue
             currents = self.resting(place)
-            name, current = max(currents.items(), key=lambda each: abs(each[1]) / self.most(each[0])[0])
-            beyond = [each for each, value in currents.items() if abs(value) > self.most(each)[1]]
+            name, current = max(currents.items(), key=lambda item: abs(item[1]) / self.most(item[0])[0])
+            beyond = [motor for motor, value in currents.items() if abs(value) > self.most(motor)[1]]
             if min(place.closing, place.opening) <= 0.0:
-                found.append(f"{at}: {name} = {current:.3g} A holds the mover, expected less than "
+                texts.append(f"{at}: {name} = {current:.3g} A holds the mover, expected less than "
                              f"{self.most(name)[0]:.3g} A: a larger limit or amplifier, stops nearer to the start, or "
                              "another mass")
             elif beyond:
-                found.append(f"{at}: {beyond[0]} = {currents[beyond[0]]:.3g} A holds the mover, for good the "
+                texts.append(f"{at}: {beyond[0]} = {currents[beyond[0]]:.3g} A holds the mover, for good the "
                              f"amplifiers give {self.most(beyond[0])[1]:.3g} A: stops nearer to the start, or another "
                              "mass")
         for axis in self.rig.axis_names:
@@ -125,16 +125,16 @@ class Consequences:
                    for place in self.places if (margins := place.margins.get(axis)) is not None]
             share, phase, gain, gap = min(met, default=(1.0, inf, inf, 0.0))
             if share < 1.0:
-                found.append(f"{vertical} = {1e3 * gap:.4g} mm: {axis} has margins of {phase:.0f}° and {gain:.1f} dB, "
+                texts.append(f"{vertical} = {1e3 * gap:.4g} mm: {axis} has margins of {phase:.0f}° and {gain:.1f} dB, "
                              f"expected {LEAST_PHASE:g}° and {LEAST_GAIN:g} dB: gains that are left to the design, a "
                              "shorter sample_time, or amplifiers with less lag")
-        return found
+        return texts
 
     @property
     def brief(self) -> str:
         """The most of it in one line."""
         rig, start = self.rig, self.places[0]
-        margins = [each for place in self.places for each in place.margins.values()]
+        margins = [margin for place in self.places for margin in place.margins.values()]
         least = f"{min(phase for phase, _ in margins):.0f}°, {min(gain for _, gain in margins):.1f} dB"
         return (f"{rig.title}: {rig.vertical.mass:g} kg at {1e3 * start.gap:g} mm, {self.at_rest}, unstable pole "
                 f"{self.rate:.3g} 1/s, sample time "
@@ -161,7 +161,7 @@ class Consequences:
         for row in rows[1:]:
             row += [""] * (len(rows[0]) - len(row))
         fall = "it is balanced" if self.fall == inf else f"{1e3 * self.fall:.3g} ms from the start to a stop"
-        constants = ", ".join(f"{each.name} = {each.stage:.4g}" for each in rig.constants)
+        constants = ", ".join(f"{constant.name} = {constant.stage:.4g}" for constant in rig.constants)
         return "\n".join([
             f"{rig.title}: {rig.vertical.mass:g} kg at a gap of {1e3 * start.gap:g} mm",
             f"constants         {constants} (docs/equations.md)",
@@ -175,11 +175,11 @@ class Consequences:
             f"observers         {1e3 * rig.design.observer_time:g} ms",
             *(f"gains of {axis.name:<8} {', '.join(f'{gain:.6g}' for gain in axis.design.gains)}" for axis in rig.axes),
             "", aligned(rows), *([""] if self.warnings else []),
-            *(f"warning: {each}" for each in self.warnings)]) + "\n"
+            *(f"warning: {warning}" for warning in self.warnings)]) + "\n"
 
     def as_data(self) -> dict[str, Any]:
         """All of it as JSON has it, SI."""
-        return {"stage": self.rig.name, "constants": {each.name: each.stage for each in self.rig.constants},
+        return {"stage": self.rig.name, "constants": {constant.name: constant.stage for constant in self.rig.constants},
                 "forces": self.forces, "limits": self.limits, "fall": None if self.fall == inf else self.fall,
                 "rate": self.rate, "sample_time": self.rig.sample_time, "wanted_sample_time": self.wanted,
                 "observer_time": self.rig.design.observer_time,
@@ -226,7 +226,7 @@ def consequences(rig: Rig) -> Consequences:
 def place(rig: Rig, gap: float) -> Place:
     """The stage at a gap (m)."""
     at = held(rig, gap)
-    closing, opening = (rig.vertical.mass * each for each in accelerations(rig, gap))
+    closing, opening = (rig.vertical.mass * acceleration for acceleration in accelerations(rig, gap))
     if at is None:
         return Place(gap, {}, closing, opening, {})
     lifted = {f"{motor}.amplifier.{key}": value for motor in rig.motor_names
@@ -237,7 +237,7 @@ def place(rig: Rig, gap: float) -> Place:
             controller_parameters={"current_limit": 0.0})
     except LinearModelError:   # the stage itself is not held where its model is
         return Place(gap, {}, closing, opening, {})
-    currents = {motor: each.current for motor, each in zip(rig.motor_names, at, strict=True)}
+    currents = {motor: held.current for motor, held in zip(rig.motor_names, at, strict=True)}
     return Place(gap, currents, closing, opening, {axis: margins_at(loop, axis) for axis in rig.axis_names})
 
 
@@ -245,9 +245,9 @@ def margins_at(loop: Loop, axis: str) -> tuple[float, float]:
     """Phase (degrees) and gain (dB) of the loop opened at a measurement; 0 of a loop that is unstable."""
     if not loop.stable:
         return 0.0, 0.0
-    found: Margins = loop.margins(axis)
-    down = -20.0 * log10(found.gain_down) if found.gain_down > 0.0 else inf
-    return degrees(found.phase), min(20.0 * log10(found.gain_up), down)
+    margins: Margins = loop.margins(axis)
+    down = -20.0 * log10(margins.gain_down) if margins.gain_down > 0.0 else inf
+    return degrees(margins.phase), min(20.0 * log10(margins.gain_up), down)
 
 
 def fall(rig: Rig) -> float:
@@ -256,8 +256,8 @@ def fall(rig: Rig) -> float:
 
     stop = rig.gap_stop
     ends = [lambda t, state, end=end: state[0] - end for end in (stop.lower, stop.upper)]
-    for each in ends:
-        each.terminal = True   # type: ignore[attr-defined]  # where scipy looks
-    done = solve_ivp(lambda t, state: [state[1], GRAVITY - mean(each.attraction for each in pulls(rig, state[0]))],
+    for event in ends:
+        event.terminal = True   # type: ignore[attr-defined]  # where scipy looks
+    done = solve_ivp(lambda t, state: [state[1], GRAVITY - mean(pull.attraction for pull in pulls(rig, state[0]))],
                      (0.0, LONGEST_FALL), [rig.vertical.start, 0.0], events=ends, rtol=1e-8, atol=1e-12)
     return min((float(times[0]) for times in done.t_events or () if len(times)), default=inf)

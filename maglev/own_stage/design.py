@@ -47,8 +47,8 @@ def gains_of_poles(place: str, given: Any) -> list[float]:
     RigError if there are not five, or one is not on the left.
     """
     poles: list[complex] = []
-    for each in given if isinstance(given, list) else []:
-        pair = each if isinstance(each, list) else [each, None]
+    for entry in given if isinstance(given, list) else []:
+        pair = entry if isinstance(entry, list) else [entry, None]
         if len(pair) != 2 or not all(isinstance(part, (int, float)) or part is None for part in pair):
             poles = []
             break
@@ -86,18 +86,18 @@ def pulls(rig: Rig, gap: float) -> list[Pull]:
     """Normal forces of the model's motors at a gap (m); each carries what keeps the mover level."""
     of, places = rig.model, MotorPlaces.of(rig)
     level = len(rig.motors) * np.linalg.pinv(places.gaps)[0] if rig.rotations else np.ones(len(rig.motors))
-    found = []
+    all_pulls = []
     for motor, share in zip(rig.motors, level.tolist(), strict=True):
         _, f2, f3, f4 = gap_functions(rig.motor(motor), gap)
         attraction, coils, iron = constants = tuple(rig.carrying * constant * ratio for constant, ratio in zip(
             (of.attraction, of.coils, of.iron), motor.ratios[1:], strict=True))
-        found.append(Pull(share, attraction * f2, coils * f3, iron * f4, constants))
-    return found
+        all_pulls.append(Pull(share, attraction * f2, coils * f3, iron * f4, constants))
+    return all_pulls
 
 
 def held(rig: Rig, gap: float) -> list[Held] | None:
     """The motors as the model has them at a gap (m); None where no direct currents hold the mover."""
-    found = []
+    currents = []
     for motor, pull in zip(rig.motors, pulls(rig, gap), strict=True):
         current, there = smaller_root(pull.iron, pull.coils, pull.missing)
         if not there or pull.coils <= 2.0 * pull.iron * current:
@@ -105,9 +105,9 @@ def held(rig: Rig, gap: float) -> list[Held] | None:
         geometry = rig.motor(motor)
         by_attraction, by_coils, by_iron = (constant * slope for constant, slope in zip(
             pull.constants, gap_slopes(geometry, gap), strict=True))
-        found.append(Held(current, by_coils * current - by_iron * current * current - by_attraction,
-                          gap_functions(geometry, gap)[0]))
-    return found
+        currents.append(Held(current, by_coils * current - by_iron * current * current - by_attraction,
+                             gap_functions(geometry, gap)[0]))
+    return currents
 
 
 def travel(rig: Rig) -> tuple[float, float, float]:
@@ -123,9 +123,9 @@ def stiffness(rig: Rig, axis: str, at: list[Held]) -> float:
     places, k = MotorPlaces.of(rig), rig.axis_names.index(axis)
     if rig.axis(axis) in rig.horizontal:
         thrust = rig.sharing * rig.model.thrust[axis]
-        return sum(thrust * motor.ratios[0] * each.f1 * rig.motor(motor).wave_number * each.current
-                   for motor, each in zip(rig.motors, at, strict=True) if motor.drives == axis)
-    alphas = np.array([each.stiffness for each in at])
+        return sum(thrust * motor.ratios[0] * pull.f1 * rig.motor(motor).wave_number * pull.current
+                   for motor, pull in zip(rig.motors, at, strict=True) if motor.drives == axis)
+    alphas = np.array([held.stiffness for held in at])
     return float(places.effects[k, 0::2] * alphas @ places.gaps[:, k]) / len(rig.motors)
 
 
@@ -181,13 +181,13 @@ def accelerations(rig: Rig, gap: float) -> tuple[float, float]:
 def steps(rig: Rig) -> dict[str, float]:
     """Step (m, rad) for which gains ask for half of the force left over at the start, horizontally for all of it."""
     vertical = min(accelerations(rig, rig.vertical.start))
-    found = {}
+    errors = {}
     for axis in rig.axes:
         given = 2.0 * strongest(rig, axis.name) if axis in rig.horizontal else max(vertical, 0.0)
         if axis.rotation:
             given *= rig.vertical.mass * rig.arm / axis.mass / sqrt(len(rig.motors))
-        found[axis.name] = 0.5 * given / max(abs(axis.design.gains[0]), 1e-9)
-    return found
+        errors[axis.name] = 0.5 * given / max(abs(axis.design.gains[0]), 1e-9)
+    return errors
 
 
 def longest_sample_time(rig: Rig) -> float:
@@ -228,14 +228,14 @@ class DelayedAxis(NamedTuple):
 
     def rate(self, terms: Complex) -> tuple[float, float]:
         """Rate (rad/s) for the fast poles under a regulator's terms (see `law_terms`), and its margin."""
-        found = (float(self.rates[0]), 0.0)
+        best = (float(self.rates[0]), 0.0)
         for rate in self.rates.tolist():
             margin = self.disk(terms @ weights(regulator_gains(rate)))
-            if margin > found[1]:
-                found = rate, margin
+            if margin > best[1]:
+                best = rate, margin
             if margin >= DISK and not self.best:
                 break
-        return found
+        return best
 
 
 def delayed(rig: Rig, axis: RigAxis, z: Complex) -> DelayedAxis:
@@ -328,10 +328,10 @@ def designed_rates(rig: Rig, axes: Sequence[str], observer_time: float | None) -
         return (OBSERVER_TIMES[0] if observer_time is None else observer_time), best[2], 0.0
     for time in OBSERVER_TIMES if observer_time is None else (observer_time,):
         terms = law_terms(time, rig.sample_time, z)
-        found = {axis: loop.rate(terms) for axis, loop in loops.items()}
-        margin = min(each for _, each in found.values())
+        rates = {axis: loop.rate(terms) for axis, loop in loops.items()}
+        margin = min(margin for _, margin in rates.values())
         if margin > best[0] or best[1] == 0.0:
-            best = margin, time, {axis: kept(rate) for axis, (rate, _) in found.items()}
+            best = margin, time, {axis: kept(rate) for axis, (rate, _) in rates.items()}
         if margin >= DISK:
             break
     return best[1], best[2], best[0]

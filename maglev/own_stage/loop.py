@@ -17,13 +17,13 @@ LARGEST = 0.2           # step, of the way
 
 def setpoints(rig: Rig) -> dict[str, list[float]]:
     """Set-points of every axis (mm, mrad), at the times of `TIMES`: within the travel and the forces of the stage."""
-    found, largest = {}, steps(rig)
+    gaps, largest = {}, steps(rig)
     for axis, shares in zip(rig.axes, SHARES, strict=False):
         stop, start = axis.stop or rig.gap_stop, rig.vertical.start if axis.rotation else axis.start
         way = min(start - stop.lower, stop.upper - start) / (rig.arm if axis.rotation else 1.0)
         step = min(LARGEST * way, largest[axis.name])
-        found[axis.name] = [float(f"{1e3 * (axis.start + float(f'{share * step:.1g}')):.6g}") for share in shares]
-    return found
+        gaps[axis.name] = [float(f"{1e3 * (axis.start + float(f'{share * step:.1g}')):.6g}") for share in shares]
+    return gaps
 
 
 def setpoint_signals(rig: Rig) -> list[dict[str, Any]]:
@@ -53,7 +53,7 @@ def loop_table(rig: Rig) -> dict[str, Any]:
                         "vertical": axis == rig.vertical.name, "rotation": of.rotation}
                  for of in rig.axes for axis in [of.name]},
         "motors": {motor: {"currents": [f"plant.{motor}.i_{phase}" for phase in PHASES],
-                           "commands": [f"controller.{motor}.i_{each}_cmd" for each in ("d", "q", *PHASES)]}
+                           "commands": [f"controller.{motor}.i_{current}_cmd" for current in ("d", "q", *PHASES)]}
                    for motor in motors},
         "metrics": {"bands": bands, "fail_error": 1e-3, **(tilts if rig.rotations else {})},
         "check": {"interval": 0.1, "signals": {f"plant.{axis.name}.position": {

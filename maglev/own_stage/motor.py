@@ -71,7 +71,7 @@ def read_motor(given: Sequence[str]) -> Motor:
     RigError with name, value and what was expected.
     """
     table: dict[str, object] = {}
-    known = [each.name for each in fields(Motor)]
+    known = [field.name for field in fields(Motor)]
     for text in given:
         key, equals, value = text.partition("=")
         if not equals:
@@ -83,7 +83,7 @@ def read_motor(given: Sequence[str]) -> Motor:
             raise RigError(f"--motor {text}: no such key; nearest is {nearest(key, known)}")
         else:
             table[key] = value if key == "currents" else number_or_text(value)
-    lacking = [each.name for each in fields(Motor) if each.default is MISSING and each.name not in table]
+    lacking = [field.name for field in fields(Motor) if field.default is MISSING and field.name not in table]
     if lacking:
         raise RigError(f"--motor: without {', '.join(lacking)}, expected KEY=VALUE of each, or to begin with one of "
                        f"{', '.join(MOTORS)}")

@@ -52,11 +52,11 @@ def read_own(path: Path) -> Rig:
         rig = replace(rig, stage=catalogue_constants(f"{path}: catalogue", sheet, rig),
                       sources={"stage": "from the motor's data sheet", **rig.sources})
     # By it currents are limited, those of other motors in proportion to theirs.
-    peak = min(each.amplifier.peak for each in [each for each in rig.motors if each.name not in unlike]
+    peak = min(motor.amplifier.peak for motor in [motor for motor in rig.motors if motor.name not in unlike]
                or rig.motors[:1])
     rig = replace(rig, motors=tuple(
-        with_kind(reader, rig, each, unlike[each.name], sheets[each.name], peak) if each.name in unlike else each
-        for each in rig.motors))
+        with_kind(reader, rig, motor, unlike[motor.name], sheets[motor.name], peak) if motor.name in unlike else motor
+        for motor in rig.motors))
     if not with_model:
         rig = replace(rig, model=rig.stage)
     if not with_estimator:
@@ -80,12 +80,12 @@ def unlike_motors(table: Table) -> dict[str, Table]:
     What all of them say and the table does not is the first one's.
     """
     motors = tables(table, "motors")
-    found = {name: {key: motor.pop(key) for key in KIND if isinstance(motor.get(key), dict)}
+    kinds = {name: {key: motor.pop(key) for key in KIND if isinstance(motor.get(key), dict)}
              for name, motor in motors.items()}
     for key in KIND:
-        if key not in table and "stage" not in table and found and all(key in of for of in found.values()):
-            table[key] = next(iter(found.values()))[key]
-    return {name: of for name, of in found.items() if of}
+        if key not in table and "stage" not in table and kinds and all(key in of for of in kinds.values()):
+            table[key] = next(iter(kinds.values()))[key]
+    return {name: of for name, of in kinds.items() if of}
 
 
 def with_kind(reader: Reader, rig: Rig, motor: RigMotor, of: Table, sheet: Catalogue | None, peak: float) -> RigMotor:
@@ -187,11 +187,11 @@ def designed(rig: Rig, missing: dict[str, set[str]], observer_time: bool) -> Rig
     for axis in rig.axes:
         if missing[axis.name]:
             rate = rates[axis.name]
-            found: dict[str, Any] = {"gains": regulator_gains(rate), "bandwidth": kept(BANDWIDTH * rate),
-                                     "pid": (-SLOW * rate, -FAST[0] * rate, FAST[1] * rate)}
+            design: dict[str, Any] = {"gains": regulator_gains(rate), "bandwidth": kept(BANDWIDTH * rate),
+                                      "pid": (-SLOW * rate, -FAST[0] * rate, FAST[1] * rate)}
             # Steps of gap and tilts share the currents of the motors: without a pre-filter they end on the stops.
             tilting = rig.rotations and axis not in rig.horizontal
-            found["prefilter"] = min(found["bandwidth"], 1.0 / rig.sample_time) if tilting else 0.0
-            axis = replace(axis, design=replace(axis.design, **{key: found[key] for key in missing[axis.name]}))
+            design["prefilter"] = min(design["bandwidth"], 1.0 / rig.sample_time) if tilting else 0.0
+            axis = replace(axis, design=replace(axis.design, **{key: design[key] for key in missing[axis.name]}))
         axes.append(axis)
     return replace(rig, axes=tuple(axes), design=replace(rig.design, observer_time=time))

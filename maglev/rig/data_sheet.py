@@ -166,7 +166,7 @@ def catalogue_constants(place: str, sheet: Catalogue, rig: Rig) -> Constants:
     elif iron is None:
         iron = coils**2 / (4.0 * attraction)
     return Constants({axis.name: kept(thrust / axis.mass) for axis in rig.horizontal},
-                     *(kept(each / vertical.mass) for each in (attraction, coils, iron)))
+                     *(kept(constant / vertical.mass) for constant in (attraction, coils, iron)))
 
 
 def formulas(of: Winding, motor: MotorGeometry) -> tuple[float, float, float, float]:

@@ -49,8 +49,8 @@ class Reader:
         """Dataclass of a table at a place of the file; `known` values are not in it."""
         if not isinstance(table, dict):
             self.refuse(place, f"{table!r}, expected a table")
-        members = {each.name: each for each in fields(kind)
-                   if each.name not in known and each.metadata.get("file", True)}
+        members = {member.name: member for member in fields(kind)
+                   if member.name not in known and member.metadata.get("file", True)}
         hints = get_type_hints(kind)
         for key in table:
             if key not in members:
@@ -67,7 +67,7 @@ class Reader:
     def value(self, hint: Any, given: Any, key: str, metadata: Mapping[str, Any]) -> Any:
         """A value of the type that a field has."""
         if get_origin(hint) in (types.UnionType, Union):
-            hint = next(each for each in get_args(hint) if each is not type(None))
+            hint = next(kind for kind in get_args(hint) if kind is not type(None))
         if is_dataclass(hint):
             return self.read(cast(type, hint), given, key)
         if get_origin(hint) is tuple:
@@ -81,7 +81,7 @@ class Reader:
             if not isinstance(given, dict):
                 self.refuse(key, f"{given!r}, expected a table")
             inner = get_args(hint)[1]
-            return {name: self.value(inner, each, f"{key}.{name}", metadata) for name, each in given.items()}
+            return {name: self.value(inner, entry, f"{key}.{name}", metadata) for name, entry in given.items()}
         if hint is float:
             return self.number(given, key, metadata.get("unit"), metadata.get("low"), metadata.get("high"))
         if not isinstance(given, hint):
@@ -95,19 +95,19 @@ class Reader:
         for name in given:
             if not re.fullmatch(r"[a-z][a-z0-9_]*", name):
                 self.refuse(key, f"{name!r}, expected a name of small letters, digits and _, a letter first")
-        found = []
+        members = []
         for name, table in given.items():
             self.rotation = isinstance(table, dict) and table.get("rotation") is True
-            found.append(self.read(kind, table, f"{key}.{name}", name=name))
+            members.append(self.read(kind, table, f"{key}.{name}", name=name))
         self.rotation = False
-        return tuple(found)
+        return tuple(members)
 
     def numbers(self, given: Any, key: str, low: float | None, high: float | None) -> tuple[float, ...]:
         name = key.rpartition(".")[2]
         length = LENGTHS.get(name)
         if not isinstance(given, list) or length not in (None, len(given)):
             self.refuse(key, f"{given!r}, expected a list of {'' if length is None else f'{length} '}numbers")
-        return tuple(self.number(each, key, LIST_UNITS.get(name), low, high) for each in given)
+        return tuple(self.number(number, key, LIST_UNITS.get(name), low, high) for number in given)
 
     def number(self, given: Any, key: str, unit: str | None = None, low: float | None = None,
                high: float | None = None) -> float:

@@ -39,13 +39,13 @@ def environment() -> "Environment":
 @cache
 def own_names() -> frozenset[str]:
     """Names that blocks have of their own: no axis and no motor can be called so."""
-    found = {*kwlist, *KEYWORDS_OF_C, "self", "t", "dt", "law", HELD}
+    taken = {*kwlist, *KEYWORDS_OF_C, "self", "t", "dt", "law", HELD}
     for path in TEMPLATES.rglob("*.j2"):
         if path.name.endswith((".html.j2", ".toml.j2")) or path.parent.name == "repository":
             continue
         code = MARKED.sub("Ø", path.read_text(encoding="utf-8"))   # a letter that no name has
-        found.update(name for group in OWN.findall(code) for name in re.findall(r"\w+", "".join(group)))
-    return frozenset(found)
+        taken.update(name for group in OWN.findall(code) for name in re.findall(r"\w+", "".join(group)))
+    return frozenset(taken)
 
 
 def render(template: str, rig: Rig, **more: Any) -> str:
@@ -117,4 +117,4 @@ def words(rig: Rig) -> dict[str, Any]:
                          if motor in unlike else f"rows.add(geometry, {motor}_place.gap_measured, {motor})"
                          for motor in names] for axis, names in motors_of.items()},
         "turning": [(motor.name, motor.name if motor.kind else motor.drives) for motor in rig.motors],
-        "meaning": {each.name: each.meaning.removesuffix(rig.equation).strip() for each in rig.constants}}
+        "meaning": {constant.name: constant.meaning.removesuffix(rig.equation).strip() for constant in rig.constants}}
