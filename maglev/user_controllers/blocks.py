@@ -27,5 +27,5 @@ BUILT: dict[str, Block] = {}
 
 def built_blocks(files: Mapping[str, Path]) -> dict[str, Block]:
     """Of FMUs by name, the blocks of those that this process has built of users' classes."""
-    found = {name: BUILT.get(digest_of(path)) for name, path in files.items()} if BUILT else {}
-    return {name: block for name, block in found.items() if block is not None}
+    built = {name: BUILT.get(digest_of(path)) for name, path in files.items()} if BUILT else {}
+    return {name: block for name, block in built.items() if block is not None}

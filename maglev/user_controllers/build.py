@@ -104,8 +104,8 @@ def buildable(path: Path, parts: tuple[str, ...], native: bool) -> Iterator[Buil
     name, modules = definition.name, read(file)
     for problem in modules.problems:
         raise BuildError(problem)
-    texts = {module: each.renamed for module, each in modules.modules.items()}
-    files = {module: each.file.name for module, each in modules.modules.items()}
+    texts = {module: own.renamed for module, own in modules.modules.items()}
+    files = {module: own.file.name for module, own in modules.modules.items()}
     main = own_name(file.stem)
     if native:
         require_subset(modules, name)
@@ -150,9 +150,9 @@ def importable(texts: Mapping[str, str]) -> Iterator[Path]:
 def require_subset(modules: OwnModules, name: str) -> None:
     """Refuse the first line that a native FMU cannot have."""
     for module in modules.modules.values():
-        found = first_misfit(module.renamed, name)
-        if found is not None:
-            line, what = found
+        misfit = first_misfit(module.renamed, name)
+        if misfit is not None:
+            line, what = misfit
             raise BuildError(f"{module.file.name}, line {line}: a native FMU cannot have {what}; without "
                              f"{option('kind', 'native')} the FMU runs Python and can have it")
 
@@ -175,7 +175,7 @@ def require_own_names(modules: OwnModules, carried: Mapping[str, str]) -> None:
         for name, line in defined_names(text).items():
             place = f"{file}, line {line}"
             if places.setdefault(name, place) != place:
-                mine, other = sorted((place, places[name]), key=lambda each: ".py" not in each)
+                mine, other = sorted((place, places[name]), key=lambda place: ".py" not in place)
                 raise BuildError(f"{mine}: {name} is also defined in {other}, a native FMU needs names of their own: "
                                  "expected another one")
 
@@ -223,4 +223,4 @@ def imports(law: Any, ports: Iterable[str]) -> list[str]:
     """Imports of the class and of those of its parts that have outputs, which pyccel has to know."""
     parts = {type(attrgetter(".".join(parts[:depth]))(law)) for port in ports for parts in [port.split(".")]
              for depth in range(1, len(parts))}
-    return sorted({f"from {each.__module__} import {each.__name__}" for each in (type(law), *parts)})
+    return sorted({f"from {part.__module__} import {part.__name__}" for part in (type(law), *parts)})

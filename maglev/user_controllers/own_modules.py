@@ -90,7 +90,7 @@ class Reader:
         lines = text.encode("utf-8").split(b"\n")
         nodes = [node for node in ast.walk(parsed(text, str(file)))
                  if isinstance(node, (ast.Import, ast.ImportFrom))]
-        for node in sorted(nodes, key=lambda each: (each.lineno, each.col_offset), reverse=True):
+        for node in sorted(nodes, key=lambda node: (node.lineno, node.col_offset), reverse=True):
             written = self.imports(name, file, node)
             if written is not None:
                 assert node.end_lineno is not None

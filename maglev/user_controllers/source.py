@@ -66,9 +66,9 @@ def path_of(given: Given) -> Path:
     """
     if isinstance(given, str | Path):
         return Path(given)
-    found = given if isinstance(given, type) else class_of(given)
-    paths = (Path(f"{GIVEN}{found.__name__}{f' ({number})' if number > 1 else ''}") for number in count(1))
-    return next(path for path in paths if CLASSES.setdefault(path, found) is found)
+    written = given if isinstance(given, type) else class_of(given)
+    paths = (Path(f"{GIVEN}{written.__name__}{f' ({number})' if number > 1 else ''}") for number in count(1))
+    return next(path for path in paths if CLASSES.setdefault(path, written) is written)
 
 
 def class_of(given: object) -> type:
@@ -110,9 +110,9 @@ def name_of(given: Given) -> str:
 
 def file_of(path: Path) -> tuple[Path, str | None]:
     """File that a path names, and the class in it."""
-    found = SOURCE.match(str(path))
-    assert found is not None
-    return Path(found[1]), found[2]
+    match = SOURCE.match(str(path))
+    assert match is not None
+    return Path(match[1]), match[2]
 
 
 @contextmanager
@@ -130,8 +130,8 @@ def folder_first(folder: Path) -> Iterator[None]:
         yield
     finally:
         sys.dont_write_bytecode = writes
-        for each in folders:
-            sys.path.remove(str(each))
+        for path in folders:
+            sys.path.remove(str(path))
         for name in set(sys.modules) - before:
             if Path(getattr(sys.modules[name], "__file__", None) or ".").parent in folders:
                 del sys.modules[name]
@@ -205,9 +205,9 @@ def copy_of(path: Path) -> Path:
         return path
     file, name = existing(path), file_of(path)[1]
     folder = file.absolute().parent
-    found = {module.file.absolute() for module in read(file).modules.values()}
-    packages = {parent / "__init__.py" for each in found for parent in each.parents if folder in parent.parents}
-    files = {str(each.relative_to(folder)): each.read_bytes() for each in {*found, *packages} if each.is_file()}
+    modules = {module.file.absolute() for module in read(file).modules.values()}
+    packages = {parent / "__init__.py" for path in modules for parent in path.parents if folder in parent.parents}
+    files = {str(path.relative_to(folder)): path.read_bytes() for path in {*modules, *packages} if path.is_file()}
     copy = copied(files, folder) / file.name
     return copy if name is None else Path(f"{copy}:{name}")
 
@@ -239,8 +239,8 @@ def defined(file: Path, name: str | None, modules: OwnModules) -> WrittenDefinit
             specification.loader.exec_module(module)
         except RAISED as error:
             raise ControllerError(in_file(error, file)) from error
-        classes = {each.__name__: each for each in vars(module).values()
-                   if isinstance(each, type) and each.__module__ == unique}
+        classes = {member.__name__: member for member in vars(module).values()
+                   if isinstance(member, type) and member.__module__ == unique}
         return declared(chosen(file, name, classes), file)
 
 
@@ -260,7 +260,7 @@ def in_file(error: BaseException, file: Path) -> str:
 
 def chosen(file: Path, name: str | None, classes: dict[str, type]) -> type:
     """Class of that name; the only one with outputs if there is no name."""
-    blocks = [each for each, found in classes.items() if hasattr(found, "outputs") or hasattr(found, "inputs")]
+    blocks = [name for name, member in classes.items() if hasattr(member, "outputs") or hasattr(member, "inputs")]
     if name is not None:
         if name not in classes:
             raise ControllerError(f"{file.name}:{name}: there is no class {name} in it, nearest is "
@@ -279,22 +279,22 @@ def load_class(path: Path) -> Written:
     if path not in CLASSES:
         raise ControllerError(f"{path}: it was given as a class, which only the process that defines it can run, and "
                               "this takes others; expected its file, such as lqi.py or lqi.py:LQI")
-    found = CLASSES[path]
+    given = CLASSES[path]
     try:
-        text = inspect.getsource(found)
+        text = inspect.getsource(given)
     except (OSError, TypeError):
         sha256: tuple[tuple[str, str], ...] = ()   # it was typed, and not kept
     else:
         sha256 = ((str(path), hashlib.sha256(text.encode("utf-8")).hexdigest()),)
-    return Written(declared(found, None), None, (), sha256)
+    return Written(declared(given, None), None, (), sha256)
 
 
-def declared(found: type, file: Path | None) -> WrittenDefinition:
+def declared(written: type, file: Path | None) -> WrittenDefinition:
     """Definition of a class; ControllerError names its file, and the line in it."""
     try:
-        return definition_of(found, SampleClock, WRITTEN_ICON, WRITTEN_SKETCH)
+        return definition_of(written, SampleClock, WRITTEN_ICON, WRITTEN_SKETCH)
     except Undeclared as error:
-        place = f"{line_in(file, found.__name__, error.word)}: " if file else ""
+        place = f"{line_in(file, written.__name__, error.word)}: " if file else ""
         raise ControllerError(f"{place}{error}") from error
     except ExportError as error:
         raise ControllerError(f"{file.name}: {error}" if file else str(error)) from error

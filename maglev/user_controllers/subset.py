@@ -42,7 +42,7 @@ def misfits(tree: ast.Module, tables: str) -> Iterator[tuple[int, str]]:
     """Lines and descriptions of everything that does not fit."""
     left_out = {line for first, last in table_lines(tree, tables) for line in range(first, last + 1)}
     # Neither documentation nor types get into C.
-    silent = {id(inner) for each in ast.walk(tree) for outer in annotations(each) for inner in ast.walk(outer)}
+    silent = {id(inner) for node in ast.walk(tree) for outer in annotations(node) for inner in ast.walk(outer)}
     silent |= {id(node.body[0].value) for node in ast.walk(tree)
                      if isinstance(node, (ast.Module, ast.ClassDef, ast.FunctionDef)) and node.body
                      and isinstance(node.body[0], ast.Expr)}
@@ -82,8 +82,8 @@ def annotations(node: ast.AST) -> Iterator[ast.AST]:
 
 def table_lines(tree: ast.Module, name: str | None) -> list[tuple[int, int]]:
     """First and last lines of the tables of a class; of all without a name."""
-    return [(node.lineno, node.end_lineno or node.lineno) for each in tree.body
-            if isinstance(each, ast.ClassDef) and name in (None, each.name) for node in each.body
+    return [(node.lineno, node.end_lineno or node.lineno) for statement in tree.body
+            if isinstance(statement, ast.ClassDef) and name in (None, statement.name) for node in statement.body
             if isinstance(node, (ast.Assign, ast.AnnAssign))
             and any(isinstance(target, ast.Name) and target.id in TABLES
                     for target in (node.targets if isinstance(node, ast.Assign) else [node.target]))]
@@ -95,7 +95,7 @@ def declaring_line(text: str, name: str | None, word: str) -> int | None:
     tables = table_lines(tree, name)
     words = [(node.lineno, node.value if isinstance(node, ast.Constant) else node.id)
              for node in ast.walk(tree) if isinstance(node, ast.Constant | ast.Name)]
-    return next((line for line, found in words if found == word
+    return next((line for line, known in words if known == word
                  and any(first <= line <= last for first, last in tables)), None)
 
 
@@ -121,9 +121,9 @@ def of_class(node: ast.ClassDef, left_out: set[int]) -> Iterator[tuple[int, str]
     """Classes that are more than attributes and methods."""
     if node.bases or node.keywords or node.decorator_list:
         yield node.lineno, f"class {node.name} with a base or a decorator: expected a plain class"
-    for each in node.body:
-        if isinstance(each, (ast.Assign, ast.AnnAssign)) and each.lineno not in left_out:
-            yield each.lineno, "an attribute of the class: expected it in __init__, as self.…"
+    for statement in node.body:
+        if isinstance(statement, (ast.Assign, ast.AnnAssign)) and statement.lineno not in left_out:
+            yield statement.lineno, "an attribute of the class: expected it in __init__, as self.…"
 
 
 def of_function(node: ast.FunctionDef) -> Iterator[tuple[int, str]]:
@@ -165,8 +165,8 @@ def always_ends(texts: Iterable[str]) -> bool:
         if isinstance(node, ast.FunctionDef):
             own = owners.get(node, "")
             calls.setdefault((own, node.name), set()).update(
-                each for inner in ast.walk(node) if isinstance(inner, ast.Call)
-                for each in called(inner.func, own, classes, holding))
+                callee for inner in ast.walk(node) if isinstance(inner, ast.Call)
+                for callee in called(inner.func, own, classes, holding))
     try:
         TopologicalSorter(calls).prepare()
     except CycleError:
@@ -183,7 +183,7 @@ def called(function: ast.expr, own: str, classes: set[str],
     elif (owner := last_name(function.value)) == "self":
         yield own, name
     else:
-        yield from ((each, name) for each in holding.get(owner, classes))
+        yield from ((kind, name) for kind in holding.get(owner, classes))
 
 
 def last_name(node: ast.expr) -> str:
@@ -194,4 +194,4 @@ def last_name(node: ast.expr) -> str:
 def is_counted(over: ast.expr) -> bool:
     """Whether a loop goes over a range of numbers that stand there."""
     return (isinstance(over, ast.Call) and last_name(over.func) == "range"
-            and all(isinstance(each, ast.Constant) for each in over.args))
+            and all(isinstance(argument, ast.Constant) for argument in over.args))
