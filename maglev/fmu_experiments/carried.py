@@ -65,11 +65,11 @@ def carried_experiments(path: Path) -> list[CarriedExperiment]:
         raise FmuError(f"{path}: there is no such file{nearest_file(path)}, expected an FMU") from None
     except (OSError, BadZipFile, zlib.error, NotImplementedError, RuntimeError) as error:
         raise FmuError(f"{path}: cannot be read as an FMU: {error}") from error
-    found = [*(in_manifest(path, files) if MANIFEST in files else ()), *beside(path)]
-    if not found:
+    carried = [*(in_manifest(path, files) if MANIFEST in files else ()), *beside(path)]
+    if not carried:
         raise FmuError(f"{path}: carries no experiments, expected {MANIFEST} with some in it, or {path.stem}_ref.csv "
                        "beside it")
-    return found
+    return carried
 
 
 def beside(path: Path) -> Iterator[CarriedExperiment]:
@@ -141,7 +141,7 @@ def experiment(path: Path, place: str, element: Element, files: Mapping[str, byt
         return CarriedExperiment(label, problem=f"{place}: {analyses[0]}, expected TransientSimulation: no other kind "
                                                 "of experiment is run")
     times = {**element.attrib, **(transient.attrib if transient is not None else {})}
-    found: dict[str, File] = {}
+    by_tag: dict[str, File] = {}
     for tag, kind in (("Parameters", SSV_TYPE), ("Stimuli", CSV_TYPE), ("References", CSV_TYPE)):
         child = element.find(tag)
         if child is None:
@@ -152,10 +152,10 @@ def experiment(path: Path, place: str, element: Element, files: Mapping[str, byt
             return CarriedExperiment(label, problem=f"{place}: {tag} are of type {given}, expected {kind}")
         if name is None or name not in files:
             return CarriedExperiment(label, problem=missing(source, place, files))
-        found[tag] = File(f"{path}: {name}", files[name])
+        by_tag[tag] = File(f"{path}: {name}", files[name])
         if tag == "References":
             options = options_of(path, name, files)
-    if "References" not in found:
+    if "References" not in by_tag:
         return CarriedExperiment(label, problem=f"{place}: experiment {label} has no References, expected some to "
                                                 "compare with")
     try:
@@ -164,8 +164,8 @@ def experiment(path: Path, place: str, element: Element, files: Mapping[str, byt
     except FmuError as error:
         return CarriedExperiment(label, problem=str(error))
     return CarriedExperiment(label, numbers.get("startTime"), numbers.get("stopTime"), numbers.get("stepSize"),
-                             numbers.get("tolerance"), found.get("Parameters"), found.get("Stimuli"),
-                             found["References"], options)
+                             numbers.get("tolerance"), by_tag.get("Parameters"), by_tag.get("Stimuli"),
+                             by_tag["References"], options)
 
 
 def number(place: str, key: str, text: str) -> float:

@@ -48,7 +48,7 @@ class Expected(NamedTuple):
 
 def named(paths: Sequence[Path]) -> dict[str, tuple[Path, CarriedExperiment]]:
     """Every experiment of FMUs, by the name that its outcome has."""
-    found: dict[str, tuple[Path, CarriedExperiment]] = {}
+    by_name: dict[str, tuple[Path, CarriedExperiment]] = {}
     for path in paths:
         try:
             experiments = carried_experiments(path)
@@ -56,9 +56,9 @@ def named(paths: Sequence[Path]) -> dict[str, tuple[Path, CarriedExperiment]]:
             experiments = [CarriedExperiment("", problem=in_one_line(error).removeprefix(f"{path}: "))]
         for experiment in experiments:
             name = f"{path}, {experiment.name}" if experiment.name else str(path)
-            same = sum(other == name or other.startswith(f"{name} (") for other in found)
-            found[f"{name} ({same + 1})" if same else name] = (path, experiment)
-    return found
+            same = sum(other == name or other.startswith(f"{name} (") for other in by_name)
+            by_name[f"{name} ({same + 1})" if same else name] = (path, experiment)
+    return by_name
 
 
 def check_fmus(paths: Iterable[str | Path], *, jobs: int | None = None, junit: str | Path | None = None,
@@ -91,20 +91,20 @@ def check_fmus(paths: Iterable[str | Path], *, jobs: int | None = None, junit: s
     list of CheckResult
         One for each experiment, with the status "passed", "deviated" or "error".
     """
-    found = named([Path(path) for path in paths])
-    with watch(list(found)) if watch else nullcontext(lambda name, done, steps: None) as watcher:
-        results = check_all(found, processors(jobs), watcher, timeout, partial)
+    experiments = named([Path(path) for path in paths])
+    with watch(list(experiments)) if watch else nullcontext(lambda name, done, steps: None) as watcher:
+        results = check_all(experiments, processors(jobs), watcher, timeout, partial)
     if junit is not None:
         write_junit(Path(junit), results)
     return results
 
 
-def check_all(found: Mapping[str, tuple[Path, CarriedExperiment]], jobs: int, watch: Watcher,
+def check_all(experiments: Mapping[str, tuple[Path, CarriedExperiment]], jobs: int, watch: Watcher,
               timeout: float = TIMEOUT, partial: bool = False) -> list[CheckResult]:
     """Check experiments of FMUs, by the names of their outcomes, in other processes, at most `jobs` at a time."""
-    return list(in_order({name: set() for name in found},
-                         lambda name, _: functools.partial(check_experiment, name, *found[name], partial=partial), jobs,
-                         lambda name, message: CheckResult(name, "error", message, None, {}, 0.0), watch,
+    return list(in_order({name: set() for name in experiments},
+                         lambda name, _: functools.partial(check_experiment, name, *experiments[name], partial=partial),
+                         jobs, lambda name, message: CheckResult(name, "error", message, None, {}, 0.0), watch,
                          timeout).values())
 
 
@@ -197,8 +197,8 @@ def times_of(experiment: CarriedExperiment, description: ModelDescription, run: 
     default = description.defaultExperiment
     internal = getattr(description.coSimulation, "fixedInternalStepSize", None)
 
-    def first(*found: Any) -> float | None:
-        return next((float(value) for value in found if value is not None), None)
+    def first(*candidates: Any) -> float | None:
+        return next((float(value) for value in candidates if value is not None), None)
 
     def of_default(key: str) -> Any:
         return getattr(default, key, None)

@@ -34,18 +34,18 @@ class Times(NamedTuple):
 def description_of(path: Path) -> ModelDescription:
     """Model description of an FMU of FMI 2.0 or 3.0."""
     try:
-        found = fmpy.read_model_description(str(path))
+        description = fmpy.read_model_description(str(path))
     except Exception as error:   # fmpy raises whatever zipfile, lxml and its own checks raise
         raise FmuError(f"{path}: cannot be read as an FMU: {in_one_line(error)}") from error
-    if found.fmiVersion != "2.0" and not found.fmiVersion.startswith("3.0"):
-        raise FmuError(f"{path}: is an FMI {found.fmiVersion} FMU, expected FMI 2.0 or 3.0")
-    kind = found.coSimulation or found.modelExchange
+    if description.fmiVersion != "2.0" and not description.fmiVersion.startswith("3.0"):
+        raise FmuError(f"{path}: is an FMI {description.fmiVersion} FMU, expected FMI 2.0 or 3.0")
+    kind = description.coSimulation or description.modelExchange
     if kind is None:
         raise FmuError(f"{path}: is for scheduled execution only, expected co-simulation or model exchange")
     if IDENTIFIER.fullmatch(kind.modelIdentifier) is None:   # a path would load a library from outside the archive
         raise FmuError(f"{path}: has modelIdentifier = {shortened(kind.modelIdentifier)}, expected letters, digits and "
                        "underscores")
-    return found
+    return description
 
 
 def fly(path: Path, description: ModelDescription, times: Times, parameters: Mapping[str, str],

@@ -73,21 +73,20 @@ def pack_reference(fmu: str | Path, scenario: str | Path, *, name: str | None = 
     if place not in plan.fmus:
         raise ScenarioError(f"{place}: is not in the scenario {plan.name}, expected one of {', '.join(plan.fmus)}")
     know_stage_of(plan)
-    needed = [each.model for key, each in plan.fmus.items() if key != place and each.model is not None]
+    needed = [fmu.model for key, fmu in plan.fmus.items() if key != place and fmu.model is not None]
     experiment = prepare(plan, fmus_for_runs(needed, fmus), {} if name is None else {place: Replacement(path)}, {})
     experiment.require_current()
     recording = experiment.run(lambda done, steps: watch(plan.name, min(done, steps - 1), steps))
-    found = as_in_baseline(recorded(experiment, recording, place, plan.name, VALIDATION,
+    files = as_in_baseline(recorded(experiment, recording, place, plan.name, VALIDATION,
                                     f"As {place} in the scenario {plan.name}: {plan.title}", rows_apart(experiment)),
-                           plan, place)
-    files = found.files()
+                           plan, place).files()
     size = sum(map(len, files.values()))
     if size > LARGEST:
         raise ScenarioError(f"{plan.path}: stop_time = {plan.stop_time} s: the experiment takes {1e-6 * size:.1f} MB, "
                             f"expected at most {1e-6 * LARGEST:g} MB: a shorter scenario")
     with whole_file(Path(out) if out is not None else path) as unfinished:
         with_experiment(path, unfinished, plan.name, files)
-        own = [each for each in carried_experiments(unfinished) if each.name == plan.name]
+        own = [carried for carried in carried_experiments(unfinished) if carried.name == plan.name]
         result, = check_all({plan.name: (unfinished, own[0])}, 1, watch)
         if result.status != "passed":
             raise FmuError(f"{path}: run alone with what it got in {plan.name} it {result.message}; expected what it "
@@ -110,13 +109,13 @@ def rows_apart(experiment: Experiment) -> int:
     return max(1, round(check.interval / experiment.step)) if check.signals else experiment.output_every()
 
 
-def as_in_baseline(found: ExperimentFiles, plan: RunPlan, place: str) -> ExperimentFiles:
+def as_in_baseline(experiment_files: ExperimentFiles, plan: RunPlan, place: str) -> ExperimentFiles:
     """The experiment with the results and tolerances that a baseline of the scenario has of the FMU, if it has any."""
     wanted = {signal.removeprefix(f"{place}."): tolerance for signal, tolerance in plan.check.signals.items()
-              if signal.removeprefix(f"{place}.") in found.results and signal.startswith(f"{place}.")}
+              if signal.removeprefix(f"{place}.") in experiment_files.results and signal.startswith(f"{place}.")}
     if not wanted:
-        return found
-    return replace(found, results={key: found.results[key] for key in ("time", *wanted)},
+        return experiment_files
+    return replace(experiment_files, results={key: experiment_files.results[key] for key in ("time", *wanted)},
                    tolerances={key: (value.absolute, value.relative) for key, value in wanted.items()})
 
 

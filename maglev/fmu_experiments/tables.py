@@ -64,19 +64,19 @@ def numbers(file: File, name: str, texts: Sequence[str]) -> Array:
 
 def times(file: File, columns: Mapping[str, list[str]]) -> Array:
     """Times of a table, s; FmuError if one is before the one above it."""
-    found: Array = numbers(file, "time", columns["time"])[:, 0]
-    back = np.flatnonzero(np.diff(found) < 0.0)
+    instants: Array = numbers(file, "time", columns["time"])[:, 0]
+    back = np.flatnonzero(np.diff(instants) < 0.0)
     if len(back):
         k = int(back[0]) + 1
-        raise FmuError(f"{file.place}: row {k + 2}, column time is {found[k]:.9g}, expected no time before "
-                       f"{found[k - 1]:.9g}")
-    return found
+        raise FmuError(f"{file.place}: row {k + 2}, column time is {instants[k]:.9g}, expected no time before "
+                       f"{instants[k - 1]:.9g}")
+    return instants
 
 
 def input_array(file: File, variables: Mapping[str, ScalarVariable]) -> npt.NDArray[Any]:
     """Inputs as fmpy takes them; a column has to be an input or a tunable parameter of the FMU."""
     columns = read_table(file)
-    found = {"time": times(file, columns)}
+    by_name = {"time": times(file, columns)}
     for name, texts in columns.items():
         if name == "time":
             continue
@@ -87,18 +87,18 @@ def input_array(file: File, variables: Mapping[str, ScalarVariable]) -> npt.NDAr
                            if known else f"{file.place}: column {name}: the FMU has no inputs, expected no file")
         if variable.type in TEXTS:
             raise FmuError(f"{file.place}: column {name} is of type {variable.type}, expected numbers or Booleans")
-        found[name] = numbers(file, name, texts)
-    result = np.zeros(len(found["time"]), [(name, np.float64) if values.ndim == 1 or values.shape[1] == 1
-                                           else (name, np.float64, (values.shape[1],))
-                                           for name, values in found.items()])
-    for name, values in found.items():
+        by_name[name] = numbers(file, name, texts)
+    result = np.zeros(len(by_name["time"]), [(name, np.float64) if values.ndim == 1 or values.shape[1] == 1
+                                             else (name, np.float64, (values.shape[1],))
+                                             for name, values in by_name.items()])
+    for name, values in by_name.items():
         result[name] = values[:, 0] if values.ndim == 2 and values.shape[1] == 1 else values
     return result
 
 
 def start_values(file: File, variables: Mapping[str, ScalarVariable]) -> dict[str, str]:
     """Start values of a parameter set, as texts by name; FmuError for one that the FMU does not have."""
-    found = {}
+    options = {}
     for name, typed in parameters_in(parsed(file)):
         require_parameter(name, variables, f"{file.place}: the FMU", FmuError)
         if typed is None:
@@ -108,8 +108,8 @@ def start_values(file: File, variables: Mapping[str, ScalarVariable]) -> dict[st
             raise FmuError(f"{file.place}: parameter {name} = {shortened(value)}, expected a finite number")
         if variables[name].type == "Boolean" and value not in (*BOOLEANS, "0", "1"):
             raise FmuError(f"{file.place}: parameter {name} = {shortened(value)}, expected true or false")
-        found[name] = value
-    return found
+        options[name] = value
+    return options
 
 
 def options(file: File | None) -> tuple[dict[str, float], dict[str, Tolerance]]:

@@ -91,8 +91,8 @@ class Emulator:
             if not part:
                 raise EmulatorError(self.ended())
             data += part
-        status, instructions, stack, *_ = found = np.frombuffer(data, DOUBLE)
-        return Answer(int(status), int(instructions), int(stack), found[3:])
+        status, instructions, stack, *_ = numbers = np.frombuffer(data, DOUBLE)
+        return Answer(int(status), int(instructions), int(stack), numbers[3:])
 
     def ended(self) -> str:
         code = self.process.wait()

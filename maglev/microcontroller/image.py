@@ -44,8 +44,8 @@ def linked(name: str, files: Mapping[str, str], folder: Path) -> Image:
                       f"-Wl,--wrap={name}_sample", "-T", SCRIPT, f"{name}.c", "main.c", BOARD, "-o", f"{name}.elf"])
     path = folder / f"{name}.elf"
     sizes = sections(path.read_bytes())
-    return Image(path, sum(sizes.get(each, 0) for each in (".vectors", ".text", ".data")),
-                 sum(sizes.get(each, 0) for each in (".data", ".bss")), f"zig {version('ziglang')} -O2")
+    return Image(path, sum(sizes.get(section, 0) for section in (".vectors", ".text", ".data")),
+                 sum(sizes.get(section, 0) for section in (".data", ".bss")), f"zig {version('ziglang')} -O2")
 
 
 def sections(elf: bytes) -> dict[str, int]:

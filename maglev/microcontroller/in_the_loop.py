@@ -79,8 +79,8 @@ class Emulated:
 
     def get_real(self, references: list[int]) -> list[float]:
         """Read outputs, of the last sample, and what was set."""
-        return [float(self.answers[-1].outputs[self.readable[each]] if each in self.readable
-                      else self.values[self.settable[each]]) for each in references]
+        return [float(self.answers[-1].outputs[self.readable[reference]] if reference in self.readable
+                      else self.values[self.settable[reference]]) for reference in references]
 
     def set_boolean(self, references: list[int], values: list[bool]) -> None:
         self.set_real(references, [float(value) for value in values])

@@ -76,8 +76,9 @@ def measured(generated: Generated, experiment: Experiment, place: str, folder: P
     first, *samples = emulated.answers
     counts = np.array([answer.instructions for answer in samples])
     return Measured(
-        generated.definition.name, experiment.plan.name, image.flash, image.ram, max(each.stack for each in samples),
-        int(counts.min()), float(counts.mean()), int(counts.max()), first.instructions, len(counts),
+        generated.definition.name, experiment.plan.name, image.flash, image.ram,
+        max(sample.stack for sample in samples), int(counts.min()),
+        float(counts.mean()), int(counts.max()), first.instructions, len(counts),
         equal_columns(experiment, here, there), emulated.sample_time, image.compiler,
         f"QEMU {emulator_version()}, {MACHINE}", clock, cycles)
 
@@ -85,7 +86,7 @@ def measured(generated: Generated, experiment: Experiment, place: str, folder: P
 def equal_columns(experiment: Experiment, here: Recording, there: Recording) -> int:
     """Number of signals of two recordings; FmuError where a value of one has other bits."""
     for name, values in here.columns.items():
-        own, other = (np.asarray(each, np.float64).view(np.uint64) for each in (values, there.columns[name]))
+        own, other = (np.asarray(numbers, np.float64).view(np.uint64) for numbers in (values, there.columns[name]))
         apart = np.flatnonzero(own != other)
         if len(apart):
             k = int(apart[0])

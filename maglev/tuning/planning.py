@@ -66,9 +66,9 @@ class Cost:
         Among candidates that break limits, the one that breaks them less costs less (Deb's rules).
         """
         excess = self.excess(flown, before).mean(axis=1)
-        each = flown[..., list(self.minimised)].max(axis=-1)
+        largest = flown[..., list(self.minimised)].max(axis=-1)
         with np.errstate(invalid="ignore"):
-            cost = each.max(axis=1) if self.over == "worst" else each.mean(axis=1)
+            cost = largest.max(axis=1) if self.over == "worst" else largest.mean(axis=1)
         return np.asarray(np.where(excess > 0.0, REFUSED * (1.0 + excess), cost))
 
 
@@ -121,8 +121,8 @@ class Unknowns:
     def parameters(self, numbers: Array) -> Array:
         """Values of the parameters for numbers, shape (number of bounds,), rounded as they are written."""
         waiting = iter(numbers.tolist())
-        found = [value for part in self.parts for value in part.parameters([*islice(waiting, len(part.bounds))])]
-        return np.array([float(f"{value:.{DIGITS}g}") for value in found])
+        values = [value for part in self.parts for value in part.parameters([*islice(waiting, len(part.bounds))])]
+        return np.array([float(f"{value:.{DIGITS}g}") for value in values])
 
 
 def unknowns_of(tuning: TuneFile, omega0: dict[str, float]) -> Unknowns:
@@ -132,7 +132,7 @@ def unknowns_of(tuning: TuneFile, omega0: dict[str, float]) -> Unknowns:
         rate, damping = ends_of(poles.rate), ends_of(poles.damping)
         parts.append(PlacedPoles(tuple(poles.of), omega0[poles.of[0].partition(".")[0]],
                                  (rate, rate, damping, rate, damping)))
-    return Unknowns((*parts, *(PlainParameters(each.set, (ends_of(each),)) for each in tuning.search)))
+    return Unknowns((*parts, *(PlainParameters(searched.set, (ends_of(searched),)) for searched in tuning.search)))
 
 
 def ends_of(searched: Range) -> Ends:
@@ -200,7 +200,7 @@ def plan_tuning(tuning: TuneFile, experiment: Experiment, origin: str) -> Planne
 def once_each(varied: list[Varied], origin: str) -> list[Varied]:
     """What varies and what is searched; ScenarioError if something is set twice."""
     seen: set[str] = set()
-    for name in (name for each in varied for name in each.set):
+    for name in (name for entry in varied for name in entry.set):
         if name in seen:
             raise ScenarioError(f"{origin}: {name} is set twice, expected to be searched, or to vary, once")
         seen.add(name)
@@ -210,7 +210,7 @@ def once_each(varied: list[Varied], origin: str) -> list[Varied]:
 def numbers(columns: list[Column], known: dict[str, tuple[float, str]], asked: list[str],
             origin: str) -> tuple[int, ...]:
     names = [column.name for column in columns]
-    return tuple(names.index(name) for each in asked for name in meant(known, each, origin))
+    return tuple(names.index(name) for pattern in asked for name in meant(known, pattern, origin))
 
 
 def plants_of(study: StudyFile | None, targets: list[Target], origin: str) -> Array:

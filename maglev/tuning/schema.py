@@ -39,9 +39,9 @@ class Poles(Table):
     @model_validator(mode="after")
     def stable(self) -> "Poles":
         """Refuse poles that are not on the left."""
-        for key, each in (("rate", self.rate), ("damping", self.damping)):
-            if not each.low.value > 0.0:
-                raise key_refused("low", each.low.written, "expected more than 0", key)
+        for key, ends in (("rate", self.rate), ("damping", self.damping)):
+            if not ends.low.value > 0.0:
+                raise key_refused("low", ends.low.written, "expected more than 0", key)
         return self
 
 
@@ -106,7 +106,7 @@ def load_tuning(name_or_path: str | Path) -> tuple[TuneFile, Path]:
 
 def read_tuning(table: Mapping[str, Any], path: Path) -> TuneFile:
     """A tuning file as a table has it; `path` is what refusals name."""
-    found = TuneFile.of_file(table, [Layer(path, dict(table))])
-    if found.vary:   # what a study refuses of its design
+    tuning = TuneFile.of_file(table, [Layer(path, dict(table))])
+    if tuning.vary:   # what a study refuses of its design
         read_study({key: table[key] for key in ("name", "scenario", "vary", "design") if key in table}, path)
-    return found
+    return tuning
