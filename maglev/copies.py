@@ -34,18 +34,18 @@ def copied(files: Mapping[str, bytes], origin: Path) -> Path:
     for name, data in sorted(files.items()):
         digest.update(f"\0{name}\0{len(data)}\0".encode("utf-8", "surrogateescape"))
         digest.update(data)
-    found = place() / digest.hexdigest()[:32]
-    if not found.is_dir():
+    copy = place() / digest.hexdigest()[:32]
+    if not copy.is_dir():
         unfinished = Path(tempfile.mkdtemp(dir=place()))
         for name, data in {**files, ORIGIN: os.fsencode(folder)}.items():
             path = unfinished / name
             path.parent.mkdir(parents=True, exist_ok=True)
             path.write_bytes(data)
         try:
-            unfinished.rename(found)
+            unfinished.rename(copy)
         except OSError:   # another process was faster
             shutil.rmtree(unfinished, ignore_errors=True)
-    return found
+    return copy
 
 
 def original(path: Path) -> Path:

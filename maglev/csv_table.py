@@ -109,9 +109,9 @@ def read_csv(path: Path) -> CsvTable:
         raise CsvError(path, f"cannot be read: {error.strerror}{nearest_file(path)}") from None
     if len(header) < 2:
         separator = next((mark for mark in (";", "\t") if header and mark in header[0]), None)
-        found = "is empty" if not header else "has one column" if separator is None else (
+        wrong = "is empty" if not header else "has one column" if separator is None else (
             f"has columns separated by {separator!r}")
-        raise CsvError(path, f"{found}, expected a CSV file with a header and columns separated by commas")
+        raise CsvError(path, f"{wrong}, expected a CSV file with a header and columns separated by commas")
     if all(is_finite(name) for name in header):
         raise CsvError(path, "row 1 is numbers, expected the names of the columns, such as time,v,h,i_d,i_q")
     for name in header:
@@ -131,8 +131,8 @@ def given_table(name: str, given: Any) -> CsvTable:
     """
     path = Path(name)
     try:
-        names = [str(each) for each in getattr(given, "columns", given)]
-        columns = {each: np.asarray(given[each], dtype=np.float64) for each in names}
+        names = [str(name) for name in getattr(given, "columns", given)]
+        columns = {name: np.asarray(given[name], dtype=np.float64) for name in names}
     except (TypeError, ValueError, KeyError, IndexError) as error:
         raise CsvError(path, f"{type(given).__name__}: {error}, expected a path, or columns of numbers by name, such "
                              "as a Run, a table of arrays or a DataFrame") from None
@@ -140,13 +140,13 @@ def given_table(name: str, given: Any) -> CsvTable:
     time = getattr(given, "time", index if getattr(index, "name", "") == "time" else None)
     if "time" not in columns and time is not None:
         columns["time"] = np.asarray(time, dtype=np.float64)
-    for each, values in columns.items():
+    for column, values in columns.items():
         if values.ndim != 1 or len(values) != len(columns[names[0]]):
-            raise CsvError(path, f"column {each} has the shape {values.shape}, expected as many rows as {names[0]}, "
+            raise CsvError(path, f"column {column} has the shape {values.shape}, expected as many rows as {names[0]}, "
                                  f"{len(np.atleast_1d(columns[names[0]]))}")
         if not np.isfinite(values).all():
             row = int(np.flatnonzero(~np.isfinite(values))[0])
-            raise CsvError(path, f"row {row}, column {each} is {values[row]}, expected a finite number")
+            raise CsvError(path, f"row {row}, column {column} is {values[row]}, expected a finite number")
     return CsvTable(path, list(columns), columns, 0)
 
 

@@ -156,8 +156,8 @@ def build_of_file(path: Path, _written: int, _size: int, _file: int, _stages: tu
 def build_of(file: Path | BytesIO) -> OwnBuild | None:
     """What an archive is, if it was built here; one of UNREADABLE of what is no FMU at all."""
     contents = files_in(file)
-    found = NAME.search(contents["modelDescription.xml"])
-    name = found[1].decode("ascii") if found else ""
+    match = NAME.search(contents["modelDescription.xml"])
+    name = match[1].decode("ascii") if match else ""
     if name not in STAGES.definitions():
         return None
     if PYTHON_KIND in contents:
@@ -168,8 +168,8 @@ def build_of(file: Path | BytesIO) -> OwnBuild | None:
 
 
 def is_own_fmu(name: str, path: Path) -> bool:
-    found = own_build(path)
-    return found is not None and found.name == name
+    build = own_build(path)
+    return build is not None and build.name == name
 
 
 def is_own_module(name: str, path: Path) -> bool:

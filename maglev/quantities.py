@@ -46,7 +46,7 @@ def common_unit(values: Iterable[float], unit: str) -> str:
 def metric_text(name: str, value: float, unit: str) -> str:
     """Print a value of a metric whose name begins as in the table, such as "settling time to 10 µm of x"."""
     if math.isinf(value):
-        return next((each.infinite for each in METRICS.values() if name.startswith(each.words)), "inf")
+        return next((metric.infinite for metric in METRICS.values() if name.startswith(metric.words)), "inf")
     return printed(value, unit)
 
 
@@ -89,7 +89,7 @@ class MeasuredQuantity(NamedTuple):
 
 
 def by_name(*quantities: MeasuredQuantity) -> dict[str, MeasuredQuantity]:
-    return {each.words.replace("-", " ").replace(" ", "_"): each for each in quantities}
+    return {quantity.words.replace("-", " ").replace(" ", "_"): quantity for quantity in quantities}
 
 
 METRICS = by_name(

@@ -43,8 +43,8 @@ def sines_cosines(angles: NDArray[np.floating[Any]]) -> tuple[Array, Array]:
 def period_of(samples: int, harmonics: Iterable[int], phases: Array) -> Array:
     """One period of a sum of cosines, shape (samples,): so many periods of each harmonic, with its phase (rad)."""
     sines, cosines = sines_cosines(2.0 * pi / samples * np.arange(samples))
-    found = np.zeros(samples)
+    wave = np.zeros(samples)
     for number, sine, cosine in zip(harmonics, *sines_cosines(phases), strict=True):
         turned = number * np.arange(samples) % samples
-        found += cosine * cosines[turned] - sine * sines[turned]
-    return found
+        wave += cosine * cosines[turned] - sine * sines[turned]
+    return wave

@@ -68,14 +68,14 @@ def build_written(path: Path, folder: Path, kind: Kind = PYTHON) -> Path:
         require_zig()
     if not is_class(path):
         read_description("controller", path)   # in another process, which a file may end when it is imported
-    with buildable(path, PACKAGES, kind.native) as found, whole_files(folder) as unfinished:
-        own = found.definition
+    with buildable(path, PACKAGES, kind.native) as written, whole_files(folder) as unfinished:
+        own = written.definition
         if own.name in (*STAGES.definitions(), *STAGES.systems()):
             raise BuildError(f"{path}: class {own.name} would overwrite an FMU of this project, expected another name")
-        with named_lines(found.files):
-            make = maker([own], kind, found.packages)
+        with named_lines(written.files):
+            make = maker([own], kind, written.packages)
         made = make(own, unfinished)
-        if found.ends:
+        if written.ends:
             BUILT[digest_of(made)] = Block.of(own)
         return folder / made.name
 
@@ -125,7 +125,7 @@ def build(names: Iterable[str], folder: Path, kind: Kind = PYTHON, watch: Watch 
     # Most of the time goes to the compiler, in processes of its own; Python alone is not faster side by side.
     with whole_files(folder) as unfinished, programs_side_by_side(processors() if kind.native else 1) as pool:
         loop = pool.submit(build_step_loop) if kind.native and kind.target != "wasm" else None
-        for path in pool.map(lambda each: make(each, unfinished), chosen):
+        for path in pool.map(lambda definition: make(definition, unfinished), chosen):
             made.append(path)
             watch(len(made), len(chosen))
         if loop is not None:
@@ -144,9 +144,9 @@ def experiments_in(definition: FmuDefinition) -> dict[str, bytes]:
     if definition.sampled and definition.clocked:
         return {}
     test, name = smoke_test(definition), f"{definition.name}_validation"
-    found = {test.name: (SMOKE_TEST, test.files())}
+    carried_files = {test.name: (SMOKE_TEST, test.files())}
     recorded = {path.name: path.read_bytes() for path in sorted((PACKAGED / "validation").glob(f"{name}*"))}
-    return carried(found | ({name: (VALIDATION, recorded)} if recorded else {}))
+    return carried(carried_files | ({name: (VALIDATION, recorded)} if recorded else {}))
 
 
 def with_parts(names: Iterable[str]) -> list[str]:

@@ -73,7 +73,7 @@ def fmus_named(given: Iterable[object], rig: str | Path | None, fmus: str | Path
     """Folder with those that are given by name, among files and classes; also of the stage of a description."""
     if rig is not None:
         know_stage(rig)
-    return fmus_for_runs([str(each) for each in given if str(each) in STAGES.definitions()], fmus, kind, fmi)
+    return fmus_for_runs([str(name) for name in given if str(name) in STAGES.definitions()], fmus, kind, fmi)
 
 
 def compiles(kind: str | None) -> bool:
@@ -99,15 +99,15 @@ def built(names: Collection[str], kind: Kind, say: Say, watch: Watch) -> Path:
     They are copies: whatever becomes of the cache, a run has what it was made ready with. BuildError as of `build` and
     `take_native`.
     """
-    found: dict[str, bytes] = {}
+    ready: dict[str, bytes] = {}
     for name in names:
-        found |= kept_files(name, kind)
-    shipped = [name for name in names if files_of(name, kind)[0] not in found and is_shipped(name, kind)]
+        ready |= kept_files(name, kind)
+    shipped = [name for name in names if files_of(name, kind)[0] not in ready and is_shipped(name, kind)]
     if shipped:
         contents = shipped_files(shipped, kind)
-        found |= contents
+        ready |= contents
         keep_files(shipped, kind, contents, say)
-    missing = [name for name in names if files_of(name, kind)[0] not in found]
+    missing = [name for name in names if files_of(name, kind)[0] not in ready]
     if missing:
         for stage in {stage.file: stage for stage in map(STAGES.own_of, missing) if stage is not None}:
             require_flyable(stage, say)
@@ -115,11 +115,11 @@ def built(names: Collection[str], kind: Kind, say: Say, watch: Watch) -> Path:
         say(f"{', '.join(missing)}: {what} are built, once for all runs")
         with scratch() as folder, watch(["FMUs"]) as watcher:
             build(missing, folder, kind, partial(watcher, "FMUs"))
-            found |= {file: (folder / file).read_bytes() for name in missing for file in files_of(name, kind)}
-        keep_files(missing, kind, found, say)
+            ready |= {file: (folder / file).read_bytes() for name in missing for file in files_of(name, kind)}
+        keep_files(missing, kind, ready, say)
     elif kind.native and kind.target != "wasm":
         step_in_c()
-    return copied(found, cache_folder() / FMUS)
+    return copied(ready, cache_folder() / FMUS)
 
 
 def is_shipped(name: str, kind: Kind) -> bool:
@@ -145,10 +145,10 @@ def files_of(name: str, kind: Kind) -> tuple[str, ...]:
 
 def kept_files(name: str, kind: Kind) -> dict[str, bytes]:
     """Files that the cache has of one, all or none."""
-    found = [kept(key(name, kind), file) for file in files_of(name, kind)]
+    entries = [kept(key(name, kind), file) for file in files_of(name, kind)]
     try:
-        return {file: entry.path.read_bytes() for file, entry in zip(files_of(name, kind), found, strict=True)
-                if entry is not None and None not in found}
+        return {file: entry.path.read_bytes() for file, entry in zip(files_of(name, kind), entries, strict=True)
+                if entry is not None and None not in entries}
     except OSError:   # cleared by another process
         return {}
 

@@ -50,40 +50,40 @@ def identify(data: Data, rig: RigName = None, method: Method = "reduced", epsilo
         from maglev.api.identifying import write_identification
 
         guesses = dict(pairs("--guess", guess, "a constant and a value, such as C1=10", IdentificationError))
-        found = identified(data, rig=rig, method=method, epsilon=epsilon, gamma=gamma, guess=guesses, matched=matched)
-        files = write_identification(found, data, out)
-        show(report_console(), found)
+        model = identified(data, rig=rig, method=method, epsilon=epsilon, gamma=gamma, guess=guesses, matched=matched)
+        files = write_identification(model, data, out)
+        show(report_console(), model)
         typer.echo(f"results: {', '.join(map(str, files))}")
 
 
-def show(console: "Console", found: "Identification") -> None:
+def show(console: "Console", model: "Identification") -> None:
     """Print constants, rows and warnings."""
     from maglev.identification.identify import HORIZON
     from maglev.report.plain import result_table
 
-    recording, estimate = found.recording, found.estimate
+    recording, estimate = model.recording, model.estimate
     length = recording.time[-1] - recording.time[0]
     console.print(f"[bold]{recording.rig.name}[/]: {len(recording.time)} samples over {length:.3g} s, "
                   f"{estimate.method} estimator, ε = {estimate.epsilon:g} s, γ = {estimate.gamma:g}"
-                  f"{', matched filters' if found.matched else ''}")
+                  f"{', matched filters' if model.matched else ''}")
     rows = []
     for name, value in estimate.final.items():
-        other = found.with_friction[name]
+        other = model.with_friction[name]
         shares = [f"{error:.2g} ({error / abs(value):.1%})" if value != 0.0 and error < float("inf") else "–"
-                  for error in (found.standard_error[name], found.left_out[name])]
-        rows.append([name, f"{found.guess[name]:.5g}", f"{value:.5g}", *shares,
+                  for error in (model.standard_error[name], model.left_out[name])]
+        rows.append([name, f"{model.guess[name]:.5g}", f"{value:.5g}", *shares,
                      f"{other:.5g}" if other == other else "–"])
     heads = ("constant", "guess", "estimate", "standard error", "left out", "with friction")
     console.print(result_table("", heads, rows))
     console.print(LEFT_OUT)
     rows = []
     axes = recording.rig.described.axes
-    for axis, error, way in zip(axes, found.replay_error, found.replay_motion, strict=True):
-        row, unit = found.diagnostics.get(axis.name), f"m{axis.unit('m')}"   # tilts have no row of constants
+    for axis, error, way in zip(axes, model.replay_error, model.replay_motion, strict=True):
+        row, unit = model.diagnostics.get(axis.name), f"m{axis.unit('m')}"   # tilts have no row of constants
         known = ["–"] * 3 if row is None else [f"{row.excitation[-1]:.3g}", f"{row.residual:.3g} m/s²",
                                                f"{row.motion:.3g} m/s²"]
         rows.append([axis.name, *known, f"{1e3 * error:.3g} {unit}", f"{1e3 * way:.3g} {unit}"])
     console.print(result_table("", ("axis", "excitation", "unexplained", "acceleration",
                                     f"replay over {1e3 * HORIZON:g} ms", "way"), rows))
-    for warning in found.warnings:
+    for warning in model.warnings:
         console.print(f"warning: {warning}", markup=False, soft_wrap=True)

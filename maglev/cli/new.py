@@ -164,7 +164,7 @@ def stage(description: Description, as_json: AsJson = None, debug: Debug = False
     with one_line_errors(debug):
         from maglev.own_stage.consequences import stage as follow
 
-        found = follow(description)
-        typer.echo(str(found), nl=False)
+        consequences = follow(description)
+        typer.echo(str(consequences), nl=False)
         if as_json is not None:
-            write_json(as_json, found.as_data())
+            write_json(as_json, consequences.as_data())

@@ -62,7 +62,7 @@ class Commands(TyperGroup):
 
     def parse_args(self, ctx: Any, args: list[str]) -> list[str]:
         """Take options by what they were called in the version before, and say what they are called now."""
-        for k, (name, equals, value) in enumerate(each.partition("=") for each in args):
+        for k, (name, equals, value) in enumerate(argument.partition("=") for argument in args):
             if name in CALLED:
                 say(f"{name}: is called {CALLED[name]} now, expected that from the next version on")
                 args[k] = f"{CALLED[name]}{equals}{value}"
@@ -87,10 +87,10 @@ class Commands(TyperGroup):
     def format_commands(self, ctx: Any, formatter: Any) -> None:
         """Write the commands, each with its first paragraph, in the panels that they name."""
         panels: dict[str, list[tuple[str, str]]] = {}
-        for name, each in self.commands.items():
-            if not each.hidden:
-                first = cleandoc(each.help or "").split("\n\n")[0].replace("`", "")
-                panels.setdefault(getattr(each, "rich_help_panel", None) or "Commands", []).append((name, first))
+        for name, command in self.commands.items():
+            if not command.hidden:
+                first = cleandoc(command.help or "").split("\n\n")[0].replace("`", "")
+                panels.setdefault(getattr(command, "rich_help_panel", None) or "Commands", []).append((name, first))
         for panel, rows in panels.items():
             with formatter.section(panel):
                 formatter.write_dl(rows)

@@ -134,17 +134,17 @@ def compare(name: Annotated[str, typer.Argument(metavar="SCENARIO", help="A scen
         from maglev.comparison.files import show_comparison
         from maglev_files.extras import lacking
 
-        found = compare_runs(name, controllers, watch=progress_of, say=say, **options)
+        comparison = compare_runs(name, controllers, watch=progress_of, say=say, **options)
         missing = lacking("matplotlib", "report", "a picture")
-        files = found.write(out, picture=not missing)
+        files = comparison.write(out, picture=not missing)
         if json:
-            print_json(found.as_data())
+            print_json(comparison.as_data())
         else:
-            show_comparison(report_console(), found.name, found.title, found.results)
+            show_comparison(report_console(), comparison.name, comparison.title, comparison.results)
             typer.echo(f"results: {', '.join(map(str, files))}")
             if missing:
                 say(missing)
-        for label, failure in found.failures.items():
+        for label, failure in comparison.failures.items():
             say(f"{label}: {failure}")
-        if found.failures:
+        if comparison.failures:
             raise typer.Exit(2)

@@ -98,7 +98,7 @@ def chosen_rig(table: CsvTable, rig_name: str | None) -> Rig:
 def has_axis(table: CsvTable, rig: Rig, axis: str) -> bool:
     """Whether a position is recorded, or follows from the gaps at the motors."""
     return column_in(table, axis_names(axis)) is not None or (
-        has_gaps(table, rig) and axis not in (level.name for level in rig.described.horizontal))
+        has_gaps(table, rig) and axis not in (horizontal.name for horizontal in rig.described.horizontal))
 
 
 def has_gaps(table: CsvTable, rig: Rig) -> bool:

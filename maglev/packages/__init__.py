@@ -21,8 +21,8 @@ def require_own_packages() -> None:
     Their names go into FMUs as they are, and others who follow the layout of pythonfmu may have the same in a folder.
     """
     for name in OURS:
-        found = find_spec(name)
-        file = None if found is None else found.origin or next(iter(found.submodule_search_locations or ()), None)
+        spec = find_spec(name)
+        file = None if spec is None else spec.origin or next(iter(spec.submodule_search_locations or ()), None)
         if file is None or HERE not in Path(file).resolve().parents:
             raise MaglevError(f"import {name}: finds {file or 'nothing'}, expected the package of maglev-fmus in "
                               f"{HERE / name}: give the other one another name, or leave its folder out of Python's "

@@ -21,11 +21,11 @@ def code() -> str:
 
 def digest_of(root: Path, files: Iterable[Path]) -> str:
     """SHA-256 of files below a folder, of their paths in it and what is in them; not of what Python has compiled."""
-    found = hashlib.sha256()
+    hashed = hashlib.sha256()
     for path in sorted(path for path in files if path.suffix != ".pyc"):
-        found.update(path.relative_to(root).as_posix().encode("utf-8") + b"\0")
-        found.update(hashlib.sha256(path.read_bytes()).digest())
-    return found.hexdigest()
+        hashed.update(path.relative_to(root).as_posix().encode("utf-8") + b"\0")
+        hashed.update(hashlib.sha256(path.read_bytes()).digest())
+    return hashed.hexdigest()
 
 
 @cache
@@ -34,7 +34,7 @@ def edited() -> tuple[str, ...]:
 
     Nor are files that were added: nothing imports them.
     """
-    found = []
+    files = []
     for path in distribution("maglev-fmus").files or []:
         if path.hash is None or path.suffix not in COMPARED:
             continue
@@ -44,5 +44,5 @@ def edited() -> tuple[str, ...]:
             content = b""
         digest = base64.urlsafe_b64encode(hashlib.new(path.hash.mode, content).digest()).rstrip(b"=").decode("ascii")
         if digest != path.hash.value:
-            found.append(path.as_posix())
-    return tuple(found)
+            files.append(path.as_posix())
+    return tuple(files)

@@ -39,11 +39,11 @@ def packed(value: Any) -> Any:
     if value is None or isinstance(value, bool | int | float | str):
         return value
     if isinstance(value, tuple) and not hasattr(value, "_fields"):
-        return [packed(each) for each in value]
+        return [packed(entry) for entry in value]
     if isinstance(value, list):
-        return {"list": [packed(each) for each in value]}
+        return {"list": [packed(entry) for entry in value]}
     if isinstance(value, dict):
-        return {"dict": [[packed(key), packed(each)] for key, each in value.items()]}
+        return {"dict": [[packed(key), packed(entry)] for key, entry in value.items()]}
     if isinstance(value, complex):
         return {"complex": [value.real, value.imag]}
     if isinstance(value, bytes):
@@ -58,20 +58,20 @@ def packed(value: Any) -> Any:
     if not is_own(kind):
         raise TypeError(f"a {kind.__name__} cannot be said to another process")
     held = {name: getattr(value, name) for name in kind._fields} if isinstance(value, tuple) else vars(value)
-    return {"own": [kind.__module__, kind.__name__, {name: packed(each) for name, each in held.items()}]}
+    return {"own": [kind.__module__, kind.__name__, {name: packed(entry) for name, entry in held.items()}]}
 
 
-def unpacked(found: Any) -> Any:
+def unpacked(message: Any) -> Any:
     """The value of what JSON has."""
-    if isinstance(found, list):
-        return tuple(unpacked(each) for each in found)
-    if not isinstance(found, dict):
-        return found
-    (kind, what), = found.items()
+    if isinstance(message, list):
+        return tuple(unpacked(entry) for entry in message)
+    if not isinstance(message, dict):
+        return message
+    (kind, what), = message.items()
     if kind == "list":
-        return [unpacked(each) for each in what]
+        return [unpacked(entry) for entry in what]
     if kind == "dict":
-        return {unpacked(key): unpacked(each) for key, each in what}
+        return {unpacked(key): unpacked(entry) for key, entry in what}
     if kind == "complex":
         return complex(*what)
     if kind == "bytes":
@@ -89,7 +89,7 @@ def unpacked(found: Any) -> Any:
     own = getattr(sys.modules[module], name)
     if kind != "own" or own.__module__ != module or not is_own(own):
         raise ValueError(f"{kind} {module}.{name}")
-    values = {name: unpacked(each) for name, each in held.items()}
+    values = {name: unpacked(entry) for name, entry in held.items()}
     if not own.__module__.startswith(f"{PARTS}.") or is_dataclass(own):
         return own(**values)
     part = object.__new__(own)

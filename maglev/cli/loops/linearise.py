@@ -187,10 +187,10 @@ def of_one(asked: Asked, hold: str | None, **model: Any) -> None:
     for other, given in asked.parameters.items():
         if given and other != own:
             raise LinearModelError(f"--set {other}.{next(iter(given))}: expected {own}.… with {name}")
-    found = linearised(name, asked.at, hold=None if hold is None else number_or_text(hold),
-                       parameters=asked.parameters[own], **model)
-    typer.echo(str(found), nl=False)
-    asked.write(found.as_data())
+    linear = linearised(name, asked.at, hold=None if hold is None else number_or_text(hold),
+                        parameters=asked.parameters[own], **model)
+    typer.echo(str(linear), nl=False)
+    asked.write(linear.as_data())
 
 
 def of_loop(asked: Asked, amplifier: bool) -> None:
@@ -208,15 +208,16 @@ def by_differences(asked: Asked) -> None:
     from maglev.analysis.numerical import linearise_numerically
 
     plant, controller = asked.names
-    found = linearise_numerically(plant, controller, asked.at, **asked.both, **asked.how)
-    if found.loop is None:
-        typer.echo(f"{found.pair.name}\n\n{found}")
-        asked.write({"name": found.pair.name, **found.as_data()})
-        found.linear()   # says that there is none
+    numerical = linearise_numerically(plant, controller, asked.at, **asked.both, **asked.how)
+    if numerical.loop is None:
+        typer.echo(f"{numerical.pair.name}\n\n{numerical}")
+        asked.write({"name": numerical.pair.name, **numerical.as_data()})
+        numerical.linear()   # says that there is none
         return
-    data = shown(asked, found.loop)
-    typer.echo(f"\n{found}")
-    asked.write({**data, **found.as_data(), "errors": {signal: found.errors(signal) for signal in data["margins"]}})
+    data = shown(asked, numerical.loop)
+    typer.echo(f"\n{numerical}")
+    asked.write({**data, **numerical.as_data(),
+                 "errors": {signal: numerical.errors(signal) for signal in data["margins"]}})
 
 
 def measured(asked: Asked, amplitude: str, **injection: Any) -> None:
@@ -225,11 +226,11 @@ def measured(asked: Asked, amplitude: str, **injection: Any) -> None:
     from maglev.pictures import write_figure
 
     plant, controller = asked.names
-    found = frequency_response(plant, controller, asked.at, asked.openings, amplitude=number_or_text(amplitude),
-                               **injection, **asked.both, **asked.how)
-    typer.echo("\n".join(map(str, found.values())), nl=False)
-    data: dict[str, Any] = {signal: response.as_data() for signal, response in found.items()}
-    for signal, response in found.items() if asked.pictures is not None else ():
+    responses = frequency_response(plant, controller, asked.at, asked.openings, amplitude=number_or_text(amplitude),
+                                   **injection, **asked.both, **asked.how)
+    typer.echo("\n".join(map(str, responses.values())), nl=False)
+    data: dict[str, Any] = {signal: response.as_data() for signal, response in responses.items()}
+    for signal, response in responses.items() if asked.pictures is not None else ():
         picture = Path(str(asked.pictures)) / f"{Path(plant).stem}-{Path(controller).stem}-{signal}.response.png"
         write_figure(picture, response.plot())
         data[signal]["picture"] = str(picture)
@@ -244,13 +245,13 @@ def shown(asked: Asked, loop: "Loop") -> dict[str, Any]:
     signals = tuple(loop.opening(name) for name in asked.openings or loop.measured)
     typer.echo(f"{loop.closed.name}, sampled every {1e3 * (loop.plant.sample_time or 0.0):g} ms, about "
                f"{loop.plant.equilibrium}\n\npoles, as rates ln(z)/Ts\n{poles_text(loop.rates)}\n")
-    found = {signal: loop.margins(signal) for signal in signals}
+    of_signals = {signal: loop.margins(signal) for signal in signals}
     typer.echo(aligned([["opened at", "gain", "phase", "at", "delay", "Ms", "disk", "gain with phase"],
                         ["", "factor", "°", "rad/s", "ms", "", "", "factor, °"],
-                        *(cells(margins) for margins in found.values())]))
+                        *(cells(margins) for margins in of_signals.values())]))
     data = {"name": loop.closed.name, "sample_time": loop.plant.sample_time,
             "poles": [[pole.real, pole.imag] for pole in loop.poles.tolist()],
-            "margins": {signal: vars(margins) for signal, margins in found.items()}}
+            "margins": {signal: vars(margins) for signal, margins in of_signals.items()}}
     return data if asked.pictures is None else {**data, "pictures": write_pictures(asked.pictures, loop, signals)}
 
 

@@ -53,12 +53,12 @@ def region(rig: RigName, axis: Axis, gap: Gap, controller: Regulator = None, set
         if plot:
             require_matplotlib()
         given = {name: value_of(text) for name, text in pairs("--set", settings, VALUE, LinearModelError)}
-        found = found_region(rig, axis, number_or_text(gap), controller=controller, set=given, synthesise=synthesise,
-                             decay=decay, step=None if step is None else number_or_text(step), run=run, **options)
-        typer.echo(str(found), nl=False)
+        computed = found_region(rig, axis, number_or_text(gap), controller=controller, set=given, synthesise=synthesise,
+                                decay=decay, step=None if step is None else number_or_text(step), run=run, **options)
+        typer.echo(str(computed), nl=False)
         if plot:
             picture = out / f"region-{Path(rig).stem}-{axis}.png"
-            write_figure(picture, found.plot())
+            write_figure(picture, computed.plot())
             typer.echo(f"picture: {picture}")
         if as_json is not None:
-            write_json(as_json, found.as_data())
+            write_json(as_json, computed.as_data())
