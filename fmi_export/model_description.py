@@ -118,15 +118,15 @@ def add_units(root: Element, variables: Iterable[Variable]) -> None:
 def state_attributes(continuous: ContinuousModel | None, name: str, reference: Mapping[str, int]) -> dict[str, str]:
     """What says of a variable which state it is the derivative of, and that it is a state which jumps at events."""
     states = continuous.states if continuous else ()
-    found = [("derivative", str(reference[state.variable])) for state in states if state.derivative == name]
-    return dict(found + [("reinit", "true") for state in states if state.variable == name and state.jumps])
+    items = [("derivative", str(reference[state.variable])) for state in states if state.derivative == name]
+    return dict(items + [("reinit", "true") for state in states if state.variable == name and state.jumps])
 
 
 def common_attributes(variable: Variable, reference: int) -> dict[str, str]:
-    found = {"name": variable.name, "valueReference": str(reference), "description": variable.description,
-             "causality": variable.causality, "variability": variable.variability}
+    attributes = {"name": variable.name, "valueReference": str(reference), "description": variable.description,
+                  "causality": variable.causality, "variability": variable.variability}
     initial = {"output": "calculated", "local": "calculated", "parameter": "exact"}.get(variable.causality)
-    return found | ({"initial": initial} if initial else {})
+    return attributes | ({"initial": initial} if initial else {})
 
 
 def typed_attributes(definition: FmuDefinition, variable: Variable) -> dict[str, str]:
@@ -164,14 +164,14 @@ def structure_of(definition: FmuDefinition,
                  continuous: ContinuousModel | None) -> dict[str, dict[str, tuple[str, ...]]]:
     """Names of unknowns, each with the names of what decides it, by the element of FMI 2.0 that they stand in."""
     outputs = [v for v in definition.variables if v.causality == "output"]
-    found = {"Outputs": {v.name: continuous.outputs[v.name] if continuous else v.depends_on for v in outputs}}
+    unknowns = {"Outputs": {v.name: continuous.outputs[v.name] if continuous else v.depends_on for v in outputs}}
     initial = {v.name: v.starts_from for v in outputs}
     if continuous:
-        found["Derivatives"] = {state.derivative: state.depends_on for state in continuous.states}
+        unknowns["Derivatives"] = {state.derivative: state.depends_on for state in continuous.states}
         # States begin at 0 but for positions. Much decides their rates; it is written out, though to say nothing would
         # say the same: CasADi 3.8.2 reads no FMI 3.0 without it.
         known = tuple(v.name for v in definition.variables if v.causality in ("input", "parameter"))
         initial = {state.derivative: known for state in continuous.states} | {
             state.variable: () for state in continuous.states} | initial
     order = {v.name: number for number, v in enumerate(definition.native_variables)}
-    return found | {"InitialUnknowns": dict(sorted(initial.items(), key=lambda item: order[item[0]]))}
+    return unknowns | {"InitialUnknowns": dict(sorted(initial.items(), key=lambda item: order[item[0]]))}

@@ -20,13 +20,13 @@ class Value(NamedTuple):
 
 
 def parameter_set(name: str, values: Iterable[Value]) -> Element:
-    found = Element(f"{{{SSV}}}ParameterSet", {"version": "1.0", "name": name})
-    parameters = SubElement(found, f"{{{SSV}}}Parameters")
+    root = Element(f"{{{SSV}}}ParameterSet", {"version": "1.0", "name": name})
+    parameters = SubElement(root, f"{{{SSV}}}Parameters")
     for value in values:
         parameter = SubElement(parameters, f"{{{SSV}}}Parameter", {"name": value.name})
         SubElement(parameter, f"{{{SSV}}}{value.kind}",
                    {"value": written(value)} | ({"unit": value.unit} if value.unit else {}))
-    return found
+    return root
 
 
 def parameters_in(root: Element) -> Iterator[tuple[str, Element | None]]:

@@ -29,8 +29,8 @@ def is_python_build(contents: Mapping[str, bytes], definition: FmuDefinition, wr
     ValueError or ModuleNotFoundError if something is not there, or cannot be read, that every FMU of ours has.
     """
     texts = {}
-    for found in filter(None, map(MODULE.fullmatch, contents)):
-        name = found[1].replace("/", ".")
+    for match in filter(None, map(MODULE.fullmatch, contents)):
+        name = match[1].replace("/", ".")
         if name.split(".")[0] in (*maker.packages, *CARRIED):   # the module of the slave is in none
             texts[name] = module_path(name).read_text(encoding="utf-8")
     return running(contents) == what_runs(definition, written, maker, texts, date_of(contents))
@@ -70,8 +70,8 @@ def running(contents: Mapping[str, bytes]) -> dict[str, bytes]:
 
 def date_of(contents: Mapping[str, bytes]) -> int:
     """Date of generation, seconds since 1970; 0 if there is none."""
-    found = DATE.search(contents["modelDescription.xml"])
-    return 0 if found is None else int(datetime.fromisoformat(found[1].decode("ascii")).timestamp())
+    match = DATE.search(contents["modelDescription.xml"])
+    return 0 if match is None else int(datetime.fromisoformat(match[1].decode("ascii")).timestamp())
 
 
 def module_named(stem: str, packages: tuple[str, ...]) -> str:

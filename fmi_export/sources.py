@@ -50,12 +50,12 @@ def imported_modules(module: str, text: str) -> list[str]:
 
 def defined_names(text: str) -> dict[str, int]:
     """Names of classes, functions and constants that a module's text defines, with their lines."""
-    found = {}
+    names_at = {}
     for node in parsed(text).body:
         names = [node.name] if isinstance(node, (ast.ClassDef, ast.FunctionDef)) else [
             target.id for target in getattr(node, "targets", []) if isinstance(target, ast.Name)]
-        found.update(dict.fromkeys(names, node.lineno))
-    return found
+        names_at.update(dict.fromkeys(names, node.lineno))
+    return names_at
 
 
 def renamed(text: str, packages: tuple[str, ...], prefix: str) -> str:

@@ -46,9 +46,9 @@ def kept(key: str, name: str) -> Kept | None:
     """What was kept under a key, a path in the cache, and a file name; None if there is nothing, or it was changed."""
     folder = cache_folder() / key
     for path in sorted(folder.glob(f"*-{name}")) if folder.is_absolute() and is_private(folder) else ():
-        found = Kept(path, path.name.removesuffix(f"-{name}"))
-        if is_private(path) and found.intact:
-            return found
+        entry = Kept(path, path.name.removesuffix(f"-{name}"))
+        if is_private(path) and entry.intact:
+            return entry
     return None
 
 
@@ -95,7 +95,7 @@ def digest_of(path: Path) -> str:
 def is_private(path: Path) -> bool:
     """Whether only this user, or the system's, can change a file or a folder; where owners are unknown, it is."""
     try:
-        found = path.stat()
+        status = path.stat()
     except OSError:
         return False
-    return not hasattr(os, "geteuid") or (found.st_uid in (0, os.geteuid()) and not found.st_mode & 0o022)
+    return not hasattr(os, "geteuid") or (status.st_uid in (0, os.geteuid()) and not status.st_mode & 0o022)

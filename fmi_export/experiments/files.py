@@ -52,19 +52,19 @@ class ExperimentFiles:
 
     def files(self) -> dict[str, bytes]:
         times = self.results["time"]
-        found = {f"{self.name}_ref.csv": table(self.results), f"{self.name}_ref.opt": self.options()}
+        by_name = {f"{self.name}_ref.csv": table(self.results), f"{self.name}_ref.opt": self.options()}
         root = Element("Experiments", {"name": self.name, "description": self.description})
         experiment = SubElement(root, "Experiment", {"name": self.name, "description": self.description})
         SubElement(experiment, "TransientSimulation", {"startTime": repr(float(times[0])),
                                                        "stopTime": repr(float(times[-1])), "stepSize": repr(self.step)})
         if self.parameters:
-            found[f"{self.name}.ssv"] = xml_file(parameter_set(self.name, self.parameters))
+            by_name[f"{self.name}.ssv"] = xml_file(parameter_set(self.name, self.parameters))
             SubElement(experiment, "Parameters", {"source": f"{self.name}.ssv"})
         if self.inputs:
-            found[f"{self.name}_in.csv"] = table(self.inputs)
+            by_name[f"{self.name}_in.csv"] = table(self.inputs)
             SubElement(experiment, "Stimuli", {"source": f"{self.name}_in.csv"})
         SubElement(experiment, "References", {"source": f"{self.name}_ref.csv"})
-        return {f"{self.name}.exp": xml_file(root), **found}
+        return {f"{self.name}.exp": xml_file(root), **by_name}
 
     def options(self) -> bytes:
         """Times and tolerances, a line for each, as the FMI cross-check has them."""

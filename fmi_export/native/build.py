@@ -62,8 +62,9 @@ def build_native_fmu(definition: FmuDefinition, translation: Mapping[str, str], 
     texts = carried_modules(definition.block.__module__, maker.packages)
     made = native_sources(definition, texts, translation, maker.version, chosen, shell, build_date())
     contents = {f"{SOURCES}{name}": text.encode("utf-8") for name, text in made.files.items()}
-    libraries = {f"{BINARIES}{folder}/{definition.name}{each.ending}":
-                 library({**made.files, **made.headers}, definition.name, each) for folder, each in chosen.items()}
+    libraries = {f"{BINARIES}{folder}/{definition.name}{platform.ending}":
+                 library({**made.files, **made.headers}, definition.name, platform)
+                 for folder, platform in chosen.items()}
     contents |= {**libraries, DIGESTS: digests(libraries)}
     contents |= described(definition, maker, shell.version)
     contents["documentation/licenses/fmi.txt"] = fmi_licence(made.headers[shell.headers[0]]).encode("utf-8")
@@ -178,7 +179,7 @@ def layer_names() -> set[str]:
 
 def fmi_licence(header: str) -> str:
     """Copyright and licence of the FMI headers, from the comment in one of them."""
-    found = re.search(r"^ *Copyright.*?(?=\*/)", header, re.MULTILINE | re.DOTALL)
-    if found is None:
+    match = re.search(r"^ *Copyright.*?(?=\*/)", header, re.MULTILINE | re.DOTALL)
+    if match is None:
         raise ExportError("FMI headers of fmpy: there is no licence in them, expected one to ship")
-    return "\n".join(line.strip() for line in found[0].splitlines()).strip() + "\n"
+    return "\n".join(line.strip() for line in match[0].splitlines()).strip() + "\n"

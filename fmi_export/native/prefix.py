@@ -30,6 +30,6 @@ def prefix_header(name: str, headers: Iterable[str], functions: str) -> str:
 
     `functions` is FMI's header of its functions, "fmi2Functions.h" or "fmi3Functions.h".
     """
-    names = sorted({found for header in headers for found in EXTERNAL.findall(header)})
+    names = sorted({name for header in headers for name in EXTERNAL.findall(header)})
     return HEADER.format(name=name, header=functions, fmi=functions[:4].upper(),
-                         names="\n".join(f"#define {each} {name}_{each}" for each in names))
+                         names="\n".join(f"#define {external} {name}_{external}" for external in names))

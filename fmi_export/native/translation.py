@@ -100,7 +100,7 @@ def translated(texts: Mapping[str, str]) -> dict[str, str]:
             generated = root / package.replace(".", "/") / "__pyccel__" / stem
             header = generated.with_suffix(".h").read_text(encoding="utf-8")
             source = generated.with_suffix(".c").read_text(encoding="utf-8")
-            constants = [found for _, found in DECLARED.findall(header)]
+            constants = [constant for _, constant in DECLARED.findall(header)]
             files[f"{stem}.h"] = finished_header(header, name)
             files[f"{stem}.c"] = finished_source(name, source, constants)
     return files
@@ -144,11 +144,11 @@ def run_pyccel(root: Path, paths: Iterable[str]) -> None:
 
 def finished_header(header: str, module: str) -> str:
     """Header with constants of a module for variables, without the function that fills them, with the FMU's prefix."""
-    header = DECLARED.sub(lambda found: f"static const {found[1]} {found[2]} = "
-                                        f"{literal(getattr(import_module(module), found[2]))};", header)
+    header = DECLARED.sub(lambda match: f"static const {match[1]} {match[2]} = "
+                                        f"{literal(getattr(import_module(module), match[2]))};", header)
     header = re.sub(r"^void \w+__init\(void\);\n", "", header, flags=re.MULTILINE)
     included = f'\n#include "prefix.h"\n#include "{PRELUDE_FILE}"'
-    header = re.sub(r"^#define \w+_H\n", lambda found: found[0] + included, header, count=1, flags=re.MULTILINE)
+    header = re.sub(r"^#define \w+_H\n", lambda match: match[0] + included, header, count=1, flags=re.MULTILINE)
     return marked(header.replace("#include <math.h>\n", ""))
 
 

@@ -101,7 +101,7 @@ def section(module: str, package: str, name: str) -> str:
 def variable_table(definition: FmuDefinition, causality: str) -> str:
     """Table of the variables of a causality; start values and sources where they have one."""
     rows = []
-    for v in (each for each in definition.variables if each.causality == causality):
+    for v in (variable for variable in definition.variables if variable.causality == causality):
         start = "" if v.causality == "output" else str(definition.start_value(v))
         bounds = "" if v.minimum is None or v.maximum is None else f"{number(v.minimum)} … {number(v.maximum)}"
         start = start if v.causality == "output" or v.boolean else number(float(start))

@@ -18,4 +18,4 @@ def mathml(tex: str, display: bool = False) -> str:
 
 def typeset(html: str) -> str:
     """HTML with its equations as MathML."""
-    return TEX.sub(lambda found: mathml(found[1]) if found[1] else mathml(found[2], display=True), html)
+    return TEX.sub(lambda match: mathml(match[1]) if match[1] else mathml(match[2], display=True), html)

@@ -151,12 +151,12 @@ def new_object(written: type) -> Any:
 
 def read_table(written: type, table: str) -> dict[str, str]:
     """A table of a class: units by name."""
-    found = getattr(written, table, {})
+    units = getattr(written, table, {})
     place = f"class {written.__name__}: {table}"
-    if not isinstance(found, Mapping):
-        raise Undeclared(f"{place} = {found!r}, expected a table from names to units, such as {{\"y.measured\": "
+    if not isinstance(units, Mapping):
+        raise Undeclared(f"{place} = {units!r}, expected a table from names to units, such as {{\"y.measured\": "
                          "\"m\"}", table)
-    for port, unit in found.items():
+    for port, unit in units.items():
         if not isinstance(port, str) or not all(part.isidentifier() for part in port.split(".")):
             raise Undeclared(f"{place} has {port!r}, expected a name such as \"y.measured\"", port)
         try:
@@ -165,7 +165,7 @@ def read_table(written: type, table: str) -> dict[str, str]:
             raise Undeclared(f"{place} has {port!r} in {unit!r}, expected one that is made of SI units without "
                              f"prefixes, such as \"m/s2\" or \"V.s/rad\", or \"\"; symbols are {', '.join(SYMBOLS)}",
                              port) from None
-    return dict(found)
+    return dict(units)
 
 
 def attribute_path(law: Any, port: str, place: str) -> str:
