@@ -103,8 +103,8 @@ def no_equilibrium(rig: Rig, law: int) -> str:
         gaps = f"table's gaps of {1e3 * table.gaps[0]:g} to {1e3 * table.gaps[-1]:g}"
     else:
         return SETPOINT_WITHOUT_EQUILIBRIUM
-    constants = ", ".join(f"{each.name} = {{{each.name}}} {each.unit}" for each in rig.constants
-                          if each.axis == rig.vertical.name)
+    constants = ", ".join(f"{constant.name} = {{{constant.name}}} {constant.unit}" for constant in rig.constants
+                          if constant.axis == rig.vertical.name)
     return f"{constants}, expected constants with which the model has equilibria at the {gaps} mm"
 
 

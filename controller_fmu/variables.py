@@ -32,7 +32,7 @@ def measured_axis(axis: RigAxis) -> Variable:
 
 def by_gaps(rig: Rig, axis: str) -> bool:
     """Whether an axis is measured by the gaps at the motors."""
-    return bool(rig.rotations) and axis not in [each.name for each in rig.horizontal]
+    return bool(rig.rotations) and axis not in [horizontal.name for horizontal in rig.horizontal]
 
 
 def gap_names(rig: Rig) -> tuple[str, ...]:
@@ -62,7 +62,7 @@ def place_parameters(rig: Rig) -> tuple[Variable, ...]:
 def along_axes(rig: Rig) -> Iterator[tuple[str, str]]:
     """Directions in which motors have a place, x and z or z alone, and what they are along."""
     second = rig.horizontal[1].name if rig.spots == "xz" else f"the platform, across {rig.horizontal[0].name}"
-    return (each for each in (("x", rig.horizontal[0].name), ("z", second)) if each[0] in rig.spots)
+    return (pair for pair in (("x", rig.horizontal[0].name), ("z", second)) if pair[0] in rig.spots)
 
 
 def height(rig: Rig) -> Variable:
@@ -78,12 +78,12 @@ def platform_parameters(rig: Rig) -> tuple[Variable, ...]:
     names = (("mass_y", "mass_x", "mass_z", "inertia_roll", "inertia_pitch") if rig.spots == "xz" else
              ("mass_y", "mass_x", "inertia_roll"))
     axes = (rig.vertical, *rig.horizontal, *rig.rotations)
-    found = [parameter(f"{axis.name}.inertia", "kg.m2", f"inertia of the {axis.meaning} in the controller's model",
-                       rig.source(f"axes.{axis.name}.mass"), 1e-3, 1e6, 1.0) if axis.rotation else
-             parameter(f"{axis.name}.mass", "kg", f"mass that moves along {axis.name} in the controller's model, at "
-                       "which its constants are accelerations", rig.source(f"axes.{axis.name}.mass"), 1e-3, 1e6, 1.0)
-             for axis in axes]
-    return (*(replace(v, path=f"allocation.{name}") for v, name in zip(found, names, strict=True)),
+    inertias = [parameter(f"{axis.name}.inertia", "kg.m2", f"inertia of the {axis.meaning} in the controller's model",
+                          rig.source(f"axes.{axis.name}.mass"), 1e-3, 1e6, 1.0) if axis.rotation else
+                parameter(f"{axis.name}.mass", "kg", f"mass that moves along {axis.name} in the controller's model, at "
+                          "which its constants are accelerations", rig.source(f"axes.{axis.name}.mass"), 1e-3, 1e6, 1.0)
+                for axis in axes]
+    return (*(replace(v, path=f"allocation.{name}") for v, name in zip(inertias, names, strict=True)),
             height(rig), *place_parameters(rig))
 
 
@@ -185,7 +185,7 @@ def ports(rig: Rig, by_all: bool = False, by_gap: bool = False) -> tuple[Variabl
 
 def model_constants(rig: Rig) -> tuple[Variable, ...]:
     """Constants of the controllers' model of a stage."""
-    return tuple(constant(each, rig.source("model")) for each in rig.constants)
+    return tuple(constant(entry, rig.source("model")) for entry in rig.constants)
 
 
 def constant(of: RigConstant, source: str) -> Variable:

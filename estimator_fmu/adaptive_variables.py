@@ -18,8 +18,8 @@ def adaptive_variables(rig: Rig, regulator: FmuDefinition, estimator: FmuDefinit
     own = {constant.name for constant in rig.constants}
     inputs = tuple(v.name for v in regulator.variables if v.causality == "input")
     shared = {v.name for v in regulator.variables}
-    held = {"held", *(f"{each.name}_weight" for each in rig.constants if each.unit == IRON)}
-    starts = {f"{each.name}_start" for each in rig.constants}
+    held = {"held", *(f"{constant.name}_weight" for constant in rig.constants if constant.unit == IRON)}
+    starts = {f"{constant.name}_start" for constant in rig.constants}
     kept = [replace(v, path=f"regulator.{v.place}") for v in regulator.variables if v.name not in own]
     settings = [replace(v, path=f"estimator.{v.place}") for v in estimator.variables
                 if v.causality == "parameter" and v.name not in shared | held | starts]
@@ -28,10 +28,11 @@ def adaptive_variables(rig: Rig, regulator: FmuDefinition, estimator: FmuDefinit
             flag("adaptation.frozen", "the constants stay as they are: a command is or was just now at its limit, an "
                                       "axis at a stop, the controller has tripped, or adaptation.active is false",
                  inputs),
-            *(placed(each, parameter(each.name, each.unit, f"constant of the {each.meaning} in the controller's model, "
-                                     f"{'not' if each.unit == IRON else 'from which it is'} adapted",
-                                     rig.source("model"), 1e-9, 1e6, 1.0, fixed=True), "guess", ESTIMATOR)
-              for each in rig.constants),
+            *(placed(constant, parameter(constant.name, constant.unit,
+                                         f"constant of the {constant.meaning} in the controller's model, "
+                                         f"{'not' if constant.unit == IRON else 'from which it is'} adapted",
+                                         rig.source("model"), 1e-9, 1e6, 1.0, fixed=True), "guess", ESTIMATOR)
+              for constant in rig.constants),
             *adaptation_parameters(),
             *(v for axis in rig.axes if axis.stop is not None for v in travel(axis.name, axis.stop)),
             *(travel("gap", rig.motor_stop) if rig.motor_stop is not None and rig.rotations else ()),

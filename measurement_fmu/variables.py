@@ -27,12 +27,12 @@ def encoders(rig: Rig) -> Iterator[tuple[str, str, Variable]]:
 
 def measurement_variables(rig: Rig) -> tuple[Variable, ...]:
     """Variables of a measurement: inputs, outputs, then parameters."""
-    found = list(encoders(rig))
+    measured = list(encoders(rig))
     inputs = [replace(of, name=encoder, path=f"{part}.encoder", description=of.description.replace("measured ", "", 1)
-                      + ", as the encoder has it") for part, encoder, of in found]
+                      + ", as the encoder has it") for part, encoder, of in measured]
     outputs = [replace(real_output(of.name, of.unit, f"{of.description}, as the controller gets it", of.nominal or 1.0,
                                    discrete=True, depends_on=(encoder,), starts_from=(encoder,)),
-                       path=f"{part}.measured") for part, encoder, of in found]
+                       path=f"{part}.measured") for part, encoder, of in measured]
     return (*inputs, *outputs,
             parameter("seed", "", "seed of the noise, a whole number: another one, other noise", "assumed", 0.0,
                       4294967295.0, 1.0, fixed=True),
@@ -42,7 +42,7 @@ def measurement_variables(rig: Rig) -> tuple[Variable, ...]:
                                 fixed=True), path=f"instant.{name}")
               for name, text in (("delay", "age of a measurement when the controller gets it"),
                                  ("jitter", "random part of the age, beside delay, evenly spread from 0 to this"))),
-            *(v for part, _, _ in found for v in encoder_parameters(part)))
+            *(v for part, _, _ in measured for v in encoder_parameters(part)))
 
 
 def encoder_parameters(part: str) -> tuple[Variable, ...]:

@@ -70,16 +70,16 @@ def axis_states(rig: Rig, axis: RigAxis) -> tuple[tuple[State, ...], tuple[Varia
 
 def pulled(rig: Rig, axis: RigAxis) -> tuple[str, ...]:
     """What decides the acceleration of an axis by the motors, and by the stops at them."""
-    found: list[str] = []
+    names: list[str] = []
     for motor in rig.motors:
         seen = reach(rig, motor)
         lifts = axis is rig.vertical or axis.rotation
         if not lifts and motor.drives != axis.name:
             continue
-        found += [*seen.gap, *seen.displacement, *currents(motor)]
+        names += [*seen.gap, *seen.displacement, *currents(motor)]
         if lifts:   # beside the gap, where the stops are, or where the attraction changes
-            found += seen.gap_rate if rig.rotations else (f"{rig.horizontal[0].name}.position",)
-    return tuple(found)
+            names += seen.gap_rate if rig.rotations else (f"{rig.horizontal[0].name}.position",)
+    return tuple(names)
 
 
 def motor_states(rig: Rig, motor: RigMotor) -> tuple[tuple[State, ...], tuple[Variable, ...]]:
@@ -117,26 +117,26 @@ def stop_ways(owner: str, path: str) -> tuple[Variable, ...]:
 
 def output_dependencies(rig: Rig) -> dict[str, tuple[str, ...]]:
     """States and inputs that decide each output."""
-    found: dict[str, tuple[str, ...]] = {}
+    depends: dict[str, tuple[str, ...]] = {}
     motion = tuple(f"{axis.name}.{what}" for axis in rig.axes for what in ("position", "velocity"))
-    found |= {name: (name,) for name in motion}
+    depends |= {name: (name,) for name in motion}
     for axis in rig.measured:
-        found[f"{axis.name}.encoder"] = (f"{axis.name}.position", f"{axis.name}.mode.deflection")
+        depends[f"{axis.name}.encoder"] = (f"{axis.name}.position", f"{axis.name}.mode.deflection")
     for motor in rig.motors:
         seen, name = reach(rig, motor), motor.name
-        found |= {current: (current,) for current in (*currents(motor), f"{name}.winding.rise")}
-        found |= {f"{name}.i_{part}": (*currents(motor), *seen.displacement) for part in "dq"}
+        depends |= {current: (current,) for current in (*currents(motor), f"{name}.winding.rise")}
+        depends |= {f"{name}.i_{part}": (*currents(motor), *seen.displacement) for part in "dq"}
         heats = tuple(f"{name}.phase_{phase}.heat" for phase in PHASES)
         commands = tuple(f"{current}_cmd" for current in currents(motor))
-        found |= {f"{name}.{what}": (*induced(rig, motor), *heats, *commands) for what in ("voltage", "saturated")}
+        depends |= {f"{name}.{what}": (*induced(rig, motor), *heats, *commands) for what in ("voltage", "saturated")}
         if rig.rotations:
             swings = tuple(place.replace(".position", ".mode.deflection") for place in seen.gap)
-            found |= {f"{name}.gap": seen.gap, f"{name}.gap_encoder": (*seen.gap, *swings)}
+            depends |= {f"{name}.gap": seen.gap, f"{name}.gap_encoder": (*seen.gap, *swings)}
     if rig.rotations:
-        found["yaw_moment"] = unique(tuple(each for motor in rig.motors for seen in [reach(rig, motor)]
-                                           for each in (*seen.gap, *seen.displacement,
-                                                                   *currents(motor))))
-    return found | {"at_stop": motion}
+        depends["yaw_moment"] = unique(tuple(signal for motor in rig.motors for seen in [reach(rig, motor)]
+                                             for signal in (*seen.gap, *seen.displacement,
+                                                            *currents(motor))))
+    return depends | {"at_stop": motion}
 
 
 def unique(names: tuple[str, ...]) -> tuple[str, ...]:

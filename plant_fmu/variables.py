@@ -174,7 +174,7 @@ def stage_variables(rig: Rig) -> tuple[Variable, ...]:
     inputs = [v for part in parts for v in part[0]]
     outputs = [v for part in parts for v in part[1]]
     parameters = [v for part in parts for v in part[2]]
-    constants = [constant(each, rig.source("stage")) for each in rig.constants]
+    constants = [constant(entry, rig.source("stage")) for entry in rig.constants]
     stopped = "an axis or a motor" if rig.rotations else "an axis"
     at_stop = flag("at_stop", f"{stopped} was beyond an end stop during the step")
     return (*inputs, *outputs, at_stop, *constants,

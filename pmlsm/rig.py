@@ -349,13 +349,13 @@ class Rig:
         cited = f" {self.equation}" if self.equation else ""
         vertical = self.vertical.name
         rows = [(axis.name, THRUST, f"thrust along {axis.name}{cited}", [
-            each.thrust[axis.name] for each in self.constant_sets]) for axis in self.horizontal]
+            motor.thrust[axis.name] for motor in self.constant_sets]) for axis in self.horizontal]
         rows += [(vertical, ATTRACTION, f"attraction between magnets and iron{cited}",
-                  [each.attraction for each in self.constant_sets]),
+                  [motor.attraction for motor in self.constant_sets]),
                  (vertical, COILS, f"normal force between magnets and coils{cited}",
-                  [each.coils for each in self.constant_sets]),
+                  [motor.coils for motor in self.constant_sets]),
                  (vertical, IRON, f"normal force between coils and iron{cited}",
-                  [each.iron for each in self.constant_sets])]
+                  [motor.iron for motor in self.constant_sets])]
         return tuple(RigConstant(f"C{k}", axis, unit, meaning, *values)
                      for k, (axis, unit, meaning, values) in enumerate(rows, 1))
 
@@ -392,7 +392,7 @@ class Rig:
         """Where the value at a path comes from: of the sources whose path begins it, the longest."""
         parts = path.split(".")
         for length in range(len(parts), 0, -1):
-            found = self.sources.get(".".join(parts[:length]))
-            if found is not None:
-                return found
+            cited = self.sources.get(".".join(parts[:length]))
+            if cited is not None:
+                return cited
         return "assumed"

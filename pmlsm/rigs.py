@@ -19,8 +19,8 @@ def rig_of(models: Iterable[str], axes: Collection[str]) -> Rig | None:
     of the axes: the plant's.
     """
     models = tuple(models)
-    found = [rig for rig in RIGS.values() if any(model.endswith(rig.suffix) for model in models)]
-    if found:
-        return max(found, key=lambda rig: (len({*rig.axis_names} & {*axes}), len(rig.suffix)))
-    found = [rig for rig in RIGS.values() if rig.vertical.name in axes]
-    return max(found, key=lambda rig: (len({*rig.axis_names} & {*axes}), -len(rig.axes)), default=None)
+    rigs = [rig for rig in RIGS.values() if any(model.endswith(rig.suffix) for model in models)]
+    if rigs:
+        return max(rigs, key=lambda rig: (len({*rig.axis_names} & {*axes}), len(rig.suffix)))
+    rigs = [rig for rig in RIGS.values() if rig.vertical.name in axes]
+    return max(rigs, key=lambda rig: (len({*rig.axis_names} & {*axes}), -len(rig.axes)), default=None)

@@ -38,14 +38,15 @@ def motor_geometry(rig: Rig, *ratios: str) -> tuple[Variable, ...]:
 
     Of a motor that is unlike the others its own, and some of the ratios of its constants to theirs.
     """
-    found = [*geometry("", "", rig.geometry, rig)]
+    collected = [*geometry("", "", rig.geometry, rig)]
     for motor in rig.unlike:
         name, of = motor.name, motor.kind.geometry if motor.kind is not None else {}
-        found += [replace(parameter(f"{name}.{ratio}_ratio", "", f"{RATIOS[ratio]} of {name}, by that of the motors "
-                                    "that are like each other", rig.source(f"motors.{name}"), 1e-6, 1e6, 1.0),
-                          path=f"{name}_ratio.{ratio}") for ratio in ratios]
-        found += geometry(f"{name}.", f"{name}_", of, rig)
-    return tuple(found)
+        collected += [replace(parameter(f"{name}.{ratio}_ratio", "", f"{RATIOS[ratio]} of {name}, by that of the "
+                                        "motors that are like each other", rig.source(f"motors.{name}"),
+                                        1e-6, 1e6, 1.0),
+                              path=f"{name}_ratio.{ratio}") for ratio in ratios]
+        collected += geometry(f"{name}.", f"{name}_", of, rig)
+    return tuple(collected)
 
 
 def geometry(owner: str, path: str, given: Mapping[str, float], rig: Rig) -> Iterator[Variable]:
