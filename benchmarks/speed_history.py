@@ -44,7 +44,7 @@ class Measured(NamedTuple):
 def history() -> list[Measured]:
     """What was recorded, in the order of the commits."""
     return sorted((Measured(**json.loads(path.read_text(encoding="utf-8"))) for path in FOLDER.glob("*.json")),
-                  key=lambda each: each.date)
+                  key=lambda entry: entry.date)
 
 
 def head() -> tuple[str, str]:
@@ -58,29 +58,29 @@ def head() -> tuple[str, str]:
 def record(group: str, ratios: Mapping[str, float]) -> None:
     """Add ratios to the file of the commit that is checked out."""
     commit, date = head()
-    found = next((each for each in history() if each.commit == commit),
+    entry = next((known for known in history() if known.commit == commit),
                  Measured(commit, date, version("maglev-fmus"), {}))
-    found.ratios.setdefault(group, {}).update({name: round(ratio, 2) for name, ratio in ratios.items()})
+    entry.ratios.setdefault(group, {}).update({name: round(ratio, 2) for name, ratio in ratios.items()})
     FOLDER.mkdir(exist_ok=True)
-    (FOLDER / f"{commit}.json").write_text(json.dumps(found._asdict(), indent=1) + "\n", encoding="utf-8")
+    (FOLDER / f"{commit}.json").write_text(json.dumps(entry._asdict(), indent=1) + "\n", encoding="utf-8")
 
 
 def names(entries: list[Measured]) -> dict[str, list[str]]:
     """Names of the ratios of each group."""
-    found: dict[str, list[str]] = {group: [] for group in (STEP, PYTHON, WHOLE)}
-    for each in entries:
-        for group, ratios in each.ratios.items():
-            found[group] += [name for name in ratios if name not in found[group]]
-    return found
+    rows: dict[str, list[str]] = {group: [] for group in (STEP, PYTHON, WHOLE)}
+    for entry in entries:
+        for group, ratios in entry.ratios.items():
+            rows[group] += [name for name in ratios if name not in rows[group]]
+    return rows
 
 
 def page(entries: list[Measured]) -> str:
     """The page, with a table of the commits that were measured."""
-    lines = [f"| | {' | '.join(f'{each.commit}, {each.date[:10]}' for each in entries)} |",
+    lines = [f"| | {' | '.join(f'{entry.commit}, {entry.date[:10]}' for entry in entries)} |",
              "|---" * (len(entries) + 1) + "|"]
     for group, members in names(entries).items():
         for name in members:
-            cells = [each.ratios.get(group, {}).get(name) for each in entries]
+            cells = [entry.ratios.get(group, {}).get(name) for entry in entries]
             lines.append(f"| {name}: {group} | {' | '.join('' if cell is None else f'{cell:.2f}' for cell in cells)} |")
     return PAGE + "\n".join(lines) + "\n"
 

@@ -74,7 +74,7 @@ def measure(pair: Pair, folder: Path, native: bool, fmi3: Path | None) -> dict[s
         held += not too_large(of_round)
         if fmi3 is None and held == len(times["bare Python loop"]) == ENOUGH:
             break
-    return {name: min(found) for name, found in times.items()}
+    return {name: min(taken) for name, taken in times.items()}
 
 
 def growth(pair: Pair, folder: Path) -> int:

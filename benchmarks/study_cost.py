@@ -86,11 +86,11 @@ def main() -> None:
         with patch.object(block_loop, "kept", lambda *_: None):   # no loop is found
             row("calls of the FMUs", alone())
         assert batches.loop_for(study.job, study.batches)   # compiles it
-        row("the blocks in one loop", found := alone())
+        row("the blocks in one loop", seconds := alone())
         for jobs in (1, 2):
             row(f"{jobs} side by side: wall time", side_by_side(study, jobs) / samples)
         if asked.record:
-            record(WHOLE, {"a sample of a study": found / c})
+            record(WHOLE, {"a sample of a study": seconds / c})
         Console(width=110).print(table)
 
 

@@ -119,10 +119,10 @@ def main() -> int:
         for _ in range(ROUNDS):   # in turn, so that a disturbance meets all of them
             for way, measure in measurements.items():
                 times[way].append(measure())
-            held += not too_large({way: found[-1] for way, found in times.items()})
+            held += not too_large({way: taken[-1] for way, taken in times.items()})
             if gate and held == len(times[FROZEN]) == ENOUGH:
                 break
-    fastest = {way: min(found) for way, found in times.items()}
+    fastest = {way: min(taken) for way, taken in times.items()}
     table = Table("part", "time (ms)", "of the frozen C loop", "of a step (µs)",
                   title=f"{NAME}: {plan.steps} steps, all recorded, every {experiment.output_every()}. written")
     for way, time in fastest.items():

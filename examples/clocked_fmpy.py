@@ -72,7 +72,7 @@ def flown(folder: Path, stop_time: float) -> list[list[float]]:
     encoders, positions = ([f"{axis}.{what}" for axis in AXES] for what in ("encoder", "position"))
     measured = [f"{axis}.measured" for axis in AXES]
     currents = [f"{motor}.i_{phase}_cmd" for motor in MOTORS for phase in PHASES]
-    found = [plant.get(positions)]
+    rows = [plant.get(positions)]
     for k in range(round(stop_time / interval)):
         time = k * interval
         controller.tick()
@@ -82,10 +82,10 @@ def flown(folder: Path, stop_time: float) -> list[list[float]]:
         controller.fmu.doStep(time, interval)
         plant.set(currents, commands)         # held over the step
         plant.fmu.doStep(time, interval)
-        found.append(plant.get(positions))
+        rows.append(plant.get(positions))
     controller.close()
     plant.close()
-    return found
+    return rows
 
 
 if __name__ == "__main__":

@@ -145,11 +145,11 @@ def currents(weights: np.ndarray, parts: np.ndarray, gaps: np.ndarray) -> np.nda
 
     `weights` has a row for each; `parts`, shape (environments, 2, 4), errors, their sums, velocities and one by axis.
     """
-    found = (weights[:, :LINEAR].reshape(-1, 2, 4) * SCALES * parts).sum(axis=2)
+    linear = (weights[:, :LINEAR].reshape(-1, 2, 4) * SCALES * parts).sum(axis=2)
     units = weights[:, LINEAR:].reshape(len(weights), -1, UNIT)
     taken = INPUT_SCALES * np.stack([parts[:, 0, 0], parts[:, 0, 2], parts[:, 1, 0], gaps - MIDDLE, parts[:, 0, 3]], 1)
     total = (units[:, :, :-2] * taken[:, None]).sum(axis=2)
-    return found + OUTPUT_SCALE * (units[:, :, -2:] * (total / (1.0 + np.abs(total)))[:, :, None]).sum(axis=1)
+    return linear + OUTPUT_SCALE * (units[:, :, -2:] * (total / (1.0 + np.abs(total)))[:, :, None]).sum(axis=1)
 
 
 def simulate(envs: Any, weights: np.ndarray, seeds: list[int]) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
@@ -183,8 +183,8 @@ def train(envs: Any, random: np.random.Generator, generations: int, mean: np.nda
     for generation in range(generations):
         tried = mean + spread * random.standard_normal((candidates, mean.size))
         seeds = random.integers(2**31, size=EPISODES).tolist()
-        found, _, _ = simulate(envs, np.repeat(tried, EPISODES, axis=0), seeds * candidates)
-        returns = found.reshape(candidates, EPISODES).mean(axis=1)
+        rewards, _, _ = simulate(envs, np.repeat(tried, EPISODES, axis=0), seeds * candidates)
+        returns = rewards.reshape(candidates, EPISODES).mean(axis=1)
         best = tried[np.argsort(returns)[-candidates // BEST:]]
         # A little spread more than the best have, less and less of it, keeps the search from stopping too soon.
         mean, spread = best.mean(axis=0), best.std(axis=0) + floor * 0.9**generation
@@ -213,7 +213,7 @@ def written(weights: np.ndarray, limit: float, name: str) -> str:
     for number, unit in enumerate(weights[LINEAR:].reshape(-1, UNIT), 1):
         taken = unit[:-2] * INPUT_SCALES
         taken[-1] -= taken[-2] * MIDDLE
-        values = [repr(float(each)) for each in (*taken, *(OUTPUT_SCALE * unit[-2:]))]
+        values = [repr(float(weight)) for weight in (*taken, *(OUTPUT_SCALE * unit[-2:]))]
         units += f"        self.unit{number} = Unit({', '.join(values[:4])},\n{' ' * 26}{', '.join(values[4:])})\n"
         steps += (f"            self.unit{number}.take(self.v, self.h)\n"
                   f"            self.i_d += self.unit{number}.i_d * self.unit{number}.value\n"

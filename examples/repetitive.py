@@ -40,10 +40,10 @@ def loop_at_harmonics(axis: str, gap: float, plant: dict[str, float]) -> np.ndar
     by, at = ([closed.index(kind, f"{axis}.{name}") for name in names]
               for kind, names in (("input", ("reference", "reference_rate")), ("output", ("position",))))
     answer = []
-    for each in omega:
-        response = np.linalg.solve(np.exp(1j * each * closed.sample_time) * np.eye(len(closed.A)) - closed.A,
+    for frequency in omega:
+        response = np.linalg.solve(np.exp(1j * frequency * closed.sample_time) * np.eye(len(closed.A)) - closed.A,
                                    closed.B[:, by])
-        answer.append((closed.C[at] @ response @ np.array([1.0, 1j * each]))[0])
+        answer.append((closed.C[at] @ response @ np.array([1.0, 1j * frequency]))[0])
     return np.array(answer)
 
 

@@ -105,9 +105,9 @@ def row(settings: Settings, scale: float, ripple: Defaults | None = None) -> Row
     plans = [plan for plan in select(None) if not plan.check_only]
     plans = [*plans, *compared(plans)]
     defaults = {**times(scale, settings.assumed), **(ripple or {})}
-    experiments = {each.plan.name: replace(each, plan=with_defaults(each.plan, defaults,
-                                                                    times(scale, settings.follows)))
-                   for each in experiments_of([*plans, *needed(plans)], {})}
+    experiments = {experiment.plan.name: replace(experiment, plan=with_defaults(experiment.plan, defaults,
+                                                                                times(scale, settings.follows)))
+                   for experiment in experiments_of([*plans, *needed(plans)], {})}
     flown = fly_each(experiments, unwatched)
     return split(settings, scale, ripple is not None, judge([flown[name] for name in experiments]))
 
@@ -117,16 +117,16 @@ def judge(results: Sequence[RunResult]) -> list[Judged]:
 
     Other readings of an experiment are no further evidence.
     """
-    metrics = {each.plan.name: each.metrics for each in results}
-    return [*(Judged(each.plan.name, result) for each in results if not each.plan.another_reading
-              for result in judge_run(each.plan.claims, each.metrics, metrics)),
+    metrics = {result.plan.name: result.metrics for result in results}
+    return [*(Judged(flown.plan.name, result) for flown in results if not flown.plan.another_reading
+              for result in judge_run(flown.plan.claims, flown.metrics, metrics)),
             *(Judged(outcome.settings.name, result) for outcome in evaluate_all(results)
               for result in judge_procedure(outcome))]
 
 
 def split(settings: Settings, scale: float, ripple: bool, judged: Sequence[Judged]) -> Row:
-    return Row(scale, ripple, [each for each in judged if each.owner in settings.training],
-               [each for each in judged if each.owner not in settings.training])
+    return Row(scale, ripple, [claim for claim in judged if claim.owner in settings.training],
+               [claim for claim in judged if claim.owner not in settings.training])
 
 
 def best_scale(rows: Sequence[Row]) -> float:
@@ -136,7 +136,7 @@ def best_scale(rows: Sequence[Row]) -> float:
 
 def counts(judged: Iterable[Judged]) -> tuple[tuple[int, int, int], tuple[int, int]]:
     """Verdicts on sentences (reproduced, within 10 %, not reproduced) and on bounds (met, not met)."""
-    results = [each.result for each in judged]
+    results = [claim.result for claim in judged]
     words, axes = count_verdicts(sentences(results)), count_verdicts(results)
     return ((words["reproduced"], words["within 10 %"], words["no difference"] + words["not reproduced"]),
             (axes["met"], axes["not met"]))
@@ -185,7 +185,7 @@ def table_of(settings: Settings, rows: Sequence[Row]) -> str:
         cells = [f"**{label}**" if row.scale == best and not row.ripple else label]
         for judged in (row.training, row.held_out):
             of_sentences, (met, missed) = counts(judged)
-            misfit = 0.5 * sum(residual(each.result, settings.largest_residual) ** 2 for each in judged)
+            misfit = 0.5 * sum(residual(claim.result, settings.largest_residual) ** 2 for claim in judged)
             cells += [" / ".join(map(str, of_sentences)), f"{met} of {met + missed}", f"{misfit:.1f}"]
         lines.append(f"| {' | '.join(cells)} |")
     return "\n".join([*lines, ""])

@@ -97,7 +97,7 @@ def bounds(regulator: Regulator3DOF, cell: int, lower: float, upper: float) -> B
     waves = ripple.amplitude * 2 * pi / ripple.period
     attraction = 4 * RIG.stage.attraction * iv.mpf([1 - RIG.modulation, 1])
     coils, iron, limit = 4 * iv.mpf(RIG.stage.coils), 4 * iv.mpf(RIG.stage.iron), regulator.current_limit
-    found: dict[str, list[Any]] = {"mu": [], "alpha": [], "sigma": [], "growth": []}
+    intervals: dict[str, list[Any]] = {"mu": [], "alpha": [], "sigma": [], "growth": []}
     for part in range(PARTS):
         g = lower + (iv.mpf([part, part + 1]) / PARTS) * (iv.mpf(upper) - lower)
         f2, f3, f4, slope2, slope3, slope4 = shapes(regulator.geometry, g)
@@ -108,23 +108,23 @@ def bounds(regulator: Regulator3DOF, cell: int, lower: float, upper: float) -> B
         rest = 2 * constant / (coils * f3 + root)
         stiffness = coils * slope3 * rest - iron * slope4 * rest**2 - attraction * slope2 + iv.mpf([-waves, waves])
         secant = coils * f3 - iron * f4 * (iv.mpf([-limit, limit]) + rest)
-        found["mu"].append(secant / gain)
-        found["alpha"].append(-gain * slope)
-        found["sigma"].append(gain * (slope + stiffness / root))
-        found["growth"].append(gain_slope / gain)
-    return {name: (min(nextafter(float(each.a), -inf) for each in values),
-                   max(nextafter(float(each.b), inf) for each in values)) for name, values in found.items()}
+        intervals["mu"].append(secant / gain)
+        intervals["alpha"].append(-gain * slope)
+        intervals["sigma"].append(gain * (slope + stiffness / root))
+        intervals["growth"].append(gain_slope / gain)
+    return {name: (min(nextafter(float(interval.a), -inf) for interval in values),
+                   max(nextafter(float(interval.b), inf) for interval in values)) for name, values in intervals.items()}
 
 
 def cells(regulator: Regulator3DOF) -> list[tuple[float, float, Box]]:
     """Cells of the table in the range: both gaps (m), and the bounds between them."""
     gaps = [regulator.table.lower + k * regulator.table.spacing for k in range(15)]
-    found = []
+    pieces = []
     for k, (lower, upper) in enumerate(pairwise(gaps)):
         lower, upper = max(lower, LOWER), min(upper, UPPER)
         if upper - lower > 1e-9:
-            found.append((lower, upper, bounds(regulator, k, lower, upper)))
-    return found
+            pieces.append((lower, upper, bounds(regulator, k, lower, upper)))
+    return pieces
 
 
 def loop(regulator: Regulator3DOF, mu: Any, alpha: Any, sigma: Any, growth: Any, rate: Any) -> list[list[Any]]:
@@ -161,7 +161,7 @@ def find(rate: float, decay: float) -> dict[str, Any]:
     P = [cvxpy.Variable((size, size), symmetric=True) for _ in range(len(parts) + 1)]
     largest = cvxpy.Variable()
     even = np.diag(EVEN)
-    constraints = [each >> np.eye(size) for each in P] + [each << largest * np.eye(size) for each in P]
+    constraints = [matrix >> np.eye(size) for matrix in P] + [matrix << largest * np.eye(size) for matrix in P]
     for k, (lower, upper, box) in enumerate(parts):
         for end, corner in product((0, 1), corners(box, rate)):
             a = np.array(loop(regulator, *map(float, corner))) * scale[None, :] / scale[:, None]
@@ -179,22 +179,22 @@ def find(rate: float, decay: float) -> dict[str, Any]:
     else:
         raise SystemExit(f"rate {rate:g} m/s, decay {decay:g} 1/s: Clarabel found nothing")
     return {"rate": rate, "decay": float(ROOM) * decay, "scale": scale.tolist(),
-            "P": [each.value.tolist() for each in P]}
+            "P": [matrix.value.tolist() for matrix in P]}
 
 
-def verify(found: Mapping[str, Any]) -> bool:
+def verify(certificate: Mapping[str, Any]) -> bool:
     """Whether V is positive and decreases at every corner of every cell, in rational arithmetic alone."""
-    regulator, decay = table(), Fraction(found["decay"])
-    scale = [Fraction(each) for each in found["scale"]]
-    P = [[[Fraction(each) / (scale[i] * scale[j]) for j, each in enumerate(row)] for i, row in enumerate(matrix)]
-         for matrix in found["P"]]
+    regulator, decay = table(), Fraction(certificate["decay"])
+    scale = [Fraction(entry) for entry in certificate["scale"]]
+    P = [[[Fraction(entry) / (scale[i] * scale[j]) for j, entry in enumerate(row)] for i, row in enumerate(matrix)]
+         for matrix in certificate["P"]]
     parts = cells(regulator)
     if len(P) != len(parts) + 1 or any(row[j] != matrix[j][i] for matrix in P for i, row in enumerate(matrix)
                                        for j in range(i)) or not all(map(positive, P)):
         return False
     states = range(len(STATES))
     for k, (lower, upper, box) in enumerate(parts):
-        for end, corner in product((0, 1), corners(box, found["rate"])):
+        for end, corner in product((0, 1), corners(box, certificate["rate"])):
             a = loop(regulator, *map(Fraction, corner))
             p, per_gap = P[k + end], Fraction(corner[-1]) / (Fraction(upper) - Fraction(lower))
             pa = [[sum(p[i][m] * a[m][j] for m in states) for j in states] for i in states]
@@ -223,11 +223,11 @@ def main() -> None:
     parser.add_argument("--rate", type=float, default=0.05, help="of the gap, m/s")
     parser.add_argument("--decay", type=float, default=0.05, help="1/s")
     given = parser.parse_args()
-    found = find(given.rate, given.decay)
-    if not verify(found):
+    certificate = find(given.rate, given.decay)
+    if not verify(certificate):
         raise SystemExit(f"rate {given.rate:g} m/s, decay {given.decay:g} 1/s: not certified")
-    write_whole(FILE, json.dumps(found) + "\n")
-    print(f"certified at {found['rate']:g} m/s, decay {found['decay']:g} 1/s: {FILE.name}")
+    write_whole(FILE, json.dumps(certificate) + "\n")
+    print(f"certified at {certificate['rate']:g} m/s, decay {certificate['decay']:g} 1/s: {FILE.name}")
 
 
 if __name__ == "__main__":

@@ -76,9 +76,9 @@ def fly_law(law: str, options: argparse.Namespace) -> tuple[LawMap, str]:
         table = {"name": f"{STUDY}-{law}-{name}", "scenario": str(scenario), "vary": vary, "design": {"kind": "rows"},
                  "metrics": study.metrics, "limits": {key: {"max": limit.max.written} for key, limit in
                                                       study.limits.items() if limit.max is not None}}
-        found = maglev.study(read_study(table, path), out=options.out, jobs=options.jobs, resume=True)
-        rows = found.to_arrow()
-        flown_as.append((found.command(0).split(" --set")[0], grid_of(rows, found.about)))
+        computed = maglev.study(read_study(table, path), out=options.out, jobs=options.jobs, resume=True)
+        rows = computed.to_arrow()
+        flown_as.append((computed.command(0).split(" --set")[0], grid_of(rows, computed.about)))
         return outcomes_of(rows)
 
     down, across, layers = (np.array(values_of(side), np.float64) for side in sides)
@@ -110,8 +110,8 @@ def main() -> None:
     options = parser.parse_args()
     maps = []
     for law in FLOWN:
-        found, said = fly_law(law, options)
-        maps.append(found)
+        outcome_map, said = fly_law(law, options)
+        maps.append(outcome_map)
         print(said, flush=True)
     draw(maps, options.out, options.docs)
 
@@ -120,11 +120,11 @@ def draw(maps: Sequence[LawMap], out: Path, docs: Path) -> None:
     """Write the page and the picture of the maps of all laws."""
     down, across, payload = maps[0].factors
     write_maps(out / f"{STUDY}.html", "From where each law lands the 3-DOF stage",
-               SAID.format(sum(each.cells.size for each in maps)), maps, WORDS)
+               SAID.format(sum(outcome_map.cells.size for outcome_map in maps)), maps, WORDS)
     write_picture(docs / f"{STUDY}.png", "3-DOF stage: from where each law lands", [
         Row(f"Payload {1e3 * kilograms:g} g", Side("gap, mm", ticks(1e3 * down.values)),
             Side("speed downwards, m/s", ticks(across.values)),
-            {each.name: each.cells[k].astype(np.int64) for each in maps})
+            {outcome_map.name: outcome_map.cells[k].astype(np.int64) for outcome_map in maps})
         for k, kilograms in enumerate(payload.values)], WORDS, COLOURS)
 
 

@@ -50,10 +50,10 @@ def map_laws(words: str, data: Path, read: Callable[[Path], dict[str, Maps]],
 
 def origin_of(paths: Iterable[Path]) -> Origin:
     """What studies' datasets rest on: their versions, commits, where known, and FMUs."""
-    found = [metadata_of(path)["provenance"] for path in paths]
-    commits = sorted({each["commit"] for each in found} - {None})
-    return Origin(", ".join(sorted({each["version"] for each in found})), ", ".join(commits) or None,
-                  {fmu["model"]: fmu["guid"] for each in found for fmu in each["fmus"]})
+    provenances = [metadata_of(path)["provenance"] for path in paths]
+    commits = sorted({provenance["commit"] for provenance in provenances} - {None})
+    return Origin(", ".join(sorted({provenance["version"] for provenance in provenances})), ", ".join(commits) or None,
+                  {fmu["model"]: fmu["guid"] for provenance in provenances for fmu in provenance["fmus"]})
 
 
 def markdown_table(rows: Sequence[Sequence[str]]) -> str:
@@ -87,7 +87,7 @@ def write_picture(path: Path, title: str, rows: Sequence[Row], outcomes: Sequenc
         places[0].set_ylabel(f"{row.heading.rpartition(', ')[2]}\n{row.down.title}", fontsize=9)
     for law, axes in zip(laws, grid[0], strict=True):
         axes.set_title(law)
-    found = seen(cells for row in rows for cells in row.cells.values())
-    figure.legend(handles=[Patch(color=colours[outcome], label=outcomes[outcome]) for outcome in found],
+    occurring = seen(cells for row in rows for cells in row.cells.values())
+    figure.legend(handles=[Patch(color=colours[outcome], label=outcomes[outcome]) for outcome in occurring],
                   loc="outside lower center", ncols=4, frameon=False, title=f"·  {dotted}" if dotted else None)
     figure.savefig(path, dpi=100)

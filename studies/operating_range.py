@@ -78,8 +78,8 @@ def read_map(path: Path) -> Map:
     # Samples of a grid stand in the order of what varies.
     initial, target, steps, constants = (np.unique(columns[name]) for name in ("initial gap", "target gap", what,
                                                                                "constants"))
-    found = outcomes(columns, at_limit).reshape(len(initial), len(target), len(steps), len(constants))
-    return Map(initial, target, steps, constants, found, what)
+    ends = outcomes(columns, at_limit).reshape(len(initial), len(target), len(steps), len(constants))
+    return Map(initial, target, steps, constants, ends, what)
 
 
 def write_maps(path: Path, rigs: Mapping[str, RigMaps]) -> None:
@@ -98,7 +98,7 @@ def rig_data(maps: RigMaps) -> dict[str, object]:
     return {"version": origin.version, "commit": origin.commit, "guids": dict(origin.guids),
             "initial gap": lengths(first.initial), "target gap": lengths(first.target),
             first.what: lengths(first.steps), "constants": first.constants.tolist(),
-            "laws": {law: texts_of(found.outcomes.transpose(2, 3, 0, 1)) for law, found in maps.laws.items()}}
+            "laws": {law: texts_of(ends.outcomes.transpose(2, 3, 0, 1)) for law, ends in maps.laws.items()}}
 
 
 def lengths(values: Array) -> list[float]:

@@ -73,20 +73,20 @@ def read_outcomes(path: Path, question: Question) -> Outcomes:
     columns = {name: table[name].to_numpy() for name in table.column_names if name != "failure"}
     tilts = tuple(name.removeprefix("end error of ") for name, unit in units_of(table).items()
                   if name.startswith("end error of ") and unit == "rad")
-    found = outcomes(columns, tilts)
+    ends = outcomes(columns, tilts)
     # A flight that its FMUs ended, by running away, was beyond a stop before.
-    found[[failure is not None for failure in table["failure"].to_pylist()]] = STOPPED
+    ends[[failure is not None for failure in table["failure"].to_pylist()]] = STOPPED
     shape = len(question.down.values), len(question.along.values)
-    if len(found) % (shape[0] * shape[1]):
-        raise MaglevError(f"{path}: {len(found)} samples, expected {shape[0]} by {shape[1]} for each step")
+    if len(ends) % (shape[0] * shape[1]):
+        raise MaglevError(f"{path}: {len(ends)} samples, expected {shape[0]} by {shape[1]} for each step")
     # Samples of a grid stand in the order of what varies, of which the steps are the last.
-    return np.moveaxis(found.reshape(*shape, -1), -1, 0)
+    return np.moveaxis(ends.reshape(*shape, -1), -1, 0)
 
 
 def write_found(path: Path, rigs: Mapping[str, RigMaps]) -> None:
     """Write maps as JSON: a text of digits, indices of "outcomes", for each value down a map."""
     data = {name: {"version": rig.origin.version, "commit": rig.origin.commit, "steps of the gap, mm": rig.sizes,
-                   "maps": {question: {law: texts_of(found) for law, found in laws.items()}
+                   "maps": {question: {law: texts_of(outcomes_of_law) for law, outcomes_of_law in laws.items()}
                             for question, laws in rig.maps.items()}} for name, rig in rigs.items()}
     sides = {question.name: {side: {"name": worse.name, "unit": worse.unit, "values": worse.values}
                              for side, worse in (("down", question.down), ("along", question.along))}
@@ -103,9 +103,9 @@ def study_of(rig: Rig, law: str, question: Question, folder: Path) -> StudyFile:
         measurement=(PACKAGED / "loops" / f"{rig.name}-measurement.toml").as_posix()), encoding="utf-8")
     gap, start = rig.vertical.name, 1e3 * rig.vertical.start
     measured = [encoder.rpartition(".")[0] for encoder in rig.encoders]
-    vary = [{"name": each.name, "kind": "list", "values": [f"{value:g} {each.unit}" for value in each.values],
-             "set": [each.sets.format(name) for name in measured] if "{}" in each.sets else [each.sets]}
-            for each in (question.down, question.along)]
+    vary = [{"name": side.name, "kind": "list", "values": [f"{value:g} {side.unit}" for value in side.values],
+             "set": [side.sets.format(name) for name in measured] if "{}" in side.sets else [side.sets]}
+            for side in (question.down, question.along)]
     steps = {"name": "target gap", "kind": "list", "values": [f"{start - size:g} mm" for size in SIZES],
              "set": [f"reference.{gap}.end", *(["controller.setpoint"] if law == "linear" else [])]}
     beside = {f"reference.{axis.name}.end": BESIDE[bool(rig.rotations)] for axis in rig.rotations or rig.horizontal}
@@ -120,11 +120,11 @@ def fly_rig(name: str, laws: tuple[str, ...], fly: Fly, options: argparse.Namesp
         for law in laws:
             paths.append(fly(study_of(rig, law, question, options.out / "tolerances")))
             maps.setdefault(question.name, {})[NAMES.get(law, law)] = read_outcomes(paths[-1], question)
-    found = RigMaps(SIZES, maps, origin_of(paths))
-    write_picture(options.docs / f"tolerances-{name}.png", f"{rig.title}: what each law tolerates", found.rows(),
+    of_rig = RigMaps(SIZES, maps, origin_of(paths))
+    write_picture(options.docs / f"tolerances-{name}.png", f"{rig.title}: what each law tolerates", of_rig.rows(),
                   OUTCOMES, COLOURS)
-    print(f"\n{name}\n\n{markdown_table(found.table())}", flush=True)
-    return found
+    print(f"\n{name}\n\n{markdown_table(of_rig.table())}", flush=True)
+    return of_rig
 
 
 if __name__ == "__main__":

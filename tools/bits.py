@@ -118,10 +118,10 @@ def run_of(name: str) -> Run:
     start: dict[str, float | bool] = {}
     continuous, voltage = LIMITS[name.removeprefix("ClosedLoop")]
     for pattern, value in {**EFFECTS, "plant.*.amplifier.continuous": continuous, "plant.bus_voltage": voltage}.items():
-        found = [v.place for v in of.variables if v.causality == "parameter" and fnmatch(v.name, pattern)]
-        if not found:
+        places = [v.place for v in of.variables if v.causality == "parameter" and fnmatch(v.name, pattern)]
+        if not places:
             raise ValueError(f"{name}: no parameter is like {pattern}")
-        start |= dict.fromkeys(found, value)
+        start |= dict.fromkeys(places, value)
     waves: dict[str, Wave] = {}
     for v in of.variables:
         for pattern, (amplitude, frequency) in WAVES.items():
@@ -159,8 +159,8 @@ class Absent(Exception):
 def command(*names: str) -> str:
     """Path of the first of some programs that is there."""
     for name in names:
-        if found := shutil.which(name):
-            return found
+        if path := shutil.which(name):
+            return path
     raise Absent(f"no {names[0]}")
 
 
@@ -178,10 +178,10 @@ def python(minor: int, run: Run) -> str:
     own = sys.executable if sys.version_info[1] == minor else None
     pyenv = Path(os.environ.get("PYENV_ROOT", Path.home() / ".pyenv"), "versions")
     # pyenv's own program first: the one on the path may be a shim that refuses.
-    found = own or next(map(str, pyenv.glob(f"3.{minor}.*/bin/python")), None) or shutil.which(f"python3.{minor}")
-    if found is None:
+    path = own or next(map(str, pyenv.glob(f"3.{minor}.*/bin/python")), None) or shutil.which(f"python3.{minor}")
+    if path is None:
         raise Absent(f"no Python 3.{minor}")
-    return printed(found, "-IB", HOSTS / "host.py", ROOT, text=json.dumps(run.plan()))
+    return printed(path, "-IB", HOSTS / "host.py", ROOT, text=json.dumps(run.plan()))
 
 
 def by_gcc(run: Run) -> str:
@@ -311,10 +311,10 @@ THOROUGH = (
     Environment("WebAssembly", "zig, Chromium", chromium))
 
 
-def table(found: Mapping[Environment, tuple[str, ...] | str]) -> str:
-    rows = [f"| {each.name} | {each.by} | " + (
+def table(results: Mapping[Environment, tuple[str, ...] | str]) -> str:
+    rows = [f"| {environment.name} | {environment.by} | " + (
         f"{NOT_HERE}: {result} |{(len(NAMES) - 1) * ' |'}" if isinstance(result, str)
-        else " | ".join(f"`{digest}`" for digest in result) + " |") for each, result in found.items()]
+        else " | ".join(f"`{digest}`" for digest in result) + " |") for environment, result in results.items()]
     stages = [name.removeprefix("ClosedLoop").replace("DOF", "-DOF") for name in NAMES]
     return "\n".join([f"| where | by | {' | '.join(stages)} |", f"|---|---|{len(NAMES) * '---|'}", *rows])
 
@@ -331,16 +331,16 @@ def main() -> None:
     parser = argparse.ArgumentParser(description=(__doc__ or "").splitlines()[0])
     parser.add_argument("--check", action="store_true", help="compare with the page instead of writing it")
     arguments = parser.parse_args()
-    found = {}
+    results = {}
     for environment in QUICK + THOROUGH:
-        found[environment] = environment.digests()
-        print(f"{environment.name} ({environment.by}): {found[environment]}", flush=True)
-    seen = {result for result in found.values() if not isinstance(result, str)}
+        results[environment] = environment.digests()
+        print(f"{environment.name} ({environment.by}): {results[environment]}", flush=True)
+    seen = {result for result in results.values() if not isinstance(result, str)}
     if arguments.check:
         seen |= of_page()
     else:
         before, _, rest = PAGE.read_text(encoding="utf-8").partition(BEGIN)
-        PAGE.write_text(f"{before}{BEGIN}\n\n{table(found)}\n\n{END}{rest.partition(END)[2]}", encoding="utf-8")
+        PAGE.write_text(f"{before}{BEGIN}\n\n{table(results)}\n\n{END}{rest.partition(END)[2]}", encoding="utf-8")
     if len(seen) != 1 or any("0" * 16 in digest for digest in seen):
         sys.exit(f"not the same bits: {seen}")
 

@@ -65,19 +65,19 @@ def box_of(module: str) -> str:
 
 
 def arrows() -> dict[str, set[str]]:
-    found: dict[str, set[str]] = {}
+    graph: dict[str, set[str]] = {}
     for path in (path for package in PACKAGES for path in sorted((ROOT / package).rglob("*.py"))):
         box = box_of(".".join(path.relative_to(ROOT).with_suffix("").parts))
         reached = {box_of(name) for _, name in imported(path) if name.split(".")[0] in PACKAGES and " " not in name}
-        found[box] = found.get(box, set()) | reached - {box}
-    return {box: reached & found.keys() for box, reached in found.items()}
+        graph[box] = graph.get(box, set()) | reached - {box}
+    return {box: reached & graph.keys() for box, reached in graph.items()}
 
 
 def levels(graph: dict[str, set[str]]) -> dict[str, int]:
     """Row of each box, counted from the ground: one above the highest that it imports."""
     rows: dict[str, int] = {}
     for box in TopologicalSorter(graph).static_order():
-        rows[box] = 1 + max((rows[each] for each in graph[box]), default=-1)
+        rows[box] = 1 + max((rows[below] for below in graph[box]), default=-1)
     return rows
 
 
@@ -85,8 +85,8 @@ def reduced(graph: dict[str, set[str]]) -> dict[str, set[str]]:
     """The arrows but for those that a way over others makes superfluous."""
     below: dict[str, set[str]] = {}
     for box in TopologicalSorter(graph).static_order():
-        below[box] = graph[box].union(*(below[each] for each in graph[box]))
-    return {box: {each for each in reached if not any(each in below[other] for other in reached)}
+        below[box] = graph[box].union(*(below[under] for under in graph[box]))
+    return {box: {box for box in reached if not any(box in below[other] for other in reached)}
             for box, reached in graph.items()}
 
 
@@ -97,7 +97,7 @@ def rows_of(graph: dict[str, set[str]], lines: dict[str, set[str]]) -> list[list
     place: dict[str, float] = {}
     for number in range(max(level.values()), -1, -1):
         boxes = sorted(box for box in graph if level[box] == number)
-        above = {box: [place[each] for each in place if box in lines[each]] for box in boxes}
+        above = {box: [place[row] for row in place if box in lines[row]] for box in boxes}
         boxes.sort(key=lambda box: (sum(above[box]) / len(above[box]) if above[box] else 0.0, box))
         place |= {box: k - (len(boxes) - 1) / 2 for k, box in enumerate(boxes)}
         rows.append(boxes)
@@ -113,7 +113,7 @@ def drawing() -> str:
              for number, row in enumerate(rows) for k, box in enumerate(row)}
     drawn = []
     for box, reached in sorted(lines.items()):
-        for x, y in (place[each] for each in sorted(reached)):
+        for x, y in (place[box] for box in sorted(reached)):
             x0, y0 = place[box][0], place[box][1] + HEIGHT
             bend = (y - y0) / 2
             drawn.append(f'  <path d="M{x0:g} {y0:g} C{x0:g} {y0 + bend:g} {x:g} {y - bend:g} {x:g} {y:g}"/>')

@@ -72,10 +72,10 @@ class Mutation(NamedTuple):
 def read_mutations() -> list[Mutation]:
     """Mutations of `mutants.toml`, in its order."""
     groups = tomllib.loads(LIST.read_text(encoding="utf-8"))["groups"]
-    return [Mutation(name, each.get("file", group.get("file")), each["old"], each["new"], tuple(group.get("fmus", ())),
-                     tuple(each.get("runs", group.get("runs", ()))), tuple(group.get("tests", ())),
-                     each.get("equivalent", ""))
-            for name, group in groups.items() for each in group["mutations"]]
+    return [Mutation(name, mutation.get("file", group.get("file")), mutation["old"], mutation["new"],
+                     tuple(group.get("fmus", ())), tuple(mutation.get("runs", group.get("runs", ()))),
+                     tuple(group.get("tests", ())), mutation.get("equivalent", ""))
+            for name, group in groups.items() for mutation in group["mutations"]]
 
 
 def plans_of(runs: Sequence[str]) -> list[RunPlan]:

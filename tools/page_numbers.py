@@ -24,7 +24,7 @@ def main() -> int:
     for page, rows in tomllib.loads(LIST.read_text(encoding="utf-8")).items():
         text = " ".join((ROOT / "docs" / page).read_text(encoding="utf-8").split())
         for template, *specifications in rows:
-            expected = template.format(*(number(each) for each in specifications))
+            expected = template.format(*(number(specification) for specification in specifications))
             if expected not in text:
                 wrong += 1
                 print(f"docs/{page}: expected {expected!r} by {', '.join(specifications)}")
@@ -33,14 +33,14 @@ def main() -> int:
 
 def number(specification: str) -> float:
     """What a run has, in the unit: the largest of all steps and events, or their mean."""
-    found = VALUE.fullmatch(specification)
-    if found is None:
+    match = VALUE.fullmatch(specification)
+    if match is None:
         sys.exit(f"{LIST.name}: {specification!r}: expected 'RUN: QUANTITY of AXIS in UNIT'")
-    values = [each.value for each in flown(found["run"], bool(found["jacobi"])).measures
-              if (each.quantity, each.of) == (found["quantity"], found["of"] or "")]
+    values = [measure.value for measure in flown(match["run"], bool(match["jacobi"])).measures
+              if (measure.quantity, measure.of) == (match["quantity"], match["of"] or "")]
     if not values:
         sys.exit(f"{LIST.name}: {specification!r}: the run has no such quantity")
-    return to_unit(fmean(values) if found["mean"] else max(values), found["unit"])
+    return to_unit(fmean(values) if match["mean"] else max(values), match["unit"])
 
 
 @cache

@@ -56,10 +56,10 @@ SETS = (
 )
 
 
-def difference(each: GainSet) -> float:
+def difference(gain_set: GainSet) -> float:
     """Largest relative difference of a coefficient of the polynomial of the gains from that of the printed poles."""
-    printed = np.poly(each.poles).real
-    return float(np.abs(regulator_polynomial(each.gains, OMEGA0) / printed - 1.0)[1:].max())
+    printed = np.poly(gain_set.poles).real
+    return float(np.abs(regulator_polynomial(gain_set.gains, OMEGA0) / printed - 1.0)[1:].max())
 
 
 def verdict(share: float) -> str:
@@ -67,11 +67,11 @@ def verdict(share: float) -> str:
     return "the same" if share < SAME else "nearly" if share < NEARLY else "**not these**"
 
 
-def loop_with(each: GainSet, parameters: Mapping[str, float] | None = None) -> Loop:
+def loop_with(gain_set: GainSet, parameters: Mapping[str, float] | None = None) -> Loop:
     """Loop of the stage with these gains on their axes, and parameters of the plant; all others are as they start."""
-    gains = {f"{axis}.k{k}": value for axis in each.axes for k, value in enumerate(each.gains, 1)}
-    vertical = "v" if each.stage == "2DOF" else "y"
-    return linearise_loop(f"Plant{each.stage}", f"Regulator{each.stage}", {vertical: each.gap},
+    gains = {f"{axis}.k{k}": value for axis in gain_set.axes for k, value in enumerate(gain_set.gains, 1)}
+    vertical = "v" if gain_set.stage == "2DOF" else "y"
+    return linearise_loop(f"Plant{gain_set.stage}", f"Regulator{gain_set.stage}", {vertical: gain_set.gap},
                           # Without bias no quadrature current flows at rest, and the axes do not act on each other.
                           plant_parameters={**{f"{axis}.bias": 0.0 for axis in ("vh" if vertical == "v" else "yxz")},
                                             **(parameters or {})},
@@ -100,10 +100,10 @@ def design_table() -> list[str]:
     """Printed poles, the poles of the printed gains, and how far their polynomials are apart."""
     rows = ["| gains | printed poles (1/s) | poles of the gains (1/s) | coefficients within | verdict |",
             "|---|---|---|---|---|"]
-    for each in SETS:
-        share, poles = difference(each), slowest_first(
-            np.roots(regulator_polynomial(each.gains, OMEGA0)).astype(np.complex128))
-        rows.append(f"| {each.name} {each.source} | {written(each.poles)} | "
+    for gain_set in SETS:
+        share, poles = difference(gain_set), slowest_first(
+            np.roots(regulator_polynomial(gain_set.gains, OMEGA0)).astype(np.complex128))
+        rows.append(f"| {gain_set.name} {gain_set.source} | {written(gain_set.poles)} | "
                     f"{written(poles)} | {100.0 * share:.2g} % | {verdict(share)} |")
     return rows
 
@@ -112,14 +112,15 @@ def loop_table() -> list[str]:
     """Poles of the design beside those of the sampled loop of plant and regulator, and its margins."""
     rows = ["| gains | axis, at | poles in the loop, to 300 /s (1/s) | gain factor | phase | delay | Ms | disk |",
             "|---|---|---|---|---|---|---|---|"]
-    for each in SETS:
-        loop = loop_with(each)
-        axis = each.axes[0]
+    for gain_set in SETS:
+        loop = loop_with(gain_set)
+        axis = gain_set.axes[0]
         margins = loop.margins(axis)
         slow = [rate for rate in axis_rates(loop, axis) if abs(rate) < FAST]
-        rows.append(f"| {each.name} {each.source} | {axis}, {1e3 * each.gap:.0f} mm | {written(np.array(slow))} | "
-                    f"{margins.gain_down:.2f}…{margins.gain_up:.0f} | {np.degrees(margins.phase):.0f}° | "
-                    f"{1e3 * margins.delay:.1f} ms | {margins.sensitivity_peak:.2f} | {margins.disk:.2f} |")
+        rows.append(f"| {gain_set.name} {gain_set.source} | {axis}, {1e3 * gain_set.gap:.0f} mm | "
+                    f"{written(np.array(slow))} | {margins.gain_down:.2f}…{margins.gain_up:.0f} | "
+                    f"{np.degrees(margins.phase):.0f}° | {1e3 * margins.delay:.1f} ms | "
+                    f"{margins.sensitivity_peak:.2f} | {margins.disk:.2f} |")
     return rows
 
 

@@ -72,11 +72,11 @@ def main() -> None:
         plan, fmu = found_run
         steps, every = (LOOP_STEPS, LOOP_EVERY) if fmu == "loop" else (STEPS, EVERY)
         experiment = prepare(early(plan, steps * plan.step), Path("fmus"), {}, {})
-        found = recorded(experiment, experiment.run(), fmu, f"{name}_validation", VALIDATION,
+        files = recorded(experiment, experiment.run(), fmu, f"{name}_validation", VALIDATION,
                          f"{name} as in the start of the scenario {plan.name}", every, DIGITS)
-        for old in FOLDER.glob(f"{found.name}*"):
+        for old in FOLDER.glob(f"{files.name}*"):
             old.unlink()
-        for file, data in found.files().items():
+        for file, data in files.files().items():
             (FOLDER / file).write_bytes(data)
 
 

@@ -153,7 +153,7 @@ def tidied(given: Path, path: Path, date: int) -> None:
     """Write an archive anew without what depends on machine, user and hour, which setuptools puts in."""
     with tarfile.open(given) as archive, path.open("wb") as file, gzip.GzipFile("", "wb", mtime=date, fileobj=file) as \
             packed_file, tarfile.open(fileobj=packed_file, mode="w", format=tarfile.PAX_FORMAT) as written:
-        for entry in sorted(archive, key=lambda each: each.name):
+        for entry in sorted(archive, key=lambda member: member.name):
             content = archive.extractfile(entry)
             plain = tarfile.TarInfo(entry.name)
             plain.type, plain.size, plain.mtime = entry.type, entry.size, date

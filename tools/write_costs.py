@@ -25,13 +25,13 @@ HEAD = "# Written by `python tools/write_costs.py`.\n"
 
 def laws() -> dict[str, str]:
     """Usual runs of all laws, by the names of their FMUs."""
-    found = {}
+    runs = {}
     for name in DEFINITIONS:
         try:
-            found[name] = usual_run(definition(name))
+            runs[name] = usual_run(definition(name))
         except ScenarioError:
             continue
-    return found
+    return runs
 
 
 def measured(name: str, run: str) -> Cost:
@@ -54,13 +54,13 @@ def as_markdown(costs: Mapping[str, Cost]) -> str:
 
 
 def main() -> None:
-    found = {}
+    costs = {}
     for name, run in laws().items():
-        found[name] = measured(name, run)
-        print(name, found[name], flush=True)
-    COSTS.write_text(as_toml(found), encoding="utf-8")
+        costs[name] = measured(name, run)
+        print(name, costs[name], flush=True)
+    COSTS.write_text(as_toml(costs), encoding="utf-8")
     before, rest = PAGE.read_text(encoding="utf-8").split(BEGIN)
-    PAGE.write_text(f"{before}{BEGIN}\n{as_markdown(found)}\n{END}{rest.split(END)[1]}", encoding="utf-8")
+    PAGE.write_text(f"{before}{BEGIN}\n{as_markdown(costs)}\n{END}{rest.split(END)[1]}", encoding="utf-8")
 
 
 if __name__ == "__main__":

@@ -68,26 +68,26 @@ def keys_of(table: type[Table]) -> list[Key]:
     for name, field in table.model_fields.items():
         key = field.alias or name
         if field.description and name not in shared:
-            named = f": {', '.join(f'`{each}`' for each in NAMES[table, key])}" if (table, key) in NAMES else ""
+            named = f": {', '.join(f'`{name}`' for name in NAMES[table, key])}" if (table, key) in NAMES else ""
             own.append(Key(key, kind_of(field), without(key, field), field.description + named))
     return [*OF_FILES, *own] if table is RunPlan else own
 
 
 def kind_of(field: FieldInfo) -> str:
-    found = next((each for each in field.metadata if isinstance(each, ValueKind)), None)
-    return found.words if found is not None else words(field.annotation)
+    kind = next((item for item in field.metadata if isinstance(item, ValueKind)), None)
+    return kind.words if kind is not None else words(field.annotation)
 
 
 def words(annotation: Any) -> str:
     arguments = get_args(annotation)
     origin = get_origin(annotation)
     if origin is Annotated:
-        found = next((each for each in arguments[1:] if isinstance(each, ValueKind)), None)
-        return found.words if found is not None else words(arguments[0])
+        kind = next((item for item in arguments[1:] if isinstance(item, ValueKind)), None)
+        return kind.words if kind is not None else words(arguments[0])
     if origin in (Union, UnionType):
-        return ", or ".join(dict.fromkeys(words(each) for each in arguments if each is not NoneType))
+        return ", or ".join(dict.fromkeys(words(argument) for argument in arguments if argument is not NoneType))
     if origin is Literal:
-        return " or ".join(f'"{each}"' for each in arguments)
+        return " or ".join(f'"{argument}"' for argument in arguments)
     if origin is list:
         of = words(arguments[0])
         return "tables" if "table" in of else f"list of {'pairs' if get_origin(arguments[0]) is tuple else plural(of)}"
@@ -119,7 +119,7 @@ def without(key: str, field: FieldInfo) -> str:
         return ""
     if isinstance(default, bool):
         return str(default).lower()
-    unit = next((each.unit for each in field.metadata if isinstance(each, ValueKind)), "")
+    unit = next((item.unit for item in field.metadata if isinstance(item, ValueKind)), "")
     return f"{default:g} {unit}".rstrip() if isinstance(default, float) else str(default)
 
 

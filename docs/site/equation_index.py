@@ -13,16 +13,16 @@ def index_equations(_app: Any, document: nodes.document) -> None:
     """Add to each section the numbers of the equations of the thesis in it, as index entries, which the search has."""
     for section in document.findall(nodes.section):
         own = [child for child in section.children if not isinstance(child, nodes.section)]
-        found = dict.fromkeys(number for child in own for number in NUMBER.findall(text_of(child)))
-        if found and section["ids"]:
+        numbers = dict.fromkeys(number for child in own for number in NUMBER.findall(text_of(child)))
+        if numbers and section["ids"]:
             entries = [("single", text, section["ids"][0], "", None)
-                       for number in found for text in (f"({number})", f"equation {number}")]
+                       for number in numbers for text in (f"({number})", f"equation {number}")]
             section.insert(1, addnodes.index(entries=entries))
 
 
 def text_of(node: nodes.Node) -> str:
     """Text of a part of a page with the TeX of its equations, whose numbers stand in it behind \\qquad."""
-    return "\n".join(each.astext() for each in node.findall(nodes.Text)) if node.children else node.astext()
+    return "\n".join(text.astext() for text in node.findall(nodes.Text)) if node.children else node.astext()
 
 
 def setup(app: Any) -> dict[str, bool]:

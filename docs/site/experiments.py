@@ -19,7 +19,7 @@ def page_of(runs: list[RunEntry], picture: str, live: set[str]) -> str:
     first = runs[0]
     text = f"# {first.scenario}\n\n{first.title}.\n\n"
     if first.figures:
-        text += f"Of the thesis: {', '.join(f'figure {each}' for each in first.figures)}.\n\n"
+        text += f"Of the thesis: {', '.join(f'figure {figure}' for figure in first.figures)}.\n\n"
     text += f"    maglev run {first.scenario} --plot\n\n{picture}\n\n"
     text += "| run | what it is | command | |\n|---|---|---|---|\n"
     for run in runs:
@@ -31,8 +31,8 @@ def page_of(runs: list[RunEntry], picture: str, live: set[str]) -> str:
 def picture_of(name: str, path: Path) -> str:
     """Picture of a run, written as PNG, in Markdown; or why there is none."""
     with tempfile.TemporaryDirectory() as folder:   # as many runs, for some start from the ends of others
-        found = maglev.run_all([name], out=folder).runs
-    flown = next(run for run in found if run.plan.name == name)
+        runs = maglev.run_all([name], out=folder).runs
+    flown = next(run for run in runs if run.plan.name == name)
     if flown.failure is not None:
         return f"It does not come to its end: {flown.failure}"
     write_figure(path, figure_of(flown))

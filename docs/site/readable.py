@@ -30,7 +30,7 @@ def make_readable(app: Any, _page: str, _template: str, context: dict[str, Any],
                 context[part] = context[part].replace(without, made)
     if context.get("body"):
         sources = {name: Path(app.srcdir) / path for path, name in app.builder.images.items()}
-        context["body"] = PICTURE.sub(lambda found: f"<img {size_of(sources[found[2]])}{found[1]}", context["body"])
+        context["body"] = PICTURE.sub(lambda match: f"<img {size_of(sources[match[2]])}{match[1]}", context["body"])
 
 
 def size_of(picture: Path) -> str:

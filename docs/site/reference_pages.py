@@ -44,10 +44,10 @@ def command_line_page() -> str:
 
 def functions_page() -> str:
     """Every public name with its docstring: functions first, then what they give, then the errors."""
-    found = [(name, getattr(maglev, name)) for name in maglev.__all__]
-    errors = [name for name, each in found if isinstance(each, type) and issubclass(each, Exception)]
-    classes = [name for name, each in found if isinstance(each, type) and name not in errors]
-    functions = [name for name, each in found if not isinstance(each, type)]
+    public = [(name, getattr(maglev, name)) for name in maglev.__all__]
+    errors = [name for name, what in public if isinstance(what, type) and issubclass(what, Exception)]
+    classes = [name for name, what in public if isinstance(what, type) and name not in errors]
+    functions = [name for name, what in public if not isinstance(what, type)]
     return (FUNCTIONS + "".join(f".. autofunction:: {name}\n\n" for name in functions)
             + "".join(f".. autoclass:: {name}()\n   :members:\n\n" for name in classes)
             + "".join(f".. autoexception:: {name}()\n\n" for name in errors) + "```\n")

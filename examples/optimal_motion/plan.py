@@ -53,8 +53,8 @@ class Stage:
         for k, axis in enumerate(AXES):
             known |= {f"{axis}.position": q[k], f"{axis}.velocity": v[k]}
         names = stage.x()
-        found = rates(ca.vertcat(*(known.get(name, 0.0) for name in names)), np.zeros(stage.nu()))
-        accelerations = ca.vertcat(*(found[names.index(f"{axis}.velocity")] for axis in AXES))
+        slopes = rates(ca.vertcat(*(known.get(name, 0.0) for name in names)), np.zeros(stage.nu()))
+        accelerations = ca.vertcat(*(slopes[names.index(f"{axis}.velocity")] for axis in AXES))
         self.at = ca.Function("at", [q, v, i], [accelerations, ca.vertcat(*phases)])
 
     @staticmethod

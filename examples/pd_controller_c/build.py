@@ -20,7 +20,7 @@ FOLDERS = {"Linux": ("linux64", ".so"), "Darwin": ("darwin64", ".dylib"), "Windo
 
 def build(folder: Path = HERE, sources: Path = HERE) -> Path:
     """Build into a folder the FMU of the C file and the modelDescription.xml in another; returns its path."""
-    compiler = [found] if (found := shutil.which("cc")) else [sys.executable, "-m", "ziglang", "cc"]
+    compiler = [cc] if (cc := shutil.which("cc")) else [sys.executable, "-m", "ziglang", "cc"]
     place, ending = FOLDERS[platform.system()]
     source, = sources.glob("*.c")
     library = folder / f"{source.stem}{ending}"

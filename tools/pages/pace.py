@@ -62,8 +62,8 @@ def zoom(browser: Browser, path: Path, figure: str) -> None:
     session.send("Performance.enable", {"timeDomain": "threadTicks"})
 
     def spent() -> float:
-        found = session.send("Performance.getMetrics")["metrics"]
-        return next(float(each["value"]) for each in found if each["name"] == "TaskDuration")
+        metrics = session.send("Performance.getMetrics")["metrics"]
+        return next(float(metric["value"]) for metric in metrics if metric["name"] == "TaskDuration")
 
     costs: dict[str, list[float]] = {"step": [], "nothing": []}
     for step in range(STEPS):
