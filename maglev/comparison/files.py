@@ -150,10 +150,12 @@ def row_table(labels: Sequence[str], rows: Sequence[Row]) -> str:
     leads = ["the next is"] if any(row.best for row in rows) else []
     if not rows:
         return "<p>Nothing was measured.</p>"
-    return html_table(("quantity", *labels, *leads), (
+    heads = [f"{label} (failed)" if label in rows[0].failed else label for label in labels]
+    return html_table(("quantity", *heads, *leads), (
         (escape(f"{row.quantity} of {row.of}{row.name.removeprefix(row.quantity)}"),
          *(mark(escape(unbroken(row.text(label))), label in row.best) for label in labels),
-         *(larger(row.lead).removesuffix(" as large") for _ in leads)) for row in rows))
+         *(larger(row.lead).removesuffix(" as large").strip("–") for _ in leads)) for row in rows),
+        look="cards numbers")
 
 
 def mark(text: str, best: bool) -> str:

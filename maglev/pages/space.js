@@ -62,7 +62,7 @@ function boxIn(view, row, what) {
   return [left, top, Math.max(...x) - left, Math.max(...y) - top];
 }
 
-function drawFloor(context, { camera, bodies: { floor, wide, deep, ledge }, run }, moved, colours) {
+function drawFloor(context, { camera, bodies: { floor, wide, deep, ledge }, run, left, top, width, height }, moved, colours) {
   const at = (x, z) => camera.seen([x, floor, z]), [across, along] = [1.2 * wide, 1.2 * deep + ledge];
   context.beginPath();
   for (let k = -4; k <= 4; k++) {
@@ -80,8 +80,10 @@ function drawFloor(context, { camera, bodies: { floor, wide, deep, ledge }, run 
   context.fillStyle = "#000";
   context.fill();
   context.globalAlpha = 1;
-  drivenAxes(run).forEach((axis, i) => write(context, `+${axis}`, ...at(i ? -0.86 * across : 0.82 * across,
-    i ? 0.86 * along : -0.9 * along), colours[axis], { font: "600 12px", align: "center" }));
+  drivenAxes(run).forEach((axis, i) => {   // at the edge of the view where that is nearer
+    const [x, y] = at(i ? -0.86 * across : 0.82 * across, i ? 0.86 * along : -0.9 * along), within = (place, from, size) => Math.min(from + size - 12, Math.max(from + 12, place));
+    write(context, `+${axis}`, within(x, left, width), within(y, top, height), colours[axis], { font: "600 12px", align: "center" });
+  });
 }
 
 /** A stator: iron, and on the sides that are seen its coils by the current of their phase. */

@@ -1,13 +1,11 @@
 """What the procedures found as HTML: tables of values, and what a reader should know about them."""
 
-import re
 from collections.abc import Iterable, Sequence
 from html import escape
 
 from maglev.procedures.outcome import Outcome, ValueTable
 from maglev.report.plots.figures import anchor, rig_name
 
-PARTS = re.compile(r"(?<=[a-z])(?=[A-Z\d])|(?<=[A-Z])(?=\d)")   # where a name such as Regulator3DOF can break
 LINK = '<li><a href="#identification">Identification</a></li>'
 
 
@@ -50,11 +48,17 @@ def value_table(table: ValueTable) -> str:
     return html_table(table.header, ([*map(escape, row)] for row in table.rows), table.title) + "\n"
 
 
-def html_table(heads: Iterable[str], rows: Iterable[Sequence[str]], title: str = "") -> str:
-    """Table under headings of text; of the cells of a row, which are HTML, the first is its heading."""
-    head = "".join(f'<th scope="col">{"<wbr>".join(map(escape, PARTS.split(text)))}</th>' for text in heads)
-    body = "\n".join(f'<tr><th scope="row">{first}</th>{"".join(f"<td>{cell}</td>" for cell in cells)}</tr>'
-                     for first, *cells in rows)
+def html_table(heads: Iterable[str], rows: Iterable[Sequence[str]], title: str = "", look: str = "") -> str:
+    """Table under headings of text; of the cells of a row, which are HTML, the first is its heading.
+
+    Of the look "cards" each row is a card on a phone, of "cards numbers" with a line for each number.
+    """
+    first_head, *labels = map(escape, heads)
+    head = "".join(f'<th scope="col">{text}</th>' for text in (first_head, *labels))
+    body = "\n".join(f'<tr><th scope="row">{first}</th>' + "".join(
+        f'<td data-label="{label}">{cell}</td>' if look else f"<td>{cell}</td>"
+        for label, cell in zip(labels, cells, strict=True)) + "</tr>" for first, *cells in rows)
     caption = f"<caption>{escape(title)}</caption>\n" if title else ""
     return (f'<div class="wide" tabindex="0" role="group" aria-label="{escape(title) or "Table"}">'
-            f'<table class="values">{caption}<thead><tr>{head}</tr></thead>\n<tbody>{body}</tbody></table></div>')
+            f'<table class="{f"values {look}".rstrip()}">{caption}<thead><tr>{head}</tr></thead>\n'
+            f"<tbody>{body}</tbody></table></div>")

@@ -169,8 +169,8 @@ def live_link(run: RunResult) -> str:
     if run.modified or not flies_live(run.plan):
         return ""
     name = run.plan.name
-    return (f' (<a href="{escape(live_address(name))}" aria-label="open this run live: {escape(name)}">'
-            "open this run live</a>)")
+    return (f' <span class="live">(<a href="{escape(live_address(name))}" aria-label="open this run live: '
+            f'{escape(name)}">open this run live</a>)</span>')
 
 
 def description(result: RunResult, live: bool) -> str:

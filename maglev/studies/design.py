@@ -2,6 +2,7 @@
 
 import math
 from collections.abc import Sequence
+from decimal import Decimal
 
 import numpy as np
 
@@ -114,11 +115,12 @@ def values_at(varied: Varied, points: Array) -> Array:
 
 
 def values_of(varied: Varied) -> list[float]:
+    """Values of a list, or of a grid: the decimals that a person would write, 7.6 and not 7.6000000000000005."""
     if varied.kind == "list":
         return [number(value) for value in varied.values or ()]
     count = varied.number or 1
-    first, last = number(varied.start), number(varied.to)
-    return [first] if count == 1 else [*(first + (last - first) * i / (count - 1) for i in range(count - 1)), last]
+    first, last = (Decimal(repr(number(end))) for end in (varied.start, varied.to))
+    return [float(first + (last - first) * i / max(1, count - 1)) for i in range(count)]
 
 
 def number(quantity: object) -> float:

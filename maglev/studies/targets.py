@@ -2,6 +2,7 @@
 
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
+from decimal import Decimal
 
 import numpy as np
 from fmpy.model_description import ModelDescription
@@ -30,10 +31,12 @@ class Target:
     high: float
 
     def values(self, column: Array) -> Array:
-        """Its values, from those of the design's column."""
-        if self.mode == "factor":
-            return self.nominal * column
-        return column if self.mode == "value" else self.nominal + column
+        """Its values, from those of the design's column: in decimals, so that 0.7 kg more than 6.9 kg are 7.6 kg."""
+        if self.mode == "value":
+            return column
+        nominal = Decimal(repr(float(self.nominal)))
+        changed = nominal.__mul__ if self.mode == "factor" else nominal.__add__
+        return np.array([float(changed(Decimal(repr(each)))) for each in column.tolist()])
 
 
 def targets_of(study: StudyFile, experiment: Experiment, origin: str) -> list[Target]:

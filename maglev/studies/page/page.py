@@ -186,8 +186,8 @@ def worst_table(table: pa.Table, about: Mapping[str, Any], metrics: Sequence[tup
         row = table.slice(sample, 1).to_pylist()[0]
         at = ", ".join(f"{parameter['name']} = {scales[parameter['name']][1] * row[parameter['name']]:.5g} "
                        f"{scales[parameter['name']][0]}".rstrip() for parameter in about["vary"])
-        link = (f' <a href="{escape(live_link(about, row))}" aria-label="open it live: sample {sample}">open it live'
-                "</a>") if linked else ""
+        link = (f' <a class="live" href="{escape(live_link(about, row))}" aria-label="open it live: sample {sample}">'
+                "open it live</a>") if linked else ""
         rows.append((str(sample), escape(reason), escape(at), f"<code>{escape(command_of(about, row))}</code> "
                      f'<button type="button" class="copy">Copy</button>{link}'))
     if not rows:
@@ -195,7 +195,7 @@ def worst_table(table: pa.Table, about: Mapping[str, Any], metrics: Sequence[tup
     said = ("" if linked else f"<p>The live page cannot run these: {escape(why)}.</p>" if why else
             f"<p>The live page can run these: <code>maglev live</code> writes it, {LIVE_PAGE}; where that lies beside "
             "this page when this is written, each sample is linked to its run there.</p>")
-    listed = html_table(("sample", "why", "at", "run it again"), rows)
+    listed = html_table(("sample", "why", "at", "run it again"), rows, look="cards")
     return f'<section class="worst"><h2>Worst samples</h2>{listed}{said}</section>'
 
 

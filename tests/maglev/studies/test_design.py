@@ -22,6 +22,14 @@ def test_a_grid_is_every_combination_in_order() -> None:
     assert samples(study).tolist() == [[4.0, 1.0], [4.0, 2.0], [4.5, 1.0], [4.5, 2.0], [5.0, 1.0], [5.0, 2.0]]
 
 
+@pytest.mark.parametrize(("low", "high", "number"), [("7 A", "8 A", 11), ("9 mm", "27 mm", 13), (0, "1.4 kg", 15)])
+def test_values_of_a_grid_are_the_decimals_that_one_would_write(low: object, high: object, number: int) -> None:
+    study = tiny(vary=[{"set": MASS, "kind": "grid", "from": low, "to": high, "number": number}])
+    found = samples(study)[:, 0].tolist()
+    assert max(len(repr(value)) for value in found) <= 6, found
+    assert found == pytest.approx(np.linspace(found[0], found[-1], number), rel=1e-15, abs=0.0)
+
+
 @pytest.mark.parametrize("kind", ["latin hypercube", "sobol", "halton", "saltelli"])
 def test_a_design_is_its_seed_s(kind: str) -> None:
     vary = [{"set": MASS, "kind": "uniform", "low": 4, "high": 5}, {"set": FRICTION, "kind": "percent", "percent": 0.2}]

@@ -65,7 +65,7 @@ def test_the_page_names_the_worst_sample_and_its_command(fastest_fmus: Path, tmp
     made = study.layout.table(fly_samples(study.job, 0, study.values), study.design, study.values)
     text = page(made, study.layout.about)
     worst = int(np.argmax(made["rms error of v"].to_numpy()))
-    assert f'<th scope="row">{worst}</th><td>largest rms error of v' in text
+    assert f'<th scope="row">{worst}</th><td data-label="why">largest rms error of v' in text
     assert f"maglev run tiny.toml --set plant.v.mass={[4.0, 4.35, 5.0][worst]}" in text
     assert "0 of 3 samples pass" in text and "a &lt;b&gt; title" in text
     found = json.loads(re.search(r'id="data">(.*?)</script>', text).group(1))   # type: ignore[union-attr]

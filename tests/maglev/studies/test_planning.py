@@ -87,8 +87,9 @@ def test_factors_and_offsets_are_of_the_nominal_values(fastest_fmus: Path, tmp_p
         {"set": ["plant.v.mass", "plant.h.mass"], "name": "payload", "mode": "offset", "kind": "list", "values": [0.5]},
         {"set": "plant.h.friction.coulomb", "mode": "factor", "kind": "list", "values": [2]}])
     plain = planned(tmp_path, fastest_fmus).job.experiment.parameters()
-    assert study.values.tolist() == [[plain["plant.v.mass"] + 0.5, plain["plant.h.mass"] + 0.5,
-                                      2 * plain["plant.h.friction.coulomb"]]]
+    assert [plain["plant.v.mass"], plain["plant.h.mass"]] == [4.35, 1.594]
+    assert 1.594 + 0.5 == 2.0940000000000003, "which nobody would write"
+    assert study.values.tolist() == [[4.85, 2.094, 2 * plain["plant.h.friction.coulomb"]]]
     assert study.layout.schema().names[:4] == [
         "sample", "payload", "factor of plant.h.friction.coulomb", "plant.v.mass"]
 
