@@ -154,7 +154,8 @@ def row_table(labels: Sequence[str], rows: Sequence[Row]) -> str:
     return html_table(("quantity", *heads, *leads), (
         (escape(f"{row.quantity} of {row.of}{row.name.removeprefix(row.quantity)}"),
          *(mark(escape(unbroken(row.text(label))), label in row.best) for label in labels),
-         *(larger(row.lead).removesuffix(" as large").strip("–") for _ in leads)) for row in rows),
+         *(larger(row.lead).removesuffix(" as large").strip("–").replace(" ", "\N{NO-BREAK SPACE}") for _ in leads))
+        for row in rows),
         look="cards numbers")
 
 

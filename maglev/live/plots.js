@@ -48,8 +48,9 @@ const STRIPS = {
     const lines = [...motors.map((_, m) => ({ colour: run.vertical, name: m ? "" : "i_d", value: (h, r) => h.at(r, columnOf.direct(axes, m)) })),
       ...motors.map((motor, m) => ({ colour: run.drives[motor], name: first(motor) ? `i_q ${run.drives[motor]}` : "",
         value: (h, r) => h.at(r, columnOf.quadrature(axes, m)) }))];
-    const limit = values("controller.current_limit"), shown = Math.max(1, limit || values(`plant.${motors[0]}.amplifier.peak`) || 5);
-    return { lines, title: `${title}; ${limit ? "limit" : "peak"} dashed`, low: -1.15 * shown, high: 1.15 * shown, marks: [-shown, shown] };
+    const [limit, peak] = ["controller.current_limit", `plant.${motors[0]}.amplifier.peak`].map((name) => values(name) || Infinity);
+    const shown = Math.max(1, Number.isFinite(Math.min(limit, peak)) ? Math.min(limit, peak) : 5);
+    return { lines, title: `${title}; ${limit <= peak ? "limit" : "peak of a phase"} dashed`, low: -1.15 * shown, high: 1.15 * shown, marks: [-shown, shown] };
   },
 };
 

@@ -12,6 +12,7 @@ from functools import cache
 from html import escape, unescape
 from pathlib import Path
 from string import Template
+from textwrap import shorten
 from typing import NamedTuple
 from urllib.parse import quote
 
@@ -22,8 +23,10 @@ INDEX = "index.html"
 SCENE = ("pen.js", "camera.js", "scene.js", "space.js", "gap.js")
 PLACE = "<!--shell-->"
 HEAD = 4000   # bytes of a page in which its head stands
+SAID = 240    # characters of what a page says that the index has
 SAYS = re.compile(r'<meta name="maglev-page" content="(\w+)">')
 TITLE = re.compile(r"<title>(.*?)</title>", re.DOTALL)
+ABOUT = re.compile(r'<meta name="description" content="(.*?)">', re.DOTALL)
 
 # Kinds of pages in their order, and what one and several of them are called.
 KINDS = {"report": ("Report", "Reports"), "live": ("Live stage", "Live stages"),
@@ -32,11 +35,12 @@ PLOTS = "script-src 'unsafe-inline'; style-src 'unsafe-inline'; img-src data: bl
 
 
 class Page(NamedTuple):
-    """A page that lies in a folder: its file's name, what kind it is, and its title."""
+    """A page that lies in a folder: its file's name, what kind it is, its title, and what it says."""
 
     name: str
     kind: str
     title: str
+    about: str
 
 
 @cache
@@ -56,7 +60,7 @@ def page(kind: str, title: str, about: str, style: str, body: str, policy: str =
     The title, what the page is about and the parts are HTML. The policy says what the page may have beside its text:
     nothing of a network.
     """
-    said = " ".join(re.sub("<[^>]*>", " ", about).replace('"', "&quot;").split())
+    said = re.sub(r" (?=[.,:;])", "", " ".join(re.sub("<[^>]*>", " ", about).replace('"', "&quot;").split()))
     return Template(read("page.html")).substitute(
         kind=kind, title=title, about=said, icon=quote(read("icon.svg").strip()), style=tokens() + style, policy=policy,
         body=Template(body).substitute(parts).rstrip("\n"))
@@ -88,7 +92,7 @@ def publish(path: Path, text: str) -> None:
     An index.html that is not of this project stays as it is.
     """
     kind = SAYS.search(text[:HEAD])
-    here = Page(path.name, kind[1] if kind else "", "")
+    here = Page(path.name, kind[1] if kind else "", "", "")
     others = [page for page in pages_in(path.parent) if page.name != path.name]
     write_whole(path, text.replace(PLACE, way([*others, here], here, has_own_index(path.parent))))
     if has_own_index(path.parent):
@@ -100,9 +104,10 @@ def pages_in(folder: Path) -> Iterator[Page]:
     for path in sorted(folder.glob("*.html")) if folder.is_dir() else ():
         with path.open("rb") as file:
             head = file.read(HEAD).decode("utf-8", "replace")
-        kind, title = SAYS.search(head), TITLE.search(head)
+        kind, title, about = SAYS.search(head), TITLE.search(head), ABOUT.search(head)
         if kind and kind[1] in KINDS:
-            yield Page(path.name, kind[1], unescape(title[1]).strip() if title else path.name)
+            yield Page(path.name, kind[1], unescape(title[1]).strip() if title else path.name,
+                       unescape(about[1]) if about else "")
 
 
 def has_own_index(folder: Path) -> bool:
@@ -132,7 +137,9 @@ def write_index(folder: Path) -> None:
     pages = list(pages_in(folder))
     for kind, (one, several) in KINDS.items():
         entries = [f'<li><a href="{escape(quote(page.name))}">{escape(page.title)}</a> '
-                   f"<small>{escape(page.name)}</small></li>" for page in pages if page.kind == kind]
+                   f"<small>{escape(page.name)}</small>"
+                   f"<p>{escape(shorten(page.about, SAID, placeholder=' …'))}</p></li>"
+                   for page in pages if page.kind == kind]
         if entries:
             sections.append(f'<section id="{kind}"><h2>{one if len(entries) == 1 else several}</h2>\n<ul>'
                             + "\n".join(entries) + "</ul></section>")

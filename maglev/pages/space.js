@@ -62,7 +62,7 @@ function boxIn(view, row, what) {
   return [left, top, Math.max(...x) - left, Math.max(...y) - top];
 }
 
-function drawFloor(context, { camera, bodies: { floor, wide, deep, ledge }, run, left, top, width, height }, moved, colours) {
+function drawFloor(context, { camera, bodies: { floor, wide, deep, ledge } }, moved, colours) {
   const at = (x, z) => camera.seen([x, floor, z]), [across, along] = [1.2 * wide, 1.2 * deep + ledge];
   context.beginPath();
   for (let k = -4; k <= 4; k++) {
@@ -80,9 +80,14 @@ function drawFloor(context, { camera, bodies: { floor, wide, deep, ledge }, run,
   context.fillStyle = "#000";
   context.fill();
   context.globalAlpha = 1;
-  drivenAxes(run).forEach((axis, i) => {   // at the edge of the view where that is nearer
-    const [x, y] = at(i ? -0.86 * across : 0.82 * across, i ? 0.86 * along : -0.9 * along), within = (place, from, size) => Math.min(from + size - 12, Math.max(from + 12, place));
-    write(context, `+${axis}`, within(x, left, width), within(y, top, height), colours[axis], { font: "600 12px", align: "center" });
+}
+
+/** Names of the horizontal axes at the ends of the floor, or at the edge of the view where that is nearer. */
+function nameAxes(context, { camera, bodies: { floor, wide, deep, ledge }, run, left, top, width, height }, colours) {
+  const within = (place, from, size) => Math.min(from + size - 12, Math.max(from + 12, place));
+  drivenAxes(run).forEach((axis, i) => {
+    const [x, y] = camera.seen([(i ? -1.03 : 0.98) * wide, floor, (i ? 0.86 : -0.9) * (1.2 * deep + ledge)]);
+    write(context, `+${axis}`, within(x, left, width), within(y, top, height), colours[axis], { font: "600 12px", align: "center", halo: colours.paper });
   });
 }
 
@@ -156,6 +161,7 @@ function drawSpace(context, view, flights, { peak, forces }, colours) {
     polygon(context, hull(platformCorners(view, other.row, "position")));
     outline(context, other.colour, 2.5);
   }
+  nameAxes(context, view, colours);
   if (forces) drawForces(context, view, row, forces, colours);
 }
 

@@ -169,7 +169,7 @@ def live_link(run: RunResult) -> str:
     if run.modified or not flies_live(run.plan):
         return ""
     name = run.plan.name
-    return (f' <span class="live">(<a href="{escape(live_address(name))}" aria-label="open this run live: '
+    return (f' <span class="screen">(<a href="{escape(live_address(name))}" aria-label="open this run live: '
             f'{escape(name)}">open this run live</a>)</span>')
 
 

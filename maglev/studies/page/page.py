@@ -13,6 +13,7 @@ from maglev.live.link import NAME as LIVE_PAGE
 from maglev.live.link import has_live_page
 from maglev.pages import shell
 from maglev.quantities import common_unit, metric_text
+from maglev.report.claim_table import unbroken
 from maglev.report.findings import html_table
 from maglev.report.page import json_in_html, read
 from maglev.studies.columns import EVENTS
@@ -138,8 +139,10 @@ def data(table: pa.Table, about: Mapping[str, Any], metrics: Sequence[tuple[str,
     sides = [factor.name for factor in mapped.factors[1::-1]] if mapped else telling(table, about)
     first, second, *_ = [varied.index(name) for name in sides] * 2
     metric = decisive(table, about)
-    # The metric that fails; what else fails is seen in the share of samples that pass.
-    begin = names.index(metric) if metric in names else -1 if shares else len(varied)
+    # The metric that fails, or in cells of several samples the share of those that pass; crosses say which of one fail.
+    counted = shares and about["design"]["kind"] == "grid" and len(varied) > 2
+    begin = (names.index(metric) if metric in names else -1 if counted or not metrics else
+             next((k for k, name in enumerate(names) if k >= len(varied) and name not in EVENTS), len(varied)))
     return {"samples": drawn.tolist(), "varied": len(varied), "columns": columns, "begin": [begin, first, second],
             "shares": shares,
             "grid": about["design"]["kind"] == "grid",
@@ -160,10 +163,10 @@ def quantiles_table(table: pa.Table, about: Mapping[str, Any]) -> str:
     limited, others = [], []
     for name, unit, values in metrics_of(table):
         if len(values) and (varies(values) or name not in EVENTS):
-            cells = [name, *(metric_text(name, quantile, unit)
+            cells = [name, *(unbroken(metric_text(name, quantile, unit))
                              for quantile in np.quantile(values, [0.0, 0.5, 1.0], method="nearest").tolist())]
             if name in about["limits"]:
-                limited.append([*map(escape, (*cells, limits_text(about, name, unit),
+                limited.append([*map(escape, (*cells, unbroken(limits_text(about, name, unit)),
                                               str(beyond_limits(values, about, name).sum())))])
             else:
                 others.append([*map(escape, cells)])
@@ -186,7 +189,7 @@ def worst_table(table: pa.Table, about: Mapping[str, Any], metrics: Sequence[tup
         row = table.slice(sample, 1).to_pylist()[0]
         at = ", ".join(f"{parameter['name']} = {scales[parameter['name']][1] * row[parameter['name']]:.5g} "
                        f"{scales[parameter['name']][0]}".rstrip() for parameter in about["vary"])
-        link = (f' <a class="live" href="{escape(live_link(about, row))}" aria-label="open it live: sample {sample}">'
+        link = (f' <a class="screen" href="{escape(live_link(about, row))}" aria-label="open it live: sample {sample}">'
                 "open it live</a>") if linked else ""
         rows.append((str(sample), escape(reason), escape(at), f"<code>{escape(command_of(about, row))}</code> "
                      f'<button type="button" class="copy">Copy</button>{link}'))

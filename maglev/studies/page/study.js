@@ -13,12 +13,10 @@ function flown({ values }) {
 
 const mean = (values) => (values.length ? values.reduce((sum, value) => sum + value, 0) / values.length : null);
 
-/** From values to a share of the strongest colour, and to the colour of a number over it. */
+/** From values to a share of a colour over which text can be read. */
 function shadeOf({ values }) {
   const [low, high] = extent(values);
-  const strength = (value) => (value - low) / (high - low || 1);
-  return { low, high, css: (value) => `fill: color-mix(in oklab, var(--run-0) ${(8 + 84 * strength(value)).toFixed(0)}%, var(--paper))`,
-    over: (value) => `fill: var(--${strength(value) > 0.5 ? "paper" : "text"})` };
+  return { low, high, css: (value) => `fill: color-mix(in oklab, var(--run-0) ${(8 + 48 * (value - low) / (high - low || 1)).toFixed(0)}%, var(--paper))` };
 }
 
 /** Labels along the axes: what was flown, as many as there is room for, or round numbers. */
@@ -51,7 +49,7 @@ function drawCells(picture, metric, first, second, box, shade) {
     svg("title", {}, cell, `${titleOf(first)} ${x}, ${titleOf(second)} ${y}: ${value === null ? "none" : `${shortNumber(value, 4)} ${metric.unit}`}, ${failing} of ${inside.length} fail`);
     const numbered = wide > 48 && tall > 30, across = numbered ? 4 : wide / 2 - 4.5, down = numbered ? 4 : tall / 2 - 4.5;   // a cross beside the number
     if (failing) svg("path", { class: "fails", d: `M${left + across} ${top + down}l9 9m0 -9l-9 9` }, picture);
-    if (value !== null && numbered) svg("text", { style: shade.over(value), x: left + wide / 2, y: top + tall / 2 + 8 }, picture, shortNumber(value, 3));
+    if (value !== null && numbered) svg("text", { x: left + wide / 2, y: top + tall / 2 + 8 }, picture, shortNumber(value, 3));
   }));
   labelled(picture, thinned(xs.map((x, k) => [wide * (k + 0.5), shortNumber(x, 4)]), 40), thinned(ys.map((y, k) => [box.height - tall * (k + 0.5), shortNumber(y, 4)]), 15),
     first, second, box);
@@ -112,10 +110,11 @@ function drawResponse(most = 960) {
   if (!element) return;
   const [metric, first, second] = ["metric", "first", "second"].map((id) => metricOf(Number(document.getElementById(id).value)));
   const { left, right, top, below, scale, height } = RESPONSE, whole = Math.max(280, Math.min(most, element.clientWidth));
-  const box = { left, top, width: whole - left - right, height }, shade = shadeOf(metric);
+  const box = { left, top, width: whole - left - right, height }, cells = report.grid && first !== second;
+  const shade = shadeOf(cells ? metric : { values: metric.values.filter((_, i) => report.passed[i]) });   // crosses have none
   const picture = svg("svg", { class: "response", viewBox: `0 0 ${whole} ${top + height + below + scale}`, role: "img",
     "aria-label": `${titleOf(metric)} over ${titleOf(first)}${first === second ? "" : ` and ${titleOf(second)}`}` });
-  (report.grid && first !== second ? drawCells : drawPoints)(picture, metric, first, second, box, shade);
+  (cells ? drawCells : drawPoints)(picture, metric, first, second, box, shade);
   svg("rect", { class: "outline", x: left, y: top, width: box.width, height, style: "fill: none" }, picture);
   // What shades and crosses mean.
   const y = top + height + below + 6;
@@ -167,6 +166,7 @@ fill("metric", report.shares ? -1 : varied, columns.length, metric);
 for (let i = 0; i < varied; i++) document.querySelector(`#metric option[value="${i}"]`)?.remove();
 fill("first", 0, varied, first);
 fill("second", 0, varied, second);
+for (const { parentElement: label } of document.querySelectorAll("#first, #second")) label.hidden = varied < 2;   // no choice
 if (parallel) fillRanges();
 columns.slice(varied).forEach(drawHistogram);
 let width = window.innerWidth;

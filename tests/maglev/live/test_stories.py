@@ -84,6 +84,9 @@ def test_what_fell_lifts_off_and_the_experiment_goes_on(told: Tab) -> None:
     fell = told.evaluate("maglevLive.frame.time")
     assert told.page.inner_text("#status") == "", "one line tells it, not two"
     moment = told.page.inner_text("#moment")
+    peak = told.evaluate("valueOf('plant.alpha.amplifier.peak')")
+    assert told.evaluate("maglevLive.strips.strips.at(-1).marks") == [-peak, peak], "and not the larger limit"
+    assert 0.0 < peak < told.evaluate("valueOf('controller.current_limit')")
     told.page.click("#lift")
     wait_until(told.page, f"maglevLive.frame.time > {fell} + 0.4 && !maglevLive.frame.flags.stop")
     assert told.page.inner_text("#moment") == moment and "story=weak" in told.evaluate("location.hash")

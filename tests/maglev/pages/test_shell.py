@@ -55,6 +55,12 @@ def test_pages_lead_to_each_other_and_the_index_lists_them(tmp_path: Path) -> No
     assert 'id="study"' in (tmp_path / INDEX).read_text(encoding="utf-8")
 
 
+def test_the_index_has_what_a_page_says(tmp_path: Path) -> None:
+    said = '<p>Does "it" hold? <strong>1 of 2</strong>, or so</p>'
+    publish(tmp_path / "a.html", page("study", "Payload", said, "", ""))
+    assert "<p>Does &quot;it&quot; hold? 1 of 2, or so</p>" in (tmp_path / INDEX).read_text(encoding="utf-8")
+
+
 def test_an_index_of_somebody_else_stays(tmp_path: Path) -> None:
     (tmp_path / INDEX).write_text("<h1>mine</h1>", encoding="utf-8")
     publish(tmp_path / "report.html", a_page("report", "All"))

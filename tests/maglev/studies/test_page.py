@@ -110,6 +110,18 @@ def test_the_page_begins_with_the_question_and_the_answer_then_the_map() -> None
     assert "keep the stage in the air with" in page(whole, {**about, "limits": {}})
 
 
+def test_a_study_of_one_quantity_opens_on_a_metric_and_asks_for_no_second(browser, tmp_path: Path) -> None:
+    made, about = broken_at(GRID)
+    about |= {"limits": {}, "vary": about["vary"][:1], "targets": about["targets"][:1]}
+    (tmp_path / "study.html").write_text(page(made, about), encoding="utf-8")
+    tab = Tab(browser, tmp_path / "study.html")
+    shown = tab.evaluate("""["metric", "first", "second"].map((id) => { const select = document.getElementById(id);
+        return [select.selectedOptions[0].text, select.checkVisibility()]; })""")
+    assert shown == [["overshoot of v", True], ["plant.a", False], ["plant.a", False]]
+    assert tab.page.locator("#metric option").first.text_content() == "samples that pass"
+    tab.close()
+
+
 def test_bars_add_up_to_the_samples_and_stop_at_what_is_known(browser, tmp_path: Path) -> None:
     made, about = broken_at(GRID)
     values = [*made["overshoot of v"].to_pylist()[:-1], float("inf")]
