@@ -1,11 +1,11 @@
 """The FMUs of stage and controller in one."""
 
 from closed_loop_fmu.variables import loop_refusals, loop_variables
-from fmi_export.definition import Drawing, Experiment, FmuDefinition
+from fmi_export.definition import DefaultExperiment, Drawing, FmuDefinition
 from pmlsm.rig import Rig
 
 # Whole samples, whichever the stage, and at most 1000: fmpy doubles a shorter step until there are no more.
-EXPERIMENT = Experiment(stop_time=26.0, step=40.0e-3)
+EXPERIMENT = DefaultExperiment(stop_time=26.0, step=40.0e-3)
 
 
 def closed_loop(rig: Rig, block: type, controller: FmuDefinition, plant: FmuDefinition) -> FmuDefinition:

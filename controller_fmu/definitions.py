@@ -27,7 +27,7 @@ from controller_fmu.variables import (
     regulator_gains,
     setpoint,
 )
-from fmi_export.definition import Drawing, Experiment, FmuDefinition
+from fmi_export.definition import DefaultExperiment, Drawing, FmuDefinition
 from pmlsm.rig import Rig
 from pmlsm.variables import RATIOS, bad_geometry, motor_geometry
 
@@ -51,9 +51,9 @@ def tilts(rig: Rig, *pages: str) -> tuple[tuple[str, str], ...]:
     return tuple(("controller_fmu", page) for page in (*pages, "tilts.html") if rig.rotations)
 
 
-def default_experiment(rig: Rig) -> Experiment:
+def default_experiment(rig: Rig) -> DefaultExperiment:
     """Five hundred samples, which no tool divides into steps that are none."""
-    return Experiment(stop_time=500 * rig.sample_time, step=rig.sample_time)
+    return DefaultExperiment(stop_time=500 * rig.sample_time, step=rig.sample_time)
 
 
 def regulator(rig: Rig, block: type, law: int) -> FmuDefinition:

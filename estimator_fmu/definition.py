@@ -3,7 +3,7 @@
 from controller_fmu.drawings import DIAGRAMS, ICONS
 from estimator_fmu.adaptive_variables import adaptive_variables
 from estimator_fmu.variables import estimator_variables, refusals
-from fmi_export.definition import Drawing, Experiment, FmuDefinition
+from fmi_export.definition import DefaultExperiment, Drawing, FmuDefinition
 from pmlsm.rig import Rig
 
 FOLDER = "estimator_fmu"
@@ -18,7 +18,7 @@ def estimator(rig: Rig, block: type) -> FmuDefinition:
         description=f"Estimator of the constants of the {rig.title} while it moves",
         variables=estimator_variables(rig),
         refusals=refusals(rig),
-        experiment=Experiment(stop_time=500 * rig.sample_time, step=rig.sample_time),
+        experiment=DefaultExperiment(stop_time=500 * rig.sample_time, step=rig.sample_time),
         variable_step=False,
         sampled=True,
         documentation=((FOLDER, "estimator.html"), (FOLDER, rows),

@@ -64,7 +64,7 @@ class Variable:
 
 
 @dataclass(frozen=True)
-class Experiment:
+class DefaultExperiment:
     """Default experiment: stop time and communication step, s; many tools step a 500th of the stop time instead."""
 
     stop_time: float
@@ -125,7 +125,7 @@ class FmuDefinition:
     description: str
     variables: tuple[Variable, ...]
     refusals: Mapping[int, str]
-    experiment: Experiment
+    experiment: DefaultExperiment
     variable_step: bool                                # any communication step, changing ones as well
     documentation: tuple[tuple[str, str], ...] = ()    # (package, file in its folder `documentation`)
     icon: Drawing | None = None

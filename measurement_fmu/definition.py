@@ -1,6 +1,6 @@
 """The FMU of the measurement of a rig."""
 
-from fmi_export.definition import Drawing, Experiment, FmuDefinition
+from fmi_export.definition import DefaultExperiment, Drawing, FmuDefinition
 from measurement_fmu.variables import REFUSALS, measurement_variables
 from pmlsm.rig import Rig
 
@@ -13,7 +13,7 @@ def measurement(rig: Rig, block: type) -> FmuDefinition:
         description=f"What a controller gets of the encoders of the {rig.title}",
         variables=measurement_variables(rig),
         refusals=REFUSALS,
-        experiment=Experiment(stop_time=500 * rig.sample_time, step=rig.sample_time),
+        experiment=DefaultExperiment(stop_time=500 * rig.sample_time, step=rig.sample_time),
         variable_step=False,
         sampled=True,
         documentation=(("measurement_fmu", "measurement.html"),),

@@ -1,6 +1,6 @@
 """The FMU of a stage."""
 
-from fmi_export.definition import Drawing, Experiment, FmuDefinition
+from fmi_export.definition import DefaultExperiment, Drawing, FmuDefinition
 from plant_fmu.continuous import continuous_stage
 from plant_fmu.variables import stage_refusals, stage_variables
 from pmlsm.rig import Rig
@@ -17,7 +17,7 @@ def plant(rig: Rig, block: type) -> FmuDefinition:
         description=f"{rig.title} {rig.text}, with its amplifiers",
         variables=stage_variables(rig),
         refusals=stage_refusals(rig),
-        experiment=Experiment(stop_time=500 * rig.sample_time, step=rig.sample_time),
+        experiment=DefaultExperiment(stop_time=500 * rig.sample_time, step=rig.sample_time),
         variable_step=True,
         continuous=continuous_stage(rig),
         documentation=(("pmlsm", "motor.html"), ("plant_fmu", page), ("plant_fmu", "effects.html")),

@@ -69,7 +69,7 @@ class Judged:
 
 
 @dataclass(frozen=True)
-class Row:
+class WeightRow:
     """What the evidence says of one scale of friction, with slot ripple beside it or without."""
 
     scale: float
@@ -100,7 +100,7 @@ def of_model(values: Defaults, model: str | None, absent: Iterable[str] = ()) ->
             if own == model and variable not in {*absent}}
 
 
-def row(settings: Settings, scale: float, ripple: Defaults | None = None) -> Row:
+def row(settings: Settings, scale: float, ripple: Defaults | None = None) -> WeightRow:
     """All the evidence at a scale of friction, with slot ripple if it is given."""
     plans = [plan for plan in select(None) if not plan.check_only]
     plans = [*plans, *compared(plans)]
@@ -124,12 +124,12 @@ def judge(results: Sequence[RunResult]) -> list[Judged]:
               for result in judge_procedure(outcome))]
 
 
-def split(settings: Settings, scale: float, ripple: bool, judged: Sequence[Judged]) -> Row:
-    return Row(scale, ripple, [claim for claim in judged if claim.owner in settings.training],
-               [claim for claim in judged if claim.owner not in settings.training])
+def split(settings: Settings, scale: float, ripple: bool, judged: Sequence[Judged]) -> WeightRow:
+    return WeightRow(scale, ripple, [claim for claim in judged if claim.owner in settings.training],
+                     [claim for claim in judged if claim.owner not in settings.training])
 
 
-def best_scale(rows: Sequence[Row]) -> float:
+def best_scale(rows: Sequence[WeightRow]) -> float:
     """The scale that reproduces most of the sentences for training; of equal ones the first."""
     return max(rows, key=lambda row: counts(row.training)[0][0]).scale
 
@@ -175,7 +175,7 @@ def half_digit(target: float, digits: int) -> float:
     return 0.0 if target == 0.0 else 0.5 * 10.0 ** (math.floor(math.log10(abs(target))) - digits + 1)
 
 
-def table_of(settings: Settings, rows: Sequence[Row]) -> str:
+def table_of(settings: Settings, rows: Sequence[WeightRow]) -> str:
     """Verdicts and misfit, half the sum of squared residuals, at every scale; the one that training chooses is bold."""
     lines = ["| Coulomb friction | training: sentences | bounds | misfit | held out: sentences | bounds | misfit |",
              "|---" * 7 + "|"]

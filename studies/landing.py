@@ -19,8 +19,8 @@ from scipy.ndimage import binary_dilation
 
 import maglev
 from maglev.arrays import Array, Bools
-from maglev.maps.rows import Row, Side
-from maglev.studies.design import values_of
+from maglev.maps.rows import MapRow, Side
+from maglev.studies.design import tried_values
 from maglev.studies.page.outcome_map import Factor, LawMap, Outcomes, grid_of, outcomes_of
 from maglev.studies.page.page import write_maps
 from maglev.studies.schema import load_study, read_study
@@ -81,7 +81,7 @@ def fly_law(law: str, options: argparse.Namespace) -> tuple[LawMap, str]:
         flown_as.append((computed.command(0).split(" --set")[0], grid_of(rows, computed.about)))
         return outcomes_of(rows)
 
-    down, across, layers = (np.array(values_of(side), np.float64) for side in sides)
+    down, across, layers = (np.array(tried_values(side), np.float64) for side in sides)
     fine = [np.linspace(side[0], side[-1], (len(side) - 1) * 2 ** options.fine + 1) for side in (down, across)]
 
     def values_at(where: Where) -> Array:
@@ -122,9 +122,9 @@ def draw(maps: Sequence[LawMap], out: Path, docs: Path) -> None:
     write_maps(out / f"{STUDY}.html", "From where each law lands the 3-DOF stage",
                SAID.format(sum(outcome_map.cells.size for outcome_map in maps)), maps, WORDS)
     write_picture(docs / f"{STUDY}.png", "3-DOF stage: from where each law lands", [
-        Row(f"Payload {1e3 * kilograms:g} g", Side("gap, mm", ticks(1e3 * down.values)),
-            Side("speed downwards, m/s", ticks(across.values)),
-            {outcome_map.name: outcome_map.cells[k].astype(np.int64) for outcome_map in maps})
+        MapRow(f"Payload {1e3 * kilograms:g} g", Side("gap, mm", ticks(1e3 * down.values)),
+               Side("speed downwards, m/s", ticks(across.values)),
+               {outcome_map.name: outcome_map.cells[k].astype(np.int64) for outcome_map in maps})
         for k, kilograms in enumerate(payload.values)], WORDS, COLOURS)
 
 

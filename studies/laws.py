@@ -8,7 +8,7 @@ from typing import TypeVar
 import numpy as np
 
 import maglev
-from maglev.maps.rows import Origin, Row, seen
+from maglev.maps.rows import MapRow, Origin, seen
 from maglev.pictures import new_figure
 from maglev.studies.dataset import metadata_of
 from maglev.studies.schema import StudyFile
@@ -62,7 +62,7 @@ def markdown_table(rows: Sequence[Sequence[str]]) -> str:
     return "\n".join([head, "|---|---|" + "---:|" * (head.count("|") - 3), *others])
 
 
-def write_picture(path: Path, title: str, rows: Sequence[Row], outcomes: Sequence[str], colours: Sequence[str],
+def write_picture(path: Path, title: str, rows: Sequence[MapRow], outcomes: Sequence[str], colours: Sequence[str],
                   dotted: str = "") -> None:
     """Write a PNG; the cells are numbers of outcomes, and `dotted` says what a dot on one means, if there are any."""
     from matplotlib.colors import ListedColormap  # an extra: only who draws needs it

@@ -12,7 +12,7 @@ from numbers import Real
 from operator import attrgetter
 from typing import Any
 
-from fmi_export.definition import SAMPLE_TIME, Drawing, Experiment, FmuDefinition, Variable
+from fmi_export.definition import SAMPLE_TIME, DefaultExperiment, Drawing, FmuDefinition, Variable
 from fmi_export.errors import ExportError
 from fmi_export.units import SYMBOLS, UnknownUnit, exponents
 from fmi_export.user_classes.sampled_block import FIRST_PORT, STEP_MISFIT, SampledBlock
@@ -96,7 +96,7 @@ def definition_of(written: type, clock: type, icon: Drawing | None = None, sketc
         refusals={**({STEP_MISFIT: REFUSED_STEP} if sampled else {}), **{
             number: f"{v.name} = {{{v.name}}}{f' {v.unit}' if v.unit else ''} at t = {{time}} s, expected a finite "
                     f"number from {name}" for number, v in enumerate(ports, FIRST_PORT)}},
-        experiment=Experiment(stop_time=500 * step, step=step),
+        experiment=DefaultExperiment(stop_time=500 * step, step=step),
         variable_step=not sampled,
         sampled=sampled,
         icon=icon,

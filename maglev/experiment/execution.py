@@ -19,7 +19,7 @@ from maglev.experiment.provenance import Provenance
 from maglev.experiment.results import ResultFiles, write_csv, write_parquet
 from maglev.judging import run_claims
 from maglev.judging.measures import measures, measures_data
-from maglev.judging.metrics import Metrics, evaluate, metrics_data, phase_resistances
+from maglev.judging.metrics import Metrics, metrics_data, phase_resistances, run_metrics
 from maglev.judging.verdicts import Judgements, of_modified_runs
 from maglev.processes.side_by_side import Watcher
 from maglev.schema.options import Format
@@ -127,7 +127,7 @@ def kept(files: ResultFiles, recording: Recording, every: int) -> str:
 
 def measured(plan: RunPlan, recording: Recording) -> Metrics:
     """What is measured on a run that was recorded to its end, on all of it."""
-    return evaluate(plan, recording.time, recording.columns, phase_resistances(plan))
+    return run_metrics(plan, recording.time, recording.columns, phase_resistances(plan))
 
 
 def expected(experiment: Experiment) -> Metrics:
@@ -138,7 +138,7 @@ def expected(experiment: Experiment) -> Metrics:
     columns |= {flag: rest for flag in (plan.stop_flag, plan.trip_flag) if flag is not None}
     for axis in plan.axes.values():
         columns[axis.position] = columns[axis.reference] = drives.get(axis.reference, rest)
-    return evaluate(plan, time, columns, phase_resistances(plan))
+    return run_metrics(plan, time, columns, phase_resistances(plan))
 
 
 def require_judgeable(experiments: Sequence[Experiment]) -> None:

@@ -12,7 +12,7 @@ from maglev.errors import IdentificationError
 from maglev.identification.diagnostics import RowDiagnostics, diagnose, unidentified, warnings_of
 from maglev.identification.estimators import Estimate, estimate
 from maglev.identification.left_out import left_out
-from maglev.identification.recording import Recording
+from maglev.identification.recording import MotionRecording
 from maglev.identification.rigs import RowData, accelerations, regressors
 from maglev.identification.settings import EPSILON, GAMMA
 
@@ -25,7 +25,7 @@ SMOOTHING = 0.02    # s, of the states that a replay starts from
 class Identification:
     """An estimate with what is known about it; errors, replays and shares by constant or axis."""
 
-    recording: Recording
+    recording: MotionRecording
     estimate: Estimate
     guess: dict[str, float]
     matched: bool   # whether y and u went through the observer's filters
@@ -49,14 +49,14 @@ class Identification:
         return {name: 2.0 * error + self.left_out[name] for name, error in self.standard_error.items()}
 
 
-def identify(recording: Recording, method: str = "reduced", epsilon: float = EPSILON, gamma: float = GAMMA,
+def identify(recording: MotionRecording, method: str = "reduced", epsilon: float = EPSILON, gamma: float = GAMMA,
              guess: Mapping[str, float] | None = None, match: bool = False, velocities: Array | None = None,
              q0: float | None = None) -> Identification:
     """Estimate the constants of a rig from a recording.
 
     Parameters
     ----------
-    recording : Recording
+    recording : MotionRecording
     method, epsilon, gamma, q0
         See `estimate`.
     guess : mapping of str to float, optional
@@ -145,7 +145,7 @@ def matched(signals: Array, dt: float) -> Array:
     return np.asarray(signals)
 
 
-def replay(recording: Recording, constants: Mapping[str, float]) -> tuple[Array, Array]:
+def replay(recording: MotionRecording, constants: Mapping[str, float]) -> tuple[Array, Array]:
     """Replay windows of a recording from its states, with its currents.
 
     RMS of replayed − recorded position at the end of the windows, and of the way that the axes go in one, m, (axes,).

@@ -7,7 +7,7 @@ from math import exp, pi
 import numpy as np
 
 from maglev.arrays import Array
-from maglev.identification.recording import Recording
+from maglev.identification.recording import MotionRecording
 from maglev.identification.rigs import RowData, functions
 from plant_fmu.ripple import RIPPLE_PHASE, SHORTEST_RIPPLE
 from pmlsm.rig import RigAxis
@@ -15,7 +15,7 @@ from pmlsm.rig import RigAxis
 Again = Callable[[Sequence[RowData]], Mapping[str, float]]   # constants of an estimator that sees other rows
 
 
-def left_out(recording: Recording, rows: Sequence[RowData], delayed: Callable[[Array], Array],
+def left_out(recording: MotionRecording, rows: Sequence[RowData], delayed: Callable[[Array], Array],
              constants: Mapping[str, float], again: Again) -> dict[str, float]:
     """How far constants could be off by what the model leaves out: a bound, by constant.
 
@@ -30,7 +30,7 @@ def left_out(recording: Recording, rows: Sequence[RowData], delayed: Callable[[A
     return bound
 
 
-def with_each_effect(recording: Recording, rows: Sequence[RowData],
+def with_each_effect(recording: MotionRecording, rows: Sequence[RowData],
                      delayed: Callable[[Array], Array]) -> Iterator[list[RowData]]:
     """The rows of models that have one of the effects, each in turn, as far as the stage has it."""
     described = recording.rig.described
@@ -67,7 +67,7 @@ def ripple(axis: RigAxis, x: Array, _velocity: Array) -> Array:
     return np.asarray(axis.ripple.amplitude * np.sin(2.0 * pi * x / axis.ripple.period + RIPPLE_PHASE))
 
 
-def modulated(recording: Recording, rows: Sequence[RowData], delayed: Callable[[Array], Array]) -> list[RowData]:
+def modulated(recording: MotionRecording, rows: Sequence[RowData], delayed: Callable[[Array], Array]) -> list[RowData]:
     """Rows with the attraction of each motor times 1 − k sin²(π d/t1), as of `plant_fmu.attraction`."""
     rig, k = recording.rig, recording.rig.described.modulation
     f = functions(rig, recording.positions)

@@ -7,10 +7,10 @@ import numpy as np
 from controller_fmu.feedback_linearisation import equilibrium_current
 from maglev.arrays import Array
 from maglev.errors import IdentificationError
-from maglev.identification.rigs import Rig, Row, shape_functions
+from maglev.identification.rigs import ConstantRow, Rig, shape_functions
 
 
-def row_of(rig: Rig, axis: str) -> Row:
+def row_of(rig: Rig, axis: str) -> ConstantRow:
     return next(row for row in rig.motion if row.axis == axis)
 
 

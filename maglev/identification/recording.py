@@ -23,7 +23,7 @@ PLANT = "plant."    # before the names in results of this project
 
 
 @dataclass(frozen=True)
-class Recording:
+class MotionRecording:
     """Positions and delivered currents of a rig at n evenly spaced times."""
 
     rig: Rig
@@ -38,7 +38,7 @@ class Recording:
         return float(self.time[-1] - self.time[0]) / (len(self.time) - 1)
 
 
-def read_recording(given: Path | CsvTable, rig_name: str | None = None) -> Recording:
+def read_recording(given: Path | CsvTable, rig_name: str | None = None) -> MotionRecording:
     """Read a recording.
 
     The columns are `time` (s), the positions `v`, `h` or `y`, `x`, `z` (m), of a stage that tilts `x`, `z` and the gaps
@@ -56,7 +56,7 @@ def read_recording(given: Path | CsvTable, rig_name: str | None = None) -> Recor
     i_d, i_q = np.empty((kept, len(rig.motors))), np.empty((kept, len(rig.motors)))
     for k, motor in enumerate(rig.motors):
         i_d[:, k], i_q[:, k] = motor_currents(table, rig, motor, along[:, k])
-    return Recording(rig, time[:kept], positions, i_d, i_q)
+    return MotionRecording(rig, time[:kept], positions, i_d, i_q)
 
 
 def axis_names(axis: str) -> list[str]:

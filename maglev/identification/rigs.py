@@ -27,7 +27,7 @@ normals = cast(Callable[..., tuple[Array, Array, Array]], normal_terms)
 
 
 @dataclass(frozen=True)
-class Row:
+class ConstantRow:
     """Velocity row of one axis."""
 
     axis: str
@@ -45,7 +45,7 @@ class Rig:
 
     described: RigDescription
     places: MotorPlaces
-    motion: tuple[Row, ...]
+    motion: tuple[ConstantRow, ...]
     motor: MotorGeometry
     guess: Mapping[str, float]
 
@@ -62,7 +62,7 @@ class Rig:
         return self.described.motor_names
 
     @property
-    def rows(self) -> tuple[Row, ...]:
+    def rows(self) -> tuple[ConstantRow, ...]:
         """The rows that say something about the constants: those of the tilts need an inertia that is assumed."""
         return self.motion[:len(self.axes) - len(self.described.rotations)]
 
@@ -83,7 +83,7 @@ class Rig:
 class RowData:
     """One row at n samples: velocity' = a θ + b."""
 
-    row: Row
+    row: ConstantRow
     a: Array          # shape (n, p)
     b: Array          # m/s², shape (n,)
     velocity: Array   # m/s, measured or observed, shape (n,)
@@ -106,7 +106,7 @@ def columns(normal: Array, thrust: Array, sharing: float) -> Columns:
     return of
 
 
-def row_of_axis(described: RigDescription, places: MotorPlaces, k: int) -> Row:
+def row_of_axis(described: RigDescription, places: MotorPlaces, k: int) -> ConstantRow:
     """Velocity row of an axis of a rig, by its number."""
     normal, drive = places.effects[k, 0::2], places.effects[k, 1::2]
     by_axis = {axis.name: drive * [motor.drives == axis.name for motor in described.motors]
@@ -115,8 +115,8 @@ def row_of_axis(described: RigDescription, places: MotorPlaces, k: int) -> Row:
     names = [name for axis in driven for name in described.constants_of(axis)]
     names += described.constants_of(described.vertical.name) if normal.any() else ()
     thrust = np.array(list(driven.values())).reshape(-1, len(described.motors)).T
-    return Row(described.axis_names[k], tuple(names), GRAVITY if k == 0 else 0.0,
-               columns(normal, thrust, described.sharing))
+    return ConstantRow(described.axis_names[k], tuple(names), GRAVITY if k == 0 else 0.0,
+                       columns(normal, thrust, described.sharing))
 
 
 def rig_of(described: RigDescription) -> Rig:

@@ -53,7 +53,7 @@ class Value(NamedTuple):
     event: str = ""
 
 
-def values_of(metrics: Metrics, name: str) -> Iterator[Value]:
+def measured_values(metrics: Metrics, name: str) -> Iterator[Value]:
     """Every value, SI, of a metric of the table but those of columns; name as Python has it."""
     on = METRICS[name].on
     if on == "axis":
@@ -85,7 +85,7 @@ def measures(plan: RunPlan, metrics: Metrics) -> tuple[Measure, ...]:
     """Every number of the metrics of a run, in the order of the table; of currents as far as they were recorded."""
     collected = []
     for name, quantity in METRICS.items():
-        for of, value, time, band, event in values_of(metrics, name):
+        for of, value, time, band, event in measured_values(metrics, name):
             axis_unit = plan.axes[of].unit if quantity.of_axes else ""
             # Whether it touched a stop or tripped is in the times of these.
             if (getattr(plan.motors[of], quantity.recorded) if quantity.of_motors

@@ -110,8 +110,8 @@ def metrics_data(metrics: Metrics) -> dict[str, Any]:
     return data
 
 
-def evaluate(plan: RunPlan, time: Array, columns: Mapping[str, Array],
-             resistances: Mapping[str, float] | None = None) -> Metrics:
+def run_metrics(plan: RunPlan, time: Array, columns: Mapping[str, Array],
+                resistances: Mapping[str, float] | None = None) -> Metrics:
     """Measure a run at ascending times, s, (n,), by recorded columns, SI, (n,), by full name ("plant.y.position").
 
     The plan names the columns of axes, motors and flags, and the bands; `resistances` are those of a cold phase by
@@ -153,7 +153,7 @@ def evaluate(plan: RunPlan, time: Array, columns: Mapping[str, Array],
 
 
 def columns_needed(plan: RunPlan) -> set[str]:
-    """Names of the columns that `evaluate` asks for; all others have extremes alone."""
+    """Names of the columns that `run_metrics` asks for; all others have extremes alone."""
     motors = plan.motors.values()
     return {*(name for axis in plan.axes.values() for name in (axis.position, axis.reference)),
             *(name for motor in motors for name in (*motor.currents, *motor.commands)),
@@ -210,7 +210,7 @@ def step_samples(reference: Array) -> list[int]:
 
 def step_responses(time: Array, positions: Mapping[str, Array], references: Mapping[str, Array],
                    bands: Mapping[str, Sequence[float]]) -> tuple[StepResponse, ...]:
-    """Measure every step of every axis, in order of time; arguments as in `evaluate`, by axis."""
+    """Measure every step of every axis, in order of time; arguments as in `run_metrics`, by axis."""
     own_steps = {axis: step_samples(reference) for axis, reference in references.items()}
     return tuple(step_response(axis, time[start:end], positions[axis][start:end],
                                float(references[axis][start - 1]), float(references[axis][start]), bands[axis])
@@ -278,7 +278,7 @@ def tracking_error(axis: str, time: Array, position: Array, reference: Array, tr
 
 def event_responses(plan: RunPlan, time: Array, columns: Mapping[str, Array], errors: Mapping[str, Array],
                     resistances: Mapping[str, float]) -> tuple[EventResponse, ...]:
-    """Measure every event of a plan; arguments as of `evaluate`, and the errors (m, of a rotation rad) by axis."""
+    """Measure every event of a plan; arguments as of `run_metrics`, and the errors (m, of a rotation rad) by axis."""
     responses = []
     ohms = {name: resistances.get(name, math.nan) * (
         1.0 + COPPER * columns.get(f"{winding_of(motor)}.rise", np.zeros(len(time))))

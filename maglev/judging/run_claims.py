@@ -3,7 +3,7 @@
 from collections.abc import Mapping, Sequence
 
 from maglev.errors import MeasurementError, nearest
-from maglev.judging.measures import values_of
+from maglev.judging.measures import measured_values
 from maglev.judging.metrics import Metrics
 from maglev.judging.verdicts import ClaimResult, MeasuredValue, Sides, judge
 from maglev.schema.judged.claims import RunClaim
@@ -67,6 +67,6 @@ def metric_values(claim: RunClaim, metrics: Metrics, axes: Sequence[str] | None)
     """Values of the claim's metric on the given axes or on the claim's motors; None for all."""
     chosen = claim.motors if axes is None else axes
     return [MeasuredValue(number.value, (number.of, number.time or 0.0))
-            for number in values_of(metrics, str(claim.quantity))
+            for number in measured_values(metrics, str(claim.quantity))
             if number.band == claim.band and (chosen is None or number.of in chosen)
             and (claim.event is None or number.event == claim.event)]

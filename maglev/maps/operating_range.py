@@ -11,7 +11,7 @@ from pathlib import Path
 import numpy as np
 
 from maglev.arrays import Array, Bools
-from maglev.maps.rows import Origin, Outcomes, Row, Side, cells_of, seen
+from maglev.maps.rows import MapRow, Origin, Outcomes, Side, cells_of, seen
 from maglev.schema.layers import PACKAGED
 
 SETTLED, RECOVERED, LIMITED, ASTRAY, TRIPPED, STOPPED = range(6)
@@ -76,14 +76,14 @@ many mrad, and no stop was touched.
 Each was run with all force constants of the plant times {factors}, of which the controller does not know.
 The maps show the constants as they are; dotted is what settles with these only."""
 
-    def rows(self) -> list[Row]:
+    def rows(self) -> list[MapRow]:
         """Of each step beside the gap, with dots on what other constants do not let settle."""
         first = next(iter(self.laws.values()))
         down, along = (Side(f"{name} gap, mm", [f"{1e3 * gap:g}" for gap in gaps])
                        for name, gaps in (("initial", first.initial), ("target", first.target)))
-        return [Row(f"{first.what} {first.size(step)}".capitalize() if step else f"No {first.what}", down, along,
-                    {law: outcome_map.nominal[..., k] for law, outcome_map in self.laws.items()},
-                    {law: outcome_map.fragile[..., k] for law, outcome_map in self.laws.items()})
+        return [MapRow(f"{first.what} {first.size(step)}".capitalize() if step else f"No {first.what}", down, along,
+                       {law: outcome_map.nominal[..., k] for law, outcome_map in self.laws.items()},
+                       {law: outcome_map.fragile[..., k] for law, outcome_map in self.laws.items()})
                 for k, step in enumerate(first.steps)]
 
     def table(self) -> list[tuple[str, ...]]:

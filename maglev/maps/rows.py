@@ -20,7 +20,7 @@ class Side(NamedTuple):
 
 
 @dataclass(frozen=True)
-class Row:
+class MapRow:
     """Maps of every law that are drawn beside each other."""
 
     heading: str                    # what was asked of the laws

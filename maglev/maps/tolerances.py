@@ -10,7 +10,7 @@ from pathlib import Path
 
 import numpy as np
 
-from maglev.maps.rows import Origin, Outcomes, Row, Side, cells_of
+from maglev.maps.rows import MapRow, Origin, Outcomes, Side, cells_of
 from maglev.schema.layers import PACKAGED
 
 HOLDS, ASTRAY, STOPPED, TRIPPED = range(4)
@@ -78,11 +78,11 @@ voltage. Every controller makes a step of the air gap with them, and one of the 
 holds if no stop is touched, nothing trips, and every axis ends near its reference. The lowest row and the first
 column of a map are without the one or the other."""
 
-    def rows(self) -> list[Row]:
+    def rows(self) -> list[MapRow]:
         """Of each question and each step of the gap."""
-        return [Row(f"{question.down.name.capitalize()} and {question.along.name}, step of {size:g} mm",
-                    question.down.side, question.along.side,
-                    {law: outcomes[k] for law, outcomes in self.maps[question.name].items()})
+        return [MapRow(f"{question.down.name.capitalize()} and {question.along.name}, step of {size:g} mm",
+                       question.down.side, question.along.side,
+                       {law: outcomes[k] for law, outcomes in self.maps[question.name].items()})
                 for question in QUESTIONS if question.name in self.maps for k, size in enumerate(self.sizes)]
 
     def table(self) -> list[tuple[str, ...]]:

@@ -6,7 +6,7 @@ from maglev.arrays import Array
 from maglev.errors import ScenarioError
 from maglev.identification.predictions import attraction_force, equilibrium_currents
 from maglev.procedures.equilibrium import measured
-from maglev.procedures.outcome import Chart, Curve, Found, Outcome, Panel
+from maglev.procedures.outcome import Chart, Curve, Outcome, Panel, ProcedureValue
 from maglev.procedures.rig_data import EPSILON, Runs, constant_table, estimate, mm, rig_of
 from maglev.schema.judged.procedure import ProcedureSettings
 
@@ -33,8 +33,9 @@ def evaluate(settings: ProcedureSettings, runs: Runs) -> Outcome:
     if mass is None:
         raise ScenarioError(f"the plant has no parameter {rig.axes[0]}.mass, expected one for the force")
     force = attraction_force(rig, gaps, at_zero[attraction] - between[attraction], mass)
-    values = [Found("constant", between[attraction], constant=attraction, epsilon=EPSILON)]
-    values += [Found("cogging_force", value, gap=gap) for gap, value in zip(gaps.tolist(), force.tolist(), strict=True)]
+    values = [ProcedureValue("constant", between[attraction], constant=attraction, epsilon=EPSILON)]
+    values += [ProcedureValue("cogging_force", value, gap=gap)
+               for gap, value in zip(gaps.tolist(), force.tolist(), strict=True)]
     curves = [Curve("predicted, no offset", mm(gaps), equilibrium_currents(rig, gaps, at_zero).tolist()),
               Curve("predicted, between the slots", mm(gaps), equilibrium_currents(rig, gaps, between).tolist())]
     if currents is not None:

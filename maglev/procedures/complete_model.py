@@ -10,11 +10,11 @@ from maglev.experiment.execution import RunResult
 from maglev.identification.estimators import estimate as estimate_offline
 from maglev.identification.identify import Identification, identify, observed
 from maglev.identification.predictions import equilibrium_currents, row_of, thrust_shape
-from maglev.identification.recording import Recording
+from maglev.identification.recording import MotionRecording
 from maglev.identification.rigs import Rig, regressors
 from maglev.identification.settings import METHODS
 from maglev.procedures.equilibrium import beside_each_other, measured
-from maglev.procedures.outcome import Chart, Curve, Found, Outcome, Panel, ValueTable
+from maglev.procedures.outcome import Chart, Curve, Outcome, Panel, ProcedureValue, ValueTable
 from maglev.procedures.parabolas import Thrust, all_thrusts, at_epsilon, over_gap
 from maglev.procedures.rig_data import (
     EPSILON,
@@ -48,10 +48,10 @@ def evaluate(settings: ProcedureSettings, runs: Runs) -> Outcome:
     values = constant_values(flown, rig.constants)
     if model is not None:
         for axis in (row.axis for row in rig.rows):   # tilts are held, or small
-            values.append(Found("position_deviation", deviation(flown, model, f"{axis}.position"), axis=axis))
-            values.append(Found("speed_deviation", deviation(flown, model, f"{axis}.velocity"), axis=axis))
+            values.append(ProcedureValue("position_deviation", deviation(flown, model, f"{axis}.position"), axis=axis))
+            values.append(ProcedureValue("speed_deviation", deviation(flown, model, f"{axis}.velocity"), axis=axis))
     held = [thrust for thrust in all_thrusts(settings.runs["parabolas"], runs) if thrust.alone]
-    values += [Found("thrust", thrust.by_parabola, axis=thrust.axis, gap=thrust.gap) for thrust in held]
+    values += [ProcedureValue("thrust", thrust.by_parabola, axis=thrust.axis, gap=thrust.gap) for thrust in held]
     identified = identify(recording_of(flown, rig))
     charts = [thrust_chart(settings, flown, held, identified), *current_charts(settings, flown, runs, identified),
               convergence_chart(flown, rig)]
@@ -68,12 +68,12 @@ def deviation(flown: RunResult, model: RunResult, name: str) -> float:
     return float(np.sqrt(np.mean((there - here) ** 2))) / motion if motion > 0.0 else math.inf
 
 
-def recording_of(result: RunResult, rig: Rig) -> Recording:
+def recording_of(result: RunResult, rig: Rig) -> MotionRecording:
     """The rows of a run as a person would record them."""
-    return Recording(rig, result.time,
-                     measured_positions(result, rig),
-                     np.stack([plant_column(result, f"{motor}.i_d") for motor in rig.motors], axis=1),
-                     np.stack([plant_column(result, f"{motor}.i_q") for motor in rig.motors], axis=1))
+    return MotionRecording(rig, result.time,
+                           measured_positions(result, rig),
+                           np.stack([plant_column(result, f"{motor}.i_d") for motor in rig.motors], axis=1),
+                           np.stack([plant_column(result, f"{motor}.i_q") for motor in rig.motors], axis=1))
 
 
 def offline_table(model: Identification) -> ValueTable:

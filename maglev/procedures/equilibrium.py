@@ -9,7 +9,7 @@ from maglev.experiment.execution import RunResult
 from maglev.identification.predictions import equilibrium_currents
 from maglev.identification.rigs import Rig
 from maglev.judging.metrics import step_samples
-from maglev.procedures.outcome import Chart, Curve, Found, Outcome, Panel
+from maglev.procedures.outcome import Chart, Curve, Outcome, Panel, ProcedureValue
 from maglev.procedures.rig_data import (
     EPSILON,
     Runs,
@@ -72,9 +72,9 @@ def evaluate(settings: ProcedureSettings, runs: Runs) -> Outcome:
         return Outcome(settings, names, tuple(values), tables)
     seen = measured(currents, rig)
     theory = equilibrium_currents(rig, seen.gaps, estimate(excitation, EPSILON, constants))
-    values += [Found("equilibrium_current", here, gap=asked) for asked, here
+    values += [ProcedureValue("equilibrium_current", here, gap=asked) for asked, here
                in zip(seen.asked.tolist(), seen.currents.tolist(), strict=True)]
-    values += [Found("equilibrium_deviation", abs(there - here), gap=asked) for asked, here, there
+    values += [ProcedureValue("equilibrium_deviation", abs(there - here), gap=asked) for asked, here, there
                in zip(seen.asked.tolist(), seen.currents.tolist(), theory.tolist(), strict=True)]
     chart = Chart(settings.figures.get("currents"),
                   f"Equilibrium currents: measured, and predicted by the constants with ε = {EPSILON:g}.",

@@ -10,7 +10,7 @@ Values = Sequence[float] | Array
 
 
 @dataclass(frozen=True)
-class Found:
+class ProcedureValue:
     """One value and where it was found; None where that does not apply."""
 
     name: str                      # see `maglev.quantities.PROCEDURE_VALUES`
@@ -69,7 +69,7 @@ class Outcome:
 
     settings: ProcedureSettings
     runs: tuple[str, ...]           # names of those that it rests on
-    values: tuple[Found, ...] = ()
+    values: tuple[ProcedureValue, ...] = ()
     tables: tuple[ValueTable, ...] = ()
     charts: tuple[Chart, ...] = ()
     notes: tuple[str, ...] = ()     # what a reader should know, such as a constant that cannot be identified

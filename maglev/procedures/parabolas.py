@@ -11,7 +11,7 @@ from maglev.errors import ScenarioError
 from maglev.experiment.execution import RunResult
 from maglev.identification.predictions import fitted_parabola, row_of, thrust_of_parabola, thrust_shape
 from maglev.identification.rigs import Rig
-from maglev.procedures.outcome import Chart, Curve, Found, Outcome, Panel, ValueTable
+from maglev.procedures.outcome import Chart, Curve, Outcome, Panel, ProcedureValue, ValueTable
 from maglev.procedures.rig_data import (
     EPSILON,
     Runs,
@@ -92,19 +92,19 @@ def evaluate(settings: ProcedureSettings, runs: Runs) -> Outcome:
     alone = [thrust for thrust in thrusts if thrust.alone]
     together = [thrust for thrust in thrusts if not thrust.alone]
     axes = list(dict.fromkeys(thrust.axis for thrust in alone))
-    values = [value for thrust in alone for value in values_of(thrust)]
+    values = [value for thrust in alone for value in thrust_values(thrust)]
     for axis in axes:
         constant = row_of(rig, axis).constants[0]
         of_axis = [thrust for thrust in alone if thrust.axis == axis]
         shapes = thrust_shape(rig, np.array([thrust.gap for thrust in of_axis]))
         average = np.mean(np.array([thrust.by_parabola for thrust in of_axis]) / shapes)
-        values.append(Found("average_constant", float(average), constant=constant, axis=axis))
+        values.append(ProcedureValue("average_constant", float(average), constant=constant, axis=axis))
     single = {(thrust.axis, millimetres(thrust.gap)): thrust.by_estimator for thrust in alone}
     for thrust in together:
         other = single.get((thrust.axis, millimetres(thrust.gap)))
         if other is not None:
             share = deviation(at_epsilon(thrust.by_estimator), at_epsilon(other))
-            values.append(Found("simultaneous_deviation", share, axis=thrust.axis, gap=thrust.gap))
+            values.append(ProcedureValue("simultaneous_deviation", share, axis=thrust.axis, gap=thrust.gap))
     names = tuple(sorted({thrust.run.plan.name for thrust in thrusts}))
     every = load_plans(thrusts[0].run.plan.path)
     notes = (f"this rests on {len(names)} of {len(every)} runs",) if len(names) < len(every) else ()
@@ -125,13 +125,13 @@ def at_epsilon(by_estimator: Mapping[float, float]) -> float:
     return by_estimator[EPSILON]
 
 
-def values_of(thrust: Thrust) -> list[Found]:
+def thrust_values(thrust: Thrust) -> list[ProcedureValue]:
     """What claims may be about."""
-    return [Found("thrust", thrust.by_parabola, axis=thrust.axis, gap=thrust.gap),
-            *(Found("estimated_thrust", by_estimator, axis=thrust.axis, epsilon=epsilon, gap=thrust.gap)
+    return [ProcedureValue("thrust", thrust.by_parabola, axis=thrust.axis, gap=thrust.gap),
+            *(ProcedureValue("estimated_thrust", by_estimator, axis=thrust.axis, epsilon=epsilon, gap=thrust.gap)
               for epsilon, by_estimator in thrust.by_estimator.items()),
-            *(Found("estimator_deviation", deviation(by_estimator, thrust.by_parabola), axis=thrust.axis,
-                    epsilon=epsilon, gap=thrust.gap) for epsilon, by_estimator in thrust.by_estimator.items())]
+            *(ProcedureValue("estimator_deviation", deviation(by_estimator, thrust.by_parabola), axis=thrust.axis,
+                             epsilon=epsilon, gap=thrust.gap) for epsilon, by_estimator in thrust.by_estimator.items())]
 
 
 def table(axis: str, thrusts: Sequence[Thrust]) -> ValueTable:

@@ -10,7 +10,7 @@ from maglev.errors import ScenarioError, nearest
 from maglev.experiment.execution import RunResult
 from maglev.identification.rigs import Rig
 from maglev.identification.rigs import rig_of as described
-from maglev.procedures.outcome import Found, ValueTable
+from maglev.procedures.outcome import ProcedureValue, ValueTable
 from maglev.schema.judged.procedure import ProcedureSettings
 from maglev.schema.run_plan import RunPlan
 from maglev.units import to_unit
@@ -117,9 +117,9 @@ def mm(lengths: Array) -> list[float]:
     return [to_unit(length, "mm") for length in lengths.tolist()]
 
 
-def constant_values(result: RunResult, constants: Sequence[str]) -> list[Found]:
+def constant_values(result: RunResult, constants: Sequence[str]) -> list[ProcedureValue]:
     """What claims may be about."""
-    return [Found("constant", value, constant=name, epsilon=epsilon) for epsilon in estimators(result)
+    return [ProcedureValue("constant", value, constant=name, epsilon=epsilon) for epsilon in estimators(result)
             for name, value in estimate(result, epsilon, constants).items()]
 
 

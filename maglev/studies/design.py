@@ -18,7 +18,7 @@ def number_of_samples(study: StudyFile) -> int:
     design, varied = study.design, len(study.vary)
     if design.kind == "rows":
         return len(rows_of(study))
-    number = (math.prod(len(values_of(varied)) for varied in study.vary) if design.samples is None
+    number = (math.prod(len(tried_values(varied)) for varied in study.vary) if design.samples is None
               else design.samples * (varied + 2) if design.kind == "saltelli" else design.samples)
     if number > MOST_SAMPLES:
         raise ScenarioError(f"{study.name}: design: {number:.3g} samples, expected at most {MOST_SAMPLES:.0e}")
@@ -33,14 +33,14 @@ def samples(study: StudyFile) -> Array:
     if study.design.kind == "rows":
         return rows_of(study)
     if number_of_samples(study) and study.design.kind == "grid":
-        axes = np.meshgrid(*(np.array(values_of(varied), dtype=np.float64) for varied in study.vary), indexing="ij")
+        axes = np.meshgrid(*(np.array(tried_values(varied), dtype=np.float64) for varied in study.vary), indexing="ij")
         return np.stack(axes, axis=-1).reshape(-1, len(axes))
     return at(study, unit_samples(study))
 
 
 def rows_of(study: StudyFile) -> Array:
     """Values side by side, one row a sample; ScenarioError if there are more of one than of another."""
-    columns = {varied.column: values_of(varied) for varied in study.vary}
+    columns = {varied.column: tried_values(varied) for varied in study.vary}
     numbers = {name: len(column) for name, column in columns.items()}
     if len({*numbers.values()}) > 1:
         raise ScenarioError(f"{study.name}: vary: {', '.join(f'{name}: {number}' for name, number in numbers.items())} "
@@ -99,7 +99,7 @@ def values_at(varied: Varied, points: Array) -> Array:
     from scipy.special import ndtri
 
     if varied.kind in DISCRETE:
-        values = np.array(values_of(varied), dtype=np.float64)
+        values = np.array(tried_values(varied), dtype=np.float64)
         return np.asarray(values[np.minimum((points * len(values)).astype(int), len(values) - 1)])
     if varied.kind == "percent":
         share = number(varied.percent)
@@ -114,7 +114,7 @@ def values_at(varied: Varied, points: Array) -> Array:
     return np.array([low * math.pow(high / low, point) for point in points.tolist()])
 
 
-def values_of(varied: Varied) -> list[float]:
+def tried_values(varied: Varied) -> list[float]:
     """Values of a list, or of a grid: the decimals that a person would write, 7.6 and not 7.6000000000000005."""
     if varied.kind == "list":
         return [number(value) for value in varied.values or ()]

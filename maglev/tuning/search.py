@@ -22,7 +22,7 @@ Say = Callable[[str], None]
 
 
 @dataclass(frozen=True)
-class Found:
+class SearchResult:
     parameters: dict[str, float]   # by `fmu.variable`, SI, rounded as they were run
     numbers: tuple[float, ...]     # what was searched: of poles the rates and dampings
     cost_before: float             # with the scenario's own values
@@ -71,7 +71,7 @@ class Search:
         self.parts.write(kept, content.getvalue())
         return rows.reshape(len(candidates), len(plants), -1)
 
-    def found(self) -> Found:
+    def found(self) -> SearchResult:
         """Search, and run what was found on fresh plants."""
         planned, tuning = self.planned, self.planned.tuning
         before, = self.fly(planned.nominal[None, :], planned.plants)
@@ -93,12 +93,13 @@ class Search:
         fresh_before, fresh_after = self.fly(both, planned.fresh) if tuning.fresh else (before, after)
         self.watch(self.all_flights, self.all_flights)
         cost_before, cost = planned.cost.of(np.array([before, after]), before)
-        return Found(dict(zip(planned.unknowns.names, parameters.tolist(), strict=True)), tuple(result.x.tolist()),
-                     float(cost_before), float(cost), before, after, fresh_before, fresh_after, self.flights)
+        return SearchResult(dict(zip(planned.unknowns.names, parameters.tolist(), strict=True)),
+                            tuple(result.x.tolist()), float(cost_before), float(cost), before, after, fresh_before,
+                            fresh_after, self.flights)
 
 
 def search(planned: PlannedTuning, parts: Parts, scheduler: str | None, jobs: int, resume: bool,
-           watch: Watcher, say: Say) -> Found:
+           watch: Watcher, say: Say) -> SearchResult:
     """Search, with the runs on the workers of a scheduler or in so many processes of this machine.
 
     While it goes on, the folder of `parts` holds every generation that is done: the search takes the same course again,

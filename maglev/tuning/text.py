@@ -9,10 +9,10 @@ from maglev.report.plain import result_table
 from maglev.studies.columns import EVENTS
 from maglev.tuning.planning import Cost
 from maglev.tuning.schema import TuneFile
-from maglev.tuning.search import Found
+from maglev.tuning.search import SearchResult
 
 
-def gains_toml(tuning: TuneFile, found: Found) -> str:
+def gains_toml(tuning: TuneFile, found: SearchResult) -> str:
     """The parameters that were found, as a file that a scenario extends."""
     lines = [f"# {line}" for line in (tuning.title or tuning.name, f"Found by maglev tune {tuning.name}: "
                                       f"{tuning.population} candidates, {tuning.generations} generations, "
@@ -26,7 +26,7 @@ def gains_toml(tuning: TuneFile, found: Found) -> str:
     return "\n".join(lines) + "\n"
 
 
-def show_found(console: Console, tuning: TuneFile, cost: Cost, found: Found) -> None:
+def show_found(console: Console, tuning: TuneFile, cost: Cost, found: SearchResult) -> None:
     """Print the metrics before and after, on the plants of the search and on fresh ones, and the parameters."""
     console.print(f"[bold]{tuning.name}[/bold]: {tuning.title or tuning.scenario}", highlight=False)
     groups = [(f"searched, {len(found.before)} plants", found.before, found.after)]

@@ -2,7 +2,7 @@
 
 from math import sqrt
 
-from fmi_export.definition import Experiment, FmuDefinition, real_input, real_output
+from fmi_export.definition import DefaultExperiment, FmuDefinition, real_input, real_output
 
 
 class Divider:
@@ -28,4 +28,4 @@ DIVIDER = FmuDefinition(
     name="Divider", block=Divider, description="Divides by what it is given.",
     variables=(real_input("number", "m", "what is divided by", 10.0, 1.0),
                real_output("reciprocal", "", "1 over it", 1.0), real_output("root", "", "its square root", 1.0)),
-    refusals={}, experiment=Experiment(stop_time=1.0, step=0.1), variable_step=True)
+    refusals={}, experiment=DefaultExperiment(stop_time=1.0, step=0.1), variable_step=True)

@@ -13,7 +13,7 @@ from direct_loop import RIGS, idealise
 from controller_fmu.pid_2dof import PID2DOF
 from controller_fmu.pid_3dof import PID3DOF
 from maglev.identification import rigs
-from maglev.identification.recording import Recording
+from maglev.identification.recording import MotionRecording
 from plant_fmu import stage_2dof, stage_3dof
 
 STAGES = {2: stage_2dof, 3: stage_3dof}
@@ -36,7 +36,7 @@ EXCITATION: dict[str, tuple[float, float, list[tuple[float, float, float]]]] = {
 class Data:
     """A recording with what no sensor of the rigs measures."""
 
-    recording: Recording
+    recording: MotionRecording
     velocity: np.ndarray        # m/s, shape (n, axes), true
     truth: dict[str, float]     # constants of the stage
 
@@ -160,8 +160,8 @@ def record(rig: str, seconds: float, dt: float, ideal: bool = True, resolution: 
     def columns(names: tuple[str, ...], what: str) -> np.ndarray:
         return np.stack([made[f"{name}.{what}"] for name in names], axis=1)
 
-    recording = Recording(about, made["time"], columns(about.axes, "encoder"), columns(about.motors, "i_d"),
-                          columns(about.motors, "i_q"))
+    recording = MotionRecording(about, made["time"], columns(about.axes, "encoder"), columns(about.motors, "i_d"),
+                                columns(about.motors, "i_q"))
     return Data(recording, columns(about.axes, "velocity"), truth)
 
 

@@ -2,7 +2,7 @@
 
 from math import inf
 
-from maglev.procedures.outcome import Chart, Curve, Found, Outcome, Panel, ValueTable
+from maglev.procedures.outcome import Chart, Curve, Outcome, Panel, ProcedureValue, ValueTable
 from maglev.schema.judged.claims import ProcedureClaim
 from maglev.schema.judged.procedure import ProcedureSettings
 
@@ -32,7 +32,7 @@ def outcome(name: str = "2dof-thrust", *, title: str = "Thrust by parabolas", ch
         tables = (ValueTable("Constants", ("constant", "thesis", "here"),
                              (("C1", "14.2", "14.1"), ("C2", "791", "790"))),)
     settings = ProcedureSettings(kind="parabolas", name=name, title=title, claims=list(claims))
-    return Outcome(settings, runs, (Found("cogging_force", 2.1, gap=0.01),), tables, charts, notes)
+    return Outcome(settings, runs, (ProcedureValue("cogging_force", 2.1, gap=0.01),), tables, charts, notes)
 
 
 def hostile_outcome() -> Outcome:

@@ -14,7 +14,7 @@ from maglev_files.whole_file import write_whole
 
 if TYPE_CHECKING:
     from maglev.tuning.planning import PlannedTuning
-    from maglev.tuning.search import Found
+    from maglev.tuning.search import SearchResult
 
 
 @dataclass(frozen=True)
@@ -27,7 +27,7 @@ class Tuned:
         By `fmu.variable`, SI: `maglev.run(name, set=tuned.parameters)` takes them.
     path : Path
         The same as a file that a scenario extends.
-    found : Found
+    found : SearchResult
         Costs, and metrics on every plant before and after.
     planned : PlannedTuning
         What was searched; the columns of the metrics.
@@ -35,7 +35,7 @@ class Tuned:
 
     parameters: Mapping[str, float]
     path: Path
-    found: "Found"
+    found: "SearchResult"
     planned: "PlannedTuning"
 
     def show(self, console: Any) -> None:

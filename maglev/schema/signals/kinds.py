@@ -49,7 +49,7 @@ class SignalTable(Table):
         """Without `unit`, use the SI unit of the first text among the values."""
         if not isinstance(table, dict) or "unit" in table:
             return table
-        for value in values_of(table):
+        for value in numbers_in(table):
             if isinstance(value, str):
                 try:
                     if table.get("open_unit") and known_unit(split_text(value)[1]) is None:
@@ -268,7 +268,7 @@ class Csv(SignalTable):
 Signal = Annotated[Constant | Steps | Sinusoids | Csv, Field(discriminator="kind")]
 
 
-def values_of(table: dict[str, Any]) -> list[Any]:
+def numbers_in(table: dict[str, Any]) -> list[Any]:
     """Return all that `unit` applies to in the table of a signal."""
     values = table.get("values")
     terms = table.get("terms")

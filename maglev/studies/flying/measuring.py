@@ -1,4 +1,4 @@
-"""What is measured on a run while it is made: `evaluate` of its recording, bit for bit, without a recording.
+"""What is measured on a run while it is made: `run_metrics` of its recording, bit for bit, without a recording.
 
 The C of `measuring.c` looks at the columns that metrics need, at every communication point; what it finds becomes the
 metrics here.
@@ -174,7 +174,7 @@ class Meter:
         return loop.run(len(self.measuring.time) - 1, ended, self.observer)
 
     def metrics(self) -> Metrics | None:
-        """What was found on the run that is done, as `evaluate` has it; None if something of it is no number."""
+        """What was found on the run that is done, as `run_metrics` has it; None if something of it is no number."""
         measuring, whole = self.measuring, self.whole[0]
         plan, points = measuring.plan, len(measuring.time)
         if not all(np.isfinite(whole[name]).all() for name in ("squares", "sum")):

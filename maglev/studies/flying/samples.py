@@ -14,7 +14,7 @@ from maglev.arrays import Array
 from maglev.cosim.other_process.helper import other_process
 from maglev.errors import MaglevError, in_one_line
 from maglev.experiment.preparation import Experiment
-from maglev.judging.metrics import Metrics, columns_needed, evaluate, phase_resistances
+from maglev.judging.metrics import Metrics, columns_needed, phase_resistances, run_metrics
 from maglev.processes.beside import Gone, Send, Silent
 from maglev.studies.columns import Column, named_values
 from maglev.studies.flying.flight import Flight
@@ -107,7 +107,7 @@ def each_flown(job: Job, values: Array, loaded: Callable[[], None] | None = None
                 measured = flight.measure(changes)
                 if measured is None:
                     time, columns = flight.fly(changes)
-                    measured = (evaluate(plan, time, columns, phase_resistances(plan, changes)),
+                    measured = (run_metrics(plan, time, columns, phase_resistances(plan, changes)),
                                 np.column_stack([columns[name][::job.every] for name in job.kept])
                                 if job.kept else None)
             except MaglevError as error:

@@ -23,7 +23,7 @@ def run_of(about: Mapping[str, Any]) -> Mapping[str, Any]:
     return {**run, "options": options | ({"kind": "native"} if options.pop("native", False) else {})}
 
 
-def values_of(about: Mapping[str, Any], row: Mapping[str, Any]) -> dict[str, Any]:
+def settings_of_sample(about: Mapping[str, Any], row: Mapping[str, Any]) -> dict[str, Any]:
     """What the run of a row of the dataset sets: values, SI, by `fmu.variable` or reference."""
     columns = {target: parameter["name"] for parameter in about["vary"] for target in parameter["set"]}
     return {**run_of(about)["set"], **{target: row[target] if target in row else row[columns[target]]
@@ -34,7 +34,7 @@ def options_of(about: Mapping[str, Any], row: Mapping[str, Any]) -> dict[str, An
     """Arguments of `maglev.run` for a row of the dataset."""
     run = run_of(about)
     options = {key: int(value) if key == "fmi" else value for key, value in run["options"].items()}
-    return {"name": run["scenario"], **options, "set": values_of(about, row)}
+    return {"name": run["scenario"], **options, "set": settings_of_sample(about, row)}
 
 
 def command_of(about: Mapping[str, Any], row: Mapping[str, Any]) -> str:
@@ -43,7 +43,7 @@ def command_of(about: Mapping[str, Any], row: Mapping[str, Any]) -> str:
     words = ["maglev", "run", run["scenario"]]
     for key, value in run["options"].items():
         words += [OPTIONS[key].flag] if value is True else [OPTIONS[key].flag, value]
-    for target, value in values_of(about, row).items():
+    for target, value in settings_of_sample(about, row).items():
         words += ["--set", f"{target}={str(value).lower() if isinstance(value, bool) else repr(value)}"]
     return shlex.join(words)
 
@@ -72,4 +72,4 @@ def why_not_live(about: Mapping[str, Any]) -> str:
 
 def live_link(about: Mapping[str, Any], row: Mapping[str, Any]) -> str:
     """Address that opens a row of the dataset in the live page."""
-    return live_address(about["scenario"], values_of(about, row))
+    return live_address(about["scenario"], settings_of_sample(about, row))

@@ -11,7 +11,7 @@ from report_runs import packaged, recorded
 
 from maglev.comparison.table import Row, side_by_side, summary, verdict
 from maglev.judging.measures import Measure, measures, measures_data
-from maglev.judging.metrics import evaluate
+from maglev.judging.metrics import run_metrics
 from maglev.report.plots.figures import run_colours
 from maglev.schema.run_plan import RunPlan
 
@@ -39,7 +39,7 @@ def test_rms_error_of_a_sinusoid(plan: RunPlan) -> None:
     """Over whole periods the root of the mean square of A sin is A / sqrt(2)."""
     time = np.linspace(0.0, 4.0, 40000, endpoint=False)
     error = {"v": 3e-3 * np.sin(2.0 * np.pi * time), "h": np.full(len(time), -2e-3)}
-    metrics = evaluate(plan, time, columns_of(plan, time, error))
+    metrics = run_metrics(plan, time, columns_of(plan, time, error))
     found = {(each.quantity, each.of): each for each in measures(plan, metrics)}
     assert found["rms error", "v"].value == pytest.approx(3e-3 / math.sqrt(2.0), rel=1e-9)
     assert found["rms error", "h"].value == pytest.approx(2e-3, rel=1e-9)
@@ -48,7 +48,7 @@ def test_rms_error_of_a_sinusoid(plan: RunPlan) -> None:
 
 def test_a_motor_without_recorded_currents_has_no_best_peak(plan: RunPlan) -> None:
     time = np.linspace(0.0, 1.0, 100)
-    metrics = evaluate(plan, time, columns_of(plan, time, {"v": 0.0 * time, "h": 0.0 * time}))
+    metrics = run_metrics(plan, time, columns_of(plan, time, {"v": 0.0 * time, "h": 0.0 * time}))
     motors = {name: motor.model_copy(update={"currents": []}) for name, motor in plan.motors.items()}
     without = plan.model_copy(update={"motors": motors})
     assert "peak current" in {each.quantity for each in measures(plan, metrics)}

@@ -8,7 +8,7 @@ import pytest
 from identification_data import Data, flight, record
 
 from maglev.identification.identify import Identification, identify
-from maglev.identification.recording import Recording
+from maglev.identification.recording import MotionRecording
 from maglev.identification.rigs import regressors
 
 pytestmark = pytest.mark.usefixtures("slow")
@@ -116,7 +116,7 @@ def test_standard_errors_are_of_the_spread() -> None:
     data = flight("2dof", "ideal")
     r = data.recording
     part = slice(0, 20001)
-    short = Recording(r.rig, r.time[part], r.positions[part], r.i_d[part], r.i_q[part])
+    short = MotionRecording(r.rig, r.time[part], r.positions[part], r.i_d[part], r.i_q[part])
     random = np.random.default_rng(5)
     results = [identify(short, velocities=data.velocity[part]
                         + np.cumsum(random.normal(0.0, 2e-3, data.velocity[part].shape), axis=0)) for _ in range(8)]

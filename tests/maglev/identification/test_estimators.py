@@ -10,7 +10,7 @@ from scipy.integrate import solve_ivp
 
 from maglev.errors import IdentificationError
 from maglev.identification.estimators import Samples, estimate, fsdi, largest_squares, mean_behind_lag
-from maglev.identification.rigs import RIGS, Row, RowData, regressors
+from maglev.identification.rigs import RIGS, ConstantRow, RowData, regressors
 
 GAMMA, DT = 1.1, 0.5e-3
 Slope = Callable[[float, np.ndarray], np.ndarray]
@@ -112,7 +112,7 @@ def test_fsdi_is_of_second_order() -> None:
 
 
 def constant_row(a: float, rate: float, count: int) -> RowData:
-    row = Row("h", ("C1",), 0.0, lambda f, i_d, i_q: i_q)
+    row = ConstantRow("h", ("C1",), 0.0, lambda f, i_d, i_q: i_q)
     return RowData(row, np.full((count, 1), a), np.zeros(count), rate * DT * np.arange(count, dtype=float))
 
 

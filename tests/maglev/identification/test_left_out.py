@@ -13,7 +13,7 @@ from scipy.integrate import solve_ivp
 from maglev.identification.estimators import estimate
 from maglev.identification.identify import Identification, identify, matched, observed
 from maglev.identification.left_out import friction, left_out, ripple
-from maglev.identification.recording import Recording
+from maglev.identification.recording import MotionRecording
 from maglev.identification.rigs import RIGS, RowData, regressors, rig_of
 from plant_fmu.guide import GuideFriction
 from plant_fmu.ripple import Ripple
@@ -106,7 +106,7 @@ def test_a_stage_without_effects_leaves_nothing_out() -> None:
 def test_what_is_not_excited_is_not_known() -> None:
     data = record("2dof", 4.0, 0.5e-3)
     r = data.recording
-    still = Recording(r.rig, r.time, np.stack([r.positions[:, 0], np.zeros(len(r.time))], axis=1), r.i_d, r.i_q)
+    still = MotionRecording(r.rig, r.time, np.stack([r.positions[:, 0], np.zeros(len(r.time))], axis=1), r.i_d, r.i_q)
     found = identify(still)
     assert found.left_out["C1"] == np.inf
     assert np.isfinite([found.left_out[name] for name in ("C2", "C3", "C4")]).all()

@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from maglev.judging.metrics import Metrics, evaluate
+from maglev.judging.metrics import Metrics, run_metrics
 from maglev.schema.run_plan import Axis, Event, MetricSettings, Motor
 
 TIME = [0.5 + 0.125 * k for k in range(40)]                       # exact in binary, and not from 0
@@ -46,7 +46,7 @@ def metrics() -> Metrics:
     columns |= {f"{name}.p": np.array(TARGETS[name]) + np.array(ERRORS[name]) for name in TARGETS}
     columns |= {f"m.{name}": np.array(values) for name, values in PHASES.items()}
     columns["m.c"] = np.array([value * value for value in PHASES["b"]])
-    return evaluate(plan, np.array(TIME), columns, {"m": 1.5})
+    return run_metrics(plan, np.array(TIME), columns, {"m": 1.5})
 
 
 def test_steps(metrics: Metrics) -> None:

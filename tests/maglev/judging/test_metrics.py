@@ -8,7 +8,7 @@ from hypothesis import strategies as st
 
 from maglev.errors import MeasurementError
 from maglev.judging.measures import measures
-from maglev.judging.metrics import evaluate, phase_resistances, settling_time, step_samples, winding_of
+from maglev.judging.metrics import phase_resistances, run_metrics, settling_time, step_samples, winding_of
 from maglev.schema.loading import load_plan
 from maglev.schema.run_plan import Axis, MetricSettings, Motor, StartValue
 
@@ -37,8 +37,8 @@ def second_order(start, target, omega, zeta):
 @given(st.floats(0.2, 0.8), st.floats(5.0, 20.0), st.sampled_from([(0.025, 0.027), (0.03, 0.01), (0.0, -0.015)]))
 def test_second_order_step(zeta, omega, ends):
     start, target = ends
-    metrics = evaluate(plan(), TIME, {"plant.y.position": second_order(start, target, omega, zeta),
-                                          "controller.y.reference": step_at_1_s(start, target)})
+    metrics = run_metrics(plan(), TIME, {"plant.y.position": second_order(start, target, omega, zeta),
+                                         "controller.y.reference": step_at_1_s(start, target)})
     (step,) = metrics.steps
     assert (step.axis, step.time, step.start, step.target) == ("y", 1.0, start, target)
     assert step.overshoot == pytest.approx(math.exp(-math.pi * zeta / math.sqrt(1.0 - zeta**2)), rel=5e-3)
@@ -52,8 +52,8 @@ def test_second_order_step(zeta, omega, ends):
 
 def test_first_order_settles_when_it_says():
     position = 0.02 + 0.01 * (1.0 - np.exp(-5.0 * np.maximum(TIME - 1.0, 0.0)))
-    metrics = evaluate(plan(), TIME, {"plant.y.position": position,
-                                          "controller.y.reference": step_at_1_s(0.02, 0.03)})
+    metrics = run_metrics(plan(), TIME, {"plant.y.position": position,
+                                         "controller.y.reference": step_at_1_s(0.02, 0.03)})
     (step,) = metrics.steps
     assert step.settling_time[1e-4] == pytest.approx(math.log(100.0) / 5.0, abs=1.5e-3)
     assert step.settling_time[1e-5] == pytest.approx(math.log(1000.0) / 5.0, abs=1.5e-3)
@@ -73,7 +73,7 @@ def test_window_ends_at_the_next_step_of_any_axis():
     columns = {"y.r": np.where(TIME >= 1.0, 2e-3, 0.0), "x.r": np.where(TIME >= 4.0, 3e-3, 0.0)}
     columns["y.p"] = np.where((TIME >= 2.0) & (TIME < 4.0), 2e-3, 0.0)   # leaves its reference when x steps
     columns["x.p"] = np.where(TIME >= 5.0, 3e-3, 0.0)
-    y, x = evaluate(plan(axes=axes), TIME, columns).steps
+    y, x = run_metrics(plan(axes=axes), TIME, columns).steps
     assert (y.axis, y.time, x.axis, x.time) == ("y", 1.0, "x", 4.0)
     assert y.settling_time[1e-4] == pytest.approx(0.999)
     assert y.steady_state_error == 0.0
@@ -87,12 +87,12 @@ def test_a_rotation_has_bands_and_a_limit_of_its_own():
     settings = MetricSettings.model_validate(
         {"bands": ["0.1 mm"], "tilt_bands": ["5 mrad", "1 mrad"], "fail_tilt": "3.9 mrad"})
     tilted = plan(axes=axes, metrics=settings)
-    metrics = evaluate(tilted, TIME, columns)
+    metrics = run_metrics(tilted, TIME, columns)
     assert [dict(step.settling_time) for step in metrics.steps] == [
         {1e-4: pytest.approx(0.999)}, {5e-3: pytest.approx(1.999), 1e-3: math.inf}]
     assert metrics.failed and metrics.lost == (1.0,)
     further = MetricSettings.model_validate({"fail_tilt": "4.1 mrad"})
-    assert not evaluate(plan(axes=axes, metrics=further), TIME, columns).failed
+    assert not run_metrics(plan(axes=axes, metrics=further), TIME, columns).failed
     assert {(each.quantity, each.of, each.unit) for each in measures(tilted, metrics)} >= {
         ("settling time to 5 mrad", "roll", "s"), ("settling time to 0.1 mm", "y", "s"), ("end error", "roll", "rad")}
 
@@ -108,7 +108,7 @@ def test_tracking():
     reference = np.sin(TIME)
     error = np.where(TIME < 3.0, 0.5, 0.0) + 0.1 * np.sign(np.sin(20.0 * TIME))
     settings = MetricSettings(tracking_from=5.0, fail_error=1.0)
-    (tracking,) = evaluate(plan(metrics=settings), TIME, {
+    (tracking,) = run_metrics(plan(metrics=settings), TIME, {
         "plant.y.position": reference + error, "controller.y.reference": reference}).tracking
     assert tracking.mean_tracking_error == pytest.approx(0.1, rel=1e-2)
     assert tracking.peak_tracking_error == pytest.approx(0.1)
@@ -118,7 +118,7 @@ def test_tracking():
 def test_tracking_from_beyond_the_end_is_refused():
     settings = MetricSettings(tracking_from=11.0, fail_error=1.0)
     with pytest.raises(MeasurementError, match=r"ends at 10.0 s.*tracking_from = 11.0 s"):
-        evaluate(plan(metrics=settings), TIME, hold())
+        run_metrics(plan(metrics=settings), TIME, hold())
 
 
 def hold(**changes):
@@ -127,7 +127,7 @@ def hold(**changes):
 
 def test_currents_are_absolute():
     motors = {"alpha": SimpleNamespace(currents=["i_a", "i_b"], commands=["i_d"])}
-    metrics = evaluate(plan(motors=motors), TIME, hold(
+    metrics = run_metrics(plan(motors=motors), TIME, hold(
         i_a=np.full_like(TIME, 1.0), i_b=np.where(TIME > 5.0, -3.0, 0.0), i_d=np.full_like(TIME, -2.0)))
     (motor,) = metrics.motors
     assert (motor.motor, motor.peak_current, motor.peak_command, motor.mean_command) == ("alpha", 3.0, 2.0, 2.0)
@@ -138,13 +138,13 @@ def test_failure():
     flags = {"stop_flag": "at_stop", "trip_flag": "tripped"}
     never = np.zeros(len(TIME), dtype=np.int32)
     late = (TIME >= 7.0).astype(np.int32)
-    quiet = evaluate(plan(**flags), TIME, hold(at_stop=never, tripped=never))
+    quiet = run_metrics(plan(**flags), TIME, hold(at_stop=never, tripped=never))
     assert (quiet.stop_contact, quiet.tripped, quiet.failed) == (None, None, False)
-    stopped = evaluate(plan(**flags), TIME, hold(at_stop=late, tripped=never))
+    stopped = run_metrics(plan(**flags), TIME, hold(at_stop=late, tripped=never))
     assert (stopped.stop_contact, stopped.tripped, stopped.failed) == (7.0, None, True)
-    tripped = evaluate(plan(**flags), TIME, hold(at_stop=never, tripped=late))
+    tripped = run_metrics(plan(**flags), TIME, hold(at_stop=never, tripped=late))
     assert (tripped.stop_contact, tripped.tripped, tripped.failed) == (None, 7.0, True)
-    lost = evaluate(plan(), TIME, hold(**{"plant.y.position": np.full_like(TIME, -1.1e-3)}))
+    lost = run_metrics(plan(), TIME, hold(**{"plant.y.position": np.full_like(TIME, -1.1e-3)}))
     assert (lost.failed, lost.end_errors["y"]) == (True, pytest.approx(1.1e-3))
 
 
@@ -159,7 +159,7 @@ def test_events_of_known_signals():
               "beta": SimpleNamespace(currents=[], commands=["sine"])}
     error = np.where((t >= 0.0) & (TIME < 7.0), -4e-3 * np.exp(-2.0 * t), 5e-6)
     pushed = plan(motors=motors, events=[event, last], event_ends=[7.0, 10.0])
-    metrics = evaluate(pushed, TIME, hold(**phases, noise=noise, sine=3.0 * np.sin(200.0 * TIME), **{
+    metrics = run_metrics(pushed, TIME, hold(**phases, noise=noise, sine=3.0 * np.sin(200.0 * TIME), **{
         "plant.y.position": error}), {"alpha": 7.0})
     first, second = metrics.events
     assert (first.time, first.end, second.end) == (3.0, TIME[6999], 10.0), "the sample at 7 s belongs to the next event"
@@ -185,9 +185,10 @@ def test_a_loss_is_that_of_a_warm_winding_and_absent_where_no_resistance_is_know
     pushed = plan(motors=motors, events=[SimpleNamespace(name="push", time=0.0)], event_ends=[10.0])
     columns = hold(**{"plant.alpha.phase_a.current": np.ones_like(TIME)})
     warm = columns | {f"{winding_of(motors['alpha'])}.rise": np.full_like(TIME, 100.0)}
-    losses = [evaluate(pushed, TIME, each, {"alpha": 2.0}).events[0].efforts[0].ohmic_loss for each in (columns, warm)]
+    losses = [run_metrics(pushed, TIME, each, {"alpha": 2.0}).events[0].efforts[0].ohmic_loss
+              for each in (columns, warm)]
     assert losses == pytest.approx([20.0, 27.86])
-    assert "ohmic loss" not in {each.quantity for each in measures(pushed, evaluate(pushed, TIME, columns))}
+    assert "ohmic loss" not in {each.quantity for each in measures(pushed, run_metrics(pushed, TIME, columns))}
 
 
 def test_resistances_are_those_of_the_sample_the_run_or_the_description():
@@ -203,11 +204,11 @@ def test_resistances_are_those_of_the_sample_the_run_or_the_description():
 def test_who_is_not_back_at_the_end_of_the_window_is_not_back():
     event = SimpleNamespace(name="push", time=3.0)
     columns = hold(**{"plant.y.position": np.where((TIME >= 3.0) & (TIME < 5.0), 1e-3, 0.0)})
-    (early,) = evaluate(plan(events=[event], event_ends=[4.0]), TIME, columns).events
+    (early,) = run_metrics(plan(events=[event], event_ends=[4.0]), TIME, columns).events
     assert early.deviations[0].recovery_time == {1e-4: math.inf, 1e-5: math.inf}
     with pytest.raises(MeasurementError, match=r"ends at 2.0 s.*'push' at 3.0 s"):
-        evaluate(plan(events=[event], event_ends=[4.0]), TIME[:2001],
-                 {name: values[:2001] for name, values in columns.items()})
+        run_metrics(plan(events=[event], event_ends=[4.0]), TIME[:2001],
+                    {name: values[:2001] for name, values in columns.items()})
 
 
 @pytest.mark.parametrize(("fallen", "lost"), [
@@ -222,8 +223,8 @@ def test_a_fall_counts_as_one_failure(fallen, lost):
     reference = 1e-3 * np.floor(TIME / 2.0 + 1e-9).clip(max=4)
     down = np.any([(start <= TIME) & (end >= TIME) for start, end in fallen] or [np.zeros_like(TIME)], axis=0)
     columns = hold(**{"plant.y.position": np.where(down, -0.01, reference), "controller.y.reference": reference})
-    assert evaluate(plan(stop_flag="at_stop"), TIME, {**columns, "at_stop": down.astype(float)}).lost == lost
-    assert evaluate(plan(), TIME, columns).lost == tuple(
+    assert run_metrics(plan(stop_flag="at_stop"), TIME, {**columns, "at_stop": down.astype(float)}).lost == lost
+    assert run_metrics(plan(), TIME, columns).lost == tuple(
         step for step in lost if any(start <= step + 2.0 - 1e-3 <= end for start, end in fallen)), "by its error alone"
 
 
@@ -233,13 +234,13 @@ def test_a_fall_counts_as_one_failure(fallen, lost):
     (hold(**{"plant.y.position": np.where(TIME == 2.0, np.nan, 0.0)}), ["plant.y.position", "finite", "2000"])])
 def test_bad_columns_are_refused(columns, words):
     with pytest.raises(MeasurementError) as refusal:
-        evaluate(plan(), TIME, columns)
+        run_metrics(plan(), TIME, columns)
     assert all(word in str(refusal.value) for word in words)
 
 
 def test_no_samples_are_refused():
     with pytest.raises(MeasurementError, match="at least one sample"):
-        evaluate(plan(), np.array([]), {})
+        run_metrics(plan(), np.array([]), {})
 
 
 @given(st.lists(st.floats(-1.0, 1.0), min_size=len(TIME) // 1000, max_size=len(TIME) // 1000))
@@ -247,6 +248,6 @@ def test_extremes_of_every_column_of_numbers(values):
     column = np.interp(TIME, np.linspace(0.0, 10.0, len(values)), values)
     columns = {"plant.y.position": column, "controller.y.reference": 0.5 * column, "flag": column > 0.0,
                "broken": np.where(TIME > 5.0, np.nan, column)}
-    assert evaluate(plan(), TIME, columns).extremes == {
+    assert run_metrics(plan(), TIME, columns).extremes == {
         "plant.y.position": (min(column), max(column)),
         "controller.y.reference": (0.5 * min(column), 0.5 * max(column))}

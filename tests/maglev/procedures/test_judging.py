@@ -6,24 +6,25 @@ import pytest
 
 from maglev.judging.verdicts import ClaimResult
 from maglev.procedures.evaluate import judge_procedure
-from maglev.procedures.outcome import Found, Outcome
+from maglev.procedures.outcome import Outcome, ProcedureValue
 from maglev.schema.judged.claims import ProcedureClaim
 from maglev.schema.judged.procedure import ProcedureSettings
 
 VALUES = (
-    Found("cogging_force", 4.7, gap=0.010), Found("cogging_force", 3.0, gap=0.0125),
-    Found("cogging_force", 1.0, gap=0.015),
-    Found("estimator_deviation", 0.01, axis="x", epsilon=0.01, gap=0.010),
-    Found("estimator_deviation", 0.03, axis="x", epsilon=0.01, gap=0.015),
-    Found("estimator_deviation", 0.06, axis="z", epsilon=0.01, gap=0.015),
-    Found("estimator_deviation", 0.20, axis="x", epsilon=0.05, gap=0.010),
-    Found("estimator_deviation", 0.02, axis="z", epsilon=0.05, gap=0.015),
-    Found("constant", 13.9, constant="C1", epsilon=0.01), Found("constant", 15.0, constant="C1", epsilon=0.05),
-    Found("constant", 790.0, constant="C2", epsilon=0.01),
-    Found("position_deviation", 0.02, axis="v"), Found("position_deviation", 0.08, axis="h"))
+    ProcedureValue("cogging_force", 4.7, gap=0.010), ProcedureValue("cogging_force", 3.0, gap=0.0125),
+    ProcedureValue("cogging_force", 1.0, gap=0.015),
+    ProcedureValue("estimator_deviation", 0.01, axis="x", epsilon=0.01, gap=0.010),
+    ProcedureValue("estimator_deviation", 0.03, axis="x", epsilon=0.01, gap=0.015),
+    ProcedureValue("estimator_deviation", 0.06, axis="z", epsilon=0.01, gap=0.015),
+    ProcedureValue("estimator_deviation", 0.20, axis="x", epsilon=0.05, gap=0.010),
+    ProcedureValue("estimator_deviation", 0.02, axis="z", epsilon=0.05, gap=0.015),
+    ProcedureValue("constant", 13.9, constant="C1", epsilon=0.01),
+    ProcedureValue("constant", 15.0, constant="C1", epsilon=0.05),
+    ProcedureValue("constant", 790.0, constant="C2", epsilon=0.01),
+    ProcedureValue("position_deviation", 0.02, axis="v"), ProcedureValue("position_deviation", 0.08, axis="h"))
 
 
-def judged(values: tuple[Found, ...] = VALUES, **table: Any) -> ClaimResult:
+def judged(values: tuple[ProcedureValue, ...] = VALUES, **table: Any) -> ClaimResult:
     claim = ProcedureClaim.model_validate({"text": "a claim", "source": "p. 1", **table})
     settings = ProcedureSettings(kind="parabolas", name="mine", title="Mine", claims=[claim])
     (result,) = judge_procedure(Outcome(settings, (), values))
@@ -93,10 +94,10 @@ def test_claims_that_compare_means(table: dict[str, Any], verdict: str, measured
 
 def test_air_gaps_of_a_range_are_compared_as_written() -> None:
     """Means over a run, and ranges of decimal numbers, are never exact in binary."""
-    third = Found("cogging_force", 1.0, gap=0.1 * 0.15 + 1e-12)
+    third = ProcedureValue("cogging_force", 1.0, gap=0.1 * 0.15 + 1e-12)
     for gaps in (["15 mm", "20 mm"], ["10 mm", "15 mm"], ["15 mm", "15 mm"]):
         assert judged((third,), **FORCE, relation="<", target="2 N", gaps=gaps).verdict == "reproduced"
-    apart = Found("cogging_force", 1.0, gap=0.01502)
+    apart = ProcedureValue("cogging_force", 1.0, gap=0.01502)
     assert judged((apart,), **FORCE, relation="<", target="2 N", gaps=["10 mm", "15 mm"]).verdict == "not run"
 
 

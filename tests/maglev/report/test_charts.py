@@ -5,7 +5,7 @@ import pytest
 from report_outcomes import GAP, HOSTILE, THRUST, chart, cogging_claim, hostile_outcome, outcome
 from report_runs import Page, failed, judged, of_procedure, packaged, page_of, recorded, renamed
 
-from maglev.procedures.outcome import Chart, Curve, Found, Outcome, Panel
+from maglev.procedures.outcome import Chart, Curve, Outcome, Panel, ProcedureValue
 from maglev.report.claim_table import linked_source, unbroken
 from maglev.report.page import SCRIPTS
 from maglev.report.plots.charts import MOST_POINTS, chart_data, curve_data, in_order, shown_charts
@@ -201,7 +201,7 @@ def test_a_run_figure_lists_the_claims_of_its_procedure_and_begins_with_the_time
     settings = flown.plan.procedure
     assert settings is not None
     page = page_of([flown], outcomes=[Outcome(settings, (flown.plan.name,),
-                                              (Found("position_deviation", 0.02, axis="v"),))])
+                                              (ProcedureValue("position_deviation", 0.02, axis="v"),))])
     shown = page.with_id("figure-4-15").text
     assert "follows the positions" in shown and "reproduced" in shown
     assert "C1 is near" not in shown   # cites a table

@@ -17,7 +17,7 @@ from tiny_study import SCENARIO
 from maglev.catalogue import build
 from maglev.errors import MaglevError
 from maglev.experiment.preparation import Experiment, prepare
-from maglev.judging.metrics import evaluate, phase_resistances
+from maglev.judging.metrics import phase_resistances, run_metrics
 from maglev.schema.layers import merged, run_layers
 from maglev.schema.loading import load_plan
 from maglev.schema.run_plan import RunPlan
@@ -147,7 +147,7 @@ def flight(made: Experiment) -> list[Any]:
     for flag in (plan.stop_flag, plan.trip_flag):
         if flag is not None:
             columns[flag] = np.where(times > 0.15, 1.0, 0.0)
-    measured = named_values(plan, evaluate(plan, times, columns, phase_resistances(plan)))
+    measured = named_values(plan, run_metrics(plan, times, columns, phase_resistances(plan)))
     return [[(setup.name, hashlib.sha256(setup.path.read_bytes()).hexdigest(), sorted(setup.start.items()))
              for setup in made.setups()], sorted(made.connections), made.step, made.order, plan.stop_time,
             {name: values.tobytes() for name, values in sorted(drives.items())},
@@ -162,7 +162,7 @@ def key(made: Experiment, values: Any = ((4.0,), (5.0,))) -> str:
     rest |= {flag: np.zeros(len(time)) for flag in (plan.stop_flag, plan.trip_flag) if flag}
     for axis in plan.axes.values():
         rest[axis.position] = rest[axis.reference] = np.zeros(len(time))
-    columns = columns_of(named_values(plan, evaluate(plan, time, rest)), None, {}, "here")
+    columns = columns_of(named_values(plan, run_metrics(plan, time, rest)), None, {}, "here")
     return key_of(Job("", "code", made, targets, tuple(columns)), np.array(values))
 
 

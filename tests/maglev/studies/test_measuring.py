@@ -1,4 +1,4 @@
-"""Metrics of runs that are not recorded: bit for bit `evaluate` of the recordings that calls of the FMUs give."""
+"""Metrics of runs that are not recorded: bit for bit `run_metrics` of the recordings that calls of the FMUs give."""
 
 import dataclasses
 import math
@@ -16,7 +16,7 @@ import maglev
 from maglev.cosim import Order
 from maglev.experiment.ports.replacement import Replacement
 from maglev.experiment.preparation import Experiment, prepare
-from maglev.judging.metrics import evaluate, phase_resistances
+from maglev.judging.metrics import phase_resistances, run_metrics
 from maglev.schema.layers import packaged_runs
 from maglev.schema.loading import load_plan
 from maglev.studies.flying.flight import Changes, Flight
@@ -49,7 +49,7 @@ def require_same(flight: Flight, changes: Changes) -> None:
     metrics, rows = measured
     plan = flight.experiment.plan
     time, columns = flight.fly(changes)
-    expected = evaluate(plan, time, columns, phase_resistances(plan, changes))
+    expected = run_metrics(plan, time, columns, phase_resistances(plan, changes))
     for field in dataclasses.fields(expected):
         if field.name != "extremes":   # of whole columns, which studies do not keep
             # As text, a NaN is itself; of a number, text is shortest, and so exact.
