@@ -285,11 +285,13 @@ def parts_of(fmus: Iterable[Fmu],
     parts: dict[int, Part] = {}
     for number, fmu in enumerate(fmus):
         build, block = own_build(fmu.path), (written or {}).get(fmu.name)
-        if build is not None and build.kind == "native":
+        own = build is not None and build.kind == "native"
+        if build is not None and own:
             block = Block.of(definition(build.name))
         if block is None or fmu.scales:
             return None
-        parts[id(fmu)] = with_own_header(Part(number, block, files_of_block(fmu.path)))
+        part = Part(number, block, files_of_block(fmu.path))
+        parts[id(fmu)] = part if own else with_own_header(part)   # several of one model are one class
         if any(ELSEWHERE.search(text) for name, text in parts[id(fmu)].files.items() if name not in INSTANCE):
             return None
     files: dict[str, str] = {PREFIX: "/* Everything is one translation unit: no name is shared. */\n"}
@@ -330,7 +332,7 @@ def files_of_block(path: Path) -> dict[str, str]:
 
 
 def with_own_header(part: Part) -> Part:
-    """The part with a name of its own for the file with its block: around every class of a user's one is written."""
+    """The part of a user with a name of its own for the file with its block, which is the same around every class."""
     stem = part.what.header.removesuffix(".h")
     names = re.compile(rf"\b{stem}(?=\.[ch]\b)|\b{stem.upper()}(?=_H\b)")
     return Part(part.number, part.what._replace(header=f"{stem}_{part.number}.h"),

@@ -70,6 +70,7 @@ def experiment_of(fmus: Path, name: str, stop_time: float | None = None, order: 
 
 @pytest.mark.few(4)
 @pytest.mark.parametrize(("name", "stop_time", "order"), [
+    ("2dof-equilibrium-excitation", 0.5, "sequential"),   # several FMUs of one model
     ("2dof-faults-lost", None, "sequential"), ("3dof-setpoints-improved", 7.0, "jacobi"),
     ("3dof-push", None, "sequential"), ("2dof-effects-heat", None, "sequential"),
     ("2dof-tracking-pid", None, "sequential"), ("5dof-setpoints", 1.5, "sequential"),
