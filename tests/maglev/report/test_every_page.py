@@ -142,13 +142,15 @@ def test_every_page_says_what_it_is(pages: Path) -> None:
 
 def test_a_phone_shows_the_table_of_a_comparison_whole(browser, tmp_path: Path) -> None:
     """Three controllers and by how much the best one is ahead, a line each: no name breaks within a word."""
-    runs = {label: recorded(packaged("3dof-setpoints"), rms_errors=dict.fromkeys("yxz", error))
+    runs = {label: recorded(packaged("3dof-setpoints"), rms_errors={"y": error, "x": error, "z": 5e-6})
             for label, error in (("Regulator3DOF", 5.2e-6), ("LinearRegulator3DOF", 31e-6), ("PID3DOF", 22e-6))}
     publish(tmp_path / "compare.html", comparison_page("3dof-setpoints", "Three laws", runs, rows_of(runs)))
     tab = Tab(browser, tmp_path / "compare.html", PHONE)
     lines = tab.evaluate("""[...document.querySelector(".values tbody tr").cells].slice(1).map((cell) =>
         [cell.dataset.label, cell.innerText.replace("\\u00a0", " "), cell.clientWidth < cell.scrollWidth,
          cell.clientHeight < 30])""")
+    empty = tab.evaluate("[...document.querySelectorAll('.values td:empty')].map((cell) => cell.checkVisibility())")
+    assert empty and not any(empty), "where none is the best, no line says by how much"
     tab.close()
     assert lines == [["Regulator3DOF", "5.2 µm ★", False, True], ["LinearRegulator3DOF", "31 µm", False, True],
                      ["PID3DOF", "22 µm", False, True], ["the next is", "4.2 times", False, True]]
