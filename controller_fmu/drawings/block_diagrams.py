@@ -1,6 +1,6 @@
 """Block diagrams of the controllers."""
 
-from fmi_export.pages.sketch import arrow, box, junction, line, sketch, symbol, words
+from fmi_export.pages.sketch import arrow, box, difference, line, sketch, symbol, words
 
 LAWS = {"nonlinear": ("feedback", "linearisation"), "linear": ("motor linearised", "about g*"),
         "scheduled": ("one of four", "linearisations"), "interpolated": ("linearised at", "the gap")}
@@ -16,7 +16,7 @@ def regulator(law: str) -> str:
         880, 250, "Block diagram: the error drives an internal model; a state feedback of error, its rate and the "
                   "model's states demands an acceleration; the motor's linearisation makes currents of it, which are "
                   "limited and commutated. What the limit takes away goes back to the internal model.",
-        symbol(14, m + 5, "r"), arrow([(24, m), (51, m)]), junction(60, m, "−", "+"),
+        symbol(14, m + 5, "r"), arrow([(24, m), (51, m)]), difference(60, m),
         line([(69, m), (305, m)]), arrow([(295, m), (305, m)]), symbol(90, m - 8, "e"),
         arrow([(110, m), (110, m - 60), (140, m - 60)]),
         box(140, m - 84, 130, 48, "internal model", "$ξ′ = φ ξ + N e$"), symbol(340, m - 68, "ξ"),
@@ -39,7 +39,7 @@ def pid() -> str:
         880, 180, "Block diagram: the reference behind its pre-filter is compared with what is measured; a PID on the "
                   "error and its rate makes currents, which are limited and commutated.",
         symbol(14, m + 5, "r"), arrow([(24, m), (60, m)]), box(60, m - 30, 100, 60, "pre-filter", "$ω$"),
-        arrow([(160, m), (211, m)]), symbol(186, m - 8, "r_f"), junction(220, m, "−", "+"),
+        arrow([(160, m), (211, m)]), symbol(186, m - 8, "r_f"), difference(220, m),
         arrow([(229, m), (300, m)]), symbol(262, m - 8, "e"),
         box(300, m - 30, 190, 60, "PID", "$k_p e + k_i ∫e dt + k_d ė$"),
         box(300, m + 52, 190, 34, "velocity observer"), arrow([(395, m + 52), (395, m + 30)]), symbol(408, m + 46, "ė"),

@@ -90,7 +90,6 @@ def labelled_arrow(points: Sequence[Point], label: str, kind: str, at: Point, an
     return f'<g class="{kind}">{arrow(points)}{symbol(*at, label, anchor)}</g>'
 
 
-def junction(x: float, y: float, left: str, below: str) -> str:
-    """The point where two signals meet, with the signs that they have there."""
-    return (f'<circle class="box" cx="{x:g}" cy="{y:g}" r="9"/>{words(x - 16, y - 6, left)}'
-            f'{words(x + 9, y + 22, below)}')
+def difference(x: float, y: float) -> str:
+    """The point where a signal from the left is taken from one from below."""
+    return f'<circle class="box" cx="{x:g}" cy="{y:g}" r="9"/>{words(x - 16, y - 6, "−")}{words(x + 9, y + 22, "+")}'

@@ -43,9 +43,9 @@ class Certificate:
         """Shape matrix of the ellipse {c: V(directions c) ≤ 1} for two directions, shape (n, 2)."""
         return np.asarray(directions.T @ self.P @ directions)
 
-    def projection(self, first: int, second: int) -> Array:
-        """Shape matrix of the ellipsoid's shadow on two states."""
-        return np.asarray(np.linalg.inv(np.linalg.inv(self.P)[np.ix_([first, second], [first, second])]))
+    def shadow(self) -> Array:
+        """Shape matrix of the ellipsoid's shadow on position and velocity."""
+        return np.asarray(np.linalg.inv(np.linalg.inv(self.P)[:2, :2]))
 
 
 def solver() -> Any:

@@ -188,7 +188,7 @@ def response_data(response: Response) -> dict[str, Any]:
 def draw_plane(panel: Any, loop: AxisLoop, certificate: Certificate, color: str) -> None:
     """Draw simulated states and the ellipsoid of one candidate."""
     plane = np.column_stack([loop.at_step, loop.in_motion])
-    section, shadow = ellipse(certificate.section(plane)), ellipse(certificate.projection(0, 1))
+    section, shadow = ellipse(certificate.section(plane)), ellipse(certificate.shadow())
     reach = WIDER * np.abs(section).max(axis=1)
     grid = np.array(np.meshgrid(*(np.linspace(-side, side, GRID) for side in reach))).reshape(2, -1)
     back = comes_back(loop, certificate, plane @ grid)
@@ -200,7 +200,7 @@ def draw_plane(panel: Any, loop: AxisLoop, certificate: Certificate, color: str)
               ylabel=f"velocity ({loop.unit}/s)")
 
 
-def ellipse(shape: Array, points: int = 200) -> Array:
+def ellipse(shape: Array) -> Array:
     """Points c with cᵀ shape c = 1, shape (2, points)."""
-    angle = np.linspace(0.0, 2.0 * np.pi, points)
+    angle = np.linspace(0.0, 2.0 * np.pi, 200)
     return np.asarray(np.linalg.solve(np.linalg.cholesky(shape).T, np.array([np.cos(angle), np.sin(angle)])))

@@ -38,7 +38,7 @@ def tilts() -> tuple[Shape, ...]:
 def stage_sketch(title: str, vertical: str, *others: str) -> str:
     """A stage from the side, and from above where it moves along two directions; its tilts are the last two axes."""
     horizontal, tilted = others[:2], others[2:]
-    side = side_view(240, vertical, horizontal[0], "q")
+    side = side_view(vertical, horizontal[0])
     if len(horizontal) == 1:
         return sketch(545, 265, f"{title} from the side: stator with slots above, mover with magnets below it. The air "
                                 f"gap {vertical} grows downwards, the displacement {horizontal[0]} to the right.", side)
@@ -48,9 +48,9 @@ def stage_sketch(title: str, vertical: str, *others: str) -> str:
                   side, above(710, 138, vertical, horizontal), *turns(710, 138, horizontal, tilted))
 
 
-def side_view(middle: float, vertical: str, horizontal: str, quadrature: str) -> str:
-    """One motor: what its axes are called, and the index of its quadrature current."""
-    face, gap, width = 92, 50, 4 * POLE
+def side_view(vertical: str, horizontal: str) -> str:
+    """One motor: what its axes are called."""
+    middle, face, gap, width = 240, 92, 50, 4 * POLE
     top, left = face + gap, middle + 30 - width / 2
     slots = [middle + (SLOT + TOOTH) * (k - 5) - SLOT / 2 for k in range(11)]
     parts = [filled(slots[0] - TOOTH, 30, slots[-1] - slots[0] + SLOT + 2 * TOOTH, face - 30, "iron")]
@@ -76,7 +76,7 @@ def side_view(middle: float, vertical: str, horizontal: str, quadrature: str) ->
         words(left - 44, face + 46, "air gap", "end small"),
         labelled_arrow([(right + 6, bottom - 18), (right + 6 + 44, bottom - 18)], "F", "force",
                         (right + 56, bottom - 13)),
-        labelled_arrow([(left - 6, bottom - 18), (left - 50, bottom - 18)], f"i_{quadrature} > 0", "force",
+        labelled_arrow([(left - 6, bottom - 18), (left - 50, bottom - 18)], "i_q > 0", "force",
                        (left - 56, bottom - 13), "end"),
         words(left - 56, bottom + 6, "drives it this way", "end small"),
         labelled_arrow([(right + 18, face + 8), (right + 18, face + 42)], "i_d > 0, G", "force",
