@@ -80,7 +80,7 @@ def path_of(data: Data) -> Path:
     return Path(data if isinstance(data, str | Path) else getattr(data, "name", "data"))
 
 
-def write_identification(identified: Identification, data: Data, out: str | Path = "results") -> list[Path]:
+def write_identification(found: Identification, data: Data, out: str | Path = "results") -> list[Path]:
     """Write `NAME.identified.toml`, for `run(…, model=…)`, and `NAME.convergence.csv` with a picture of it.
 
     Parameters
@@ -93,7 +93,7 @@ def write_identification(identified: Identification, data: Data, out: str | Path
     """
     folder, name = Path(out), path_of(data).stem
     model, convergence = folder / f"{name}.identified.toml", folder / f"{name}.convergence.csv"
-    write_model(model, identified, path_of(data))
-    write_convergence(convergence, identified)
-    picture = write_picture(folder / f"{name}.convergence", identified)
+    write_model(model, found, path_of(data))
+    write_convergence(convergence, found)
+    picture = write_picture(folder / f"{name}.convergence", found)
     return [model, convergence, *([] if picture is None else [picture])]

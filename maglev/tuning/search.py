@@ -71,7 +71,7 @@ class Search:
         self.parts.write(kept, content.getvalue())
         return rows.reshape(len(candidates), len(plants), -1)
 
-    def found(self) -> SearchResult:
+    def run(self) -> SearchResult:
         """Search, and run what was found on fresh plants."""
         planned, tuning = self.planned, self.planned.tuning
         before, = self.fly(planned.nominal[None, :], planned.plants)
@@ -117,9 +117,9 @@ def search(planned: PlannedTuning, parts: Parts, scheduler: str | None, jobs: in
         try:
             with flyers(scheduler, jobs) as fly_batches:
                 parts.begin()
-                found = Search(planned, fly_batches, parts, watch).found()
+                result = Search(planned, fly_batches, parts, watch).run()
         except KeyboardInterrupt as error:
             raise Interrupted(f"{name_of(error)}: generations that are done are kept in {parts.folder}, "
                               f"{option('resume', True)} goes on with them", signal_of(error)) from error
         parts.remove()
-    return found
+    return result

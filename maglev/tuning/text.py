@@ -12,13 +12,13 @@ from maglev.tuning.schema import TuneFile
 from maglev.tuning.search import SearchResult
 
 
-def gains_toml(tuning: TuneFile, found: SearchResult) -> str:
+def gains_toml(tuning: TuneFile, result: SearchResult) -> str:
     """The parameters that were found, as a file that a scenario extends."""
     lines = [f"# {line}" for line in (tuning.title or tuning.name, f"Found by maglev tune {tuning.name}: "
                                       f"{tuning.population} candidates, {tuning.generations} generations, "
-                                      f"{found.flights} runs of {tuning.scenario}.")]
+                                      f"{result.flights} runs of {tuning.scenario}.")]
     by_fmu: dict[str, list[str]] = {}
-    for name, value in found.parameters.items():
+    for name, value in result.parameters.items():
         fmu, _, own = name.partition(".")
         by_fmu.setdefault(fmu, []).append(f'"{own}" = {value!r}')
     for fmu, entries in by_fmu.items():
@@ -26,12 +26,12 @@ def gains_toml(tuning: TuneFile, found: SearchResult) -> str:
     return "\n".join(lines) + "\n"
 
 
-def show_found(console: Console, tuning: TuneFile, cost: Cost, found: SearchResult) -> None:
+def show_found(console: Console, tuning: TuneFile, cost: Cost, result: SearchResult) -> None:
     """Print the metrics before and after, on the plants of the search and on fresh ones, and the parameters."""
     console.print(f"[bold]{tuning.name}[/bold]: {tuning.title or tuning.scenario}", highlight=False)
-    groups = [(f"searched, {len(found.before)} plants", found.before, found.after)]
+    groups = [(f"searched, {len(result.before)} plants", result.before, result.after)]
     if tuning.fresh:
-        groups.append((f"fresh, {len(found.fresh_before)} plants", found.fresh_before, found.fresh_after))
+        groups.append((f"fresh, {len(result.fresh_before)} plants", result.fresh_before, result.fresh_after))
     for title, before, after in groups:
         heads = ("median before", "after", "largest before", "after", "without end before", "after", "less on")
         console.print(result_table(title, ("metric", *heads), (
@@ -39,7 +39,7 @@ def show_found(console: Console, tuning: TuneFile, cost: Cost, found: SearchResu
             if column.name not in EVENTS or column.name == "failed")))
         within = (cost.excess(after[None], before) == 0.0).mean()
         console.print(f"{within:.0%} of the plants within all limits", highlight=False)
-    console.print(", ".join(f"{name} = {value:g}" for name, value in found.parameters.items()), highlight=False)
+    console.print(", ".join(f"{name} = {value:g}" for name, value in result.parameters.items()), highlight=False)
 
 
 def row(name: str, before: Array, after: Array, unit: str) -> list[str]:

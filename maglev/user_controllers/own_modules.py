@@ -50,8 +50,8 @@ def own_modules(file: Path) -> OwnModules:
             text = path.read_text(encoding="utf-8-sig")
             renamed = reader.renamed(name, path, text)
             modules[own_name(name)] = OwnModule(path, text, renamed)
-            waiting += reader.found
-            reader.found = []
+            waiting += reader.imported
+            reader.imported = []
     return OwnModules(modules, tuple(sorted(reader.requires)), tuple(reader.problems))
 
 
@@ -61,11 +61,11 @@ def own_name(module: str) -> str:
 
 
 class Reader:
-    """Reads modules of a folder; keeps in `found` what they import from it, in `requires` what from elsewhere."""
+    """Reads modules of a folder; keeps in `imported` what they import from it, in `requires` what from elsewhere."""
 
     def __init__(self, folder: Path):
         self.folder = folder
-        self.found: list[tuple[str, Path]] = []
+        self.imported: list[tuple[str, Path]] = []
         self.requires: set[str] = set()
         self.problems: list[str] = []
 
@@ -82,7 +82,7 @@ class Reader:
                                       "beside the controller")
             path = None
         if path is not None:
-            self.found.append((module, path))
+            self.imported.append((module, path))
         return path is not None
 
     def renamed(self, name: str, file: Path, text: str) -> str:

@@ -140,9 +140,9 @@ class Device:
         self.calls = self.bytes_there(loop.moved)
         self.signals = [None if track.signals is None else cupy.asarray(track.signals) for track in loop.tracks]
         self.rows = cupy.asarray(np.array([0 if track is None else track.data.ptr for track in self.signals], np.int64))
-        self.found = {"whole": meter.whole, "of_windows": meter.found_windows, "of_events": meter.found_events,
+        self.measured = {"whole": meter.whole, "of_windows": meter.found_windows, "of_events": meter.found_events,
                       **{name: meter.arrays[name] for name in ("kept",) if name in meter.arrays}}
-        self.own = {name: array.nbytes for name, array in [*self.found.items(), *(
+        self.own = {name: array.nbytes for name, array in [*self.measured.items(), *(
             (name, meter.arrays[name]) for name in ("errors", "resistances") if name in meter.arrays)]}
         self.own |= dict(zip(AROUND, (loop.size, 8), strict=True))   # bytes of a sample
 
@@ -188,10 +188,10 @@ class Device:
     def completed(self, job: Job, running: Running) -> Iterator[tuple[int, Sample]]:
         """Samples that were completed, as soon as all have ended, with their numbers."""
         returned = self.cupy.asnumpy(running.arrays["returned"]).view(np.int64)[:, 0]
-        arrays = {name: self.cupy.asnumpy(running.arrays[name]) for name in self.found}
+        arrays = {name: self.cupy.asnumpy(running.arrays[name]) for name in self.measured}
         for row, number in enumerate(running.samples):
             if returned[row] == DONE:
-                for name, array in self.found.items():
+                for name, array in self.measured.items():
                     array.reshape(-1).view(np.uint8)[:] = arrays[name][row]
                 metrics = self.meter.metrics()
                 if metrics is not None:
