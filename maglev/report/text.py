@@ -158,9 +158,14 @@ def claim_table(title: str, results: Sequence[ClaimResult]) -> Table:
     """Table of verdicts on claims, with what was expected and measured."""
     return result_table(title, ("verdict", "claim"), (
         [Text(judged.verdict, COLOURS[judged.verdict], no_wrap=True),
-         f"{judged.claim.text} ({judged.claim.cited}): expected {judged.claim.criterion}, "
-         f"measured {judged.measured_text}" + (f"; {judged.note}" if judged.note else "")]
-        for judged in results), left=2)
+         f"{judged.claim.text} ({judged.claim.cited}): {claim_details(judged)}"] for judged in results), left=2)
+
+
+def claim_details(judged: ClaimResult) -> str:
+    """What was expected and measured, as far as it is known, and the note."""
+    details = {"expected": judged.claim.criterion, "measured": judged.measured_text}
+    known = ", ".join(f"{word} {detail}" for word, detail in details.items() if detail)
+    return "; ".join(filter(None, (known, judged.note)))
 
 
 def study_tables(results: Sequence[RunResult], verdicts: Judgements, outcomes: Sequence[Outcome] = ()) -> list[Table]:
