@@ -14,6 +14,8 @@ if TYPE_CHECKING:
 
 Scheduler = Annotated[str | None, typer.Option(metavar="ADDRESS", show_default=False, help="Dask scheduler, such as "
                                                "tcp://host:8786, whose workers take the place of this machine's.")]
+Device = Annotated[str, typer.Option(metavar="cpu|gpu", help="What runs the samples: gpu is a graphics processor of "
+                                     "NVIDIA, with the extra gpu.")]
 Resume = Annotated[bool, typer.Option("--resume", help="Go on with what an interrupted one has done.")]
 SampleTimeout = Annotated[str | None, typer.Option(metavar="TIME", show_default="none", help="Longest wall time of a "
                                                    "sample; of one that takes longer a row says so; 600 s with "
@@ -34,8 +36,8 @@ def study(what: Annotated[str, typer.Argument(metavar="STUDY", help="A study of 
                                                          "trajectory of a signal; to be repeated.")] = None,
           name: Annotated[str | None, typer.Option(help="With --vary: name of the results.",
                                                    show_default="SCENARIO.study")] = None,
-          out: Out = Path("results"), jobs: Jobs = None, scheduler: Scheduler = None, resume: Resume = False,
-          sample_timeout: SampleTimeout = None, debug: Debug = False, **options: Any) -> None:
+          out: Out = Path("results"), jobs: Jobs = None, scheduler: Scheduler = None, device: Device = "cpu",
+          resume: Resume = False, sample_timeout: SampleTimeout = None, debug: Debug = False, **options: Any) -> None:
     """Run a scenario many times, with what varies.
 
     What varies, by which design, and what is kept is in a TOML file (docs/studies.md), or after --vary: every
@@ -60,8 +62,8 @@ def study(what: Annotated[str, typer.Argument(metavar="STUDY", help="A study of 
         from maglev.api.many.studying import study as run_study
 
         finish(run_study(what, vary=None if vary is None else read_vary(vary), samples=samples, seed=seed,
-                         keep=keep or (), name=name, out=out, jobs=jobs, scheduler=scheduler, resume=resume,
-                         sample_timeout=sample_timeout, watch=progress_of, say=say, **options))
+                         keep=keep or (), name=name, out=out, jobs=jobs, scheduler=scheduler, device=device,
+                         resume=resume, sample_timeout=sample_timeout, watch=progress_of, say=say, **options))
 
 
 def read_vary(words: list[str]) -> dict[str, str]:

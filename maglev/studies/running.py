@@ -1,12 +1,13 @@
 """A planned study run: on a cluster, part by part, merged at the end; Ctrl-C keeps what is done."""
 
 from collections.abc import Callable
-from contextlib import suppress
+from contextlib import AbstractContextManager, suppress
+from functools import partial
 from pathlib import Path
 
 from maglev.errors import Interrupted, ScenarioError, name_of, option, signal_of
 from maglev.studies.dataset import as_bytes, is_as_written, merge, metadata_of, trajectories_schema, trajectories_table
-from maglev.studies.flying.batches import flyers
+from maglev.studies.flying.batches import Fly, flyers
 from maglev.studies.flying.samples import Batch, Flown
 from maglev.studies.parts import Parts
 from maglev.studies.planning import PlannedStudy
@@ -21,7 +22,7 @@ def trajectories_path(path: Path) -> Path:
 
 
 def run_study(planned: PlannedStudy, out: Path, jobs: int, scheduler: str | None, resume: bool,
-              watch: Watcher, say: Say) -> Path:
+              watch: Watcher, say: Say, device: str = "cpu") -> Path:
     """Fly a study; returns the path of its dataset.
 
     While it goes on, `NAME.parts` holds what is done. `NAME.trajectories.parquet` has what is kept of trajectories.
@@ -31,12 +32,13 @@ def run_study(planned: PlannedStudy, out: Path, jobs: int, scheduler: str | None
     """
     parts = Parts(out / f"{planned.study.name}.parts", planned.job.key)
     with parts.alone():
-        return fly(planned, parts, out / f"{planned.study.name}.parquet", jobs, scheduler, resume, watch, say)
+        return fly(planned, parts, out / f"{planned.study.name}.parquet", partial(flyers, scheduler, jobs, device),
+                   resume, watch, say)
 
 
-def fly(planned: PlannedStudy, parts: Parts, path: Path, jobs: int, scheduler: str | None, resume: bool,
+def fly(planned: PlannedStudy, parts: Parts, path: Path, who: Callable[[], AbstractContextManager[Fly]], resume: bool,
         watch: Watcher, say: Say) -> Path:
-    """Fly what is not done yet, and merge all; arguments and errors as of `run_study`."""
+    """Have what is not done yet flown by `who`, and merge all; other arguments and errors as of `run_study`."""
     samples, job = len(planned.values), planned.job
     schema = trajectories_schema(job, planned.units, planned.layout.about) if job.kept else None
     kinds = ("samples",) if schema is None else ("samples", "trajectories")
@@ -48,7 +50,7 @@ def fly(planned: PlannedStudy, parts: Parts, path: Path, jobs: int, scheduler: s
     done = whole_batches()
     by_number = {batch.number: batch for batch in planned.batches}
     lost = sum(part("samples", batch.number) in parts.files for batch in planned.batches) - len(done)
-    kept_samples = sum(batch.last - batch.first for batch in done)
+    kept_samples = sum(len(batch.samples) for batch in done)
     if parts.files and not resume:
         raise ScenarioError(f"{parts.folder}: {kept_samples} of {samples} samples are done, "
                             f"expected {option('resume', True)} to go on with them, or no such folder")
@@ -74,14 +76,14 @@ def fly(planned: PlannedStudy, parts: Parts, path: Path, jobs: int, scheduler: s
     waiting = [batch for batch in planned.batches if batch not in done]
     try:
         if waiting:
-            with flyers(scheduler, jobs) as fly_batches:
+            with who() as fly_batches:
                 parts.begin()
                 watch(kept_samples, samples)
                 fly_batches(planned.job, waiting, planned.values, store)
     except KeyboardInterrupt as error:
         with suppress(ScenarioError):   # of a folder that has not begun
             parts.find()                # a part may have been written whole when the signal came
-        kept_samples = sum(batch.last - batch.first for batch in whole_batches())
+        kept_samples = sum(len(batch.samples) for batch in whole_batches())
         raise Interrupted(f"{name_of(error)}: {kept_samples} of {samples} samples are kept in {parts.folder}, "
                           f"{option('resume', True)} goes on with them", signal_of(error)) from error
     for kind, form, merged in (("trajectories", schema, trajectories_path(path)),

@@ -134,8 +134,9 @@ def require_arrow() -> None:
 @takes_run_options("timeout", "parameters")
 def study(what: "str | Path | StudyFile", *, vary: Vary | None = None, samples: int | None = None, seed: int = 0,
           keep: Sequence[str] = (), name: str | None = None, out: str | Path = "results", jobs: int | None = None,
-          scheduler: str | None = None, resume: bool = False, sample_timeout: float | str | None = None,
-          watch: Watch | None = None, say: Say | None = None, **options: Unpack[RunOptions]) -> Study:
+          scheduler: str | None = None, device: str = "cpu", resume: bool = False,
+          sample_timeout: float | str | None = None, watch: Watch | None = None, say: Say | None = None,
+          **options: Unpack[RunOptions]) -> Study:
     """Run a scenario many times, with what varies from a file or from `vary`, and give the dataset.
 
     Parameters
@@ -158,6 +159,8 @@ def study(what: "str | Path | StudyFile", *, vary: Vary | None = None, samples: 
         Processes of this machine; as many as processors if not given.
     scheduler : str, optional
         Address of a Dask scheduler, "tcp://host:8786", whose workers take the place of this machine's processes.
+    device : str
+        "gpu" for a graphics processor of NVIDIA in this machine, as of `batch`.
     resume : bool
         Go on with what an interrupted study has done.
     sample_timeout : float or str, optional
@@ -187,6 +190,7 @@ def study(what: "str | Path | StudyFile", *, vary: Vary | None = None, samples: 
     ('plant.v.mass',)
     """
     require_arrow()
+    from maglev.studies.flying.graphics_processor import require_device
     from maglev.studies.planning import plan_study
     from maglev.studies.running import run_study
     from maglev.studies.schema import StudyFile, load_study
@@ -199,6 +203,10 @@ def study(what: "str | Path | StudyFile", *, vary: Vary | None = None, samples: 
     else:
         described, path = load_study(what) if vary is None else (
             varied(what, vary, name, keep, samples, seed), Path(option("vary")))
+    require_device(device)
+    if device != "cpu" and scheduler is not None:
+        raise ScenarioError(f"{option('device', device)}: expected no {option('scheduler')} with it, whose workers "
+                            "have processors of their own")
     limit = seconds("sample_timeout", sample_timeout)
     described = described if limit is None else described.model_copy(update={"sample_timeout": limit})
     with made_ready(described, path, options, scheduler is not None, say or warn,
@@ -206,7 +214,7 @@ def study(what: "str | Path | StudyFile", *, vary: Vary | None = None, samples: 
         planned = plan_study(described, experiment, str(path), Path(out), flown_with)
         with (watch or unwatched)([described.name]) as watcher:
             return Study(run_study(planned, Path(out), processors(jobs), scheduler, resume,
-                                   partial(watcher, described.name), say or warn))
+                                   partial(watcher, described.name), say or warn, device))
 
 
 @contextmanager

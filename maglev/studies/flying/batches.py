@@ -88,13 +88,13 @@ def fly_here(jobs: int, idle: Idle, job: Job, batches: list[Batch], values: Arra
     deadly: list[Batch] = []
     fly_batches(jobs, idle, job, batches, values, store, deadly.append)
     for batch in deadly:
-        samples = [alone(idle, job, number, values) for number in range(batch.first, batch.last)]
+        samples = [alone(idle, job, number, values) for number in batch.samples]
         store(batch.number, gathered(job, batch.first, samples))
 
 
 def loop_for(job: Job, batches: list[Batch]) -> bool:
     """Whether there is a loop with the FMUs' blocks, which is compiled now where that is worth its time."""
-    steps = job.experiment.plan.stop_time / job.experiment.step * sum(batch.last - batch.first for batch in batches)
+    steps = job.experiment.plan.stop_time / job.experiment.step * sum(len(batch.samples) for batch in batches)
     measuring = Measuring(job.experiment.plan, job.experiment.times, job.kept, job.every)
     if job.limit is None:
         with suppress(ExportError, OSError), Flight(job.experiment, measuring=measuring,

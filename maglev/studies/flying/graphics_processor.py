@@ -6,8 +6,9 @@ values, and what was measured becomes metrics here. One that is not completed th
 """
 
 import hashlib
-from collections.abc import Iterator, Mapping
+from collections.abc import Callable, Iterable, Iterator, Mapping
 from ctypes import Structure, c_int64, c_void_p
+from functools import partial
 from pathlib import Path
 from typing import Any, NamedTuple
 
@@ -16,13 +17,13 @@ import numpy as np
 from fmi_export.errors import ExportError
 from fmi_export.target.graphics import FLAGS, ptx
 from maglev.arrays import Array
-from maglev.cosim.blocks.block_loop import DONE, LOOP_FILE, RUN_FILE, BlockLoop
+from maglev.cosim.blocks.block_loop import DONE, LOOP_FILE, RUN_FILE
 from maglev.errors import MaglevError, ScenarioError, extra, one_of, option
 from maglev.judging.metrics import phase_resistances
 from maglev.schema.settings import REFERENCE
-from maglev.studies.flying.flight import Flight
-from maglev.studies.flying.measuring import Measuring, Meter, Observer
-from maglev.studies.flying.samples import Batch, Flown, Job, Sample, Store, completed, each_flown, gathered
+from maglev.studies.flying.flight import Changes, Flight
+from maglev.studies.flying.measuring import Measuring, Observer
+from maglev.studies.flying.samples import Batch, Job, Sample, Store, completed, each_flown, gathered
 from maglev_files.cache import BLOCK_LOOPS, Kept, keep, kept
 
 DEVICES = ("cpu", "gpu")
@@ -81,39 +82,92 @@ def driver() -> Any:
     return cupy
 
 
-def fly_on_graphics_processor(job: Job, _batches: list[Batch], values: Array, store: Store) -> None:
-    """Fly all samples, as many at a time as there is memory for; as `fly_here`.
+def fly_on_graphics_processor(job: Job, batches: list[Batch], values: Array, store: Store) -> None:
+    """Fly batches, as many samples at a time as there is memory for; as `fly_here`.
 
-    As the processor runs some, the next ones begin here. MaglevError without a loop for it, or where memory is short.
+    MaglevError without a loop for it, or where memory is short.
     """
-    cupy, asked = driver(), option("device", "gpu")
+    asked = option("device", "gpu")
     with Flight(job.experiment, measuring=Measuring(job.experiment.plan, job.experiment.times, job.kept, job.every),
                 written=job.written) as flight:
-        for target in job.targets:
-            if target.name.startswith(f"{REFERENCE}.") or target.name in flight.drives:
-                raise ScenarioError(f"{target.name} varies with {asked}, expected what all samples have in common, or "
-                                    f"{option('device', 'cpu')}")
         try:
             flight.load(build=True)
             if flight.loop is None:
                 raise ScenarioError(f"{asked} needs native FMUs of this installation, with steps of one length, and a "
                                     f"reference for each axis, expected them, or {option('device', 'cpu')}")
-            device = Device(cupy, flight.loop, flight.metering())
+            if job.limit is not None:
+                raise ScenarioError(f"{option('sample_timeout', f'{job.limit:g} s')}: a graphics processor runs "
+                                    f"samples side by side, expected none with {asked}, or {option('device', 'cpu')}")
+            cupy = driver()
+            kernel = cupy.RawModule(path=str(kernel_of(flight.loop.sources).path)).get_function(FUNCTION)
         except (ExportError, OSError) as error:
             raise MaglevError(f"{asked}: {error}") from error
+        for together in at_once(batches):
+            done: dict[int, Sample] = {}
+            for group in with_same_references(flight, job, values, together):
+                done |= flown_group(partial(Device, cupy, kernel), flight, job, values, group)
+            for batch in together:
+                store(batch.number, gathered(job, batch.first, map(done.__getitem__, batch.samples)))
+
+
+def at_once(batches: Iterable[Batch]) -> Iterator[list[Batch]]:
+    """Batches that are run together: of at most `MOST` samples, or one that has more."""
+    together: list[Batch] = []
+    count = 0
+    for batch in batches:
+        if together and count + len(batch.samples) > MOST:
+            yield together
+            together, count = [], 0
+        together.append(batch)
+        count += len(batch.samples)
+    if together:
+        yield together
+
+
+def with_same_references(flight: Flight, job: Job, values: Array, batches: Iterable[Batch]) -> Iterable[list[int]]:
+    """Numbers of the samples of batches, those with the same references together."""
+    columns = [column for column, target in enumerate(job.targets) if target.name in flight.drives
+               or target.name.startswith(f"{REFERENCE}.")]
+    groups: dict[bytes, list[int]] = {}
+    for batch in batches:
+        for sample in batch.samples:
+            groups.setdefault(values[sample, columns].tobytes(), []).append(sample)
+    return groups.values()
+
+
+def flown_group(device_for: Callable[[Flight], "Device"], flight: Flight, job: Job, values: Array,
+                group: list[int]) -> dict[int, Sample]:
+    """Fly samples that have the same references, by their numbers; as the processor runs some, the next begin here.
+
+    Those that are not completed there are run here, which says why.
+    """
+    done: dict[int, Sample] = {}
+    if has_references(flight, job.changes(values[group[0]].tolist())):
+        device = device_for(flight)
         size = device.at_a_time()
-        under_way: tuple[range, Running] | None = None
-        for number, first in enumerate(range(0, len(values), size)):
-            samples = range(first, min(first + size, len(values)))
-            begun = begin(flight, job, values, samples)
-            if under_way is not None:
-                store(number - 1, finished(device, job, values, *under_way))
-            under_way = samples, device.launch(begun)
-        assert under_way is not None
-        store(under_way[0].start // size, finished(device, job, values, *under_way))
+        under_way: list[Running] = []
+        for first in range(0, len(group), size):
+            begun = begin(flight, job, values, group[first:first + size])
+            while under_way:   # one at a time: each takes the memory that there is
+                done.update(device.completed(job, under_way.pop()))
+            under_way.append(device.launch(begun))
+        done.update(device.completed(job, under_way.pop()))
+    if rest := [number for number in group if number not in done]:
+        done |= dict(zip(rest, each_flown(job, values[rest]), strict=True))
+    return done
 
 
-def begin(flight: Flight, job: Job, values: Array, samples: range) -> Begun:
+def has_references(flight: Flight, changes: Changes) -> bool:
+    """Put the references of a run into the rows of its signals; False where there are none such."""
+    try:
+        flight.drive(flight.load(), changes)
+    except MaglevError:
+        flight.close()
+        return False
+    return True
+
+
+def begin(flight: Flight, job: Job, values: Array, samples: Iterable[int]) -> Begun:
     """Begin samples here; those that something is refused of are left out."""
     begun = Begun([], [], [])
     for sample in samples:
@@ -131,11 +185,12 @@ def begin(flight: Flight, job: Job, values: Array, samples: range) -> Begun:
 
 
 class Device:
-    """The kernel on a graphics processor, with what all samples have in common; `meter` is of their references."""
+    """The kernel on a graphics processor, with what samples with the references of a flight have in common."""
 
-    def __init__(self, cupy: Any, loop: BlockLoop, meter: Meter):
-        self.cupy, self.meter = cupy, meter
-        self.kernel = cupy.RawModule(path=str(kernel_of(loop.sources).path)).get_function(FUNCTION)
+    def __init__(self, cupy: Any, kernel: Any, flight: Flight):
+        assert flight.loop is not None
+        loop, meter = flight.loop, flight.metering()
+        self.cupy, self.kernel, self.meter = cupy, kernel, meter
         self.shared = {name: cupy.asarray(meter.arrays[name]) for name in SHARED}
         self.calls = self.bytes_there(loop.moved)
         self.signals = [None if track.signals is None else cupy.asarray(track.signals) for track in loop.tracks]
@@ -196,14 +251,6 @@ class Device:
                 metrics = self.meter.metrics()
                 if metrics is not None:
                     yield number, completed(job, metrics, self.meter.arrays.get("kept"))
-
-
-def finished(device: Device, job: Job, values: Array, samples: range, running: Running) -> Flown:
-    """Samples that were run; those that were not completed are run here."""
-    by_number = dict(device.completed(job, running))
-    rest = [number for number in samples if number not in by_number]
-    by_number.update(zip(rest, each_flown(job, values[rest]), strict=True))
-    return gathered(job, samples.start, (by_number[number] for number in samples))
 
 
 def code_of(sources: Mapping[str, str]) -> dict[str, str]:

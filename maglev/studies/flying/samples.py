@@ -64,9 +64,13 @@ class Batch(NamedTuple):
     first: int
     last: int
 
+    @property
+    def samples(self) -> range:
+        return range(self.first, self.last)
+
     def is_whole(self, flown: Flown) -> bool:
         """Whether all samples were run."""
-        return len(flown.failures) == self.last - self.first
+        return len(flown.failures) == len(self.samples)
 
 
 # What is done with a batch by its number; after Ctrl-C there may be but its first samples, those that were done.

@@ -9,6 +9,7 @@ import sys
 from collections import Counter
 from collections.abc import Iterator, Mapping
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
@@ -21,6 +22,7 @@ from fmi_export.target import graphics
 from maglev.api.many.batch import plain
 from maglev.arrays import Array
 from maglev.cosim.blocks import block_loop
+from maglev.errors import Interrupted
 from maglev.experiment.preparation import prepare
 from maglev.schema.loading import load_plan
 from maglev.studies.flying import graphics_processor
@@ -69,18 +71,13 @@ def of_numbers(code: str) -> Counter[str]:
 
 @pytest.mark.parametrize("name", RUNS)
 def test_it_rounds_as_other_processors_do(native_fmus: Path, name: str, monkeypatch: pytest.MonkeyPatch) -> None:
-    """Nothing is contracted, approximate, flushed to zero or in single precision; no library is called.
-
-    The compiler leaves the step of the largest stage a function.
-    """
+    """Nothing is contracted, approximate, flushed to zero or in single precision; nothing is called."""
     made = code(native_fmus, name, monkeypatch)
     found = of_numbers(made)
     assert found.keys() <= EXACT, found.keys() - EXACT
     assert min(found[f"{each}.rn.f64"] for each in ("add", "sub", "mul", "div", "sqrt")) > 0
     assert f".visible .entry {FUNCTION}(" in made and ".extern" not in made
-    called = set(re.findall(r"^\s+call(?:\.uni)? (?:\([^)]*\), )?([\w$]+), ", made, re.MULTILINE))
-    assert len(called) == len(set(re.findall(r"^\s+call.*", made, re.MULTILINE)))   # all are read
-    assert called == ({"Stage5DOF__step"} if name.startswith("5dof") else set())
+    assert not re.findall(r"^\s+call.*", made, re.MULTILINE)   # which would put blocks into memory
 
 
 @pytest.mark.usefixtures("slow")
@@ -133,11 +130,50 @@ def test_memory_that_others_take_is_said(native_fmus: Path, tmp_path: Path, monk
             judged(tmp_path, native_fmus, "gpu")
 
 
-def test_a_reference_of_each_sample_is_refused(native_fmus: Path, tmp_path: Path,
-                                               monkeypatch: pytest.MonkeyPatch) -> None:
+def test_a_study_has_the_bytes_of_this_processor(native_fmus: Path, tmp_path: Path,
+                                                 monkeypatch: pytest.MonkeyPatch) -> None:
+    """Also where references vary, of those with the same ones together, and where it goes on after an interruption."""
+    vary = {"reference.v.end": [0.02, 0.021, 0.0205], "plant.v.mass": [4.0, 4.35, 4.1]}
+    cupy = stand_in(monkeypatch)
+
+    def study(folder: str, device: str, **options: Any) -> bytes:
+        return maglev.study(scenario(tmp_path), vary=vary, fmus=native_fmus, out=tmp_path / folder, device=device,
+                            **options).path.read_bytes()
+
+    here = study("here", "cpu")
+    assert study("there", "gpu") == here and len(cupy.launches) == 3
+
+    def interrupted(*_: Any) -> Any:
+        raise KeyboardInterrupt
+
+    monkeypatch.setattr(graphics_processor, "MOST", 1)   # batches are stored one by one
+    with monkeypatch.context() as patch:
+        finish, left = graphics_processor.flown_group, iter(range(4))
+        patch.setattr(graphics_processor, "flown_group",
+                      lambda *given: finish(*given) if next(left, None) is not None else interrupted())
+        with pytest.raises(Interrupted, match="6 of 9 samples are kept"):
+            study("resumed", "gpu")
+    assert study("resumed", "gpu", resume=True) == here
+
+
+def test_references_that_cannot_be_are_rows_with_the_reason(native_fmus: Path, tmp_path: Path,
+                                                            monkeypatch: pytest.MonkeyPatch) -> None:
     stand_in(monkeypatch)
-    with pytest.raises(maglev.ScenarioError, match=r"reference\.v\.end varies with device='gpu', expected"):
-        maglev.batch(scenario(tmp_path), {"reference.v.end": [0.02, 0.021]}, device="gpu", fmus=native_fmus)
+    there, here = (maglev.batch(scenario(tmp_path), {"reference.v.amplitude": [1.0, 1e300, 1.1]}, device=device,
+                                fmus=native_fmus) for device in ("gpu", "cpu"))
+    assert there.failures == here.failures and there.failures[1] is not None
+    assert there["rms error of v"].tobytes() == here["rms error of v"].tobytes()
+
+
+def test_what_a_study_cannot_be_is_refused(native_fmus: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    stand_in(monkeypatch)
+    refused: tuple[tuple[dict[str, Any], str], ...] = (
+        ({"sample_timeout": "1 s"}, "sample_timeout='1 s': .*expected none with device='gpu'"),
+        ({"scheduler": "tcp://host:8786"}, "device='gpu': expected no scheduler with it"))
+    for options, words in refused:
+        with pytest.raises(maglev.ScenarioError, match=words):
+            maglev.study(scenario(tmp_path), vary={"plant.v.mass": [4.0]}, fmus=native_fmus, out=tmp_path, device="gpu",
+                         **options)
 
 
 def test_what_is_not_there_is_said(monkeypatch: pytest.MonkeyPatch) -> None:

@@ -108,7 +108,7 @@ class Here:
     def __init__(self, monkeypatch: pytest.MonkeyPatch):
         self.flown = 0
         self.said: list[str] = []
-        monkeypatch.setattr(running, "flyers", lambda _scheduler, _jobs: nullcontext(self.fly))
+        monkeypatch.setattr(running, "flyers", lambda *_: nullcontext(self.fly))
 
     def fly(self, job: Job, batches: list[Batch], values: NDArray[Any],
                 store: Callable[[int, Flown], None]) -> None:
