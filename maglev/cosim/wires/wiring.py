@@ -273,7 +273,8 @@ def input_calls(number: int, name: str, fmu: Fmu, sources: Mapping[str, str],
     """Calls that set an FMU's inputs, one for each run of values that lie side by side."""
     fed = [(fmu.variables[target.partition(".")[2]], places[source]) for target, source in sources.items()
            if target.partition(".")[0] == name]
-    fed.sort(key=lambda item: (item[1].track.address, item[1].column))
+    tracks = list({id(place.track): None for place in places.values()})   # in an order that is no matter of memory
+    fed.sort(key=lambda item: (tracks.index(id(item[1].track)), item[1].column))
     run: list[tuple[ScalarVariable, Place]] = []
     for item in fed:
         if run and (item[1].track is not run[-1][1].track or item[1].column != run[-1][1].column + 1):
