@@ -146,9 +146,10 @@ def functions(rig: Rig, positions: Array) -> Array:
     gaps = rig.gaps(positions)
     if not rig.described.unlike:
         return shape_functions(rig.motor, gaps)
-    of = rig.geometries
-    return np.stack([np.array(motor.ratios)[:, None] * shape_functions(of[motor.name], gaps[:, k])
-                     for k, motor in enumerate(rig.described.motors)], axis=2)
+    motors = rig.described.motors
+    return np.stack([np.array(motor.ratios)[:, None] * shape_functions(rig.geometries[motor.name], gap)
+                     for motor, gap in zip(motors, np.broadcast_to(gaps, (len(gaps), len(motors))).T, strict=True)],
+                    axis=2)
 
 
 def regressors(rig: Rig, positions: Array, i_d: Array, i_q: Array, velocities: Array) -> list[RowData]:

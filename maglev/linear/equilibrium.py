@@ -1,17 +1,15 @@
 """Where a stage rests: the currents that hold it at a gap, and whether its amplifiers can."""
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from math import hypot, sqrt
 from typing import Any
 
 import numpy as np
 from scipy.linalg import null_space
 
-from fmi_export.definition import slot
 from maglev.arrays import Array
 from maglev.errors import LinearModelError, one_of
-from maglev.linear.blocks.plant import at_rest
-from maglev.linear.blocks.tangent import derivatives
+from maglev.linear.blocks.plant import BALANCED, at_rest, moved
 from maglev.linear.model import Equilibrium
 from maglev.linear.parameters import Quantity, block_of, controllers, linear_names, rig_of
 from maglev.linear.places import MotorPlaces
@@ -19,9 +17,7 @@ from maglev.stages import STAGES
 from maglev.units import parse_quantity, refused_as
 from pmlsm.motor_geometry import MotorGeometry
 from pmlsm.rig import Rig
-from pmlsm.velocity_rows import GRAVITY
 
-BALANCED = 1e-12 * GRAVITY   # m/s², what an equilibrium may leave
 ITERATIONS = 20              # more than Newton's method takes where there is one
 
 
@@ -120,15 +116,6 @@ def check_gaps(place: str, rig: Rig, block: Any, places: MotorPlaces, positions:
                                    f"{1e3 * high:g} mm{'' if mount is None else ', its end stops'}")
 
 
-def moved(rig: Rig, stage: Any, currents: Array, wanted: Sequence[str]) -> tuple[Array, Array]:
-    """What the motion of a stage at rest computes under i_d, i_q of each motor (A), and its derivatives by them."""
-    for name, current in zip(rig.dq_names, currents.tolist(), strict=True):
-        setattr(*slot(stage, name), current)
-    stage.add_slope(1.0, 0.0)
-    return (np.array([getattr(*slot(stage, place)) for place in wanted]),
-            derivatives(stage, {"add_slope": (1.0, 0.0)}, rig.dq_names, wanted))
-
-
 def solve(place: str, rig: Rig, block: Any, places: MotorPlaces, positions: dict[str, float],
           split: Any) -> Equilibrium:
     """Currents under which no axis of a stage accelerates.
@@ -137,9 +124,8 @@ def solve(place: str, rig: Rig, block: Any, places: MotorPlaces, positions: dict
     otherwise by Newton's method from there.
     """
     stage = at_rest(block, positions)
-    accelerations = [f"{axis}.acceleration" for axis in rig.axis_names]
     currents = np.zeros(2 * len(rig.motors))
-    rates, slopes = moved(rig, stage, currents, accelerations)
+    rates, slopes = moved(rig, stage, currents)
     for k, axis in enumerate(rig.driven):
         thrust = sum(slopes[axis, 2 * j + 1] for j, driven in enumerate(rig.driven) if driven == axis)
         needed = rates[axis]   # all that drive it have the same current
@@ -148,9 +134,9 @@ def solve(place: str, rig: Rig, block: Any, places: MotorPlaces, positions: dict
                                    "expected a thrust constant above 0")
         currents[2 * k + 1] = -needed / thrust if needed else 0.0
     # a i_d² − b i_d + c = 0; the smaller root as 2 c / (b + √(b² − 4 a c)), which holds for a = 0 as well.
-    rates, slopes = moved(rig, stage, currents, accelerations)
+    rates, slopes = moved(rig, stage, currents)
     b, c = float(slopes[0, 0::2].sum()), -float(rates[0])
-    _, slopes = moved(rig, stage, currents + np.tile([1.0, 0.0], len(rig.motors)), accelerations)
+    _, slopes = moved(rig, stage, currents + np.tile([1.0, 0.0], len(rig.motors)))
     a = 0.5 * (b - float(slopes[0, 0::2].sum()))
     discriminant = b * b - 4.0 * a * c
     if discriminant <= 0.0:
@@ -175,7 +161,7 @@ def balanced(place: str, rig: Rig, stage: Any, places: MotorPlaces, currents: Ar
     uneven = null_space(places.even.T).T
     forces = [f"{motor}_mount.{force}" for motor in rig.motor_names for force in ("normal", "thrust")]
     for _ in range(ITERATIONS):
-        rates, by_current = moved(rig, stage, currents, [f"{axis}.acceleration" for axis in rig.axis_names])
+        rates, by_current = moved(rig, stage, currents)
         spread, by_spread = (currents, np.eye(len(currents))) if split is None else moved(rig, split, currents, forces)
         miss = np.concatenate([rates, uneven @ spread])
         if np.abs(miss).max() < BALANCED:

@@ -7,7 +7,9 @@ import numpy as np
 
 from maglev.arrays import Array, Complex
 from maglev.errors import LinearModelError, one_of, or_of_own_stage
+from maglev.linear.blocks.controller import commanded
 from maglev.linear.blocks.measurement import behind
+from maglev.linear.blocks.plant import at_rest
 from maglev.linear.equilibrium import equilibrium_of, model_of, read_positions
 from maglev.linear.linearise import Currents, linearise
 from maglev.linear.margins import Margins, margins_of
@@ -233,8 +235,12 @@ def linearise_loop(plant: str, controller: str | LinearModel, at: Mapping[str, Q
             raise LinearModelError(f"{controller!r} is no controller with a linear model, expected "
                                    f"{one_of(controller, controllers(), or_of_own_stage())}")
         split = model_of(controller, block_of(controller, controller_parameters or {}))
-    rest = equilibrium_of(plant, block_of(plant, plant_parameters or {}), read_positions(plant, at), split)
+    stage = block_of(plant, plant_parameters or {})
+    rest = equilibrium_of(plant, stage, read_positions(plant, at), split)
     if isinstance(controller, str):
+        if rest.rig.unlike and not rest.rig.rotations:
+            rest = commanded(controller, rest.rig, block_of(controller, controller_parameters or {}),
+                             at_rest(stage, rest.positions), rest)
         controller = linearise(controller, rest, currents=currents, parameters=controller_parameters)
     elif controller_parameters:
         raise LinearModelError(f"{controller.name}: controller_parameters = {dict(controller_parameters)}, expected "

@@ -32,6 +32,7 @@ BANDWIDTH = 0.7     # of the three poles of the controller that a user begins wi
 DISK = 0.85
 RATES = np.geomspace(1.2, 5.0, 16)                    # of the fast pair, by how fast the mover leaves its place
 SLOWER = np.geomspace(1.0, 0.1, 16)                   # by what is wanted of an axis that stays where it is
+SHORTEST_WAY = 1e-9  # m, for which it is to be fast: an axis may begin at its stop
 OBSERVER_TIMES = (1e-3, 5e-4, 3e-4, 2e-4, 1e-4, 5e-5)   # s
 FREQUENCIES = 200
 LOWEST = 0.2        # rad/s
@@ -248,7 +249,7 @@ def delayed(rig: Rig, axis: RigAxis, z: Complex) -> DelayedAxis:
     rates = leaving * RATES
     if axis in rig.horizontal:
         assert axis.stop is not None   # as the reader of descriptions sees to
-        way = 0.1 * min(axis.start - axis.stop.lower, axis.stop.upper - axis.start)
+        way = max(0.1 * min(axis.start - axis.stop.lower, axis.stop.upper - axis.start), SHORTEST_WAY)
         wanted = max(sqrt(strongest(rig, axis.name) / (2.0 * way)), rates[0])
         rates = np.concatenate([wanted * SLOWER[SLOWER * wanted >= leaving], rates])
     if leaving * rig.sample_time > SLOWEST_SAMPLING:

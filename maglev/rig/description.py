@@ -203,11 +203,9 @@ def of_motors(rig: Rig) -> Misfits:
     """Motors that drive nothing, and kinds of motors where they cannot be."""
     horizontal = [axis.name for axis in rig.horizontal]
     for motor in rig.unlike:
-        if not rig.rotations:
-            yield f"motors.{motor.name}", ("numbers of its own, expected so where the platform tilts, with a gap and a "
-                                           "current of each motor: rotation = true on an axis")
-        if rig.design.table is not None:
-            yield "design.table", f"expected none beside motors.{motor.name}, which has numbers of its own"
+        for key, given in (("schedule", rig.design.schedule), ("table", rig.design.table)):
+            if given is not None:
+                yield f"design.{key}", f"expected none beside motors.{motor.name}, which has numbers of its own"
     for motor in rig.motors:
         if motor.drives not in horizontal:
             yield f"motors.{motor.name}.drives", f"{motor.drives!r}, expected one of {', '.join(horizontal)}"

@@ -1,12 +1,14 @@
 """Linear models of the controllers, sampled: derivatives of one sample of their blocks."""
 
 from copy import deepcopy
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
 
 from fmi_export.definition import slot
 from maglev.errors import LinearModelError
+from maglev.linear.blocks.plant import BALANCED, moved
 from maglev.linear.blocks.tangent import derivatives
 from maglev.linear.model import Equilibrium, LinearModel
 from maglev.linear.parameters import prepare
@@ -30,8 +32,7 @@ def linear_controller(name: str, rig: Rig, block: Any, at: Equilibrium, phases: 
     LinearModelError if its parameters are refused, or at this equilibrium no direct current changes the levitation.
     """
     prepare(name, block)
-    states = {f"{axis.name}.{state}": f"rad{unit[1:]}" if axis.rotation else unit
-              for axis in rig.axes for state, unit in STATES.items() if has(getattr(block, axis.name), state)}
+    states = states_of(rig, block)
     inputs = [variable for variable in STAGES.definition(name).variables if variable.causality == "input"]
     commands = tuple(f"{current}_cmd" for current in (rig.phase_names if phases else rig.dq_names))
     come_to_rest(name, rig, block, at, [state for state in states if ".observer." not in state])
@@ -43,18 +44,42 @@ def linear_controller(name: str, rig: Rig, block: Any, at: Equilibrium, phases: 
                        block.sample_time, at)
 
 
+def states_of(rig: Rig, block: Any) -> dict[str, str]:
+    """States of a controller, with their units."""
+    return {f"{axis.name}.{state}": f"rad{unit[1:]}" if axis.rotation else unit
+            for axis in rig.axes for state, unit in STATES.items() if has(getattr(block, axis.name), state)}
+
+
+def commanded(name: str, rig: Rig, block: Any, stage: Any, at: Equilibrium) -> Equilibrium:
+    """Equilibrium of a stage at rest without tilt whose motors are unlike each other, to which a controller comes.
+
+    Where that is in between them follows from its law: its integrals move until no axis accelerates.
+    """
+    prepare(name, block)
+    measure(rig, block, at)
+    integrals = [state for state in states_of(rig, block) if state.endswith((".xi1", ".integral"))]
+    commands = [f"{current}_cmd" for current in rig.dq_names]
+    for _ in range(ITERATIONS):
+        ahead = deepcopy(block)
+        ahead.sample()
+        currents = [getattr(*slot(ahead, command)) for command in commands]
+        rates, by_current = moved(rig, stage, currents)
+        if np.abs(rates).max() < BALANCED:
+            return replace(at, i_d=tuple(currents[0::2]), i_q=tuple(currents[1::2]))
+        change = np.linalg.solve(by_current @ derivatives(block, {"sample": ()}, integrals, commands), rates)
+        for place, step in zip(integrals, change.tolist(), strict=True):
+            setattr(*slot(block, place), getattr(*slot(block, place)) - step)
+    raise LinearModelError(f"{name} at {at}: comes to no rest, expected a larger gap or other constants")
+
+
 def has(axis: Any, state: str) -> bool:
     """Whether the law of an axis has a state; a pre-filter without a corner passes its input through."""
     part = state.partition(".")[0]
     return hasattr(axis, part) and not (part == "filter" and axis.prefilter == 0.0)
 
 
-def come_to_rest(name: str, rig: Rig, block: Any, at: Equilibrium, states: list[str]) -> None:
-    """Let a controller without limits measure an equilibrium, and move states until it commands its currents.
-
-    As nearly as it can, where its law cannot command them. At rest the integrals do it alone; other states and the
-    references move with them only where a law has none.
-    """
+def measure(rig: Rig, block: Any, at: Equilibrium) -> None:
+    """Let a controller without limits measure an equilibrium for the first time."""
     for limit in ("current_limit", "trip_error", "trip_tilt"):
         if hasattr(block, limit):
             setattr(block, limit, 0.0)
@@ -66,20 +91,29 @@ def come_to_rest(name: str, rig: Rig, block: Any, at: Equilibrium, states: list[
         if rig.rotations:
             getattr(block, f"{motor}_place").gap_measured = gap
     block.sample()   # observers begin at the measurement
-    moved = [*states, *(f"{axis}.reference" for axis in rig.axis_names)]
+
+
+def come_to_rest(name: str, rig: Rig, block: Any, at: Equilibrium, states: list[str]) -> None:
+    """Let a controller without limits measure an equilibrium, and move states until it commands its currents.
+
+    As nearly as it can, where its law cannot command them. At rest the integrals do it alone; other states and the
+    references move with them only where a law has none.
+    """
+    measure(rig, block, at)
+    variables = [*states, *(f"{axis}.reference" for axis in rig.axis_names)]
     commands = [f"{current}_cmd" for current in rig.dq_names]
-    start = np.array([getattr(*slot(block, place)) for place in moved])
-    change = np.zeros(len(moved))
-    weights = np.array([1.0 if place.endswith((".xi1", ".integral")) else SELDOM for place in moved])
+    start = np.array([getattr(*slot(block, place)) for place in variables])
+    change = np.zeros(len(variables))
+    weights = np.array([1.0 if place.endswith((".xi1", ".integral")) else SELDOM for place in variables])
     for _ in range(ITERATIONS):
-        for place, value in zip(moved, (start + change).tolist(), strict=True):
+        for place, value in zip(variables, (start + change).tolist(), strict=True):
             setattr(*slot(block, place), value)
         ahead = deepcopy(block)
         ahead.sample()
         if not ahead.feasible:   # a step too far: in its model no current makes what the law demands there
             change /= 2.0
             continue
-        slopes = derivatives(block, {"sample": ()}, moved, commands)
+        slopes = derivatives(block, {"sample": ()}, variables, commands)
         missing = at.dq - [getattr(*slot(ahead, command)) for command in commands]
         start, change = start + change, weights * np.linalg.lstsq(slopes * weights, missing, rcond=None)[0]
         if np.abs(slopes @ change).max() < SETTLED:

@@ -13,6 +13,9 @@ from maglev.linear.blocks.tangent import derivatives
 from maglev.linear.model import Equilibrium, LinearModel
 from maglev.linear.places import MotorPlaces
 from pmlsm.rig import Rig
+from pmlsm.velocity_rows import GRAVITY
+
+BALANCED = 1e-12 * GRAVITY   # m/s², what an equilibrium may leave
 
 
 @np.errstate(over="ignore", invalid="ignore")   # what is no number is refused as such
@@ -64,6 +67,19 @@ def linear_plant(name: str, rig: Rig, block: Any, at: Equilibrium, phases: bool,
     if hold is not None:
         model = sampled(model, rotation @ measuring(rig, MotorPlaces.of(rig, block), model.outputs), phases, hold)
     return model if forces else model.select(commands, model.outputs)
+
+
+def moved(rig: Rig, stage: Any, currents: Sequence[float] | Array, wanted: Sequence[str] = ()) -> tuple[Array, Array]:
+    """What the motion of a stage at rest computes under i_d, i_q of each motor (A), and its derivatives by them.
+
+    The accelerations of the axes, unless something else is wanted.
+    """
+    wanted = wanted or [f"{axis}.acceleration" for axis in rig.axis_names]
+    for name, current in zip(rig.dq_names, currents, strict=True):
+        setattr(*slot(stage, name), float(current))
+    stage.add_slope(1.0, 0.0)
+    return (np.array([getattr(*slot(stage, place)) for place in wanted]),
+            derivatives(stage, {"add_slope": (1.0, 0.0)}, rig.dq_names, wanted))
 
 
 def at_rest(block: Any, positions: Mapping[str, float]) -> Any:

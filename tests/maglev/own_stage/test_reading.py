@@ -280,6 +280,12 @@ def test_the_descriptions_that_are_changed_are_stages(tmp_path: Path, like: str,
     assert read_own(path).axis_names == RIGS[like].axis_names
 
 
+def test_an_axis_may_begin_at_its_stop(tmp_path: Path) -> None:
+    text = description("2dof", False, "gaps").replace("upper = 0.07 }", "upper = 5e-324 }")
+    (tmp_path / "own.toml").write_text(text, encoding="utf-8")
+    assert read_own(tmp_path / "own.toml").axis("h").design.gains[0] < 0.0
+
+
 def test_a_field_of_nothing_is_refused(tmp_path: Path) -> None:
     text = description("3dof", False, "gaps").replace("B = [0.2", "B = [1e-320, 0.2")
     (tmp_path / "own.toml").write_text(text.replace("gaps = [", "gaps = [0.007, "))

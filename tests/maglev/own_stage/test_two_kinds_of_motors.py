@@ -224,14 +224,6 @@ def test_what_is_no_such_motor_is_refused(tmp_path: Path, old: str, new: str, me
         read_own(path)
 
 
-def test_level_stages_have_motors_that_are_alike(tmp_path: Path) -> None:
-    path = written(tmp_path / "level.toml", "3dof", {})
-    with path.open("a", encoding="utf-8") as file:
-        file.write("\n[motors.beta.geometry]\npole_pitch = 0.048\n")
-    with pytest.raises(RigError, match=r"motors\.beta: numbers of its own, expected so where the platform tilts"):
-        read_own(path)
-
-
 def test_the_motor_of_the_page_is_read(tmp_path: Path) -> None:
     page = (Path(__file__).parents[3] / "docs" / "own_stage.md").read_text(encoding="utf-8")
     block = re.search(r"\n    (\[motors\.right\.catalogue\]\n(?:    .*\n)+)", page)
