@@ -157,7 +157,7 @@ def test_the_ten_minutes_of_the_tutorial(installed: Path, home: Path) -> None:
     """Every line of the tutorial as it stands there, with the wheel, in a folder of somebody else."""
     require_native_tools()
     commands = tutorial_commands()
-    assert len(commands) == 9
+    assert len(commands) == 8
     for line in commands:
         program, *rest = shlex.split(line)
         if program == "sed":

@@ -232,7 +232,9 @@ def test_while_the_processes_of_a_study_start(fastest_fmus: Path, tmp_path: Path
     file = tmp_path / "payload.toml"
     file.write_text('name = "payload"\nscenario = "2dof-setpoints"\nmetrics = ["rms error"]\n[[vary]]\n'
                     'set = "plant.v.mass"\nkind = "grid"\nfrom = 4\nto = 5\nnumber = 64\n')
-    command = Command(tmp_path, "study", file, "--fmus", fastest_fmus, "--jobs", "2")
+    # Threads, where a loop of another test was kept, are no processes.
+    command = Command(tmp_path, "study", file, "--fmus", fastest_fmus, "--jobs", "2",
+                      MAGLEV_CACHE=str(tmp_path / "cache"))
     command.wait_until(lambda: [line for line in processes_with(command.unpacked) if "processes.beside" in line])
     time.sleep(delay)   # wherever their start is then
     found, lines = command.ended(number)
