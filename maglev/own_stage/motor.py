@@ -1,7 +1,7 @@
 """A motor by its data sheet, as `--motor` takes it, and a stage with such motors in place of those it is like."""
 
 from collections.abc import Sequence
-from dataclasses import MISSING, dataclass, fields, replace
+from dataclasses import MISSING, asdict, dataclass, fields, replace
 from math import pi
 from pathlib import Path
 
@@ -100,6 +100,29 @@ def sheet_of(motor: Motor) -> Catalogue:
                      resistance=motor.resistance, inductance=motor.inductance)
 
 
+def field_of(motor: Motor, gap: float) -> Field:
+    """Field of a motor that is used about a gap (m)."""
+    gaps = [gap, motor.attraction_gap, motor.at or motor.attraction_gap]
+    return Field(float(f"{0.6 * min(gaps):.2g}"), float(f"{1.6 * max(gaps):.2g}"), B0=SURFACE_FIELD,
+                 decay=float(f"{motor.pole_pitch / pi:.4g}"))
+
+
+def geometry_of(motor: Motor) -> dict[str, float]:
+    """Drawing of a motor."""
+    slot_pitch = motor.slot_pitch or motor.pole_pitch / 3.0
+    return {"pole_pitch": motor.pole_pitch, "slot_pitch": float(f"{slot_pitch:.6g}"),
+            "slot_width": motor.slot_width or float(f"{0.5 * slot_pitch:.6g}"),
+            "magnet_height": motor.magnet_height or float(f"{0.25 * motor.pole_pitch:.6g}")}
+
+
+def packaged_tables(name: str, gap: float) -> dict[str, dict[str, object]]:
+    """Tables [geometry], [catalogue] and [field] of a packaged motor that is used about a gap (m)."""
+    motor = read_motor([name])
+    sheet, field = ({key: value for key, value in asdict(of).items() if value not in (None, ())}
+                    for of in (sheet_of(motor), field_of(motor, gap)))
+    return {"geometry": dict(geometry_of(motor)), "catalogue": sheet, "field": field}
+
+
 def with_motor(rig: Rig, motor: Motor) -> tuple[Rig, Field]:
     """A rig with other motors in its places: their geometry and field, and gap, mass and stops that go with them.
 
@@ -109,13 +132,7 @@ def with_motor(rig: Rig, motor: Motor) -> tuple[Rig, Field]:
     if gap > motor.pole_pitch:
         raise RigError(f"--motor gap={1e3 * gap:g}mm: expected at most pole_pitch = {1e3 * motor.pole_pitch:g} mm: "
                        "further away next to nothing is left of the field")
-    gaps = [gap, motor.attraction_gap, motor.at or motor.attraction_gap]
-    field = Field(float(f"{0.6 * min(gaps):.2g}"), float(f"{1.6 * max(gaps):.2g}"), B0=SURFACE_FIELD,
-                  decay=float(f"{motor.pole_pitch / pi:.4g}"))
-    slot_pitch = motor.slot_pitch or motor.pole_pitch / 3.0
-    geometry = {"pole_pitch": motor.pole_pitch, "slot_pitch": float(f"{slot_pitch:.6g}"),
-                "slot_width": motor.slot_width or float(f"{0.5 * slot_pitch:.6g}"),
-                "magnet_height": motor.magnet_height or float(f"{0.25 * motor.pole_pitch:.6g}")}
+    field, geometry = field_of(motor, gap), geometry_of(motor)
     if not geometry["slot_width"] < geometry["slot_pitch"]:
         raise RigError(f"--motor slot_width={geometry['slot_width']:g}: expected less than slot_pitch = "
                        f"{geometry['slot_pitch']:g} m")

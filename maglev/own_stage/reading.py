@@ -4,7 +4,7 @@ from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
-from maglev.errors import RigError
+from maglev.errors import RigError, one_of
 from maglev.own_stage.design import (
     BANDWIDTH,
     FAST,
@@ -15,6 +15,7 @@ from maglev.own_stage.design import (
     unstable_rate,
     wanted_sample_time,
 )
+from maglev.own_stage.motor import MOTORS, packaged_tables
 from maglev.rig.data_sheet import Catalogue, Field, catalogue_constants, field_geometry
 from maglev.rig.description import Reader
 from maglev.rig.digits import kept
@@ -33,6 +34,7 @@ def read_own(path: Path) -> Rig:
     RigError, ScenarioError as of `read_rig`.
     """
     table, reader = read_toml(path), Reader(path)
+    put_packaged_motors(reader, table)
     unlike = unlike_motors(table)
     sheet = reader.read(Catalogue, table.pop("catalogue"), "catalogue") if "catalogue" in table else None
     sheets = {name: sheet if "catalogue" not in of else reader.read(Catalogue, of["catalogue"],
@@ -72,6 +74,22 @@ def read_own(path: Path) -> Rig:
         return designed(rig, open_designs, "observer_time" in said)
     except RigError as error:
         raise RigError(f"{path}: {error}") from None
+
+
+def put_packaged_motors(reader: Reader, table: Table) -> None:
+    """Put tables of a packaged motor where one is named, `motor = "small"`; keys that are there go over its own."""
+    places = {"": table, **{f"motors.{name}.": motor for name, motor in tables(table, "motors").items()}}
+    for place, of in places.items():
+        name = of.pop("motor", None)
+        if name is None:
+            continue
+        if name not in [*MOTORS]:
+            reader.refuse(f"{place}motor", f"{name!r}, expected {one_of(str(name), MOTORS)}")
+        vertical, axis = next(iter(tables(table, "axes").items()), ("", {}))
+        gap = reader.number(axis.get("start", "5 mm"), f"axes.{vertical}.start", "m", 1e-4, 1.0)
+        for key, packaged in packaged_tables(name, gap).items():
+            given = of.get(key, {})
+            of[key] = given if not isinstance(given, dict) or {"gaps", "coefficients"} & {*given} else packaged | given
 
 
 def unlike_motors(table: Table) -> dict[str, Table]:

@@ -231,3 +231,26 @@ def test_tables_over_the_gap_are_of_motors_that_are_alike(tmp_path: Path) -> Non
         path = described(tmp_path / f"{key}.toml", {"[design]\n": f"[design]\n{key} = {value}\n"})
         with pytest.raises(RigError, match=f"design.{key}: expected none beside motors.alpha, which has numbers"):
             read_own(path)
+
+
+def test_a_packaged_motor_is_its_numbers(tmp_path: Path) -> None:
+    """Of a whole stage those that `new stage --motor` writes out, and of one motor the same; keys go over them."""
+    maglev.new_stage(tmp_path / "full.toml", "side-by-side", ["small"])
+    text = (tmp_path / "full.toml").read_text(encoding="utf-8").replace('"full"', '"named"')
+    start, end = text.index("\n# Of the motor's drawing"), text.index("\n[design]")
+    (tmp_path / "named.toml").write_text(f'motor = "small"\n{text[:start]}{text[end:]}', encoding="utf-8")
+    full, named = (read_own(tmp_path / f"{name}.toml") for name in ("full", "named"))
+    assert (named.stage, named.motors, named.design) == (full.stage, full.motors, full.design)
+    assert named.geometry | {"recoil_permeability": 1.05} == full.geometry
+
+    one = text.replace('"named"', '"one"').replace("[motors.right]\n", """[motors.right]
+motor = "medium"
+catalogue = { peak = "9 A" }
+""")
+    (tmp_path / "one.toml").write_text(one, encoding="utf-8")
+    left, right = read_own(tmp_path / "one.toml").motors
+    assert left.kind is None and right.kind is not None
+    assert right.amplifier.peak == pytest.approx(9.0 * 2.0 ** 0.5)
+    (tmp_path / "one.toml").write_text(one.replace('"medium"', '"medum"'), encoding="utf-8")
+    with pytest.raises(RigError, match=r"motors\.right\.motor: 'medum', expected one of .*nearest is 'medium'"):
+        read_own(tmp_path / "one.toml")
