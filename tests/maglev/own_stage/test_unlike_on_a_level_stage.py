@@ -241,7 +241,7 @@ def test_a_packaged_motor_is_its_numbers(tmp_path: Path) -> None:
     (tmp_path / "named.toml").write_text(f'motor = "small"\n{text[:start]}{text[end:]}', encoding="utf-8")
     full, named = (read_own(tmp_path / f"{name}.toml") for name in ("full", "named"))
     assert (named.stage, named.motors, named.design) == (full.stage, full.motors, full.design)
-    assert named.geometry | {"recoil_permeability": 1.05} == full.geometry
+    assert {**named.geometry, "recoil_permeability": 1.05} == full.geometry
 
     one = text.replace('"named"', '"one"').replace("[motors.right]\n", """[motors.right]
 motor = "medium"
