@@ -30,7 +30,7 @@ LONGEST = ("stability/test_region.py", "identification/test_accuracy.py", "cli/t
            "tuning/test_search.py")
 
 FLOWN_LIVE = tuple(name for name in NAMES if name.startswith(("Plant", "PID", "Regulator", "Linear", "Scheduled",
-                                                                "Interpolated", "Measurement")))
+                                                                "Interpolated", "Adaptive", "Measurement")))
 
 CHROMIUMS = ("chromium", "chromium-browser", "google-chrome")
 
