@@ -9,7 +9,7 @@ from xml.etree.ElementTree import parse
 from fmpy.fmi1 import FMICallException
 from fmpy.model_description import ModelDescription, ScalarVariable
 
-from maglev.cosim.versions.exchange import AGAIN, ENDS, FAILED, MOST_EVENTS, next_event
+from maglev.cosim.versions.exchange import AGAIN, FAILED, MOST_EVENTS, settled
 
 PERIODIC = ("constant", "fixed", "tunable")   # interval variabilities that can be run
 PUNCTUAL = 1e-6   # of an interval, or of a step, by which rounding may miss its end
@@ -220,12 +220,5 @@ class Ticking:
 
     def settle(self, now: float) -> None:
         """End the event at a time (s)."""
-        for _ in range(MOST_EVENTS):
-            more, ended, _, _, defined, next_time = self.instance.updateDiscreteStates()
-            if ended:
-                raise RuntimeError(ENDS)
-            if not more:
-                self.following = next_event(defined, next_time, now)
-                self.instance.enterStepMode()
-                return
-        raise RuntimeError(AGAIN)
+        self.following = settled(self.instance.updateDiscreteStates, now)
+        self.instance.enterStepMode()

@@ -22,11 +22,20 @@ ENDS = "the FMU asks for the end of the simulation"
 AGAIN = f"after {MOST_EVENTS} events at one instant the FMU asks for another"
 
 
-def next_event(defined: bool, following: float, now: float) -> float:
-    """Time of the next event, s, as an FMU gives it at a time (s); infinite without one. RuntimeError if it is past."""
-    if defined and not following >= now - PAST * max(1.0, abs(now)):
-        raise RuntimeError(f"next event time = {following:.9g} s, expected one that is not before {now:.9g} s")
-    return following if defined else inf
+def settled(update: Callable[[], tuple[Any, ...]], now: float) -> float:
+    """Take in the event at which an instance is, at a time (s); when the next one is due, s, infinite if none is.
+
+    RuntimeError where it asks for the end, comes to none, or gives a time that is past.
+    """
+    for _ in range(MOST_EVENTS):
+        more, ended, _, _, defined, next_time = update()
+        if ended:
+            raise RuntimeError(ENDS)
+        if not more:
+            if defined and not next_time >= now - PAST * max(1.0, abs(now)):
+                raise RuntimeError(f"next event time = {next_time:.9g} s, expected one that is not before {now:.9g} s")
+            return float(next_time) if defined else inf
+    raise RuntimeError(AGAIN)
 
 
 class SolverInterface(CoSimulation):  # type: ignore[misc]   # fmpy has no types
@@ -88,7 +97,7 @@ class Integration:
                     instance.enterEventMode()
                     if not at_end:
                         following = self.events(now)
-            self.settled(now)
+            settled(self.update, now)
         except FMICallException as error:
             return int(error.status)
         except RuntimeError as error:   # also of CVODE, which has given up
@@ -96,19 +105,9 @@ class Integration:
             return FAILED
         return 0
 
-    def settled(self, now: float) -> float:
-        """Take in the event at which the instance is, at a time (s); when the next one is due, s, if it knows."""
-        for _ in range(MOST_EVENTS):
-            more, ended, _, _, defined, next_time = self.update()
-            if ended:
-                raise RuntimeError(ENDS)
-            if not more:
-                return next_event(defined, next_time, now)
-        raise RuntimeError(AGAIN)
-
     def events(self, now: float) -> float:
-        """The same, and go on between events; the solver starts anew."""
-        due = self.settled(now)
+        """Take in the event at a time (s), and go on between events, to the next, s; the solver starts anew."""
+        due = settled(self.update, now)
         self.instance.enterContinuousTimeMode()
         self.fresh = True
         return due
