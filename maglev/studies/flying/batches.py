@@ -8,6 +8,7 @@ from collections.abc import Callable, Iterator
 from contextlib import contextmanager, suppress
 from ctypes import c_int64
 from functools import partial
+from math import inf
 from queue import SimpleQueue
 from threading import Thread
 
@@ -22,13 +23,11 @@ from maglev.studies.flying.samples import (
     Batch,
     Flown,
     Job,
-    Sample,
     Store,
     each_flown,
-    failed,
+    each_flown_apart,
     flown_batch,
     gathered,
-    only_sample,
     until_interrupted,
 )
 
@@ -78,8 +77,8 @@ def flyers(scheduler: str | None, jobs: int, device: str = "cpu") -> Iterator[Fl
 def fly_here(jobs: int, idle: Idle, job: Job, batches: list[Batch], values: Array, store: Store) -> None:
     """Fly batches in so many threads or processes, and store each as it is done; `values` of the targets are by sample.
 
-    Of a batch whose process dies, the samples are run again one by one; one whose process dies then, too, has a row
-    that says so. MaglevError if a batch cannot be run at all; KeyboardInterrupt after Ctrl-C or SIGTERM: what was
+    A batch whose process dies is run again beside this one; a sample whose process dies then, too, has a row that says
+    so. MaglevError if a batch cannot be run at all; KeyboardInterrupt after Ctrl-C or SIGTERM: what was
     done until then is stored.
     """
     if loop_for(job, batches):
@@ -88,7 +87,7 @@ def fly_here(jobs: int, idle: Idle, job: Job, batches: list[Batch], values: Arra
     deadly: list[Batch] = []
     fly_batches(jobs, idle, job, batches, values, store, deadly.append)
     for batch in deadly:
-        samples = [alone(idle, job, number, values) for number in batch.samples]
+        samples = each_flown_apart(job, values[batch.first:batch.last], job.limit or inf)
         store(batch.number, gathered(job, batch.first, samples))
 
 
@@ -144,14 +143,6 @@ def end(threads: list[Thread], ended: c_int64) -> None:
     ended.value = 1
     for thread in threads:
         thread.join()
-
-
-def alone(idle: Idle, job: Job, number: int, values: Array) -> Sample:
-    """Fly one sample with nothing else under way: if its process dies now, it dies of it."""
-    samples = [failed(job, "every process that ran it died")]
-    fly_batches(1, idle, job, [Batch(0, number, number + 1)], values,
-                lambda _, flown: samples.append(only_sample(flown)), lambda _: None)
-    return samples[-1]
 
 
 def fly_batches(jobs: int, idle: Idle, job: Job, batches: list[Batch], values: Array, store: Store,

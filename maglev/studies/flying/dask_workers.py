@@ -5,6 +5,7 @@ from collections.abc import Iterator, Mapping
 from contextlib import contextmanager, suppress
 from dataclasses import replace
 from itertools import islice
+from math import inf
 from pathlib import Path
 from typing import Any
 
@@ -14,7 +15,7 @@ from maglev.arrays import Array
 from maglev.cosim.step_loop import LIBRARY
 from maglev.errors import MaglevError, ScenarioError, in_one_line, option
 from maglev.studies.flying.content import code_of_package, digest, files_of
-from maglev.studies.flying.samples import Batch, Flown, Job, Sample, Store, failed, flown_batch, gathered, only_sample
+from maglev.studies.flying.samples import Batch, Flown, Job, Store, failed, flown_batch, gathered
 
 AHEAD = 2                # batches under way or waiting for each thread of the cluster
 REACHED_WITHIN = 10.0    # s
@@ -91,44 +92,47 @@ class StudyFiles(WorkerPlugin):
         return replace(self.job, experiment=replace(experiment, files=files, loop=loop))
 
 
-def fly_batch(plugin: str, first: int, values: Array) -> Flown:
-    """Fly the samples from number `first` on with values of the targets, shape (samples, targets); on a worker."""
+def fly_batch(plugin: str, first: int, values: Array, apart: bool) -> Flown:
+    """Fly the samples from number `first` on with values of the targets, shape (samples, targets); on a worker.
+
+    Or beside it, `apart`, in a process that may die.
+    """
     files = get_worker().plugins[plugin]
     assert isinstance(files, StudyFiles)
     if files.job.code != code_of_package():
         raise MaglevError(f"a worker has maglev-fmus {code_of_package()}, expected {files.job.code}")
-    return flown_batch(files.local_job(), first, values)
+    job = files.local_job()
+    return flown_batch(replace(job, limit=job.limit or inf) if apart else job, first, values)
 
 
 def fly_there(client: Client, job: Job, batches: list[Batch], values: Array, store: Store) -> None:
     """Fly batches and store each as it is done; `values` are those of the targets by sample.
 
-    A batch whose worker dies is run again elsewhere. One that took several workers with it is run sample by sample,
-    alone on the cluster; a sample that takes its worker again has a row that says so. MaglevError if a batch cannot be
-    run at all, such as by a worker with another version of this package.
+    A batch whose worker dies is run again elsewhere. One that took several workers with it is run beside a worker; a
+    sample whose process dies there has a row that says so. MaglevError if a batch cannot be run at all, such as by a
+    worker with another version of this package.
     """
     plugin = StudyFiles(job, files_of(job.experiment))
     client.register_plugin(plugin)
     try:
         deadly = list(fly_in_turn(client, plugin.name, batches, values, store))
-        for batch in deadly:
-            numbers = range(batch.first, batch.last)
-            store(batch.number, gathered(job, batch.first, (
-                alone(client, plugin.name, number, values, job) for number in numbers)))
+        for batch in fly_in_turn(client, plugin.name, deadly, values, store, apart=True):
+            store(batch.number, gathered(job, batch.first, [
+                failed(job, "every process that ran it died") for _ in batch.samples]))
     finally:
         with suppress(OSError, KeyError):   # a worker that is ending, or has just come, has nothing to remove
             client.unregister_worker_plugin(plugin.name)
 
 
-def fly_in_turn(client: Client, plugin: str, batches: list[Batch], values: Array,
-                store: Store) -> Iterator[Batch]:
+def fly_in_turn(client: Client, plugin: str, batches: list[Batch], values: Array, store: Store,
+                apart: bool = False) -> Iterator[Batch]:
     """Fly batches, a bounded number at a time; gives those whose workers died again and again."""
     waiting = iter(batches)
     under_way: dict[Future[Flown], Batch] = {}
 
     def more() -> list[Future[Flown]]:
         room = AHEAD * max(1, sum(client.nthreads().values())) - len(under_way)
-        futures = {submit(client, plugin, batch, values): batch for batch in islice(waiting, max(0, room))}
+        futures = {submit(client, plugin, batch, values, apart): batch for batch in islice(waiting, max(0, room))}
         under_way.update(futures)
         return list(futures)
 
@@ -148,9 +152,9 @@ def fly_in_turn(client: Client, plugin: str, batches: list[Batch], values: Array
             client.cancel(list(under_way))
 
 
-def submit(client: Client, plugin: str, batch: Batch, values: Array) -> Future[Flown]:
+def submit(client: Client, plugin: str, batch: Batch, values: Array, apart: bool) -> Future[Flown]:
     # Not pure: a batch that was cancelled is not to be found again.
-    return client.submit(fly_batch, plugin, batch.first, values[batch.first:batch.last], pure=False, retries=1)
+    return client.submit(fly_batch, plugin, batch.first, values[batch.first:batch.last], apart, pure=False, retries=1)
 
 
 def result(future: Future[Flown]) -> Flown:
@@ -162,15 +166,3 @@ def result(future: Future[Flown]) -> Flown:
     except OSError as error:
         raise MaglevError(f"a worker cannot go on: {in_one_line(error)}") from error
     return flown
-
-
-def alone(client: Client, plugin: str, number: int, values: Array, job: Job) -> Sample:
-    """Fly one sample with nothing else under way: if workers die now, they die of it."""
-    future = submit(client, plugin, Batch(0, number, number + 1), values)
-    try:
-        flown = result(future)
-    except KilledWorker:
-        return failed(job, "every process that ran it died")
-    finally:
-        future.release()
-    return only_sample(flown)

@@ -140,10 +140,6 @@ def gathered(job: Job, first: int, samples: Iterable[Sample]) -> Flown:
     return Flown(first, rows, tuple(sample.failure for sample in done), kept)
 
 
-def only_sample(flown: Flown) -> Sample:
-    return Sample(flown.values[0], flown.failures[0], None if flown.trajectories is None else flown.trajectories[0])
-
-
 def flown_batch(job: Job, first: int, values: Array) -> Flown:
     """Fly a batch here, or beside this process where samples have a limit of time; MaglevError if it cannot begin.
 

@@ -69,7 +69,7 @@ def test_a_sample_that_takes_its_workers_with_it(cluster: LocalCluster, fastest_
     study = of_a_crash(fastest_fmus, tmp_path, limit=None)
     with flyers(str(cluster.scheduler_address), 2) as fly:
         fly(study.job, study.batches, study.values, lambda _, batch: found.append(batch))
-    assert found[0].failures == ("every process that ran it died",)
+    assert found[0].failures == ("the process that ran it ended (SIGSEGV)",)
 
 
 def test_workers_of_another_version_are_refused(cluster: LocalCluster, fastest_fmus: Path, tmp_path: Path,
