@@ -58,7 +58,7 @@ def option(name: str, value: object = None) -> str:
 
 def or_of_own_stage() -> str:
     """Say what else is expected in place of the name of an FMU of this project."""
-    return f"or with {option('rig', 'mine.toml')} one of your own stage"
+    return f"or with {option('stage', 'mine.toml')} one of your own stage"
 
 
 class MaglevError(Exception):

@@ -96,7 +96,7 @@ def definition(name: str) -> FmuDefinition:
     """Definition of an FMU by its name; BuildError with the nearest name if there is none."""
     if name not in STAGES.definitions():
         if name.endswith(".toml"):
-            raise BuildError(f"{name}: expected the name of an FMU; those of your own stage: {option('rig', name)}")
+            raise BuildError(f"{name}: expected the name of an FMU; those of your own stage: {option('stage', name)}")
         known = [*STAGES.definitions(), *STAGES.systems()]
         raise BuildError(f"there is no FMU {name}, nearest is {nearest(name, known)}, expected one that `maglev list` "
                          f"lists, {or_of_own_stage()}")

@@ -25,6 +25,7 @@ from maglev.cosim.other_process.run import TIMEOUT
 from maglev.errors import LinearModelError
 from maglev.linear.loop import Loop, linearise_loop
 from maglev.linear.parameters import Quantity, controllers, plants
+from maglev.schema.options import formerly
 from maglev.units import parse_quantity, refused_as
 from maglev.user_controllers.source import Given
 
@@ -35,6 +36,7 @@ REALISATIONS, PERIODS = 3, 2
 LEAD = 4.0           # s, at least, until a loop has forgotten the multisine before
 
 
+@formerly(stage="rig")
 def frequency_response(plant: str | Path, controller: Given, at: Mapping[str, Quantity],
                        signals: str | Sequence[str] = (), *, amplitude: Quantity = AMPLITUDE, lowest: float = LOWEST,
                        highest: float = HIGHEST, lines: int = LINES, realisations: int = REALISATIONS,
@@ -42,7 +44,7 @@ def frequency_response(plant: str | Path, controller: Given, at: Mapping[str, Qu
                        seed: int = 1, fmus: str | Path | None = None, kind: str | None = None, fmi: int = 2,
                        ports: str | Path | None = None, plant_parameters: Settings | None = None,
                        controller_parameters: Settings | None = None, sample_time: Quantity | None = None,
-                       rig: str | Path | None = None, timeout: float = TIMEOUT) -> dict[str, FrequencyResponse]:
+                       stage: str | Path | None = None, timeout: float = TIMEOUT) -> dict[str, FrequencyResponse]:
     """Simulate a loop with a multisine on a measurement, and give the response of the loop opened there.
 
     The loop is measured as it runs at that amplitude: with friction, rounding, limits.
@@ -66,7 +68,7 @@ def frequency_response(plant: str | Path, controller: Given, at: Mapping[str, Qu
         Time before that, at most, s; and as of `linearise_numerically`.
     seed : int
         Of the phases.
-    plant, controller, at, ports, plant_parameters, controller_parameters, sample_time, rig, fmus, kind, fmi
+    plant, controller, at, ports, plant_parameters, controller_parameters, sample_time, stage, fmus, kind, fmi
         As of `AskedPair`, the last three as of `run`.
 
     Returns
@@ -82,8 +84,8 @@ def frequency_response(plant: str | Path, controller: Given, at: Mapping[str, Qu
     if realisations < 2 or periods < 1:
         raise LinearModelError(f"{realisations} multisines of {periods} periods, expected at least 2 of 1: what they "
                                "differ by is the error")
-    asked = AskedPair(plant, controller, at, fmus_named((plant, controller), rig, fmus, kind, fmi), ports,
-                      plant_parameters, controller_parameters, sample_time, rig)
+    asked = AskedPair(plant, controller, at, fmus_named((plant, controller), stage, fmus, kind, fmi), ports,
+                      plant_parameters, controller_parameters, sample_time, stage)
     plan = Plan(amplitude, lowest, highest, lines, realisations, periods, seed, settle, smooth, linear)
     return apart(responses_here, asked.files, timeout, asked,
                  (signals,) if isinstance(signals, str) else tuple(signals), plan)

@@ -24,6 +24,7 @@ from maglev.linear.margins import Margins
 from maglev.linear.model import Equilibrium, LinearModel
 from maglev.linear.parameters import Quantity, block_of
 from maglev.linear.text import aligned
+from maglev.schema.options import formerly
 from maglev.user_controllers.source import Given
 
 PUSH, CURRENT = 1e-6, 1e-3      # m or rad, A: scales of what inputs are pushed by
@@ -122,11 +123,12 @@ class NumericalLoop:
                 "plant": None if self.loop is None else self.loop.plant.as_data()}
 
 
+@formerly(stage="rig")
 def linearise_numerically(plant: str | Path, controller: Given, at: Mapping[str, Quantity], *,
                           references: bool = True, settle: float = SETTLE, fmus: str | Path | None = None,
                           kind: str | None = None, fmi: int = 2, ports: str | Path | None = None,
                           plant_parameters: Settings | None = None, controller_parameters: Settings | None = None,
-                          sample_time: Quantity | None = None, rig: str | Path | None = None,
+                          sample_time: Quantity | None = None, stage: str | Path | None = None,
                           timeout: float = TIMEOUT) -> NumericalLoop:
     """Linearise the loop of any controller, and of any plant, where it comes to rest.
 
@@ -145,7 +147,7 @@ def linearise_numerically(plant: str | Path, controller: Given, at: Mapping[str,
         How long the loop runs at most before it is perturbed, s.
     timeout : float
         Longest time that a step of a third-party FMU may take, s; it runs in a process of its own.
-    plant, controller, at, ports, plant_parameters, controller_parameters, sample_time, rig, fmus, kind, fmi
+    plant, controller, at, ports, plant_parameters, controller_parameters, sample_time, stage, fmus, kind, fmi
         As of `AskedPair`, the last three as of `run`.
 
     Returns
@@ -158,8 +160,8 @@ def linearise_numerically(plant: str | Path, controller: Given, at: Mapping[str,
     LinearModelError, FmuError, ControllerError, ScenarioError
         As of `make_pair` and `at_rest`.
     """
-    asked = AskedPair(plant, controller, at, fmus_named((plant, controller), rig, fmus, kind, fmi), ports,
-                      plant_parameters, controller_parameters, sample_time, rig)
+    asked = AskedPair(plant, controller, at, fmus_named((plant, controller), stage, fmus, kind, fmi), ports,
+                      plant_parameters, controller_parameters, sample_time, stage)
     return apart(linearised_here, asked.files, timeout, asked, references, settle)
 
 

@@ -123,7 +123,7 @@ class AskedPair:
         Parameters that differ from their start values.
     sample_time : float or str, optional
         s or with a unit; that which the controller has as a parameter or in its map, or the stage's, if not given.
-    rig : path, optional
+    stage : path, optional
         Description of a stage of yours, see `know_stage`.
     """
 
@@ -135,7 +135,7 @@ class AskedPair:
     plant_parameters: Settings | None = None
     controller_parameters: Settings | None = None
     sample_time: Quantity | None = None
-    rig: str | Path | None = None
+    stage: str | Path | None = None
 
     @property
     def files(self) -> list[Path]:
@@ -167,8 +167,8 @@ def make_pair(asked: AskedPair, smooth: bool = True) -> Pair:
 
     `smooth` is without Coulomb friction and rounding of the encoders, where the plant has parameters for them.
     """
-    if asked.rig is not None:
-        know_stage(asked.rig)
+    if asked.stage is not None:
+        know_stage(asked.stage)
     maps = {} if asked.ports is None else read_port_maps(Path(asked.ports))
     plant = part_of("plant", asked.plant, plants(), asked.fmus, maps)
     controller = part_of("controller", asked.controller, controllers(), asked.fmus, maps)

@@ -13,7 +13,7 @@ from maglev.errors import ScenarioError, option
 from maglev.own_fmus import DEFINITIONS, SYSTEMS, definition, kind_folder
 from maglev.own_stage.adoption import know_stage
 from maglev.schema.layers import merged, packaged_files, run_layers
-from maglev.schema.options import KindName
+from maglev.schema.options import KindName, formerly
 from maglev.stages import STAGES, definitions, system_of
 from maglev.user_controllers.source import Given, carried, is_written, load
 
@@ -31,7 +31,8 @@ class FmuEntry:
         return Path(fmus) / f"{self.name}.{self.ending}"
 
 
-def fmus(rig: str | Path | None = None) -> list[FmuEntry]:
+@formerly(stage="rig")
+def fmus(stage: str | Path | None = None) -> list[FmuEntry]:
     """FMUs and systems that `build` makes; of your own stage those of its description, "mine.toml".
 
     Examples
@@ -40,17 +41,17 @@ def fmus(rig: str | Path | None = None) -> list[FmuEntry]:
     >>> [entry.name for entry in maglev.fmus()][:2]
     ['Plant2DOF', 'Regulator2DOF']
     """
-    names, connected = names_of(rig), STAGES.systems()
+    names, connected = names_of(stage), STAGES.systems()
     return [FmuEntry(name, "ssp", f"plant and controller of {connected[name].experiment or connected[name].title}, "
                      "connected (SSP)") if name in connected else FmuEntry(name, "fmu", definition(name).description)
             for name in names]
 
 
-def names_of(rig: str | Path | None) -> list[str]:
+def names_of(stage: str | Path | None) -> list[str]:
     """Names of all FMUs and systems, of this project or of a stage of the user's."""
-    if rig is None:
+    if stage is None:
         return [*DEFINITIONS, *SYSTEMS]
-    described = know_stage(rig)
+    described = know_stage(stage)
     return [*definitions(described), system_of(described)]
 
 
@@ -77,7 +78,8 @@ def scenarios() -> list[RunEntry]:
             for scenario, path in packaged_files().items() for run in map(merged, run_layers(path))]
 
 
-def build(names: Iterable[Given] | Given = (), *, rig: str | Path | None = None,
+@formerly(stage="rig")
+def build(names: Iterable[Given] | Given = (), *, stage: str | Path | None = None,
           fmus: str | Path = "fmus", kind: KindName = "python", fmi: int = 2, target: str = "all",
           source: str | Path | None = None, clocked: bool = False, say: Callable[[str], None] | None = None,
           watch: Watch = unwatched) -> list[Path]:
@@ -88,7 +90,7 @@ def build(names: Iterable[Given] | Given = (), *, rig: str | Path | None = None,
     names : str, Path or type, or iterable of these, optional
         Names of `fmus()`, all if not given; or Python files with a controller of yours, "lqi.py" or "lqi.py:LQI", or
         its class, where a module defines it.
-    rig : path, optional
+    stage : path, optional
         Description of your own stage, whose FMUs are built: all of them if no names are given.
     fmus : path
         Folder for the files, made if it is not there.
@@ -133,15 +135,15 @@ def build(names: Iterable[Given] | Given = (), *, rig: str | Path | None = None,
                             "with it")
     every = [names] if isinstance(names, str | type) or not isinstance(names, Iterable) else names
     given = [carried(name) for name in every]
-    if rig is not None:
-        from maglev.own_stage.consequences import stage  # linear models: scipy takes its time to load
+    if stage is not None:
+        from maglev.own_stage.consequences import stage as consequences  # linear models: scipy takes its time to load
 
-        follows = stage(rig)
+        follows = consequences(stage)
         if say is not None:
             say(follows.brief)
         for warning in follows.warnings:
-            (say or warnings.warn)(f"{rig}: {warning}")
-    all_of = [name for name in names_of(rig) if name not in STAGES.systems() or target != "wasm"]
+            (say or warnings.warn)(f"{stage}: {warning}")
+    all_of = [name for name in names_of(stage) if name not in STAGES.systems() or target != "wasm"]
     folder = kind_folder(Path(fmus), native, fmi, clocked)
     if target == "wasm":
         folder = Path(fmus) / "wasm"
@@ -150,7 +152,7 @@ def build(names: Iterable[Given] | Given = (), *, rig: str | Path | None = None,
     files = [Path(name) for name in given if is_written(Path(name))]
     chosen = [str(name) for name in given if not is_written(Path(name))]
     if source is not None:
-        if not native or target != "all" or rig is not None or files:
+        if not native or target != "all" or stage is not None or files:
             raise ScenarioError(f"{option('source', str(source))}: expected {option('kind', 'native')} "
                                 "with it, and FMUs of this package alone")
         return take_native(map(str, given or all_of), Path(source), folder, fmi, clocked)

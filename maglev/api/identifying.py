@@ -12,12 +12,14 @@ from maglev.identification.identify import identify as identified
 from maglev.identification.model_file import write_model
 from maglev.identification.recording import read_recording
 from maglev.identification.settings import EPSILON, GAMMA
+from maglev.schema.options import formerly
 from maglev.units import number_or_text, parse_quantity, refused_as
 
 Data = str | Path | Mapping[str, Any] | Any
 
 
-def identify(data: Data, *, columns: Mapping[str, str] | None = None, rig: str | None = None, method: str = "reduced",
+@formerly(stage="rig")
+def identify(data: Data, *, columns: Mapping[str, str] | None = None, stage: str | None = None, method: str = "reduced",
              epsilon: float | str = EPSILON, gamma: float = GAMMA, guess: Mapping[str, float | str] | None = None,
              matched: bool = False) -> Identification:
     """Identify the constants of a stage from recorded data.
@@ -29,7 +31,7 @@ def identify(data: Data, *, columns: Mapping[str, str] | None = None, rig: str |
         `i_q` or `i_a`, `i_b`, `i_c` (A; `alpha.i_d`, `beta.i_d` … where there are two motors); or the columns.
     columns : mapping of str to str, optional
         What the data call their columns, by these names: {"time": "t", "v": "gap"}.
-    rig : str, optional
+    stage : str, optional
         "2dof", "3dof", or the description of a stage of the user's, "mine.toml"; seen from the columns, as one of the
         first two, if not given.
     method : "reduced", "full" or "fsdi"
@@ -57,7 +59,7 @@ def identify(data: Data, *, columns: Mapping[str, str] | None = None, rig: str |
     """
     path = path_of(data)
     table = read_csv(path) if isinstance(data, str | Path) else given_table(str(path), data)
-    recording = read_recording(table.renamed(columns or {}), rig)
+    recording = read_recording(table.renamed(columns or {}), stage)
     with refused_as(IdentificationError, option("epsilon", epsilon)):
         seconds = parse_quantity(number_or_text(epsilon) if isinstance(epsilon, str) else epsilon, "s")
     start = {}

@@ -120,7 +120,7 @@ def build(names: Annotated[list[str] | None, typer.Argument(help="FMUs to build,
         from maglev.api.catalogue import build as build_fmus
 
         with progress_of(["FMUs"]) as watch:
-            paths = build_fmus(names or (), rig=rig, fmus=fmus, kind=kind, fmi=fmi, target=target,
+            paths = build_fmus(names or (), stage=rig, fmus=fmus, kind=kind, fmi=fmi, target=target,
                                source=source, clocked=clocked, say=say, watch=partial(watch, "FMUs"))
         for path in paths:
             typer.echo(f"{path}  {path.stat().st_size / 1000:.0f} kB")

@@ -42,7 +42,7 @@ def target(controller: ControllerName, run: OnRun = None, rig: RigFile = None, o
     with one_line_errors(debug):
         from maglev.microcontroller.target import target as written
 
-        made = written(controller, run, rig=rig, out=out, clock=number_or_text(clock), cycles=cycles,
+        made = written(controller, run, stage=rig, out=out, clock=number_or_text(clock), cycles=cycles,
                        watch=progress_of, **options)
         typer.echo(made.report if made.report is not None else f"{controller}: {made.left_out}\n", nl=False)
         typer.echo(f"{made.folder}: {', '.join(str(file.relative_to(made.folder)) for file in made.files)}")

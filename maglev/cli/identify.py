@@ -50,7 +50,7 @@ def identify(data: Data, rig: RigName = None, method: Method = "reduced", epsilo
         from maglev.api.identifying import write_identification
 
         guesses = dict(pairs("--guess", guess, "a constant and a value, such as C1=10", IdentificationError))
-        model = identified(data, rig=rig, method=method, epsilon=epsilon, gamma=gamma, guess=guesses, matched=matched)
+        model = identified(data, stage=rig, method=method, epsilon=epsilon, gamma=gamma, guess=guesses, matched=matched)
         files = write_identification(model, data, out)
         show(report_console(), model)
         typer.echo(f"results: {', '.join(map(str, files))}")

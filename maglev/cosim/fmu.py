@@ -70,8 +70,8 @@ def read_description(name: str, path: Path) -> ModelDescription:
     if not path.is_file():
         raise FmuError(f"{name}: there is no file {path}{other_kind(path) or nearest_file(path)}, expected an FMU; "
                        f"without {option('fmus')} those of this project are built where they are missing, "
-                       f"`maglev build` makes them in a folder, with {option('rig', 'mine.toml')} those of a stage of "
-                       "yours")
+                       f"`maglev build` makes them in a folder, with {option('stage', 'mine.toml')} those of a stage "
+                       "of yours")
     written = path.stat()
     # Who gives the variables other names and units does it on a list of their own.
     return copy(described(name, path, written.st_mtime_ns, written.st_size))

@@ -5,7 +5,7 @@
 >>> sorted(name for name in gymnasium.registry if name.startswith("maglev/"))
 ['maglev/Stage-v0', 'maglev/Stage2DOF-v0', 'maglev/Stage3DOF-v0', 'maglev/Stage5DOF-v0']
 
-The first is of any stage: `gymnasium.make("maglev/Stage-v0", rig="mine.toml")`.
+The first is of any stage: `gymnasium.make("maglev/Stage-v0", stage="mine.toml")`.
 """
 
 from gymnasium.envs.registration import register
@@ -17,6 +17,6 @@ require_own_packages()
 from pmlsm.rigs import RIGS  # noqa: E402  # ours, as is known now
 
 # The environments end their episodes themselves, by a time in seconds. What the checker looks at, tests look at.
-for suffix, given in (("", {}), *((rig.suffix, {"rig": rig.name}) for rig in RIGS.values())):
+for suffix, given in (("", {}), *((rig.suffix, {"stage": rig.name}) for rig in RIGS.values())):
     register(f"maglev/Stage{suffix}-v0", entry_point="maglev.gym.stage:Stage",
              vector_entry_point="maglev.gym.stages:Stages", kwargs=given)

@@ -24,6 +24,7 @@ from maglev.gym.reward import DEFAULT, Function, Reward, Seen, Weights
 from maglev.linear.places import MotorPlaces
 from maglev.own_stage.adoption import rig_named
 from maglev.parameter import Parameter
+from maglev.schema.options import formerly
 from maglev.units import positive_time
 from pmlsm.rig import RigAxis
 
@@ -67,7 +68,7 @@ class Stage(gymnasium.Env[Array, Array]):
 
     Parameters
     ----------
-    rig : str
+    stage : str
         "2dof", "3dof", "5dof", or the description of a stage of the user's, "mine.toml".
     action : "dq" or "phases"
     reference : str or array_like, shape (samples, axes)
@@ -102,7 +103,8 @@ class Stage(gymnasium.Env[Array, Array]):
 
     metadata: dict[str, Any] = {"render_modes": ["rgb_array"]}
 
-    def __init__(self, rig: str, action: str = "dq", reference: str | npt.ArrayLike = "setpoints",
+    @formerly(stage="rig")
+    def __init__(self, stage: str, action: str = "dq", reference: str | npt.ArrayLike = "setpoints",
                  duration: float | str = 2.0, sample_time: float | str | None = None,
                  reward: Weights | Function = DEFAULT, parameters: Settings | None = None,
                  measurement: Settings | None = None, render_mode: str | None = None,
@@ -111,7 +113,7 @@ class Stage(gymnasium.Env[Array, Array]):
             raise ScenarioError(f"action = {action!r}, expected 'dq' or 'phases'")
         if render_mode not in (None, *self.metadata["render_modes"]):
             raise ScenarioError(f"render_mode = {render_mode!r}, expected None or 'rgb_array'")
-        self.rig = rig_named(rig)
+        self.rig = rig_named(stage)
         self.samples = whole_samples(sample_time, self.rig.sample_time)
         self.sample_time = self.samples * self.rig.sample_time
         self.last = round(positive_time(duration, ScenarioError, f"duration = {duration!r}") / self.sample_time)

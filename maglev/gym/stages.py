@@ -19,6 +19,7 @@ from maglev.gym.compiled_stage import CompiledStage
 from maglev.gym.reward import Seen
 from maglev.gym.stage import Due, Stage, positions
 from maglev.processes import processors
+from maglev.schema.options import formerly
 
 FEWEST = 32   # environments for which a thread is worth its start
 NEVER = np.iinfo(np.int64).max
@@ -143,19 +144,20 @@ class Stages(VectorEnv[Array, Array, npt.NDArray[Any]]):
 
     metadata: dict[str, Any] = {"autoreset_mode": AutoresetMode.NEXT_STEP}
 
-    def __init__(self, num_envs: int, rig: str, threads: int | None = None, **options: Any):
+    @formerly(stage="rig")
+    def __init__(self, num_envs: int, stage: str, threads: int | None = None, **options: Any):
         if num_envs < 1:
             raise ScenarioError(f"num_envs = {num_envs}, expected at least 1")
-        self.one = Stage(rig, **options)   # begins every episode
+        self.one = Stage(stage, **options)   # begins every episode
         self.num_envs = num_envs
         self.single_action_space: gymnasium.Space[Any] = self.one.action_space
         self.single_observation_space: gymnasium.Space[Any] = self.one.observation_space
         self.action_space = batch_space(self.one.action_space, num_envs)
         self.observation_space = batch_space(self.one.observation_space, num_envs)
-        stage = self.one.stage
+        compiled = self.one.stage
         changing = [*self.one.changing()]
         self.number_of = {place: number for number, place in enumerate(changing)}
-        library = loop_of(sources_of(stage, changing), build=True)
+        library = loop_of(sources_of(compiled, changing), build=True)
         assert library is not None
         self.c = CDLL(str(library.path.absolute()))
         self.c.maglev_stage_size.restype = c_int64
@@ -163,14 +165,14 @@ class Stages(VectorEnv[Array, Array, npt.NDArray[Any]]):
         self.c.maglev_change.argtypes = [c_void_p, c_int64, c_double]
         self.c.maglev_advance.argtypes = [c_void_p, c_void_p, c_int64, c_void_p, c_double, c_int64, c_int64, c_int64,
                                           c_void_p, c_void_p]
-        self.instances = (c_void_p * len(stage.parts))(*(fmu.handle() for fmu in stage.parts.values()))
+        self.instances = (c_void_p * len(compiled.parts))(*(fmu.handle() for fmu in compiled.parts.values()))
         size = int(self.c.maglev_stage_size())
         self.blocks = np.zeros((num_envs, size // 8), np.int64)   # aligned as doubles are
-        self.rows = np.zeros((num_envs, stage.row.size))
+        self.rows = np.zeros((num_envs, compiled.row.size))
         axes = len(self.one.rig.axes)
         (self.commands, _, self.positions, self.currents, self.encoders, self.velocities,
-         self.references) = np.split(self.rows, stage.ends, axis=1)
-        self.observations = self.rows[:, stage.ends[3]:]
+         self.references) = np.split(self.rows, compiled.ends, axis=1)
+        self.observations = self.rows[:, compiled.ends[3]:]
         self.made = np.zeros(num_envs, np.int64)      # samples of the rig
         self.sample = np.zeros(num_envs, np.int64)    # of the environment
         self.refused, self.at_stop = np.zeros(num_envs, np.int64), np.zeros(num_envs, np.int64)

@@ -87,7 +87,7 @@ def chosen_rig(table: CsvTable, rig_name: str | None) -> Rig:
     whole = [rig.name for rig in complete if not any({*rig.axes} < {*other.axes} for other in complete)]
     if len(whole) > 1:
         raise IdentificationError(f"{table.path}: has the positions of {' and '.join(whole)}, expected "
-                                  f"{' or '.join(option('rig', name) for name in whole)} with it")
+                                  f"{' or '.join(option('stage', name) for name in whole)} with it")
     if present[best] == 0:
         axes = " or ".join(f"{', '.join(rig.axes)} ({rig.name})" for rig in RIGS.values())
         raise IdentificationError(f"{table.path}: no column of a position, expected {axes}; its columns are "

@@ -5,6 +5,7 @@ from collections.abc import Iterable, Mapping
 from html import escape
 from importlib.metadata import version
 from pathlib import Path
+from typing import Any
 
 from maglev.catalogue import WASM
 from maglev.catalogue.for_runs import built
@@ -70,12 +71,17 @@ def write_live(out: str | Path = "results", *, files: Iterable[str | Path] = (),
     return path
 
 
+def is_scenario(table: Mapping[str, Any]) -> bool:
+    """Whether a table is not the description of a stage, in which [stage] has constants."""
+    return bool({"rig", "extends", "fmus"} & table.keys()) or isinstance(table.get("stage"), str)
+
+
 def plans_of(file: Path) -> list[RunPlan]:
     """Runs of a scenario, or a description's stage at rest."""
-    if file.suffix != ".toml" or {"rig", "extends", "fmus"} & read_toml(file).keys():
+    if file.suffix != ".toml" or is_scenario(read_toml(file)):
         return load_plans(file)
     rig = read_own(file)
-    table = {**loop_table(rig), "rig": str(file), "name": rig.name, "title": f"{rig.title}, at rest"}
+    table = {**loop_table(rig), "stage": str(file), "name": rig.name, "title": f"{rig.title}, at rest"}
     return [RunPlan.model_validate({**table, "stop_time": 1e4 * table["output_interval"]})]
 
 

@@ -16,6 +16,7 @@ from maglev.own_stage.adoption import know_stage
 from maglev.processes.side_by_side import Watch, unwatched
 from maglev.schema.layers import Scenario
 from maglev.schema.loading import load_plan
+from maglev.schema.options import formerly
 from maglev.units import parse_quantity, refused_as
 from maglev.user_controllers.source import Given, carried
 from maglev_files.scratch import scratch
@@ -50,7 +51,8 @@ class Target:
     left_out: str = ""
 
 
-def target(controller: Given, run: Scenario | None = None, *, rig: str | Path | None = None,
+@formerly(stage="rig")
+def target(controller: Given, run: Scenario | None = None, *, stage: str | Path | None = None,
            out: str | Path = "target", fmus: str | Path | None = None, clock: float | str = CLOCK,
            cycles: float = CYCLES, watch: Watch = unwatched) -> Target:
     """Write a controller as C for a microcontroller, and measure it on an emulated Cortex-M7.
@@ -65,7 +67,7 @@ def target(controller: Given, run: Scenario | None = None, *, rig: str | Path | 
         Name of a controller of `fmus()`, or a Python file, "lqi.py" or "lqi.py:LQI", or a class that a module defines.
     run : str or path, optional
         A run of `scenarios()` or a TOML file; the setpoints of the controller's stage if not given.
-    rig : path, optional
+    stage : path, optional
         Description of your own stage that the controller is of.
     out : path
         Folder, in which a folder NAME is written.
@@ -95,8 +97,8 @@ def target(controller: Given, run: Scenario | None = None, *, rig: str | Path | 
     for name, value in (("clock", frequency), ("cycles", cycles)):
         if not 0.0 < value < inf:
             raise ScenarioError(f"--{name} {value:g}: expected a finite number above 0")
-    if rig is not None:
-        know_stage(rig)
+    if stage is not None:
+        know_stage(stage)
     controller = carried(controller)
     made = generated(controller)
     name = made.definition.name

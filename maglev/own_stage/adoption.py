@@ -59,7 +59,7 @@ def rig_named(rig: str) -> Rig:
         return know_stage(rig)
     known = STAGES.rigs
     if rig not in known:
-        raise RigError(f"rig = {rig!r}, expected one of {', '.join(known)}, or a description NAME.toml; nearest is "
+        raise RigError(f"stage = {rig!r}, expected one of {', '.join(known)}, or a description NAME.toml; nearest is "
                        f"{nearest(rig, known)}")
     return known[rig]
 

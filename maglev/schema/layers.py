@@ -60,12 +60,12 @@ def extended(layer: Layer, extending: tuple[Path, ...] = ()) -> list[Layer]:
         raise ScenarioError(f"{path}: extends = {bases!r}: expected the relative path of a scenario file, or a list")
     layers = []
     signals = table.get("signals")
-    if isinstance(signals, str) and (signals != SETPOINTS or "rig" not in table):
-        raise ScenarioError(f'{path}: signals = {signals!r}: expected "{SETPOINTS}" with rig = "NAME.toml", or '
+    if isinstance(signals, str) and (signals != SETPOINTS or "stage" not in table):
+        raise ScenarioError(f'{path}: signals = {signals!r}: expected "{SETPOINTS}" with stage = "NAME.toml", or '
                             "[[signals]]")
-    if "rig" in table:
-        rig = read_own(Path(table["rig"]))
-        layers = [Layer(Path(table["rig"]), loop_table(rig))]
+    if "stage" in table:
+        rig = read_own(Path(table["stage"]))
+        layers = [Layer(Path(table["stage"]), loop_table(rig))]
         if table.get("signals") == SETPOINTS:
             layer.table["signals"] = setpoint_signals(rig)
     for base in bases:
@@ -199,8 +199,10 @@ def own_claims(table: dict[str, Any]) -> None:
 
 def place_files(table: dict[str, Any], folder: Path) -> None:
     """Make the file names in a table absolute: they lie beside their file, not beside one that extends it."""
-    if isinstance(table.get("rig"), str):
-        table["rig"] = str(folder / table["rig"])
+    if "rig" in table:
+        table.setdefault("stage", table.pop("rig"))   # as it was called
+    if isinstance(table.get("stage"), str):
+        table["stage"] = str(folder / table["stage"])
     for entry in (*entries(table.get("fmus")).values(), *items(table.get("signals"))):
         if isinstance(entry, dict) and isinstance(entry.get("file"), str):
             entry["file"] = str(folder / entry["file"])

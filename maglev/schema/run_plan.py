@@ -211,7 +211,7 @@ class RunPlan(Table):
 
     PLACE = "the file itself"
 
-    rig_file: str | None = Field(default=None, alias="rig", description="path of the description of your own stage, "
+    rig_file: str | None = Field(default=None, alias="stage", description="path of the description of your own stage, "
                                  "whose loop stands under the file")
     name: str = Field(pattern=r"^\w[\w.+-]*$", description="name of the run, after which its results are named: "
                       "letters, digits, and _ . + -")   # it is no path

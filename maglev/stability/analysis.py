@@ -10,6 +10,7 @@ from maglev.arrays import Array
 from maglev.catalogue.for_runs import fmus_for_runs
 from maglev.errors import StabilityError
 from maglev.linear.parameters import Quantity, by_part
+from maglev.schema.options import formerly
 from maglev.stability.axis_loop import axis_loop, rig_named
 from maglev.stability.certificate import certify
 from maglev.stability.certificate import synthesise as synthesised_gains
@@ -23,7 +24,8 @@ DECAY = 1.0   # 1/s, that synthesised gains are to keep: half of the slowest pol
 AS_SET, WITHOUT, SYNTHESISED = "as set", "without", "synthesised"
 
 
-def region(rig: str, axis: str, gap: Quantity, *, controller: str | None = None,
+@formerly(stage="rig")
+def region(stage: str, axis: str, gap: Quantity, *, controller: str | None = None,
            set: Mapping[str, Quantity | bool] | None = None, synthesise: bool = False, decay: float = DECAY,
            step: Quantity | None = None, run: bool = True, fmus: str | Path | None = None,
            kind: str | None = None, fmi: int = 2) -> Region:
@@ -35,7 +37,7 @@ def region(rig: str, axis: str, gap: Quantity, *, controller: str | None = None,
 
     Parameters
     ----------
-    rig : str
+    stage : str
         "2dof", "3dof", "5dof", or the description of your own stage, "mine.toml".
     axis : str
         "v", "h" or "y", "x", "z", or a tilt, whose lengths are in rad. Where the platform tilts, the certificate is
@@ -75,7 +77,7 @@ def region(rig: str, axis: str, gap: Quantity, *, controller: str | None = None,
     if not 0.0 <= decay < float("inf"):
         raise StabilityError(f"decay = {decay!r} 1/s, expected a finite rate of 0 1/s or more")
     settings = by_part(set or {}, StabilityError)
-    loop = axis_loop(rig, axis, gap, controller=controller, plant_parameters=settings["plant"],
+    loop = axis_loop(stage, axis, gap, controller=controller, plant_parameters=settings["plant"],
                      controller_parameters=settings["controller"])
     asked = None if step is None else size_of(step, loop.unit)
     choices = {WITHOUT: np.zeros(3)}
@@ -88,12 +90,12 @@ def region(rig: str, axis: str, gap: Quantity, *, controller: str | None = None,
     with ExitStack() as stack:
         flights: list[Flights] = []
         if run:
-            described, _, regulators = rig_named(rig)
+            described, _, regulators = rig_named(stage)
             name = controller or regulators[0]
             folder = fmus_for_runs([name, f"Plant{described.suffix}"], fmus, kind, fmi)
             # Where limits move other axes, too, the certificate is not of a loop at a frozen gap.
             gaps = [False] if axis == described.vertical.name or loop.axes[1:] else [False, True]
-            flights = [stack.enter_context(Flights(rig, axis, gap, name, settings["plant"], settings["controller"],
+            flights = [stack.enter_context(Flights(stage, axis, gap, name, settings["plant"], settings["controller"],
                                                    folder, locked)) for locked in gaps]
             if asked is None:
                 shown = min(shown, flights[0].room()[1])

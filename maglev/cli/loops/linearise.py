@@ -147,7 +147,7 @@ def linearise(names: Blocks, at: At, openings: Openings = None, measure: Measure
         if not amplifier and (files or measure):
             raise LinearModelError("--no-amplifier: expected neither a file nor --measure with it, whose loop runs as "
                                    "it is")
-        how = {**options, "rig": rig, "sample_time": None if sample_time is None else number_or_text(sample_time),
+        how = {**options, "stage": rig, "sample_time": None if sample_time is None else number_or_text(sample_time),
                **{name: positive_time(text, LinearModelError, option(name, text))
                   for name, text in (("settle", settle), ("timeout", options["timeout"]))}}
         positions = {axis: number_or_text(value) for axis, value in pairs("--at", at, VALUE, LinearModelError)}

@@ -75,7 +75,7 @@ def test_a_specification_that_is_missed_fails(tmp_path: Path, monkeypatch: pytes
 def test_nothing_half_made_stays(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.chdir(tmp_path)
     refused = error_line(maglev("new", "repository", "levitate", "--stage", "4dof"))
-    assert "rig = '4dof', expected one of 2dof, 3dof, 5dof" in refused
+    assert "stage = '4dof', expected one of 2dof, 3dof, 5dof" in refused
     with pytest.raises(MaglevError, match="no/levitate: there is no folder no"):
         tool.new_repository("no/levitate")
     (tmp_path / "there").mkdir()

@@ -26,7 +26,7 @@ def scenario(folder: Path, rig: Rig, law: str, steps: bool, own: bool = False) -
     plant |= {"encoder.resolution": 0.0, "attraction_modulation": 0.0, **{f"{motor}.amplifier.lag": 0.0
                                                                        for motor in rig.motor_names}}
     plant |= {each.name: each.model for each in rig.constants}
-    base = 'rig = "mine.toml"' if own else f'extends = "loops/{rig.name}.toml"'
+    base = 'stage = "mine.toml"' if own else f'extends = "loops/{rig.name}.toml"'
     lines = [base, 'name = "follows"', 'title = "It follows"',
              "stop_time = 0.6", "[fmus.controller]", f'model = "{law}{rig.suffix}"', "[fmus.plant.start]"]
     lines += [f'"{name}" = {value!r}' for name, value in plant.items()]
@@ -107,7 +107,7 @@ def test_a_stage_of_ones_own_follows(tmp_path: Path, monkeypatch: pytest.MonkeyP
     monkeypatch.chdir(tmp_path)
     new_stage("mine.toml", like="2dof")
     rig = read_own(tmp_path / "mine.toml")
-    maglev.build(["PlantMine", "RegulatorMine"], rig="mine.toml")
+    maglev.build(["PlantMine", "RegulatorMine"], stage="mine.toml")
     path = scenario(tmp_path, rig, "Regulator", steps=True, own=True)
     # Within the limit of the currents, which the designed gains reach at the whole steps.
     smaller = {f"reference.{axis}.amplitude": 0.3 for axis in rig.axis_names}

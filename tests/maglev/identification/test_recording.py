@@ -76,7 +76,7 @@ def test_3dof_columns(tmp_path: Path) -> None:
     assert refusal(tmp_path / "a.csv", "2dof").endswith(
         "no column v, expected v or plant.v or v.encoder or plant.v.encoder or v.measured or plant.v.measured or "
         "v.position or plant.v.position; nearest is 'z'")
-    assert "rig = '4dof', expected one of 2dof, 3dof, 5dof" in refusal(tmp_path / "a.csv", "4dof")
+    assert "stage = '4dof', expected one of 2dof, 3dof, 5dof" in refusal(tmp_path / "a.csv", "4dof")
 
 
 def put(column: str, row: int, value: float) -> Callable[[Table], None]:
@@ -139,7 +139,7 @@ def test_bad_columns(tmp_path: Path, change: Callable[[Table], None], message: s
     (b"time,v,v,i_d,i_q\n0,1,2,3,4\n", "row 1 has the column 'v' 2 times, expected it once"),
     (b"time,a,b\n0,1,2\n", "no column of a position, expected v, h (2dof) or y, x, z (3dof) or y, x, z, roll, "
      "pitch (5dof); its columns are"),
-    (b"time,v,h,y,x,z\n0,1,2,3,4,5\n", "has the positions of 2dof and 3dof, expected rig='2dof' or rig='3dof'")])
+    (b"time,v,h,y,x,z\n0,1,2,3,4,5\n", "has the positions of 2dof and 3dof, expected stage='2dof' or stage='3dof'")])
 def test_bad_files(tmp_path: Path, content: bytes, message: str) -> None:
     path = tmp_path / "mine.csv"
     path.write_bytes(content)

@@ -142,10 +142,10 @@ def test_a_controller_of_a_python_file(fmus: Path, tmp_path: Path) -> None:
 @pytest.mark.thorough
 def test_a_stage_of_the_users(tmp_path: Path) -> None:
     description, scenario = front_door.new_stage(tmp_path / "mine.toml")
-    front_door.build(["PlantMine", "RegulatorMine"], rig=description, fmus=tmp_path / "fmus", kind="native",
+    front_door.build(["PlantMine", "RegulatorMine"], stage=description, fmus=tmp_path / "fmus", kind="native",
                      target="host")
     scenario.write_text(re.sub(r"stop_time = .*", "stop_time = 0.1", scenario.read_text()))
-    made = front_door.target("RegulatorMine", scenario, rig=description, out=tmp_path / "out", fmus=tmp_path / "fmus")
+    made = front_door.target("RegulatorMine", scenario, stage=description, out=tmp_path / "out", fmus=tmp_path / "fmus")
     assert made.report is not None and made.report.run.startswith("mine-setpoints")
     assert json.loads((made.folder / "report.json").read_text())["most"] == made.report.most
 

@@ -211,7 +211,7 @@ def test_setpoints_follow_the_stage(tmp_path: Path) -> None:
     after = [signal.values for signal in load_plan(scenario).signals]   # type: ignore[union-attr]
     assert before[0][0] == 5e-3 and after[0][0] == 4.8e-3
     scenario.write_text('extends = "loops/2dof.toml"\nname = "none"\nstop_time = 1\nsignals = "setpoints"\n')
-    with pytest.raises(ScenarioError, match="signals = 'setpoints': expected \"setpoints\" with rig = "):
+    with pytest.raises(ScenarioError, match="signals = 'setpoints': expected \"setpoints\" with stage = "):
         load_plan(scenario)
 
 

@@ -84,7 +84,7 @@ def test_fmus_are_known_by_their_content(tmp_path: Path, monkeypatch: pytest.Mon
     """They fly as ours do for as long as the description is as it was when they were built."""
     monkeypatch.chdir(tmp_path)
     description = written(tmp_path / "own.toml", "2dof", {})
-    maglev.build(["PlantOwn", "RegulatorOwn"], rig="own.toml")
+    maglev.build(["PlantOwn", "RegulatorOwn"], stage="own.toml")
     assert built_here(Path("fmus/PlantOwn.fmu"))
     text = (tmp_path / "own-setpoints.toml").read_text(encoding="utf-8")
     (tmp_path / "own-setpoints.toml").write_text(text.replace("16 s", "1.5 s").replace("[0, 1, 6, 11]", "[0, 1, 2, 3]"),
@@ -136,7 +136,7 @@ def test_everything_takes_it(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) ->
     found = maglev.region("swan.toml", "h", "20 mm", run=False)
     assert found.loop.name == "h of PlantSwan with RegulatorSwan at v = 20 mm"
     maglev.new_controller("lqi.py", stage="swan.toml")
-    files = maglev.build(rig="swan.toml", names=["PlantSwan", "CommutationSwan", "RegulatorSwan"], kind="native",
+    files = maglev.build(stage="swan.toml", names=["PlantSwan", "CommutationSwan", "RegulatorSwan"], kind="native",
                          target="host")
     assert all(map(built_here, files))
     (tmp_path / "short.toml").write_text('extends = "swan-setpoints.toml"\nname = "short"\nstop_time = "1.2 s"\n',
@@ -146,7 +146,7 @@ def test_everything_takes_it(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) ->
     assert not compared.runs["RegulatorSwan"].result.modified
     import gymnasium
 
-    environment = gymnasium.make("maglev.gym:maglev/Stage-v0", rig="swan.toml")
+    environment = gymnasium.make("maglev.gym:maglev/Stage-v0", stage="swan.toml")
     observation, _ = environment.reset(seed=1)
     assert observation[0] == pytest.approx(0.020)
     environment.close()
@@ -173,7 +173,7 @@ def test_a_recording_tells_its_constants(tmp_path: Path, monkeypatch: pytest.Mon
         currents = [getattr(getattr(plant, motor), f"i_{part}") for motor in rig.motor_names for part in "dq"]
         rows.append([t + 1e-3, *(getattr(plant, axis).position for axis in rig.axis_names), *currents])
     np.savetxt("mine.csv", rows, delimiter=",", header=",".join(["time", *rig.axis_names, *rig.dq_names]), comments="")
-    found = maglev.identify("mine.csv", rig="found.toml", matched=True)
+    found = maglev.identify("mine.csv", stage="found.toml", matched=True)
     for name in ("C1", "C2", "C3", "C4"):
         assert found.estimate.final[name] == pytest.approx(getattr(plant, name), rel=0.01)
     # Back into a flight: a model file of this stage, which no other takes.
@@ -189,7 +189,7 @@ def test_a_stage_that_tilts_is_taken(tmp_path: Path, monkeypatch: pytest.MonkeyP
     """Its scenario flies it, in rad too; what measures each axis by itself says that it does not take it."""
     monkeypatch.chdir(tmp_path)
     written(tmp_path / "leaning.toml", "5dof", TILTING)
-    maglev.build(rig="leaning.toml", names=["StageLeaning"], kind="native", target="host")
+    maglev.build(stage="leaning.toml", names=["StageLeaning"], kind="native", target="host")
     run = maglev.run("leaning-setpoints.toml")
     assert not run["plant.at_stop"].any()
     assert run.plan.axes["roll"].rotation

@@ -39,7 +39,7 @@ def test_a_scenario_is_read_with_all_that_it_shows(tmp_path: Path, stage: str) -
 def test_a_scenario_of_a_stage_of_ones_own_names_its_description(tmp_path: Path) -> None:
     description, _ = maglev.new_stage(tmp_path / "mine.toml", like="2dof")
     beside = maglev.new_scenario(tmp_path / "steps.toml", description)
-    assert 'rig = "mine.toml"' in beside.read_text()
+    assert 'stage = "mine.toml"' in beside.read_text()
     (tmp_path / "other").mkdir()
     elsewhere = maglev.new_scenario(tmp_path / "other" / "steps.toml", description)
     for path in (beside, elsewhere):

@@ -61,7 +61,7 @@ def test_a_stage_whose_gap_was_edited_does_not_fly_the_references_of_before(
     """The scenario has set-points about 20 mm; the description now says 3 mm."""
     monkeypatch.chdir(tmp_path)
     written(tmp_path / "small.toml", "2dof", SMALL)
-    maglev.build(["PlantSmall", "RegulatorSmall"], rig="small.toml")
+    maglev.build(["PlantSmall", "RegulatorSmall"], stage="small.toml")
     scenario = tmp_path / "small-setpoints.toml"
     fixed = "".join(f'[[signals]]\nto = "controller.{axis}.reference"\nkind = "constant"\nvalue = "{value} mm"\n'
                     for axis, value in (("v", 20), ("h", 0)))

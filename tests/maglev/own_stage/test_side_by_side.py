@@ -113,7 +113,7 @@ def test_tools_take_it(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     assert following(rig, start["plant"].get, start["controller"].get, own) is not None
     import gymnasium
 
-    environment = gymnasium.make("maglev.gym:maglev/Stage-v0", rig="pair.toml")
+    environment = gymnasium.make("maglev.gym:maglev/Stage-v0", stage="pair.toml")
     observation, _ = environment.reset(seed=1)
     assert observation[:3] == pytest.approx([0.0, 0.02, 0.02], abs=1e-3)   # h, and the gaps at the motors
     environment.close()

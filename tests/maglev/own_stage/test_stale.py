@@ -75,7 +75,7 @@ def folder(slow: None, tmp_path_factory: pytest.TempPathFactory) -> Iterator[Pat
         maglev.new_stage("mine.toml", "2dof")
         for name, text in (("short", SHORT), ("study", STUDY), ("tuning", TUNING)):
             Path(f"{name}.toml").write_text(text, encoding="utf-8")
-        maglev.build(["PlantMine", "RegulatorMine", "StageMine"], rig="mine.toml")
+        maglev.build(["PlantMine", "RegulatorMine", "StageMine"], stage="mine.toml")
         maglev.new_controller("law.py", stage="mine.toml")
         (place / "fmus" / "wasm").mkdir()
         for file in ("PlantMine.wasm", "PlantMine.xml"):
@@ -141,7 +141,7 @@ def test_an_environment_and_the_functions_say_it(folder: Path, monkeypatch: pyte
     (folder / "fmus" / "native").mkdir(exist_ok=True)
     (folder / "fmus" / "native" / "PlantMine.fmu").write_bytes((folder / "fmus" / "PlantMine.fmu").read_bytes())
     with pytest.raises(MaglevError, match="PlantMine that this installation builds now"):
-        gymnasium.make("maglev.gym:maglev/Stage-v0", rig="mine.toml", fmus="fmus")
+        gymnasium.make("maglev.gym:maglev/Stage-v0", stage="mine.toml", fmus="fmus")
 
 
 def test_a_build_makes_it_current(folder: Path, monkeypatch: pytest.MonkeyPatch) -> None:
@@ -151,7 +151,7 @@ def test_a_build_makes_it_current(folder: Path, monkeypatch: pytest.MonkeyPatch)
     names = ("PlantMine.fmu", "RegulatorMine.fmu", "StageMine.ssp", "StageMineNoPorts.ssp")
     files = [Path("fmus") / name for name in names]
     assert all(stale(path.stem.removesuffix("NoPorts"), path) for path in files)
-    maglev.build(["PlantMine", "RegulatorMine", "StageMine"], rig="mine.toml")
+    maglev.build(["PlantMine", "RegulatorMine", "StageMine"], stage="mine.toml")
     assert not any(stale(path.stem.removesuffix("NoPorts"), path) for path in files)
     assert stale("RegulatorMine", files[0])   # another of ours under its name
     assert "error" not in command("check", "short.toml", "--baselines", ".", "--update", "--fmus", "fmus").output

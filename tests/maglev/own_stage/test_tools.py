@@ -105,7 +105,7 @@ def test_report() -> None:
 
 def test_list() -> None:
     """What is built of it in a folder, and what is not."""
-    maglev.build(["PlantKite", "RegulatorKite"], rig="kite.toml")
+    maglev.build(["PlantKite", "RegulatorKite"], stage="kite.toml")
     said = command("list", "--stage", "kite.toml").output
     built = {row[0]: row[1] for line in said.splitlines() if len(row := line.split()) > 1}
     assert built["PlantKite"] == built["RegulatorKite"] == "Python"
@@ -116,7 +116,7 @@ def test_list() -> None:
 def test_without_its_description_its_fmus_are_not_known() -> None:
     STAGES.forget("kite")
     for unknown in (lambda: maglev.build("PlantKite"), lambda: maglev.linearise("PlantKite", {"v": 0.02})):
-        with pytest.raises(maglev.MaglevError, match="PlantKite.*, or with rig='mine.toml' one of your own stage"):
+        with pytest.raises(maglev.MaglevError, match="PlantKite.*, or with stage='mine.toml' one of your own stage"):
             unknown()
 
 
