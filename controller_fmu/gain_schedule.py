@@ -5,7 +5,7 @@ from pmlsm.motor_geometry import MotorGeometry
 
 
 class GainSchedule:
-    """Linearisations at four set-points; the measured gap chooses.
+    """Linearisations at four setpoints; the measured gap chooses.
 
     Region 1 is above the gap `upper`, region 2 from `middle`, region 3 from `lower`, region 4 below (m).
     """
@@ -25,7 +25,7 @@ class GainSchedule:
         self.region4 = Linearisation()
 
     def prepare(self, motor: MotorGeometry, attraction: float, coils: float, iron: float) -> bool:
-        """Linearise at every set-point; arguments and result as of `Linearisation.prepare`."""
+        """Linearise at every setpoint; arguments and result as of `Linearisation.prepare`."""
         found1 = self.region1.prepare(motor, attraction, coils, iron, self.setpoint1)
         found2 = self.region2.prepare(motor, attraction, coils, iron, self.setpoint2)
         found3 = self.region3.prepare(motor, attraction, coils, iron, self.setpoint3)

@@ -23,7 +23,7 @@ class Linearisation:
         attraction, coils, iron : float
             As of `demanded_current`.
         gap : float
-            The set-point g*, m.
+            The setpoint g*, m.
 
         Returns
         -------

@@ -17,7 +17,7 @@ class Regulator2DOF:
     """Samples positions and references, commands phase currents that hold until the next sample.
 
     The law is NONLINEAR: the motors are feedback-linearised at the measured gap (4.12), (5.7). Or LINEAR: they are
-    linearised about the set-point such that the closed loop has the same poles there (sections 4.6.1, 5.6.3).
+    linearised about the setpoint such that the closed loop has the same poles there (sections 4.6.1, 5.6.3).
     All motors get the same direct current.
     """
 
@@ -79,7 +79,7 @@ class Regulator2DOF:
             return   # an importer that has not exchanged values yet: this is no measurement
         self.take_constants()
         if not self.started:
-            # Not bumpless, it begins as though the mover rested at the set-point.
+            # Not bumpless, it begins as though the mover rested at the setpoint.
             gap = v.measured if self.bumpless else self.setpoint
             error = v.measured - v.reference if self.bumpless else 0.0
             v.start(self.vertical.holding_demand(self.geometry, gap, error), error)

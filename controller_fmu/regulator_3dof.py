@@ -29,8 +29,8 @@ class Regulator3DOF:
     """Samples positions and references, commands phase currents that hold until the next sample.
 
     The law is NONLINEAR: the motors are feedback-linearised at the measured gap (4.12), (5.7). Or LINEAR: they are
-    linearised about the set-point such that the closed loop has the same poles there (sections 4.6.1, 5.6.3).
-    Or SCHEDULED: linear about the set-point of the region that the measured gap lies in (Table 5.4).
+    linearised about the setpoint such that the closed loop has the same poles there (sections 4.6.1, 5.6.3).
+    Or SCHEDULED: linear about the setpoint of the region that the measured gap lies in (Table 5.4).
     Or INTERPOLATED: about the equilibrium at the measured gap, from a fine table, with its current fed forward.
     All motors get the same direct current.
     """
@@ -115,7 +115,7 @@ class Regulator3DOF:
             self.scale = self.table.scale(self.here)
             y.rescale(self.scale)
         if not self.started:
-            # Not bumpless, it begins as though the mover rested at the set-point.
+            # Not bumpless, it begins as though the mover rested at the setpoint.
             gap = y.measured if self.bumpless else self.setpoint
             error = y.measured - y.reference if self.bumpless else 0.0
             y.start(self.vertical.holding_demand(self.geometry, gap, error), error)

@@ -33,7 +33,7 @@ class Regulator5DOF:
     """Samples positions, gaps and references, commands phase currents that hold until the next sample.
 
     The law is NONLINEAR: each motor is feedback-linearised at its own gap (4.12), (5.7). Or LINEAR: the motors are
-    linearised about the set-point without tilt such that the closed loop has the same poles there (sections 4.6.1,
+    linearised about the setpoint without tilt such that the closed loop has the same poles there (sections 4.6.1,
     5.6.3). Or INTERPOLATED: each motor about the equilibrium at its own gap, from a fine table, with its current fed
     forward. y, roll and pitch follow from the gaps at the motors; what they demand is split evenly over the motors.
     """
@@ -151,7 +151,7 @@ class Regulator5DOF:
             roll.rescale(self.scale)
             pitch.rescale(self.scale)
         if not self.started:
-            # Not bumpless, it begins as though the platform rested at the set-point.
+            # Not bumpless, it begins as though the platform rested at the setpoint.
             y.start(self.holding_demand(), y.measured - y.reference if self.bumpless else 0.0)
             x.start(0.0, x.measured - x.reference if self.bumpless else 0.0)
             z.start(0.0, z.measured - z.reference if self.bumpless else 0.0)
@@ -212,7 +212,7 @@ class Regulator5DOF:
             pitch.rescale(1.0 / self.scale)
 
     def holding_demand(self) -> float:
-        """Demand of y (m/s²) by which the currents hold the platform where it is, or without tilt at the set-point."""
+        """Demand of y (m/s²) by which the currents hold the platform where it is, or without tilt at the setpoint."""
         tilts = self.tilts
         tilts.clear()
         tilts.add(self.alpha1_place, self.held(self.alpha1_place, self.alpha1_law))

@@ -14,7 +14,7 @@ REGULATOR = "Regulator3DOF"
 
 
 def fly(controller: type, file: str) -> None:
-    """Fly the set-points with a controller and with the thesis's regulator; write a picture named after the file."""
+    """Fly the setpoints with a controller and with the thesis's regulator; write a picture named after the file."""
     name = Path(file).stem
     parser = argparse.ArgumentParser(prog=Path(file).name, description=f"{name} beside the thesis's regulator")
     parser.add_argument("--fmus", help="folder with FMUs, in place of those that are built for the run")

@@ -3,7 +3,7 @@
     python tools/record_validation.py
 
 Needs the built FMUs in the folder fmus. Writes scenarios/validation, which the build puts into the FMUs. Each FMU is
-flown in the set-point experiment of its rig, or in the first scenario that flies it, a few hundred steps long and with
+flown in the setpoint experiment of its rig, or in the first scenario that flies it, a few hundred steps long and with
 the first step of the references at a fifth of that. The closed loops get the references alone.
 """
 

@@ -1,4 +1,4 @@
-"""Measure every law on an emulated Cortex-M7, over the set-points of its stage; minutes.
+"""Measure every law on an emulated Cortex-M7, over the setpoints of its stage; minutes.
 
     python tools/write_costs.py
 

@@ -4,7 +4,7 @@
     python examples/optimal_motion/plan.py              # writes fastest.csv and thrifty.csv beside this file
     python examples/optimal_motion/fly.py               # flies them under the thesis's regulator: table and picture
 
-The mover goes from rest to rest over the first step of the set-points: gap 25 to 27 mm, x 0 to 10 mm, z 0 to -15 mm.
+The mover goes from rest to rest over the first step of the setpoints: gap 25 to 27 mm, x 0 to 10 mm, z 0 to -15 mm.
 CasADi imports the FMU for model exchange; its derivatives are those of the FMU. Unknown are positions, velocities and
 the currents i_d, i_q of the motors, constant in each of the intervals (direct collocation, Radau, degree 3); each
 phase has at most 4 A. Amplifiers are taken to be ideal, as their lag of 0.3 ms is short beside an interval, and there

@@ -1,4 +1,4 @@
-"""A smooth way from one set-point to the next, which waits while somebody asks it to."""
+"""A smooth way from one setpoint to the next, which waits while somebody asks it to."""
 
 
 class Generator:

@@ -11,13 +11,13 @@ from maglev.waves import sines_cosines
 
 KINDS = ("hold", "setpoints", "sinusoids")
 OMEGA0 = 1.5 * pi      # rad/s, the sinusoids of the thesis (section 5.6.4)
-SETPOINT_TIME = 1.0    # s from one set-point to the next
+SETPOINT_TIME = 1.0    # s from one setpoint to the next
 
 
 class References:
     """References of every sample of an episode, of `count` samples with both its ends, `sample_time` (s) apart.
 
-    "hold": where the mover starts. "setpoints": a new set-point for every axis each second, from the middle half of its
+    "hold": where the mover starts. "setpoints": a new setpoint for every axis each second, from the middle half of its
     travel between `low` and `high`, (axes,), m. "sinusoids": about where the mover starts, with ω0 = 1.5π rad/s and an
     amplitude of up to a quarter of the travel. Or references (m) of the samples, (samples, axes); after the last one it
     holds. ScenarioError if the kind is unknown, or the table does not fit.
@@ -30,7 +30,7 @@ class References:
         self.low, self.high = low, high
         times = sample_time * np.arange(count)
         self.given = table(kind, low, high)[:count] if self.kind == "table" else np.zeros((0, len(low)))
-        self.most = int(times[-1] / SETPOINT_TIME) + 2   # set-points: one more than a rounding of times can ask for
+        self.most = int(times[-1] / SETPOINT_TIME) + 2   # setpoints: one more than a rounding of times can ask for
         self.which = np.zeros(count, int)   # of the points of an episode, by sample
         self.wave = np.zeros(count)         # times the amplitudes of an episode
         if self.kind == "table":

@@ -91,7 +91,7 @@ class Metrics:
     stop_contact: float | None            # s, first time an end stop was touched, None = never
     tripped: float | None                 # s, first time the controller had tripped, None = never
     failed: bool                          # touched a stop, tripped, or an end error beyond `fail_error`
-    lost: tuple[float, ...] = ()          # s, times of the steps to set-points that failed; a fall counts once
+    lost: tuple[float, ...] = ()          # s, times of the steps to setpoints that failed; a fall counts once
     rms_errors: Mapping[str, float] = field(default_factory=dict)   # m, of each axis over the whole run
     extremes: Mapping[str, tuple[float, float]] = field(default_factory=dict)   # lowest and highest by column, SI
     events: tuple[EventResponse, ...] = ()

@@ -133,7 +133,7 @@ def in_run(made: Generated, controller: str | Path, run: Scenario, fmus: str | P
 
 
 def usual_run(definition: FmuDefinition) -> str:
-    """The set-points of the stage whose ports a controller has."""
+    """The setpoints of the stage whose ports a controller has."""
     names = {v.name for v in definition.variables}
     for rig in RIGS.values():
         ports = {f"{current}_cmd" for current in rig.phase_names} | {f"{axis}.reference" for axis in rig.axis_names} | {

@@ -7,7 +7,7 @@ from pmlsm.rig import Rig
 
 PHASES = ("a", "b", "c")
 
-# Set-points as shares of a step, for every axis in turn: a fifth of the way from the start to the nearer stop, of a
+# Setpoints as shares of a step, for every axis in turn: a fifth of the way from the start to the nearer stop, of a
 # tilt that of the outermost motor, and no more than the forces left over follow.
 SHARES = ((0.0, 1.0, -1.0, 0.5), (0.0, 0.4, -0.4, 0.6), (0.0, -0.4, 0.4, -0.6), (0.0, 0.5, -0.5, 0.25),
           (0.0, -0.5, 0.25, 0.5))
@@ -16,7 +16,7 @@ LARGEST = 0.2           # step, of the way
 
 
 def setpoints(rig: Rig) -> dict[str, list[float]]:
-    """Set-points of every axis (mm, mrad), at the times of `TIMES`: within the travel and the forces of the stage."""
+    """Setpoints of every axis (mm, mrad), at the times of `TIMES`: within the travel and the forces of the stage."""
     gaps, largest = {}, steps(rig)
     for axis, shares in zip(rig.axes, SHARES, strict=False):
         stop, start = axis.stop or rig.gap_stop, rig.vertical.start if axis.rotation else axis.start

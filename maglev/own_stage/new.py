@@ -164,9 +164,9 @@ def sheet_of_rig(rig: Rig) -> Catalogue:
 
 
 def scenario_text(rig: Rig, scenario: Path, own: str | None, more: bool, controller: str = "") -> str:
-    """Text of a scenario of set-points that the stage can follow.
+    """Text of a scenario of setpoints that the stage can follow.
 
-    `own` is the description of a stage of the user's; with `more` it has the set-points themselves, claims, and
+    `own` is the description of a stage of the user's; with `more` it has the setpoints themselves, claims, and
     comments on what else there is, or in place of these the file of a `controller` and what a baseline keeps.
     """
     return render("new/scenario.toml.j2", rig, own=own, name=scenario.stem, scenario=scenario.name,

@@ -1,5 +1,5 @@
 #!/bin/sh
-# A 2DOF plant under its controller, in one FMU: the set-point experiment of 26 s, complete.
+# A 2DOF plant under its controller, in one FMU: the setpoint experiment of 26 s, complete.
 # Run from the folder that holds fmus; FMUS names another folder, OUT another file for the result, LOOP another loop than
 # that of the regulator, STOP_TIME an earlier end (s).
 here=$(dirname "$0")

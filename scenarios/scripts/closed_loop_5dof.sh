@@ -1,5 +1,5 @@
 #!/bin/sh
-# A 5DOF plant under its controller, in one FMU: the set-point experiment of 21 s, complete.
+# A 5DOF plant under its controller, in one FMU: the setpoint experiment of 21 s, complete.
 # Run from the folder that holds fmus; FMUS names another folder, OUT another file for the result, LOOP another loop than
 # that of the regulator, STOP_TIME an earlier end (s).
 here=$(dirname "$0")

@@ -1,4 +1,4 @@
-"""Linear and scheduled laws: the same poles as the nonlinear law at the set-point, regions, refusals."""
+"""Linear and scheduled laws: the same poles as the nonlinear law at the setpoint, regions, refusals."""
 
 import numpy as np
 import pytest
@@ -82,7 +82,7 @@ def test_slopes_of_the_shape_functions(gap: float) -> None:
     (35e-3, 27e-3), (np.nextafter(26e-3, 1.0), 27e-3), (26e-3, 25e-3), (25e-3, 25e-3), (24e-3, 25e-3),
     (np.nextafter(24e-3, 0.0), 23e-3), (22e-3, 23e-3), (np.nextafter(22e-3, 0.0), 21e-3), (18e-3, 21e-3)])
 def test_schedule_switches_at_the_gaps_of_the_table(gap: float, setpoint: float) -> None:
-    """Table 5.4: each region has the gains of the linear law at its set-point; the internal models carry over."""
+    """Table 5.4: each region has the gains of the linear law at its setpoint; the internal models carry over."""
     scheduled, linear = Regulator3DOF(SCHEDULED), Regulator3DOF(LINEAR)
     linear.setpoint = setpoint
     assert scheduled.start() == linear.start() == 0
@@ -118,7 +118,7 @@ def test_first_command_is_the_equilibrium(kind: type[Regulator], gap: float, law
 
 @pytest.mark.parametrize("kind", KINDS)
 def test_start_at_the_setpoint_feeds_its_equilibrium_current_forward(kind: type[Regulator]) -> None:
-    """Not bumpless: i_d* of the nonlinear model at the set-point, plus the gains on the errors, and no integral."""
+    """Not bumpless: i_d* of the nonlinear model at the setpoint, plus the gains on the errors, and no integral."""
     regulator = kind(LINEAR)
     regulator.setpoint, regulator.current_limit, regulator.bumpless = 22e-3, 0.0, False
     assert regulator.start() == 0
@@ -137,7 +137,7 @@ def test_start_at_the_setpoint_feeds_its_equilibrium_current_forward(kind: type[
 
 
 def kind_like(regulator: Regulator) -> Regulator:
-    """A fresh linear regulator with the same set-point, whose states are zero."""
+    """A fresh linear regulator with the same setpoint, whose states are zero."""
     fresh = type(regulator)(LINEAR)
     fresh.setpoint = regulator.setpoint
     assert fresh.start() == 0

@@ -59,7 +59,7 @@ def test_gains_that_are_set_stay(kind: type[PID]) -> None:
 
 @pytest.mark.parametrize("kind", KINDS)
 def test_design_follows_its_parameters(kind: type[PID]) -> None:
-    """Another model, set-point or pole gives other gains, and going back gives the first ones back."""
+    """Another model, setpoint or pole gives other gains, and going back gives the first ones back."""
     controller, first = kind(), kind()
     name = AXES[kind][0]
     axis = getattr(controller, name)

@@ -162,7 +162,7 @@ def test_near_the_set_point_the_linear_law_is_the_nonlinear_one() -> None:
     away = np.array([40e-6, -25e-6, 15e-6, 30e-6])
 
     def difference(part: float) -> np.ndarray:
-        """Between the direct currents of the two laws, each begun at rest at the set-point."""
+        """Between the direct currents of the two laws, each begun at rest at the setpoint."""
         laws = []
         for law in (NONLINEAR, LINEAR):
             controller = Regulator5DOF(law)

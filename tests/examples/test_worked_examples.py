@@ -20,7 +20,7 @@ LIMITED = ("alpha.i_d", "alpha.i_q", "beta.i_q")
 FIRST_STEP = """
 extends = "{scenarios}/3dof/3dof-setpoints-improved.toml"
 name = "first-step"
-title = "The first step of the set-points"
+title = "The first step of the setpoints"
 stop_time = "5.9 s"
 """
 

@@ -232,7 +232,7 @@ def bits(values: list[float]) -> str:
 
 
 def program(description: ModelDescription, steps: int) -> str:
-    """What `replay` reads: a start off the set-point, references that move, noise on the positions."""
+    """What `replay` reads: a start off the setpoint, references that move, noise on the positions."""
     inputs = [v for v in description.modelVariables if v.causality == "input"]
     outputs = [v for v in description.modelVariables if v.causality == "output" and v.type == "Real"]
     random = np.random.default_rng(1)

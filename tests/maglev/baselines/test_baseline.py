@@ -149,7 +149,7 @@ def expect(folder: Path, message: str) -> None:
 
 
 def checked(interval: float = 0.05, *signals: str) -> RunPlan:
-    """The 2-DOF set-points with settings of a check."""
+    """The 2-DOF setpoints with settings of a check."""
     close = SignalTolerance.model_validate({"absolute": 1e-9})
     settings = CheckSettings(interval=interval, signals=dict.fromkeys(signals, close))
     return load_plan("2dof-setpoints").model_copy(update={"check": settings})

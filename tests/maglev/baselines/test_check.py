@@ -106,7 +106,7 @@ def test_recordings_that_cannot_be_compared() -> None:
 
 
 def short(**changed: Any) -> RunPlan:
-    """The first 1.5 s of the 2-DOF set-points, in which both axes step once."""
+    """The first 1.5 s of the 2-DOF setpoints, in which both axes step once."""
     close = SignalTolerance.model_validate({"absolute": 1e-9})
     signals = dict.fromkeys(("plant.v.position", "plant.h.position"), close)
     settings = CheckSettings(interval=0.05, signals={**signals, "controller.saturated": SignalTolerance()})

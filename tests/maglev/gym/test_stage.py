@@ -202,7 +202,7 @@ def test_drawn_parameters(make: Make) -> None:
 
 @pytest.mark.parametrize("kind", ["hold", "setpoints", "sinusoids"])
 def test_references(make: Make, kind: str) -> None:
-    """Inside the travel, in the observation; set-points for a second each, sinusoids of 1.5π rad/s."""
+    """Inside the travel, in the observation; setpoints for a second each, sinusoids of 1.5π rad/s."""
     env = make("3dof", reference=kind, duration=3.0, sample_time="1 ms")
     for seed in range(20):
         first, _ = env.reset(seed=seed)

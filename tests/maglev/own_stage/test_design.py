@@ -33,7 +33,7 @@ REAL = ["force_constant=93", "attraction=950", "attraction_gap=0.9mm", "pole_pit
 
 
 def flown(rig: Rig, law: str = "") -> Any:
-    """Closed loop of a stage after its set-points, each for 0.6 s; it has touched no stop."""
+    """Closed loop of a stage after its setpoints, each for 0.6 s; it has touched no stop."""
     loop = definition(f"ClosedLoop{law}{rig.suffix}").new_block()
     assert loop.start() == 0
     for k in range(4):

@@ -139,7 +139,7 @@ def test_it_moves_by_its_data_sheets(tmp_path: Path) -> None:
 
 
 def flown(rig: Rig, law: str, samples: int = 72, side: float = 1.0) -> tuple[np.ndarray, Any]:
-    """Positions at set-points that all axes go to, tilts to one side or the other, and the closed loop after that."""
+    """Positions at setpoints that all axes go to, tilts to one side or the other, and the closed loop after that."""
     loop: Any = definition(f"ClosedLoop{law}{rig.suffix}").new_block()
     assert loop.start() == 0
     rows = []

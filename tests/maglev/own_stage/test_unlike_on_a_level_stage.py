@@ -135,7 +135,7 @@ def test_linear_model_and_rows_are_those_of_its_data_sheets(tmp_path: Path) -> N
 
 
 def flown(rig: Rig, law: str, samples: int = 100) -> tuple[np.ndarray, Any]:
-    """Positions at set-points that all axes go to, and the closed loop after that."""
+    """Positions at setpoints that all axes go to, and the closed loop after that."""
     loop: Any = definition(f"ClosedLoop{law}{rig.suffix}").new_block()
     assert loop.start() == 0
     rows = []
