@@ -9,6 +9,7 @@ import pytest
 from described_stages import written
 from reference_pair import ReferenceMotor, lagrangian_motion, sheet_forces
 from reference_stage import G
+from unlike_motors import THOROUGH, flown, given_separately, tables
 
 import maglev
 from maglev.errors import RigError
@@ -34,18 +35,15 @@ FIELDS = {"left": (0.42, 0.0128), "right": (0.4, 0.015)}   # T at the magnets, a
 PLACES = {"left": -0.11, "right": 0.17}                    # m; the centre of mass is not between them
 
 
-def tables(motor: str) -> str:
+def own(motor: str) -> str:
     """What a description says of a motor of its own."""
-    drawing, sheet = (", ".join(f"{key} = {value}" for key, value in of[motor].items()) for of in (DRAWINGS, SHEETS))
-    b0, decay = FIELDS[motor]
-    return (f"geometry = {{ {drawing} }}\ncatalogue = {{ currents = \"peak\", {sheet} }}\n"
-            f"field = {{ lower = 0.007, upper = 0.04, B0 = {b0}, decay = {decay} }}\n")
+    return tables(DRAWINGS[motor], SHEETS[motor], FIELDS[motor])
 
 
 def described(path: Path, left: str = "left", right: str = "right", changes: dict[str, str] | None = None) -> Path:
     """A pair of motors that both have all for themselves."""
-    written(path, LIKE, {"z = -0.15 ": f"z = {PLACES['left']}\n{tables(left)}# ",
-                         "z = 0.15 ": f"z = {PLACES['right']}\n{tables(right)}# ",
+    written(path, LIKE, {"z = -0.15 ": f"z = {PLACES['left']}\n{own(left)}# ",
+                         "z = 0.15 ": f"z = {PLACES['right']}\n{own(right)}# ",
                          "height = 0.0 ": "height = -0.04 ", "mass = 0.196": "mass = 0.23",
                          "\ncurrent_limit =": "\n# current_limit =", **(changes or {})})
     text = path.read_text(encoding="utf-8")
@@ -138,29 +136,11 @@ def test_it_moves_by_its_data_sheets(tmp_path: Path) -> None:
     assert np.abs(found - expected).max(axis=0) == pytest.approx(np.zeros(3), abs=1e-11)
 
 
-def flown(rig: Rig, law: str, samples: int = 72, side: float = 1.0) -> tuple[np.ndarray, Any]:
-    """Positions at setpoints that all axes go to, tilts to one side or the other, and the closed loop after that."""
-    loop: Any = definition(f"ClosedLoop{law}{rig.suffix}").new_block()
-    assert loop.start() == 0
-    rows = []
-    for k in range(3):
-        for axis, values in setpoints(rig).items():
-            getattr(loop.controller, axis).reference = 1e-3 * values[k] * (side if axis == "roll" else 1.0)
-        for _ in range(samples // 2):
-            assert loop.step(0.0, 1e-2) == 0
-            rows.append([getattr(loop.plant, axis).position for axis in rig.axis_names])
-            assert not loop.plant.at_stop
-    return np.array(rows), loop
-
-
-THOROUGH = [pytest.param(law, marks=pytest.mark.thorough) for law in ("Linear", "PID")]
-
-
 @pytest.mark.parametrize("law", ["", *THOROUGH])
 def test_it_flies(tmp_path: Path, law: str) -> None:
     """By its designed gains: motors of different strengths make one thrust and no torque."""
     rig = know_stage(described(tmp_path / "unlike.toml"))
-    rows, loop = flown(rig, law)
+    rows, loop = flown(rig, law, 72)
     target = [1e-3 * values[2] for values in setpoints(rig).values()]
     assert rows[-1] == pytest.approx(target, abs=3e-5)
     assert np.abs(rows[:8] - rows[0]).max() < 4e-4   # it is held as it begins, which asks for a current of each motor
@@ -173,12 +153,8 @@ def test_it_flies(tmp_path: Path, law: str) -> None:
 def test_equal_motors_given_separately_are_those_given_once(tmp_path: Path, law: str) -> None:
     """Bit for bit."""
     common = written(tmp_path / "once.toml", LIKE, {})
-    text = common.read_text(encoding="utf-8").replace("once", "twice")
-    own = {key: text[text.index(f"\n[{key}]"):].split("\n\n")[0].replace(f"[{key}]", f"[motors.{{}}.{key}]")
-           for key in ("geometry", "catalogue", "field")}
-    (tmp_path / "twice.toml").write_text(text + "".join(
-        part.format(motor) for motor in ("left", "right") for part in own.values()), encoding="utf-8")
-    once, twice = know_stage(common), know_stage(tmp_path / "twice.toml")
+    twice = know_stage(given_separately(common, tmp_path / "twice.toml", ("left", "right")))
+    once = know_stage(common)
     assert [motor.kind is None for motor in twice.motors] == [False, False]
     assert [axis.design for axis in twice.axes] == [axis.design for axis in once.axes]
     assert flown(twice, law, 20)[0].tolist() == flown(once, law, 20)[0].tolist()

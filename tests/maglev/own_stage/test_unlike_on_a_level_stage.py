@@ -9,6 +9,7 @@ from described_stages import written
 from reference_pair import ReferenceMotor, sheet_forces
 from reference_stage import G
 from scipy.integrate import solve_ivp
+from unlike_motors import THOROUGH, flown, given_separately, tables
 
 import maglev
 from maglev.errors import RigError
@@ -36,18 +37,15 @@ START = np.array([0.0245, 2e-3, -1.5e-3])
 CURRENTS = np.array([[1.0, -0.3, -0.7], [-0.4, 0.9, -0.5]])
 
 
-def tables(motor: str) -> str:
+def own(motor: str) -> str:
     """What a description says of a motor of its own."""
-    drawing, sheet = (", ".join(f"{key} = {value}" for key, value in of[motor].items()) for of in (DRAWINGS, SHEETS))
-    b0, decay = FIELDS[motor]
-    return (f"geometry = {{ {drawing} }}\ncatalogue = {{ currents = \"peak\", {sheet} }}\n"
-            f"field = {{ lower = 0.007, upper = 0.04, B0 = {b0}, decay = {decay} }}\n")
+    return tables(DRAWINGS[motor], SHEETS[motor], FIELDS[motor])
 
 
 def described(path: Path, changes: dict[str, str] | None = None) -> Path:
     """The thesis's 3-DOF stage with two kinds of motors, and nothing in common."""
-    written(path, "3dof", {'drives = "x"\n': f'drives = "x"\n{tables("alpha")}',
-                           'drives = "z"\n': f'drives = "z"\n{tables("beta")}',
+    written(path, "3dof", {'drives = "x"\n': f'drives = "x"\n{own("alpha")}',
+                           'drives = "z"\n': f'drives = "z"\n{own("beta")}',
                            "\ncurrent_limit =": "\n# current_limit =", **(changes or {})})
     text = path.read_text(encoding="utf-8")
     start, end = text.index("\n# Of the motor's drawing"), text.index("\n[design]")
@@ -134,29 +132,11 @@ def test_linear_model_and_rows_are_those_of_its_data_sheets(tmp_path: Path) -> N
     assert G + np.dot(columns, [constants[name] for name in rig.constants_of("y")]) == pytest.approx(rows[0, 0])
 
 
-def flown(rig: Rig, law: str, samples: int = 100) -> tuple[np.ndarray, Any]:
-    """Positions at setpoints that all axes go to, and the closed loop after that."""
-    loop: Any = definition(f"ClosedLoop{law}{rig.suffix}").new_block()
-    assert loop.start() == 0
-    rows = []
-    for k in range(3):
-        for axis, values in setpoints(rig).items():
-            getattr(loop.controller, axis).reference = 1e-3 * values[k]
-        for _ in range(samples // 2):
-            assert loop.step(0.0, 1e-2) == 0
-            rows.append([getattr(loop.plant, axis).position for axis in rig.axis_names])
-            assert not loop.plant.at_stop
-    return np.array(rows), loop
-
-
-THOROUGH = [pytest.param(law, marks=pytest.mark.thorough) for law in ("Linear", "PID")]
-
-
 @pytest.mark.parametrize("law", ["", *THOROUGH])
 def test_it_flies(tmp_path: Path, law: str) -> None:
     """By its designed gains, held from the beginning."""
     rig = know_stage(described(tmp_path / "unlike.toml"))
-    rows, loop = flown(rig, law)
+    rows, loop = flown(rig, law, 100)
     target = [1e-3 * values[2] for values in setpoints(rig).values()]
     assert np.abs(rows[:20, 0] - rig.vertical.start).max() < 1e-4
     assert rows[-1, 0] == pytest.approx(target[0], abs=5e-5)
@@ -189,12 +169,8 @@ def test_a_linear_loop_is_about_the_currents_that_a_law_comes_to(tmp_path: Path,
 def test_equal_motors_given_separately_are_those_given_once(tmp_path: Path, law: str) -> None:
     """To rounding, with encoders that show it."""
     common = written(tmp_path / "once.toml", "3dof", {"resolution = 1e-05": "resolution = 0.0"})
-    text = common.read_text(encoding="utf-8").replace("once", "twice")
-    own = {key: text[text.index(f"\n[{key}]"):].split("\n\n")[0].replace(f"[{key}]", f"[motors.{{}}.{key}]")
-           for key in ("geometry", "catalogue", "field")}
-    (tmp_path / "twice.toml").write_text(text + "".join(
-        part.format(motor) for motor in ("alpha", "beta") for part in own.values()), encoding="utf-8")
-    once, twice = know_stage(common), know_stage(tmp_path / "twice.toml")
+    twice = know_stage(given_separately(common, tmp_path / "twice.toml", ("alpha", "beta")))
+    once = know_stage(common)
     assert [motor.kind is None for motor in twice.motors] == [False, False]
     assert [axis.design for axis in twice.axes] == [axis.design for axis in once.axes]
     assert flown(twice, law, 20)[0] == pytest.approx(flown(once, law, 20)[0], abs=1e-11)

@@ -1,0 +1,45 @@
+"""Stages whose motors are not alike: what a description says of one, and a flight of such a stage."""
+
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+
+from maglev.own_fmus import definition
+from maglev.own_stage.loop import setpoints
+from pmlsm.rig import Rig
+
+THOROUGH = [pytest.param(law, marks=pytest.mark.thorough) for law in ("Linear", "PID")]
+
+
+def tables(drawing: Mapping[str, float], sheet: Mapping[str, float], field: tuple[float, float]) -> str:
+    """What a description says of a motor of its own; its field is so large (T) and decays over a distance (m)."""
+    geometry, catalogue = (", ".join(f"{key} = {value}" for key, value in of.items()) for of in (drawing, sheet))
+    return (f"geometry = {{ {geometry} }}\ncatalogue = {{ currents = \"peak\", {catalogue} }}\n"
+            f"field = {{ lower = 0.007, upper = 0.04, B0 = {field[0]}, decay = {field[1]} }}\n")
+
+
+def given_separately(common: Path, twice: Path, motors: tuple[str, ...]) -> Path:
+    """A description as another one, in which every motor says of itself what all have in common there."""
+    text = common.read_text(encoding="utf-8").replace(common.stem, twice.stem)
+    own = {key: text[text.index(f"\n[{key}]"):].split("\n\n")[0].replace(f"[{key}]", f"[motors.{{}}.{key}]")
+           for key in ("geometry", "catalogue", "field")}
+    twice.write_text(text + "".join(part.format(motor) for motor in motors for part in own.values()), encoding="utf-8")
+    return twice
+
+
+def flown(rig: Rig, law: str, samples: int, side: float = 1.0) -> tuple[np.ndarray, Any]:
+    """Positions at setpoints that all axes go to, tilts to one side or the other, and the closed loop after that."""
+    loop: Any = definition(f"ClosedLoop{law}{rig.suffix}").new_block()
+    assert loop.start() == 0
+    rows = []
+    for k in range(3):
+        for axis, values in setpoints(rig).items():
+            getattr(loop.controller, axis).reference = 1e-3 * values[k] * (side if rig.axis(axis).rotation else 1.0)
+        for _ in range(samples // 2):
+            assert loop.step(0.0, 1e-2) == 0
+            rows.append([getattr(loop.plant, axis).position for axis in rig.axis_names])
+            assert not loop.plant.at_stop
+    return np.array(rows), loop
