@@ -30,9 +30,11 @@ def given_separately(common: Path, twice: Path, motors: tuple[str, ...]) -> Path
     return twice
 
 
-def flown(rig: Rig, law: str, samples: int, side: float = 1.0) -> tuple[np.ndarray, Any]:
+def flown(rig: Rig, law: str, samples: int, side: float = 1.0, **plant: float) -> tuple[np.ndarray, Any]:
     """Positions at setpoints that all axes go to, tilts to one side or the other, and the closed loop after that."""
     loop: Any = definition(f"ClosedLoop{law}{rig.suffix}").new_block()
+    for name, value in plant.items():
+        setattr(loop.plant, name, value)
     assert loop.start() == 0
     rows = []
     for k in range(3):

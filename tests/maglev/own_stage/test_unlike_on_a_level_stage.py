@@ -167,13 +167,16 @@ def test_a_linear_loop_is_about_the_currents_that_a_law_comes_to(tmp_path: Path,
 
 @pytest.mark.parametrize("law", ["Linear", pytest.param("PID", marks=pytest.mark.thorough)])
 def test_equal_motors_given_separately_are_those_given_once(tmp_path: Path, law: str) -> None:
-    """To rounding, with encoders that show it."""
+    """To rounding, with encoders that show it, warm magnets, and a bus whose voltage counts."""
     common = written(tmp_path / "once.toml", "3dof", {"resolution = 1e-05": "resolution = 0.0"})
     twice = know_stage(given_separately(common, tmp_path / "twice.toml", ("alpha", "beta")))
     once = know_stage(common)
     assert [motor.kind is None for motor in twice.motors] == [False, False]
     assert [axis.design for axis in twice.axes] == [axis.design for axis in once.axes]
-    assert flown(twice, law, 20)[0] == pytest.approx(flown(once, law, 20)[0], abs=1e-11)
+    effects = {"magnet_rise": 15.0, "bus_voltage": 20.0}
+    expected = flown(once, law, 20, **effects)[0]
+    assert flown(twice, law, 20, **effects)[0] == pytest.approx(expected, abs=1e-11)
+    assert np.abs(flown(once, law, 20)[0] - expected).max() > 1e-6   # they do count
 
 
 def test_one_motor_given_apart_is_that_of_its_stage(tmp_path: Path) -> None:
