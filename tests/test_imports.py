@@ -24,7 +24,7 @@ BELOW: dict[str, set[str]] = {
     "controller_fmu": {"pmlsm", "fmi_export"},
     "estimator_fmu": {"pmlsm", "controller_fmu", "fmi_export"},
     "measurement_fmu": {"pmlsm", "controller_fmu", "fmi_export"},
-    "closed_loop_fmu": {"pmlsm", "plant_fmu", "controller_fmu", "fmi_export"},
+    "closed_loop_fmu": {"pmlsm", "plant_fmu", "controller_fmu", "estimator_fmu", "fmi_export"},
     "maglev": {"pmlsm", "fmi_export", "maglev_files"}}
 
 # The tool runs FMU files; only these rooms of it reach what is below the FMUs.

@@ -37,7 +37,8 @@ def flown_in(name: str) -> tuple[RunPlan, str] | None:
         if fmu is not None and not plan.needs:
             return plan, fmu
     plan = load_plan(next(run for suffix, run in first.items() if name.endswith(suffix)))
-    places = {v.place: f"loop.{v.name}" for v in definition(name).variables if v.causality == "input"}
+    places = {f"{v.place.partition('.')[0]}.{v.name}": f"loop.{v.name}" for v in definition(name).variables
+              if v.causality == "input"}
     return (alone(plan, name, places), "loop") if {signal.to for signal in plan.signals} <= places.keys() else None
 
 

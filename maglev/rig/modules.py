@@ -19,7 +19,8 @@ MODULES = (
     "estimator_fmu/estimator_{}.py",
     "estimator_fmu/adaptive_regulator_{}.py",
     "measurement_fmu/measurement_{}.py",
-    "closed_loop_fmu/closed_loop_{}.py")
+    "closed_loop_fmu/closed_loop_{}.py",
+    "closed_loop_fmu/adaptive_loop_{}.py")
 
 # Equations, which are the same for all rigs whose platform tilts.
 PAGES = (

@@ -130,6 +130,8 @@ def definitions(rig: Rig) -> dict[str, Made]:
     plant = made("plant_fmu.definition.plant", "plant_fmu.stage_{}.Stage{}")
     pid = made("controller_fmu.definitions.pid", "controller_fmu.pid_{}.PID{}")
     estimator = made("estimator_fmu.definition.estimator", "estimator_fmu.estimator_{}.Estimator{}")
+    adaptive = made("estimator_fmu.definition.adaptive_regulator",
+                    "estimator_fmu.adaptive_regulator_{}.AdaptiveRegulator{}", regulators[""], estimator)
     loop = "closed_loop_fmu.definition.closed_loop"
     return {
         f"Plant{suffix}": plant,
@@ -138,14 +140,14 @@ def definitions(rig: Rig) -> dict[str, Made]:
         f"Commutation{suffix}": made("controller_fmu.definitions.commutation",
                                      "controller_fmu.commutation_{}.Commutation{}"),
         f"Estimator{suffix}": estimator,
-        f"AdaptiveRegulator{suffix}": made("estimator_fmu.definition.adaptive_regulator",
-                                           "estimator_fmu.adaptive_regulator_{}.AdaptiveRegulator{}", regulators[""],
-                                           estimator),
+        f"AdaptiveRegulator{suffix}": adaptive,
         f"Measurement{suffix}": made("measurement_fmu.definition.measurement",
                                      "measurement_fmu.measurement_{}.Measurement{}"),
         **{f"ClosedLoop{law}{suffix}": made(loop, "closed_loop_fmu.closed_loop_{}.ClosedLoop{}", regulator, plant)
            for law, regulator in regulators.items()},
-        f"ClosedLoopPID{suffix}": made(loop, "closed_loop_fmu.closed_loop_{}.ClosedLoopPID{}", pid, plant)}
+        f"ClosedLoopPID{suffix}": made(loop, "closed_loop_fmu.closed_loop_{}.ClosedLoopPID{}", pid, plant),
+        f"ClosedLoopAdaptive{suffix}": made(loop, "closed_loop_fmu.adaptive_loop_{}.ClosedLoopAdaptive{}", adaptive,
+                                            plant)}
 
 
 def definitions_of(rigs: Iterable[Rig]) -> dict[str, Made]:

@@ -10,6 +10,7 @@ import pytest
 from command_line import run_script
 from fmpy.util import read_csv
 
+from fmi_export.definition import Variable
 from maglev.cosim.master import FmuSetup, Master, Recording
 from maglev.experiment.preparation import prepare
 from maglev.experiment.results import write_csv
@@ -33,10 +34,16 @@ def starts_of(plan: RunPlan) -> dict[str, float | bool]:
             for variable, value in fmu.start.items()}
 
 
+def in_parts(variable: Variable) -> str:
+    """Name, in a run of controller and plant, of an input or a parameter of their loop."""
+    name = variable.name
+    return f"{variable.place.partition('.')[0]}.{name}" if variable.causality == "input" else name
+
+
 def fly(loop: str, folder: Path, plan: RunPlan, given: Recording, every: int) -> Recording:
     """Run of a loop with what a run of the plan was given, in communication steps of several samples."""
-    drives = {f"loop.{v.name}": given.columns[v.place][::every].tolist() for v in definition(loop).variables
-              if v.causality == "input" and v.place in given.columns}
+    drives = {f"loop.{v.name}": given.columns[in_parts(v)][::every].tolist() for v in definition(loop).variables
+              if v.causality != "output" and in_parts(v) in given.columns}
     with Master([FmuSetup("loop", folder / f"{loop}.fmu", starts_of(plan))], [],
                 every * plan.step) as master:
         return master.run(plan.stop_time, drives)
@@ -81,6 +88,20 @@ def test_a_loop_is_the_run_of_our_master_bit_for_bit(native_fmus: Path, loop: st
     assert_same(fly(loop, native_fmus, experiment.plan, expected, every), expected, every)
     for axis in plan.axes.values():
         assert np.ptp(expected.columns[axis.position]) > 1e-4, "something has to move for this to mean anything"
+
+
+@pytest.mark.few(1)
+@pytest.mark.parametrize("stage", ["3dof", "2dof", "5dof"])
+def test_an_adaptive_loop_is_that_run_while_its_constants_move(native_fmus: Path, stage: str) -> None:
+    """Also when a third of the thrust is lost after 6 s: a parameter of the loop that changes."""
+    plan = load_plan(f"{stage}-thrust-loss-adaptive").model_copy(update={"stop_time": 8.0})
+    experiment = prepare(plan, native_fmus, {}, {})
+    expected = experiment.run()
+    assert_same(fly(f"ClosedLoopAdaptive{stage.upper()}", native_fmus, experiment.plan, expected, 1), expected, 1)
+    lost = expected.columns["plant.C1"]
+    assert lost[-1] < 0.7 * lost[0]
+    adapted = [column for name, column in expected.columns.items() if name.startswith("controller.adapted.")]
+    assert sum(np.ptp(column) > 1e-3 * column[0] for column in adapted) > 1
 
 
 @pytest.mark.few(2)
