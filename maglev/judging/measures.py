@@ -2,10 +2,12 @@
 
 from collections.abc import Iterable, Iterator
 from dataclasses import asdict, dataclass
-from math import inf, isnan
+from math import inf
 from typing import Any, NamedTuple
 
-from maglev.judging.metrics import Metrics
+import numpy as np
+
+from maglev.judging.metrics import ManyMetrics, Metrics
 from maglev.quantities import METRICS, metric_text, printed
 from maglev.schema.run_plan import RunPlan
 
@@ -44,16 +46,19 @@ class Measure:
 
 
 class Value(NamedTuple):
-    """A value of a metric of the table: of which axis or motor, at which step or event (s), to which band."""
+    """A value of a metric of the table: of which axis or motor, at which step or event (s), to which band.
+
+    Of many runs it is an array, shape (runs,).
+    """
 
     of: str
-    value: float | bool
+    value: Any
     time: float | None = None
     band: float | None = None
     event: str = ""
 
 
-def measured_values(metrics: Metrics, name: str) -> Iterator[Value]:
+def measured_values(metrics: Metrics | ManyMetrics, name: str) -> Iterator[Value]:
     """Every value, SI, of a metric of the table but those of columns; name as Python has it."""
     on = METRICS[name].on
     if on == "axis":
@@ -72,27 +77,32 @@ def measured_values(metrics: Metrics, name: str) -> Iterator[Value]:
             for part in event.deviations if on == "event" else event.efforts:
                 measured = getattr(part, name)
                 yield from (Value(part.of, value, event.time, band, event.name) for band, value in
-                            (measured.items() if name == "recovery_time" else [(None, measured)]) if not isnan(value))
+                            (measured.items() if name == "recovery_time" else [(None, measured)])
+                            if not np.isnan(value).all())
     elif on == "run":
-        yield Value("", {"trip_time": inf if metrics.tripped is None else metrics.tripped,
-                         "stop_contact_time": inf if metrics.stop_contact is None else metrics.stop_contact,
-                         "lost_setpoints": float(len(metrics.lost)), "failed": metrics.failed,
-                         "tripped": metrics.tripped is not None,
-                         "stop_contact": metrics.stop_contact is not None}[name])
+        yield Value("", getattr(metrics, name) if name == "failed" or isinstance(metrics, ManyMetrics) else {
+            "trip_time": inf if metrics.tripped is None else metrics.tripped,
+            "stop_contact_time": inf if metrics.stop_contact is None else metrics.stop_contact,
+            "lost_setpoints": float(len(metrics.lost)), "tripped": metrics.tripped is not None,
+            "stop_contact": metrics.stop_contact is not None}[name])
 
 
 def measures(plan: RunPlan, metrics: Metrics) -> tuple[Measure, ...]:
     """Every number of the metrics of a run, in the order of the table; of currents as far as they were recorded."""
-    collected = []
+    return tuple(Measure(words, of, time, float(value), unit, event)
+                 for words, of, time, value, unit, event in numbers(plan, metrics))
+
+
+def numbers(plan: RunPlan, metrics: Metrics | ManyMetrics) -> Iterator[tuple[str, str, float | None, Any, str, str]]:
+    """What a `Measure` has, of each; of many runs the value is an array, shape (runs,)."""
     for name, quantity in METRICS.items():
+        if quantity.yes_no is not None and name != "failed":   # in the times of stop and trip
+            continue
         for of, value, time, band, event in measured_values(metrics, name):
             axis_unit = plan.axes[of].unit if quantity.of_axes else ""
-            # Whether it touched a stop or tripped is in the times of these.
-            if (getattr(plan.motors[of], quantity.recorded) if quantity.of_motors
-                    else quantity.yes_no is None or name == "failed"):
-                collected.append(Measure(quantity.words + ("" if band is None else f" to {printed(band, axis_unit)}"),
-                                         of, time, float(value), quantity.unit_on(axis_unit), event))
-    return tuple(collected)
+            if not quantity.of_motors or getattr(plan.motors[of], quantity.recorded):
+                yield (quantity.words + ("" if band is None else f" to {printed(band, axis_unit)}"), of, time, value,
+                       quantity.unit_on(axis_unit), event)
 
 
 def measures_data(measures: Iterable[Measure]) -> list[dict[str, Any]]:

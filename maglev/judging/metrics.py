@@ -1,7 +1,7 @@
 """What is measured on a recorded run: settling, overshoot, tracking errors, disturbances, currents, losses, failure."""
 
 import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import asdict, dataclass, field
 from typing import Any
 
@@ -95,6 +95,22 @@ class Metrics:
     rms_errors: Mapping[str, float] = field(default_factory=dict)   # m, of each axis over the whole run
     extremes: Mapping[str, tuple[float, float]] = field(default_factory=dict)   # lowest and highest by column, SI
     events: tuple[EventResponse, ...] = ()
+
+
+@dataclass(frozen=True)
+class ManyMetrics:
+    """What was measured on many runs with the same steps and events: each number is an array, shape (runs,)."""
+
+    steps: tuple[StepResponse, ...]
+    tracking: tuple[TrackingError, ...]
+    motors: tuple[MotorCurrents, ...]
+    end_errors: Mapping[str, Array]
+    rms_errors: Mapping[str, Array]
+    events: tuple[EventResponse, ...]
+    stop_contact_time: Array   # s, inf = never
+    trip_time: Array           # s, inf = never
+    lost_setpoints: Array      # how many
+    failed: Array
 
 
 def metrics_data(metrics: Metrics) -> dict[str, Any]:
@@ -333,6 +349,11 @@ def total(values: Array) -> float:
     return float(np.add.accumulate(values)[-1]) if len(values) else 0.0
 
 
+def larger(a: Any, b: Any) -> Any:
+    """The larger one, of numbers as Python's `max` has it, of arrays (of one shape) each."""
+    return (b if b > a else a) if isinstance(b, float | int) else np.where(b > a, b, a)
+
+
 def winding_of(motor: Motor) -> str:
     """What the plant calls the winding of a motor, such as "plant.alpha.winding", by its currents."""
     return f"{motor.currents[0].rpartition('.')[0]}.winding" if motor.currents else ""
@@ -344,13 +365,22 @@ def phase_resistances(plan: RunPlan, settings: Mapping[str, Any] | None = None) 
     By what a sample of a study sets, `fmu.variable`, or else by the scenario's start values, or by the description of
     the stage; a plant that was put in and has no such parameter is taken for that stage.
     """
+    return resistances_by(plan)(settings or {})
+
+
+def resistances_by(plan: RunPlan) -> Callable[[Mapping[str, Any]], dict[str, float]]:
+    """`phase_resistances` of a plan for many settings, which it takes."""
     described = {motor.name: motor.winding.resistance for motor in plan.rig.motors} if plan.rig is not None else {}
-    numbers = {}
+    known: dict[str, tuple[str, Any]] = {}   # by motor: what sets it, and its value without
     for name, motor in plan.motors.items():
         full = f"{winding_of(motor)}.resistance"
         fmu, _, variable = full.partition(".")
         start = plan.fmus[fmu].start.get(variable) if fmu in plan.fmus else None
-        value = (settings or {}).get(full, start.value if start is not None else described.get(name))
-        if motor.currents and value is not None:
-            numbers[name] = float(value)
-    return numbers
+        if motor.currents:
+            known[name] = full, start.value if start is not None else described.get(name)
+
+    def given(settings: Mapping[str, Any]) -> dict[str, float]:
+        values = {name: settings.get(full, value) for name, (full, value) in known.items()}
+        return {name: float(value) for name, value in values.items() if value is not None}
+
+    return given

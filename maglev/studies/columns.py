@@ -4,10 +4,11 @@ import re
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 from math import inf, isnan
+from typing import Any
 
 from maglev.errors import ScenarioError, nearest
-from maglev.judging.measures import measures
-from maglev.judging.metrics import Metrics
+from maglev.judging.measures import numbers
+from maglev.judging.metrics import ManyMetrics, Metrics, larger
 from maglev.quantities import printed
 from maglev.schema.run_plan import RunPlan
 from maglev.studies.schema import Limit
@@ -34,20 +35,20 @@ class Column:
         return (self.min == -inf and self.max == inf) or self.min <= value <= self.max
 
 
-def named_values(plan: RunPlan, metrics: Metrics) -> dict[str, tuple[float, str]]:
-    """Values and units of a run by name.
+def named_values(plan: RunPlan, metrics: Metrics | ManyMetrics) -> dict[str, tuple[Any, str]]:
+    """Values and units of a run by name, or of many, then arrays of shape (runs,).
 
     "overshoot of x at t = 6 s" is that of one step, "overshoot of x" the largest of all steps.
     """
-    values: dict[str, tuple[float, str]] = {}
-    steps: dict[str, tuple[float, str]] = {}
-    for measure in measures(plan, metrics):
-        name = f"{measure.quantity} of {measure.of}" if measure.of else measure.quantity
-        if measure.time is not None:
-            steps[f"{name}{AT_STEP}{measure.time:g} s"] = measure.value, measure.unit
-            values[name] = max(values.get(name, (-inf, ""))[0], measure.value), measure.unit
+    values: dict[str, tuple[Any, str]] = {}
+    steps: dict[str, tuple[Any, str]] = {}
+    for quantity, of, time, value, unit, _ in numbers(plan, metrics):
+        name = f"{quantity} of {of}" if of else quantity
+        if time is not None:
+            steps[f"{name}{AT_STEP}{time:g} s"] = value, unit
+            values[name] = larger(values.get(name, (-inf, ""))[0], value), unit
         else:
-            values[name] = measure.value, measure.unit
+            values[name] = value, unit
     return {**values, **steps}
 
 

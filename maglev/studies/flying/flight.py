@@ -11,9 +11,9 @@ from maglev.arrays import Array
 from maglev.cosim.blocks.block_loop import DONE, ENDED, BlockLoop, block_loop
 from maglev.cosim.master import Columns, Master
 from maglev.experiment.preparation import Experiment, is_foreign
-from maglev.judging.metrics import Metrics, phase_resistances
+from maglev.judging.metrics import ManyMetrics, resistances_by
 from maglev.schema.settings import REFERENCE, start_values, with_references
-from maglev.studies.flying.measuring import Measuring, Meter
+from maglev.studies.flying.measuring import Measuring, Meter, complete
 from maglev.user_controllers.blocks import Block
 
 Changes = Mapping[str, float | bool]   # start values `fmu.variable`, and references `reference.AXIS.amplitude`
@@ -44,6 +44,7 @@ class Flight:
                                   if name not in (written or {}))
         self.descriptions = experiment.check()
         self.drives = experiment.drives(self.descriptions)
+        self.resistances = resistances_by(experiment.plan)   # of phases by motor, ohm, for changes
         self.master: Master | None = None
         self.columns: Columns | None = None   # of the runs of one master, all in the same memory
         self.redriven = False   # the references are not those of the experiment
@@ -100,7 +101,7 @@ class Flight:
             self.close()
         return recording.time, recording.columns
 
-    def measure(self, changes: Changes) -> tuple[Metrics, Array | None] | None:
+    def measure(self, changes: Changes) -> tuple[ManyMetrics, Array | None] | None:
         """Metrics of a run with other values, and rows of what is kept, without a recording; errors as of `fly`.
 
         The next run overwrites the rows. None where there is no loop for it, something is refused, or is no number:
@@ -111,14 +112,15 @@ class Flight:
         assert self.loop is not None
         meter = self.metering()
         try:
-            ending = meter.run(self.loop, phase_resistances(self.experiment.plan, changes), self.ended)
+            ending = meter.run(self.loop, self.resistances(changes), self.ended)
         except BaseException:
             self.close()
             raise
         if ending == ENDED:
             raise KeyboardInterrupt
-        metrics = meter.metrics() if ending == DONE else None
-        return None if metrics is None else (metrics, meter.arrays.get("kept"))
+        if ending != DONE or not complete(meter.whole).all():
+            return None
+        return meter.metrics(*meter.own()), meter.arrays.get("kept")
 
     def begin(self, changes: Changes) -> bool:
         """Make ready a run with other values, for the loop; False where there is none. Errors as of `fly`."""

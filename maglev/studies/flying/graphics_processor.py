@@ -19,11 +19,10 @@ from fmi_export.target.graphics import FLAGS, ptx
 from maglev.arrays import Array
 from maglev.cosim.blocks.block_loop import DONE, LOOP_FILE, RUN_FILE
 from maglev.errors import MaglevError, ScenarioError, extra, one_of, option
-from maglev.judging.metrics import phase_resistances
 from maglev.schema.settings import REFERENCE
 from maglev.studies.flying.flight import Changes, Flight
-from maglev.studies.flying.measuring import Measuring, Observer
-from maglev.studies.flying.samples import Batch, Job, Sample, Store, completed, each_flown, gathered
+from maglev.studies.flying.measuring import Measuring, Observer, complete
+from maglev.studies.flying.samples import Batch, Job, Sample, Store, each_flown, gathered, rows_of
 from maglev_files.cache import BLOCK_LOOPS, Kept, keep, kept
 
 DEVICES = ("cpu", "gpu")
@@ -33,6 +32,7 @@ OLDEST = 80        # compute capability, in tenths, that the PTX is for
 THREADS = 64       # of a block
 MOST = 65_536      # samples at a time: Ctrl-C waits for them
 SHARE = 0.8        # of the memory that is free; the rest is for the threads' own
+FOUND = ("whole", "of_windows", "of_events")   # as a meter takes them
 AROUND = ("beginnings", "returned")   # what each sample has of its own beside what its observer has
 SHARED = ("bands", "starts", "steady", "event_starts", "event_ends")   # what the observers of all samples have
 
@@ -177,7 +177,7 @@ def begin(flight: Flight, job: Job, values: Array, samples: Iterable[int]) -> Be
         except MaglevError:
             continue
         if ready and flight.loop is not None and (beginning := flight.loop.begin()):
-            resistances = phase_resistances(job.experiment.plan, changes)
+            resistances = flight.resistances(changes)
             begun.samples.append(sample)
             begun.beginnings.append(beginning)
             begun.resistances.append([resistances.get(motor, np.nan) for motor in job.experiment.plan.motors])
@@ -195,10 +195,10 @@ class Device:
         self.calls = self.bytes_there(loop.moved)
         self.signals = [None if track.signals is None else cupy.asarray(track.signals) for track in loop.tracks]
         self.rows = cupy.asarray(np.array([0 if track is None else track.data.ptr for track in self.signals], np.int64))
-        self.measured = {"whole": meter.whole, "of_windows": meter.found_windows, "of_events": meter.found_events,
-                      **{name: meter.arrays[name] for name in ("kept",) if name in meter.arrays}}
-        self.own = {name: array.nbytes for name, array in [*self.measured.items(), *(
-            (name, meter.arrays[name]) for name in ("errors", "resistances") if name in meter.arrays)]}
+        found = dict(zip(FOUND, (meter.whole[0], meter.found_windows, meter.found_events), strict=True))
+        found |= {name: meter.arrays[name] for name in ("kept", "errors", "resistances") if name in meter.arrays}
+        self.measured = {name: (found[name].dtype, found[name].shape) for name in (*FOUND, "kept") if name in found}
+        self.own = {name: array.nbytes for name, array in found.items()}
         self.own |= dict(zip(AROUND, (loop.size, 8), strict=True))   # bytes of a sample
 
     def bytes_there(self, content: Any) -> Any:
@@ -243,14 +243,14 @@ class Device:
     def completed(self, job: Job, running: Running) -> Iterator[tuple[int, Sample]]:
         """Samples that were completed, as soon as all have ended, with their numbers."""
         returned = self.cupy.asnumpy(running.arrays["returned"]).view(np.int64)[:, 0]
-        arrays = {name: self.cupy.asnumpy(running.arrays[name]) for name in self.measured}
-        for row, number in enumerate(running.samples):
-            if returned[row] == DONE:
-                for name, array in self.measured.items():
-                    array.reshape(-1).view(np.uint8)[:] = arrays[name][row]
-                metrics = self.meter.metrics()
-                if metrics is not None:
-                    yield number, completed(job, metrics, self.meter.arrays.get("kept"))
+        found = {name: self.cupy.asnumpy(running.arrays[name]).view(form).reshape(len(returned), *shape)
+                 for name, (form, shape) in self.measured.items()}
+        done = np.flatnonzero((returned == DONE) & complete(found["whole"]))
+        if len(done):
+            rows = rows_of(job, self.meter.metrics(*(found[name][done] for name in FOUND)))
+            kept = found["kept"][done] if "kept" in found else [None] * len(done)
+            for k, values, trajectories in zip(done.tolist(), rows, kept, strict=True):
+                yield running.samples[k], Sample(values, None, trajectories)
 
 
 def code_of(sources: Mapping[str, str]) -> dict[str, str]:

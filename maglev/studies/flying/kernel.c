@@ -15,10 +15,11 @@ static inline void run_sample(const struct batch *batch, int64_t sample)
 {
     const int64_t never = 0;
     struct meter meter = {0};
+    struct whole whole = {{0}};
     struct observer observer = batch->first;
     struct given *const given = &observer.given;
     observer.meter = &meter;
-    observer.whole += sample;
+    observer.whole = &whole;            /* what is written at each point is a thread's own */
     observer.windows += sample * given->windows;
     observer.events += sample * given->events;
     given->resistances += sample * MOTORS;
@@ -30,6 +31,7 @@ static inline void run_sample(const struct batch *batch, int64_t sample)
     }
     batch->returned[sample] = whole_run(&batch->beginnings[sample], batch->calls, batch->rows, batch->last, &never,
                                         &observer);
+    batch->first.whole[sample] = whole;
 }
 
 #if defined __NVPTX__

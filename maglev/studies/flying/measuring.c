@@ -54,15 +54,16 @@ struct whole {
 
 struct meter {
     int64_t window;             /* number of the present one, -1 before the first */
+    struct window present;      /* near the loop: it becomes one of all when it ends */
     double target[AXES];
     double size[AXES], amount[AMOUNTS], loss[MOTORS];   /* at the sample before */
 };
 
 static const int64_t amounts_of[MOTORS][3] = AMOUNTS_OF;   /* first current, first command, behind the last */
 
-static inline void begin_window(const struct given *given, struct meter *meter, struct window *window, const struct seen *seen)
+static inline void begin_window(struct meter *meter, const struct seen *seen)
 {
-    (void)given;
+    struct window *const window = &meter->present;
     for (int a = 0; a < AXES; ++a) {
         meter->target[a] = seen->reference[a];
         window->highest[a] = -INFINITY;
@@ -77,9 +78,10 @@ static inline void begin_window(const struct given *given, struct meter *meter, 
     }
 }
 
-static inline void measure_window(const struct given *given, const struct meter *meter, struct window *window, int64_t k,
+static inline void measure_window(const struct given *given, struct meter *meter, struct window *windows, int64_t k,
                                   const struct seen *seen)
 {
+    struct window *const window = &meter->present;
     const int64_t start = given->starts[meter->window], last = given->starts[meter->window + 1] - 1;
     const bool steady = k >= given->steady[meter->window];
     for (int a = 0; a < AXES; ++a) {
@@ -101,6 +103,9 @@ static inline void measure_window(const struct given *given, const struct meter 
     for (int i = 0; i < FLAGS; ++i) {
         window->flagged[i] = seen->flag[i] != 0.0 ? 1.0 : window->flagged[i];
         window->flag_at_end[i] = seen->flag[i];
+    }
+    if (k == last) {
+        windows[meter->window] = *window;
     }
 }
 
@@ -209,10 +214,10 @@ static inline void measure(const struct given *given, struct meter *meter, struc
     }
     if (meter->window + 1 < given->windows && k == given->starts[meter->window + 1]) {
         ++meter->window;
-        begin_window(given, meter, &windows[meter->window], seen);
+        begin_window(meter, seen);
     }
     if (meter->window >= 0) {
-        measure_window(given, meter, &windows[meter->window], k, seen);
+        measure_window(given, meter, windows, k, seen);
     } else if (k == given->starts[0] - 1) {
         for (int a = 0; a < AXES; ++a) {
             whole->before[a] = seen->position[a] - seen->reference[a];

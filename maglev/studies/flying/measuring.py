@@ -5,9 +5,9 @@ metrics here.
 """
 
 import math
-from collections.abc import Collection, Iterator, Mapping, Sequence
+from collections.abc import Callable, Collection, Iterable, Iterator, Mapping, Sequence
 from ctypes import Structure, c_double, c_int64, c_void_p
-from functools import cached_property
+from functools import cached_property, reduce
 from pathlib import Path
 from typing import Any
 
@@ -24,15 +24,18 @@ from maglev.judging.metrics import (
     Deviation,
     Effort,
     EventResponse,
-    Metrics,
+    ManyMetrics,
     MotorCurrents,
     StepResponse,
     TrackingError,
+    larger,
     step_samples,
     step_windows,
     winding_of,
 )
 from maglev.schema.run_plan import RunPlan
+
+Structs = npt.NDArray[np.void]
 
 SOURCE = Path(__file__).with_name("measuring.c")
 OBSERVER = """\
@@ -53,6 +56,14 @@ static inline void observe(struct observer *observer, int64_t k, const struct se
     measure(&observer->given, observer->meter, observer->whole, observer->windows, observer->events, k, seen);
 }
 """
+
+
+# Of many runs, numbers are arrays, shape (runs,).
+currents_of: Callable[..., MotorCurrents] = MotorCurrents
+deviation_of: Callable[..., Deviation] = Deviation
+effort_of: Callable[..., Effort] = Effort
+step_of: Callable[..., StepResponse] = StepResponse
+tracking_of: Callable[..., TrackingError] = TrackingError
 
 
 class Observer(Structure):
@@ -113,12 +124,14 @@ class Measuring:
         def struct(**fields: int) -> np.dtype[np.void]:
             return np.dtype([(name, np.float64, (size,)) for name, size in fields.items()])
 
+        window = struct(highest=axes, lowest=axes, steady=axes, outside=banded, end=axes, flagged=flags,
+                        flag_at_end=flags)
         return {"whole": struct(squares=axes, end=axes, tracking=axes, peak=axes, beyond=axes, highest=amounts,
                                 sum=amounts, flag=flags, before=axes, flag_before=flags),
-                "window": struct(highest=axes, lowest=axes, steady=axes, outside=banded, end=axes, flagged=flags,
-                                 flag_at_end=flags),
+                "window": window,
                 "event": struct(peak=axes, integral=axes, outside=banded, squares=motors, loss=motors, changes=amounts),
-                "meter": np.dtype([("window", np.int64), ("rest", np.float64, (2 * axes + amounts + motors,))])}
+                "meter": np.dtype([("window", np.int64), ("present", window),
+                                   ("rest", np.float64, (2 * axes + amounts + motors,))])}
 
 
 class Meter:
@@ -173,32 +186,33 @@ class Meter:
             self.arrays["resistances"][i] = resistances.get(motor, math.nan)
         return loop.run(len(self.measuring.time) - 1, ended, self.observer)
 
-    def metrics(self) -> Metrics | None:
-        """What was found on the run that is done, as `run_metrics` has it; None if something of it is no number."""
-        measuring, whole = self.measuring, self.whole[0]
+    def own(self) -> tuple[Structs, Structs, Structs]:
+        """What was found on the run that is done, as `metrics` takes it."""
+        return self.whole, self.found_windows[None, :], self.found_events[None, :]
+
+    def metrics(self, whole: Structs, windows: Structs, events: Structs) -> ManyMetrics:
+        """What was found on runs, as `run_metrics` has it of each.
+
+        Of the forms of `Measuring`: shape (runs,), (runs, windows) and (runs, events).
+        """
+        measuring = self.measuring
         plan, points = measuring.plan, len(measuring.time)
-        if not all(np.isfinite(whole[name]).all() for name in ("squares", "sum")):
-            return None
-        contact, tripped = (self.first(flag) for flag in (plan.stop_flag, plan.trip_flag))
-        ends = {axis: abs(float(whole["end"][i])) for i, axis in enumerate(measuring.axes)}
-        return Metrics(
-            steps=tuple(self.step(number, i) for number, (start, _) in enumerate(self.windows)
-                        for i, axis in enumerate(measuring.axes) if start in self.own_steps[axis]),
+        contact, trip = (self.first(whole, flag) for flag in (plan.stop_flag, plan.trip_flag))
+        ends = {axis: np.abs(whole["end"][:, i]) for i, axis in enumerate(measuring.axes)}
+        lost = [error > self.fail_error(axis) for axis, error in ends.items()]
+        motors = [currents_of(motor, *(value for group in (currents, commands) for value in (
+            largest(whole["highest"][:, i] for i in group), largest(whole["sum"][:, i] / points for i in group))))
+            for motor, currents, commands in self.motors()]
+        return ManyMetrics(
+            steps=tuple(self.steps(windows)),
             tracking=() if self.tracked == points else tuple(
-                TrackingError(axis, float(whole["tracking"][i]) / (points - self.tracked), float(whole["peak"][i]),
-                              float(measuring.time[int(whole["beyond"][i])] - measuring.time[0])
-                              if whole["beyond"][i] >= 0.0 else 0.0) for i, axis in enumerate(measuring.axes)),
-            motors=tuple(MotorCurrents(motor, *(value for group in (currents, commands) for value in (
-                max((float(whole["highest"][i]) for i in group), default=0.0),
-                max((float(whole["sum"][i]) / points for i in group), default=0.0))))
-                for motor, currents, commands in self.motors()),
-            end_errors=ends,
-            rms_errors={axis: math.sqrt(float(whole["squares"][i]) / points)
-                        for i, axis in enumerate(measuring.axes)},
-            lost=self.lost(), events=tuple(self.event(number) for number in range(len(self.events))),
-            stop_contact=contact, tripped=tripped,
-            failed=(contact is not None or tripped is not None
-                    or any(ends[axis] > self.fail_error(axis) for axis in measuring.axes)))
+                tracking_of(axis, whole["tracking"][:, i] / (points - self.tracked), whole["peak"][:, i],
+                            self.transient(whole["beyond"][:, i])) for i, axis in enumerate(measuring.axes)),
+            motors=tuple(motors), end_errors=ends,
+            rms_errors={axis: np.sqrt(whole["squares"][:, i] / points) for i, axis in enumerate(measuring.axes)},
+            events=tuple(self.responses(events)),
+            lost_setpoints=self.lost(whole, windows), stop_contact_time=contact, trip_time=trip,
+            failed=np.any([contact < math.inf, trip < math.inf, *lost], 0))
 
     def fail_error(self, axis: str) -> float:
         """Error (m, rad) of an axis that is a failure."""
@@ -213,55 +227,80 @@ class Meter:
             last = middle + len(motor.commands)
             yield name, range(first, middle), range(middle, last)
 
-    def first(self, flag: str | None) -> float | None:
-        """Time of the first sample with a flag, s."""
-        sample = -1 if flag is None else int(self.whole[0]["flag"][self.measuring.flags.index(flag)])
-        return None if sample < 0 else float(self.measuring.time[sample])
+    def first(self, whole: Structs, flag: str | None) -> Array:
+        """Times of the first samples with a flag, s; inf without one."""
+        if flag is None:
+            return np.full(len(whole), math.inf)
+        samples = whole["flag"][:, self.measuring.flags.index(flag)]
+        return np.where(samples < 0.0, math.inf, self.measuring.time[at(samples)])
 
-    def settling(self, outside: npt.NDArray[np.float64], axis: int, start: int, end: int) -> dict[float, float]:
-        """Settling times (s) by band in a window, from the last samples outside."""
-        time, settled = self.measuring.time, {}
-        for i, band in enumerate(self.measuring.bands[axis]):
-            last = int(outside[axis * self.measuring.columns + i])
-            settled[band] = 0.0 if last < 0 else math.inf if last == end - start - 1 else float(
-                time[start + last] - time[start])
-        return settled
+    def transient(self, beyond: Array) -> Array:
+        """Times (s) of the last samples beyond the transient of tracking; 0 without one."""
+        time = self.measuring.time
+        return np.where(beyond < 0.0, 0.0, time[at(beyond)] - time[0])
 
-    def step(self, number: int, axis: int) -> StepResponse:
-        """Response of an axis to its own step, with which a window begins."""
-        name, window, (start, end) = self.measuring.axes[axis], self.found_windows[number], self.windows[number]
-        before, target = (float(self.references[name][k]) for k in (start - 1, start))
-        beyond = float(window["highest"][axis]) if target > before else -float(window["lowest"][axis])
-        return StepResponse(name, float(self.measuring.time[start]), before, target,
-                            self.settling(window["outside"], axis, start, end),
-                            max(0.0, beyond) / abs(target - before),
-                            float(window["steady"][axis]) / self.steady[number])
+    def settling(self, outside: Array, spans: Sequence[tuple[int, int]]) -> list[list[dict[float, Any]]]:
+        """Settling times (s) of spans, of axes, by band, from the last samples outside, shape (runs, spans, …)."""
+        measuring, time = self.measuring, self.measuring.time
+        starts, ends = np.array(spans, np.int64).reshape(-1, 2, 1).transpose(1, 0, 2)
+        settled = np.where(outside < 0.0, 0.0, np.where(outside == ends - starts - 1, math.inf,
+                                                        time[starts + at(outside)] - time[starts]))
+        return [[{band: settled[:, k, axis * measuring.columns + i] for i, band in enumerate(bands)}
+                 for axis, bands in enumerate(measuring.bands)] for k in range(len(spans))]
 
-    def lost(self) -> tuple[float, ...]:
-        """Times of the steps after which the stage was lost, s."""
+    def steps(self, windows: Structs) -> Iterator[StepResponse]:
+        """Responses of each axis to its own steps, with which windows begin."""
+        settled = self.settling(windows["outside"], self.windows)
+        steady = windows["steady"] / np.array(self.steady)[:, None]
+        for number, (start, _) in enumerate(self.windows):
+            for i, axis in enumerate(self.measuring.axes):
+                if start in self.own_steps[axis]:
+                    before, target = (float(self.references[axis][k]) for k in (start - 1, start))
+                    beyond = windows["highest"][:, number, i] if target > before else -windows["lowest"][:, number, i]
+                    yield step_of(axis, float(self.measuring.time[start]), before, target, settled[number][i],
+                                  larger(0.0, beyond) / abs(target - before), steady[:, number, i])
+
+    def lost(self, whole: Structs, windows: Structs) -> Array:
+        """How many steps there are after which the stage was lost."""
         limits = np.array([self.fail_error(axis) for axis in self.measuring.axes])
 
-        def is_lost(errors: npt.NDArray[np.float64], flags: npt.NDArray[np.float64]) -> bool:
-            return bool((flags != 0.0).any() or (np.abs(errors) > limits).any())
+        def is_lost(errors: Array, flags: Array) -> npt.NDArray[np.bool_]:
+            return np.asarray((flags != 0.0).any(1) | (np.abs(errors) > limits).any(1))
 
-        losses, was_lost = [], is_lost(self.whole[0]["before"], self.whole[0]["flag_before"])
-        for (start, _), window in zip(self.windows, self.found_windows, strict=True):
+        count, was_lost = np.zeros(len(whole)), is_lost(whole["before"], whole["flag_before"])
+        for window in windows.T:
             now_lost = is_lost(window["end"], window["flag_at_end"])
-            if not was_lost and (now_lost or window["flagged"].any()):
-                losses.append(float(self.measuring.time[start]))
+            count += ~was_lost & (now_lost | window["flagged"].any(1))
             was_lost = now_lost
-        return tuple(losses)
+        return count
 
-    def event(self, number: int) -> EventResponse:
-        """What the run does in the window of an event."""
-        measuring, window, (start, end) = self.measuring, self.found_events[number], self.events[number]
-        event, time, samples = measuring.plan.events[number], measuring.time, end - start
-        return EventResponse(
-            event.name, event.time, float(time[end - 1]),
-            tuple(Deviation(axis, float(window["peak"][i]), self.settling(window["outside"], i, start, end),
-                            float(window["integral"][i]) / 2.0) for i, axis in enumerate(measuring.axes)),
-            tuple(Effort(motor, math.sqrt(float(window["squares"][i]) / samples / max(1, len(currents))),
-                         float(window["loss"][i]) / 2.0,
-                         max((math.sqrt(float(window["changes"][k]) / (samples - 1) / 2.0) for k in commands
-                              if samples > 1), default=0.0))
-                  for i, (motor, currents, commands) in enumerate(self.motors())))
+    def responses(self, windows: Structs) -> Iterator[EventResponse]:
+        """What runs do in the windows of events."""
+        measuring, recovered = self.measuring, self.settling(windows["outside"], self.events)
+        for number, (event, (start, end)) in enumerate(zip(measuring.plan.events, self.events, strict=True)):
+            found, samples = windows[:, number], end - start
+            yield EventResponse(
+                event.name, event.time, float(measuring.time[end - 1]),
+                tuple(deviation_of(axis, found["peak"][:, i], recovered[number][i], found["integral"][:, i] / 2.0)
+                      for i, axis in enumerate(measuring.axes)),
+                tuple(effort_of(motor, np.sqrt(found["squares"][:, i] / samples / max(1, len(currents))),
+                                found["loss"][:, i] / 2.0,
+                                largest(np.sqrt(found["changes"][:, k] / (samples - 1) / 2.0) for k in commands
+                                        if samples > 1))
+                      for i, (motor, currents, commands) in enumerate(self.motors())))
+
+
+def complete(whole: Structs) -> npt.NDArray[np.bool_]:
+    """Whether all that was measured on each run is a number."""
+    finite: npt.NDArray[np.bool_] = np.isfinite(whole["squares"]).all(1) & np.isfinite(whole["sum"]).all(1)
+    return finite
+
+
+def largest(values: Iterable[Array]) -> Any:
+    """The largest of each run; 0 without any."""
+    return reduce(larger, values, 0.0)
+
+
+def at(samples: Array) -> npt.NDArray[np.int64]:
+    """Samples as indices; -1, for none, as 0."""
+    return np.maximum(samples, 0.0).astype(np.int64)

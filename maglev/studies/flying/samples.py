@@ -14,7 +14,7 @@ from maglev.arrays import Array
 from maglev.cosim.other_process.helper import other_process
 from maglev.errors import MaglevError, in_one_line
 from maglev.experiment.preparation import Experiment
-from maglev.judging.metrics import Metrics, columns_needed, phase_resistances, run_metrics
+from maglev.judging.metrics import ManyMetrics, Metrics, columns_needed, run_metrics
 from maglev.processes.beside import Gone, Send, Silent
 from maglev.studies.columns import Column, named_values
 from maglev.studies.flying.flight import Flight
@@ -108,10 +108,10 @@ def each_flown(job: Job, values: Array, loaded: Callable[[], None] | None = None
         for sample in values.tolist():
             changes = job.changes(sample)
             try:
-                measured = flight.measure(changes)
+                measured: tuple[Metrics | ManyMetrics, Array | None] | None = flight.measure(changes)
                 if measured is None:
                     time, columns = flight.fly(changes)
-                    measured = (run_metrics(plan, time, columns, phase_resistances(plan, changes)),
+                    measured = (run_metrics(plan, time, columns, flight.resistances(changes)),
                                 np.column_stack([columns[name][::job.every] for name in job.kept])
                                 if job.kept else None)
             except MaglevError as error:
@@ -120,11 +120,16 @@ def each_flown(job: Job, values: Array, loaded: Callable[[], None] | None = None
             yield completed(job, *measured)
 
 
-def completed(job: Job, metrics: Metrics, rows: Array | None) -> Sample:
+def completed(job: Job, metrics: Metrics | ManyMetrics, rows: Array | None) -> Sample:
     """A sample that was completed, with rows of what is kept, where the next run writes, too."""
+    return Sample(rows_of(job, metrics)[0], None, None if rows is None else rows.copy())
+
+
+def rows_of(job: Job, metrics: Metrics | ManyMetrics) -> Array:
+    """Metrics of runs, or of one, shape (runs, columns); NaN where there is none."""
     named = named_values(job.experiment.plan, metrics)
-    return Sample(np.array([named.get(column.name, (nan, ""))[0] for column in job.columns]), None,
-                  None if rows is None else rows.copy())
+    columns = [np.asarray(named.get(column.name, (nan, ""))[0], np.float64) for column in job.columns]
+    return np.column_stack(np.broadcast_arrays(*columns)) if columns else np.empty((1, 0))
 
 
 def gathered(job: Job, first: int, samples: Iterable[Sample]) -> Flown:

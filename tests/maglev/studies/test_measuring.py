@@ -1,6 +1,5 @@
 """Metrics of runs that are not recorded: bit for bit `run_metrics` of the recordings that calls of the FMUs give."""
 
-import dataclasses
 import math
 from ctypes import c_int64
 from pathlib import Path
@@ -19,6 +18,7 @@ from maglev.experiment.preparation import Experiment, prepare
 from maglev.judging.metrics import phase_resistances, run_metrics
 from maglev.schema.layers import packaged_runs
 from maglev.schema.loading import load_plan
+from maglev.studies.columns import named_values
 from maglev.studies.flying.flight import Changes, Flight
 from maglev.studies.flying.measuring import Measuring
 from maglev.user_controllers.blocks import built_blocks
@@ -49,11 +49,12 @@ def require_same(flight: Flight, changes: Changes) -> None:
     metrics, rows = measured
     plan = flight.experiment.plan
     time, columns = flight.fly(changes)
-    expected = run_metrics(plan, time, columns, phase_resistances(plan, changes))
-    for field in dataclasses.fields(expected):
-        if field.name != "extremes":   # of whole columns, which studies do not keep
-            # As text, a NaN is itself; of a number, text is shortest, and so exact.
-            assert repr(getattr(metrics, field.name)) == repr(getattr(expected, field.name)), field.name
+    expected = named_values(plan, run_metrics(plan, time, columns, phase_resistances(plan, changes)))
+    found = named_values(plan, metrics)
+    assert list(found) == list(expected)
+    for name, (value, unit) in expected.items():
+        # As text, a NaN is itself; of a number, text is shortest, and so exact.
+        assert [repr(float(each)) for each in found[name][0]] == [repr(float(value))] and found[name][1] == unit, name
     assert flight.measuring is not None
     for i, name in enumerate(flight.measuring.kept):
         assert rows is not None
