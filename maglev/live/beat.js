@@ -2,6 +2,7 @@
 // Beat the thesis: a task for a law of the reader's and for the thesis's regulator, and what each makes of it, in numbers.
 
 const TASK = { mass: 1, on: 1, way: 0.01, step: 4, until: 7 };   // kg that are put on, at s; m of the step, at s; s
+const TIE = 0.05;                                                // share of the smaller value by which two differ and are as good
 const PHONE = matchMedia("(max-width: 67.99rem)");               // where a law is changed by its gains
 
 /** What is measured, as the worker gives it: in words, its unit, how many of it are one SI unit, and digits. */
@@ -43,35 +44,40 @@ const measured = (result, i) => {
   return !result ? "" : result.values.length ? `${(scale * result.values[i]).toFixed(digits)} ${unit}` : i ? "–" : `lost at ${result.lost.toFixed(2)} s`;
 };
 
-/** In how many measures the law is better; undefined while one of them is not measured. */
-function wins({ yours, thesis } = beat) {
-  if (!yours || !thesis) return undefined;
-  return yours.values.length ? yours.values.filter((value, i) => value < thesis.values[i]).length : 0;
+/** Of each measure −1 where the law is better, 1 where the thesis is, 0 where they are as good as each other: within TIE, or read the
+ * same. None while one is not measured, or has lost the platform. */
+function compared({ yours, thesis } = beat) {
+  if (!yours?.values.length || !thesis?.values.length) return [];
+  return yours.values.map((ours, i) => {
+    const theirs = thesis.values[i], alike = Math.max(ours, theirs) <= (1 + TIE) * Math.min(ours, theirs) || measured(yours, i) === measured(thesis, i);
+    return alike ? 0 : Math.sign(ours - theirs);
+  });
 }
 
 function verdictText() {
-  const won = wins(), all = MEASURES.length;
-  if (won === undefined) return "";
-  const how = !beat.yours.values.length ? `It lost the platform after ${beat.yours.lost.toFixed(2)} s.`
-    : won === all ? `It beats the thesis in all ${all} measures.` : won ? `It beats the thesis in ${won} of ${all} measures.` : "The thesis is better in every measure.";
+  if (!beat.yours || !beat.thesis) return "";
+  const [better, alike, worse] = [-1, 0, 1].map((sign) => compared().filter((each) => each === sign).length);
+  const parts = [better && `beats the thesis in ${better}`, alike && `is as good (within ${100 * TIE} %) in ${alike}`, worse && `is worse in ${worse}`];
+  const how = compared().length ? `It ${parts.filter(Boolean).join(", ")} of ${MEASURES.length} measures.`
+    : `It lost the platform after ${beat.yours.lost.toFixed(2)} s.`;
   return beat.sent ? `${how} So says the link: run it to see.` : how;
 }
 
 function showResult() {
-  const { yours, thesis } = beat, table = at("result");
+  const { yours, thesis } = beat, table = at("result"), best = compared();
   table.replaceChildren();
   html("caption", {}, table, verdictText());
   const head = html("tr", {}, html("thead", {}, table));
-  for (const [text, colour] of [["less is better"], ["yours", "run-1"], ["thesis", "run-0"]]) {
+  for (const [text, colour] of [["less is better, bold if by over 5 %"], ["yours", "run-1"], ["thesis", "run-0"]]) {
     const cell = html("th", { scope: "col" }, head, text);
     if (colour) cell.prepend(html("i", { class: "swatch", style: `background: var(--${colour})` }));
   }
   const body = html("tbody", {}, table);
   MEASURES.forEach(([name], i) => {
-    const row = html("tr", {}, body), best = wins() === undefined || !yours.values.length ? 0 : Math.sign(yours.values[i] - thesis.values[i]);
+    const row = html("tr", {}, body);
     html("th", { scope: "row" }, row, name);
-    html("td", { class: best < 0 ? "best" : "" }, row, measured(yours, i));
-    html("td", { class: best > 0 ? "best" : "" }, row, measured(thesis, i));
+    html("td", { class: best[i] < 0 ? "best" : "" }, row, measured(yours, i));
+    html("td", { class: best[i] > 0 ? "best" : "" }, row, measured(thesis, i));
   });
 }
 

@@ -25,7 +25,8 @@ from pmlsm.velocity_rows import GRAVITY
 
 LAWS = {"Regulator": "nonlinear", "LinearRegulator": "linear", "ScheduledRegulator": "scheduled",
         "InterpolatedRegulator": "interpolated", "PID": "PID", "AdaptiveRegulator": "adaptive"}
-LAW_COLOURS = {"nonlinear": 0, "PID": 4, "linear": 2, "scheduled": 3}   # numbers of lines of runs; another law has 1
+# Numbers of lines of runs; a law of the reader's has 1.
+LAW_COLOURS = {"nonlinear": 0, "linear": 2, "scheduled": 3, "PID": 4, "adaptive": 5, "interpolated": 6}
 SIGNALS = ("constant", "steps", "sinusoids")
 
 ARM = 3.5   # pole pitches from the middle of a platform to its motors, where no description says so

@@ -71,9 +71,11 @@ function drawFrame(context, strip, box, colours) {
   }
   for (const mark of strip.marks) line(context, across(y(mark)), colours.faint, 1, DASHED);
   let end = right;
-  for (const [name, colour] of (strip.names ?? strip.lines.filter((each) => each.name).map((each) => [each.name, each.colour])).reverse()) {
-    write(context, `— ${name}`, end, box.top - 8, colours[colour], { align: "right" });
-    end -= context.measureText(`— ${name}`).width + 12;
+  const names = strip.names ?? strip.lines.filter((each) => each.name).map((each) => [each.name, each.colour]);
+  for (const [name, colour] of [...names].reverse()) {
+    const text = `${colour === "other" ? "- -" : "—"} ${name}`;
+    write(context, text, end, box.top - 8, colours[colour], { align: "right" });
+    end -= context.measureText(text).width + 12;
   }
   const room = context.measureText(strip.title).width < end - box.left;
   write(context, room ? strip.title : strip.title.split(";")[0], box.left, box.top - 8, colours.text);
@@ -145,7 +147,7 @@ class Strips {
       context.clip();
       Object.assign(context, { lineJoin: "bevel", lineDashOffset: begin });   // dots go with the line
       for (const [line, ours, other] of flown) {
-        if (other) drawn(other, colours.other, 1.5 * ratio);
+        if (other) drawn(other, colours.other, 1.5 * ratio, [6 * ratio, 3 * ratio]);
         drawn(ours, colours[line.colour], (line.thin ? 1 : 1.7) * ratio, line.thin ? [2, 2] : []);
       }
       context.restore();

@@ -44,7 +44,7 @@ function sized(canvas, clear = true) {
 function sceneColours(axes) {
   const style = getComputedStyle(document.documentElement), colour = (name) => style.getPropertyValue(`--${name}`).trim();
   return Object.fromEntries([...["paper", "panel", "text", "faint", "line", "iron", "current", "north", "south", "plate", "weight", "bad",
-    "reference", ...Array.from({ length: 5 }, (_, k) => `run-${k}`)].map((name) => [name, colour(name)]),
+    "reference", ...Array.from({ length: 7 }, (_, k) => `run-${k}`)].map((name) => [name, colour(name)]),
   ...axes.map((axis, i) => [axis, colour(`axis-${i}`)])]);
 }
 

@@ -21,7 +21,7 @@ from maglev.schema.toml_table import Seconds, Table
 from pmlsm.rigs import RIGS
 
 EVERY = "*"
-COLOURS = 5   # of runs
+COLOURS = 7   # of runs
 
 # The main runs, those that are also shown as a moving picture.
 MOVING = ("3dof-setpoints-improved", "3dof-step-3-antiwindup-linear", "3dof-tracking-nonlinear",

@@ -48,7 +48,20 @@ def test_every_starter_does_the_task_on_every_stage(tab: Tab) -> None:
         assert result[0] < 5e-3 and result[2] < 2.9, "it holds, and settles"
         texts.append(tab.evaluate("lawText()"))
     assert len({*texts}) == len(STARTERS)
-    assert tab.page.inner_text("#result caption").startswith("It beats the thesis in ")
+    assert re.fullmatch("It .* in [1-6] of 6 measures.", tab.page.inner_text("#result caption"))
+
+
+@pytest.mark.parametrize("tab", [(WIDE, "")], ids=[""], indirect=True)
+def test_what_differs_by_less_than_five_percent_is_as_good(tab: Tab) -> None:
+    """Or by less than is shown: 1 nm of overshoot is not worse than none."""
+    wait_until(tab.page, "beat.thesis !== null")
+    tab.evaluate("""() => { const result = (values) => ({ values, lost: 0 });
+        Object.assign(beat, { thesis: result([1e-3, 1, 2, 0, 2e-4, 0.1]),
+            yours: result([1.04e-3, 0.9, 2.2, 1e-9, 1e-4, 0.1]) });
+        showResult(); }""")
+    assert tab.page.inner_text("#result caption") == (
+        "It beats the thesis in 2, is as good (within 5 %) in 3, is worse in 1 of 6 measures.")
+    assert tab.page.locator("#result .best").all_inner_texts() == ["900 ms", "2000 ms", "0.10 mm"]
 
 
 @pytest.mark.parametrize("tab", [(WIDE, "")], ids=[""], indirect=True)

@@ -71,6 +71,7 @@ def test_what_an_experiment_speaks_of_is_seen_to_move(told: Tab, request: pytest
     if story == "pid":
         theirs, colour = told.evaluate(DRAWN, True)
         assert theirs == colour != said and told.evaluate(WAY, True) > least
+        assert told.evaluate("maglevLive.strips.strips[0].names") == [["nonlinear", "ours"], ["PID", "other"]]
     if story == "weight":
         assert told.evaluate(FALL) > least
         assert told.evaluate("weightNow(maglevLive.history.last().time)") == {

@@ -7,10 +7,12 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from maglev.live.content import LAW_COLOURS, LAWS
 from maglev.pages.shell import tokens
+from maglev.report.plots.figures import COLOURS
 
 # What is drawn in one panel: lines of runs, phases of a motor, direct and quadrature current.
-GROUPS = (tuple(f"run-{k}" for k in range(5)), tuple(f"phase-{k}" for k in range(3)), ("direct", "quadrature"))
+GROUPS = (tuple(f"run-{k}" for k in range(7)), tuple(f"phase-{k}" for k in range(3)), ("direct", "quadrature"))
 
 # Machado, Oliveira and Fernandes (2009), severity 1, of linear RGB.
 SEEN_BY = {
@@ -59,6 +61,11 @@ def test_lines_of_a_panel_are_told_apart(scheme, who):
 def test_a_colour_has_one_meaning(scheme):
     meanings = [name for group in GROUPS for name in group]
     assert len({scheme[name] for name in [*meanings, "reference", "limit", "thesis"]}) == len(meanings) + 3
+
+
+def test_a_controller_has_a_colour_of_its_own_and_so_has_one_of_the_readers():
+    assert LAW_COLOURS.keys() == {*LAWS.values()}
+    assert len({1, *LAW_COLOURS.values()}) == len(LAWS) + 1 == COLOURS == len(GROUPS[0])
 
 
 def test_lines_stand_out_from_the_paper(scheme):
