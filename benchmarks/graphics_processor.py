@@ -1,8 +1,9 @@
-"""Whether a graphics processor gives the bits of this processor, and how fast: `maglev.batch` with device="gpu".
+"""Whether a graphics processor gives the bits of this processor, and how fast: batches and environments.
 
-First 65,536 differing stages in a run of 1.5 s, on both: all metrics must have the same bits. Then 100,000 samples of
-3dof-setpoints-improved with all metrics: the whole call, and the kernel alone, in steps of a stage a second. Without a
-graphics processor it says why it is left out. The exit code is 1 where bits differ.
+First 65,536 differing stages in a run of 1.5 s, on both: all metrics must have the same bits. So must 256 environments,
+in what they see and what it is worth, until each has ended and begun anew. Then 100,000 samples of
+3dof-setpoints-improved with all metrics: the whole call, and the kernel alone, in steps of a stage a second; and steps
+of many environments. Without a graphics processor it says why it is left out. The exit code is 1 where bits differ.
 """
 
 import argparse
@@ -15,8 +16,10 @@ from unittest.mock import patch
 import numpy as np
 
 import maglev
+from maglev.cosim.blocks.graphics_processor import require_device
+from maglev.gym.stages import Stages
 from maglev.schema.loading import load_plan
-from maglev.studies.flying.graphics_processor import Begun, Device, Running, require_device
+from maglev.studies.flying.graphics_processor import Begun, Device, Running
 
 RUN = "3dof-setpoints-improved"
 SHORT = """\
@@ -46,6 +49,45 @@ def same_bits(samples: int) -> bool:
     print(f"{samples:,} samples of 1.5 s, {stages:,} of them with metrics of their own, {len(here.columns)} metrics: "
           f"{'bits differ in ' + ', '.join(differ) if differ else 'the same bits'}")
     return not differ and there.failures == here.failures
+
+
+def environments(count: int, device: str, **options: Any) -> Stages:
+    """Environments of the 3-DOF stage."""
+    return Stages(count, "3dof", device=device, reference="hold", **options)
+
+
+def same_environments(count: int) -> bool:
+    """Compare environments on both processors, with noise and pushes, for one and a half episodes."""
+    here, there = (environments(count, device, duration=0.02, measurement={"y.noise": "1 um"}, parameters={
+        "y.force": {"at": (0.0, 0.01), "then": (-50.0, 50.0)}}) for device in ("cpu", "gpu"))
+    here.reset(seed=1)
+    there.reset(seed=1)
+    here.action_space.seed(1)
+    differ, ended = 0, 0
+    for _ in range(150):
+        actions = here.action_space.sample()
+        one, other = here.step(actions), there.step(actions)
+        differ += any(there.here(found).tobytes() != expected.tobytes()
+                      for found, expected in zip(other[:4], one[:4], strict=True))
+        ended += int((one[2] | one[3]).sum())
+    print(f"{count} environments of a stage, {ended} ends in 150 steps: "
+          f"{f'bits differ in {differ} of the steps' if differ else 'the same bits'}")
+    return not differ
+
+
+def speed_of_environments(count: int) -> None:
+    """Time steps of environments, before one falls: another episode takes its time here."""
+    envs = environments(count, "gpu")
+    envs.reset(seed=1)
+    actions = envs.xp.zeros(envs.commands.shape)
+    for _ in range(3):
+        envs.step(actions)
+    start = perf_counter()
+    for _ in range(20):
+        envs.step(actions)
+    apart = (perf_counter() - start) / 20   # what ends is on this processor, so a step waits for the other one
+    print(f"{count:,} environments: {1e3 * apart:.2f} ms a step of all, {count / apart:.3g} steps a second"
+          f"{', some begun anew' if envs.over.any() else ''}")
 
 
 def speed(samples: int) -> None:
@@ -80,9 +122,11 @@ def main() -> None:
     except maglev.MaglevError as error:
         print(f"left out: {error}")
         return
-    if not same_bits(asked.compared):
+    if not all([same_bits(asked.compared), same_environments(256)]):
         raise SystemExit(1)
     speed(asked.timed)
+    for count in (4_096, 65_536):
+        speed_of_environments(count)
 
 
 if __name__ == "__main__":

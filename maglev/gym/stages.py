@@ -2,7 +2,7 @@
 
 from collections.abc import Mapping, Sequence
 from concurrent.futures import ThreadPoolExecutor
-from ctypes import CDLL, POINTER, c_double, c_int64, c_void_p
+from ctypes import CDLL, POINTER, Structure, addressof, c_double, c_int64, c_void_p
 from typing import Any
 
 import gymnasium
@@ -14,6 +14,7 @@ from gymnasium.vector.utils import batch_space
 from fmi_export.definition import Variable
 from maglev.arrays import Array
 from maglev.cosim.blocks.block_loop import Part, indented, loop_of, out_of_range, parts_of
+from maglev.cosim.blocks.graphics_processor import THREADS, driver, kernels, require_device
 from maglev.errors import FmuError, ScenarioError
 from maglev.gym.compiled_stage import CompiledStage
 from maglev.gym.reward import Seen
@@ -24,11 +25,20 @@ from maglev.schema.options import formerly
 FEWEST = 32   # environments for which a thread is worth its start
 NEVER = np.iinfo(np.int64).max
 
+FUNCTION, CHANGE = "maglev_advance_all", "maglev_change"   # what a graphics processor runs
+
 SOURCE = """\
+#if !defined __NVPTX__
 #include "instance.h"
+#endif
+#include <math.h>
+#include <stdbool.h>
+#include <stdint.h>
 {includes}
 
-#if defined _WIN32
+#if defined __NVPTX__
+#define EXPORT __attribute__((device_kernel))
+#elif defined _WIN32
 #define EXPORT __declspec(dllexport)
 #else
 #define EXPORT __attribute__((visibility("default")))
@@ -38,6 +48,70 @@ SOURCE = """\
 struct stage {{
     {members}
 }};
+
+/* An input or a parameter of a stage, which is one of the list that is made with this. */
+struct change {{
+    int64_t stage, what;
+    double value;
+}};
+
+/* The struct Batch of stages.py. */
+struct batch {{
+    struct stage *stages;
+    double *rows;                   /* of each stage as many numbers as the width, as compiled_stage.py says */
+    int64_t width, count;
+    int64_t *made;                  /* samples since an episode began */
+    double step;                    /* s */
+    int64_t samples;                /* to go on by */
+    int64_t *refused, *at_stop;
+    const struct change *changes;   /* to be made one after the other */
+    int64_t changing;
+}};
+
+/* Go on with a stage. One that refuses a command says so, and stays as it was. */
+static inline void advance(const struct batch *batch, int64_t i)
+{{
+    struct stage *const stage = &batch->stages[i];
+    double *const row = batch->rows + i * batch->width;
+    const double step = batch->step;
+    const int64_t first = batch->made[i], last = first + batch->samples;
+    bool wrong = {wrong};
+    for (int64_t k = first; !wrong && k < last; ++k) {{
+        const double time = (double)k * step;
+{step}
+    }}
+    batch->made[i] = last;
+    batch->refused[i] = wrong;
+    batch->at_stop[i] = {at_stop};
+}}
+
+/* Give inputs and parameters other values. */
+EXPORT void maglev_change(const struct batch *batch);
+EXPORT void maglev_change(const struct batch *batch)
+{{
+    for (int64_t k = 0; k < batch->changing; ++k) {{
+        struct stage *const stage = &batch->stages[batch->changes[k].stage];
+        const double value = batch->changes[k].value;
+        switch (batch->changes[k].what) {{
+        {changes}
+        default: break;
+        }}
+    }}
+}}
+
+#if defined __NVPTX__
+
+/* Go on with each stage in a thread of a graphics processor. */
+EXPORT void maglev_advance_all(const struct batch *batch)
+{{
+    const int64_t i = (int64_t)__nvvm_read_ptx_sreg_ctaid_x() * __nvvm_read_ptx_sreg_ntid_x()
+        + __nvvm_read_ptx_sreg_tid_x();
+    if (i < batch->count) {{
+        advance(batch, i);
+    }}
+}}
+
+#else
 
 EXPORT int64_t maglev_stage_size(void);
 int64_t maglev_stage_size(void) {{ return (int64_t)sizeof(struct stage); }}
@@ -49,36 +123,31 @@ void maglev_take(struct Instance *const *instances, struct stage *stage)
     {take}
 }}
 
-/* Give an input or a parameter of a stage another value; it is one of the list that is made with this. */
-EXPORT void maglev_change(struct stage *stage, int64_t what, double value);
-void maglev_change(struct stage *stage, int64_t what, double value)
+/* Go on with stages first to before last. */
+EXPORT void maglev_advance(const struct batch *batch, int64_t first, int64_t last);
+void maglev_advance(const struct batch *batch, int64_t first, int64_t last)
 {{
-    switch (what) {{
-    {changes}
-    default: break;
+    for (int64_t i = first; i < last; ++i) {{
+        advance(batch, i);
     }}
 }}
 
-/* Go on by samples with stages first to before last, from the numbers of samples that they have made on; each has a row
-   as compiled_stage.py says. A stage that refuses a command says so, and stays as it was. */
-EXPORT void maglev_advance(struct stage *stages, double *rows, int64_t width, const int64_t *made, double step,
-                           int64_t samples, int64_t first, int64_t last, int64_t *refused, int64_t *at_stop);
-void maglev_advance(struct stage *stages, double *rows, int64_t width, const int64_t *made, double step,
-                    int64_t samples, int64_t first, int64_t last, int64_t *refused, int64_t *at_stop)
-{{
-    for (int64_t i = first; i < last; ++i) {{
-        struct stage *const stage = &stages[i];
-        double *const row = rows + i * width;
-        bool wrong = {wrong};
-        for (int64_t k = made[i]; !wrong && k < made[i] + samples; ++k) {{
-            const double time = (double)k * step;
-{step}
-        }}
-        refused[i] = wrong;
-        at_stop[i] = {at_stop};
-    }}
-}}
+EXPORT void maglev_advance_all(const struct batch *batch);
+void maglev_advance_all(const struct batch *batch) {{ maglev_advance(batch, 0, batch->count); }}
+
+#endif
 """
+
+
+class Batch(Structure):
+    """The struct batch."""
+
+    _fields_ = (("stages", c_void_p), ("rows", c_void_p), ("width", c_int64), ("count", c_int64), ("made", c_void_p),
+                ("step", c_double), ("samples", c_int64), ("refused", c_void_p), ("at_stop", c_void_p),
+                ("changes", c_void_p), ("changing", c_int64))
+
+
+Change = np.dtype([("stage", np.int64), ("what", np.int64), ("value", np.float64)])   # the struct change
 
 
 def sources_of(stage: CompiledStage, changing: Sequence[tuple[str, str]]) -> dict[str, str]:
@@ -117,9 +186,10 @@ def sources_of(stage: CompiledStage, changing: Sequence[tuple[str, str]]) -> dic
         members="\n    ".join(f"struct {block} {name};" for name, block in blocks.items()),
         take="\n    ".join(f"stage->{name} = *(const struct {blocks[name]} *)instances[{part.number}]->state->block;"
                            for name, part in parts.items()),
-        changes="\n    ".join(f"case {k}: {value(*place)} = value{' != 0' if variable(*place).boolean else ''}; break;"
-                              for k, place in enumerate(changing)),
-        wrong=" || ".join(wrong), step=indented(lines, 12), at_stop=value("plant", "at_stop"))}
+        changes="\n        ".join(
+            f"case {k}: {value(*place)} = value{' != 0' if variable(*place).boolean else ''}; break;"
+            for k, place in enumerate(changing)),
+        wrong=" || ".join(wrong), step=indented(lines, 8), at_stop=value("plant", "at_stop"))}
 
 
 class Stages(VectorEnv[Array, Array, npt.NDArray[Any]]):
@@ -135,6 +205,9 @@ class Stages(VectorEnv[Array, Array, npt.NDArray[Any]]):
         As of `Stage`.
     threads : int, optional
         As many as processors if not given.
+    device : str
+        "gpu" for a graphics processor of NVIDIA, with the extra `gpu`; the bits are the same. Observations, rewards and
+        what ends are CuPy's arrays there, which others take by DLPack; actions are arrays of the processor, or NumPy's.
 
     Raises
     ------
@@ -145,9 +218,10 @@ class Stages(VectorEnv[Array, Array, npt.NDArray[Any]]):
     metadata: dict[str, Any] = {"autoreset_mode": AutoresetMode.NEXT_STEP}
 
     @formerly(stage="rig")
-    def __init__(self, num_envs: int, stage: str, threads: int | None = None, **options: Any):
+    def __init__(self, num_envs: int, stage: str, threads: int | None = None, device: str = "cpu", **options: Any):
         if num_envs < 1:
             raise ScenarioError(f"num_envs = {num_envs}, expected at least 1")
+        require_device(device)
         self.one = Stage(stage, **options)   # begins every episode
         self.num_envs = num_envs
         self.single_action_space: gymnasium.Space[Any] = self.one.action_space
@@ -157,36 +231,43 @@ class Stages(VectorEnv[Array, Array, npt.NDArray[Any]]):
         compiled = self.one.stage
         changing = [*self.one.changing()]
         self.number_of = {place: number for number, place in enumerate(changing)}
-        library = loop_of(sources_of(compiled, changing), build=True)
+        sources = sources_of(compiled, changing)
+        library = loop_of(sources, build=True)
         assert library is not None
         self.c = CDLL(str(library.path.absolute()))
         self.c.maglev_stage_size.restype = c_int64
         self.c.maglev_take.argtypes = [POINTER(c_void_p), c_void_p]
-        self.c.maglev_change.argtypes = [c_void_p, c_int64, c_double]
-        self.c.maglev_advance.argtypes = [c_void_p, c_void_p, c_int64, c_void_p, c_double, c_int64, c_int64, c_int64,
-                                          c_void_p, c_void_p]
+        self.c.maglev_advance.argtypes = [c_void_p, c_int64, c_int64]
+        self.c.maglev_change.argtypes = [c_void_p]
         self.instances = (c_void_p * len(compiled.parts))(*(fmu.handle() for fmu in compiled.parts.values()))
-        size = int(self.c.maglev_stage_size())
-        self.blocks = np.zeros((num_envs, size // 8), np.int64)   # aligned as doubles are
-        self.rows = np.zeros((num_envs, compiled.row.size))
-        axes = len(self.one.rig.axes)
+        self.xp: Any = driver() if device == "gpu" else np   # of the arrays below, but for those of this processor
+        self.kernels = kernels(self.xp, sources, FUNCTION, CHANGE) if device == "gpu" else []
+        self.one.reward.xp = self.xp
+        axes, xp = len(self.one.rig.axes), self.xp
+        self.size = int(self.c.maglev_stage_size()) // 8
+        self.blocks = xp.zeros((num_envs, self.size), np.int64)   # aligned as doubles are
+        self.rows = xp.zeros((num_envs, compiled.row.size))
         (self.commands, _, self.positions, self.currents, self.encoders, self.velocities,
-         self.references) = np.split(self.rows, compiled.ends, axis=1)
+         self.references) = xp.split(self.rows, compiled.ends, axis=1)
         self.observations = self.rows[:, compiled.ends[3]:]
-        self.made = np.zeros(num_envs, np.int64)      # samples of the rig
+        self.lowest, self.highest = xp.asarray(self.one.lowest), xp.asarray(self.one.highest)
+        self.made, self.refused, self.at_stop = (xp.zeros(num_envs, np.int64) for _ in range(3))
+        self.filtered = xp.zeros((num_envs, axes))    # positions, of the velocity observers
+        # Those of a table are one for all.
+        self.points = xp.asarray(self.one.references.given) if self.one.references.kind == "table" else xp.zeros(
+            (num_envs, self.one.references.most if self.one.references.kind == "setpoints" else 1, axes))
+        self.amplitudes = xp.zeros((num_envs, axes))
+        self.everyone = xp.arange(num_envs)
+        # Of this processor:
         self.sample = np.zeros(num_envs, np.int64)    # of the environment
-        self.refused, self.at_stop = np.zeros(num_envs, np.int64), np.zeros(num_envs, np.int64)
         self.over = np.zeros(num_envs, bool)
         self.due: list[list[Due]] = [[] for _ in range(num_envs)]
         self.next_due = np.full(num_envs, NEVER)      # samples at which something changes
-        self.filtered = np.zeros((num_envs, axes))    # positions, of the velocity observers
-        # Those of a table are one for all.
-        self.points = np.zeros((0 if self.one.references.kind == "table" else num_envs,
-                                self.one.references.most if self.one.references.kind == "setpoints" else 1, axes))
-        self.everyone = np.arange(num_envs)
-        self.amplitudes = np.zeros((num_envs, axes))
         self.generators: list[np.random.Generator | None] = [None] * num_envs
-        count = max(1, min(processors(threads, "threads"), num_envs // FEWEST))
+        self.batch = Batch(
+            *(pointer(array) for array in (self.blocks, self.rows)), compiled.row.size, num_envs, pointer(self.made),
+            self.one.rig.sample_time, self.one.samples, pointer(self.refused), pointer(self.at_stop))
+        count = 1 if self.kernels else max(1, min(processors(threads, "threads"), num_envs // FEWEST))
         self.shares = [(num_envs * i // count, num_envs * (i + 1) // count) for i in range(count)]
         self.pool = ThreadPoolExecutor(count) if count > 1 else None
 
@@ -197,99 +278,134 @@ class Stages(VectorEnv[Array, Array, npt.NDArray[Any]]):
             if seed is None or isinstance(seed, int) else list(seed)
         if len(seeds) != self.num_envs:
             raise ScenarioError(f"seed: {len(seeds)} of them, expected {self.num_envs}")
-        drawn = {i: self.begin(i, seed, options) for i, seed in enumerate(seeds)}
-        return self.observations.copy(), self.told(drawn)
+        begun = self.begin(dict(enumerate(seeds)), options)
+        return self.observations.copy(), self.told(begun)
 
-    def begin(self, i: int, seed: int | None, options: dict[str, Any] | None = None) -> dict[str, Any]:
-        """Begin an episode of an environment; what `Stage.reset` tells of it."""
-        one = self.one
-        if seed is None and self.generators[i] is not None:
-            one.np_random = self.generators[i]   # type: ignore[assignment]  # goes on
-        elif seed is None:
-            one.np_random = np.random.default_rng()
-        _, info = one.reset(seed=seed, options=options)
-        self.generators[i] = one.np_random
-        self.c.maglev_take(self.instances, self.blocks[i].ctypes.data)
-        self.rows[i] = one.stage.row
-        points, self.amplitudes[i] = one.episode
-        if len(self.points):
-            self.points[i] = points
-        self.filtered[i] = [observer.position for observer in one.observers]
-        self.made[i] = self.sample[i] = 0
-        self.over[i] = False
-        self.due[i] = [*one.due]
-        self.next_due[i] = self.due[i][-1].sample if self.due[i] else NEVER
-        return info
+    def begin(self, seeds: Mapping[int, int | None],
+              options: dict[str, Any] | None = None) -> dict[int, dict[str, Any]]:
+        """Begin an episode of environments, by number; what `Stage.reset` tells of each."""
+        one, infos = self.one, {}
+        blocks = np.empty((len(seeds), self.size), np.int64)
+        starts: list[tuple[Array, ...]] = []
+        for k, (i, seed) in enumerate(seeds.items()):
+            if seed is None and (generator := self.generators[i]) is not None:
+                one.np_random = generator   # goes on
+            elif seed is None:
+                one.np_random = np.random.default_rng()
+            _, infos[i] = one.reset(seed=seed, options=options)
+            self.generators[i] = one.np_random
+            self.c.maglev_take(self.instances, blocks[k].ctypes.data)
+            points, amplitudes = one.episode
+            starts.append((one.stage.row.copy(), np.array([observer.position for observer in one.observers]),
+                           amplitudes, points))
+            self.due[i] = [*one.due]
+            self.next_due[i] = self.due[i][-1].sample if self.due[i] else NEVER
+        numbers = [*seeds]
+        there = self.xp.asarray(numbers)
+        arrays = [self.rows, self.filtered, self.amplitudes]
+        if one.references.kind != "table":
+            arrays.append(self.points)
+        for array, given in zip((self.blocks, *arrays), (blocks, *map(np.array, zip(*starts, strict=True))),
+                                strict=False):
+            array[there] = self.xp.asarray(given)
+        self.made[there] = self.sample[numbers] = 0
+        self.over[numbers] = False
+        return infos
 
-    def change(self, i: int) -> None:
-        due = self.due[i]
-        while due and due[-1].sample <= self.sample[i]:
-            _, part, name, value = due.pop()
-            self.c.maglev_change(self.blocks[i].ctypes.data, self.number_of[part, name], value)
-        self.next_due[i] = due[-1].sample if due else NEVER
+    def change(self) -> None:
+        """Make the changes that are due."""
+        made = []
+        for i in np.flatnonzero(self.next_due <= self.sample).tolist():
+            due = self.due[i]
+            while due and due[-1].sample <= self.sample[i]:
+                _, part, name, value = due.pop()
+                made.append((i, self.number_of[part, name], value))
+            self.next_due[i] = due[-1].sample if due else NEVER
+        if made:
+            changes = self.xp.asarray(np.array(made, Change).view(np.int64))
+            self.batch.changes, self.batch.changing = pointer(changes), len(made)
+            if self.kernels:
+                self.kernels[1]((1,), (1,), (self.there(self.batch),))
+            else:
+                self.c.maglev_change(addressof(self.batch))
+
+    def there(self, content: Structure) -> Any:
+        """A struct, on the graphics processor."""
+        return self.xp.asarray(np.frombuffer(bytes(content), np.uint8))
 
     def step(self, actions: Array) -> tuple[Array, npt.NDArray[Any], npt.NDArray[Any], npt.NDArray[Any],
                                             dict[str, Any]]:
         """Hold the currents (A) of actions, shape (num_envs, currents), for a sample."""
-        actions = np.asarray(actions, np.float64)
+        one, xp = self.one, self.xp
+        actions = xp.asarray(actions, np.float64)
         if actions.shape != self.commands.shape:
             raise ScenarioError(f"actions of shape {actions.shape}, expected {self.commands.shape}: for each "
                                 "environment the currents (A) of the action space")
-        one, begun = self.one, np.flatnonzero(self.over)
+        begun = np.flatnonzero(self.over)
         self.commands[:] = actions
-        for i in np.flatnonzero(self.next_due <= self.sample).tolist():
-            self.change(i)
+        self.change()
         self.advance()
-        refused = self.refused != 0
-        self.made += one.samples
+        refused, at_stop = (self.here(flags) != 0 for flags in (self.refused, self.at_stop))
         self.sample += ~refused
         sample = np.minimum(self.sample, one.last)
-        which, wave = one.references.which[sample], one.references.wave[sample]
-        points = self.points[self.everyone, which] if len(self.points) else one.references.given[which]
-        np.copyto(self.references, points + wave[:, None] * self.amplitudes, where=~refused[:, None])
-        self.observe(~refused)
+        which, wave = xp.asarray(one.references.which[sample]), xp.asarray(one.references.wave[sample])
+        points = self.points[which] if one.references.kind == "table" else self.points[self.everyone, which]
+        taken = xp.asarray(~refused)
+        self.references[:] = xp.where(taken[:, None], points + wave[:, None] * self.amplitudes, self.references)
+        self.observe(taken)
         observations = self.observations.copy()
-        crashed = (self.at_stop != 0) & ~refused
+        crashed = at_stop & ~refused
+        stopped = xp.asarray(crashed)
         reward, terms = one.reward.of(Seen(self.positions.T, self.references.T, self.velocities.T, self.currents.T,
-                                           crashed))
-        rewards = np.where(refused, 0.0, reward)
-        clipped = ~refused if one.stage.measurement is not None else crashed
-        observations[clipped] = np.clip(observations[clipped], one.lowest, one.highest)
+                                           stopped))
+        rewards = xp.where(taken, reward, 0.0)
+        if one.stage.measurement is not None or crashed.any():
+            clipped = stopped if one.stage.measurement is None else taken
+            observations = xp.where(clipped[:, None], xp.clip(observations, self.lowest, self.highest), observations)
         terminated, truncated = crashed | refused, ~crashed & ~refused & (self.sample >= one.last)
-        infos: dict[int, dict[str, Any]] = {int(i): {"refused": self.why(actions[i])} for i in np.flatnonzero(
-            refused & ~self.over)}
-        for i in begun.tolist():
-            infos[i] = self.begin(i, None)
-            observations[i], rewards[i] = self.observations[i], 0.0
-            terminated[i] = truncated[i] = False
-        self.over = terminated | truncated
+        infos: dict[int, dict[str, Any]] = {int(i): {"refused": self.why(self.here(actions[i]))} for i in
+                                            np.flatnonzero(refused & ~self.over).tolist()}
         going = ~refused
-        going[begun] = False
+        if len(begun):
+            infos |= self.begin(dict.fromkeys(begun.tolist()))
+            there = xp.asarray(begun)
+            observations[there], rewards[there] = self.observations[there], 0.0
+            terminated[begun] = truncated[begun] = going[begun] = False
+        self.over = terminated | truncated
         told = self.told(infos)
-        for name, values in terms.items():
-            told |= {name: np.where(going, values, 0.0), f"_{name}": going.copy()}
-        return observations, rewards, terminated, truncated, told
+        if terms:
+            present = xp.asarray(going)
+            for name, values in terms.items():
+                told |= {name: xp.where(present, values, 0.0), f"_{name}": present.copy()}
+        return observations, rewards, xp.asarray(terminated), xp.asarray(truncated), told
+
+    def here(self, array: Any) -> npt.NDArray[Any]:
+        """An array of this processor."""
+        given: npt.NDArray[Any] = self.xp.asnumpy(array) if self.kernels else array
+        return given
 
     def advance(self) -> None:
         """Step all stages, those that are over as well: they begin anew."""
+        if self.kernels:
+            self.kernels[0]((-(-self.num_envs // THREADS),), (THREADS,), (self.there(self.batch),))
+            return
+
         def share(ends: tuple[int, int]) -> None:
-            self.c.maglev_advance(self.blocks.ctypes.data, self.rows.ctypes.data, self.rows.shape[1],
-                                  self.made.ctypes.data, self.one.rig.sample_time, self.one.samples, *ends,
-                                  self.refused.ctypes.data, self.at_stop.ctypes.data)
+            self.c.maglev_advance(addressof(self.batch), *ends)
 
         for _ in map(share, self.shares) if self.pool is None else self.pool.map(share, self.shares):
             pass
 
-    def observe(self, chosen: npt.NDArray[np.bool_]) -> None:
+    def observe(self, chosen: Any) -> None:
         """Velocities of the chosen environments, as `VelocityObserver` has them."""
-        one = self.one
+        one, where = self.one, self.xp.where
         shares = one.observer_filter
         measured = positions(one.measuring if one.rig.rotations else None, self.encoders.T)
         for k, of_axis in enumerate(measured):
             change = shares.share1 * (of_axis - self.filtered[:, k])
             velocity = self.velocities[:, k]
-            self.filtered[:, k] = np.where(chosen, self.filtered[:, k] + change, self.filtered[:, k])
-            velocity[:] = np.where(chosen, velocity + shares.share2 * (change / one.sample_time - velocity), velocity)
+            self.filtered[:, k] = where(chosen, self.filtered[:, k] + change, self.filtered[:, k])
+            velocity[:] = where(chosen, velocity + shares.share2 * (change / one.sample_time - velocity), velocity)
 
     def why(self, action: Array) -> str:
         """What an FMU says of an action that is refused."""
@@ -309,3 +425,9 @@ class Stages(VectorEnv[Array, Array, npt.NDArray[Any]]):
         if self.pool is not None:
             self.pool.shutdown()
         self.one.close()
+
+
+def pointer(array: Any) -> int:
+    """Where an array is, of this processor or of a graphics processor."""
+    address: int = array.ctypes.data if isinstance(array, np.ndarray) else array.data.ptr
+    return address

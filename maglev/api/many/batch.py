@@ -156,8 +156,8 @@ def batch(scenario: str | Path, values: Mapping[str, Sequence[Any] | npt.NDArray
     >>> found["overshoot of v"].shape                                                       # doctest: +SKIP
     (3,)
     """
+    from maglev.cosim.blocks.graphics_processor import require_device
     from maglev.studies.flying.batches import flyers
-    from maglev.studies.flying.graphics_processor import require_device
     from maglev.studies.flying.samples import Flown
     from maglev.studies.planning import plan_study
     from maglev.studies.schema import read_study

@@ -190,7 +190,7 @@ def study(what: "str | Path | StudyFile", *, vary: Vary | None = None, samples: 
     ('plant.v.mass',)
     """
     require_arrow()
-    from maglev.studies.flying.graphics_processor import require_device
+    from maglev.cosim.blocks.graphics_processor import require_device
     from maglev.studies.planning import plan_study
     from maglev.studies.running import run_study
     from maglev.studies.schema import StudyFile, load_study

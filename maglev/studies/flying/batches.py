@@ -34,6 +34,7 @@ from maglev.studies.flying.samples import (
 STEPS_OF_A_BATCH = 2_500_000      # communication steps of native FMUs, which take some seconds
 PYTHON_COST = 20                  # steps of native FMUs in one of those that run Python inside
 FEWEST_BATCHES = 8                # of a small study, so that many workers have something to do
+MOST_BATCHES = 1_000              # of a large one: each becomes a file until all are done
 LARGEST_TRAJECTORIES = 32e6       # bytes of a batch
 WORTH_COMPILING = 10_000_000   # steps, which take longer by calls of FMUs than the compiler for a loop without
 
@@ -43,7 +44,7 @@ Fly = Callable[[Job, list[Batch], Array, Store], None]   # runs batches with val
 def batches_of(job: Job, samples: int, native: bool, rows: int) -> list[Batch]:
     """Batches of a study; they depend on the study alone, not on who runs it."""
     steps = job.experiment.plan.stop_time / job.experiment.step * (1 if native else PYTHON_COST)
-    size = min(int(STEPS_OF_A_BATCH / steps), -(-samples // FEWEST_BATCHES))
+    size = min(max(int(STEPS_OF_A_BATCH / steps), -(-samples // MOST_BATCHES)), -(-samples // FEWEST_BATCHES))
     if job.kept:
         size = min(size, int(LARGEST_TRAJECTORIES / (8 * rows * len(job.kept))))
     size = max(1, size)

@@ -1,11 +1,9 @@
 """Batches on a graphics processor of NVIDIA: a sample a thread, in the loop with the FMUs' blocks, with its metrics.
 
-The loop is compiled to PTX by the compiler of native FMUs. CuPy loads it: of it memory, copies and launches are used,
-for which nothing else need be installed than the driver. Samples begin on this machine, where FMUs take or refuse
-values, and what was measured becomes metrics here. One that is not completed there is run here, which says why.
+Samples begin on this machine, where FMUs take or refuse values, and what was measured becomes metrics here. One that is
+not completed there is run here, which says why.
 """
 
-import hashlib
 from collections.abc import Callable, Iterable, Iterator, Mapping
 from ctypes import Structure, c_int64, c_void_p
 from functools import partial
@@ -15,21 +13,17 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from fmi_export.errors import ExportError
-from fmi_export.target.graphics import FLAGS, ptx
 from maglev.arrays import Array
 from maglev.cosim.blocks.block_loop import DONE, LOOP_FILE, RUN_FILE
-from maglev.errors import MaglevError, ScenarioError, extra, one_of, option
+from maglev.cosim.blocks.graphics_processor import THREADS, driver, kernels
+from maglev.errors import MaglevError, ScenarioError, option
 from maglev.schema.settings import REFERENCE
 from maglev.studies.flying.flight import Changes, Flight
 from maglev.studies.flying.measuring import Measuring, Observer, complete
 from maglev.studies.flying.samples import Batch, Job, Sample, Store, each_flown, gathered, rows_of
-from maglev_files.cache import BLOCK_LOOPS, Kept, keep, kept
 
-DEVICES = ("cpu", "gpu")
 KERNEL = Path(__file__).with_name("kernel.c")
-FUNCTION, FILE = "maglev_samples", "maglev_samples.ptx"
-OLDEST = 80        # compute capability, in tenths, that the PTX is for
-THREADS = 64       # of a block
+FUNCTION = "maglev_samples"
 MOST = 65_536      # samples at a time: Ctrl-C waits for them
 SHARE = 0.8        # of the memory that is free; the rest is for the threads' own
 FOUND = ("whole", "of_windows", "of_events")   # as a meter takes them
@@ -59,29 +53,6 @@ class Running(NamedTuple):
     arrays: dict[str, Any]
 
 
-def require_device(device: str) -> None:
-    if device not in DEVICES:
-        raise ScenarioError(f"{option('device', device)}: expected {one_of(device, DEVICES)}")
-    if device == "gpu":
-        driver()
-
-
-def driver() -> Any:
-    """CuPy, with a graphics processor; MaglevError without one that can be used."""
-    asked = option("device", "gpu")
-    cupy = extra("cupy", "gpu", asked)
-    try:
-        cupy.cuda.runtime.getDeviceCount()
-        capability = int(cupy.cuda.Device().compute_capability)
-    except (cupy.cuda.runtime.CUDARuntimeError, ImportError) as error:
-        raise MaglevError(f"{asked}: {error}, expected a graphics processor of NVIDIA with its driver, or "
-                          f"{option('device', 'cpu')}") from error
-    if capability < OLDEST:
-        raise MaglevError(f"{asked}: the graphics processor has compute capability {capability / 10:.1f}, expected at "
-                          f"least {OLDEST / 10:.1f}, or {option('device', 'cpu')}")
-    return cupy
-
-
 def fly_on_graphics_processor(job: Job, batches: list[Batch], values: Array, store: Store) -> None:
     """Fly batches, as many samples at a time as there is memory for; as `fly_here`.
 
@@ -99,7 +70,7 @@ def fly_on_graphics_processor(job: Job, batches: list[Batch], values: Array, sto
                 raise ScenarioError(f"{option('sample_timeout', f'{job.limit:g} s')}: a graphics processor runs "
                                     f"samples side by side, expected none with {asked}, or {option('device', 'cpu')}")
             cupy = driver()
-            kernel = cupy.RawModule(path=str(kernel_of(flight.loop.sources).path)).get_function(FUNCTION)
+            kernel, = kernels(cupy, code_of(flight.loop.sources), FUNCTION)
         except (ExportError, OSError) as error:
             raise MaglevError(f"{asked}: {error}") from error
         for together in at_once(batches):
@@ -257,10 +228,3 @@ def code_of(sources: Mapping[str, str]) -> dict[str, str]:
     """C files of the kernel by name, from those of a loop."""
     return {**{name: text for name, text in sources.items() if name != LOOP_FILE},
             "kernel.c": f'#include "{RUN_FILE}"\n{KERNEL.read_text(encoding="utf-8")}'}
-
-
-def kernel_of(sources: Mapping[str, str]) -> Kept:
-    """PTX of a loop, compiled now if it was not before. ExportError of the compiler; OSError if it cannot be kept."""
-    code = code_of(sources)
-    place = f"{BLOCK_LOOPS}/{hashlib.sha256(repr((sorted(code.items()), FLAGS)).encode('utf-8')).hexdigest()[:32]}"
-    return kept(place, FILE) or keep(place, FILE, ptx(code, FUNCTION))
