@@ -1,5 +1,6 @@
 """documentation/index.html of an FMU: the equations from its packages, the variables from its table."""
 
+import re
 from decimal import Decimal
 from html import escape
 from urllib.parse import quote
@@ -11,6 +12,8 @@ from fmi_export.pages.sketch import STYLE as SKETCH_STYLE
 from fmi_export.sources import module_path
 from fmi_export.units import RAISED, typeset_unit
 
+LOOKS = ("name", "number", "unit", "number", "variability", "text", "text")   # of the columns of a table
+
 STYLE = """
 :root { color-scheme: light dark; --page: #ffffff; }
 body { font: 16px/1.5 system-ui, sans-serif; max-width: 60em; margin: 2em auto; padding: 0 1em; background: var(--page);
@@ -19,16 +22,16 @@ font-size: clamp(1.25em, 6vw, 2em); } h1 span { min-width: 0; overflow-wrap: any
 .icon { width: 2em; height: 2em; flex: none; border-radius: .2em; }
 table { border-collapse: collapse; font-size: 14px; } td, th { border: 1px solid #8886; padding: .2em .5em;
 text-align: left; vertical-align: top; } .number, .unit { white-space: nowrap; } .number { text-align: right; }
-.eq { margin: .6em 0 .6em 2em; overflow-x: auto; overflow-y: hidden; } .eq math[display=block] { margin: .4em 0;
-text-align: left; width: max-content; font-size: 1.1em; } mover:not([accent]) > mo { font-size: 1.2em; }
-.wide { overflow-x: auto; } td:nth-child(6), td:nth-child(7) { min-width: 12em; }
-@media (max-width: 40em) { .eq { margin-left: .5em; } }
+.eq { margin: .6em 0 .6em 2em; overflow: auto hidden; } .eq div { display: flex; flex-wrap: wrap; align-items: baseline;
+gap: 0 2em; } .eq math { margin: .4em 0; width: max-content; font-size: 1.1em; }
+mover:not([accent]) > mo { font-size: 1.2em; }
+.wide { overflow-x: auto; } .text { min-width: 12em; } @media screen { td wbr { display: none; } }
+@media (max-width: 40em) { .eq { margin-left: 0; font-size: 90%; } }
 @media (prefers-color-scheme: dark) { :root { --page: #181818; } body { color: #ddd; } a { color: #8cf; } }
 @media print { :root { color-scheme: light; --page: #ffffff; } body { color: #000; max-width: none; margin: 0; }
 .wide, .eq { overflow: visible; } .eq { margin-left: .5em; font-size: 90%; }
 table { font-size: 8.5px; }
-td { min-width: 0 !important; }
-tr, .eq, .sketch { break-inside: avoid; } h2 { break-after: avoid; } }
+.text { min-width: 0; } tr, .eq, .sketch { break-inside: avoid; } h2 { break-after: avoid; } }
 """
 
 # Of an FMU on pythonfmu: what FMI asks to document (2.0.5, section 2.3).
@@ -74,7 +77,7 @@ def documentation(definition: FmuDefinition, version: str) -> str:
 <link rel="icon" href="data:image/svg+xml,{icon}">
 <style>{STYLE}{SKETCH_STYLE}</style></head>
 <body>
-<h1>{svg_icon(icon_of(definition))}<span>{name} {escape(version)}</span></h1>
+<h1>{svg_icon(icon_of(definition))}<span>{breakable(definition.name)} {escape(version)}</span></h1>
 <p>{about}</p>
 {sketch}
 {sections}
@@ -100,18 +103,23 @@ def section(module: str, package: str, name: str) -> str:
 
 def variable_table(definition: FmuDefinition, causality: str) -> str:
     """Table of the variables of a causality; start values and sources where they have one."""
+    titles = ("name", "start", "unit", "range", "variability", "meaning", "source of the value")
     rows = []
     for v in (variable for variable in definition.variables if variable.causality == causality):
         start = "" if v.causality == "output" else str(definition.start_value(v))
         bounds = "" if v.minimum is None or v.maximum is None else f"{number(v.minimum)} … {number(v.maximum)}"
         start = start if v.causality == "output" or v.boolean else number(float(start))
-        cells = (("", v.name), ("number", start), ("unit", typeset_unit(v.unit)), ("number", bounds),
-                 ("", v.variability), ("", v.description), ("", v.source))
-        rows.append("<tr>" + "".join(f'<td class="{kind}">{escape(cell)}</td>' if kind else f"<td>{escape(cell)}</td>"
-                                     for kind, cell in cells) + "</tr>")
-    head = "".join(f'<th scope="col">{title}</th>'
-                   for title in ("name", "start", "unit", "range", "variability", "meaning", "source of the value"))
-    return f'<div class="wide" tabindex="0"><table><tr>{head}</tr>\n' + "\n".join(rows) + "\n</table></div>"
+        rows.append((v.name, start, typeset_unit(v.unit), bounds, v.variability, v.description, v.source))
+    shown = [k for k in range(len(titles)) if any(row[k] for row in rows)]
+    head = "".join(f'<th scope="col">{titles[k]}</th>' for k in shown)
+    body = "\n".join("<tr>" + "".join(f'<td class="{LOOKS[k]}">{breakable(row[k]) if k == 0 else escape(row[k])}</td>'
+                                      for k in shown) + "</tr>" for row in rows)
+    return f'<div class="wide" tabindex="0"><table><thead><tr>{head}</tr></thead>\n{body}\n</table></div>'
+
+
+def breakable(name: str) -> str:
+    """HTML of a name that may be broken between its words."""
+    return re.sub(r"(?<=\.)|(?<=[a-z])(?=[A-Z])", "<wbr>", escape(name))
 
 
 def number(value: float) -> str:

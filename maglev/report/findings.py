@@ -3,6 +3,7 @@
 from collections.abc import Iterable, Sequence
 from html import escape
 
+from fmi_export.pages.documentation import breakable
 from maglev.procedures.outcome import Outcome, ValueTable
 from maglev.report.plots.figures import anchor, rig_name
 
@@ -53,8 +54,9 @@ def html_table(heads: Iterable[str], rows: Iterable[Sequence[str]], title: str =
 
     Of the look "cards" each row is a card on a phone, of "cards numbers" with a line for each number.
     """
-    first_head, *labels = map(escape, heads)
-    head = "".join(f'<th scope="col">{text}</th>' for text in (first_head, *labels))
+    first_head, *names = heads
+    labels = [escape(name) for name in names]
+    head = "".join(f'<th scope="col">{breakable(text)}</th>' for text in (first_head, *names))
     body = "\n".join(f'<tr><th scope="row">{first}</th>' + "".join(
         f'<td data-label="{label}">{cell}</td>' if look else f"<td>{cell}</td>"
         for label, cell in zip(labels, cells, strict=True)) + "</tr>" for first, *cells in rows)

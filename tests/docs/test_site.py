@@ -139,6 +139,21 @@ def test_a_page_can_be_read(browser, site: dict[Path, Page], name: str, width: i
     assert found == []
 
 
+@pytest.mark.parametrize("name", ["equations", "tutorial"])
+def test_paper_cuts_nothing_and_has_no_list_of_the_page(browser, site: dict[Path, Page], name: str) -> None:
+    context = browser.new_context(offline=True, viewport={"width": 688, "height": 900})   # px between margins of 14 mm
+    tab = context.new_page()
+    tab.emulate_media(media="print")
+    tab.goto(next(path for path in site if path.name == f"{name}.html").as_uri())
+    cut = tab.evaluate("""[...document.querySelectorAll("div.math, pre, .table-wrapper")]
+        .filter(({ scrollWidth, clientWidth }) => scrollWidth > clientWidth).map(({ textContent }) => textContent)""")
+    listed = tab.is_visible(".toc-drawer")
+    whole = tab.evaluate("[...document.querySelectorAll('article table')]"
+                         ".filter((table) => getComputedStyle(table).breakInside !== 'auto').length")
+    context.close()
+    assert (cut, listed, whole) == ([], False, 0)
+
+
 def test_headings_have_a_level(site: dict[Path, Page]) -> None:
     """The role alone says nothing to a screen reader."""
     headings = [tag for path in site for tag in re.findall(r'<[^>]*role="heading"[^>]*>', path.read_text("utf-8"))]

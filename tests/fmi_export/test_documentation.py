@@ -15,7 +15,7 @@ from controller_fmu.drawings import WRITTEN_ICON
 from controller_fmu.drawings.block_diagrams import written
 from fmi_export.pages.documentation import documentation, icon_of, number
 from fmi_export.pages.icon import SIZE, disc, png_icon, rectangle, stroke
-from fmi_export.pages.mathml import typeset
+from fmi_export.pages.mathml import mathml, typeset
 from fmi_export.pages.sketch import symbol
 from fmi_export.units import typeset_unit
 from maglev.own_fmus import DEFINITIONS, definition
@@ -105,6 +105,31 @@ def test_a_sketch_can_be_read_on_a_phone(browser) -> None:
     assert hard == {}
 
 
+def test_paper_and_a_phone_cut_no_equation(browser) -> None:
+    """On paper nothing is wider than A4; on a phone, equations stand below each other, and a long one scrolls."""
+    context = browser.new_context(offline=True)
+    tab = context.new_page()
+    wide = {}
+    for name in DEFINITIONS:
+        tab.set_content(documentation(definition(name), "1"))
+        for media, width in (("print", 718), ("screen", 390)):
+            tab.emulate_media(media=media)
+            tab.set_viewport_size({"width": width, "height": 844})
+            beyond = tab.evaluate("""() => [...document.querySelectorAll("math, table")]
+                .filter((each) => each.getBoundingClientRect().right > innerWidth - 7)
+                .filter((each) => matchMedia("print").matches || each.matches("math ~ math"))
+                .map((each) => each.textContent.slice(0, 60))""")
+            if beyond:
+                wide[name, media] = beyond
+    context.close()
+    assert wide == {}
+
+
+def test_equations_that_a_space_parts_are_wrapped_as_several() -> None:
+    assert mathml(r"a = b, \qquad c", display=True).count("<math") == 2
+    assert mathml(r"\text{a \qquad b} \left( c \qquad d \right)", display=True).count("<math") == 1
+
+
 def test_units_are_written_as_people_do() -> None:
     assert [typeset_unit(unit) for unit in ("m/s2", "N.s/m", "m/(s2.T2)", "1/s5", "")] == [
         "m/s²", "N·s/m", "m/(s²·T²)", "1/s⁵", ""]
@@ -129,7 +154,7 @@ def test_symbols_have_indices() -> None:
 
 def test_equations_of_a_text_are_typeset() -> None:
     text = typeset(r"a \(i_d\) b \[\ddot g = G\] c &lt;")
-    assert re.sub(r"<math.*?</math>", "M", text) == "a M b M c &lt;"
+    assert re.sub(r"<math.*?</math>", "M", text) == "a M b <div>M</div> c &lt;"
     assert 'display="inline"' in text and 'display="block"' in text
 
 

@@ -48,6 +48,23 @@ SMALL = """() => [...document.querySelectorAll("button, select, input:not([type=
   .map((element) => element.outerHTML.slice(0, 80))"""
 
 
+# What heads something and is the last of a page: pages are columns as large as paper (mm).
+ALONE = """(height) => {
+  document.querySelectorAll("details").forEach((each) => { each.open = true; });
+  Object.assign(document.documentElement.style, { columns: "182mm", columnFill: "auto", height: `${height}mm` });
+  const seen = (element) => element.getClientRects().length > 0;
+  const next = (element) => {
+    const after = element.nextElementSibling ?? element.parentElement;
+    return !after || (after === element.nextElementSibling && seen(after)) ? after : next(after);
+  };
+  const first = (element) => { const child = [...element.children].find(seen); return child ? first(child) : element; };
+  return [...document.querySelectorAll("h2, h3, figcaption, tr.run, summary, dt, thead")]
+    .filter((head) => seen(head) && next(head))
+    .filter((head) => first(next(head)).getClientRects()[0].left > [...head.getClientRects()].at(-1).right)
+    .map((head) => head.textContent.trim().slice(0, 60));
+}"""
+
+
 def violations(page: "Page", left_out: Sequence[str] = (), rules: Sequence[str] = ()) -> list[str]:
     """What axe-core finds on a page as it is seen now, by its rules of WCAG 2.1, A and AA, and best practices.
 

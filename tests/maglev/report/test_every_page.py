@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 import pytest
 from report_runs import packaged, recorded
-from report_tab import CONTRAST, DESKTOP, LANDSCAPE, PHONE, SHIFTS, SMALL, WIDE, Tab, violations, wait_until
+from report_tab import ALONE, CONTRAST, DESKTOP, LANDSCAPE, PHONE, SHIFTS, SMALL, WIDE, Tab, violations, wait_until
 from studied_grid import broken_at
 
 from maglev.comparison.files import comparison_page, rows_of
@@ -200,6 +200,14 @@ def test_a_comparison_on_paper_has_its_plots_and_no_buttons(browser, pages: Path
     tab.page.emulate_media(media="print")
     assert not any(button.is_visible() for button in tab.page.locator("button:not(.legend button)").all())
     assert tab.evaluate("getComputedStyle(document.querySelector('.panel')).breakInside") == "avoid"
+    tab.close()
+
+
+@pytest.mark.parametrize("name", ["report.html", "compare.html", "study.html"])
+def test_no_heading_is_the_last_of_a_printed_page(browser, pages: Path, name: str) -> None:
+    tab = Tab(browser, pages / name)
+    tab.page.emulate_media(media="print")
+    assert [tab.evaluate(ALONE, height) for height in (269, 260, 251)] == [[], [], []]
     tab.close()
 
 
