@@ -11,9 +11,9 @@ from maglev.arrays import Array
 from maglev.cosim.blocks.block_loop import DONE, ENDED, BlockLoop, block_loop
 from maglev.cosim.master import Columns, Master
 from maglev.experiment.preparation import Experiment, is_foreign
-from maglev.judging.metrics import ManyMetrics, resistances_by
+from maglev.judging.metrics import resistances_by
 from maglev.schema.settings import REFERENCE, start_values, with_references
-from maglev.studies.flying.measuring import Measuring, Meter, complete
+from maglev.studies.flying.measuring import Found, Measuring, Meter
 from maglev.user_controllers.blocks import Block
 
 Changes = Mapping[str, float | bool]   # start values `fmu.variable`, and references `reference.AXIS.amplitude`
@@ -101,11 +101,11 @@ class Flight:
             self.close()
         return recording.time, recording.columns
 
-    def measure(self, changes: Changes) -> tuple[ManyMetrics, Array | None] | None:
-        """Metrics of a run with other values, and rows of what is kept, without a recording; errors as of `fly`.
+    def measure(self, changes: Changes) -> Found | None:
+        """What is found on a run with other values, without a recording; errors as of `fly`.
 
-        The next run overwrites the rows. None where there is no loop for it, something is refused, or is no number:
-        `fly` says what. KeyboardInterrupt where `ended` is no longer 0.
+        None where there is no loop for it, something is refused, or is no number: `fly` says what. KeyboardInterrupt
+        where `ended` is no longer 0.
         """
         if not self.begin(changes):
             return None
@@ -118,9 +118,7 @@ class Flight:
             raise
         if ending == ENDED:
             raise KeyboardInterrupt
-        if ending != DONE or not complete(meter.whole).all():
-            return None
-        return meter.metrics(*meter.own()), meter.arrays.get("kept")
+        return meter.found() if ending == DONE else None
 
     def begin(self, changes: Changes) -> bool:
         """Make ready a run with other values, for the loop; False where there is none. Errors as of `fly`."""

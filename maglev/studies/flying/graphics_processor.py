@@ -19,7 +19,7 @@ from maglev.cosim.blocks.graphics_processor import THREADS, driver, kernels
 from maglev.errors import MaglevError, ScenarioError, option
 from maglev.schema.settings import REFERENCE
 from maglev.studies.flying.flight import Changes, Flight
-from maglev.studies.flying.measuring import Measuring, Observer, complete
+from maglev.studies.flying.measuring import Found, Measuring, Observer, complete
 from maglev.studies.flying.samples import Batch, Job, Sample, Store, each_flown, gathered, rows_of
 
 KERNEL = Path(__file__).with_name("kernel.c")
@@ -74,7 +74,7 @@ def fly_on_graphics_processor(job: Job, batches: list[Batch], values: Array, sto
         except (ExportError, OSError) as error:
             raise MaglevError(f"{asked}: {error}") from error
         for together in at_once(batches):
-            done: dict[int, Sample] = {}
+            done: dict[int, Sample | Found] = {}
             for group in with_same_references(flight, job, values, together):
                 done |= flown_group(partial(Device, cupy, kernel), flight, job, values, group)
             for batch in together:
@@ -107,12 +107,12 @@ def with_same_references(flight: Flight, job: Job, values: Array, batches: Itera
 
 
 def flown_group(device_for: Callable[[Flight], "Device"], flight: Flight, job: Job, values: Array,
-                group: list[int]) -> dict[int, Sample]:
+                group: list[int]) -> dict[int, Sample | Found]:
     """Fly samples that have the same references, by their numbers; as the processor runs some, the next begin here.
 
     Those that are not completed there are run here, which says why.
     """
-    done: dict[int, Sample] = {}
+    done: dict[int, Sample | Found] = {}
     if has_references(flight, job.changes(values[group[0]].tolist())):
         device = device_for(flight)
         size = device.at_a_time()

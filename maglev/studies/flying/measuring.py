@@ -9,7 +9,7 @@ from collections.abc import Callable, Collection, Iterable, Iterator, Mapping, S
 from ctypes import Structure, c_double, c_int64, c_void_p
 from functools import cached_property, reduce
 from pathlib import Path
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 import numpy.typing as npt
@@ -186,9 +186,13 @@ class Meter:
             self.arrays["resistances"][i] = resistances.get(motor, math.nan)
         return loop.run(len(self.measuring.time) - 1, ended, self.observer)
 
-    def own(self) -> tuple[Structs, Structs, Structs]:
-        """What was found on the run that is done, as `metrics` takes it."""
-        return self.whole, self.found_windows[None, :], self.found_events[None, :]
+    def found(self) -> "Found | None":
+        """What was found on the run that is done; None if something of it is no number."""
+        if not complete(self.whole).all():
+            return None
+        kept = self.arrays.get("kept")
+        return Found(self, self.whole.copy(), self.found_windows[None, :].copy(), self.found_events[None, :].copy(),
+                     None if kept is None else kept.copy())
 
     def metrics(self, whole: Structs, windows: Structs, events: Structs) -> ManyMetrics:
         """What was found on runs, as `run_metrics` has it of each.
@@ -288,6 +292,19 @@ class Meter:
                                 largest(np.sqrt(found["changes"][:, k] / (samples - 1) / 2.0) for k in commands
                                         if samples > 1))
                       for i, (motor, currents, commands) in enumerate(self.motors())))
+
+
+class Found(NamedTuple):
+    """What was found on a run, by what measured it: of the forms that `Meter.metrics` takes, and rows of what is kept.
+
+    Many are made metrics together: it takes as long of one.
+    """
+
+    meter: Meter
+    whole: Structs
+    windows: Structs
+    events: Structs
+    kept: Array | None
 
 
 def complete(whole: Structs) -> npt.NDArray[np.bool_]:

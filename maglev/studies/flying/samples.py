@@ -18,7 +18,7 @@ from maglev.judging.metrics import ManyMetrics, Metrics, columns_needed, run_met
 from maglev.processes.beside import Gone, Send, Silent
 from maglev.studies.columns import Column, named_values
 from maglev.studies.flying.flight import Flight
-from maglev.studies.flying.measuring import Measuring
+from maglev.studies.flying.measuring import Found, Measuring, Meter
 from maglev.studies.targets import Target
 from maglev.user_controllers.blocks import Block
 
@@ -93,8 +93,8 @@ def failed(job: Job, why: str) -> Sample:
 
 
 def each_flown(job: Job, values: Array, loaded: Callable[[], None] | None = None,
-               ended: c_int64 | None = None) -> Iterator[Sample]:
-    """Fly samples in this process, with values of the targets, shape (samples, targets).
+               ended: c_int64 | None = None) -> Iterator[Sample | Found]:
+    """Fly samples in this process, with values of the targets, shape (samples, targets); `sampled` has their metrics.
 
     `loaded` is called when the FMUs are loaded. KeyboardInterrupt as soon as `ended` is not 0, where there is a loop
     with the FMUs' blocks.
@@ -108,33 +108,38 @@ def each_flown(job: Job, values: Array, loaded: Callable[[], None] | None = None
         for sample in values.tolist():
             changes = job.changes(sample)
             try:
-                measured: tuple[Metrics | ManyMetrics, Array | None] | None = flight.measure(changes)
-                if measured is None:
+                found = flight.measure(changes)
+                if found is None:
                     time, columns = flight.fly(changes)
-                    measured = (run_metrics(plan, time, columns, flight.resistances(changes)),
-                                np.column_stack([columns[name][::job.every] for name in job.kept])
-                                if job.kept else None)
+                    metrics = run_metrics(plan, time, columns, flight.resistances(changes))
+                    kept = np.column_stack([columns[name][::job.every] for name in job.kept]) if job.kept else None
             except MaglevError as error:
                 yield failed(job, in_one_line(error))
                 continue
-            yield completed(job, *measured)
+            yield Sample(rows_of(job, metrics)[0], None, kept) if found is None else found
 
 
-def completed(job: Job, metrics: Metrics | ManyMetrics, rows: Array | None) -> Sample:
-    """A sample that was completed, with rows of what is kept, where the next run writes, too."""
-    return Sample(rows_of(job, metrics)[0], None, None if rows is None else rows.copy())
+def sampled(job: Job, flown: Sequence[Sample | Found]) -> list[Sample]:
+    """Samples that were run, in their order; what was found by the same meter becomes metrics at once."""
+    together: dict[Meter, list[Found]] = {}
+    for one in flown:
+        if isinstance(one, Found):
+            together.setdefault(one.meter, []).append(one)
+    rows = {meter: iter(rows_of(job, meter.metrics(*map(np.concatenate, [*zip(*found, strict=True)][1:4]))))
+            for meter, found in together.items()}
+    return [Sample(next(rows[one.meter]), None, one.kept) if isinstance(one, Found) else one for one in flown]
 
 
 def rows_of(job: Job, metrics: Metrics | ManyMetrics) -> Array:
     """Metrics of runs, or of one, shape (runs, columns); NaN where there is none."""
     named = named_values(job.experiment.plan, metrics)
     columns = [np.asarray(named.get(column.name, (nan, ""))[0], np.float64) for column in job.columns]
-    return np.column_stack(np.broadcast_arrays(*columns)) if columns else np.empty((1, 0))
+    return np.column_stack(np.broadcast_arrays(*columns)) if columns else np.empty((np.size(metrics.failed), 0))
 
 
-def gathered(job: Job, first: int, samples: Iterable[Sample]) -> Flown:
+def gathered(job: Job, first: int, samples: Iterable[Sample | Found]) -> Flown:
     """A batch of samples from the number `first` on; a sample that fails has a row that says why."""
-    done = list(samples)
+    done = sampled(job, list(samples))
     rows = np.array([sample.values for sample in done]).reshape(len(done), len(job.columns))
     given = {row: sample.trajectories for row, sample in enumerate(done) if sample.trajectories is not None}
     kept = None
@@ -154,7 +159,7 @@ def flown_batch(job: Job, first: int, values: Array) -> Flown:
                                                   each_flown_apart(job, values, job.limit)))
 
 
-def until_interrupted(samples: Iterable[Sample]) -> Iterator[Sample]:
+def until_interrupted(samples: Iterable[Sample | Found]) -> Iterator[Sample | Found]:
     """Samples that are done before Ctrl-C or SIGTERM."""
     with suppress(KeyboardInterrupt):
         yield from samples
@@ -191,5 +196,5 @@ def each_flown_apart(job: Job, values: Array, limit: float) -> Iterator[Sample]:
 
 def fly(job: Job, values: Array, send: Send) -> None:
     """Fly samples in this process, and send first that the FMUs are loaded, then each sample."""
-    for sample in each_flown(job, values, partial(send, None)):
-        send(sample)
+    for flown in each_flown(job, values, partial(send, None)):
+        send(sampled(job, [flown])[0])

@@ -11,8 +11,8 @@ import numpy as np
 import pytest
 
 import maglev
-from maglev.studies.columns import named_values
-from maglev.studies.flying import batches, samples
+from maglev.studies.flying import batches
+from maglev.studies.flying.measuring import Meter
 from maglev.studies.flying.samples import Batch
 
 RUN = "2dof-step-1-nonlinear"
@@ -88,15 +88,15 @@ def test_what_was_done_is_there_after_an_interrupt(way: str, native_fmus: Path,
 def test_samples_of_a_batch_under_way_are_there_after_an_interrupt(native_fmus: Path,
                                                                    monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(batches, "WORTH_COMPILING", 1)
-    measured = []
+    measured, found = [], Meter.found
 
-    def interrupt(*arguments: Any) -> Any:
+    def interrupt(meter: Meter) -> Any:
         measured.append(1)
         if len(measured) == 3:
             os.kill(os.getpid(), signal.SIGINT)
-        return named_values(*arguments)
+        return found(meter)
 
-    monkeypatch.setattr(samples, "named_values", interrupt)
+    monkeypatch.setattr(Meter, "found", interrupt)
     with pytest.raises(maglev.BatchInterrupted) as error:
         maglev.batch(**of_ten(monkeypatch), fmus=native_fmus)
     require_done(error.value, 3)

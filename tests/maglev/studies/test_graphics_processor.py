@@ -28,7 +28,7 @@ from maglev.schema.loading import load_plan
 from maglev.studies.flying import graphics_processor
 from maglev.studies.flying.flight import Flight
 from maglev.studies.flying.graphics_processor import FUNCTION, code_of
-from maglev.studies.flying.measuring import Measuring
+from maglev.studies.flying.measuring import Found, Measuring
 from maglev.studies.flying.samples import Job, Sample, each_flown
 
 RUNS = ("2dof-push", *(pytest.param(name, marks=pytest.mark.thorough) for name in ("3dof-push", "5dof-setpoints")))
@@ -85,7 +85,7 @@ def test_samples_have_the_bits_of_this_processor(native_fmus: Path, tmp_path: Pa
     cupy = stand_in(monkeypatch, memory=30_000)
     left: list[float] = []   # masses of the samples that are run here after all
 
-    def flown_here(job: Job, values: Array) -> Iterator[Sample]:
+    def flown_here(job: Job, values: Array) -> Iterator[Sample | Found]:
         left.extend(values[:, 0])
         return each_flown(job, values)
 

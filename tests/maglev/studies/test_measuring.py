@@ -46,11 +46,11 @@ def require_same(flight: Flight, changes: Changes) -> None:
     """The same metrics, and the same of what is kept, of both ways."""
     measured = flight.measure(changes)
     assert measured is not None
-    metrics, rows = measured
+    meter, *forms, rows = measured
     plan = flight.experiment.plan
     time, columns = flight.fly(changes)
     expected = named_values(plan, run_metrics(plan, time, columns, phase_resistances(plan, changes)))
-    found = named_values(plan, metrics)
+    found = named_values(plan, meter.metrics(*forms))
     assert list(found) == list(expected)
     for name, (value, unit) in expected.items():
         # As text, a NaN is itself; of a number, text is shortest, and so exact.
