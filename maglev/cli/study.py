@@ -89,8 +89,8 @@ def finish(flown: "Study") -> None:
 
 @with_run_options(without=("timeout", "parameters"))
 def tune(file: Annotated[str, typer.Argument(metavar="TUNING", help="A tuning file of the package, or a TOML file.")],
-         out: Out = Path("results"), jobs: Jobs = None, scheduler: Scheduler = None, resume: Resume = False,
-         debug: Debug = False, **options: Any) -> None:
+         out: Out = Path("results"), jobs: Jobs = None, scheduler: Scheduler = None, device: Device = "cpu",
+         resume: Resume = False, debug: Debug = False, **options: Any) -> None:
     """Search gains of a controller by what is measured on many plants.
 
     The result is `NAME.toml`, which a scenario extends, and the metrics before and after, also on plants that were
@@ -105,8 +105,8 @@ def tune(file: Annotated[str, typer.Argument(metavar="TUNING", help="A tuning fi
     with one_line_errors(debug):
         from maglev.api.many.tuning import tune as search
 
-        tuned = search(file, out=out, jobs=jobs, scheduler=scheduler, resume=resume, watch=progress_of, say=say,
-                       **options)
+        tuned = search(file, out=out, jobs=jobs, scheduler=scheduler, device=device, resume=resume,
+                       watch=progress_of, say=say, **options)
         tuned.show(report_console())
         typer.echo(f"results: {tuned.path}")
 

@@ -2,6 +2,7 @@
 
 import hashlib
 from collections.abc import Callable
+from contextlib import AbstractContextManager
 from dataclasses import dataclass
 from io import BytesIO
 from typing import Any
@@ -12,7 +13,7 @@ from scipy.stats import qmc
 
 from maglev.arrays import Array
 from maglev.errors import Interrupted, MaglevError, ScenarioError, name_of, option, signal_of
-from maglev.studies.flying.batches import Fly, batches_of, flyers
+from maglev.studies.flying.batches import Fly, batches_of
 from maglev.studies.flying.samples import Flown
 from maglev.studies.parts import Parts
 from maglev.tuning.planning import PlannedTuning
@@ -98,9 +99,9 @@ class Search:
                             fresh_after, self.flights)
 
 
-def search(planned: PlannedTuning, parts: Parts, scheduler: str | None, jobs: int, resume: bool,
+def search(planned: PlannedTuning, parts: Parts, who: Callable[[], AbstractContextManager[Fly]], resume: bool,
            watch: Watcher, say: Say) -> SearchResult:
-    """Search, with the runs on the workers of a scheduler or in so many processes of this machine.
+    """Search, with the samples run by `who`.
 
     While it goes on, the folder of `parts` holds every generation that is done: the search takes the same course again,
     and runs what is not there. `say` is told what is broken of it. MaglevError if something cannot be run, another
@@ -115,7 +116,7 @@ def search(planned: PlannedTuning, parts: Parts, scheduler: str | None, jobs: in
         if others:
             say(f"{parts.folder}: not as it was written: {others} of the parts, run again")
         try:
-            with flyers(scheduler, jobs) as fly_batches:
+            with who() as fly_batches:
                 parts.begin()
                 result = Search(planned, fly_batches, parts, watch).run()
         except KeyboardInterrupt as error:

@@ -203,10 +203,7 @@ def study(what: "str | Path | StudyFile", *, vary: Vary | None = None, samples: 
     else:
         described, path = load_study(what) if vary is None else (
             varied(what, vary, name, keep, samples, seed), Path(option("vary")))
-    require_device(device)
-    if device != "cpu" and scheduler is not None:
-        raise ScenarioError(f"{option('device', device)}: expected no {option('scheduler')} with it, whose workers "
-                            "have processors of their own")
+    require_device(device, scheduler)
     limit = seconds("sample_timeout", sample_timeout)
     described = described if limit is None else described.model_copy(update={"sample_timeout": limit})
     with made_ready(described, path, options, scheduler is not None, say or warn,

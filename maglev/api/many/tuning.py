@@ -47,7 +47,7 @@ class Tuned:
 
 @takes_run_options("timeout", "parameters")
 def tune(file: str | Path, *, out: str | Path = "results", jobs: int | None = None, scheduler: str | None = None,
-         resume: bool = False, watch: Watch | None = None, say: Say | None = None,
+         device: str = "cpu", resume: bool = False, watch: Watch | None = None, say: Say | None = None,
          **options: Unpack[RunOptions]) -> Tuned:
     """Search the parameters that a tuning file asks for, and write them as a file that a scenario extends.
 
@@ -57,7 +57,7 @@ def tune(file: str | Path, *, out: str | Path = "results", jobs: int | None = No
         A tuning file of the package by its name, or a TOML file (docs/studies.md).
     out : path
         Folder for NAME.toml.
-    jobs, scheduler : optional
+    jobs, scheduler, device : optional
         As of `study`.
     resume : bool
         Go on with what an interrupted search has done, also with more `generations`.
@@ -76,18 +76,22 @@ def tune(file: str | Path, *, out: str | Path = "results", jobs: int | None = No
     MaglevError
         If something in it cannot be used: before the first run.
     """
+    from maglev.cosim.blocks.graphics_processor import require_device
+    from maglev.studies.flying.batches import flyers
     from maglev.studies.parts import Parts
     from maglev.tuning.planning import plan_tuning
     from maglev.tuning.schema import load_tuning
     from maglev.tuning.search import search
     from maglev.tuning.text import gains_toml
 
+    require_device(device, scheduler)
     tuning, path = load_tuning(file)
     with made_ready(tuning, path, options, scheduler is not None, say or warn, watch or unwatched) as (experiment, _):
         planned = plan_tuning(tuning, experiment, str(path))
         with (watch or unwatched)([tuning.name]) as watcher:
-            found = search(planned, Parts(Path(out) / f"{tuning.name}.parts", planned.job.key), scheduler,
-                           processors(jobs), resume, partial(watcher, tuning.name), say or warn)
+            found = search(planned, Parts(Path(out) / f"{tuning.name}.parts", planned.job.key),
+                           partial(flyers, scheduler, processors(jobs), device), resume,
+                           partial(watcher, tuning.name), say or warn)
     written = Path(out) / f"{tuning.name}.toml"
     write_whole(written, gains_toml(tuning, found))
     return Tuned(found.parameters, written, found, planned)

@@ -18,9 +18,13 @@ OLDEST = 80    # compute capability, in tenths, that the PTX is for
 THREADS = 32   # of a block: with 64 a batch took 5 % longer on an H200
 
 
-def require_device(device: str) -> None:
+def require_device(device: str, scheduler: str | None = None) -> None:
+    """MaglevError if it is none of them, is not there, or does not go with a scheduler of other machines."""
     if device not in DEVICES:
         raise ScenarioError(f"{option('device', device)}: expected {one_of(device, DEVICES)}")
+    if device != "cpu" and scheduler is not None:
+        raise ScenarioError(f"{option('device', device)}: expected no {option('scheduler')} with it, whose workers "
+                            "have processors of their own")
     if device == "gpu":
         driver()
 
