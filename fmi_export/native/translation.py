@@ -19,17 +19,42 @@ from maglev_files.extras import lacking
 from maglev_files.programs import output_of
 from maglev_files.scratch import scratch
 
-# One process for all modules: starting pyccel takes longer than a translation. Half of the time would go to looking for
-# trees that nothing holds any more, and to types in the stubs of imported modules, where quoted ones are parsed apart.
+# One process for all modules: starting pyccel takes longer than a translation. What they import is parsed once, for all
+# of them; the C printer renames its methods, by whose names the next module looks for them. Half of the time would go
+# to looking for trees that nothing holds any more, and to types in the stubs of imported modules, where quoted ones are
+# parsed apart.
 TRANSLATE = r"""
 import gc, os, re, sys
 from pathlib import Path
 from pyccel.codegen.pipeline import execute_pyccel
+from pyccel.codegen.printing.ccode import CCodePrinter
+from pyccel.parser.parser import Parser
+
+parse, rename = Parser.parse, CCodePrinter.rename_imported_methods
+imported, before = {}, []
+
+def rename_for_now(printer, classes):
+    for one in classes:
+        scopes = [each.scope for each in (one, *one.methods) if each.scope is not None]
+        tables = [table for scope in scopes for table in (scope.python_names, scope.local_used_symbols)]
+        before.append(([(table, dict(table)) for table in tables], [(method, method.name) for method in one.methods]))
+    rename(printer, classes)
+
+Parser.parse = lambda parser, *, verbose, d_parsers_by_filename=imported: parse(
+    parser, verbose=verbose, d_parsers_by_filename=d_parsers_by_filename)
+CCodePrinter.rename_imported_methods = rename_for_now
 gc.disable()
 root = os.getcwd()
 for path in map(Path, sys.argv[1:]):
     os.chdir(root)
     execute_pyccel(os.path.join(root, path), convert_only=True, language="c")
+    while before:
+        tables, methods = before.pop()
+        for table, names in tables:
+            table.clear()
+            table.update(names)
+        for method, name in methods:
+            method.rename(name)
     stub = Path(root, path.parent, "__pyccel__", f"{path.stem}.pyi")
     stub.write_text(re.sub(r"'(\w+)'", r"\1", stub.read_text(encoding="utf-8")), encoding="utf-8")
 """
