@@ -3,6 +3,7 @@
 import ast
 import re
 import threading
+from functools import lru_cache
 from importlib.util import find_spec
 from pathlib import Path
 
@@ -36,16 +37,17 @@ def module_path(module: str) -> Path:
     return Path(spec.origin)
 
 
-def imported_modules(module: str, text: str) -> list[str]:
+@lru_cache(maxsize=1024)   # FMUs have most of their modules in common
+def imported_modules(module: str, text: str) -> tuple[str, ...]:
     """Modules that a module's text imports, relative ones resolved."""
-    imported = []
+    imported: list[str] = []
     for node in ast.walk(parsed(text)):
         if isinstance(node, ast.ImportFrom) and node.module:
             parent = module.split(".")[:-node.level] if node.level else []
             imported.append(".".join([*parent, node.module]))
         elif isinstance(node, ast.Import):
             imported.extend(alias.name for alias in node.names)
-    return imported
+    return tuple(imported)
 
 
 def defined_names(text: str) -> dict[str, int]:
