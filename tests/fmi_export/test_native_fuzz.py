@@ -3,7 +3,7 @@
 import random
 import struct
 import subprocess
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from pathlib import Path
 
 import pytest
@@ -16,16 +16,16 @@ SANITIZERS = ("-fsanitize=address,undefined,float-cast-overflow", "-fno-sanitize
 
 
 @pytest.fixture(scope="session")
-def sanitized(native_fmus: Path, tmp_path_factory: pytest.TempPathFactory) -> Path:
-    """Folder with the driver for every FMU that is tried, with sanitizers."""
-    require_command("gcc")
-
-    def make(folder: Path) -> None:
-        for name in FUZZED:
-            sources = unpacked_sources(native_fmus / f"{name}.fmu", folder / f"{name}_sources")
+def sanitized(native_fmus: Path, tmp_path_factory: pytest.TempPathFactory) -> Callable[[str], Path]:
+    """Function that compiles the driver for an FMU, with sanitizers, by its name."""
+    def driver(name: str) -> Path:
+        def make(folder: Path) -> None:
+            sources = unpacked_sources(native_fmus / f"{name}.fmu", folder / "sources")
             compiled(sources, folder / name, *SANITIZERS, extra=(HERE / "fuzz.c",))
 
-    return built_once(tmp_path_factory, "native_fuzz", make)
+        return built_once(tmp_path_factory, f"native_fuzz_{name}", make) / name
+
+    return driver
 
 
 def carry_out(command: Sequence[str | Path], programs: Sequence[bytes], folder: Path) -> str:
@@ -45,8 +45,8 @@ def random_programs(count: int, seed: int) -> list[bytes]:
 
 @pytest.mark.thorough
 @pytest.mark.parametrize("name", [pytest.param(FUZZED[0], marks=pytest.mark.thorough), *FUZZED[1:]])
-def test_many_random_programs(sanitized: Path, tmp_path: Path, name: str) -> None:
-    said = carry_out([sanitized / name], random_programs(3000, 1), tmp_path)
+def test_many_random_programs(sanitized: Callable[[str], Path], tmp_path: Path, name: str) -> None:
+    said = carry_out([sanitized(name)], random_programs(3000, 1), tmp_path)
     count, refusals = (int(word) for word in said.split() if word.isdigit())
     assert count == 3000 and refusals > 10000
 
@@ -99,8 +99,9 @@ def test_many_random_programs_of_model_exchange(native_fmus: Path, fmi3_fmus: Pa
 
 @settings(max_examples=20, suppress_health_check=[HealthCheck.function_scoped_fixture, HealthCheck.too_slow])
 @given(programs=st.lists(st.binary(max_size=300), min_size=1, max_size=30))
-def test_programs_that_hypothesis_finds(sanitized: Path, tmp_path: Path, programs: list[bytes]) -> None:
-    carry_out([sanitized / "Plant3DOF"], programs, tmp_path)
+def test_programs_that_hypothesis_finds(sanitized: Callable[[str], Path], tmp_path: Path,
+                                        programs: list[bytes]) -> None:
+    carry_out([sanitized("Plant3DOF")], programs, tmp_path)
 
 
 @pytest.mark.thorough

@@ -1,6 +1,7 @@
 """FMUs and systems in a folder whose name has spaces and letters that are not ASCII."""
 
 import shutil
+from collections.abc import Iterable
 from pathlib import Path
 
 import fmpy
@@ -25,10 +26,11 @@ def elsewhere(either_kind: Path, tmp_path: Path) -> Path:
     return Path(shutil.copytree(either_kind, tmp_path / FOLDER))
 
 
-@pytest.mark.few(1)
-def test_every_fmu(elsewhere: Path) -> None:
+@pytest.mark.parametrize("names", [("Plant3DOF", "Regulator3DOF", "Estimator2DOF", "Measurement2DOF"),
+                                   pytest.param(DEFINITIONS, marks=pytest.mark.thorough)], ids=["of each kind", "all"])
+def test_every_fmu(elsewhere: Path, names: Iterable[str]) -> None:
     """In our master and in fmpy's simulation."""
-    for name in DEFINITIONS:
+    for name in names:
         path = elsewhere / f"{name}.fmu"
         description = read_description(name, path)
         with Fmu(name, path, description) as component:

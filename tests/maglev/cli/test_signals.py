@@ -162,7 +162,8 @@ def test_compilers(tmp_path: Path, number: int, code: int, word: str) -> None:
     (tmp_path / "ziglang").mkdir()
     (tmp_path / "ziglang" / "__main__.py").write_text(COMPILER)
     (tmp_path / "ziglang" / "__init__.py").touch()
-    command = Command(tmp_path, "build", "PID2DOF", "Plant2DOF", "--kind", "native", PYTHONPATH=str(tmp_path))
+    command = Command(tmp_path, "build", "Commutation2DOF", "Measurement2DOF", "--kind", "native",
+                      PYTHONPATH=str(tmp_path))
     command.wait_until(lambda: [name for *_, names in os.walk(command.unpacked) for name in names   # which come and go
                                 if name.endswith(".begun")])
     assert command.ended(number) == (code, [f"maglev: {word}"])

@@ -254,10 +254,25 @@ def description(like: str, optional: bool, field: str) -> str:
     return re.sub("#.*", "", text)
 
 
-@settings(max_examples=300)
-@given(st.sampled_from([*RIGS]), st.booleans(), st.sampled_from(FIELDS), st.data())
+DESCRIBED = st.sampled_from([*RIGS]), st.booleans(), st.sampled_from(FIELDS), st.data()
+
+
+@settings(max_examples=75)
+@given(*DESCRIBED)
 def test_no_number_is_too_odd_to_be_refused(like: str, optional: bool, field: str, data: st.DataObject) -> None:
     """One number of a description is another one: it is a stage, or one line says why not, and nothing is printed."""
+    read_with_another_number(like, optional, field, data)
+
+
+@pytest.mark.thorough
+@settings(max_examples=1000)
+@given(*DESCRIBED)
+def test_of_many_numbers_none_is_too_odd(like: str, optional: bool, field: str, data: st.DataObject) -> None:
+    read_with_another_number(like, optional, field, data)
+
+
+def read_with_another_number(like: str, optional: bool, field: str, data: st.DataObject) -> None:
+    """Draw the place of a number and what stands there, and read the description; fails unless it says one line."""
     text = description(like, optional, field)
     place = data.draw(st.sampled_from([*NUMBER.finditer(text)]))
     text = f"{text[:place.start()]}{data.draw(st.sampled_from(EXTREMES))}{text[place.end():]}"

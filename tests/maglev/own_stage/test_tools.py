@@ -91,15 +91,15 @@ def settling(run: maglev.Run) -> float:
 
 def test_baselines() -> None:
     """What the stage does is kept, and another guide is noticed."""
-    maglev.update(["short.toml"], baselines="baselines")
-    same, = maglev.check(["short.toml"], baselines="baselines")
+    maglev.update(["short.toml"], baselines="baselines", kind="python")
+    same, = maglev.check(["short.toml"], baselines="baselines", kind="python")
     assert same.status == "passed"
-    other, = maglev.check(["short.toml"], baselines="baselines", set={"plant.h.friction.coulomb": 1.0})
+    other, = maglev.check(["short.toml"], baselines="baselines", kind="python", set={"plant.h.friction.coulomb": 1.0})
     assert other.status == "deviated"
 
 
 def test_report() -> None:
-    assert command("report", "short.toml").exit_code == 0
+    assert command("report", "short.toml", "--kind", "python").exit_code == 0
     assert "stage kite" in Path("results/report.html").read_text(encoding="utf-8")
 
 
