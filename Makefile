@@ -6,7 +6,8 @@ BIN = .venv/bin
 NATIVE_TOOLS = $(BIN)/python -c "import pyccel, ziglang" 2>/dev/null
 # Tests start hundreds of processes: each would compile all that it imports.
 unexport PYTHONDONTWRITEBYTECODE
-INSTALL_PACKAGE = $(BIN)/python -m pip install --quiet --disable-pip-version-check --no-compile
+# A newer pip passes on what the tools of a build warn of.
+INSTALL_PACKAGE = PYTHONWARNINGS=ignore $(BIN)/python -m pip install --quiet --disable-pip-version-check --no-compile
 INSTALL = $(INSTALL_PACKAGE) --editable
 
 .PHONY: demo generate report live claims estimation docs check check-all check-built test tests thorough quick build native lint bench \
@@ -65,8 +66,9 @@ test: .venv/.test
 	$(BIN)/python benchmarks/whole_run.py --gate --fmus .venv/fmus
 
 # They leave their FMUs behind, for the check. Four at a time on two cores: many wait for processes that start. Files go in
-# the order of tests/conftest.py, the longest first.
+# the order of tests/conftest.py, the longest first. One process goes ahead: four would compile all that they import.
 tests: .venv/.test
+	@$(BIN)/python -m pytest --collect-only -m "not thorough" > /dev/null || :   # what is wrong is said below
 	$(BIN)/python -m pytest -n 4 --dist loadfile --no-loadscope-reorder --durations=25 -m "not thorough" --fmus=.venv/fmus
 
 # The tests that take long of what seldom changes.
@@ -159,6 +161,7 @@ clean:
 .venv/.venv:
 	@test -n "$(PYTHON)" || { echo "make: no Python 3.11 or newer found, expected one; set PYTHON=/path/to/python3"; exit 1; }
 	$(PYTHON) -m venv .venv
+	@$(INSTALL_PACKAGE) --upgrade pip || echo "left out: the newest pip, which needs a third of the time"
 	touch $@
 
 .venv/.demo: .venv/.venv pyproject.toml
