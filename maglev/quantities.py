@@ -4,7 +4,7 @@ import math
 from collections.abc import Iterable
 from typing import Literal, NamedTuple
 
-from maglev.units import known_unit, to_unit
+from maglev.units import factor, known_unit, to_unit
 
 # Units that people read, by the SI unit, and what a small value has in place of them.
 PRINTED_UNITS = {"1": "%", "m": "mm", "rad": "mrad", "m/s": "mm/s", "rad/s": "mrad/s", "m.s": "mm s", "rad.s": "mrad s"}
@@ -41,6 +41,12 @@ def common_unit(values: Iterable[float], unit: str) -> str:
     largest = max((abs(value) for value in values if math.isfinite(value)), default=0.0)
     return SMALL_UNITS.get(shown, shown) if largest > 0.0 and known_unit(shown) and to_unit(largest, shown) < SMALL \
         else shown
+
+
+def shown_in(values: Iterable[float], unit: str) -> tuple[str, float]:
+    """That unit, and how many of it are one SI unit; 1 where it is not known here."""
+    shown = common_unit(values, unit)
+    return shown, 1.0 / factor(shown) if known_unit(shown) else 1.0
 
 
 def metric_text(name: str, value: float, unit: str) -> str:

@@ -42,6 +42,11 @@ def cache_folder() -> Path:
         return Path("~/.cache/maglev-fmus")   # there is no home folder, and nothing is kept
 
 
+def key_of(folder: str, *made_of: object) -> str:
+    """Key, in a folder of the cache, of what is made of these: their texts tell it from all else."""
+    return f"{folder}/{hashlib.sha256(repr(made_of).encode('utf-8')).hexdigest()[:32]}"
+
+
 def kept(key: str, name: str) -> Kept | None:
     """What was kept under a key, a path in the cache, and a file name; None if there is nothing, or it was changed."""
     folder = cache_folder() / key

@@ -13,9 +13,9 @@ from maglev.api.options import experiments_of
 from maglev.api.running import say_notes
 from maglev.comparison.files import comparison_data, rows_of, write_comparison
 from maglev.comparison.table import Row
-from maglev.cosim.master import RunFailed
+from maglev.cosim.master import Progress, RunFailed
 from maglev.errors import FAILURES, ScenarioError, extra, in_one_line
-from maglev.experiment.chain import started, waves
+from maglev.experiment.chain import Ends, in_order, started
 from maglev.experiment.execution import RunResult, failed, fly, thinned
 from maglev.experiment.preparation import Experiment, know_stage_of
 from maglev.experiment.selection import needed
@@ -212,21 +212,19 @@ def put_in(plan: RunPlan, label: str, controller: Given, options: RunOptions, sa
 
 def fly_each(experiments: Mapping[str, Experiment], watch: Watch) -> dict[str, RunResult]:
     """Make runs here, one after the other, those that others start from first; one that fails leaves the others."""
-    results: dict[str, RunResult] = {}
+    def fly_or_fail(experiment: Experiment, ends: Ends, progress: Progress) -> RunResult:
+        try:
+            return fly(replace(experiment, plan=started(experiment.plan, ends)), progress)
+        except RunFailed as error:   # what was recorded until then can be drawn
+            return replace(failed(experiment, in_one_line(error)),
+                           recording=thinned(error.recording, experiment.output_every()))
+        except FAILURES as error:
+            return failed(experiment, in_one_line(error))
+
     with watch(list(experiments)) as watcher:
-        for wave in waves({name: experiment.plan.needs for name, experiment in experiments.items()}):
-            for name in wave:
-                experiment = experiments[name]
-                try:
-                    ends = {other: results[other].ends for other in experiment.plan.needs}
-                    results[name] = fly(replace(experiment, plan=started(experiment.plan, ends)),
-                                        partial(watcher, name))
-                except RunFailed as error:   # what was recorded until then can be drawn
-                    results[name] = replace(failed(experiment, in_one_line(error)),
-                                            recording=thinned(error.recording, experiment.output_every()))
-                except FAILURES as error:
-                    results[name] = failed(experiment, in_one_line(error))
-    return results
+        return in_order({name: experiment.plan.needs for name, experiment in experiments.items()},
+                        lambda name, ends: partial(fly_or_fail, experiments[name], ends), 1,
+                        lambda name, why: failed(experiments[name], why), watcher, here=True)
 
 
 def of_flown_runs(runs: Sequence[Run] | Mapping[str, Run]) -> Comparison:

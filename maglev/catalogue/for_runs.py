@@ -4,7 +4,6 @@ What is kept is known by all that it is made of, so that every folder and every 
 release brings native FMUs for all platforms, and modules: what it has is taken from there, and needs no compiler.
 """
 
-import hashlib
 import platform
 from collections.abc import Collection, Iterable
 from contextlib import suppress
@@ -27,7 +26,7 @@ from maglev.processes.side_by_side import Say, Watch, unwatched, warn
 from maglev.schema.layers import PACKAGED
 from maglev.schema.options import KindName
 from maglev.stages import STAGES
-from maglev_files.cache import FMUS, cache_folder, keep, kept
+from maglev_files.cache import FMUS, cache_folder, keep, kept, key_of
 from maglev_files.environment import DATE, number_in
 from maglev_files.scratch import scratch
 
@@ -170,8 +169,7 @@ def key(name: str, kind: Kind) -> str:
     """Place in the cache, by all that it is made of: sources, tools, kind; of an own stage, what is written of it."""
     stage = STAGES.own_of(name)
     own = "" if stage is None else digest_of(stage.folder, stage.folder.glob("*/**/*.*"))
-    parts = (installed(), tuple(kind), number_in(DATE), own)
-    return f"{FMUS}/{hashlib.sha256(repr(parts).encode('utf-8')).hexdigest()[:32]}"
+    return key_of(FMUS, installed(), tuple(kind), number_in(DATE), own)
 
 
 def require_flyable(description: Path, say: Say) -> None:

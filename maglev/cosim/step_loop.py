@@ -33,7 +33,7 @@ from fmi_export.native.compiler import FLAGS, library
 from maglev.cosim.versions.fmi import Exchange3, Step3
 from maglev.cosim.wires.wiring import Call
 from maglev.errors import FmuError
-from maglev_files.cache import STEP_LOOP, Kept, keep, kept
+from maglev_files.cache import STEP_LOOP, Kept, keep, kept, key_of
 
 SOURCE = Path(__file__).with_name("step_loop.c")
 EARLY, END = 100, 101   # statuses of the loop in C, which says what they are
@@ -118,7 +118,7 @@ def keep_loop(content: bytes) -> Kept:
 def key() -> str:
     """Key of this version's loop on this machine: of its text and of the compiler's flags."""
     platform, = host_platform().values()
-    return f"{STEP_LOOP}/{hashlib.sha256(repr((source(), FLAGS, platform)).encode('utf-8')).hexdigest()[:32]}"
+    return key_of(STEP_LOOP, source(), FLAGS, platform)
 
 
 @cache

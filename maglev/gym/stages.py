@@ -13,7 +13,7 @@ from gymnasium.vector.utils import batch_space
 
 from fmi_export.definition import Variable
 from maglev.arrays import Array
-from maglev.cosim.blocks.block_loop import Part, indented, loop_of, out_of_range, parts_of
+from maglev.cosim.blocks.block_loop import EXPORT, Part, indented, loop_of, out_of_range, parts_of
 from maglev.cosim.blocks.graphics_processor import THREADS, driver, kernels, require_device
 from maglev.errors import FmuError, ScenarioError
 from maglev.gym.compiled_stage import CompiledStage
@@ -38,11 +38,8 @@ SOURCE = """\
 
 #if defined __NVPTX__
 #define EXPORT __attribute__((device_kernel))
-#elif defined _WIN32
-#define EXPORT __declspec(dllexport)
 #else
-#define EXPORT __attribute__((visibility("default")))
-#endif
+{export}#endif
 
 /* The blocks of one stage. */
 struct stage {{
@@ -182,6 +179,7 @@ def sources_of(stage: CompiledStage, changing: Sequence[tuple[str, str]]) -> dic
                 wrong.append(out_of_range(variable(part, name), other))
     blocks = {name: part.what.struct for name, part in parts.items()}
     return {**files, "stages.c": SOURCE.format(
+        export=EXPORT,
         includes="\n".join(f'#include "{part.what.header}"' for part in parts.values()),
         members="\n    ".join(f"struct {block} {name};" for name, block in blocks.items()),
         take="\n    ".join(f"stage->{name} = *(const struct {blocks[name]} *)instances[{part.number}]->state->block;"

@@ -7,7 +7,6 @@ of a run is up to C that is given: it sees chosen columns at each communication 
 said to be one; then the calls are made, and say what is wrong.
 """
 
-import hashlib
 import re
 from collections.abc import Collection, Iterable, Iterator, Mapping, Sequence
 from ctypes import CDLL, POINTER, Array, Structure, addressof, byref, c_double, c_int64, c_void_p, create_string_buffer
@@ -27,7 +26,7 @@ from maglev.cosim.step_loop import in_c
 from maglev.cosim.wires.wiring import Call, Track, Wiring
 from maglev.own_fmus import definition, files_in, own_build
 from maglev.user_controllers.blocks import Block
-from maglev_files.cache import BLOCK_LOOPS, Kept, keep, kept
+from maglev_files.cache import BLOCK_LOOPS, Kept, keep, kept, key_of
 
 LIBRARY = f"maglev_block_loop{sharedLibraryExtension}"
 FUNCTION = "maglev_whole_run"
@@ -82,16 +81,18 @@ static inline int64_t whole_run(const struct beginning *beginning, const struct 
 }}
 """
 
-SOURCE = """\
-#include "instance.h"
-#include "{run}"
-
+EXPORT = """\
 #if defined _WIN32
 #define EXPORT __declspec(dllexport)
 #else
 #define EXPORT __attribute__((visibility("default")))
 #endif
+"""
+SOURCE = """\
+#include "instance.h"
+#include "{run}"
 
+{export}
 /* Whether an instance would take a step of co-simulation as it is. */
 static bool ready(const struct Progress *progress)
 {{
@@ -217,8 +218,7 @@ def block_loop(wiring: Wiring, observer: str, seen: Mapping[str, str], build: bo
 def loop_of(sources: Mapping[str, str], build: bool) -> Kept | None:
     """Library of C files, compiled now if it was not before and `build` asks for it; errors as of `block_loop`."""
     platform, = host_platform().values()
-    key = hashlib.sha256(repr((sorted(sources.items()), FLAGS, platform)).encode("utf-8")).hexdigest()[:32]
-    place = f"{BLOCK_LOOPS}/{key}"
+    place = key_of(BLOCK_LOOPS, sorted(sources.items()), FLAGS, platform)
     path = kept(place, LIBRARY)
     if path is None and build:
         path = keep(place, LIBRARY, library(sources, Path(LIBRARY).stem, platform))
@@ -252,7 +252,7 @@ def sources_of(wiring: Wiring, observer: str, seen: Mapping[str, str],
         members=indented(members, 4), begin=indented((*begin, *signal_rows(wiring.tracks)), 4),
         see=indented((f"seen.{member} = (double){value_at(places[name], wiring.tracks)};"
                       for member, name in seen.items()), 8)), LOOP_FILE: SOURCE.format(
-        run=RUN_FILE, function=FUNCTION, refused=REFUSED, copy=indented(copy, 8),
+        export=EXPORT, run=RUN_FILE, function=FUNCTION, refused=REFUSED, copy=indented(copy, 8),
         ready=" || ".join(f"!ready(&instances[{part.number}]->state->progress)" for part in parts.values()))}
 
 

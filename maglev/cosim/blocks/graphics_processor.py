@@ -4,13 +4,12 @@ They are compiled to PTX by the compiler of native FMUs. CuPy loads it: of it me
 arrays are used.
 """
 
-import hashlib
 from collections.abc import Mapping
 from typing import Any
 
 from fmi_export.target.graphics import FLAGS, ptx
 from maglev.errors import MaglevError, ScenarioError, extra, one_of, option
-from maglev_files.cache import BLOCK_LOOPS, keep, kept
+from maglev_files.cache import BLOCK_LOOPS, keep, kept, key_of
 
 DEVICES = ("cpu", "gpu")
 FILE = "kernel.ptx"
@@ -47,7 +46,7 @@ def driver() -> Any:
 
 def kernels(cupy: Any, code: Mapping[str, str], *names: str) -> list[Any]:
     """Functions of C files by name, compiled now if they were not before; ExportError, or OSError if not kept."""
-    place = f"{BLOCK_LOOPS}/{hashlib.sha256(repr((sorted(code.items()), FLAGS)).encode('utf-8')).hexdigest()[:32]}"
+    place = key_of(BLOCK_LOOPS, sorted(code.items()), FLAGS)
     file = kept(place, FILE) or keep(place, FILE, ptx(code, names[0]))
     module = cupy.RawModule(path=str(file.path))
     return [module.get_function(name) for name in names]

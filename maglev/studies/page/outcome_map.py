@@ -10,10 +10,9 @@ from numpy.typing import NDArray
 
 from maglev.arrays import Array, Bools
 from maglev.pages.shell import packed
-from maglev.quantities import common_unit
+from maglev.quantities import shown_in
 from maglev.studies.page.again import command_of, options_of
 from maglev.studies.page.text import units_of
-from maglev.units import factor, known_unit
 
 PASSES, TOUCHED, ASTRAY, TRIPPED, STOPPED, BROKEN = range(6)
 OUTCOMES = ("passes", "passes after it touched a stop", "is beyond a limit", "trips", "ends at a stop",
@@ -36,8 +35,7 @@ class Factor:
 
     def shown(self) -> dict[str, Any]:
         """What the page's script needs of it; None of what is set to the values themselves."""
-        unit = common_unit(self.values.tolist(), self.unit)
-        scale = 1.0 / factor(unit) if known_unit(unit) else 1.0
+        unit, scale = shown_in(self.values.tolist(), self.unit)
         return {"name": self.name, "unit": unit, "values": self.values.tolist(), "scale": scale, "sets": {
             target: None if np.array_equal(values, self.values) else values.tolist()
             for target, values in self.sets.items()}}

@@ -12,7 +12,7 @@ import pyarrow as pa
 from maglev.live.link import NAME as LIVE_PAGE
 from maglev.live.link import has_live_page
 from maglev.pages import shell
-from maglev.quantities import common_unit, metric_text
+from maglev.quantities import metric_text, shown_in
 from maglev.report.claim_table import unbroken
 from maglev.report.findings import html_table
 from maglev.report.page import json_in_html, read
@@ -22,7 +22,6 @@ from maglev.studies.page.outcome_map import OUTCOMES, LawMap, map_of, maps_data
 from maglev.studies.page.sensitivity import Indices, sensitivity
 from maglev.studies.page.text import beyond_limits, limits_text, metrics_of, units_of
 from maglev.studies.page.verdict import decisive, telling, verdict, where
-from maglev.units import factor, known_unit
 
 FOLDER = Path(__file__).parent
 SCRIPTS = ("plots/series.js", "plots/map.js", "plots/plot.js")   # of the report
@@ -147,12 +146,6 @@ def data(table: pa.Table, about: Mapping[str, Any], metrics: Sequence[tuple[str,
             "shares": shares,
             "grid": about["design"]["kind"] == "grid",
             "passed": [int(passed) for passed in chosen["passed"].to_pylist()]}
-
-
-def shown_in(values: Sequence[float], unit: str) -> tuple[str, float]:
-    """Unit of all values of a column in the page, and how many of it are one SI unit."""
-    shown = common_unit(values, unit)
-    return (shown, 1.0 / factor(shown)) if known_unit(shown) else (shown, 1.0)
 
 
 def quantiles_table(table: pa.Table, about: Mapping[str, Any]) -> str:

@@ -8,10 +8,9 @@ import numpy as np
 import pyarrow as pa
 
 from maglev.arrays import Array, Bools
-from maglev.quantities import common_unit, metric_text
+from maglev.quantities import metric_text, shown_in
 from maglev.report.findings import html_table
 from maglev.studies.page.text import beyond_limits, units_of
-from maglev.units import known_unit, to_unit
 
 
 def failing(table: pa.Table, about: Mapping[str, Any]) -> dict[str, Bools]:
@@ -115,13 +114,12 @@ def nearest_words(share: float, name: str) -> str:
 
 def edges(values: Array, passed: Bools, unit: str) -> tuple[str, str, str]:
     """Range of values that were run, at which values all samples pass, and at which all fail; in one unit."""
-    shown = common_unit(values.tolist(), unit)
+    shown, scale = shown_in(values.tolist(), unit)
     flown, place, samples = np.unique(values, return_inverse=True, return_counts=True)
     passing = np.bincount(place[passed], minlength=len(flown))
-    factor = to_unit(1.0, shown) if shown and known_unit(shown) else 1.0
 
     def text(low: float, high: float) -> str:
-        return (f"{factor * low:.4g}" if low == high else f"{factor * low:.4g} to {factor * high:.4g}") + (
+        return (f"{scale * low:.4g}" if low == high else f"{scale * low:.4g} to {scale * high:.4g}") + (
             f" {shown}" if shown else "")
 
     def runs(inside: Bools) -> str:
