@@ -15,7 +15,7 @@ from fmi_export.definition import Variable
 from maglev.arrays import Array
 from maglev.cosim.blocks.block_loop import EXPORT, Part, indented, loop_of, out_of_range, parts_of
 from maglev.cosim.blocks.graphics_processor import THREADS, driver, kernels, require_device
-from maglev.errors import FmuError, ScenarioError
+from maglev.errors import FmuError, MaglevError, ScenarioError, option
 from maglev.gym.compiled_stage import CompiledStage
 from maglev.gym.reward import Seen
 from maglev.gym.stage import Due, Stage, positions
@@ -243,6 +243,9 @@ class Stages(VectorEnv[Array, Array, npt.NDArray[Any]]):
         self.one.reward.xp = self.xp
         axes, xp = len(self.one.rig.axes), self.xp
         self.size = int(self.c.maglev_stage_size()) // 8
+        points = {"table": 0, "setpoints": self.one.references.most}.get(self.one.references.kind, 1)   # of each
+        if self.kernels:
+            require_room(xp, num_envs, 8 * (self.size + 3 * compiled.row.size + (points + 9) * axes))
         self.blocks = xp.zeros((num_envs, self.size), np.int64)   # aligned as doubles are
         self.rows = xp.zeros((num_envs, compiled.row.size))
         (self.commands, _, self.positions, self.currents, self.encoders, self.velocities,
@@ -252,8 +255,7 @@ class Stages(VectorEnv[Array, Array, npt.NDArray[Any]]):
         self.made, self.refused, self.at_stop = (xp.zeros(num_envs, np.int64) for _ in range(3))
         self.filtered = xp.zeros((num_envs, axes))    # positions, of the velocity observers
         # Those of a table are one for all.
-        self.points = xp.asarray(self.one.references.given) if self.one.references.kind == "table" else xp.zeros(
-            (num_envs, self.one.references.most if self.one.references.kind == "setpoints" else 1, axes))
+        self.points = xp.zeros((num_envs, points, axes)) if points else xp.asarray(self.one.references.given)
         self.amplitudes = xp.zeros((num_envs, axes))
         self.everyone = xp.arange(num_envs)
         # Of this processor:
@@ -301,7 +303,7 @@ class Stages(VectorEnv[Array, Array, npt.NDArray[Any]]):
         numbers = [*seeds]
         there = self.xp.asarray(numbers)
         arrays = [self.rows, self.filtered, self.amplitudes]
-        if one.references.kind != "table":
+        if self.points.ndim == 3:
             arrays.append(self.points)
         for array, given in zip((self.blocks, *arrays), (blocks, *map(np.array, zip(*starts, strict=True))),
                                 strict=False):
@@ -347,7 +349,7 @@ class Stages(VectorEnv[Array, Array, npt.NDArray[Any]]):
         self.sample += ~refused
         sample = np.minimum(self.sample, one.last)
         which, wave = xp.asarray(one.references.which[sample]), xp.asarray(one.references.wave[sample])
-        points = self.points[which] if one.references.kind == "table" else self.points[self.everyone, which]
+        points = self.points[which] if self.points.ndim == 2 else self.points[self.everyone, which]
         taken = xp.asarray(~refused)
         self.references[:] = xp.where(taken[:, None], points + wave[:, None] * self.amplitudes, self.references)
         self.observe(taken)
@@ -429,3 +431,11 @@ def pointer(array: Any) -> int:
     """Where an array is, of this processor or of a graphics processor."""
     address: int = array.ctypes.data if isinstance(array, np.ndarray) else array.data.ptr
     return address
+
+
+def require_room(cupy: Any, count: int, each: int) -> None:
+    """MaglevError if there is not memory for so many environments, of about so many bytes each."""
+    fit = int(cupy.cuda.runtime.memGetInfo()[0]) // each
+    if count > fit:
+        raise MaglevError(f"num_envs = {count}: each takes some {each:,} bytes of the graphics processor's memory, "
+                          f"expected at most {fit}, or {option('device', 'cpu')}")

@@ -12,7 +12,7 @@ from ptx_instructions import require_exact
 
 import maglev.gym  # noqa: F401 - registers
 from fmi_export.target import graphics
-from maglev.errors import ScenarioError
+from maglev.errors import MaglevError, ScenarioError
 from maglev.gym import stages
 from maglev.gym.stage import Stage
 
@@ -86,6 +86,12 @@ def test_it_has_the_same_bits_on_a_graphics_processor(folder: Path, what: str, m
     assert cupy.launches
     here.close()
     there.close()
+
+
+def test_more_than_there_is_memory_for_is_refused(folder: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    stand_in(monkeypatch, memory=1e5)
+    with pytest.raises(MaglevError, match=r"num_envs = 4096: each takes some [\d,]+ bytes .*expected at most \d+"):
+        stages.Stages(4096, "2dof", fmus=folder, device="gpu")
 
 
 def test_a_graphics_processor_rounds_as_this_one_does(folder: Path) -> None:
