@@ -274,5 +274,5 @@ function buildPanel() {
     if (state.law) showSharedLaw(state.law, state.result);
     say(problems.join("; "), problems.length > 0);
   });
-  matchMedia("(prefers-color-scheme: dark)").addEventListener("change", readColours);
+  whenColoursChange((printed) => { readColours(printed); if (page.history?.count) drawNow(performance.now()); });
 }

@@ -71,7 +71,10 @@ function draw(now) {
   requestAnimationFrame(draw);
   if (!page.history?.count) return;
   moveCamera();
-  if (!page.dirty) return;
+  if (page.dirty) drawNow(now);
+}
+
+function drawNow(now) {
   page.dirty = false;
   page.frames++;
   const { run, state, colours } = page, row = page.history.last(), ghost = page.ghost?.last() ?? null, weight = weightNow(row.time);
@@ -99,8 +102,8 @@ function drawHint(canvas, view, row, colours) {
   write(context, text, x, y + 1, colours.paper, { font: "600 14px", align: "center" });
 }
 
-function readColours() {
-  page.colours = sceneColours(page.run?.axes ?? []);
+function readColours(printed) {
+  page.colours = sceneColours(page.run?.axes ?? [], printed);
   page.dirty = true;
 }
 

@@ -40,12 +40,20 @@ function sized(canvas, clear = true) {
   return { context, width, height, ratio };
 }
 
-/** Colours of the style sheet by the names of what they stand for; those of axes by theirs. */
-function sceneColours(axes) {
-  const style = getComputedStyle(document.documentElement), colour = (name) => style.getPropertyValue(`--${name}`).trim();
+/** Colours of the style sheet by the names of what they stand for; those of axes by theirs. On paper they are the light ones, its first. */
+function sceneColours(axes, printed = false) {
+  const first = () => [...document.styleSheets].flatMap(({ cssRules }) => [...cssRules]).find(({ selectorText }) => selectorText === ":root").style;
+  const style = printed ? first() : getComputedStyle(document.documentElement), colour = (name) => style.getPropertyValue(`--${name}`).trim();
   return Object.fromEntries([...["paper", "panel", "text", "faint", "line", "iron", "current", "north", "south", "plate", "weight", "bad",
     "reference", ...Array.from({ length: 7 }, (_, k) => `run-${k}`)].map((name) => [name, colour(name)]),
   ...axes.map((axis, i) => [axis, colour(`axis-${i}`)])]);
+}
+
+/** Draw anew when the reader's colours change, and for paper, which is told. */
+function whenColoursChange(drawAnew) {
+  matchMedia("(prefers-color-scheme: dark)").addEventListener("change", () => drawAnew(false));
+  addEventListener("beforeprint", () => drawAnew(true));
+  addEventListener("afterprint", () => drawAnew(false));
 }
 
 const NARROW = 520;   // px, below which the gap is not beside the stage but under it

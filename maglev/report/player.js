@@ -21,8 +21,8 @@
     const [{ run: first }] = flights, { motors } = report.runs[first];
     const peak = Object.values(motors).flatMap(({ currents }) => currents).flatMap((signal) => ready[first][signal]?.values ?? [])
       .reduce((most, value) => Math.max(most, Math.abs(value)), 0.1);
-    return (time) => {
-      const colours = sceneColours(stage.axes);
+    return (time, printed) => {
+      const colours = sceneColours(stage.axes, printed);
       const drawn = flights.map(({ run, label, css }) => ({ row: rowAt(report.runs[run], run, time), name: label, colour: colours[css] }));
       window.maglevReport.views = { ...drawScene(canvas, stage, drawn, { orbit: SHOTS.space, ends: stage.rig.room.ends, peak }, colours), drawn };
     };
@@ -94,7 +94,7 @@
     }).catch(fail);
     new IntersectionObserver(([{ isIntersecting }]) => { if (!isIntersecting) play(false); }).observe(canvas);
     new ResizeObserver(() => display(time)).observe(canvas);
-    window.matchMedia("(prefers-color-scheme: dark)").addEventListener("change", () => display(time));
+    whenColoursChange((printed) => display(time, printed));
   }
 
   if (player) build();

@@ -203,6 +203,25 @@ def test_a_comparison_on_paper_has_its_plots_and_no_buttons(browser, pages: Path
     tab.close()
 
 
+@pytest.mark.parametrize(("name", "drawn"), [("live.html", FLIES), ("compare.html", "!!maglevReport.views")])
+def test_a_picture_is_printed_in_colours_of_paper(browser, pages: Path, name: str, drawn: str) -> None:
+    """Of a reader of dark screens, too."""
+    tab = Tab(browser, pages / name)
+    tab.page.emulate_media(color_scheme="dark")
+    wait_until(tab.page, drawn)
+    tab.evaluate("""() => {
+        window.bright = () => { const canvas = document.querySelector("canvas"), { width, height } = canvas;
+            const { data } = canvas.getContext("2d").getImageData(0, 0, width, height);
+            return data.reduce((sum, value) => sum + value, 0) / data.length; };
+        addEventListener("beforeprint", () => { window.printed = bright(); }); }""")
+    dark = tab.evaluate("bright()")
+    tab.page.pdf()
+    assert tab.evaluate("printed") > 1.1 * dark
+    assert tab.evaluate("bright()") == pytest.approx(dark, rel=0.05), "and afterwards as before"
+    tab.context.close()
+    assert not [each for each in tab.problems if "willReadFrequently" not in each]   # the test reads them
+
+
 @pytest.mark.parametrize("name", ["report.html", "compare.html", "study.html"])
 def test_no_heading_is_the_last_of_a_printed_page(browser, pages: Path, name: str) -> None:
     tab = Tab(browser, pages / name)
