@@ -10,17 +10,20 @@ DEEPEST = 50   # tables or lists in each other
 NESTED = "TOML syntax: tables or lists nested too deeply, expected some levels"
 
 
-def read_toml(path: Path) -> dict[str, Any]:
-    """Read a TOML file; a byte-order mark at its start is no part of it.
-
-    ScenarioError if it cannot be read, is no UTF-8 text, or no TOML, or has control characters.
-    """
+def text_of(path: Path) -> str:
+    """Text of a file, without a byte-order mark; ScenarioError if it cannot be read, or is no UTF-8 text."""
     try:
-        table = tomllib.loads(path.read_text(encoding="utf-8-sig"))
+        return path.read_text(encoding="utf-8-sig")
     except OSError as error:
         raise ScenarioError(f"{path}: cannot be read: {error.strerror}{nearest_file(path)}") from None
     except UnicodeDecodeError:
         raise ScenarioError(f"{path}: cannot be read: expected UTF-8 text") from None
+
+
+def read_toml(path: Path, text: str | None = None) -> dict[str, Any]:
+    """Read a TOML file, or its text; ScenarioError as of `text_of`, or if it is no TOML, or has control characters."""
+    try:
+        table = tomllib.loads(text_of(path) if text is None else text)
     except ValueError as error:   # of TOML, or of a number with thousands of digits
         raise ScenarioError(f"{path}: TOML syntax: {in_one_line(error)}") from None
     except RecursionError:

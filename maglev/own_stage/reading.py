@@ -1,6 +1,7 @@
 """Description of a stage of the user's: what it leaves open is completed from its data sheet and its poles."""
 
 from dataclasses import replace
+from functools import lru_cache
 from pathlib import Path
 from typing import Any
 
@@ -19,7 +20,7 @@ from maglev.own_stage.motor import MOTORS, packaged_tables
 from maglev.rig.data_sheet import Catalogue, Field, catalogue_constants, field_geometry
 from maglev.rig.description import Reader
 from maglev.rig.digits import kept
-from maglev.toml_file import read_toml
+from maglev.toml_file import read_toml, text_of
 from pmlsm.rig import Constants, Estimator, MotorKind, Rig, RigMotor
 from pmlsm.rigs import EXAMPLE, RIGS
 
@@ -33,7 +34,13 @@ def read_own(path: Path) -> Rig:
 
     RigError, ScenarioError as of `read_rig`.
     """
-    table, reader = read_toml(path), Reader(path)
+    return described(path, text_of(path))
+
+
+@lru_cache(maxsize=32)   # a run asks for its stage a dozen times, and the design takes its time
+def described(path: Path, text: str) -> Rig:
+    """What the text of a description says; errors as of `read_own`."""
+    table, reader = read_toml(path, text), Reader(path)
     put_packaged_motors(reader, table)
     unlike = unlike_motors(table)
     sheet = reader.read(Catalogue, table.pop("catalogue"), "catalogue") if "catalogue" in table else None
