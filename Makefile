@@ -65,6 +65,9 @@ test: .venv/.test
 	PYTHONPATH=tests/support $(BIN)/python benchmarks/step_cost.py --gate --fmus .venv/fmus
 	$(BIN)/python benchmarks/whole_run.py --gate --fmus .venv/fmus
 
+# Matrices have a handful of rows: threads of BLAS would wait for each other, on processors that other tests could have.
+tests thorough quick coverage mutants-tool: export OPENBLAS_NUM_THREADS = 1
+
 # They leave their FMUs behind, for the check. Four at a time on two cores: many wait for processes that start. Files go in
 # the order of tests/conftest.py, the longest first. One process goes ahead: four would compile all that they import.
 tests: .venv/.test
