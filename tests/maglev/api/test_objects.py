@@ -77,6 +77,7 @@ def test_columns_are_identified_as_their_file_is(recorded: dict[str, np.ndarray]
         assert maglev.identify(given, columns=columns).estimate.final == expected
 
 
+@pytest.mark.usefixtures("slow")
 def test_columns_that_cannot_be_used(recorded: dict[str, np.ndarray]) -> None:
     bad: list[tuple[Any, dict[str, str], str]] = [
         ({**recorded, "gap": recorded["gap"][1:]}, {}, r"data: column gap has the shape \(\d+,\), expected as many"),

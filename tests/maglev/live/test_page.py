@@ -216,6 +216,7 @@ def mine(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Iterator[Path]:
     STAGES.forget(*STAGES.own)
 
 
+@pytest.mark.usefixtures("slow")
 def test_a_page_of_a_stage_of_ones_own(mine: Path, tmp_path: Path) -> None:
     page = write_live(tmp_path, files=["mine.toml", "mine-setpoints.toml"], fmus=tmp_path)
     assert page.name == "live-mine.html"   # beside the page of ours
@@ -230,6 +231,7 @@ def test_a_page_of_a_stage_of_ones_own(mine: Path, tmp_path: Path) -> None:
     assert data["rigs"]["mine"]["mass"]["y"] == 6.9
 
 
+@pytest.mark.usefixtures("slow")
 def test_what_a_page_of_ones_own_lacks_is_said(mine: Path, tmp_path: Path) -> None:
     description = tmp_path / "mine.toml"
     description.write_text(description.read_text(encoding="utf-8").replace("mass = 6.9 ", "mass = 6.8 "),

@@ -162,6 +162,7 @@ def test_what_flies_badly_is_said(tmp_path: Path, changes: dict[str, str], warni
         assert re.search(expected, one), one
 
 
+@pytest.mark.usefixtures("slow")
 def test_the_command_prints_what_follows(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.chdir(tmp_path)
     assert command("new", "stage", "heavy", "--motor", "medium", "--motor", "mass=12kg").exit_code == 0

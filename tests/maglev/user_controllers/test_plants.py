@@ -98,6 +98,7 @@ def test_it_moves_as_the_equations_say(tmp_path: Path, stage: str) -> None:
 
 
 @pytest.mark.filterwarnings("ignore:plant .* starts with")
+@pytest.mark.usefixtures("slow")
 def test_of_a_stage_of_the_user(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     """Under a controller of its own, with no FMU but that of nothing: both are files."""
     monkeypatch.chdir(tmp_path)
