@@ -127,7 +127,8 @@ def test_standard_errors_are_of_the_spread() -> None:
 
 
 def test_excitation_grows_and_correlation_is_the_inverse() -> None:
-    found = identify(flight("2dof", "ideal").recording, velocities=flight("2dof", "ideal").velocity)
+    data = record("2dof", 8.0, 0.5e-3)
+    found = identify(data.recording, velocities=data.velocity)
     vertical = found.diagnostics["v"]
     assert np.all(np.diff(vertical.excitation) > -1e-12)
     assert 0.05 < vertical.excitation[-1] < 1.0

@@ -119,14 +119,18 @@ def test_a_candidate_is_flown_with_its_gains_on_every_plant(fastest_fmus: Path, 
     assert len(set(found.tolist())) == 4
 
 
+@pytest.mark.thorough   # a generation is a batch, as one of a study is
 def test_a_graphics_processor_finds_the_same(native_fmus: Path, searched: Searched, tmp_path: Path,
                                              monkeypatch: pytest.MonkeyPatch) -> None:
     cupy = stand_in(monkeypatch)
     tuned = maglev.tune(searched.file, fmus=native_fmus, out=tmp_path, device="gpu")
     assert tuned.parameters == searched.whole.parameters and tuned.found.cost == searched.whole.found.cost
     assert len(cupy.launches) >= 8   # generations
+
+
+def test_a_graphics_processor_is_no_worker_of_a_scheduler(searched: Searched, tmp_path: Path) -> None:
     with pytest.raises(ScenarioError, match="device='gpu': expected no scheduler with it"):
-        maglev.tune(searched.file, fmus=native_fmus, out=tmp_path, device="gpu", scheduler="tcp://host:8786")
+        maglev.tune(searched.file, out=tmp_path, device="gpu", scheduler="tcp://host:8786")
 
 
 def test_a_search_finds_the_least_whoever_flies(fastest_fmus: Path, searched: Searched, tmp_path: Path) -> None:
