@@ -74,7 +74,7 @@ def page(table: pa.Table, about: Mapping[str, Any], live: bool = False) -> str:
         "study", f"{escape(about['name'])}: a study", said, read("style.css") + css, html,
         name=escape(about["name"]), subject=escape(about["title"]), description=escape(about["description"]),
         design=f"Scenario {escape(about['scenario'])}; {design_text(about)}."
-               + (f" Drawn are {len(drawn)} samples." if len(drawn) < count else ""),
+               + (f" Drawn are {len(drawn):,} samples." if len(drawn) < count else ""),
         verdict=said, where=where(table, about),
         heading="Where it holds, and where it breaks" if 0 < sum(table["passed"].to_pylist()) < count else
                 "What it changes",
@@ -113,7 +113,9 @@ def design_text(about: Mapping[str, Any]) -> str:
     design = about["design"]
     if design["kind"] == "grid":
         return "every combination of the values"
-    return f"design: {design['kind']}, {design['samples']} samples, seed {design['seed']}"
+    if design["kind"] == "rows":
+        return "the values row by row"
+    return f"design: {design['kind']}, {design['samples']:,} samples, seed {design['seed']}"
 
 
 def data(table: pa.Table, about: Mapping[str, Any], metrics: Sequence[tuple[str, str]],

@@ -25,7 +25,7 @@ def show_study(console: Console, table: pa.Table, about: Mapping[str, Any]) -> N
     count, passing = table.num_rows, sum(table["passed"].to_pylist())
     failures = [(row, why) for row, why in enumerate(table["failure"].to_pylist()) if why is not None]
     console.print(f"[bold]{about['name']}[/bold]: {about['title']}", highlight=False)
-    console.print(f"{passing} of {count} samples pass"
+    console.print(f"{passing:,} of {count:,} samples pass"
                   + (f", {len(failures)} were not completed" if failures else ""), highlight=False)
     console.print(sample_table(table, about) if count <= MOST_ROWS else quantile_table(table, about))
     for row, why in failures[:MOST_SHOWN]:

@@ -89,8 +89,8 @@ def verdict(table: pa.Table, about: Mapping[str, Any]) -> str:
     said = ": the others fail by" if reasons else nearest_words(*nearest_to_limit(table, about))
     said += f" {escape(next(iter(reasons)))}." if len(reasons) == 1 else ""
     parts = "".join(f"<li>{failed.sum()} by {escape(why)}</li>" for why, failed in reasons.items())
-    return (f'<p class="message">{escape(question(table, about))} <strong>{passed.sum()} of {len(passed)} samples pass'
-            f"</strong>{said}</p>" + (f"<ul>{parts}</ul>" if len(reasons) > 1 else ""))
+    return (f'<p class="message">{escape(question(table, about))} <strong>{passed.sum():,} of '
+            f"{len(passed):,} samples pass</strong>{said}</p>" + (f"<ul>{parts}</ul>" if len(reasons) > 1 else ""))
 
 
 def where(table: pa.Table, about: Mapping[str, Any]) -> str:

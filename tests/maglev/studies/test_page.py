@@ -12,7 +12,7 @@ from studied_grid import ABOUT, GRID, broken_at, table
 from tiny_study import fly_samples, planned, tiny
 
 from maglev.studies.design import unit_samples
-from maglev.studies.page.page import page, sensitivity_section
+from maglev.studies.page.page import design_text, page, sensitivity_section
 from maglev.studies.page.sensitivity import sensitivity
 from maglev.studies.page.verdict import decisive, edges, telling, verdict
 
@@ -92,6 +92,15 @@ def test_the_page_says_from_where_on_it_breaks() -> None:
     assert edges(at_random, inside, "")[1:] == ("0 to 0.2821", "0.641 to 1")
     text = verdict(made, about)
     assert "6 of 12 samples pass" in text and "by overshoot of v above its limit" in text
+
+
+def test_large_numbers_of_samples_can_be_read() -> None:
+    many = np.arange(2400.0).reshape(1200, 2)
+    _, about = broken_at(GRID)
+    assert "<strong>1,200 of 1,200 samples pass" in verdict(table(many[:, 0], many), about)
+    drawn = {"kind": "latin hypercube", "samples": 100_000, "seed": 0}
+    assert design_text({"design": drawn}) == "design: latin hypercube, 100,000 samples, seed 0"
+    assert "None" not in design_text({"design": {"kind": "rows", "samples": None, "seed": 0}})
 
 
 def test_the_page_begins_with_the_question_and_the_answer_then_the_map() -> None:
