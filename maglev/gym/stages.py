@@ -14,7 +14,7 @@ from gymnasium.vector.utils import batch_space
 from fmi_export.definition import Variable
 from maglev.arrays import Array
 from maglev.cosim.blocks.block_loop import EXPORT, Part, indented, loop_of, out_of_range, parts_of
-from maglev.cosim.blocks.graphics_processor import THREADS, driver, kernels, require_device
+from maglev.cosim.blocks.graphics_processor import driver, kernels, launch, require_device, sent
 from maglev.errors import FmuError, MaglevError, ScenarioError, option
 from maglev.gym.compiled_stage import CompiledStage
 from maglev.gym.reward import Seen
@@ -325,13 +325,9 @@ class Stages(VectorEnv[Array, Array, npt.NDArray[Any]]):
             changes = self.xp.asarray(np.array(made, Change).view(np.int64))
             self.batch.changes, self.batch.changing = pointer(changes), len(made)
             if self.kernels:
-                self.kernels[1]((1,), (1,), (self.there(self.batch),))
+                self.kernels[1]((1,), (1,), (sent(self.xp, self.batch),))
             else:
                 self.c.maglev_change(addressof(self.batch))
-
-    def there(self, content: Structure) -> Any:
-        """A struct, on the graphics processor."""
-        return self.xp.asarray(np.frombuffer(bytes(content), np.uint8))
 
     def step(self, actions: Array) -> tuple[Array, npt.NDArray[Any], npt.NDArray[Any], npt.NDArray[Any],
                                             dict[str, Any]]:
@@ -387,7 +383,7 @@ class Stages(VectorEnv[Array, Array, npt.NDArray[Any]]):
     def advance(self) -> None:
         """Step all stages, those that are over as well: they begin anew."""
         if self.kernels:
-            self.kernels[0]((-(-self.num_envs // THREADS),), (THREADS,), (self.there(self.batch),))
+            launch(self.kernels[0], self.num_envs, sent(self.xp, self.batch))
             return
 
         def share(ends: tuple[int, int]) -> None:

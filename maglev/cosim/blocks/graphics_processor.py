@@ -7,6 +7,8 @@ arrays are used.
 from collections.abc import Mapping
 from typing import Any
 
+import numpy as np
+
 from fmi_export.target.graphics import FLAGS, ptx
 from maglev.errors import MaglevError, ScenarioError, extra, one_of, option
 from maglev_files.cache import BLOCK_LOOPS, keep, kept, key_of
@@ -50,3 +52,13 @@ def kernels(cupy: Any, code: Mapping[str, str], *names: str) -> list[Any]:
     file = kept(place, FILE) or keep(place, FILE, ptx(code, names[0]))
     module = cupy.RawModule(path=str(file.path))
     return [module.get_function(name) for name in names]
+
+
+def sent(cupy: Any, content: Any) -> Any:
+    """Bytes, or a ctypes object, on the processor."""
+    return cupy.asarray(np.frombuffer(bytes(content), np.uint8))
+
+
+def launch(kernel: Any, count: int, given: Any) -> None:
+    """Run a kernel in so many threads; it is done when an array of it is asked for."""
+    kernel((-(-count // THREADS),), (THREADS,), (given,))

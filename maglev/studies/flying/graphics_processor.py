@@ -15,7 +15,7 @@ import numpy as np
 from fmi_export.errors import ExportError
 from maglev.arrays import Array
 from maglev.cosim.blocks.block_loop import DONE, LOOP_FILE, RUN_FILE
-from maglev.cosim.blocks.graphics_processor import THREADS, driver, kernels
+from maglev.cosim.blocks.graphics_processor import driver, kernels, launch, sent
 from maglev.errors import MaglevError, ScenarioError, option
 from maglev.schema.settings import REFERENCE
 from maglev.studies.flying.flight import Changes, Flight
@@ -163,7 +163,7 @@ class Device:
         loop, meter = flight.loop, flight.metering()
         self.cupy, self.kernel, self.meter = cupy, kernel, meter
         self.shared = {name: cupy.asarray(meter.arrays[name]) for name in SHARED}
-        self.calls = self.bytes_there(loop.moved)
+        self.calls = sent(cupy, loop.moved)
         self.signals = [None if track.signals is None else cupy.asarray(track.signals) for track in loop.tracks]
         self.rows = cupy.asarray(np.array([0 if track is None else track.data.ptr for track in self.signals], np.int64))
         found = dict(zip(FOUND, (meter.whole[0], meter.found_windows, meter.found_events), strict=True))
@@ -171,10 +171,6 @@ class Device:
         self.measured = {name: (found[name].dtype, found[name].shape) for name in (*FOUND, "kept") if name in found}
         self.own = {name: array.nbytes for name, array in found.items()}
         self.own |= dict(zip(AROUND, (loop.size, 8), strict=True))   # bytes of a sample
-
-    def bytes_there(self, content: Any) -> Any:
-        """Bytes of a ctypes object, on the processor."""
-        return self.cupy.asarray(np.frombuffer(bytes(content), np.uint8))
 
     def fitting(self) -> int:
         """Samples for which there is memory now."""
@@ -194,13 +190,13 @@ class Device:
         count = len(begun.samples)
         try:
             arrays = {name: self.cupy.zeros((count, size), np.uint8) for name, size in self.own.items()}
-            arrays["beginnings"] = self.bytes_there(b"".join(begun.beginnings))
+            arrays["beginnings"] = sent(self.cupy, b"".join(begun.beginnings))
             arrays["resistances"] = self.cupy.asarray(np.array(begun.resistances))
             observer = Observer.from_buffer_copy(self.meter.observer)
             for name, array in {**self.shared, **arrays}.items():
                 if name not in AROUND:
                     setattr(observer, name, array.data.ptr)
-            batch = self.bytes_there(OnDevice(
+            batch = sent(self.cupy, OnDevice(
                 count, len(self.meter.measuring.time) - 1, arrays["beginnings"].data.ptr, self.calls.data.ptr,
                 self.rows.data.ptr, arrays["returned"].data.ptr, observer))
         except MemoryError as error:
@@ -208,7 +204,7 @@ class Device:
                               "not fit into the memory of the graphics processor, which others use too: expected a "
                               f"batch of at most {self.fitting():,}") from error
         if count:
-            self.kernel((-(-count // THREADS),), (THREADS,), (batch,))
+            launch(self.kernel, count, batch)
         return Running(begun.samples, arrays)
 
     def completed(self, job: Job, running: Running) -> Iterator[tuple[int, Sample]]:
