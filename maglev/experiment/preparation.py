@@ -1,6 +1,6 @@
 """A run made ready to run: FMU files, start values and reference signals, then measured and judged."""
 
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from functools import lru_cache
 from pathlib import Path
@@ -34,6 +34,7 @@ from maglev.own_stage.adoption import know_stage
 from maglev.schema.options import OPTIONS, RunOptions, completed
 from maglev.schema.run_plan import FmuTable, RunPlan, StartValue
 from maglev.schema.settings import with_references
+from maglev.schema.signals.kinds import Signal
 from maglev.stages import STAGES
 from maglev.time_grid import whole_steps
 from maglev.units import refused_as
@@ -128,16 +129,20 @@ class Experiment:
         require_reachable(self.plan, self.times, drives, self.parameters(descriptions).get)
         return drives
 
-    def references(self, descriptions: Mapping[str, ModelDescription]) -> dict[str, NDArray[np.float64]]:
+    def references(self, descriptions: Mapping[str, ModelDescription],
+                   known: tuple[Sequence[Signal], Mapping[str, Array]] = ((), {})) -> dict[str, NDArray[np.float64]]:
         """Values of the reference signals and their rates at every communication point, shape (n,).
 
-        The reference of an axis that has no signal stays at its start value; it is driven to be recorded.
+        The reference of an axis that has no signal stays at its start value; it is driven to be recorded. Values of
+        signals that are among `known`, and not only equal, are taken from there.
         """
         times, drives = self.times, {}
+        ready = {id(signal) for signal in known[0]}
         for signal in self.plan.signals:
-            drives[signal.to] = signal.values_at(times)
+            made = known[1] if id(signal) in ready else {}
+            drives[signal.to] = made[signal.to] if made else signal.values_at(times)
             if signal.rate_to is not None:
-                drives[signal.rate_to] = signal.rates_at(times)
+                drives[signal.rate_to] = made[signal.rate_to] if made else signal.rates_at(times)
         given = {*(source for source, _ in self.plan.wires.values()), *drives, *self.outputs(descriptions)}
         for axis in self.plan.axes.values():
             if axis.reference not in given:

@@ -156,7 +156,8 @@ class Flight:
         varied = any(name.startswith(f"{REFERENCE}.") or name in self.drives for name in changes)
         if varied or self.redriven:
             # Those that a study varies go where it asks: a stop that is touched is what it finds.
-            master.drive(self.with_changes(changes).references(self.descriptions) if varied else self.drives)
+            known = self.experiment.plan.signals, self.drives
+            master.drive(self.with_changes(changes).references(self.descriptions, known) if varied else self.drives)
             self.meter = None
         self.redriven = varied
 

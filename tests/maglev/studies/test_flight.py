@@ -1,5 +1,6 @@
 """A scenario flown again and again on the same instances: bit for bit what single runs give."""
 
+from collections import Counter
 from pathlib import Path
 
 import numpy as np
@@ -7,7 +8,9 @@ import pytest
 from tiny_study import experiment, scenario
 
 import maglev
+from maglev.arrays import Array
 from maglev.cosim.master import RunFailed
+from maglev.schema.signals.kinds import Steps
 from maglev.studies.flying.flight import Changes, Flight
 
 CHANGES: list[Changes] = [
@@ -25,6 +28,21 @@ def test_flights_are_runs(either_kind: Path, tmp_path: Path) -> None:
             assert set(columns) == set(run.columns)
             for name, values in columns.items():
                 assert np.array_equal(values[::every], run[name]), (changes, name)
+
+
+def test_signals_that_stay_are_made_once(fastest_fmus: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    made: Counter[str] = Counter()
+    values_at = Steps.values_at
+
+    def counting(signal: Steps, times: Array) -> Array:
+        made[signal.to] += 1
+        return values_at(signal, times)
+
+    monkeypatch.setattr(Steps, "values_at", counting)
+    with Flight(experiment(tmp_path, fastest_fmus)) as flight:
+        for amplitude in (2.0, 3.0):
+            flight.fly({"reference.h.amplitude": amplitude})
+    assert made == {"controller.h.reference": 3, "controller.v.reference": 1}
 
 
 def test_a_refusal_leaves_the_next_flight_alone(fastest_fmus: Path, tmp_path: Path) -> None:
