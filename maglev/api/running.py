@@ -234,7 +234,7 @@ def run_all(names: Scenarios | None = None, *, out: str | Path = "results", plot
     names : str, Path or mapping, or iterable of these, optional
         Scenarios, variants, TOML files or tables; every experiment of the package if not given.
     out : path
-        Folder for NAME.csv, NAME.json (provenance and metrics), NAME.txt and claims.md.
+        Folder for NAME.csv, NAME.json (provenance and metrics), NAME.txt and, of runs with claims, claims.md.
     plot : bool
         Also write pictures, NAME.png.
     page : bool or "run"
@@ -286,9 +286,10 @@ def run_all(names: Scenarios | None = None, *, out: str | Path = "results", plot
             say(note)
         outcomes = outcomes_of(flown, asked)
         verdicts = {**judge_all(flown), **judge_outcomes(outcomes, [run.plan.name for run in flown if run.modified])}
-        files = [*write_runs(flown, verdicts, folder, format, plot), *write_outcomes(outcomes, verdicts, folder),
-                 folder / "claims.md"]
-        write_whole(folder / "claims.md", claims_markdown(flown, verdicts, outcomes))
+        files = [*write_runs(flown, verdicts, folder, format, plot), *write_outcomes(outcomes, verdicts, folder)]
+        if any(verdicts.values()):
+            files.append(folder / "claims.md")
+            write_whole(files[-1], claims_markdown(flown, verdicts, outcomes))
         if page:
             again = fly_frictionless(experiments, verdicts if what_if and page != "run" else {}, lambda runs: fly_all(
                 runs, folder_for(folder / "without-friction"), format, jobs, watch),

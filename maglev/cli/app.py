@@ -182,7 +182,7 @@ def run(names: Names = None, everything: Everything = False, out: Out = Path("re
     `maglev run mine.toml --controller lqi.py --fail-on-claims` holds a controller to the claims of mine.toml, for CI
 
     The results are `NAME.csv` or `NAME.parquet` (time first, then `fmu.variable`), `NAME.json` (what it rests on, and
-    the metrics), `NAME.txt` and, of all runs, `claims.md`. A run that an FMU ends early leaves
+    the metrics), `NAME.txt` and, of runs with claims, `claims.md`. A run that an FMU ends early leaves
     what it has recorded in `NAME.partial.csv`. Runs that claims compare with are run as well.
     What a procedure of several runs finds is in `PROCEDURE.txt`, its curves in `PROCEDURE.curves.csv`.
     """
