@@ -86,6 +86,8 @@ __all__ = [
 
 
 def __getattr__(name: str) -> Any:
+    if name == "__version__":
+        return import_module("importlib.metadata").version("maglev-fmus")
     if name not in PLACES:
         now = ": it is maglev.study(scenario, vary=…) now" if name == "sweep" else ""
         raise AttributeError(f"module 'maglev' has no attribute {name!r}{now}")
@@ -94,4 +96,4 @@ def __getattr__(name: str) -> Any:
 
 
 def __dir__() -> list[str]:
-    return sorted([*globals(), *PLACES])
+    return sorted(__all__)   # what is for users, and not what their imports have brought in

@@ -1,6 +1,5 @@
 """What there is to build and to run."""
 
-import warnings
 from collections.abc import Callable, Iterable
 from dataclasses import dataclass
 from pathlib import Path
@@ -12,6 +11,7 @@ from maglev.catalogue.shipped import take_native
 from maglev.errors import ScenarioError, option
 from maglev.own_fmus import DEFINITIONS, SYSTEMS, definition, kind_folder
 from maglev.own_stage.adoption import know_stage
+from maglev.processes.side_by_side import warn
 from maglev.schema.layers import merged, packaged_files, run_layers
 from maglev.schema.options import KindName, formerly
 from maglev.stages import STAGES, definitions, system_of
@@ -142,7 +142,7 @@ def build(names: Iterable[Given] | Given = (), *, stage: str | Path | None = Non
         if say is not None:
             say(follows.brief)
         for warning in follows.warnings:
-            (say or warnings.warn)(f"{stage}: {warning}")
+            (say or warn)(f"{stage}: {warning}")
     all_of = [name for name in names_of(stage) if name not in STAGES.systems() or target != "wasm"]
     folder = kind_folder(Path(fmus), native, fmi, clocked)
     if target == "wasm":
@@ -161,9 +161,9 @@ def build(names: Iterable[Given] | Given = (), *, stage: str | Path | None = Non
     chosen = chosen if given else all_of
     ours = build_named(chosen, folder, form, watch) if chosen else []
     if ours and native and target != "wasm" and (lacking := without_step_loop()):
-        (say or warnings.warn)(lacking)
+        (say or warn)(lacking)
     for path, file in zip(written, files, strict=True):
         if needed := () if native else load(file).requires:
-            (say or warnings.warn)(f"{path} does not carry {', '.join(needed)}: the Python of who imports it needs "
+            (say or warn)(f"{path} does not carry {', '.join(needed)}: the Python of who imports it needs "
                                    f"{'them' if len(needed) > 1 else 'it'}")
     return [*ours, *written]

@@ -2,6 +2,7 @@
 
 import math
 import pickle
+import sys
 import time
 import warnings
 from collections import deque
@@ -18,6 +19,7 @@ T = TypeVar("T")
 
 REPORT_EVERY = 0.1   # s, at least, between two reports of progress
 STARTING = 60.0      # s, at least, that a task has before its first report: its process has to start
+OURS = ("maglev", "contextlib")   # modules, with those below them, at whose lines a caller is not told anything
 
 Progress = Callable[[int, int], None]       # steps done, steps in all
 Task = Callable[[Progress], T]              # can be pickled, as can its result; reports its progress
@@ -145,8 +147,11 @@ def watched(task: Task[T], send: Send) -> T:
 
 
 def warn(sentence: str) -> None:
-    """Say a sentence as Python does."""
-    warnings.warn(sentence, stacklevel=6)
+    """Say a sentence as Python does, at the line of who called this package."""
+    frame, level = sys._getframe(), 1
+    while frame.f_back is not None and frame.f_globals["__name__"].partition(".")[0] in OURS:
+        frame, level = frame.f_back, level + 1
+    warnings.warn(sentence, stacklevel=level)
 
 
 def unwatched(_names: Sequence[str]) -> AbstractContextManager[Watcher]:

@@ -1,6 +1,7 @@
 """`import maglev`: its public names, its examples, and runs as data."""
 
 import doctest
+import re
 import subprocess
 import sys
 import warnings
@@ -24,7 +25,8 @@ def test_public_names() -> None:
     assert set(maglev.PLACES) <= set(maglev.__all__)
     for name in maglev.__all__:
         assert getattr(maglev, name).__doc__, name
-        assert name in dir(maglev)
+    assert dir(maglev) == maglev.__all__
+    assert re.fullmatch(r"\d+\.\d+\.\d+", maglev.__version__)
     with pytest.raises(AttributeError, match="has no attribute 'runn'"):
         _ = maglev.runn
 
@@ -35,6 +37,14 @@ def test_an_option_that_does_not_exist_is_refused() -> None:
     for call, what in calls:
         with pytest.raises(maglev.ScenarioError, match="kin: unknown option, nearest is 'kind'"):
             call(what, kin="native")
+
+
+def test_what_is_said_is_said_at_the_line_of_the_caller(fastest_fmus: Path) -> None:
+    with pytest.warns(UserWarning, match=r"controller \(PID2DOF\.fmu\) starts with") as said:
+        maglev.batch("2dof-step-1-linear", {"plant.v.mass": [4.3]}, controller=fastest_fmus / "PID2DOF.fmu",
+                     fmus=fastest_fmus)
+        maglev.run("2dof-step-1-linear", controller=fastest_fmus / "PID2DOF.fmu", fmus=fastest_fmus)
+    assert {warning.filename for warning in said} == {__file__}
 
 
 def test_every_error_has_one_root() -> None:
