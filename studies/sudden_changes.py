@@ -1,10 +1,10 @@
-"""Maps of sudden changes on the 3-DOF stage over their size and time, under fixed constants and under adapted ones.
+"""Maps of sudden changes on the 3-DOF stage over their size and time, under three laws.
 
-    python -m studies.sudden_changes [--cells 13] [--jobs 2] [--docs docs]
+    python -m studies.sudden_changes [--cells 13] [--jobs 2] [--out results] [--docs docs]
 
 It draws docs/sudden_changes.png, each map of a grid of cells by cells runs, and prints a table of them. A run takes
-some 0.15 s of a processor: with 13 cells all of them some six minutes of one, with 100 cells, which are 10,000 runs of
-each change under each law, six hours.
+some 0.05 s of a processor: with 13 cells all of them take three minutes of one, with 100 cells, which are 10,000
+runs of each change under each law, three hours. Maps are kept in `results` as they are done, and taken from there.
 """
 
 import argparse
@@ -20,12 +20,14 @@ import maglev
 from maglev.pictures import new_figure, write_figure
 
 SCENARIO = Path(__file__).with_name("sudden_changes.toml")
-LAWS = {"fixed": "Regulator3DOF", "adaptive": "AdaptiveRegulator3DOF"}
+LAWS = {"fixed": "Regulator3DOF", "adaptive": "AdaptiveRegulator3DOF",
+        "ADRC": SCENARIO.parents[1] / "examples" / "adapting" / "adrc.py"}
 TIMES = (1.0, 7.0)   # s
 PUBLISHED = {"C1": 0.6135, "C2": 0.8224, "C3": 334.52, "C4": 8.71, "y.mass": 6.9, "x.mass": 10.6, "z.mass": 8.6,
              "y.friction.coulomb": 1.0, "x.friction.coulomb": 1.2, "z.friction.coulomb": 1.1}   # before the change, SI
 MASS = PUBLISHED["y.mass"]
 Floats = NDArray[np.float64]
+Maps = Mapping[str, Mapping[str, Floats]]   # by change and law
 
 
 @dataclass(frozen=True)
@@ -74,6 +76,12 @@ def values_of(change: Change, law: str, cells: int) -> dict[str, Floats]:
                      if law == "adaptive" or not name.startswith("controller.adaptation")}
 
 
+def laws_of(change: Change) -> list[str]:
+    """Laws that its maps are of: what is about adaptation is compared with the fixed one alone."""
+    adapted = any(name.startswith("controller.adaptation") for name in change.beside)
+    return [law for law in LAWS if not (adapted and law == "ADRC")]
+
+
 def fly(change: Change, law: str, cells: int, jobs: int | None) -> Floats:
     """Largest error of the axis from 10 s on (m), shape (cells, cells), sizes down; infinite where it is lost."""
     batch = maglev.batch(SCENARIO, values_of(change, law, cells), controller=LAWS[law], jobs=jobs,
@@ -91,22 +99,30 @@ def border(change: Change, errors: Floats) -> str:
     return f"{sizes[some.argmax()]:.1f}" + (f", {sizes[every.argmax()]:.1f}" if every.any() else ", never")
 
 
-def table(found: Mapping[str, Mapping[str, Floats]]) -> str:
-    """Rows by change: borders of each law, runs that only one loses, and the ratio of errors where both hold."""
-    rows = ["| | lost from, at any time from (%): fixed | adaptive | only fixed lost | only adaptive lost |"
-            " adaptive/fixed error, median | largest | worse in |", "|---|---|---|---:|---:|---:|---:|---:|"]
-    for name, laws in found.items():
-        fixed, adaptive = laws["fixed"], laws["adaptive"]
-        both = np.isfinite(fixed) & np.isfinite(adaptive)
-        ratio = adaptive[both] / fixed[both]
-        rows.append(f"| {CHANGES[name].title} | {border(CHANGES[name], fixed)} | {border(CHANGES[name], adaptive)} | "
-                    f"{np.sum(np.isinf(fixed) & np.isfinite(adaptive))} | "
-                    f"{np.sum(np.isinf(adaptive) & np.isfinite(fixed))} | {np.median(ratio):.2f} | {ratio.max():.2f} | "
-                    f"{100.0 * np.mean(ratio > 1.02):.0f} % |")
+def compared(fixed: Floats, errors: Floats) -> list[str]:
+    """Of a law beside the fixed one: runs that it saves, and that it loses alone, and its errors over the other's.
+
+    Of errors, where both hold, the median, the largest, and the share that is over 2 % worse.
+    """
+    both = np.isfinite(fixed) & np.isfinite(errors)
+    ratio = errors[both] / fixed[both]
+    return [f"{np.sum(np.isinf(fixed) & np.isfinite(errors))}", f"{np.sum(np.isinf(errors) & np.isfinite(fixed))}",
+            f"{np.median(ratio):.2f}", f"{ratio.max():.2f}", f"{100.0 * np.mean(ratio > 1.02):.0f} %"]
+
+
+def table(found: Maps) -> str:
+    """A row for each map: its borders, and how it compares with that of the fixed law."""
+    rows = ["| | law | lost from, at any time from (%) | saved | lost alone | error/fixed: median | largest |"
+            " worse in |", "|---|---|---|---:|---:|---:|---:|---:|"]
+    for name, maps in found.items():
+        for law, errors in maps.items():
+            cells = [""] * 5 if law == "fixed" else compared(maps["fixed"], errors)
+            rows.append("| " + " | ".join([CHANGES[name].title if law == "fixed" else "", law,
+                                           border(CHANGES[name], errors), *cells]) + " |")
     return "\n".join(rows)
 
 
-def draw(found: Mapping[str, Mapping[str, Floats]], path: Path) -> None:
+def draw(found: Maps, path: Path) -> None:
     """Write maps: errors of each law, and adaptive over fixed.
 
     Dark is lost; in the last column green what the fixed one loses alone, and yellow what the adaptive one does.
@@ -114,45 +130,61 @@ def draw(found: Mapping[str, Mapping[str, Floats]], path: Path) -> None:
     from matplotlib.colors import ListedColormap, LogNorm  # an extra: only who draws needs it
     from matplotlib.ticker import LogLocator
 
-    figure = new_figure(8.0, 1.9 * len(found))
-    grid_of_axes = figure.subplots(len(found), 3, squeeze=False, sharex=True, sharey="row")
-    for (name, laws), places in zip(found.items(), grid_of_axes, strict=True):
-        change, both = CHANGES[name], np.isfinite(laws["fixed"]) & np.isfinite(laws["adaptive"])
-        held = np.concatenate([errors[np.isfinite(errors)] for errors in laws.values()])
+    figure = new_figure(9.6, 1.75 * len(found))
+    grid_of_axes = figure.subplots(len(found), len(LAWS) + 1, squeeze=False, sharex=True, sharey="row")
+    for (name, maps), places in zip(found.items(), grid_of_axes, strict=True):
+        change, fixed, adaptive = CHANGES[name], maps["fixed"], maps["adaptive"]
+        held = np.concatenate([errors[np.isfinite(errors)] for errors in maps.values()])
         norm = LogNorm(1e6 * held.min(), 1e6 * held.max())
         extent = (*TIMES, *(100.0 * size for size in change.sizes))
         options: dict[str, Any] = {"extent": extent, "origin": "lower", "aspect": "auto", "interpolation": "nearest"}
-        for place, law in zip(places, LAWS, strict=False):   # the third place has what they differ by
-            place.set_facecolor("0.25")
-            drawn = np.where(np.isfinite(laws[law]), 1e6 * laws[law], np.nan)
-            image = place.imshow(drawn, norm=norm, cmap="viridis", **options)
-        figure.colorbar(image, ax=places[1], label=f"error of {change.axis}, µm", format="%g",
+        for place, law in zip(places, LAWS, strict=False):   # the last place has what adapting does
+            if law in maps:
+                place.set_facecolor("0.25")
+                image = place.imshow(np.where(np.isfinite(maps[law]), 1e6 * maps[law], np.nan), norm=norm,
+                                     cmap="viridis", **options)
+            else:
+                place.set_axis_off()
+        figure.colorbar(image, ax=places[len(LAWS) - 1], label=f"error of {change.axis}, µm", format="%g",
                         ticks=LogLocator(subs=(1.0, 2.0, 5.0))).minorticks_off()
-        with np.errstate(invalid="ignore"):
-            ratio = np.where(both, laws["adaptive"] / laws["fixed"], np.nan)
-        places[2].set_facecolor("0.25")
-        image = places[2].imshow(ratio, norm=LogNorm(0.2, 5.0), cmap="RdBu_r", **options)
-        only = np.where(np.isfinite(laws["adaptive"]) & ~np.isfinite(laws["fixed"]), 0.0,
-                        np.where(np.isfinite(laws["fixed"]) & ~np.isfinite(laws["adaptive"]), 1.0, np.nan))
-        places[2].imshow(only, cmap=ListedColormap(["#2a9d5c", "#f4c152"]), vmin=0.0, vmax=1.0, **options)
-        bar = figure.colorbar(image, ax=places[2], label="adaptive/fixed", ticks=[0.2, 0.5, 1.0, 2.0, 5.0])
+        both = np.isfinite(fixed) & np.isfinite(adaptive)
+        ratio = np.divide(adaptive, fixed, out=np.full(fixed.shape, np.nan), where=both)
+        places[-1].set_facecolor("0.25")
+        image = places[-1].imshow(ratio, norm=LogNorm(0.2, 5.0), cmap="RdBu_r", **options)
+        only = np.where(np.isfinite(adaptive) & ~np.isfinite(fixed), 0.0,
+                        np.where(np.isfinite(fixed) & ~np.isfinite(adaptive), 1.0, np.nan))
+        places[-1].imshow(only, cmap=ListedColormap(["#2a9d5c", "#f4c152"]), vmin=0.0, vmax=1.0, **options)
+        bar = figure.colorbar(image, ax=places[-1], label="adaptive/fixed", ticks=[0.2, 0.5, 1.0, 2.0, 5.0])
         bar.ax.set_yticklabels(["0.2", "0.5", "1", "2", "5"])
         bar.ax.minorticks_off()
         places[0].set_ylabel(f"{change.title}\nsize, %")
-    for place, title in zip(grid_of_axes[0], ("fixed", "adaptive", "what adapting does"), strict=True):
+    for place, title in zip(grid_of_axes[0], (*LAWS, "what adapting does"), strict=True):
         place.set_title(title)
     for place in grid_of_axes[-1]:
         place.set_xlabel("time of the change, s")
     write_figure(path, figure)
 
 
+def kept(folder: Path, name: str, law: str, cells: int, jobs: int | None) -> Floats:
+    """A map, from the folder if it is there."""
+    path = folder / f"sudden-changes-{name}-{law}-{cells}.npy"
+    if path.exists():
+        print(f"{path}: taken as it is; without it the runs are made again")
+        return np.asarray(np.load(path))
+    errors = fly(CHANGES[name], law, cells, jobs)
+    folder.mkdir(parents=True, exist_ok=True)
+    np.save(path, errors)
+    return errors
+
+
 def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--cells", type=int, default=13)
     parser.add_argument("--jobs", type=int)
+    parser.add_argument("--out", type=Path, default=Path("results"))
     parser.add_argument("--docs", type=Path, default=Path("docs"))
     options = parser.parse_args()
-    found = {name: {law: fly(change, law, options.cells, options.jobs) for law in LAWS}
+    found = {name: {law: kept(options.out, name, law, options.cells, options.jobs) for law in laws_of(change)}
              for name, change in CHANGES.items()}
     draw(found, options.docs / "sudden_changes.png")
     print(table(found))

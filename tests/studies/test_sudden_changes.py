@@ -42,7 +42,8 @@ def test_the_table_counts_what_one_law_loses_alone() -> None:
     assert border(CHANGES["field"], fixed) == "21.0, 40.0"
     assert border(CHANGES["field"], np.array([[1.0], [1.0]])) == "held"
     row = table({"field": {"fixed": fixed, "adaptive": adaptive}}).splitlines()[-1]
-    assert [cell.strip() for cell in row.split("|")[4:9]] == ["1", "1", "1.00", "1.50", "50 %"]
+    cells = [cell.strip() for cell in row.split("|")[2:9]]
+    assert cells == ["adaptive", "21.0, 40.0", "1", "1", "1.00", "1.50", "50 %"]
 
 
 @pytest.mark.thorough
