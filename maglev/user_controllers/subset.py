@@ -152,13 +152,17 @@ def always_ends(texts: Iterable[str]) -> bool:
     """
     nodes = [node for text in texts for node in ast.walk(parsed(text))]
     classes = {node.name for node in nodes if isinstance(node, ast.ClassDef)}
-    holding: dict[str, set[str]] = {}   # classes by the last name of what holds an object of one
+    functions = {node.name for node in nodes if isinstance(node, ast.FunctionDef)}
+    holding: dict[str, set[str]] = {}   # classes by the last name of what may hold an object of one
     for node in nodes:
         if isinstance(node, ast.While) or (isinstance(node, ast.For) and not is_counted(node.iter)):
             return False
-        if isinstance(node, ast.Assign) and isinstance(node.value, ast.Call) and last_name(node.value.func) in classes:
-            for target in node.targets:
-                holding.setdefault(last_name(target), set()).add(last_name(node.value.func))
+        if isinstance(node, ast.arg) and node.annotation is not None:
+            holding.setdefault(node.arg, set()).add(last_name(node.annotation))
+        if isinstance(node, ast.Assign):
+            kinds = kinds_of(node.value, classes, functions)
+            for target in (inner for outer in node.targets for inner in getattr(outer, "elts", [outer])):
+                holding.setdefault(last_name(target), set()).update(kinds)
     owners = {function: node.name for node in nodes if isinstance(node, ast.ClassDef) for function in node.body}
     calls: dict[tuple[str, str], set[tuple[str, str]]] = {}   # by class, if it is a method, and name
     for node in nodes:
@@ -172,6 +176,13 @@ def always_ends(texts: Iterable[str]) -> bool:
     except CycleError:
         return False
     return True
+
+
+def kinds_of(value: ast.expr, classes: set[str], functions: set[str]) -> set[str]:
+    """Names of classes that a value may be of: all of a file where it does not say; what is imported knows none."""
+    if isinstance(value, ast.Call) and isinstance(value.func, ast.Name) and value.func.id not in functions:
+        return {value.func.id}
+    return classes if isinstance(value, ast.Call | ast.Name | ast.Attribute) else set()
 
 
 def called(function: ast.expr, own: str, classes: set[str],

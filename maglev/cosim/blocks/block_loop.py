@@ -21,6 +21,7 @@ from fmi_export.native.build import BUILD, PREFIX, SOURCES, TABLE, host_platform
 from fmi_export.native.compiler import FLAGS, library
 from fmi_export.native.shells import SHELLS
 from fmi_export.native.translation import literal
+from fmi_export.user_classes.trouble import OWN
 from maglev.cosim.fmu import Fmu
 from maglev.cosim.step_loop import in_c
 from maglev.cosim.wires.wiring import Call, Track, Wiring
@@ -35,6 +36,7 @@ DONE, REFUSED, ENDED = range(3)   # what the function returns
 
 ELSEWHERE = re.compile(r"^struct \w+ \{[^}]*\*", re.MULTILINE)   # of a block: a member that a copy shares with it
 INSTANCE = {"instance.h", "model.h"}   # what an instance is
+DEFINED = re.compile(r"^(?:struct (\w+) \{|BLOCK_FUNCTION .*?\b((?!\w+__)\w+)\()", re.MULTILINE)   # of a user's module
 CONSTANT = re.compile(r"^static const \w+ (\w+) = ", re.MULTILINE)   # of a module, in its header
 
 RUN = """\
@@ -291,7 +293,7 @@ def parts_of(fmus: Iterable[Fmu],
         if block is None or fmu.scales:
             return None
         part = Part(number, block, files_of_block(fmu.path))
-        parts[id(fmu)] = part if own else with_own_header(part)   # several of one model are one class
+        parts[id(fmu)] = part if own else with_names_of_its_own(part)
         if any(ELSEWHERE.search(text) for name, text in parts[id(fmu)].files.items() if name not in INSTANCE):
             return None
     files: dict[str, str] = {PREFIX: "/* Everything is one translation unit: no name is shared. */\n"}
@@ -331,13 +333,21 @@ def files_of_block(path: Path) -> dict[str, str]:
     return {name: text for name, text in carried.items() if name not in layer and "_tangent." not in name}
 
 
-def with_own_header(part: Part) -> Part:
-    """The part of a user with a name of its own for the file with its block, which is the same around every class."""
-    stem = part.what.header.removesuffix(".h")
-    names = re.compile(rf"\b{stem}(?=\.[ch]\b)|\b{stem.upper()}(?=_H\b)")
-    return Part(part.number, part.what._replace(header=f"{stem}_{part.number}.h"),
-                {names.sub(rf"\g<0>_{part.number}", name): names.sub(rf"\g<0>_{part.number}", text)
-                 for name, text in part.files.items()})
+def with_names_of_its_own(part: Part) -> Part:
+    """The part of a user with names of its own for its files, classes and functions: other parts may have the same."""
+    own = {name: text for name, text in part.files.items() if name.startswith(OWN)}
+    stems = "|".join({name.rpartition(".")[0] for name in own})
+    names = DEFINED.findall("\n".join(own.values()))
+    classes, functions = ("|".join({*found} - {""}) or "(?!)" for found in zip(*names, strict=True))
+    pattern = re.compile(rf"\b({stems})(?=\.[ch]\b)|\b({stems.upper()})(?=_H\b)|(?<=\bstruct )({classes})\b|"
+                         rf"\b({classes})(?=__\w+\()|\b({functions})(?=\()")
+
+    def numbered(text: str) -> str:
+        return pattern.sub(rf"\g<0>_{part.number}", text)
+
+    what = part.what._replace(header=numbered(part.what.header), struct=f"{part.what.struct}_{part.number}")
+    return Part(part.number, what, {name: text for name, text in part.files.items() if name not in own} | {
+        numbered(name): numbered(text) for name, text in own.items()})
 
 
 def with_own_names(part: Part, others: Collection[str]) -> dict[str, str]:

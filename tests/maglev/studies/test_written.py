@@ -71,6 +71,19 @@ def test_what_is_translated_flies_in_the_loop(native_fmus: Path, tmp_path: Path,
         assert found["rms error of v"][sample] == found.run(sample).metrics.rms_errors["v"]
 
 
+def test_names_of_ours_are_a_users_to_have(native_fmus: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """A class Axis and a function saturate: the plant in the same loop has such, too."""
+    path = tmp_path / "named.py"
+    path.write_text(PD.replace("Rate", "Axis").replace("limited", "saturate"))
+    (tmp_path / "fmus").mkdir()
+    (tmp_path / "fmus" / "native").symlink_to(native_fmus)
+    monkeypatch.setattr(batches, "WORTH_COMPILING", 1)
+    monkeypatch.setattr(batches, "fly_batches", None)
+    found = maglev.batch(flight(tmp_path), {"controller.bandwidth": [50.0]}, controller=path, kind="native",
+                         fmus=tmp_path / "fmus", jobs=1, say=lambda _: None)
+    assert found["rms error of v"][0] == found.run(0).metrics.rms_errors["v"]
+
+
 def test_two_classes_fly_in_one_loop(native_fmus: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     """A sensor of the user's between our plant and a controller of the user's."""
     (tmp_path / "fmus").mkdir()

@@ -32,6 +32,10 @@ def held(inner: str = "1.0", outer: str = "self.part.step()") -> str:
     (["def f(x: float) -> float:\n    while x > 1.0:\n        x = 0.5 * x\n    return x\n"], False),
     (["def f(x: float) -> float:\n    return f(x - 1.0)\n"], False),
     (["def f(x: float) -> float:\n    return g(x)\n", "def g(x: float) -> float:\n    return f(x)\n"], False),
+    ([held(outer="self.command.step(t)") + "        self.command = MotorCommand()\n"], True),   # knows none of these
+    ([held(outer="self.command.step(t)") + "        self.command = self.other\n"], False),
+    ([held() + "\n    def command(self, step: MotorCommand) -> float:\n        return step.command(self)\n"], True),
+    ([held() + "\n    def command(self, step: Outer) -> float:\n        return step.command(self)\n"], False),
     ([held(outer="self.step(t)")], False), ([held(inner="self.step()")], False),
     ([held(outer="Outer().step(t)")], False)])
 def test_what_is_seen_to_end(texts: list[str], ends: bool) -> None:
