@@ -81,6 +81,13 @@ def test_commands_are_found() -> None:
 
 
 @every_page
+def test_no_line_is_a_comment_on_the_site(path: Path) -> None:
+    """MyST leaves out a line that begins with a percent sign, also in the middle of a paragraph."""
+    lost = [line for line in path.read_text(encoding="utf-8").splitlines() if line.lstrip().startswith("%")]
+    assert lost == []
+
+
+@every_page
 def test_runs_and_fmus_that_pages_name_are_there(path: Path) -> None:
     known = {*packaged_runs(), *packaged_files(), *DEFINITIONS}
     for words in commands(path, "maglev"):
