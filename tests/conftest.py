@@ -12,7 +12,7 @@ from pathlib import Path
 import pytest
 import wheel
 from hypothesis import settings
-from native_builds import built_once, missing_native_tools, require_native_tools, translates_once
+from native_builds import built_once, compiles_once, missing_native_tools, require_native_tools, translates_once
 
 from maglev.catalogue import HOST, WASM, build
 from maglev.cosim.fmu import Fmu, read_description
@@ -170,11 +170,17 @@ def own_cache(tmp_path_factory: pytest.TempPathFactory) -> Iterator[None]:
 
 
 @pytest.fixture(scope="session", autouse=True)
-def translated_once(tmp_path_factory: pytest.TempPathFactory) -> Iterator[None]:
-    """Each module becomes C once, whatever is built of it; builds in other processes translate all of theirs."""
-    folder = built_once(tmp_path_factory, "translated", lambda _: None)
+def made_once(request: pytest.FixtureRequest, tmp_path_factory: pytest.TempPathFactory) -> Iterator[None]:
+    """Each module becomes C once, and each native FMU a library; builds in other processes make all of theirs.
+
+    With --fmus what they were made of lies there, and the next session makes what has changed since.
+    """
+    asked: Path | None = request.config.option.fmus
+    folders = [built_once(tmp_path_factory, name, lambda _: None, asked and asked / name)
+               for name in ("translated", "compiled")]
     with pytest.MonkeyPatch.context() as patch:
-        patch.setattr("fmi_export.native.translation.run_pyccel", translates_once(folder))
+        patch.setattr("fmi_export.native.translation.run_pyccel", translates_once(folders[0]))
+        patch.setattr("fmi_export.native.build.library", compiles_once(folders[1]))
         yield
 
 

@@ -5,8 +5,9 @@ import os
 import shutil
 import subprocess
 import zipfile
-from collections.abc import Callable, Iterable
+from collections.abc import Callable, Iterable, Mapping
 from contextlib import suppress
+from importlib.metadata import version
 from importlib.resources import files
 from importlib.util import find_spec
 from pathlib import Path
@@ -16,8 +17,11 @@ import fmpy
 import numpy as np
 import pytest
 
+from fmi_export import native
+from fmi_export.native.compiler import FLAGS, Platform, library
 from fmi_export.native.translation import run_pyccel
 from fmi_export.sources import imported_modules
+from maglev_files.whole_file import whole_file
 
 HERE = Path(__file__).parents[1] / "fmi_export" / "c"   # C sources of the tests
 
@@ -90,8 +94,10 @@ def built_once(factory: pytest.TempPathFactory, name: str, make: Callable[[Path]
 def translates_once(folder: Path) -> Callable[[Path, Iterable[str]], None]:
     """What `run_pyccel` does, but for modules that are in the folder already, which it fills: they take a second each.
 
-    A module is known by its text and those of all that it imports.
+    A module is known by its text and those of all that it imports, and by what translates it.
     """
+    translator = (version("pyccel"), *(path.read_bytes() for path in sorted(Path(native.__file__).parent.glob("*.py"))))
+
     def run(root: Path, paths: Iterable[str]) -> None:
         keys: dict[str, str] = {}   # by module
         new: dict[Path, Path] = {}  # files of a module in the folder, by its own file
@@ -99,7 +105,7 @@ def translates_once(folder: Path) -> Callable[[Path, Iterable[str]], None]:
             name = ".".join(path.with_suffix("").parts)
             text = (root / path).read_text(encoding="utf-8")
             below = [keys[module] for module in imported_modules(name, text) if module in keys]
-            keys[name] = hashlib.sha256(repr((name, text, below)).encode()).hexdigest()
+            keys[name] = hashlib.sha256(repr((translator, name, text, below)).encode()).hexdigest()
             kept = folder / keys[name]
             if kept.exists():
                 shutil.copytree(kept, root / path.parent / "__pyccel__", copy_function=shutil.copyfile,   # as of now
@@ -116,6 +122,18 @@ def translates_once(folder: Path) -> Callable[[Path, Iterable[str]], None]:
             with suppress(OSError):   # another process was as quick
                 unfinished.rename(kept)
     return run
+
+
+def compiles_once(folder: Path) -> Callable[[Mapping[str, str], str, Platform], bytes]:
+    """What `library` does, but for sources of which there is one in the folder, which it fills."""
+    def made(sources: Mapping[str, str], name: str, platform: Platform) -> bytes:
+        what = version("ziglang"), FLAGS, sorted(sources.items()), name, platform
+        kept = folder / hashlib.sha256(repr(what).encode()).hexdigest()
+        if not kept.exists():
+            with whole_file(kept) as unfinished:
+                unfinished.write_bytes(library(sources, name, platform))
+        return kept.read_bytes()
+    return made
 
 
 def unpacked_sources(fmu: Path, folder: Path) -> Path:
