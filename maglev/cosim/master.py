@@ -20,7 +20,7 @@ from maglev.cosim.fmu import Fmu
 from maglev.cosim.open import open_fmu, read_description
 from maglev.cosim.port_map import PortMap, apply
 from maglev.cosim.step_loop import StepFailed, Stepper, new_counter, own_loop
-from maglev.cosim.wires.wiring import Call, Drives, Rate, Track, Wiring, signals, wire
+from maglev.cosim.wires.wiring import Call, Drives, Rate, Track, Wiring, wire
 from maglev.errors import FmuError, Interrupted, MaglevError, QuantityError, name_of, signal_of
 from maglev.processes.interrupts import held_interrupts
 from maglev.processes.side_by_side import Progress as Progress
@@ -234,11 +234,12 @@ class Master:
         self.observer.wired(self.wiring)
 
     def drive(self, drives: Drives) -> None:
-        """Give all driven inputs other values for the next run."""
+        """Give driven inputs other values for the next run; the others keep theirs."""
         assert self.wiring is not None
         for track in self.wiring.tracks:
-            if track.signals is not None:
-                track.signals = signals(track.names, track.signals.dtype, drives)
+            for row, name in zip(() if track.signals is None else track.signals, track.names, strict=False):
+                if name in drives:
+                    row[:] = drives[name]
 
     def fly(self, start: Mapping[str, Mapping[str, float | bool]], progress: Progress | None = None,
             columns: Columns | None = None) -> Recording:

@@ -41,10 +41,10 @@ values = [0, 1]
 UNCHANGED = {"scenario": "tiny.toml", "set": {}, "options": {}}   # what its samples are flown with
 
 
-def scenario(folder: Path) -> Path:
-    """File of the scenario in a folder."""
+def scenario(folder: Path, more: str = "") -> Path:
+    """File of the scenario, with more tables, in a folder."""
     path = folder / "tiny.toml"
-    path.write_text(SCENARIO, encoding="utf-8")
+    path.write_text(SCENARIO + more, encoding="utf-8")
     return path
 
 
@@ -54,9 +54,9 @@ def tiny(**table: object) -> StudyFile:
     return read_study({"name": "study", "scenario": "tiny.toml", "vary": vary, **table}, Path("study.toml"))
 
 
-def experiment(folder: Path, fmus: Path) -> Experiment:
+def experiment(folder: Path, fmus: Path, more: str = "") -> Experiment:
     """The scenario made ready."""
-    return prepare(load_plan(scenario(folder)), fmus, {}, {})
+    return prepare(load_plan(scenario(folder, more)), fmus, {}, {})
 
 
 def planned(folder: Path, fmus: Path, **table: object) -> PlannedStudy:

@@ -43,7 +43,7 @@ class Flight:
         self.resettable = not any(is_foreign(path) for name, path in experiment.files.items()
                                   if name not in (written or {}))
         self.descriptions = experiment.check()
-        self.drives = experiment.drives(self.descriptions)
+        self.drives = self.driven = experiment.drives(self.descriptions)   # of the experiment, and as they are now
         self.resistances = resistances_by(experiment.plan)   # of phases by motor, ohm, for changes
         self.master: Master | None = None
         self.columns: Columns | None = None   # of the runs of one master, all in the same memory
@@ -72,6 +72,7 @@ class Flight:
                                  loop=experiment.loop)
             self.master.wire(self.experiment.plan.stop_time, self.drives)
             assert self.master.wiring is not None
+            self.driven = self.drives
             self.columns = self.meter = self.loop = None
             signals = {name for track in self.master.wiring.tracks if track.signals is not None for name in track.names}
             axes = experiment.plan.axes.values()
@@ -139,7 +140,7 @@ class Flight:
             assert self.master is not None and self.master.wiring is not None and self.measuring is not None
             given = {name: row for track in self.master.wiring.tracks if track.signals is not None
                      for name, row in zip(track.names, track.signals, strict=True)}
-            self.meter = Meter(self.measuring, {name: given[axis.reference]
+            self.meter = Meter(self.measuring, {name: given[axis.reference].copy()   # the next run has others in place
                                                 for name, axis in self.experiment.plan.axes.items()})
         return self.meter
 
@@ -157,8 +158,12 @@ class Flight:
         if varied or self.redriven:
             # Those that a study varies go where it asks: a stop that is touched is what it finds.
             known = self.experiment.plan.signals, self.drives
-            master.drive(self.with_changes(changes).references(self.descriptions, known) if varied else self.drives)
-            self.meter = None
+            drives = self.with_changes(changes).references(self.descriptions, known) if varied else self.drives
+            others = {name: values for name, values in drives.items() if values is not self.driven[name]}
+            master.drive(others)
+            self.driven = drives
+            if any(axis.reference in others for axis in self.experiment.plan.axes.values()):
+                self.meter = None
         self.redriven = varied
 
     def with_changes(self, changes: Changes) -> Experiment:

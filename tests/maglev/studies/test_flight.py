@@ -12,11 +12,20 @@ from maglev.arrays import Array
 from maglev.cosim.master import RunFailed
 from maglev.schema.signals.kinds import Steps
 from maglev.studies.flying.flight import Changes, Flight
+from maglev.studies.flying.measuring import Measuring
 
 CHANGES: list[Changes] = [
     {}, {"plant.v.mass": 5.0}, {"controller.antiwindup": True, "controller.current_limit": 1.5},
     {"reference.h.amplitude": 3.0, "plant.v.position_start": 0.0205}, {"reference.v.end": 0.021}, {},
     {"reference.v.start": 0.0195, "plant.v.position_start": 0.0195}]
+
+WEAKER = """
+[[signals]]
+to = "plant.C1"
+kind = "steps"
+times = [0, 0.1]
+values = [14.2, 14.2]
+"""
 
 
 def test_flights_are_runs(either_kind: Path, tmp_path: Path) -> None:
@@ -43,6 +52,19 @@ def test_signals_that_stay_are_made_once(fastest_fmus: Path, tmp_path: Path, mon
         for amplitude in (2.0, 3.0):
             flight.fly({"reference.h.amplitude": amplitude})
     assert made == {"controller.h.reference": 3, "controller.v.reference": 1}
+
+
+def test_what_measures_stays_while_the_references_of_axes_do(native_fmus: Path, tmp_path: Path) -> None:
+    """And what was found on a run stays what it was when the next one has other references in their place."""
+    own = experiment(tmp_path, native_fmus, WEAKER)
+    with Flight(own, measuring=Measuring(own.plan, own.times)) as flight:
+        flight.load(build=True)
+        first, weaker, larger = (flight.measure(changes) for changes in (
+            {}, {"reference.plant.C1.end": 12.0}, {"reference.h.amplitude": 2.0}))
+        assert first is not None and weaker is not None and larger is not None
+        assert first.meter is weaker.meter is not larger.meter
+        assert 2.0 * first.meter.references["h"][-1] == larger.meter.references["h"][-1] != 0.0
+        assert first.whole != weaker.whole
 
 
 def test_a_refusal_leaves_the_next_flight_alone(fastest_fmus: Path, tmp_path: Path) -> None:
@@ -76,14 +98,7 @@ def test_other_references_are_in_the_provenance(fastest_fmus: Path, tmp_path: Pa
 
 def test_size_and_time_of_a_fault(fastest_fmus: Path, tmp_path: Path) -> None:
     """Any signal of steps can be set, by where it leads; in a batch, too, and once more as a run."""
-    path = scenario(tmp_path)
-    path.write_text(path.read_text(encoding="utf-8") + """
-[[signals]]
-to = "plant.C1"
-kind = "steps"
-times = [0, 0.1]
-values = [14.2, 14.2]
-""", encoding="utf-8")
+    path = scenario(tmp_path, WEAKER)
     sizes, times = [10.0, 12.0], [0.05, 0.15]
     batch = maglev.batch(path, {"reference.plant.C1.end": sizes, "reference.plant.C1.time": times,
                                 "reference.h.time": [0.02, 0.03]}, fmus=fastest_fmus, keep=["plant.h.position"])
