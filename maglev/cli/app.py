@@ -45,19 +45,18 @@ app = CommandLine(cls=Commands, no_args_is_help=True, rich_markup_mode="markdown
                   context_settings={"help_option_names": ["-h", "--help"]}, help="""
 Simulate magnetically levitated stages with their controllers, as FMUs of FMI 2.0 and 3.0.
 
-`maglev run 3dof-setpoints --open` runs a scenario, and shows its page
+`maglev run 3dof-setpoints --open`: run a scenario, and open its page
 
-`maglev list` lists the scenarios, and the FMUs
+`maglev list`: the scenarios, and the FMUs
 
-`maglev new controller mine.py` writes a controller for you to change
+`maglev new controller mine.py`: write a controller to change
 
-`maglev run 3dof-setpoints --controller mine.py` runs a scenario with it
+`maglev run 3dof-setpoints --controller mine.py`: run a scenario with it
 
-`maglev report` runs every scenario of the thesis, and makes one page about its claims
+`maglev report`: run every scenario of the thesis, and write one page about its claims
 
-Exit codes: 0 done, 1 a check deviates or `--fail-on-claims` finds one that is missed, 2 an error or a run that did not
-complete, 130 after Ctrl-C, 141 where nobody reads the output any more, 143 after SIGTERM. One line says what went
-wrong.
+Exit codes: 0 done, 1 a check deviates or a claim is missed (`--fail-on-claims`), 2 an error or a run that did not
+complete, 130 after Ctrl-C, 141 if the output was cut off, 143 after SIGTERM. One line says what went wrong.
 """)
 
 MOST_NAMED = 7   # variants of a scenario that are listed one by one
@@ -79,32 +78,32 @@ def main(_version: Annotated[bool, typer.Option("--version", callback=print_vers
 
 
 def build(names: Annotated[list[str] | None, typer.Argument(help="FMUs to build, all if none is named; or "
-                                                            "Python files with a controller of yours.",
+                                                            "Python files, each with your controller.",
                                                             show_default=False)] = None,
           rig: RigFile = None, fmus: Built = Path("fmus"),
-          kind: Annotated[KindName, typer.Option("--kind", help="`native`: FMUs that need no Python, into the folder's "
-                                                 "folder native; needs the extra `native`.")] = "python",
-          fmi: Annotated[int, typer.Option("--fmi", min=2, max=3, help="Of native ones: version of FMI; those of FMI "
-                                           "3.0 go into the folder's folder fmi3.")] = 2,
-          clocked: Annotated[bool, typer.Option("--clocked", help="With --fmi 3: what samples does so when a clock "
-                                                "of the importer's ticks; into the folder's folder clocked.")] = False,
-          target: Annotated[str, typer.Option(help="Of native ones: `all`, binaries for Linux, Windows and macOS; "
+          kind: Annotated[KindName, typer.Option("--kind", help="`native`: FMUs that need no Python, into the "
+                                                 "subfolder native; needs the extra `native`.")] = "python",
+          fmi: Annotated[int, typer.Option("--fmi", min=2, max=3, help="Version of FMI, of native FMUs; those of "
+                                           "FMI 3.0 go into the subfolder fmi3.")] = 2,
+          clocked: Annotated[bool, typer.Option("--clocked", help="With --fmi 3: FMUs that sample when a clock of "
+                                                "the importer ticks; into the subfolder clocked.")] = False,
+          target: Annotated[str, typer.Option(help="Of native FMUs: `all`, binaries for Linux, Windows and macOS; "
                                               "`host`, one for this machine; `wasm`, WebAssembly modules for "
-                                              "browsers, into the folder's folder wasm.")] = "all",
+                                              "browsers, into the subfolder wasm.")] = "all",
           source: Annotated[Path | None, typer.Option("--from", help="With --kind native: archive of native FMUs of a "
-                                                      "release, or a folder with what was in it; copied from there, "
-                                                      "they take no compiler.", show_default=False)] = None,
+                                                      "release, or the folder that it was unpacked to; they are "
+                                                      "copied, without a compiler.", show_default=False)] = None,
           debug: Debug = False) -> None:
     """Build FMUs for other tools.
 
-    They are made of the blocks, or of a controller or a stage of yours. The same sources give the same bytes. Runs need
-    no build: they have what they need built.
+    Of this project, of your controller or of your stage. The same sources give the same bytes. Runs need no such build:
+    they build what they need.
 
     **Examples:**
 
     `maglev build lqi.py`
 
-    `maglev build --stage mine.toml` builds those of your own stage; `maglev new stage mine.toml` writes one
+    `maglev build --stage mine.toml`: those of your own stage, which `maglev new stage mine.toml` wrote
 
     `maglev build Plant3DOF Regulator3DOF`
 
@@ -114,7 +113,7 @@ def build(names: Annotated[list[str] | None, typer.Argument(help="FMUs to build,
 
     `maglev build --kind native --fmi 3`
 
-    `maglev build --kind native --from maglev-fmus-0.1.0-native.zip` needs no compiler
+    `maglev build --kind native --from maglev-fmus-0.1.0-native.zip`: without a compiler
     """
     with one_line_errors(debug):
         from maglev.api.catalogue import build as build_fmus

@@ -38,15 +38,15 @@ Everything = Annotated[bool, typer.Option("--all", help="Every scenario of the p
 AsJson = Annotated[Path | None, typer.Option("--json", metavar="FILE", help="Also write what was found as JSON.",
                                              show_default=False)]
 Out = Annotated[Path, typer.Option(help="Folder for the results.")]
-Form = Annotated[Format, typer.Option("--format", rich_help_panel=MORE, help="Of the columns: csv, or parquet, with "
-                                      "units and provenance.")]
+Form = Annotated[Format, typer.Option("--format", rich_help_panel=MORE, help="Format of the columns: csv, or parquet, "
+                                      "with units and provenance.")]
 Every = Annotated[int | None, typer.Option("--every", metavar="N", help="Write every N-th communication step, in "
                                            "place of the scenario's output interval.", rich_help_panel=MORE)]
 Claims = Annotated[Literal["thesis"] | None, typer.Option(
-    "--claims", help="`thesis`: its claims also where a controller, a stage, a scenario or values are yours; they have "
-    "no verdict there.", show_default=False)]
+    "--claims", help="`thesis`: show its claims, without a verdict, also where controller, stage, scenario or values "
+    "are yours.", show_default=False)]
 Jobs = Annotated[int | None, typer.Option(
-    min=1, help="Runs at a time, in as many processes; as many as processors if not given.", show_default=False,
+    min=1, help="Runs at a time, each in a process; by default one for each processor.", show_default=False,
     rich_help_panel=MORE)]
 
 

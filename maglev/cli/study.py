@@ -25,13 +25,13 @@ SampleTimeout = Annotated[str | None, typer.Option(metavar="TIME", show_default=
 @with_run_options(without=("timeout", "parameters"))
 def study(what: Annotated[str, typer.Argument(metavar="STUDY", help="A study of the package, or a TOML file; with "
                                               "--vary a scenario.", autocompletion=run_names)],
-          vary: Annotated[list[str] | None, typer.Option("--vary", metavar="FMU.variable=FROM:TO:NUMBER", help="What "
-                                                         "varies, without a file; to be repeated. Also single values, "
-                                                         "with commas between.")] = None,
-          samples: Annotated[int | None, typer.Option(min=1, help="With --vary: run so many samples, a Latin "
-                                                      "hypercube, not every combination; of ranges, LOW:HIGH and ±20%."
-                                                      )] = None,
-          seed: Annotated[int, typer.Option(min=0, help="Of --samples: the same gives the same.")] = 0,
+          vary: Annotated[list[str] | None, typer.Option("--vary", metavar="FMU.variable=VALUES", help="What varies, "
+                                                         "without a file: FROM:TO:NUMBER, or values with commas "
+                                                         "between. May be repeated.")] = None,
+          samples: Annotated[int | None, typer.Option(min=1, help="With --vary: number of samples, a Latin "
+                                                      "hypercube of ranges, LOW:HIGH or ±20%, instead of every "
+                                                      "combination.")] = None,
+          seed: Annotated[int, typer.Option(min=0, help="With --samples: the same seed gives the same.")] = 0,
           keep: Annotated[list[str] | None, typer.Option("--keep", metavar="FMU.variable", help="With --vary: keep the "
                                                          "trajectory of a signal; to be repeated.")] = None,
           name: Annotated[str | None, typer.Option(help="With --vary: name of the results.",

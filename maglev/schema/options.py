@@ -50,7 +50,7 @@ class RunOptions(TypedDict, total=False):
         "a --map, or a Python file with a class (docs/controllers.md).", metavar="CONTROLLER")]
     plant: Annotated["Given | None", Option("--plant", Path, "Another plant, as --controller.", metavar="PLANT")]
     set: Annotated["Settings", Option(
-        "--set", list[str], "Start value that goes before the scenario's; may carry a unit and may be repeated.",
+        "--set", list[str], "Start value in place of the scenario's, in SI or with a unit. May be repeated.",
         metavar="FMU.variable=value")]
     step: Annotated[float | str | None, Option("--step", str, "Communication step, in s or with a unit.",
                                                metavar="TIME", time=True)]
@@ -58,30 +58,30 @@ class RunOptions(TypedDict, total=False):
         "--map", Path, "What the other FMUs call their ports, their units and steps (docs/importing.md).",
         group=REPLACED, metavar="TOML")]
     keep_settings: Annotated[bool, Option(
-        "--keep-settings", bool, "Give the other controller also the settings (gains, limits) of the scenario's, where "
-        "it has parameters of their names; otherwise only FMUs of this project share them.", False, REPLACED)]
+        "--keep-settings", bool, "Give a controller of yours the scenario's gains and limits, where it has "
+        "parameters of these names; otherwise it keeps its own.", False, REPLACED)]
     model: Annotated[str | Path | None, Option(
         "--model", Path, "Constants of plant and controller, as `maglev identify` writes them; or `plant`: the "
-        "controller's model follows the masses of the plant. --set goes before them.", group=REPLACED, metavar="TOML")]
+        "controller's model follows the masses of the plant. --set overrides them.", group=REPLACED, metavar="TOML")]
     parameters: Annotated[ParameterFiles, Option(
-        "--parameters", list[str], "Start values from a parameter set (SSV), of an FMU or with its name before each. "
-        "They go before the scenario's and those of --model, --set before them.", group=REPLACED,
+        "--parameters", list[str], "Start values from a parameter set (SSV), of one FMU, or of several with their "
+        "names before each. They override the scenario and --model; --set overrides them.", group=REPLACED,
         metavar="[FMU=]SSV")]
     order: Annotated[Order, Option(
-        "--order", Order, "Order of the FMUs in a step: one after the other (sequential), or all with what the step "
-        "before gave (jacobi), which delays the loop by a step.", "sequential", NUMERICS, choices=get_args(Order))]
+        "--order", Order, "Order of the FMUs in a step: one after the other (sequential), or in parallel (jacobi), "
+        "which delays the loop by a step.", "sequential", NUMERICS, choices=get_args(Order))]
     timeout: Annotated[float | str, Option(
         "--timeout", str, "Longest time that a call of a third-party FMU may take, in s or with a unit.", "60 s",
         NUMERICS, "TIME", time=True)]
     fmus: Annotated[str | Path | None, Option(
-        "--fmus", Path, "Folder with FMUs that are used as they are; if not given, what is needed is built where it is "
-        "missing, and kept for all runs (`maglev cache`).", group=FMUS, metavar="FOLDER", same_results=True)]
+        "--fmus", Path, "Folder with FMUs to use as they are; without it a run builds what it needs, and keeps it for "
+        "all runs (`maglev cache`).", group=FMUS, metavar="FOLDER", same_results=True)]
     kind: Annotated[KindName | None, Option(
-        "--kind", KindName, "FMUs of this project that need no Python, `native`, or `python`; the results are the "
-        "same. Of --fmus native ones are in the folder native.", group=FMUS, without="native where there is a compiler",
-        choices=get_args(KindName), same_results=True)]
-    fmi: Annotated[int, Option("--fmi", int, "3 for native FMUs of FMI 3.0; of --fmus in the folder fmi3.", 2, FMUS,
-                               choices=(2, 3), same_results=True)]
+        "--kind", KindName, "`native` FMUs of this project, which need no Python, or `python` ones; the results are "
+        "the same. With --fmus native ones are in its subfolder native.", group=FMUS,
+        without="native where there is a compiler", choices=get_args(KindName), same_results=True)]
+    fmi: Annotated[int, Option("--fmi", int, "3 for native FMUs of FMI 3.0; with --fmus in its subfolder fmi3.", 2,
+                               FMUS, choices=(2, 3), same_results=True)]
 
 
 OPTIONS: Mapping[str, Option] = {name: kind.__metadata__[0] for name, kind in RunOptions.__annotations__.items()}

@@ -299,7 +299,7 @@ def test_version_and_short_help() -> None:
 def test_help_shows_its_examples_one_on_a_line() -> None:
     lines = [line.strip() for line in maglev("--help").output.splitlines()]
     for command in ("list", "run 3dof-setpoints", "new controller", "report"):
-        assert any(line.startswith(f"maglev {command} ") for line in lines), command
+        assert any(line.startswith((f"maglev {command} ", f"maglev {command}:")) for line in lines), command
 
 
 @pytest.mark.parametrize(("words", "expected"), [("ru", "run"), ("run 2dof-step-4-l", "2dof-step-4-linear"),
