@@ -2,15 +2,7 @@
 
 import controller_fmu.status as status
 from controller_fmu.drawings import DIAGRAMS, ICONS
-from controller_fmu.status import (
-    INTERPOLATED,
-    LINEAR,
-    NO_EQUILIBRIUM,
-    NONLINEAR,
-    PREFILTER_TOO_FAST,
-    SCHEDULED,
-    STEP_MISFIT,
-)
+from controller_fmu.status import INTERPOLATED, LINEAR, NONLINEAR, SCHEDULED
 from controller_fmu.variables import (
     REFUSED_STEP,
     SETPOINT_WITHOUT_EQUILIBRIUM,
@@ -42,7 +34,7 @@ LAWS = {NONLINEAR: ("nonlinear", "Regulator", "on the feedback-linearised motors
 
 def refusals(rig: Rig) -> dict[int, str]:
     """Refusals of every controller of a rig."""
-    return {STEP_MISFIT: REFUSED_STEP, status.BAD_GEOMETRY: bad_geometry(rig),
+    return {status.STEP_MISFIT: REFUSED_STEP, status.BAD_GEOMETRY: bad_geometry(rig),
             **({status.BAD_PLACES: bad_places(rig)} if rig.rotations else {})}
 
 
@@ -84,7 +76,7 @@ def regulator(rig: Rig, block: type, law: int) -> FmuDefinition:
             *platform_parameters(rig),
             *motor_geometry(rig, *RATIOS)),
         refusals={**refusals(rig),
-                  **({} if law == NONLINEAR else {NO_EQUILIBRIUM: no_equilibrium(rig, law)})},
+                  **({} if law == NONLINEAR else {status.NO_EQUILIBRIUM: no_equilibrium(rig, law)})},
         experiment=default_experiment(rig),
         variable_step=False,
         sampled=True,
@@ -124,8 +116,8 @@ def pid(rig: Rig, block: type) -> FmuDefinition:
             *(v for axis in rig.axes for v in pid_parameters(axis)),
             *platform_parameters(rig),
             *motor_geometry(rig, *RATIOS)),
-        refusals={**refusals(rig), NO_EQUILIBRIUM: SETPOINT_WITHOUT_EQUILIBRIUM,
-                  PREFILTER_TOO_FAST: f"{corners}, expected at most 0.8 / sample_time, with sample_time = "
+        refusals={**refusals(rig), status.NO_EQUILIBRIUM: SETPOINT_WITHOUT_EQUILIBRIUM,
+                  status.PREFILTER_TOO_FAST: f"{corners}, expected at most 0.8 / sample_time, with sample_time = "
                                       "{sample_time} s"},
         experiment=default_experiment(rig),
         variable_step=False,

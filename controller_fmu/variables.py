@@ -116,12 +116,6 @@ def input_names(rig: Rig, *axes: str) -> tuple[str, ...]:
                                                                   *measurements(rig, axis))))
 
 
-def axis_error(rig: Rig, axis: RigAxis) -> Variable:
-    """Tracking error of one axis."""
-    return real_output(f"{axis.name}.error", axis.unit("m"), "tracking error, measured minus reference", 1e-3,
-                       discrete=True, depends_on=(f"{axis.name}.reference", *measurements(rig, axis.name)))
-
-
 def motor_outputs(motor: str, d_from: tuple[str, ...], q_from: tuple[str, ...], displacement: tuple[str, ...]
                   ) -> tuple[Variable, ...]:
     """Commands to one motor; the names say which inputs decide i_d, i_q and the commutation."""
@@ -179,7 +173,9 @@ def ports(rig: Rig, by_all: bool = False, by_gap: bool = False) -> tuple[Variabl
             *(v for motor in rig.motors
               for v in motor_outputs(motor.name, d_from, (*input_names(rig, motor.drives), *gap),
                                      (f"{motor.drives}.measured", *gap_names(rig)))),
-            *(axis_error(rig, axis) for axis in rig.axes),
+            *(real_output(f"{axis.name}.error", axis.unit("m"), "tracking error, measured minus reference", 1e-3,
+                          discrete=True, depends_on=(f"{axis.name}.reference", *measurements(rig, axis.name)))
+              for axis in rig.axes),
             *flags(input_names(rig, *rig.axis_names)))
 
 

@@ -282,7 +282,8 @@ def at_rest(pair: Pair, settle: float = SETTLE, strict: bool = True) -> Iterator
         rows, commands = np.array(seen), np.array(given)
         last = np.array(measured)
         moving = float(np.ptp(rows[-look:], axis=0).max())
-        positions = positions_of(pair, last)
+        openings = pair.openings
+        positions = {axis: round(float(openings[f"{axis}.measured"][0] @ last), 9) for axis in pair.rig.axis_names}
         far = {axis: position - pair.positions[axis] for axis, position in positions.items()}
         worst = max(far, key=lambda axis: abs(far[axis]))
         if abs(far[worst]) > NOT_THERE or (strict and moving > AT_REST):
@@ -293,12 +294,6 @@ def at_rest(pair: Pair, settle: float = SETTLE, strict: bool = True) -> Iterator
         controller.mark(np.hstack([rows, np.tile(references, (len(rows), 1))]), commands[-1].tolist())
         plant.mark(commands, measured)
         yield Rest(pair, controller, plant, last, commands[-1], equilibrium_from(pair, positions, commands[-1]), moving)
-
-
-def positions_of(pair: Pair, measured: Array) -> dict[str, float]:
-    """Positions of the axes by what is measured, m or rad, to a nanometre."""
-    openings = pair.openings
-    return {axis: round(float(openings[f"{axis}.measured"][0] @ measured), 9) for axis in pair.rig.axis_names}
 
 
 def equilibrium_from(pair: Pair, positions: dict[str, float], commands: Array) -> Equilibrium:

@@ -23,7 +23,7 @@ from maglev.cosim.versions.clocks import PERIODIC, Ticking, clocks_of
 from maglev.cosim.versions.exchange import with_solver
 from maglev.cosim.versions.fmi import FMI3, LISTENERS, WARNING, Fmi, fmi_of, function_of
 from maglev.cosim.versions.messages import Messages
-from maglev.errors import FmuError, nearest, nearest_file, option, shortened
+from maglev.errors import FmuError, in_one_line, nearest, nearest_file, option, shortened
 from maglev.own_fmus import built_here
 from maglev.units import known_unit
 from maglev_files.environment import MOST_UNPACKED, number_in
@@ -80,21 +80,9 @@ def read_description(name: str, path: Path) -> ModelDescription:
 @lru_cache(maxsize=64)
 def described(name: str, path: Path, _written: int, _size: int) -> ModelDescription:
     """Model description of a file, read once for as long as the file stays as it is."""
-    try:
-        description = fmpy.read_model_description(str(path))
-    except Exception as error:   # fmpy raises whatever zipfile, lxml and its own checks raise
-        raise FmuError(f"{name}: {original(path)} cannot be read as an FMU: {error}") from error
-    if description.fmiVersion != "2.0" and not description.fmiVersion.startswith("3.0"):
-        raise FmuError(f"{name}: {original(path)} is an FMI {description.fmiVersion} FMU, expected FMI 2.0 or 3.0")
-    if description.coSimulation is None and description.modelExchange is None:
-        raise FmuError(f"{name}: {original(path)} is for scheduled execution only, expected co-simulation or model "
-                       "exchange")
+    description = checked_description(f"{name}: {original(path)}", path)
     if description.coSimulation is None:
         with_solver(description)
-    identifier = description.coSimulation.modelIdentifier
-    if IDENTIFIER.fullmatch(identifier) is None:   # a path would load a library from outside the archive
-        raise FmuError(f"{name}: {original(path)} has modelIdentifier = {shortened(identifier)}, expected letters, "
-                       "digits and underscores")
     require_known_units(f"{name}: {original(path)}", description)
     if fmi_of(description) is FMI3:
         description.modelVariables = [with_older_type(variable) for variable in description.modelVariables]
@@ -102,6 +90,23 @@ def described(name: str, path: Path, _written: int, _size: int) -> ModelDescript
         if other:
             raise FmuError(f"{name}: {original(path)} has the clock {other[0].name}, which is "
                            f"{other[0].intervalVariability}, expected periodic clocks: constant, fixed or tunable")
+    return description
+
+
+def checked_description(place: str, path: Path) -> ModelDescription:
+    """Model description of an FMU of FMI 2.0 or 3.0 that can be stepped or solved; the place begins an FmuError."""
+    try:
+        description = fmpy.read_model_description(str(path))
+    except Exception as error:   # fmpy raises whatever zipfile, lxml and its own checks raise
+        raise FmuError(f"{place} cannot be read as an FMU: {in_one_line(error)}") from error
+    if description.fmiVersion != "2.0" and not description.fmiVersion.startswith("3.0"):
+        raise FmuError(f"{place} is an FMI {description.fmiVersion} FMU, expected FMI 2.0 or 3.0")
+    kind = description.coSimulation or description.modelExchange
+    if kind is None:
+        raise FmuError(f"{place} is for scheduled execution only, expected co-simulation or model exchange")
+    if IDENTIFIER.fullmatch(kind.modelIdentifier) is None:   # a path would load a library from outside the archive
+        raise FmuError(f"{place} has modelIdentifier = {shortened(kind.modelIdentifier)}, expected letters, digits and "
+                       "underscores")
     return description
 
 

@@ -15,11 +15,12 @@ from maglev.baselines.baseline import Tolerance
 from maglev.baselines.check import deviation_text
 from maglev.baselines.deviation import Deviation, WorstDifference, first_beyond, largest
 from maglev.baselines.outcome import CheckResult, write_junit
+from maglev.cosim.fmu import checked_description
 from maglev.cosim.other_process.run import TIMEOUT
 from maglev.errors import FAILURES, FmuError, in_one_line, nearest
 from maglev.experiment.chain import in_order
 from maglev.fmu_experiments.carried import CarriedExperiment, File, carried_experiments
-from maglev.fmu_experiments.flight import Times, description_of, fly
+from maglev.fmu_experiments.flight import Times, fly
 from maglev.fmu_experiments.tables import (
     TEXTS,
     TOLERANCE,
@@ -115,7 +116,7 @@ def check_experiment(name: str, path: Path, experiment: CarriedExperiment,
     try:
         if experiment.problem or experiment.results is None:
             raise FmuError(experiment.problem or "there are no results, expected some to compare with")
-        description = description_of(path)
+        description = checked_description(f"{path}:", path)
         variables = {v.name: v for v in description.modelVariables}
         run, tolerances = options(experiment.options)
         expected = expected_results(experiment.results, variables, tolerances)

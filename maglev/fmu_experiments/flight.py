@@ -6,15 +6,14 @@ from contextlib import redirect_stdout
 from pathlib import Path
 from typing import Any, NamedTuple
 
-import fmpy
 import numpy.typing as npt
 from fmpy.model_description import ModelDescription
 from fmpy.simulation import simulate_fmu
 
-from maglev.cosim.fmu import IDENTIFIER, unpack, unpacking_folder
+from maglev.cosim.fmu import unpack, unpacking_folder
 from maglev.cosim.versions.fmi import fmi_of
 from maglev.cosim.versions.messages import Messages
-from maglev.errors import FmuError, in_one_line, shortened
+from maglev.errors import FmuError, in_one_line
 from maglev.processes.side_by_side import Progress
 from maglev_files.scratch import remove_scratch
 
@@ -29,23 +28,6 @@ class Times(NamedTuple):
     stop: float
     step: float
     tolerance: float | None
-
-
-def description_of(path: Path) -> ModelDescription:
-    """Model description of an FMU of FMI 2.0 or 3.0."""
-    try:
-        description = fmpy.read_model_description(str(path))
-    except Exception as error:   # fmpy raises whatever zipfile, lxml and its own checks raise
-        raise FmuError(f"{path}: cannot be read as an FMU: {in_one_line(error)}") from error
-    if description.fmiVersion != "2.0" and not description.fmiVersion.startswith("3.0"):
-        raise FmuError(f"{path}: is an FMI {description.fmiVersion} FMU, expected FMI 2.0 or 3.0")
-    kind = description.coSimulation or description.modelExchange
-    if kind is None:
-        raise FmuError(f"{path}: is for scheduled execution only, expected co-simulation or model exchange")
-    if IDENTIFIER.fullmatch(kind.modelIdentifier) is None:   # a path would load a library from outside the archive
-        raise FmuError(f"{path}: has modelIdentifier = {shortened(kind.modelIdentifier)}, expected letters, digits and "
-                       "underscores")
-    return description
 
 
 def fly(path: Path, description: ModelDescription, times: Times, parameters: Mapping[str, str],

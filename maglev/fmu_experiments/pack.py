@@ -77,8 +77,9 @@ def pack_reference(fmu: str | Path, scenario: str | Path, *, name: str | None = 
     experiment = prepare(plan, fmus_for_runs(needed, fmus), {} if name is None else {place: Replacement(path)}, {})
     experiment.require_current()
     recording = experiment.run(lambda done, steps: watch(plan.name, min(done, steps - 1), steps))
+    every = max(1, round(plan.check.interval / experiment.step)) if plan.check.signals else experiment.output_every()
     files = as_in_baseline(recorded(experiment, recording, place, plan.name, VALIDATION,
-                                    f"As {place} in the scenario {plan.name}: {plan.title}", rows_apart(experiment)),
+                                    f"As {place} in the scenario {plan.name}: {plan.title}", every),
                            plan, place).files()
     size = sum(map(len, files.values()))
     if size > LARGEST:
@@ -101,12 +102,6 @@ def named_place(plan: RunPlan, path: Path) -> str:
             return place
     raise ScenarioError(f"{plan.path}: names no FMU {path}, expected {option('name')} with what it takes the place "
                         f"of, one of {', '.join(plan.fmus)}")
-
-
-def rows_apart(experiment: Experiment) -> int:
-    """Communication steps between two rows of the results."""
-    check = experiment.plan.check
-    return max(1, round(check.interval / experiment.step)) if check.signals else experiment.output_every()
 
 
 def as_in_baseline(experiment_files: ExperimentFiles, plan: RunPlan, place: str) -> ExperimentFiles:

@@ -112,17 +112,6 @@ def by_kind(claims: Iterable[ClaimResult]) -> dict[str, list[ClaimResult]]:
     return {name: of_kind for name, of_kind in kinds.items() if of_kind}
 
 
-def kinds_in_words(claims: Iterable[ClaimResult]) -> str:
-    """How many of each kind reproduce, such as "2 of 3 printed numbers, 1 of 2 orderings reproduce"."""
-    return ", ".join(f"{count_verdicts(of_kind)['reproduced']} of {len(of_kind)} {name}"
-                     for name, of_kind in by_kind(claims).items()) + " reproduce"
-
-
-def chosen_by(claims: Iterable[ClaimResult]) -> int:
-    """How many claims that reproduce are no independent evidence: something was chosen by them."""
-    return sum(claim.verdict == "reproduced" and claim.claim.chose is not None for claim in claims)
-
-
 def met_of(claims: Iterable[ClaimResult]) -> str:
     """How many of the claims that are met or not met are met, such as "5 of 7"; empty if none was judged so."""
     counts = count_verdicts(claims)

@@ -1,4 +1,4 @@
-"""What a user begins with, as files: a stage with a scenario beside it, a scenario, the text of a study."""
+"""What a user begins with, as files: a stage with a scenario beside it, or a scenario."""
 
 from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
@@ -171,8 +171,3 @@ def scenario_text(rig: Rig, scenario: Path, own: str | None, more: bool, control
     """
     return render("new/scenario.toml.j2", rig, own=own, name=scenario.stem, scenario=scenario.name,
                   setpoints=setpoints(rig) if more else {}, times=list(TIMES), more=more, controller=controller)
-
-
-def study_text(rig: Rig, file: Path, scenario: str) -> str:
-    """Text of a study of a scenario: mass and friction."""
-    return render("new/study.toml.j2", rig, file=file.name, name=file.stem, scenario=scenario)

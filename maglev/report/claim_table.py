@@ -16,7 +16,6 @@ from maglev.judging.verdicts import (
     bounds_in_words,
     by_kind,
     count_verdicts,
-    kinds_in_words,
     met_of,
     sentences,
     specification,
@@ -65,10 +64,11 @@ def message(judgements: Judgements) -> str:
     counts = count_verdicts(claims)
     if not counts["reproduced"] + counts["not reproduced"]:
         return ""
-    first, _, others = kinds_in_words(claims).removesuffix(" reproduce").partition(", ")
+    first, *others = (f"{count_verdicts(of_kind)['reproduced']} of {len(of_kind)} {name}"
+                      for name, of_kind in by_kind(claims).items())
     missed = [judged for judged in claims if judged.verdict in ("no difference", "not reproduced")]
     friction = len(blames(missed, "friction"))
-    return (f'<p class="message"><strong>{first} reproduce</strong>{f", and {others}" if others else ""}.'
+    return (f'<p class="message"><strong>{first} reproduce</strong>{", and " if others else ""}{", ".join(others)}.'
             + (f" Of {len(missed)} that {'does' if len(missed) == 1 else 'do'} not, {friction} "
                f"{'has' if friction == 1 else 'have'} guide friction among the reasons, which the thesis does not "
                "state and which is assumed here."

@@ -24,7 +24,6 @@ from maglev.judging.verdicts import (
     bounds_in_words,
     bounds_met,
     by_kind,
-    chosen_by,
     count_verdicts,
     met_of,
     sentences,
@@ -265,7 +264,8 @@ def kinds_markdown(claims: Sequence[ClaimResult]) -> str:
     for name, of_kind in [*by_kind(claims).items(), ("all", sentences(claims))]:
         counts = count_verdicts(of_kind)
         cells = (name, len(of_kind), *(counts[verdict] or "–" for verdict in shown),
-                 *(chosen_by(of_kind) or "–" for _ in chosen))
+                 *(sum(claim.verdict == "reproduced" and claim.claim.chose is not None for claim in of_kind) or "–"
+                   for _ in chosen))
         lines.append(f"| {' | '.join(map(str, cells))} |")
     return "\n".join(lines) + "\n"
 

@@ -3,7 +3,8 @@
 from pathlib import Path
 
 from maglev.errors import ScenarioError, key_path
-from maglev.own_stage.new import seen_from, study_text, toml_file, write_new
+from maglev.own_stage.new import seen_from, toml_file, write_new
+from maglev.rig.writer import render
 from maglev.schema.loading import load_plan
 
 
@@ -38,5 +39,5 @@ def new_study(path: str | Path, scenario: str | Path) -> Path:
         raise ScenarioError(f"{scenario}: fmus = {key_path(list(plan.fmus))}: expected a scenario with the plant of a "
                             "stage")
     name = seen_from(file, scenario) if str(scenario).endswith(".toml") else str(scenario)
-    write_new(file, study_text(plan.rig, file, name))
+    write_new(file, render("new/study.toml.j2", plan.rig, file=file.name, name=file.stem, scenario=name))
     return file
