@@ -1,6 +1,5 @@
 """Variables that controllers share, part by part."""
 
-from collections.abc import Iterator
 from dataclasses import replace
 
 from fmi_export.definition import Variable, flag, parameter, real_input, real_output, switch
@@ -53,16 +52,12 @@ def measurements(rig: Rig, axis: str) -> tuple[str, ...]:
 
 def place_parameters(rig: Rig) -> tuple[Variable, ...]:
     """Places of the motors on a platform that tilts."""
-    return tuple(replace(parameter(f"{motor}.{along}", "m", f"place of the motor along {axis}, from the centre of "
-                                   "mass", rig.source(f"motors.{motor}.{along}"), -10.0, 10.0, 0.1, fixed=True),
-                         path=f"{motor}_place.{along}")
-                 for motor in rig.motor_names for along, axis in along_axes(rig) if rig.rotations)
-
-
-def along_axes(rig: Rig) -> Iterator[tuple[str, str]]:
-    """Directions in which motors have a place, x and z or z alone, and what they are along."""
-    second = rig.horizontal[1].name if rig.spots == "xz" else f"the platform, across {rig.horizontal[0].name}"
-    return (pair for pair in (("x", rig.horizontal[0].name), ("z", second)) if pair[0] in rig.spots)
+    first, *others = (axis.name for axis in rig.horizontal)
+    directions = {"x": first, "z": next(iter(others), f"the platform, across {first}")}
+    return tuple(replace(parameter(f"{motor}.{spot}", "m", f"place of the motor along {directions[spot]}, from the "
+                                   "centre of mass", rig.source(f"motors.{motor}.{spot}"), -10.0, 10.0, 0.1,
+                                   fixed=True), path=f"{motor}_place.{spot}")
+                 for motor in rig.motor_names for spot in rig.spots if rig.rotations)
 
 
 def height(rig: Rig) -> Variable:

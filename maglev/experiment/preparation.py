@@ -32,7 +32,7 @@ from maglev.experiment.reach import require_reachable
 from maglev.own_fmus import built_here, own_fmu, stale
 from maglev.own_stage.adoption import know_stage
 from maglev.schema.options import OPTIONS, RunOptions, completed
-from maglev.schema.run_plan import FmuTable, RunPlan, StartValue
+from maglev.schema.run_plan import RunPlan, StartValue
 from maglev.schema.settings import with_references
 from maglev.schema.signals.kinds import Signal
 from maglev.stages import STAGES
@@ -250,7 +250,8 @@ def prepare(plan: RunPlan, fmus: Path, replaced: Mapping[str, Replacement], sett
     step = plan.step if options["step"] is None else float(options["step"])
     with refused_as(ScenarioError, f"{plan.path}: stop_time = {plan.stop_time} s with {option('step', step)}"):
         whole_steps(plan.stop_time, step)
-    given = {name: replaced[name].path if name in replaced else fmu_file(fmu, fmus) for name, fmu in plan.fmus.items()}
+    given = {name: replaced[name].path if name in replaced else Path(str(fmu.file)) if fmu.model is None else
+             own_fmu(fmu.model, fmus) for name, fmu in plan.fmus.items()}
     files = {name: as_it_is(path) for name, path in given.items()}
     old = tuple(filter(None, (stale(path.stem, files[name]) for name, path in given.items()
                               if path.parent == fmus and path.stem in STAGES.definitions())))
@@ -344,7 +345,3 @@ def as_it_is(path: Path) -> Path:
 def copied_once(path: Path, *_file: int) -> Path:
     """Copy of an FMU, once for as long as the file stays as it is; of a copy itself."""
     return path if original(path) != path else copied({path.name: path.read_bytes()}, path.parent) / path.name
-
-
-def fmu_file(fmu: FmuTable, folder: Path) -> Path:
-    return own_fmu(fmu.model, folder) if fmu.model is not None else Path(str(fmu.file))

@@ -24,7 +24,6 @@ from maglev.procedures.rig_data import (
     constant_values,
     estimate,
     estimators,
-    horizontal_axes,
     measured_positions,
     mm,
     plant_column,
@@ -52,7 +51,9 @@ def evaluate(settings: ProcedureSettings, runs: Runs) -> Outcome:
             values.append(ProcedureValue("speed_deviation", deviation(flown, model, f"{axis}.velocity"), axis=axis))
     held = [thrust for thrust in all_thrusts(settings.runs["parabolas"], runs) if thrust.alone]
     values += [ProcedureValue("thrust", thrust.by_parabola, axis=thrust.axis, gap=thrust.gap) for thrust in held]
-    identified = identify(recording_of(flown, rig))
+    i_d, i_q = (np.stack([plant_column(flown, f"{motor}.{current}") for motor in rig.motors], axis=1)
+                for current in ("i_d", "i_q"))
+    identified = identify(MotionRecording(rig, flown.time, measured_positions(flown, rig), i_d, i_q))
     charts = [thrust_chart(settings, flown, held, identified), *current_charts(settings, flown, runs, identified),
               convergence_chart(flown, rig)]
     return Outcome(settings, tuple(run.plan.name for run in (flown, model) if run is not None), tuple(values),
@@ -66,14 +67,6 @@ def deviation(flown: RunResult, model: RunResult, name: str) -> float:
     there, here = plant_column(model, name)[:rows], plant_column(flown, name)[:rows]
     motion = float(here.std())
     return float(np.sqrt(np.mean((there - here) ** 2))) / motion if motion > 0.0 else math.inf
-
-
-def recording_of(result: RunResult, rig: Rig) -> MotionRecording:
-    """The rows of a run as a person would record them."""
-    return MotionRecording(rig, result.time,
-                           measured_positions(result, rig),
-                           np.stack([plant_column(result, f"{motor}.i_d") for motor in rig.motors], axis=1),
-                           np.stack([plant_column(result, f"{motor}.i_q") for motor in rig.motors], axis=1))
 
 
 def offline_table(model: Identification) -> ValueTable:
@@ -97,7 +90,7 @@ def thrust_chart(settings: ProcedureSettings, flown: RunResult, thrusts: Sequenc
     rig = model.recording.rig
     constants = estimate(flown, EPSILON, rig.constants)
     panels = []
-    for axis in horizontal_axes(rig):
+    for axis in (axis.name for axis in rig.described.horizontal):
         constant = row_of(rig, axis).constants[0]
         margin = ERRORS * model.standard_error[constant] * thrust_shape(rig, gaps)
         curves = [Curve("all constants at once", mm(gaps), (constants[constant] * thrust_shape(rig, gaps)).tolist(),

@@ -16,14 +16,14 @@ from maglev.procedures.rig_data import (
     EPSILON,
     Runs,
     column,
+    entry,
     estimators,
     measured_positions,
     millimetres,
     mm,
-    moving_axes,
     no_such_epsilon,
+    plant_column,
     rig_of,
-    thrust_current,
 )
 from maglev.schema.judged.procedure import ProcedureSettings
 from maglev.schema.loading import load_plans
@@ -50,7 +50,9 @@ def measured_thrust(result: RunResult, rig: Rig) -> list[Thrust]:
     positions = dict(zip(rig.axes, measured_positions(result, rig).T, strict=True))
     gap = float(positions[rig.axes[0]].mean())
     shape = float(thrust_shape(rig, np.array([gap]))[0])
-    axes = moving_axes(result, rig)
+    start = entry(result.plan.fmus, "plant", result).start
+    axes = [axis.name for axis in rig.described.horizontal
+            if f"{axis.name}.locked" not in start or not start[f"{axis.name}.locked"].value]
     if not axes:
         return []
     end = min(stroke(positions[axis]) for axis in axes)
@@ -61,7 +63,8 @@ def measured_thrust(result: RunResult, rig: Rig) -> list[Thrust]:
     for axis in axes:
         constant = row_of(rig, axis).constants[0]
         # The first row is what was there before the first command.
-        i_q = float(thrust_current(result, rig, axis)[1:end].mean())
+        currents = [plant_column(result, f"{motor.name}.i_q") for motor in rig.described.motors_of(axis)]
+        i_q = float(np.mean(currents, axis=0)[1:end].mean())
         position = positions[axis][:end]
         by_parabola = thrust_of_parabola(rig, axis, time, position, i_q)
         by_estimator = {epsilon: shape * float(column(result, f"{name}.{constant}")[end - 1])

@@ -92,23 +92,6 @@ def measured_position(result: RunResult, rig: Rig, axis: str) -> Array:
     return np.asarray(sum(share * plant_column(result, name) for name, share in shares if share))
 
 
-def horizontal_axes(rig: Rig) -> list[str]:
-    return [axis.name for axis in rig.described.horizontal]
-
-
-def moving_axes(result: RunResult, rig: Rig) -> list[str]:
-    """Horizontal axes that nothing holds."""
-    start = entry(result.plan.fmus, "plant", result).start
-    return [axis for axis in horizontal_axes(rig)
-            if f"{axis}.locked" not in start or not start[f"{axis}.locked"].value]
-
-
-def thrust_current(result: RunResult, rig: Rig, axis: str) -> Array:
-    """Quadrature current of the motors that drive a horizontal axis, their mean, A."""
-    return np.asarray(np.mean([plant_column(result, f"{motor.name}.i_q") for motor in rig.described.motors_of(axis)],
-                              axis=0))
-
-
 def millimetres(length: float) -> str:
     return f"{to_unit(length, 'mm'):.4g}"
 

@@ -7,6 +7,7 @@ numbers, tuples, lists, dicts, errors, and this project's named tuples, frozen d
 import json
 import sys
 from base64 import b64decode, b64encode
+from collections.abc import Callable
 from dataclasses import is_dataclass
 from inspect import isfunction
 from pathlib import Path
@@ -68,16 +69,8 @@ def unpacked(message: Any) -> Any:
     if not isinstance(message, dict):
         return message
     (kind, what), = message.items()
-    if kind == "list":
-        return [unpacked(entry) for entry in what]
-    if kind == "dict":
-        return {unpacked(key): unpacked(entry) for key, entry in what}
-    if kind == "complex":
-        return complex(*what)
-    if kind == "bytes":
-        return b64decode(what)
-    if kind == "path":
-        return Path(what)
+    if kind in MADE_OF:
+        return MADE_OF[kind](what)
     if kind == "array":
         item, shape, data = what
         if np.dtype(item).kind not in NUMBERS:
@@ -95,6 +88,12 @@ def unpacked(message: Any) -> Any:
     part = object.__new__(own)
     vars(part).update(values)
     return part
+
+
+MADE_OF: dict[str, Callable[[Any], Any]] = {
+    "list": lambda entries: [unpacked(entry) for entry in entries],
+    "dict": lambda pairs: {unpacked(key): unpacked(entry) for key, entry in pairs},
+    "complex": lambda parts: complex(*parts), "bytes": b64decode, "path": Path}
 
 
 def is_own(kind: Any) -> bool:

@@ -253,11 +253,6 @@ def what_if(result: ClaimResult, shown: Shown | ShownChart | None = None) -> str
             f"<p>{verdict}{measured}.{link}</p></details>")
 
 
-def wording(result: ClaimResult) -> str:
-    """A claim in words: its text or, as all bounds of figures have the same, its criterion."""
-    return result.claim.text if result.claim.figure is None else unbroken(result.claim.criterion)
-
-
 def unbroken(text: str) -> str:
     """The text with numbers and their units kept on one line."""
     return re.sub(r"(?<=\d) (?=%|(?:mm|µm|ms|[mµ]rad|kg|[sANV])\b)", "\N{NO-BREAK SPACE}", text)
@@ -293,8 +288,10 @@ def claims_of_figure(shown: Shown | ShownChart, judgements: Judgements) -> str:
         for k, result in enumerate(judgements.get(name, ())):
             if every or shown.number in cited_figures(result.claim.source):
                 measured = f" Measured: {escape(unbroken(result.measured_text))}" if result.measured_text else ""
-                wanted = f" ({escape(unbroken(result.claim.criterion))})" if result.claim.figure is None else ""
+                # All bounds of figures have one text.
+                words = escape(unbroken(result.claim.criterion))
+                words = words if result.claim.figure is not None else f"{escape(result.claim.text)} ({words})"
                 items.append(f'<li data-verdict="{result.verdict}"><a href="#{claim_anchor(name, k)}">'
-                             f"{badge(result.verdict)}</a> {escape(wording(result))}{wanted}.{measured} {why(result)}"
+                             f"{badge(result.verdict)}</a> {words}.{measured} {why(result)}"
                              f"{what_if(result)}</li>")
     return f'<ul class="claims">{"".join(items)}</ul>' if items else ""

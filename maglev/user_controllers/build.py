@@ -20,7 +20,7 @@ from fmi_export.user_classes.trouble import OWN
 from maglev.errors import BuildError, option
 from maglev.user_controllers.own_modules import OwnModules, own_name
 from maglev.user_controllers.source import file_of, load, read
-from maglev.user_controllers.subset import always_ends, first_misfit, without_tables
+from maglev.user_controllers.subset import always_ends, misfits, without_tables
 from maglev_files.scratch import scratch
 
 FMU = OWN + "fmu"       # module that has the definition in an FMU
@@ -150,8 +150,7 @@ def importable(texts: Mapping[str, str]) -> Iterator[Path]:
 def require_subset(modules: OwnModules, name: str) -> None:
     """Refuse the first line that a native FMU cannot have."""
     for module in modules.modules.values():
-        misfit = first_misfit(module.renamed, name)
-        if misfit is not None:
+        if misfit := min(misfits(module.renamed, name), default=None):
             line, what = misfit
             raise BuildError(f"{module.file.name}, line {line}: a native FMU cannot have {what}; without "
                              f"{option('kind', 'native')} the FMU runs Python and can have it")

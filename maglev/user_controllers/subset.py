@@ -30,16 +30,12 @@ CALLS = {"min", "max", "abs", "round", "pow", "sum", "divmod", "dict", "list", "
          "sorted", "reversed", "super", "str", "type", "vars", "complex"}
 
 
-def first_misfit(text: str, tables: str = "") -> tuple[int, str] | None:
-    """Line and description of the first thing in a module's text that a native FMU cannot have; None if there is none.
+def misfits(text: str, tables: str = "") -> Iterator[tuple[int, str]]:
+    """Lines and descriptions of all in a module's text that a native FMU cannot have.
 
     `tables` is the class whose tables of ports and parameters stay out of the FMU.
     """
-    return min(misfits(parsed(text), tables), default=None)
-
-
-def misfits(tree: ast.Module, tables: str) -> Iterator[tuple[int, str]]:
-    """Lines and descriptions of everything that does not fit."""
+    tree = parsed(text)
     left_out = {line for first, last in table_lines(tree, tables) for line in range(first, last + 1)}
     # Neither documentation nor types get into C.
     silent = {id(inner) for node in ast.walk(tree) for outer in annotations(node) for inner in ast.walk(outer)}

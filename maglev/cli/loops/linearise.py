@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
-from maglev.cli.options import VALUE, Debug, Out, RigFile, pairs, value_of, with_more, with_run_options
+from maglev.cli.options import VALUE, AsJson, Debug, Out, RigFile, pairs, value_of, with_more, with_run_options
 from maglev.cli.terminal import one_line_errors, write_json
 from maglev.errors import LinearModelError, option
 from maglev.units import number_or_text, positive_time
@@ -39,9 +39,6 @@ Settle = Annotated[str, typer.Option(metavar="TIME", help="Longest time that a l
 SampleTime = Annotated[str | None, typer.Option(
     "--sample-time", metavar="TIME", help="Sample time of a controller that is given as a file; its parameter "
     "sample_time, or the step in --map, if not given.", show_default=False)]
-AsJson = Annotated[Path | None, typer.Option(
-    "--json", metavar="FILE", help="Also write the model, or poles and margins of the loop, as JSON.",
-    show_default=False)]
 
 
 def grouped(kind: Any, group: str, *flag: str, **more: Any) -> Any:

@@ -82,7 +82,8 @@ def pack(time: Array, columns: Mapping[str, NDArray[Any]], interval: float,
     quantum of the times, s, by the output interval (s); "signals": by name the number of rows, the quantum and the
     tolerance in SI; "data": Base64 of the gzipped times and values of the signals, one after the other.
     """
-    quantum = time_quantum(time, interval)
+    counts = time / interval
+    quantum = interval if np.allclose(counts, np.rint(counts), rtol=0.0, atol=1e-6) else MICROSECOND
     signals: dict[str, dict[str, float]] = {}
     data = []
     for name, tolerance in tolerances.items():
@@ -97,9 +98,3 @@ def pack(time: Array, columns: Mapping[str, NDArray[Any]], interval: float,
         data.append(encode(np.rint(values[thinned.rows] / step).astype(np.int64)))
         signals[name] = {"rows": len(thinned.rows), "quantum": step, "tolerance": thinned.tolerance}
     return {"time": quantum, "signals": signals, "data": packed(b"".join(data))}
-
-
-def time_quantum(time: Array, interval: float) -> float:
-    """Return the output interval (s) if all times (s) are multiples of it, else a microsecond."""
-    counts = time / interval
-    return interval if np.allclose(counts, np.rint(counts), rtol=0.0, atol=1e-6) else MICROSECOND
