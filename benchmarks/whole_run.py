@@ -23,7 +23,7 @@ from speed_history import WHOLE, record
 from maglev.catalogue import HOST, build
 from maglev.cosim.master import FmuSetup, Master, Recording
 from maglev.experiment.execution import completed, measured
-from maglev.experiment.preparation import Experiment, flies_apart, prepare
+from maglev.experiment.preparation import Experiment, prepare, runs_apart
 from maglev.experiment.results import write_csv, write_parquet
 from maglev.schema.loading import load_plan
 
@@ -111,7 +111,7 @@ def main() -> int:
         if asked.fmus is None:
             build([fmu.model or "" for fmu in plan.fmus.values()], folder / "native", HOST)
         experiment = prepare(plan, (asked.fmus or folder) / "native", {}, {})
-        if any(map(flies_apart, experiment.files.values())):   # in a process of its own, whose time would not count
+        if any(map(runs_apart, experiment.files.values())):   # in a process of its own, whose time would not count
             sys.exit(f"{asked.fmus}: FMUs that this installation did not build, expected those of `maglev build`")
         measurements = ways(experiment, folder)
         times: dict[str, list[float]] = {way: [] for way in measurements}

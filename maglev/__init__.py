@@ -34,12 +34,12 @@ if TYPE_CHECKING:
     from maglev.api.catalogue import build, fmus, scenarios
     from maglev.api.checking import check, update
     from maglev.api.comparing import Comparison, compare
-    from maglev.api.flown import Run
     from maglev.api.identifying import identify, write_identification
     from maglev.api.many.batch import Batch, BatchInterrupted, batch
     from maglev.api.many.studying import Study, study
     from maglev.api.many.tuning import Tuned, tune
     from maglev.api.repository import new_repository
+    from maglev.api.run import Run
     from maglev.api.running import Results, run, run_all
     from maglev.cosim.master import FmuSetup, Master, RunFailed
     from maglev.fmu_experiments.check import check_fmus
@@ -61,7 +61,7 @@ PLACES = {name: module for module, names in {
     "maglev.analysis.frequency_response": "frequency_response",
     "maglev.analysis.numerical": "NumericalLoop linearise_numerically", "maglev.analysis.response": "FrequencyResponse",
     "maglev.api.catalogue": "build fmus scenarios", "maglev.api.checking": "check update",
-    "maglev.api.comparing": "Comparison compare", "maglev.api.flown": "Run",
+    "maglev.api.comparing": "Comparison compare", "maglev.api.run": "Run",
     "maglev.api.identifying": "identify write_identification", "maglev.api.many.batch": "Batch BatchInterrupted batch",
     "maglev.api.many.studying": "Study study", "maglev.api.many.tuning": "Tuned tune",
     "maglev.api.repository": "new_repository", "maglev.api.running": "Results run run_all",

@@ -9,7 +9,7 @@ from maglev.analysis.differences import participant
 from maglev.cosim.other_process.helper import other_process
 from maglev.cosim.other_process.run import TIMEOUT
 from maglev.errors import ControllerError, FmuError
-from maglev.experiment.preparation import flies_apart
+from maglev.experiment.preparation import runs_apart
 from maglev.processes.beside import Gone, Send
 from maglev.user_controllers.source import is_class
 
@@ -24,7 +24,7 @@ def apart(function: Callable[..., Found], files: Sequence[Path], timeout: float,
     too long; ControllerError if one of the files stands for a class, which only this process knows, and another has to
     run elsewhere.
     """
-    foreign = [path for path in files if flies_apart(path)]
+    foreign = [path for path in files if runs_apart(path)]
     if not foreign:
         return function(*arguments, **options)
     for path in files:

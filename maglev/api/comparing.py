@@ -8,15 +8,15 @@ from typing import TYPE_CHECKING, Any, Unpack, cast
 
 import numpy as np
 
-from maglev.api.flown import Run
 from maglev.api.options import experiments_of
+from maglev.api.run import Run
 from maglev.api.running import say_notes
 from maglev.comparison.files import comparison_data, rows_of, write_comparison
 from maglev.comparison.table import Row
 from maglev.cosim.master import Progress, RunFailed
 from maglev.errors import FAILURES, ScenarioError, extra, in_one_line
 from maglev.experiment.chain import Ends, in_order, started
-from maglev.experiment.execution import RunResult, failed, fly, thinned
+from maglev.experiment.execution import RunResult, failed, simulate, thinned
 from maglev.experiment.preparation import Experiment, know_stage_of
 from maglev.experiment.selection import needed
 from maglev.pictures import require_matplotlib
@@ -135,7 +135,7 @@ def compare(runs: Scenario | Sequence[Run] | Mapping[str, Run], controllers: Con
         if controllers is not None or options:
             raise ScenarioError(f"{', '.join(options) or 'controllers'}: expected the name of a run to make with it, "
                                 "got runs that were made")
-        return of_flown_runs(cast("Sequence[Run] | Mapping[str, Run]", runs))
+        return comparison_of(cast("Sequence[Run] | Mapping[str, Run]", runs))
     plan = load_plan(runs)
     chosen = labelled(controllers or ())
     if not chosen:
@@ -214,7 +214,7 @@ def fly_each(experiments: Mapping[str, Experiment], watch: Watch) -> dict[str, R
     """Make runs here, one after the other, those that others start from first; one that fails leaves the others."""
     def fly_or_fail(experiment: Experiment, ends: Ends, progress: Progress) -> RunResult:
         try:
-            return fly(replace(experiment, plan=started(experiment.plan, ends)), progress)
+            return simulate(replace(experiment, plan=started(experiment.plan, ends)), progress)
         except RunFailed as error:   # what was recorded until then can be drawn
             return replace(failed(experiment, in_one_line(error)),
                            recording=thinned(error.recording, experiment.output_every()))
@@ -227,7 +227,7 @@ def fly_each(experiments: Mapping[str, Experiment], watch: Watch) -> dict[str, R
                         lambda name, why: failed(experiments[name], why), watcher, here=True)
 
 
-def of_flown_runs(runs: Sequence[Run] | Mapping[str, Run]) -> Comparison:
+def comparison_of(runs: Sequence[Run] | Mapping[str, Run]) -> Comparison:
     """Comparison of runs that were made; ScenarioError if they have other axes or references."""
     if isinstance(runs, Run):
         raise ScenarioError(f"runs: one run, {runs.name}, expected two or more in a list, or the name of a run to make")

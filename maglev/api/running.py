@@ -6,8 +6,8 @@ from functools import partial
 from pathlib import Path
 from typing import Any, Literal, Unpack
 
-from maglev.api.flown import Run
 from maglev.api.options import experiments_of
+from maglev.api.run import Run
 from maglev.cosim.master import Progress
 from maglev.errors import ScenarioError, UnknownName, nearest, option
 from maglev.experiment.execution import (
@@ -19,7 +19,7 @@ from maglev.experiment.execution import (
     require_judgeable,
     run_data,
 )
-from maglev.experiment.ports.replacement import start_values_said
+from maglev.experiment.ports.replacement import start_value_notes
 from maglev.experiment.preparation import Experiment
 from maglev.experiment.results import alone, require_parquet
 from maglev.experiment.selection import Scenarios, compared, needed, select
@@ -33,7 +33,7 @@ from maglev.report.page import write_report
 from maglev.report.plots.data import Frictionless
 from maglev.report.plots.picture import figure_of
 from maglev.report.text import as_html, claims_markdown, short_outcome, study_tables, text_of, write_outcomes
-from maglev.report.what_if import fly_frictionless
+from maglev.report.what_if import run_frictionless
 from maglev.schema.layers import Scenario
 from maglev.schema.loading import load_plan
 from maglev.schema.options import Format, RunOptions, takes_run_options
@@ -276,12 +276,12 @@ def run_all(names: Scenarios | None = None, *, out: str | Path = "results", plot
     asked = sorted((plan for plan in select(names) if names is not None or not plan.check_only),
                    key=lambda plan: not plan.own)   # a user's own runs before the thesis's
     jobs, watch, say = processors(jobs), watch or unwatched, say or warn
-    experiments = keeping(experiments_to_fly(asked, options, claims == "thesis", say, watch), every)
+    experiments = keeping(experiments_to_run(asked, options, claims == "thesis", say, watch), every)
     require_judgeable(experiments)
     say_notes(experiments, say)
     folder, by_name = folder_for(Path(out)), {experiment.plan.name: experiment for experiment in experiments}
     with alone(folder, [*by_name]):
-        flown = fly_all(experiments, folder, format, jobs, watch)
+        flown = run_experiments(experiments, folder, format, jobs, watch)
         for note in dict.fromkeys(f"{result.plan.name}: {note}" for result in flown for note in result.recording.notes):
             say(note)
         outcomes = outcomes_of(flown, asked)
@@ -291,8 +291,9 @@ def run_all(names: Scenarios | None = None, *, out: str | Path = "results", plot
             files.append(folder / "claims.md")
             write_whole(files[-1], claims_markdown(flown, verdicts, outcomes))
         if page:
-            again = fly_frictionless(experiments, verdicts if what_if and page != "run" else {}, lambda runs: fly_all(
-                runs, folder_for(folder / "without-friction"), format, jobs, watch),
+            again = run_frictionless(
+                experiments, verdicts if what_if and page != "run" else {},
+                lambda runs: run_experiments(runs, folder_for(folder / "without-friction"), format, jobs, watch),
                 lambda runs: outcomes_of(runs, asked))
             files.append(folder / (f"{asked[0].name}.html" if page == "run" and len(asked) == 1 else "report.html"))
             write_report(files[-1], flown, {**verdicts, **again.verdicts}, outcomes,
@@ -312,7 +313,7 @@ def keeping(experiments: Sequence[Experiment], every: int | None) -> list[Experi
         update={"output_interval": every * experiment.step})) for experiment in experiments]
 
 
-def experiments_to_fly(asked: Sequence[RunPlan], options: RunOptions, thesis: bool, say: Say, watch: Watch
+def experiments_to_run(asked: Sequence[RunPlan], options: RunOptions, thesis: bool, say: Say, watch: Watch
                        ) -> list[Experiment]:
     """Runs that were asked for, those that their claims compare with, and those that these start from, made ready.
 
@@ -362,7 +363,8 @@ def outcomes_of(runs: Sequence[RunResult], asked: Sequence[RunPlan]) -> list[Out
     return evaluate_all(runs, {plan.name for plan in asked})
 
 
-def fly_all(experiments: Sequence[Experiment], out: Path, form: Format, jobs: int, watch: Watch) -> list[RunResult]:
+def run_experiments(experiments: Sequence[Experiment], out: Path, form: Format, jobs: int,
+                    watch: Watch) -> list[RunResult]:
     """Make a single run here, several in processes; each leaves its columns."""
     with watch([experiment.plan.name for experiment in experiments]) as watcher:
         if len(experiments) == 1:
@@ -391,7 +393,7 @@ def say_notes(experiments: Iterable[Experiment], say: Say) -> None:
     for experiment in experiments:
         if experiment.put_in and not experiment.fits():
             continue   # refused when it runs: what it would have started with is no news
-        sentences += start_values_said(experiment.plan, experiment.files, experiment.left_out, experiment.put_in)
+        sentences += start_value_notes(experiment.plan, experiment.files, experiment.left_out, experiment.put_in)
         sentences += experiment.notes
     for sentence in dict.fromkeys(sentences):
         say(sentence)

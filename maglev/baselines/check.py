@@ -45,7 +45,7 @@ def check_run(experiment: Experiment, baselines: Path, ends: Ends, progress: Pro
         experiment = replace(experiment, plan=started(plan, ends).model_copy(update={"stop_time": end}))
         baseline = without(baseline, experiment.not_compared)
         units = experiment.units(baseline.columns)
-        recording = flown(experiment, baseline.stop_time, progress)
+        recording = recorded_to(experiment, baseline.stop_time, progress)
         same = exact and digest_of(recording.time, recording.columns) == baseline.digest
         deviation = first_deviation(baseline, recording)
         differences = worst(baseline, recording)
@@ -93,7 +93,7 @@ def of_allowed(nearest: Closest, unit: str) -> str:
     return f"{difference} of {allowed} {chosen}".rstrip()
 
 
-def flown(experiment: Experiment, end: float, progress: Progress | None) -> Recording:
+def recorded_to(experiment: Experiment, end: float, progress: Progress | None) -> Recording:
     """Recording of a run; also of one that an FMU ends, if that is after the end of the baseline (s)."""
     try:
         return experiment.run(progress)

@@ -61,7 +61,7 @@ class RunResult:
         return self.provenance is not None and self.provenance.modified
 
 
-def fly(experiment: Experiment, progress: Progress | None = None) -> RunResult:
+def simulate(experiment: Experiment, progress: Progress | None = None) -> RunResult:
     """Run an experiment and measure it; errors as of `execute`, and no files."""
     recording = experiment.run(progress)
     return replace(completed(experiment, recording), metrics=measured(experiment.plan, recording))

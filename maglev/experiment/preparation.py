@@ -196,16 +196,16 @@ class Experiment:
         """
         descriptions = self.check()
         try:
-            return self.flown(self.drives(descriptions), progress, complete)
+            return self.recorded(self.drives(descriptions), progress, complete)
         except RunFailed as failure:
             ranges = {name: description for name, description in descriptions.items()
                       if name not in self.ports or not self.ports[name].ports}   # in the run's units
             raise after_departure(failure, ranges, self.connections) from failure
 
-    def flown(self, drives: Drives, progress: Progress | None, complete: Complete) -> Recording:
+    def recorded(self, drives: Drives, progress: Progress | None, complete: Complete) -> Recording:
         """The recording; RunFailed as of `Master`."""
         setups, connections, stop_time = self.setups(), self.connections, self.plan.stop_time
-        apart = [f"{name} ({path.name})" for name, path in self.files.items() if flies_apart(path)]
+        apart = [f"{name} ({path.name})" for name, path in self.files.items() if runs_apart(path)]
         for path in self.files.values() if apart else ():
             if is_class(path):
                 raise ControllerError(f"{path}: was given as a class, which runs in this process alone, but "
@@ -284,7 +284,7 @@ def in_place(plan: RunPlan, files: Mapping[str, Path], replaced: Mapping[str, Re
     A file that the scenario names is as foreign as one that is asked for: its parameters are its own, too.
     """
     own_files = {name: Replacement(files[name]) for name, fmu in plan.fmus.items()
-                 if fmu.inherited or (fmu.file is not None and flies_apart(files[name]))}
+                 if fmu.inherited or (fmu.file is not None and runs_apart(files[name]))}
     known_replacements = {}
     for name, replacement in {**own_files, **replaced}.items():
         known_participant(plan, option(name), name)
@@ -324,7 +324,7 @@ def samples(name: str, file: Path) -> bool:
             and not read_description(name, file).coSimulation.canHandleVariableCommunicationStepSize)
 
 
-def flies_apart(file: Path) -> bool:
+def runs_apart(file: Path) -> bool:
     """Whether it runs in a process of its own: an FMU that is not ours, a Python file; not a class, which has none."""
     return is_foreign(file) or (is_written(file) and not is_class(file))
 

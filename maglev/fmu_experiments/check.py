@@ -20,7 +20,7 @@ from maglev.cosim.other_process.run import TIMEOUT
 from maglev.errors import FAILURES, FmuError, in_one_line, nearest
 from maglev.experiment.chain import in_order
 from maglev.fmu_experiments.carried import CarriedExperiment, File, carried_experiments
-from maglev.fmu_experiments.flight import Times, fly
+from maglev.fmu_experiments.simulation import Times, simulate
 from maglev.fmu_experiments.tables import (
     TEXTS,
     TOLERANCE,
@@ -124,7 +124,7 @@ def check_experiment(name: str, path: Path, experiment: CarriedExperiment,
         lacking = missing_times(expected.time, flight)
         if not partial:
             require_whole(experiment.results, expected, lacking, variables)
-        result, said = fly(path, description, flight,
+        result, said = simulate(path, description, flight,
                            start_values(experiment.parameters, variables) if experiment.parameters else {},
                            input_array(experiment.inputs, variables) if experiment.inputs else None,
                            list(expected.values), progress)

@@ -24,13 +24,13 @@ def left_out(recording: MotionRecording, rows: Sequence[RowData], delayed: Calla
     `again` found `found` in the rows; `delayed` is what the velocities have gone through, of signals with shape (n, m).
     """
     bound = dict.fromkeys(constants, 0.0)
-    for changed in with_each_effect(recording, rows, delayed):
+    for changed in rows_by_effect(recording, rows, delayed):
         for name, value in again(changed).items():
             bound[name] += abs(value - constants[name])
     return bound
 
 
-def with_each_effect(recording: MotionRecording, rows: Sequence[RowData],
+def rows_by_effect(recording: MotionRecording, rows: Sequence[RowData],
                      delayed: Callable[[Array], Array]) -> Iterator[list[RowData]]:
     """The rows of models that have one of the effects, each in turn, as far as the stage has it."""
     described = recording.rig.described

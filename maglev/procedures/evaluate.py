@@ -54,16 +54,16 @@ def judge_procedure(outcome: Outcome) -> list[ClaimResult]:
 
 def measured(claim: ProcedureClaim, outcome: Outcome) -> Sides:
     """Values that a claim is about and, if it is comparative, their mean and that of those it compares with."""
-    here = found_at(claim, outcome, claim.epsilon, claim.gaps)
+    here = values_at(claim, outcome, claim.epsilon, claim.gaps)
     than = claim.than
     if than is None:
         return here or None, None
-    there = found_at(claim, outcome, claim.epsilon if than.epsilon is None else than.epsilon,
+    there = values_at(claim, outcome, claim.epsilon if than.epsilon is None else than.epsilon,
                      claim.gaps if than.gaps is None else than.gaps)
     return mean_of(here), mean_of(there)
 
 
-def found_at(claim: ProcedureClaim, outcome: Outcome, epsilon: float | None,
+def values_at(claim: ProcedureClaim, outcome: Outcome, epsilon: float | None,
              gaps: GapRange | None) -> list[MeasuredValue]:
     """Values that a claim is about, at ε (s), in a range of gaps (m); None for all."""
     return [MeasuredValue(value.value) for value in outcome.values

@@ -22,7 +22,7 @@ from maglev.judging.verdicts import (
     those_that_count,
 )
 from maglev.procedures.outcome import Outcome
-from maglev.report.findings import found_anchor, has_text, procedure_anchor
+from maglev.report.findings import has_text, procedure_anchor, tables_anchor
 from maglev.report.plots.charts import ShownChart
 from maglev.report.plots.figures import Shown, anchor, rig_name
 from maglev.report.plots.marks import FIGURE_LIST, FIGURE_NUMBER, cited_figures
@@ -75,7 +75,7 @@ def message(judgements: Judgements) -> str:
                if friction else "") + "</p>")
 
 
-def told_first(results: Sequence[RunResult], judgements: Judgements) -> list[RunResult]:
+def summarised_runs(results: Sequence[RunResult], judgements: Judgements) -> list[RunResult]:
     """Runs of which the head of a report says what came of them: all where it has few, or else none."""
     told = [result for result in results if result.metrics is not None and is_listed(result, judgements)]
     return told if len(told) <= MOST_TOLD else []
@@ -85,7 +85,7 @@ def run_sentences(results: Sequence[RunResult], judgements: Judgements) -> str:
     """What came of each run, in a sentence, where a report has few of them."""
     return "".join(f'<p class="said"><strong>{escape(result.plan.name)}</strong>: '
                    f"{escape(sentence(result, judgements.get(result.plan.name, ())))}.</p>"
-                   for result in told_first(results, judgements))
+                   for result in summarised_runs(results, judgements))
 
 
 def verdict_options(judgements: Judgements) -> str:
@@ -188,7 +188,7 @@ def procedure_group(outcome: Outcome, claims: Sequence[ClaimResult], shown: Sequ
     charts = [chart for chart in shown if isinstance(chart, ShownChart) and chart.outcome is outcome]
     links = figure_links(charts)
     if has_text(outcome):
-        links.append(f'<a href="#{found_anchor(name)}">{"Tables" if outcome.tables else "Notes"}</a>')
+        links.append(f'<a href="#{tables_anchor(name)}">{"Tables" if outcome.tables else "Notes"}</a>')
     return claim_group(procedure_anchor(name), name, outcome.settings.title, "", links,
                        claim_rows(name, claims, [*charts, *shown]), rig_name(name))
 

@@ -15,7 +15,7 @@ def procedure_anchor(name: str) -> str:
     return anchor("procedure", name)
 
 
-def found_anchor(name: str) -> str:
+def tables_anchor(name: str) -> str:
     """Anchor of a procedure's tables."""
     return anchor("found", name)
 
@@ -36,7 +36,7 @@ def findings_section(outcomes: Iterable[Outcome]) -> str:
 def findings(outcome: Outcome) -> str:
     """Tables and notes of one procedure."""
     settings = outcome.settings
-    identity = f'id="{found_anchor(settings.name)}" data-rig="{rig_name(settings.name)}"'
+    identity = f'id="{tables_anchor(settings.name)}" data-rig="{rig_name(settings.name)}"'
     notes = "".join(f"<li>{escape(note)}</li>" for note in outcome.notes)
     return (f'<article {identity}><h3>{escape(settings.title)}</h3>'
             f'<p class="origin"><a href="#{procedure_anchor(settings.name)}">{escape(settings.name)}</a></p>\n'

@@ -62,7 +62,7 @@ def report_page(results: Sequence[RunResult], judgements: Judgements, outcomes: 
             "moving": films, "maps": {place: outcome_map for kind, of_rigs in maps.items()
                                       for rig, of_rig in of_rigs.items()
                                       for place, outcome_map in outcome_maps.maps_data(kind, rig, of_rig).items()}}
-    told = {run.plan.name for run in claim_table.told_first(results, judgements)}
+    told = {run.plan.name for run in claim_table.summarised_runs(results, judgements)}
     message = claim_table.run_sentences(results, judgements) + claim_table.message(judgements)
     return shell.page(
         "report", escape(title), message, read("style.css"), read("page.html"),

@@ -14,7 +14,7 @@ from maglev.schema.run_plan import StartValue
 
 FRICTION = (".friction.coulomb", ".friction.viscous")   # ends of the names of its parameters, of every axis
 
-Fly = Callable[[list[Experiment]], list[RunResult]]
+RunAll = Callable[[list[Experiment]], list[RunResult]]
 Evaluate = Callable[[list[RunResult]], list[Outcome]]
 
 
@@ -26,7 +26,7 @@ class Again(NamedTuple):
     verdicts: Judgements
 
 
-def fly_frictionless(experiments: Sequence[Experiment], verdicts: Judgements, fly: Fly,
+def run_frictionless(experiments: Sequence[Experiment], verdicts: Judgements, run_all: RunAll,
                      evaluate: Evaluate) -> Again:
     """Run again, of experiments that were run, what claims rest on that were missed and whose reasons blame friction.
 
@@ -34,7 +34,7 @@ def fly_frictionless(experiments: Sequence[Experiment], verdicts: Judgements, fl
     """
     blamed = {name: missed for name, claims in verdicts.items() if (missed := blames(claims, "friction"))}
     again = [without_friction(experiment) for experiment in with_needed(experiments, blamed)]
-    runs = fly(again) if again else []
+    runs = run_all(again) if again else []
     outcomes = [outcome for outcome in evaluate(runs) if outcome.settings.name in blamed] if runs else []
     metrics = {result.plan.name: result.metrics for result in runs}
     judged = {result.plan.name: judge_run(result.plan.claims, result.metrics, metrics) for result in runs

@@ -69,13 +69,13 @@ def extended(layer: Layer, extending: tuple[Path, ...] = ()) -> list[Layer]:
         if table.get("signals") == SETPOINTS:
             layer.table["signals"] = setpoint_signals(rig)
     for base in bases:
-        layers += read_layers(found_base(path, base), (*extending, path))
+        layers += read_layers(extended_file(path, base), (*extending, path))
         if len(layers) > MOST_LAYERS:
             raise ScenarioError(f"{path}: extends: more than {MOST_LAYERS} files on all its paths, expected fewer")
     return [*layers, layer]
 
 
-def found_base(path: Path, base: str) -> Path:
+def extended_file(path: Path, base: str) -> Path:
     """File that a file extends: beside it, or else among those of the package, such as "loops/3dof.toml"."""
     beside = (path.parent / base).resolve()
     packaged = [folder / base for folder in (PACKAGED, *(PACKAGED / rig for rig in RIGS))]

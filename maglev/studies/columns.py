@@ -60,10 +60,10 @@ def columns_of(known: Mapping[str, tuple[float, str]], asked: Iterable[str] | No
     kept but those of single steps. `origin` is what refusals name.
     """
     names = [name for name in known if AT_STEP not in name] if asked is None else [
-        *EVENTS, *(name for pattern in asked for name in meant(known, pattern, f"{origin}: metrics"))]
+        *EVENTS, *(name for pattern in asked for name in metric_names(known, pattern, f"{origin}: metrics"))]
     bounds: dict[str, tuple[float, float]] = {}
     for pattern, limit in limits.items():
-        for name in meant(known, pattern, f"{origin}: limits"):
+        for name in metric_names(known, pattern, f"{origin}: limits"):
             unit = known[name][1] or "1"
             with refused_as(ScenarioError, f"{origin}: limits.{pattern}"):
                 low, high = (default if given is None else parse_quantity(given.written, unit)
@@ -76,7 +76,7 @@ def columns_of(known: Mapping[str, tuple[float, str]], asked: Iterable[str] | No
     return [Column(name, known[name][1], *bounds.get(name, (-inf, inf))) for name in dict.fromkeys([*names, *bounds])]
 
 
-def meant(known: Mapping[str, object], asked: str, origin: str) -> list[str]:
+def metric_names(known: Mapping[str, object], asked: str, origin: str) -> list[str]:
     """Names that a name means; ScenarioError with the nearest if there is none."""
     with refused_as(ScenarioError, f"{origin}: {asked!r}"):
         name = BAND.sub(lambda band: as_named(band[0]), asked)

@@ -169,7 +169,7 @@ class StudyFile(Table):
 
     @field_validator("vary")
     @classmethod
-    def each_once(cls, vary: list[Varied]) -> list[Varied]:
+    def unique_targets(cls, vary: list[Varied]) -> list[Varied]:
         """Refuse two that have one name or set the same."""
         columns: dict[str, int] = {}
         targets: dict[str, int] = {}

@@ -11,7 +11,7 @@ from maglev.errors import ScenarioError
 from maglev.experiment.execution import expected
 from maglev.experiment.preparation import Experiment
 from maglev.linear.design import gains_of
-from maglev.studies.columns import Column, columns_of, meant, named_values
+from maglev.studies.columns import Column, columns_of, metric_names, named_values
 from maglev.studies.design import samples
 from maglev.studies.flying.content import code_of_package
 from maglev.studies.flying.samples import Job
@@ -176,7 +176,7 @@ def plan_tuning(tuning: TuneFile, experiment: Experiment, origin: str) -> Planne
     unknowns = unknowns_of(tuning, omega0)
     varied = [*tuning.vary, *(Varied.model_construct(set=[name], kind="list") for name in unknowns.names)]
     # Values to search with are no grid beside what varies of the plants: only its targets are asked for.
-    targets = targets_of(StudyFile.model_construct(vary=once_each(varied, origin)), experiment, origin)
+    targets = targets_of(StudyFile.model_construct(vary=set_once(varied, origin)), experiment, origin)
     searched = [target for target in targets if target.column >= len(tuning.vary)]
     ends = np.array([unknowns.parameters(np.array(end)) for end in zip(*unknowns.bounds, strict=True)])
     target_values([replace(target, column=i) for i, target in enumerate(searched)], ends, origin)
@@ -197,7 +197,7 @@ def plan_tuning(tuning: TuneFile, experiment: Experiment, origin: str) -> Planne
                          fresh, native)
 
 
-def once_each(varied: list[Varied], origin: str) -> list[Varied]:
+def set_once(varied: list[Varied], origin: str) -> list[Varied]:
     """What varies and what is searched; ScenarioError if something is set twice."""
     seen: set[str] = set()
     for name in (name for entry in varied for name in entry.set):
@@ -210,7 +210,7 @@ def once_each(varied: list[Varied], origin: str) -> list[Varied]:
 def numbers(columns: list[Column], known: dict[str, tuple[float, str]], asked: list[str],
             origin: str) -> tuple[int, ...]:
     names = [column.name for column in columns]
-    return tuple(names.index(name) for pattern in asked for name in meant(known, pattern, origin))
+    return tuple(names.index(name) for pattern in asked for name in metric_names(known, pattern, origin))
 
 
 def plants_of(study: StudyFile | None, targets: list[Target], origin: str) -> Array:

@@ -26,7 +26,7 @@ def gains_toml(tuning: TuneFile, result: SearchResult) -> str:
     return "\n".join(lines) + "\n"
 
 
-def show_found(console: Console, tuning: TuneFile, cost: Cost, result: SearchResult) -> None:
+def show_result(console: Console, tuning: TuneFile, cost: Cost, result: SearchResult) -> None:
     """Print the metrics before and after, on the plants of the search and on fresh ones, and the parameters."""
     console.print(f"[bold]{tuning.name}[/bold]: {tuning.title or tuning.scenario}", highlight=False)
     groups = [(f"searched, {len(result.before)} plants", result.before, result.after)]

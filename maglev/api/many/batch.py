@@ -9,9 +9,9 @@ from typing import Any, Unpack
 import numpy as np
 import numpy.typing as npt
 
-from maglev.api.flown import Run
 from maglev.api.many.studying import made_ready
-from maglev.api.running import run as fly
+from maglev.api.run import Run
+from maglev.api.running import run as rerun
 from maglev.errors import Interrupted, UnknownName, extra, name_of, nearest, signal_of
 from maglev.processes import processors
 from maglev.processes.side_by_side import Say, Watch, unwatched, warn
@@ -85,7 +85,7 @@ class Batch:
 
         if not 0 <= sample < len(self):
             raise UnknownName(f"there is no sample {sample}, expected 0 to {len(self) - 1}")
-        return fly(**options_of(self.about, {name: values[sample].item() for name, values in self.settings.items()}))
+        return rerun(**options_of(self.about, {name: values[sample].item() for name, values in self.settings.items()}))
 
 
 def in_memory(given: Any) -> Any:

@@ -8,9 +8,9 @@ from importlib import import_module
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Unpack, cast
 
-from maglev.api.flown import Run
 from maglev.api.options import experiments_of
-from maglev.api.running import run as fly
+from maglev.api.run import Run
+from maglev.api.running import run as rerun
 from maglev.api.running import say_notes
 from maglev.catalogue.for_runs import compiles
 from maglev.errors import MaglevError, ScenarioError, UnknownName, extra, option, shortened
@@ -105,7 +105,7 @@ class Study:
         """A sample run again as `maglev.run` does it, with everything recorded: the same bits."""
         from maglev.studies.page.again import options_of
 
-        return fly(**options_of(self.about, self.row(sample)))
+        return rerun(**options_of(self.about, self.row(sample)))
 
     def row(self, sample: int) -> dict[str, Any]:
         """A sample's row of the dataset; UnknownName if there is none of the number."""

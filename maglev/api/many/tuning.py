@@ -40,9 +40,9 @@ class Tuned:
 
     def show(self, console: Any) -> None:
         """Print it on a console of rich."""
-        from maglev.tuning.text import show_found
+        from maglev.tuning.text import show_result
 
-        show_found(console, self.planned.tuning, self.planned.cost, self.found)
+        show_result(console, self.planned.tuning, self.planned.cost, self.found)
 
 
 @takes_run_options("timeout", "parameters")

@@ -139,7 +139,7 @@ class Reporter(Observer):
         return next(i for i, array in enumerate(self.arrays) if array is track.array)
 
 
-def fly(folder: Path, job: Job, send: Send) -> None:
+def run_and_report(folder: Path, job: Job, send: Send) -> None:
     """Do a run in this process, recorded into a folder, and send reports."""
     observer = Reporter(folder, send)
     try:
@@ -166,7 +166,7 @@ def run_apart(job: Job, progress: Progress | None = None, timeout: float = TIMEO
     """
     with other_process() as (beside, folder):
         (folder / COUNTER).write_bytes(bytes(8))
-        beside.ask(partial(fly, folder, job))
+        beside.ask(partial(run_and_report, folder, job))
         return Follower(job, folder, beside, timeout).follow(progress, complete)
 
 

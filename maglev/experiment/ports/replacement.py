@@ -100,7 +100,7 @@ def given_and_left_out(plan: RunPlan, name: str, replacement: Replacement,
     return {variable: value for variable, value in {**theirs, **own}.items() if variable not in left_out}, left_out
 
 
-def start_values_said(plan: RunPlan, files: Mapping[str, Path], left_out: Mapping[str, str],
+def start_value_notes(plan: RunPlan, files: Mapping[str, Path], left_out: Mapping[str, str],
                       put_in: Sequence[str]) -> Iterator[str]:
     """Sentences about the start values that FMUs in the place of others get, and those that they do not get.
 

@@ -182,14 +182,14 @@ def test_unknown_fmu(tmp_path: Path) -> None:
 def test_folder_that_cannot_be_written_is_refused_before_the_run(fmus: Path, short: Path, tmp_path: Path,
                                                                   monkeypatch: pytest.MonkeyPatch) -> None:
     (tmp_path / "file").write_text("")
-    monkeypatch.setattr("maglev.api.running.fly_all", lambda *_: pytest.fail("it ran"))
+    monkeypatch.setattr("maglev.api.running.run_experiments", lambda *_: pytest.fail("it ran"))
     assert "file" in error_line(maglev("run", short, "--fmus", fmus, "--out", tmp_path / "file"))
 
 
 def test_plot_without_matplotlib_is_refused_before_the_run(fmus: Path, short: Path, tmp_path: Path,
                                                             monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr("maglev_files.extras.find_spec", lambda _: None)
-    monkeypatch.setattr("maglev.api.running.fly_all", lambda *_: pytest.fail("it ran"))
+    monkeypatch.setattr("maglev.api.running.run_experiments", lambda *_: pytest.fail("it ran"))
     assert "needs matplotlib" in error_line(maglev("run", short, "--fmus", fmus, "--out", tmp_path, "--plot"))
 
 

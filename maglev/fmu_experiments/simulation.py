@@ -30,7 +30,7 @@ class Times(NamedTuple):
     tolerance: float | None
 
 
-def fly(path: Path, description: ModelDescription, times: Times, parameters: Mapping[str, str],
+def simulate(path: Path, description: ModelDescription, times: Times, parameters: Mapping[str, str],
         inputs: npt.NDArray[Any] | None, outputs: list[str], progress: Progress) -> tuple[npt.NDArray[Any], str]:
     """What an FMU gives at the communication points, with the column time, and what it has said.
 
