@@ -9,12 +9,10 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
+from maglev.arrays import Array
 from maglev.errors import CsvError, nearest, nearest_file, shortened
 from maglev_files.belonging import stranger
-
-Array = NDArray[np.float64]
 
 
 @dataclass(frozen=True)

@@ -5,13 +5,13 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import get_args
 
-from maglev.catalogue import Kind, Watch, build_written, unwatched, without_step_loop
+from maglev.catalogue import Kind, build_written, unwatched, without_step_loop
 from maglev.catalogue import build as build_named
 from maglev.catalogue.shipped import take_native
 from maglev.errors import ScenarioError, option
 from maglev.own_fmus import DEFINITIONS, SYSTEMS, definition, kind_folder
 from maglev.own_stage.adoption import know_stage
-from maglev.processes.side_by_side import warn
+from maglev.processes.side_by_side import Progress, warn
 from maglev.schema.layers import merged, packaged_files, run_layers
 from maglev.schema.options import KindName, formerly
 from maglev.stages import STAGES, definitions, system_of
@@ -82,7 +82,7 @@ def scenarios() -> list[RunEntry]:
 def build(names: Iterable[Given] | Given = (), *, stage: str | Path | None = None,
           fmus: str | Path = "fmus", kind: KindName = "python", fmi: int = 2, target: str = "all",
           source: str | Path | None = None, clocked: bool = False, say: Callable[[str], None] | None = None,
-          watch: Watch = unwatched) -> list[Path]:
+          watch: Progress = unwatched) -> list[Path]:
     """Build FMUs from the blocks; the same sources give the same bytes.
 
     Parameters

@@ -11,6 +11,7 @@ from typing import Any, NamedTuple, TypeAlias
 import numpy as np
 import numpy.typing as npt
 
+from maglev.arrays import Array
 from maglev.baselines.digest import Digest, digest_of, read_digest, write_digest
 from maglev.cosim.master import Recording
 from maglev.csv_table import CsvTable, is_finite, read_csv
@@ -19,8 +20,6 @@ from maglev.schema.run_plan import RunPlan
 from maglev.time_grid import ON_GRID, whole_steps
 from maglev.units import refused_as
 from maglev_files.whole_file import whole_file
-
-Array: TypeAlias = npt.NDArray[np.float64]
 
 LARGEST_FILE = 1_000_000   # bytes: baselines are committed
 

@@ -6,7 +6,8 @@ from typing import NamedTuple
 
 import numpy as np
 
-from maglev.baselines.baseline import Array, Baseline, Tolerance, recorded
+from maglev.arrays import Array
+from maglev.baselines.baseline import Baseline, Tolerance, recorded
 from maglev.cosim.master import Recording
 from maglev.errors import BaselineError
 from maglev.time_grid import ON_GRID

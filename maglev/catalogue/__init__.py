@@ -18,6 +18,7 @@ from maglev.own_fmus import SYSTEM_STOP, definition, project
 from maglev.own_stage.loop import loop_table
 from maglev.packages import PACKAGES
 from maglev.processes import processors
+from maglev.processes.side_by_side import Progress
 from maglev.schema.layers import PACKAGED
 from maglev.stages import STAGES
 from maglev.user_controllers.blocks import BUILT, Block
@@ -27,8 +28,7 @@ from maglev_files.cache import PLACE, cache_folder, digest_of
 from maglev_files.programs import programs_side_by_side
 from maglev_files.whole_file import whole_files
 
-Watch = Callable[[int, int], None]               # told how many of how many are done
-Make = Callable[[FmuDefinition, Path], Path]     # builds one into a folder, and gives the path of its file
+Make = Callable[[FmuDefinition, Path], Path]   # builds one into a folder, and gives the path of its file
 
 
 class Kind(NamedTuple):
@@ -110,7 +110,7 @@ def unwatched(_done: int, _number: int) -> None:
 
 
 @build_errors()
-def build(names: Iterable[str], folder: Path, kind: Kind = PYTHON, watch: Watch = unwatched) -> list[Path]:
+def build(names: Iterable[str], folder: Path, kind: Kind = PYTHON, watch: Progress = unwatched) -> list[Path]:
     """Build FMUs, and systems of them, into a folder; returns their paths.
 
     With native ones comes the C loop that steps them on this machine; WebAssembly modules come with their descriptions,

@@ -11,6 +11,7 @@ import numpy as np
 import numpy.typing as npt
 from fmpy.model_description import ModelDescription, ScalarVariable
 
+from maglev.arrays import Array
 from maglev.baselines.baseline import Tolerance
 from maglev.baselines.check import deviation_text
 from maglev.baselines.deviation import Deviation, WorstDifference, first_beyond, largest
@@ -24,7 +25,6 @@ from maglev.fmu_experiments.simulation import Times, simulate
 from maglev.fmu_experiments.tables import (
     TEXTS,
     TOLERANCE,
-    Array,
     input_array,
     numbers,
     options,

@@ -3,20 +3,19 @@
 import csv
 import io
 from collections.abc import Mapping, Sequence
-from typing import Any, TypeAlias
+from typing import Any
 
 import numpy as np
 import numpy.typing as npt
 from fmpy.model_description import ScalarVariable
 
 from fmi_export.parameter_set import parameters_in
+from maglev.arrays import Array
 from maglev.baselines.baseline import Tolerance, option_rows
 from maglev.csv_table import is_finite
 from maglev.errors import FmuError, nearest, shortened
 from maglev.fmu_experiments.carried import File, parsed
 from maglev.parameter import REALS, require_parameter
-
-Array: TypeAlias = npt.NDArray[np.float64]
 
 TEXTS = ("String", "Binary", "Clock")   # fmpy records none of these
 BOOLEANS = {"true": 1.0, "false": 0.0}

@@ -5,6 +5,7 @@ from pathlib import Path
 
 import numpy as np
 
+from maglev.analysis.pair import Settings
 from maglev.errors import StabilityError
 from maglev.experiment.preparation import prepare
 from maglev.linear.equilibrium import read_positions
@@ -21,8 +22,6 @@ BEFORE = 1.0            # s, at rest before the step
 HELD = 1e-3             # m, error at the end that counts as held, as in the scenarios; of a tilt at the outermost motor
 NEAR_STOP = 0.5e-3      # m, that a run begins away from a stop
 HALVINGS = 7
-
-Settings = Mapping[str, Quantity | bool]
 
 
 class Flights(Flight):

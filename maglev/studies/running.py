@@ -6,14 +6,12 @@ from functools import partial
 from pathlib import Path
 
 from maglev.errors import Interrupted, ScenarioError, name_of, option, signal_of
+from maglev.processes.side_by_side import Progress, Say
 from maglev.studies.dataset import as_bytes, is_as_written, merge, metadata_of, trajectories_schema, trajectories_table
 from maglev.studies.flying.batches import Fly, flyers
 from maglev.studies.flying.samples import Batch, Flown
 from maglev.studies.parts import Parts
 from maglev.studies.planning import PlannedStudy
-
-Watcher = Callable[[int, int], None]   # samples done, samples in all
-Say = Callable[[str], None]
 
 
 def trajectories_path(path: Path) -> Path:
@@ -22,7 +20,7 @@ def trajectories_path(path: Path) -> Path:
 
 
 def run_study(planned: PlannedStudy, out: Path, jobs: int, scheduler: str | None, resume: bool,
-              watch: Watcher, say: Say, device: str = "cpu") -> Path:
+              watch: Progress, say: Say, device: str = "cpu") -> Path:
     """Fly a study; returns the path of its dataset.
 
     While it goes on, `NAME.parts` holds what is done. `NAME.trajectories.parquet` has what is kept of trajectories.
@@ -37,7 +35,7 @@ def run_study(planned: PlannedStudy, out: Path, jobs: int, scheduler: str | None
 
 
 def fly(planned: PlannedStudy, parts: Parts, path: Path, who: Callable[[], AbstractContextManager[Fly]], resume: bool,
-        watch: Watcher, say: Say) -> Path:
+        watch: Progress, say: Say) -> Path:
     """Have what is not done yet flown by `who`, and merge all; other arguments and errors as of `run_study`."""
     samples, job = len(planned.values), planned.job
     schema = trajectories_schema(job, planned.units, planned.layout.about) if job.kept else None

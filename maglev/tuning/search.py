@@ -13,13 +13,11 @@ from scipy.stats import qmc
 
 from maglev.arrays import Array
 from maglev.errors import Interrupted, MaglevError, ScenarioError, name_of, option, signal_of
+from maglev.processes.side_by_side import Progress, Say
 from maglev.studies.flying.batches import Fly, batches_of
 from maglev.studies.flying.samples import Flown
 from maglev.studies.parts import Parts
 from maglev.tuning.planning import PlannedTuning
-
-Watcher = Callable[[int, int], None]   # runs done, runs in all
-Say = Callable[[str], None]
 
 
 @dataclass(frozen=True)
@@ -38,7 +36,7 @@ class SearchResult:
 class Search:
     """A planned tuning; `parts` keep the metrics of all runs by what was run."""
 
-    def __init__(self, planned: PlannedTuning, fly_batches: Fly, parts: Parts, watch: Watcher):
+    def __init__(self, planned: PlannedTuning, fly_batches: Fly, parts: Parts, watch: Progress):
         self.planned = planned
         self.fly_batches = fly_batches
         self.parts = parts
@@ -100,7 +98,7 @@ class Search:
 
 
 def search(planned: PlannedTuning, parts: Parts, who: Callable[[], AbstractContextManager[Fly]], resume: bool,
-           watch: Watcher, say: Say) -> SearchResult:
+           watch: Progress, say: Say) -> SearchResult:
     """Search, with the samples run by `who`.
 
     While it goes on, the folder of `parts` holds every generation that is done: the search takes the same course again,

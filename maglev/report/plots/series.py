@@ -11,9 +11,9 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from maglev.arrays import Array
 from maglev.pages.shell import packed
 
-Array = NDArray[np.float64]
 Rows = NDArray[np.intp]
 
 QUANTA = 4             # of a value per tolerance, so that rounding adds an eighth of it

@@ -13,13 +13,12 @@ import numpy as np
 from numpy.typing import NDArray
 from pydantic import BeforeValidator, Field, PrivateAttr, ValidationInfo, field_validator, model_validator
 
+from maglev.arrays import Array
 from maglev.csv_table import read_csv
 from maglev.errors import CsvError, QuantityError, nearest
 from maglev.schema.toml_table import Radians, Seconds, Table, ValueKind, key_refused
 from maglev.units import Unit, known_unit, parse_quantity, read_quantity, scaled, si_unit, split_text
 from maglev.waves import sines_cosines
-
-Array = NDArray[np.float64]
 
 IN_UNIT = ("level", "values", "offset", "terms")   # fields of signals whose numbers are in the unit of the signal
 
