@@ -12,7 +12,7 @@ from collections.abc import Collection, Iterable, Iterator, Mapping, Sequence
 from ctypes import CDLL, POINTER, Array, Structure, addressof, byref, c_double, c_int64, c_void_p, create_string_buffer
 from math import inf
 from pathlib import Path
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 from fmpy import sharedLibraryExtension
 
@@ -22,6 +22,7 @@ from fmi_export.native.compiler import FLAGS, library
 from fmi_export.native.shells import SHELLS
 from fmi_export.native.translation import literal
 from fmi_export.user_classes.trouble import OWN
+from maglev.cosim.blocks.common_beginning import Common
 from maglev.cosim.fmu import Fmu
 from maglev.cosim.step_loop import in_c
 from maglev.cosim.wires.wiring import Call, Track, Wiring
@@ -31,8 +32,10 @@ from maglev_files.cache import BLOCK_LOOPS, Kept, keep, kept, key_of
 
 LIBRARY = f"maglev_block_loop{sharedLibraryExtension}"
 FUNCTION = "maglev_whole_run"
-RUN_FILE, LOOP_FILE = "whole_run.h", "loop.c"   # the run, which needs no FMU, and over it what takes FMUs' instances
-DONE, REFUSED, ENDED = range(3)   # what the function returns
+INLINED = ("-Dnoinline=always_inline", "-mllvm", "-inline-threshold=1000000")   # a call would put blocks into memory
+# The run, which needs no FMU, over it how it begins with FMUs' instances, and the function that does both.
+RUN_FILE, LOOP_FILE, FUNCTION_FILE = "whole_run.h", "loop.c", "loop_function.c"
+DONE, REFUSED, ENDED, OTHERWISE = range(4)   # what the function returns
 
 ELSEWHERE = re.compile(r"^struct \w+ \{[^}]*\*", re.MULTILINE)   # of a block: a member that a copy shares with it
 INSTANCE = {"instance.h", "model.h"}   # what an instance is
@@ -59,8 +62,9 @@ struct beginning {{
 
 /* All steps to communication point `last`. Of a track of signals, `rows` has the values of one after the other at all
    points. Returns REFUSED where an FMU would refuse something, ENDED as soon as somebody says so. */
-static inline int64_t whole_run(const struct beginning *beginning, const struct moved *calls, const void *const *rows,
-                                int64_t last, const volatile int64_t *ended, struct observer *observer)
+static inline __attribute__((always_inline)) int64_t whole_run(
+    const struct beginning *beginning, const struct moved *calls, const void *const *rows, int64_t last,
+    const volatile int64_t *ended, struct observer *observer)
 {{
 {begin}
     const int64_t points = last + 1;
@@ -116,7 +120,8 @@ int64_t {function}_begin(struct Instance *const *instances, const void *const *r
     }}
     return sizeof *beginning;
 }}
-
+"""
+PLAIN = """\
 /* A run as above; the instances stay at the first point. */
 EXPORT int64_t {function}(struct Instance *const *instances, const struct moved *calls, const void *const *rows,
                           int64_t last, const volatile int64_t *ended, struct observer *observer);
@@ -126,6 +131,28 @@ int64_t {function}(struct Instance *const *instances, const struct moved *calls,
     struct beginning beginning;
     return {function}_begin(instances, rows, &beginning) == 0 ? {refused} :
         whole_run(&beginning, calls, rows, last, ended, observer);
+}}
+"""
+SPECIAL = """\
+{common}
+/* The same with what runs have in common as constants; OTHERWISE where a run has it otherwise. */
+EXPORT int64_t {function}(struct Instance *const *instances, const struct moved *calls, const void *const *rows,
+                          int64_t last, const volatile int64_t *ended, struct observer *observer);
+int64_t {function}(struct Instance *const *instances, const struct moved *calls, const void *const *rows,
+                   int64_t last, const volatile int64_t *ended, struct observer *observer)
+{{
+    struct beginning given, beginning;
+    uint64_t own[OWN];
+    (void)calls;
+    __builtin_memset(&given, 0, sizeof given);
+    if ({function}_begin(instances, rows, &given) == 0) {{
+        return {refused};
+    }}
+    if (!own_of(&given, own)) {{
+        return {otherwise};
+    }}
+    begin_as_common(&beginning, own);
+    return whole_run(&beginning, common_calls, rows, last, ended, observer);
 }}
 """
 
@@ -165,10 +192,8 @@ class BlockLoop:
     def __init__(self, loop: Kept, wiring: Wiring, sources: Mapping[str, str]):
         self.sources = sources
         library = CDLL(str(loop.path.absolute()))
-        self.function, self.beginning = library[FUNCTION], library[f"{FUNCTION}_begin"]
-        self.function.restype = self.beginning.restype = c_int64
-        self.function.argtypes = [POINTER(c_void_p), POINTER(Moved), POINTER(c_void_p), c_int64, POINTER(c_int64),
-                                  c_void_p]
+        self.functions, self.beginning = [function_of(library)], library[f"{FUNCTION}_begin"]
+        self.beginning.restype = c_int64
         self.beginning.argtypes = [POINTER(c_void_p), POINTER(c_void_p), c_void_p]
         self.size: int = self.beginning(None, None, None)   # bytes of what a run begins with
         calls, = wiring.phases
@@ -182,8 +207,22 @@ class BlockLoop:
 
         ENDED is soon after `ended` is no longer 0. `observer` is the struct of the C that observes.
         """
-        status: int = self.function(self.instances, self.moved, self.rows(), steps, byref(ended), addressof(observer))
+        for function in self.functions:
+            status: int = function(self.instances, self.moved, self.rows(), steps, byref(ended), addressof(observer))
+            if status != OTHERWISE:
+                break
         return status
+
+    def specialise(self, common: Common, build: bool) -> None:
+        """Have runs that begin as these have it by a function of their own, compiled now if `build` asks for it.
+
+        Other runs go as before. Errors as of `block_loop`.
+        """
+        function = SPECIAL.format(common=common.code(self.moved), function=FUNCTION, refused=REFUSED,
+                                  otherwise=OTHERWISE)
+        path = loop_of({**self.sources, FUNCTION_FILE: function}, build, INLINED)
+        if path is not None:
+            self.functions.insert(0, function_of(CDLL(str(path.path.absolute()))))
 
     def begin(self) -> bytes:
         """What a run begins with, as the C has it, from initialised instances; empty where one would be REFUSED."""
@@ -194,6 +233,14 @@ class BlockLoop:
     def rows(self) -> Array[c_void_p]:
         return (c_void_p * len(self.tracks))(*(
             (track.array if track.signals is None else track.signals).ctypes.data for track in self.tracks))
+
+
+def function_of(library: CDLL) -> Any:
+    """The function of a library for a run."""
+    function = library[FUNCTION]
+    function.restype = c_int64
+    function.argtypes = [POINTER(c_void_p), POINTER(Moved), POINTER(c_void_p), c_int64, POINTER(c_int64), c_void_p]
+    return function
 
 
 def moved(call: Call) -> Moved:
@@ -217,9 +264,10 @@ def block_loop(wiring: Wiring, observer: str, seen: Mapping[str, str], build: bo
     return None if path is None else BlockLoop(path, wiring, sources)
 
 
-def loop_of(sources: Mapping[str, str], build: bool) -> Kept | None:
+def loop_of(sources: Mapping[str, str], build: bool, flags: Sequence[str] = ()) -> Kept | None:
     """Library of C files, compiled now if it was not before and `build` asks for it; errors as of `block_loop`."""
     platform, = host_platform().values()
+    platform = platform._replace(flags=(*platform.flags, *flags))
     place = key_of(BLOCK_LOOPS, sorted(sources.items()), FLAGS, platform)
     path = kept(place, LIBRARY)
     if path is None and build:
@@ -254,8 +302,9 @@ def sources_of(wiring: Wiring, observer: str, seen: Mapping[str, str],
         members=indented(members, 4), begin=indented((*begin, *signal_rows(wiring.tracks)), 4),
         see=indented((f"seen.{member} = (double){value_at(places[name], wiring.tracks)};"
                       for member, name in seen.items()), 8)), LOOP_FILE: SOURCE.format(
-        export=EXPORT, run=RUN_FILE, function=FUNCTION, refused=REFUSED, copy=indented(copy, 8),
-        ready=" || ".join(f"!ready(&instances[{part.number}]->state->progress)" for part in parts.values()))}
+        export=EXPORT, run=RUN_FILE, function=FUNCTION, copy=indented(copy, 8),
+        ready=" || ".join(f"!ready(&instances[{part.number}]->state->progress)" for part in parts.values())),
+            FUNCTION_FILE: PLAIN.format(function=FUNCTION, refused=REFUSED)}
 
 
 def beginnings(tracks: Sequence[Track], parts: Iterable[Part]) -> Iterator[tuple[str, str, str]]:

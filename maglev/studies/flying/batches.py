@@ -7,13 +7,17 @@ threads run. FMUs that are called run in processes of their own.
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager, suppress
 from ctypes import c_int64
+from dataclasses import replace
 from functools import partial
 from math import inf
 from queue import SimpleQueue
 from threading import Thread
 
+import numpy as np
+
 from fmi_export.errors import ExportError
 from maglev.arrays import Array
+from maglev.cosim.blocks.common_beginning import Common, words_of
 from maglev.errors import MaglevError, extra, option
 from maglev.processes.side_by_side import Idle, Progress, Stopped, kept_processes, side_by_side
 from maglev.studies.flying.flight import Flight
@@ -36,6 +40,8 @@ PYTHON_COST = 20                  # steps of native FMUs in one of those that ru
 FEWEST_BATCHES = 8                # of a small study, so that many workers have something to do
 MOST_BATCHES = 1_000              # of a large one: each becomes a file until all are done
 LARGEST_TRAJECTORIES = 32e6       # bytes of a batch
+WORTH_SPECIALISING = 100_000_000   # steps, which take over a minute: the compiler takes some seconds for a third of it
+LOOKED_AT = 32                     # samples, for what they have in common: one that has it otherwise takes longer
 WORTH_COMPILING = 10_000_000   # steps, which take longer by calls of FMUs than the compiler for a loop without
 
 Fly = Callable[[Job, list[Batch], Array, Store], None]   # runs batches with values of the targets by sample
@@ -82,8 +88,9 @@ def fly_here(jobs: int, idle: Idle, job: Job, batches: list[Batch], values: Arra
     so. MaglevError if a batch cannot be run at all; KeyboardInterrupt after Ctrl-C or SIGTERM: what was
     done until then is stored.
     """
-    if loop_for(job, batches):
-        fly_in_threads(jobs, job, batches, values, store)
+    with_loop = loop_for(job, batches, values)
+    if with_loop is not None:
+        fly_in_threads(jobs, with_loop, batches, values, store)
         return
     deadly: list[Batch] = []
     fly_batches(jobs, idle, job, batches, values, store, deadly.append)
@@ -92,16 +99,33 @@ def fly_here(jobs: int, idle: Idle, job: Job, batches: list[Batch], values: Arra
         store(batch.number, gathered(job, batch.first, samples))
 
 
-def loop_for(job: Job, batches: list[Batch]) -> bool:
-    """Whether there is a loop with the FMUs' blocks, which is compiled now where that is worth its time."""
-    steps = job.experiment.plan.stop_time / job.experiment.step * sum(len(batch.samples) for batch in batches)
-    measuring = Measuring(job.experiment.plan, job.experiment.times, job.kept, job.every)
-    if job.limit is None:
-        with suppress(ExportError, OSError), Flight(job.experiment, measuring=measuring,
-                                                    written=job.written) as flight:
+def loop_for(job: Job, batches: list[Batch], values: Array) -> Job | None:
+    """The job, if there is a loop with the FMUs' blocks for it, which is compiled now where that is worth its time.
+
+    Of many steps it is compiled once more, with what samples begin with in common as constants.
+    """
+    samples = [sample for batch in batches for sample in batch.samples]
+    steps = job.experiment.plan.stop_time / job.experiment.step * len(samples)
+    if job.limit is not None:
+        return None
+    with suppress(ExportError, OSError):
+        with flight_of(job) as flight:
             flight.load(build=steps >= WORTH_COMPILING)
-            return flight.loop is not None
-    return False
+            if flight.loop is None or steps < WORTH_SPECIALISING:
+                return None if flight.loop is None else job
+            looked_at = np.linspace(0, len(samples) - 1, LOOKED_AT).astype(int)
+            begun = flight.beginnings(job.changes(values[samples[k]].tolist()) for k in looked_at)
+        if begun:
+            job = replace(job, common=Common.of(words_of(begun)))
+            with suppress(ExportError, OSError), flight_of(job) as flight:
+                flight.load(build=True)
+        return job
+    return None
+
+
+def flight_of(job: Job) -> Flight:
+    return Flight(job.experiment, measuring=Measuring(job.experiment.plan, job.experiment.times, job.kept, job.every),
+                  written=job.written, common=job.common)
 
 
 def fly_in_threads(jobs: int, job: Job, batches: list[Batch], values: Array, store: Store) -> None:

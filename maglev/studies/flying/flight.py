@@ -1,6 +1,7 @@
 """One scenario run again and again in one process: loaded and wired once, reset between, arrays used again."""
 
-from collections.abc import Collection, Mapping
+from collections.abc import Collection, Iterable, Mapping
+from contextlib import suppress
 from ctypes import c_int64
 from dataclasses import replace
 from typing import Self
@@ -9,7 +10,9 @@ import numpy as np
 
 from maglev.arrays import Array
 from maglev.cosim.blocks.block_loop import DONE, ENDED, BlockLoop, block_loop
+from maglev.cosim.blocks.common_beginning import Common
 from maglev.cosim.master import Columns, Master
+from maglev.errors import MaglevError
 from maglev.experiment.preparation import Experiment, is_foreign
 from maglev.judging.metrics import resistances_by
 from maglev.schema.settings import REFERENCE, start_values, with_references
@@ -23,8 +26,9 @@ class Flight:
     """An experiment to be run many times with other start values; a context manager that frees its FMUs.
 
     Of what is recorded the columns `wanted` are kept, all without it. What is to be measured, `measuring`, can be so
-    without a recording where there is a loop with the FMUs' blocks for it, `written` ones by name among them. As soon
-    as `ended` is no longer 0 such a run ends.
+    without a recording where there is a loop with the FMUs' blocks for it, `written` ones by name among them; in it
+    what runs begin with in `common` is constant, where it was compiled so. As soon as `ended` is no longer 0 such a run
+    ends.
 
     Each run gives, bit for bit, what the experiment gives that is prepared with the same values: FMUs of this
     project, and written ones, are as new after fmi2Reset. Those of others, and all after a refusal, are loaded anew.
@@ -32,12 +36,13 @@ class Flight:
 
     def __init__(self, experiment: Experiment, wanted: Collection[str] | None = None,
                  measuring: Measuring | None = None, ended: c_int64 | None = None,
-                 written: Mapping[str, Block] | None = None):
+                 written: Mapping[str, Block] | None = None, common: Common | None = None):
         self.experiment = experiment
         self.wanted = wanted
         self.measuring = measuring
         self.ended = c_int64() if ended is None else ended   # one of 0 counts as false
         self.written = written
+        self.common = common
         self.loop: BlockLoop | None = None
         self.meter: Meter | None = None   # of the references as they are now
         self.resettable = not any(is_foreign(path) for name, path in experiment.files.items()
@@ -79,6 +84,8 @@ class Flight:
             if self.measuring is not None and all(axis.reference in signals for axis in axes):
                 seen = self.measuring.seen({name for track in self.master.wiring.tracks for name in track.names})
                 self.loop = block_loop(self.master.wiring, self.measuring.source(), seen, build, self.written)
+                if self.loop is not None and self.common is not None:
+                    self.loop.specialise(self.common, build)
             self.redriven = False
         return self.master
 
@@ -133,6 +140,15 @@ class Flight:
             self.close()
             raise
         return self.loop is not None
+
+    def beginnings(self, runs: Iterable[Changes]) -> list[bytes]:
+        """What runs with other values begin with, but for those that are refused; empty without a loop."""
+        found = []
+        for changes in runs:
+            with suppress(MaglevError):
+                if self.begin(changes) and self.loop is not None and (beginning := self.loop.begin()):
+                    found.append(beginning)
+        return found
 
     def metering(self) -> Meter:
         """What measures runs with the references as they are now; there is a loop for them."""

@@ -4,7 +4,7 @@ Samples begin on this machine, where FMUs take or refuse values, and what was me
 not completed there is run here, which says why.
 """
 
-from collections.abc import Callable, Iterable, Iterator, Mapping
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from ctypes import Structure, c_int64, c_void_p
 from functools import partial
 from pathlib import Path
@@ -14,7 +14,8 @@ import numpy as np
 
 from fmi_export.errors import ExportError
 from maglev.arrays import Array
-from maglev.cosim.blocks.block_loop import DONE, LOOP_FILE, RUN_FILE
+from maglev.cosim.blocks.block_loop import DONE, FUNCTION_FILE, LOOP_FILE, RUN_FILE, BlockLoop
+from maglev.cosim.blocks.common_beginning import Common, words_of
 from maglev.cosim.blocks.graphics_processor import driver, kernels, launch, sent
 from maglev.errors import MaglevError, ScenarioError, option
 from maglev.schema.settings import REFERENCE
@@ -24,6 +25,7 @@ from maglev.studies.flying.samples import Batch, Job, Sample, Store, each_flown,
 
 KERNEL = Path(__file__).with_name("kernel.c")
 FUNCTION = "maglev_samples"
+WORTH_SPECIALISING = 10_000_000_000   # steps, which take half a minute; the compilers take some ten seconds
 MOST = 65_536      # samples at a time: Ctrl-C waits for them
 SHARE = 0.8        # of the memory that is free; the rest is for the threads' own
 FOUND = ("whole", "of_windows", "of_events")   # as a meter takes them
@@ -69,14 +71,14 @@ def fly_on_graphics_processor(job: Job, batches: list[Batch], values: Array, sto
             if job.limit is not None:
                 raise ScenarioError(f"{option('sample_timeout', f'{job.limit:g} s')}: a graphics processor runs "
                                     f"samples side by side, expected none with {asked}, or {option('device', 'cpu')}")
-            cupy = driver()
-            kernel, = kernels(cupy, code_of(flight.loop.sources), FUNCTION)
         except (ExportError, OSError) as error:
             raise MaglevError(f"{asked}: {error}") from error
+        kernel = Kernel(driver(), flight.loop, sum(len(batch.samples) for batch in batches)
+                        * job.experiment.plan.stop_time / job.experiment.step >= WORTH_SPECIALISING)
         for together in at_once(batches):
             done: dict[int, Sample | Found] = {}
             for group in with_same_references(flight, job, values, together):
-                done |= flown_group(partial(Device, cupy, kernel), flight, job, values, group)
+                done |= flown_group(partial(Device, kernel), flight, job, values, group)
             for batch in together:
                 store(batch.number, gathered(job, batch.first, map(done.__getitem__, batch.samples)))
 
@@ -155,12 +157,45 @@ def begin(flight: Flight, job: Job, values: Array, samples: Iterable[int]) -> Be
     return begun
 
 
+class Kernel:
+    """The function of a loop on a graphics processor, or, if it is to be special, one for what samples have in common.
+
+    As soon as samples have it otherwise there is another one, for these, too. MaglevError if it cannot be compiled, or
+    kept.
+    """
+
+    def __init__(self, cupy: Any, loop: BlockLoop, special: bool):
+        self.cupy, self.special = cupy, special
+        self.sources, self.moved = loop.sources, loop.moved
+        self.common: Common | None = None
+        self.function: Any = None
+        if not special:
+            self.compile("")
+
+    def compile(self, common: str) -> None:
+        try:
+            self.function, = kernels(self.cupy, code_of(self.sources, common), FUNCTION)
+        except (ExportError, OSError) as error:
+            raise MaglevError(f"{option('device', 'gpu')}: {error}") from error
+
+    def ready(self, beginnings: Sequence[bytes]) -> Any:
+        """Have a function for samples; returns what each begins with, as that takes it, on the processor."""
+        if not self.special or not beginnings:
+            return sent(self.cupy, b"".join(beginnings))
+        words = words_of(beginnings)
+        if self.common is None or not self.common.holds(words):
+            self.common = Common.of(words, self.common)
+            self.compile(self.common.code(self.moved))
+        own = words[:, self.common.places] if self.common.places else words[:, :1]
+        return sent(self.cupy, own.tobytes())
+
+
 class Device:
     """The kernel on a graphics processor, with what samples with the references of a flight have in common."""
 
-    def __init__(self, cupy: Any, kernel: Any, flight: Flight):
+    def __init__(self, kernel: Kernel, flight: Flight):
         assert flight.loop is not None
-        loop, meter = flight.loop, flight.metering()
+        loop, meter, cupy = flight.loop, flight.metering(), kernel.cupy
         self.cupy, self.kernel, self.meter = cupy, kernel, meter
         self.shared = {name: cupy.asarray(meter.arrays[name]) for name in SHARED}
         self.calls = sent(cupy, loop.moved)
@@ -189,8 +224,9 @@ class Device:
         """Send samples, and begin to run them; MaglevError if memory is short."""
         count = len(begun.samples)
         try:
-            arrays = {name: self.cupy.zeros((count, size), np.uint8) for name, size in self.own.items()}
-            arrays["beginnings"] = sent(self.cupy, b"".join(begun.beginnings))
+            arrays = {name: self.cupy.zeros((count, size), np.uint8) for name, size in self.own.items()
+                      if name != "beginnings"}
+            arrays["beginnings"] = self.kernel.ready(begun.beginnings)
             arrays["resistances"] = self.cupy.asarray(np.array(begun.resistances))
             observer = Observer.from_buffer_copy(self.meter.observer)
             for name, array in {**self.shared, **arrays}.items():
@@ -204,7 +240,7 @@ class Device:
                               "not fit into the memory of the graphics processor, which others use too: expected a "
                               f"batch of at most {self.fitting():,}") from error
         if count:
-            launch(self.kernel, count, batch)
+            launch(self.kernel.function, count, batch)
         return Running(begun.samples, arrays)
 
     def completed(self, job: Job, running: Running) -> Iterator[tuple[int, Sample]]:
@@ -220,7 +256,7 @@ class Device:
                 yield running.samples[k], Sample(values, None, trajectories)
 
 
-def code_of(sources: Mapping[str, str]) -> dict[str, str]:
-    """C files of the kernel by name, from those of a loop."""
-    return {**{name: text for name, text in sources.items() if name != LOOP_FILE},
-            "kernel.c": f'#include "{RUN_FILE}"\n{KERNEL.read_text(encoding="utf-8")}'}
+def code_of(sources: Mapping[str, str], common: str = "") -> dict[str, str]:
+    """C files of the kernel by name, from those of a loop and of what is common."""
+    return {**{name: text for name, text in sources.items() if name not in (LOOP_FILE, FUNCTION_FILE)},
+            "kernel.c": f'#include "{RUN_FILE}"\n{common}{KERNEL.read_text(encoding="utf-8")}'}

@@ -4,7 +4,7 @@
 /* The struct OnDevice of graphics_processor.py. */
 struct batch {
     int64_t samples, last;             /* last communication point */
-    const struct beginning *beginnings;
+    const void *beginnings;            /* of each, or of each its OWN words, where the rest is common */
     const struct moved *calls;
     const void *const *rows;           /* values of signals */
     int64_t *returned;                 /* by each run */
@@ -29,8 +29,14 @@ static inline void run_sample(const struct batch *batch, int64_t sample)
     if (given->keeping) {
         given->kept += sample * KEPT * ((given->points - 1) / given->every + 1);
     }
-    batch->returned[sample] = whole_run(&batch->beginnings[sample], batch->calls, batch->rows, batch->last, &never,
-                                        &observer);
+#if defined OWN
+    struct beginning beginning;
+    begin_as_common(&beginning, (const uint64_t *)batch->beginnings + sample * OWN);
+    batch->returned[sample] = whole_run(&beginning, common_calls, batch->rows, batch->last, &never, &observer);
+#else
+    batch->returned[sample] = whole_run((const struct beginning *)batch->beginnings + sample, batch->calls,
+                                        batch->rows, batch->last, &never, &observer);
+#endif
     batch->first.whole[sample] = whole;
 }
 

@@ -11,6 +11,7 @@ from typing import NamedTuple
 import numpy as np
 
 from maglev.arrays import Array
+from maglev.cosim.blocks.common_beginning import Common
 from maglev.cosim.other_process.helper import other_process
 from maglev.errors import MaglevError, in_one_line
 from maglev.experiment.preparation import Experiment
@@ -40,6 +41,7 @@ class Job:
     # Longest wall time of a sample, s, each then being run in a process beside the worker.
     limit: float | None = None
     written: Mapping[str, Block] = field(default_factory=dict)   # of users' classes, by name of the FMU
+    common: Common | None = None   # what the samples begin with in common, where a loop was compiled for it
 
     def changes(self, sample: Sequence[float]) -> dict[str, float | bool]:
         return {target.name: bool(value) if target.boolean else value
@@ -101,7 +103,8 @@ def each_flown(job: Job, values: Array, loaded: Callable[[], None] | None = None
     """
     plan = job.experiment.plan
     measuring = Measuring(plan, job.experiment.times, job.kept, job.every)
-    with Flight(job.experiment, columns_needed(plan) | set(job.kept), measuring, ended, job.written) as flight:
+    with Flight(job.experiment, columns_needed(plan) | set(job.kept), measuring, ended, job.written,
+                job.common) as flight:
         flight.load()   # what fails here is no sample's fault
         if loaded is not None:
             loaded()

@@ -6,6 +6,7 @@ another: what is marked so (`.rn`) the driver leaves as it is.
 
 import sys
 from collections.abc import Iterator, Mapping
+from math import inf
 from pathlib import Path
 from typing import Any
 
@@ -21,6 +22,7 @@ from fmi_export.target import graphics
 from maglev.api.many.batch import plain
 from maglev.arrays import Array
 from maglev.cosim.blocks import block_loop
+from maglev.cosim.blocks.common_beginning import Common, words_of
 from maglev.cosim.blocks.graphics_processor import require_device
 from maglev.errors import Interrupted
 from maglev.experiment.preparation import prepare
@@ -53,13 +55,29 @@ def code(fmus: Path, name: str, monkeypatch: pytest.MonkeyPatch) -> str:
     monkeypatch.setattr(block_loop, "loop_of", lambda sources, _: taken.append(sources))
     with Flight(experiment, measuring=Measuring(experiment.plan, experiment.times)) as flight:
         flight.load()
-    return graphics.ptx(code_of(*taken), FUNCTION).decode()
+    return graphics.ptx(code_of(taken[0]), FUNCTION).decode()
 
 
 @pytest.mark.parametrize("name", RUNS)
 def test_it_rounds_as_other_processors_do(native_fmus: Path, name: str, monkeypatch: pytest.MonkeyPatch) -> None:
     """Nothing is contracted, approximate, flushed to zero or in single precision; nothing is called."""
     require_exact(code(native_fmus, name, monkeypatch), FUNCTION)
+
+
+def test_what_is_common_is_left_out_and_the_rest_rounds_as_before(native_fmus: Path,
+                                                                  monkeypatch: pytest.MonkeyPatch) -> None:
+    experiment = prepare(load_plan("2dof-push"), native_fmus, {}, {})
+    with Flight(experiment, measuring=Measuring(experiment.plan, experiment.times)) as flight:
+        flight.load(build=True)
+        assert flight.loop is not None
+        masses = flight.beginnings({"plant.v.mass": mass} for mass in (4.0, 5.0))
+        common = Common.of(words_of(masses))
+        sources = flight.loop.sources
+        made = graphics.ptx(code_of(sources, common.code(flight.loop.moved)), FUNCTION).decode()
+        assert common.holds(words_of(masses)) and 0 < len(common.places) < 5
+        assert not common.holds(words_of(flight.beginnings([{"plant.h.mass": 4.0}])))
+    require_exact(made, FUNCTION)
+    assert len(made) < 0.6 * len(code(native_fmus, "2dof-push", monkeypatch))
 
 
 @pytest.mark.usefixtures("slow")
@@ -79,9 +97,11 @@ def judged(folder: Path, fmus: Path, device: str) -> maglev.Batch:
                         device=device, fmus=fmus)
 
 
-def test_samples_have_the_bits_of_this_processor(native_fmus: Path, tmp_path: Path,
+@pytest.mark.parametrize("special", [False, True])
+def test_samples_have_the_bits_of_this_processor(native_fmus: Path, tmp_path: Path, special: bool,
                                                  monkeypatch: pytest.MonkeyPatch) -> None:
     """In whatever chunks there is memory for; a sample that fails is a row with the same reason."""
+    monkeypatch.setattr(graphics_processor, "WORTH_SPECIALISING", 1 if special else inf)
     cupy = stand_in(monkeypatch, memory=30_000)
     left: list[float] = []   # masses of the samples that are run here after all
 
