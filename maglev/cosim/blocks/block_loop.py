@@ -32,7 +32,8 @@ from maglev_files.cache import BLOCK_LOOPS, Kept, keep, kept, key_of
 
 LIBRARY = f"maglev_block_loop{sharedLibraryExtension}"
 FUNCTION = "maglev_whole_run"
-INLINED = ("-Dnoinline=always_inline", "-mllvm", "-inline-threshold=1000000")   # a call would put blocks into memory
+# A call would put blocks into memory, and a place that is computed where branches are merged.
+INLINED = ("-Dnoinline=always_inline", "-mllvm", "-inline-threshold=1000000", "-mllvm", "-sink-common-insts=false")
 # The run, which needs no FMU, over it how it begins with FMUs' instances, and the function that does both.
 RUN_FILE, LOOP_FILE, FUNCTION_FILE = "whole_run.h", "loop.c", "loop_function.c"
 DONE, REFUSED, ENDED, OTHERWISE = range(4)   # what the function returns
