@@ -6,8 +6,8 @@ from fmi_export.native.compiler import UNIT, compiled, in_one_unit
 from fmi_export.target.freestanding import template
 
 # Of NVIDIA, from compute capability 8.0 on. A call puts blocks into memory: all becomes part of the kernel, also what
-# is seldom called, or what the compiler takes to be so. So does a place that is computed: branches that read several are
-# not merged into one that reads either.
+# is seldom called, or what the compiler takes to be so. So does a place that is computed: branches that read several
+# are not merged into one that reads either.
 FLAGS = ("-target", "nvptx64-cuda", "-mcpu=sm_80", "-std=c99", "-O3", "-ffp-contract=off", "-fno-math-errno",
          "-DBLOCKS_IN_ONE_UNIT", "-Dnoinline=always_inline", "-fno-sanitize=all", "-ffreestanding", "-g0", "-I.",
          "-mllvm", "-inline-threshold=1000000", "-mllvm", "-inline-cold-callsite-threshold=1000000",
