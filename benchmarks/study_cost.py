@@ -1,6 +1,6 @@
 """Cost of a study: samples of a scenario on native FMUs as a multiple of the frozen C loop.
 
-By calls of the FMUs, and by the loop with their blocks, with metrics. In this thread processor time counts; of threads
+By calls of the FMUs, and by the loop with their blocks, also as large studies have it, with metrics. In this thread processor time counts; of threads
 and processes side by side, wall time, which says little on a machine with other work.
 """
 
@@ -23,7 +23,7 @@ from maglev.cosim.blocks import block_loop
 from maglev.schema.loading import load_plan
 from maglev.studies.flying import batches
 from maglev.studies.flying.batches import flyers
-from maglev.studies.flying.samples import Flown, each_flown, gathered
+from maglev.studies.flying.samples import Flown, Job, each_flown, gathered
 from maglev.studies.planning import PlannedStudy, plan_study
 from maglev.studies.schema import read_study
 
@@ -38,8 +38,9 @@ def planned(folder: Path, samples: int) -> PlannedStudy:
     return plan_study(study, experiment, "cost", folder, {})
 
 
-def flown(study: PlannedStudy, samples: int) -> Flown:
-    return gathered(study.job, 0, each_flown(study.job, study.values[:samples]))
+def flown(study: PlannedStudy, samples: int, job: Job | None = None) -> Flown:
+    job = job or study.job
+    return gathered(job, 0, each_flown(job, study.values[:samples]))
 
 
 def processor_time(call: Callable[[], object]) -> float:
@@ -80,13 +81,16 @@ def main() -> None:
         def row(way: str, time: float) -> None:
             table.add_row(way, f"{1e3 * time:.1f}", f"{time / c:.2f}")
 
-        def alone() -> float:
-            return min(processor_time(lambda: flown(study, samples)) for _ in range(2)) / samples
+        def alone(job: Job | None = None) -> float:
+            return min(processor_time(lambda: flown(study, samples, job)) for _ in range(2)) / samples
 
         with patch.object(block_loop, "kept", lambda *_: None):   # no loop is found
             row("calls of the FMUs", alone())
-        assert batches.loop_for(study.job, study.batches)   # compiles it
+        assert batches.loop_for(study.job, study.batches, study.values)   # compiles it
         row("the blocks in one loop", seconds := alone())
+        with patch.object(batches, "WORTH_SPECIALISING", 0):
+            special = batches.loop_for(study.job, study.batches, study.values)
+        row("… with what is common constant", alone(special))
         for jobs in (1, 2):
             row(f"{jobs} side by side: wall time", side_by_side(study, jobs) / samples)
         if asked.record:
