@@ -1,7 +1,7 @@
 """Cost of a study: samples of a scenario on native FMUs as a multiple of the frozen C loop.
 
-By calls of the FMUs, and by the loop with their blocks, also as large studies have it, with metrics. In this thread processor time counts; of threads
-and processes side by side, wall time, which says little on a machine with other work.
+By calls of the FMUs, and by the loop with their blocks, also as large studies have it, with metrics. In this thread
+processor time counts; of threads and processes side by side, wall time, which says little on a machine with other work.
 """
 
 import argparse
