@@ -40,7 +40,7 @@ PYTHON_COST = 20                  # steps of native FMUs in one of those that ru
 FEWEST_BATCHES = 8                # of a small study, so that many workers have something to do
 MOST_BATCHES = 1_000              # of a large one: each becomes a file until all are done
 LARGEST_TRAJECTORIES = 32e6       # bytes of a batch
-WORTH_SPECIALISING = 100_000_000   # steps, which take over a minute: the compiler takes some seconds for a third of it
+WORTH_SPECIALISING = 1_000_000_000   # steps, which take some ten minutes: the compiler takes seconds for a tenth of it
 LOOKED_AT = 32                     # samples, for what they have in common: one that has it otherwise takes longer
 WORTH_COMPILING = 10_000_000   # steps, which take longer by calls of FMUs than the compiler for a loop without
 
