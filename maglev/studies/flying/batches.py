@@ -5,7 +5,7 @@ threads run. FMUs that are called run in processes of their own.
 """
 
 from collections.abc import Callable, Iterator
-from contextlib import contextmanager, suppress
+from contextlib import contextmanager
 from ctypes import c_int64
 from dataclasses import replace
 from functools import partial
@@ -17,9 +17,10 @@ import numpy as np
 
 from fmi_export.errors import ExportError
 from maglev.arrays import Array
+from maglev.catalogue.for_runs import has_compiler
 from maglev.cosim.blocks.common_beginning import Common, words_of
 from maglev.errors import MaglevError, extra, option
-from maglev.processes.side_by_side import Idle, Progress, Stopped, kept_processes, side_by_side
+from maglev.processes.side_by_side import Idle, Progress, Stopped, kept_processes, side_by_side, warn
 from maglev.studies.flying.flight import Flight
 from maglev.studies.flying.graphics_processor import fly_on_graphics_processor
 from maglev.studies.flying.measuring import Measuring
@@ -108,19 +109,29 @@ def loop_for(job: Job, batches: list[Batch], values: Array) -> Job | None:
     steps = job.experiment.plan.stop_time / job.experiment.step * len(samples)
     if job.limit is not None:
         return None
-    with suppress(ExportError, OSError):
+    with said_if_slower("calls of the FMUs"):
         with flight_of(job) as flight:
             flight.load(build=steps >= WORTH_COMPILING)
             if flight.loop is None or steps < WORTH_SPECIALISING:
                 return None if flight.loop is None else job
             looked_at = np.linspace(0, len(samples) - 1, LOOKED_AT).astype(int)
-            begun = flight.beginnings(job.changes(values[samples[k]].tolist()) for k in looked_at)
-        if begun:
+            begun = [flight.beginning(job.changes(values[samples[k]].tolist())) for k in looked_at]
+        if begun := [beginning for beginning in begun if beginning]:
             job = replace(job, common=Common.of(words_of(begun)))
-            with suppress(ExportError, OSError), flight_of(job) as flight:
+            with said_if_slower("the loop for all samples"), flight_of(job) as flight:
                 flight.load(build=True)
         return job
     return None
+
+
+@contextmanager
+def said_if_slower(instead: str) -> Iterator[None]:
+    """Go on where there can be no loop; where there is a compiler it is said why, for samples then take longer."""
+    try:
+        yield
+    except (ExportError, OSError) as error:
+        if has_compiler():
+            warn(f"{error}; samples run by {instead}: the same results, slower")
 
 
 def flight_of(job: Job) -> Flight:

@@ -1,6 +1,6 @@
 """One scenario run again and again in one process: loaded and wired once, reset between, arrays used again."""
 
-from collections.abc import Collection, Iterable, Mapping
+from collections.abc import Collection, Mapping
 from contextlib import suppress
 from ctypes import c_int64
 from dataclasses import replace
@@ -141,14 +141,12 @@ class Flight:
             raise
         return self.loop is not None
 
-    def beginnings(self, runs: Iterable[Changes]) -> list[bytes]:
-        """What runs with other values begin with, but for those that are refused; empty without a loop."""
-        found = []
-        for changes in runs:
-            with suppress(MaglevError):
-                if self.begin(changes) and self.loop is not None and (beginning := self.loop.begin()):
-                    found.append(beginning)
-        return found
+    def beginning(self, changes: Changes) -> bytes:
+        """What a run with other values begins with; empty without a loop, and of a run that is refused."""
+        with suppress(MaglevError):
+            if self.begin(changes) and self.loop is not None:
+                return self.loop.begin()
+        return b""
 
     def metering(self) -> Meter:
         """What measures runs with the references as they are now; there is a loop for them."""

@@ -145,11 +145,7 @@ def begin(flight: Flight, job: Job, values: Array, samples: Iterable[int]) -> Be
     begun = Begun([], [], [])
     for sample in samples:
         changes = job.changes(values[sample].tolist())
-        try:
-            ready = flight.begin(changes)
-        except MaglevError:
-            continue
-        if ready and flight.loop is not None and (beginning := flight.loop.begin()):
+        if beginning := flight.beginning(changes):
             resistances = flight.resistances(changes)
             begun.samples.append(sample)
             begun.beginnings.append(beginning)

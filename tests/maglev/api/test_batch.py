@@ -11,6 +11,7 @@ import numpy as np
 import pytest
 
 import maglev
+from fmi_export.errors import ExportError
 from maglev.cosim.blocks import block_loop
 from maglev.cosim.blocks.block_loop import DONE, OTHERWISE
 from maglev.studies.flying import batches
@@ -78,6 +79,19 @@ def test_what_samples_have_in_common_is_constant(native_fmus: Path, monkeypatch:
         run = found.run(sample)
         assert run.metrics is not None and found["rms error of h"][sample] == run.metrics.rms_errors["h"]
     assert len({*found["rms error of h"].tolist()}) == 3
+
+
+def test_a_loop_that_cannot_be_compiled_is_said(native_fmus: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    def refused(*_: Any) -> bytes:
+        raise ExportError("the C compiler refuses the sources")
+
+    monkeypatch.setattr(batches, "WORTH_COMPILING", 1)
+    monkeypatch.setattr(block_loop, "kept", lambda *_: None)
+    monkeypatch.setattr(block_loop, "library", refused)
+    with pytest.warns(UserWarning, match="refuses the sources; samples run by calls of the FMUs: the same results"):
+        found = maglev.batch(RUN, {"plant.v.mass": MASSES[:1]}, fmus=native_fmus, jobs=1)
+    run = found.run(0)
+    assert run.metrics is not None and found["rms error of v"][0] == run.metrics.rms_errors["v"]
 
 
 def of_ten(monkeypatch: pytest.MonkeyPatch) -> dict[str, Any]:

@@ -70,12 +70,12 @@ def test_what_is_common_is_left_out_and_the_rest_rounds_as_before(native_fmus: P
     with Flight(experiment, measuring=Measuring(experiment.plan, experiment.times)) as flight:
         flight.load(build=True)
         assert flight.loop is not None
-        masses = flight.beginnings({"plant.v.mass": mass} for mass in (4.0, 5.0))
+        masses = [flight.beginning({"plant.v.mass": mass}) for mass in (4.0, 5.0)]
         common = Common.of(words_of(masses))
         sources = flight.loop.sources
         made = graphics.ptx(code_of(sources, common.code(flight.loop.moved)), FUNCTION).decode()
         assert common.holds(words_of(masses)) and 0 < len(common.places) < 5
-        assert not common.holds(words_of(flight.beginnings([{"plant.h.mass": 4.0}])))
+        assert not common.holds(words_of([flight.beginning({"plant.h.mass": 4.0})]))
     require_exact(made, FUNCTION)
     assert len(made) < 0.6 * len(code(native_fmus, "2dof-push", monkeypatch))
 
