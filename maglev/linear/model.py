@@ -8,7 +8,7 @@ import numpy as np
 
 from maglev.arrays import Array, Complex
 from maglev.errors import LinearModelError, extra, one_of
-from maglev.linear.text import matrix_text, poles_text
+from maglev.linear.text import matrix_text, numbered, poles_text
 from pmlsm.dq_transform import phase_currents
 from pmlsm.motor_geometry import MotorGeometry
 from pmlsm.rig import Rig
@@ -178,9 +178,8 @@ class LinearModel:
         """Matrices with the names of rows and columns, units, equilibrium and poles."""
         kind = "continuous" if self.sample_time is None else f"sampled every {1e3 * self.sample_time:g} ms"
         parts = [f"{self.name}, {kind}, about {self.equilibrium}",
-                 "\n".join(f"{title:<7}  " + ", ".join(f"{k} {name} ({self.units[name]})" for k, name in enumerate(
-                     names, 1)) for title, names in (("states", self.states), ("inputs", self.inputs),
-                                                     ("outputs", self.outputs))),
+                 "\n".join(f"{title:<7}  {numbered(names, self.units)}" for title, names in
+                           (("states", self.states), ("inputs", self.inputs), ("outputs", self.outputs))),
                  *(matrix_text(title, matrix, rows) for title, matrix, rows in (
                      ("A", self.A, self.states), ("B", self.B, self.states), ("C", self.C, self.outputs),
                      ("D", self.D, self.outputs)))]

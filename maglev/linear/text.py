@@ -10,6 +10,10 @@ from maglev.arrays import Array, Complex
 SLOWEST = 1e-9   # 1/s, below it a rate is written as 0
 
 
+def numbered(names: Sequence[str], units: dict[str, str]) -> str:
+    return ", ".join(f"{k} {name} ({units[name]})" for k, name in enumerate(names, 1))
+
+
 def matrix_text(title: str, matrix: Array, rows: Sequence[str]) -> str:
     """Matrix with a name for each row, a number for each column; zeros are dots, a matrix of zeros is its size."""
     if not matrix.any():

@@ -40,6 +40,9 @@ class Clock:
         """When it ticks next, s; of a multiple of the interval, so that rounding does not add up."""
         return self.origin + self.ticks * self.interval
 
+    def ticks_at(self, time: float) -> bool:
+        """Whether it ticks at a time (s)."""
+        return abs(self.due - time) <= PUNCTUAL * self.interval
 
 
 class Values:
@@ -102,6 +105,10 @@ class Values:
         """Set what has waited for one of these clocks, or for any event."""
         ready = [r for r in self.waiting if not self.clocks[r] or self.clocks[r] & ticking]
         self.pass_on(self.call_set, handle, ready, (self.value * len(ready))(*(self.waiting.pop(r) for r in ready)))
+
+    def pending(self) -> bool:
+        """Whether something waits for any event."""
+        return any(not self.clocks[r] for r in self.waiting)
 
 
 class Ticking:
@@ -189,10 +196,9 @@ class Ticking:
 
     def event(self, now: float) -> None:
         """Make the event at a time (s), if there is one."""
-        ticking = [clock for clock in self.clocks if abs(clock.due - now) <= PUNCTUAL * clock.interval]
+        ticking = [clock for clock in self.clocks if clock.ticks_at(now)]
         asked = bool(getattr(self.step, "event", False)) or now >= self.following
-        waits = any(not values.clocks[r] for values in self.values.values() for r in values.waiting)
-        if not (ticking or asked or waits):
+        if not (ticking or asked or any(values.pending() for values in self.values.values())):
             return
         active = {clock.reference for clock in ticking}
         self.instance.enterEventMode()
