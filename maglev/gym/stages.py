@@ -3,6 +3,7 @@
 from collections.abc import Mapping, Sequence
 from concurrent.futures import ThreadPoolExecutor
 from ctypes import CDLL, POINTER, Structure, addressof, c_double, c_int64, c_void_p
+from pathlib import Path
 from typing import Any
 
 import gymnasium
@@ -27,113 +28,7 @@ NEVER = np.iinfo(np.int64).max
 
 FUNCTION, CHANGE = "maglev_advance_all", "maglev_change"   # what a graphics processor runs
 
-SOURCE = """\
-#if !defined __NVPTX__
-#include "instance.h"
-#endif
-#include <math.h>
-#include <stdbool.h>
-#include <stdint.h>
-{includes}
-
-#if defined __NVPTX__
-#define EXPORT __attribute__((device_kernel))
-#else
-{export}#endif
-
-/* The blocks of one stage. */
-struct stage {{
-    {members}
-}};
-
-/* An input or a parameter of a stage, which is one of the list that is made with this. */
-struct change {{
-    int64_t stage, what;
-    double value;
-}};
-
-/* The struct Batch of stages.py. */
-struct batch {{
-    struct stage *stages;
-    double *rows;                   /* of each stage as many numbers as the width, as compiled_stage.py says */
-    int64_t width, count;
-    int64_t *made;                  /* samples since an episode began */
-    double step;                    /* s */
-    int64_t samples;                /* to go on by */
-    int64_t *refused, *at_stop;
-    const struct change *changes;   /* to be made one after the other */
-    int64_t changing;
-}};
-
-/* Go on with a stage. One that refuses a command says so, and stays as it was. */
-static inline void advance(const struct batch *batch, int64_t i)
-{{
-    struct stage *const stage = &batch->stages[i];
-    double *const row = batch->rows + i * batch->width;
-    const double step = batch->step;
-    const int64_t first = batch->made[i], last = first + batch->samples;
-    bool wrong = {wrong};
-    for (int64_t k = first; !wrong && k < last; ++k) {{
-        const double time = (double)k * step;
-{step}
-    }}
-    batch->made[i] = last;
-    batch->refused[i] = wrong;
-    batch->at_stop[i] = {at_stop};
-}}
-
-/* Give inputs and parameters other values. */
-EXPORT void maglev_change(const struct batch *batch);
-EXPORT void maglev_change(const struct batch *batch)
-{{
-    for (int64_t k = 0; k < batch->changing; ++k) {{
-        struct stage *const stage = &batch->stages[batch->changes[k].stage];
-        const double value = batch->changes[k].value;
-        switch (batch->changes[k].what) {{
-        {changes}
-        default: break;
-        }}
-    }}
-}}
-
-#if defined __NVPTX__
-
-/* Go on with each stage in a thread of a graphics processor. */
-EXPORT void maglev_advance_all(const struct batch *batch)
-{{
-    const int64_t i = (int64_t)__nvvm_read_ptx_sreg_ctaid_x() * __nvvm_read_ptx_sreg_ntid_x()
-        + __nvvm_read_ptx_sreg_tid_x();
-    if (i < batch->count) {{
-        advance(batch, i);
-    }}
-}}
-
-#else
-
-EXPORT int64_t maglev_stage_size(void);
-int64_t maglev_stage_size(void) {{ return (int64_t)sizeof(struct stage); }}
-
-/* Take over the blocks of instances that have just been started. */
-EXPORT void maglev_take(struct Instance *const *instances, struct stage *stage);
-void maglev_take(struct Instance *const *instances, struct stage *stage)
-{{
-    {take}
-}}
-
-/* Go on with stages first to before last. */
-EXPORT void maglev_advance(const struct batch *batch, int64_t first, int64_t last);
-void maglev_advance(const struct batch *batch, int64_t first, int64_t last)
-{{
-    for (int64_t i = first; i < last; ++i) {{
-        advance(batch, i);
-    }}
-}}
-
-EXPORT void maglev_advance_all(const struct batch *batch);
-void maglev_advance_all(const struct batch *batch) {{ maglev_advance(batch, 0, batch->count); }}
-
-#endif
-"""
+SOURCE = Path(__file__).with_name("stages.c")   # with what a stage is made of where a word stands in braces
 
 
 class Batch(Structure):
@@ -178,16 +73,20 @@ def sources_of(stage: CompiledStage, changing: Sequence[tuple[str, str]]) -> dic
             if isinstance(where, int) and where + i < stage.commands.size:
                 wrong.append(out_of_range(variable(part, name), other))
     blocks = {name: part.what.struct for name, part in parts.items()}
-    return {**files, "stages.c": SOURCE.format(
-        export=EXPORT,
-        includes="\n".join(f'#include "{part.what.header}"' for part in parts.values()),
-        members="\n    ".join(f"struct {block} {name};" for name, block in blocks.items()),
-        take="\n    ".join(f"stage->{name} = *(const struct {blocks[name]} *)instances[{part.number}]->state->block;"
-                           for name, part in parts.items()),
-        changes="\n        ".join(
+    made = {
+        "export": EXPORT,
+        "includes": "\n".join(f'#include "{part.what.header}"' for part in parts.values()),
+        "members": "\n    ".join(f"struct {block} {name};" for name, block in blocks.items()),
+        "take": "\n    ".join(f"stage->{name} = *(const struct {blocks[name]} *)instances[{part.number}]->state->block;"
+                              for name, part in parts.items()),
+        "changes": "\n        ".join(
             f"case {k}: {value(*place)} = value{' != 0' if variable(*place).boolean else ''}; break;"
             for k, place in enumerate(changing)),
-        wrong=" || ".join(wrong), step=indented(lines, 8), at_stop=value("plant", "at_stop"))}
+        "wrong": " || ".join(wrong), "step": indented(lines, 8), "at_stop": value("plant", "at_stop")}
+    text = SOURCE.read_text(encoding="utf-8")
+    for word, code in made.items():
+        text = text.replace(f"{{{word}}}", code)
+    return {**files, "stages.c": text}
 
 
 class Stages(VectorEnv[Array, Array, npt.NDArray[Any]]):

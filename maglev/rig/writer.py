@@ -41,7 +41,7 @@ def own_names() -> frozenset[str]:
     """Names that blocks have of their own: no axis and no motor can be called so."""
     taken = {*kwlist, *KEYWORDS_OF_C, "self", "t", "dt", "law", HELD}
     for path in TEMPLATES.rglob("*.j2"):
-        if path.name.endswith((".html.j2", ".toml.j2")) or path.parent.name == "repository":
+        if path.name.endswith((".html.j2", ".toml.j2")) or path.parent.name in ("repository", "written"):
             continue
         code = MARKED.sub("Ø", path.read_text(encoding="utf-8"))   # a letter that no name has
         taken.update(name for group in OWN.findall(code) for name in re.findall(r"\w+", "".join(group)))

@@ -18,6 +18,7 @@ from fmi_export.user_classes.declaration import WrittenDefinition
 from fmi_export.user_classes.sampled_block import FIRST_PORT, STEP_MISFIT, STEPPED
 from fmi_export.user_classes.trouble import OWN
 from maglev.errors import BuildError, option
+from maglev.rig.writer import environment
 from maglev.user_controllers.own_modules import OwnModules, own_name
 from maglev.user_controllers.source import file_of, load, read
 from maglev.user_controllers.subset import always_ends, misfits, without_tables
@@ -26,60 +27,10 @@ from maglev_files.scratch import scratch
 FMU = OWN + "fmu"       # module that has the definition in an FMU
 BLOCK = OWN + "block"   # module that has the block in a native one
 
-DEFINITION = '''"""What the FMU of {name} is: it is read from the class."""
-
-from controller_fmu.drawings import WRITTEN_ICON, WRITTEN_SKETCH
-from controller_fmu.sample_clock import SampleClock
-from fmi_export.user_classes.declaration import definition_of
-from {module} import {name}
-
-DEFINITION = definition_of({name}, SampleClock, WRITTEN_ICON, WRITTEN_SKETCH, {requires!r})
-'''
-
 # A message of pyccel's: severity, stage, file, line, and what is wrong.
 PYCCEL = re.compile(r"\|\s*\w+ \[\w+\]: (\w+)\.py(?: \[(\d+)(?:,\d+)?\])?\| ?"
                     r"(.*?)(?= Pyccel has| Traceback| \||$)")
 UNUSED_PARTS = re.compile(r"^ +\w+__del__\(\w+\);\n", re.MULTILINE)
-
-NATIVE_BLOCK = '''"""{name} as a block that is stepped {when}."""
-
-from math import isfinite
-
-from controller_fmu.sample_clock import SampleClock
-{imports}
-
-
-class {name}Block:
-    """Steps the law at its samples."""
-
-    def __init__(self) -> None:
-        self.law = {name}()
-        self.clock = SampleClock()
-
-    def start(self) -> int:
-        """Let the law compute what follows from its parameters."""
-{start}
-        return self.check()
-
-    def step(self, t: float, dt: float) -> int:
-        """Step the law{if_due}."""
-{step}
-
-    def check(self) -> int:
-        """Status of the first output that is no finite number."""
-{checks}
-        return {stepped}
-'''
-AT_SAMPLES = f"""\
-        if not self.clock.fits(dt, self.law.sample_time):
-            return {STEP_MISFIT}
-        if self.clock.due(dt, self.law.sample_time):
-            self.law.step(t)
-            return self.check()
-        return {STEPPED}"""
-EACH_STEP = """\
-        self.law.step(t, dt)
-        return self.check()"""
 
 
 @dataclass(frozen=True)
@@ -112,7 +63,8 @@ def buildable(path: Path, parts: tuple[str, ...], native: bool) -> Iterator[Buil
         require_floats(definition, file)
         texts[main] = without_tables(texts[main], name)
     else:
-        texts[FMU] = DEFINITION.format(name=name, module=main, requires=modules.requires)
+        texts[FMU] = environment().get_template("written/definition.py.j2").render(
+            name=name, module=main, requires=modules.requires)
     with importable(texts) as folder:
         if not native:
             yield Buildable(replace(definition, requires=modules.requires), tuple(texts), files)
@@ -207,15 +159,9 @@ def finished(translation: Mapping[str, str], own: tuple[str, ...]) -> dict[str, 
 def native_block(definition: WrittenDefinition, law: Any) -> str:
     """Text of a module with the block NAMEBlock; the law is one of the class, of a module with its name in the FMU."""
     ports = [v.place.removeprefix("law.") for v in definition.variables if v.causality == "output" and not v.boolean]
-    written = type(law)
-    return NATIVE_BLOCK.format(
-        name=definition.name, stepped=STEPPED, step=EACH_STEP if definition.variable_step else AT_SAMPLES,
-        when="at each communication step" if definition.variable_step else "at its samples",
-        if_due="" if definition.variable_step else " if the sampling grid has a point at t",
-        imports="\n".join(imports(law, ports)),
-        start="        self.law.start()" if hasattr(written, "start") else "        # it computes nothing",
-        checks="\n".join(f"        if not isfinite(self.law.{port}):\n            return {number}"
-                         for number, port in enumerate(ports, FIRST_PORT)))
+    return environment().get_template("written/block.py.j2").render(
+        name=definition.name, imports=imports(law, ports), each_step=definition.variable_step,
+        starts=hasattr(type(law), "start"), ports=ports, first=FIRST_PORT, misfit=STEP_MISFIT, stepped=STEPPED)
 
 
 def imports(law: Any, ports: Iterable[str]) -> list[str]:

@@ -240,3 +240,20 @@ static inline void measure(const struct given *given, struct meter *meter, struc
         }
     }
 }
+
+/* The struct Observer of measuring.py. */
+struct observer {
+    struct given given;
+    struct meter *meter;
+    struct whole *whole;
+    struct window *windows;
+    struct event *events;
+};
+
+static inline void observe(struct observer *observer, int64_t k, const struct seen *seen)
+{
+    if (k == 0) {
+        begin_measuring(observer->meter, observer->whole);
+    }
+    measure(&observer->given, observer->meter, observer->whole, observer->windows, observer->events, k, seen);
+}

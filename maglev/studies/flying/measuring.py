@@ -38,24 +38,6 @@ from maglev.schema.run_plan import RunPlan
 Structs = npt.NDArray[np.void]
 
 SOURCE = Path(__file__).with_name("measuring.c")
-OBSERVER = """\
-/* The struct Observer of measuring.py. */
-struct observer {
-    struct given given;
-    struct meter *meter;
-    struct whole *whole;
-    struct window *windows;
-    struct event *events;
-};
-
-static inline void observe(struct observer *observer, int64_t k, const struct seen *seen)
-{
-    if (k == 0) {
-        begin_measuring(observer->meter, observer->whole);
-    }
-    measure(&observer->given, observer->meter, observer->whole, observer->windows, observer->events, k, seen);
-}
-"""
 
 
 # Of many runs, numbers are arrays, shape (runs,).
@@ -101,7 +83,7 @@ class Measuring:
         defined = "".join(f"#define {name} {size or 1}\n" for name, size in sizes.items())
         text = SOURCE.read_text(encoding="utf-8").replace("{copper}", repr(COPPER)).replace(
             "{transient}", repr(TRANSIENT))
-        return f"{defined}#define AMOUNTS_OF {{{', '.join(groups) or '{0, 0, 0}'}}}\n\n{text}\n{OBSERVER}"
+        return f"{defined}#define AMOUNTS_OF {{{', '.join(groups) or '{0, 0, 0}'}}}\n\n{text}"
 
     def seen(self, recorded: Collection[str]) -> dict[str, str]:
         """Variable by member of the struct seen; `recorded` are those that there are."""

@@ -29,30 +29,10 @@ OWN = ("study.html", "study.css", "parallel.js", "study.js")
 MOST_DRAWN = 5000   # samples that are drawn: a page of 10⁵ would be as large as its dataset
 MOST_WORST = 10     # samples that are listed
 
-RESPONSES = """<div class="controls"><label>Metric <select id="metric"></select></label>
-<label>over <select id="first"></select></label><label>and <select id="second"></select></label></div>
-<div id="response"></div>"""
-MAPS = '<div id="maps" data-maps="study"></div>'
-MAPS_PAGE = """<body>
-<header>
-<!--shell-->
-<h1>${name}</h1>
-<p class="message">${said}</p>
-</header>
-<main>
-${maps}
-</main>
-<noscript><p>Maps need JavaScript.</p></noscript>
-<script type="application/json" id="data">${data}</script>
-${scripts}
-</body>"""
-PARALLEL = """<section><h2>Every sample</h2>
-<p>A line for each sample, red and dashed if it fails. Drag along an axis to keep the samples in that range, tap it to
-let go, or type a range. What never settled ends at the very top of an axis.</p>
-<div class="wide" tabindex="0" role="group" aria-label="Parallel coordinates, to scroll">
-<svg id="parallel" role="img" aria-label="Parallel coordinates of every sample"></svg></div>
-<p id="kept" role="status"></p>
-<details class="hands"><summary>Ranges as numbers</summary><div id="ranges"></div></details></section>"""
+
+def own_text(name: str) -> str:
+    """Text of a file beside this one."""
+    return (FOLDER / name).read_text(encoding="utf-8")
 
 
 def write_page(path: Path, table: pa.Table, about: Mapping[str, Any]) -> None:
@@ -69,7 +49,7 @@ def page(table: pa.Table, about: Mapping[str, Any], live: bool = False) -> str:
     provenance, said, mapped = about["provenance"], verdict(table, about), map_of(table, about)
     # The share of samples that pass is seen in the map, where there is one.
     shares = not mapped and not all(table["passed"].to_pylist())
-    html, css, *own = ((FOLDER / name).read_text(encoding="utf-8") for name in OWN)
+    html, css, *own = map(own_text, OWN)
     return shell.page(
         "study", f"{escape(about['name'])}: a study", said, read("style.css") + css, html,
         name=escape(about["name"]), subject=escape(about["title"]), description=escape(about["description"]),
@@ -78,9 +58,10 @@ def page(table: pa.Table, about: Mapping[str, Any], live: bool = False) -> str:
         verdict=said, where=where(table, about),
         heading="Where it holds, and where it breaks" if 0 < sum(table["passed"].to_pylist()) < count else
                 "What it changes",
-        maps=MAPS if mapped else "", responses=RESPONSES if metrics or shares else "",
+        maps='<div id="maps" data-maps="study"></div>' if mapped else "",
+        responses=own_text("responses.html").rstrip() if metrics or shares else "",
         metrics=quantiles_table(table, about),
-        parallel=PARALLEL if metrics else "",
+        parallel=own_text("parallel.html").rstrip() if metrics else "",
         sensitivity=sensitivity_section(indices, notes) if about["design"]["kind"] == "saltelli" else "",
         worst=worst_table(table, about, metrics, live),
         provenance=f"maglev-fmus {escape(provenance['version'])}"
@@ -96,10 +77,9 @@ def page(table: pa.Table, about: Mapping[str, Any], live: bool = False) -> str:
 
 def write_maps(path: Path, title: str, said: str, maps: Sequence[LawMap], words: Sequence[str] = OUTCOMES) -> None:
     """Write a page of the maps of some laws, side by side, with a sentence about them, and words for `OUTCOMES`."""
-    css = (FOLDER / "study.css").read_text(encoding="utf-8")
     shell.publish(path, shell.page(
-        "study", escape(title), escape(said), read("style.css") + css, MAPS_PAGE, name=escape(title),
-        said=escape(said), maps=MAPS, data=json_in_html({"maps": {"study": maps_data(maps, words)}}),
+        "study", escape(title), escape(said), read("style.css") + own_text("study.css"), own_text("maps.html"),
+        name=escape(title), said=escape(said), data=json_in_html({"maps": {"study": maps_data(maps, words)}}),
         scripts=shell.scripts(*map(read, SCRIPTS[:2]))))
 
 
