@@ -2,7 +2,7 @@
 
 from controller_fmu.drawings.icons import COLOURS, law_symbol
 from fmi_export.pages.icon import Shape, disc, rectangle, stroke
-from fmi_export.pages.sketch import arrow, box, sketch, symbol, words
+from fmi_export.pages.sketch import arrow, box, picture, sketch, symbol, words
 from plant_fmu.drawings import BLUE, COPPER, IRON, MOVER, RED
 
 LOOP = "#404850"
@@ -22,11 +22,12 @@ def icon(law: str, axes: int) -> tuple[Shape, ...]:
 def loop(controller: str, plant: str) -> str:
     """Controller and plant by their names."""
     return sketch(
-        880, 160, f"Block diagram: {controller} gives phase currents to {plant}, whose encoders it reads; only the "
-                  "references, their rates and external forces come from outside.",
-        symbol(44, 47, "r, ṙ"), words(44, 70, "references", "small"), arrow([(74, 50), (150, 50)]),
-        box(150, 20, 200, 64, controller, "every sample_time"), arrow([(350, 50), (500, 50)]),
-        symbol(425, 42, "i_a, i_b, i_c"), words(425, 70, "held over a sample", "small"),
-        box(500, 20, 180, 64, plant), arrow([(590, 150), (590, 84)]), words(598, 140, "external forces", "start small"),
-        arrow([(680, 50), (780, 50)]), words(730, 42, "positions", "small"),
-        arrow([(520, 84), (520, 120), (250, 120), (250, 84)]), words(385, 138, "encoders", "small"))
+        f"Block diagram: {controller} gives phase currents to {plant}, whose encoders it reads; only the references, "
+        "their rates and external forces come from outside.",
+        picture(276, words(2, 57, "references", "start"), symbol(34, 78, "r, ṙ"), arrow([(72, 52), (110, 52)]),
+                box(110, 20, 200, 64, controller, "every sample_time"), arrow([(260, 84), (260, 160)]),
+                symbol(270, 108, "i_a, i_b, i_c", "start"), words(270, 126, "held over", "start small"),
+                words(270, 141, "a sample", "start small"), box(110, 160, 200, 64, plant),
+                arrow([(160, 160), (160, 84)]), words(152, 126, "encoders", "end small"),
+                arrow([(160, 268), (160, 224)]), words(152, 256, "external forces", "end small"),
+                arrow([(260, 224), (260, 268)]), words(268, 256, "positions", "start small")))

@@ -3,7 +3,7 @@
 import math
 
 from fmi_export.pages.icon import Shape, disc, stroke
-from fmi_export.pages.sketch import arrow, box, line, sketch, symbol, words
+from fmi_export.pages.sketch import arrow, box, line, picture, sketch, symbol, words
 
 CURVE = [(14 + 3 * k, round(46 - 36 * math.exp(-0.11 * k) * math.cos(0.62 * k), 3)) for k in range(27)]
 
@@ -18,13 +18,14 @@ def icon(axes: int) -> tuple[Shape, ...]:
 def block_diagram() -> str:
     """From measured positions and delivered currents to the constants."""
     return sketch(
-        800, 200, "Block diagram: of the measured positions the velocity filter makes y; with the delivered currents "
-                  "they give the rows A and b; the estimator follows the constants C with a gain from its weight Σ.",
-        words(14, 50, "measured", "start"), arrow([(80, 45), (180, 45)]), box(180, 20, 130, 50, "velocity filter",
-                                                                            "$T_1, T_2$"),
-        arrow([(310, 45), (540, 45)]), symbol(425, 38, "y"), line([(120, 45), (120, 115)]),
-        arrow([(120, 115), (180, 115)]), symbol(14, 160, "i_d, i_q", "start"), arrow([(80, 155), (180, 155)]),
-        box(180, 95, 130, 80, "rows by", "$f_1 … f_4$"), arrow([(310, 135), (370, 135)]), symbol(340, 127, "A, b"),
-        box(370, 110, 110, 50, "matched filter", "(can be on)"), arrow([(480, 135), (540, 135)]),
-        box(540, 20, 140, 140, "estimator (3.8)", "$ε Σ Ĉ′ = Aᵀ (y − x̂)$",
-            "$Σ′ = AᵀA − Q / γ²$"), arrow([(680, 90), (740, 90)]), symbol(770, 95, "C_1 …"))
+        "Block diagram: of the measured positions the velocity filter makes y; with the delivered currents they give "
+        "the rows A and b; the estimator follows the constants C with a gain from its weight Σ.",
+        picture(402, words(75, 16, "measured"), arrow([(75, 22), (75, 60)]),
+                box(10, 60, 130, 50, "velocity filter", "$T_1, T_2$"), arrow([(75, 110), (75, 260)]),
+                symbol(62, 180, "y"), line([(75, 40), (215, 40)]), arrow([(215, 40), (215, 60)]),
+                symbol(275, 16, "i_d, i_q"), arrow([(275, 22), (275, 60)]),
+                box(180, 60, 130, 60, "rows by", "$f_1 … f_4$"), arrow([(245, 120), (245, 160)]),
+                symbol(264, 144, "A, b"), box(180, 160, 130, 50, "matched filter", "(can be on)"),
+                arrow([(245, 210), (245, 260)]),
+                box(10, 260, 300, 80, "estimator (3.8)", "$ε Σ Ĉ′ = Aᵀ (y − x̂)$", "$Σ′ = AᵀA − Q / γ²$"),
+                arrow([(160, 340), (160, 376)]), symbol(160, 395, "C_1 …"), width=320))

@@ -1,7 +1,7 @@
 """Icon of the measurement, and its block diagram."""
 
 from fmi_export.pages.icon import Shape, disc, stroke
-from fmi_export.pages.sketch import arrow, box, sketch, symbol, words
+from fmi_export.pages.sketch import arrow, box, picture, sketch, symbol, words
 
 # A signal with noise on it.
 NOISE = (0, 5, -4, 7, -6, 2, 8, -3, -7, 4, 6, -5, 3, -8, 5, -2, 7, -6, 4, 0)
@@ -19,10 +19,11 @@ def icon(axes: int) -> tuple[Shape, ...]:
 def block_diagram() -> str:
     """From the encoder to what the controller gets."""
     return sketch(
-        840, 130, "Block diagram: each encoder is read with a delay and jitter; the interpolation error, offset, drift "
-                  "and noise are added; a sample that is lost, or a frozen encoder, leaves the measurement as it was.",
-        words(14, 60, "encoder", "start"), arrow([(70, 55), (120, 55)]),
-        box(120, 25, 130, 60, "delay, jitter", "$t_k − τ − j u_k$"), arrow([(250, 55), (310, 55)]),
-        symbol(280, 47, "q"), box(310, 10, 210, 90, "interpolation error", "$+ A sin(2π q/p)$", "offset, drift, noise"),
-        arrow([(520, 55), (570, 55)]), box(570, 25, 130, 60, "lost or frozen:", "as before"),
-        arrow([(700, 55), (750, 55)]), words(758, 60, "measured", "start"))
+        "Block diagram: each encoder is read with a delay and jitter; the interpolation error, offset, drift and noise "
+        "are added; a sample that is lost, or a frozen encoder, leaves the measurement as it was.",
+        picture(374, words(115, 16, "encoder"), arrow([(115, 22), (115, 46)]),
+                box(50, 46, 130, 56, "delay, jitter", "$t_k − τ − j u_k$"), arrow([(115, 102), (115, 136)]),
+                symbol(126, 124, "q"),
+                box(10, 136, 210, 80, "interpolation error", "$+ A sin(2π q/p)$", "offset, drift, noise"),
+                arrow([(115, 216), (115, 250)]), box(50, 250, 130, 56, "lost or frozen:", "as before"),
+                arrow([(115, 306), (115, 342)]), words(115, 362, "measured"), width=230))

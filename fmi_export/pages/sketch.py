@@ -1,5 +1,6 @@
 """Sketches of the documentation as SVG in the page: block diagrams, axes with directions, symbols with indices.
 
+They run from above to below and are no wider than `WIDTH`, so that a phone shows them whole, with letters to read.
 Lines and texts are in the colour of the page's text, so that a sketch is as readable on dark as on light; STYLE has the
 few other colours.
 """
@@ -10,13 +11,16 @@ from html import escape
 
 Point = tuple[float, float]
 
+WIDTH = 350   # px, at most, of a picture
+
 STYLE = """
 :root { --axis: #0b6e4f; --force: #a3360a; --iron: #c3cad1; --north: #3b444d; --south: #e3e8ec; --box: #eef3fb; }
 @media (prefers-color-scheme: dark) { :root { --axis: #5fd0a5; --force: #ff9c75; --iron: #4c5761; --north: #c9d0d7;
 --south: #2a323a; --box: #222b38; } }
 @media print { :root { --axis: #0b6e4f; --force: #a3360a; --iron: #c3cad1; --north: #3b444d; --south: #e3e8ec;
---box: #eef3fb; } .sketch svg { max-width: 100%; height: auto; } }
-.sketch { margin: 1em 0; overflow-x: auto; } .sketch svg { display: block; color: inherit; }
+--box: #eef3fb; } }
+.sketch { display: flex; flex-wrap: wrap; gap: 1em 2em; margin: 1em 0; }
+.sketch svg { display: block; max-width: 100%; height: auto; color: inherit; }
 .sketch text { font: 13px system-ui, sans-serif; fill: currentColor; text-anchor: middle; }
 .sketch .symbol { font: italic 15px "Latin Modern Math", Cambria, serif; } .sketch .index { font-size: 75%; }
 .sketch .start { text-anchor: start; } .sketch .end { text-anchor: end; } .sketch .small { font-size: 12px; }
@@ -31,13 +35,15 @@ stroke: var(--north); } .sketch .paper { fill: var(--page); }
 """
 
 
-def sketch(width: float, height: float, title: str, *parts: str) -> str:
-    """A sketch of parts; its title says in words what it shows.
+def sketch(title: str, *pictures: str) -> str:
+    """A sketch of one or more pictures, side by side where there is room; its title says in words what it shows."""
+    return f'<div class="sketch" role="img" aria-label="{escape(title)}">{"".join(pictures)}</div>'
 
-    It is never made smaller than it is drawn, for its letters would be too small to read: on a phone it is moved aside.
-    """
-    return (f'<div class="sketch" tabindex="0"><svg role="img" aria-label="{escape(title)}" width="{width:g}" '
-            f'height="{height:g}" viewBox="0 0 {width:g} {height:g}">{"".join(parts)}</svg></div>')
+
+def picture(height: float, *parts: str, width: float = WIDTH) -> str:
+    """A picture of parts."""
+    return (f'<svg width="{width:g}" height="{height:g}" viewBox="0 0 {width:g} {height:g}" aria-hidden="true">'
+            f'{"".join(parts)}</svg>')
 
 
 def words(x: float, y: float, text: str, kind: str = "") -> str:
@@ -91,5 +97,5 @@ def labelled_arrow(points: Sequence[Point], label: str, kind: str, at: Point, an
 
 
 def difference(x: float, y: float) -> str:
-    """The point where a signal from the left is taken from one from below."""
-    return f'<circle class="box" cx="{x:g}" cy="{y:g}" r="9"/>{words(x - 16, y - 6, "−")}{words(x + 9, y + 22, "+")}'
+    """The point where a signal from above is taken from one from the right."""
+    return f'<circle class="box" cx="{x:g}" cy="{y:g}" r="9"/>{words(x - 12, y - 12, "−")}{words(x + 18, y - 6, "+")}'

@@ -1,11 +1,11 @@
 """Icons of the plants, and sketches of the stages with their axes, directions and symbols."""
 
 from fmi_export.pages.icon import Shape, disc, rectangle, stroke
-from fmi_export.pages.sketch import filled, labelled_arrow, line, sketch, symbol, words
+from fmi_export.pages.sketch import WIDTH, filled, labelled_arrow, line, picture, sketch, symbol, words
 
 IRON, MOVER, COPPER, RED, BLUE = "#607080", "#404850", "#d08030", "#c03030", "#3050c0"
 PHASES = "acbacb"   # of successive slots
-POLE, SLOT, TOOTH = 48, 16, 14   # px
+POLE, SLOT, TOOTH = 36, 16, 12   # px
 
 
 def icon(axes: int) -> tuple[Shape, ...]:
@@ -38,19 +38,20 @@ def tilts() -> tuple[Shape, ...]:
 def stage_sketch(title: str, vertical: str, *others: str) -> str:
     """A stage from the side, and from above where it moves along two directions; its tilts are the last two axes."""
     horizontal, tilted = others[:2], others[2:]
-    side = side_view(vertical, horizontal[0])
+    side = picture(270, side_view(vertical, horizontal[0]))
     if len(horizontal) == 1:
-        return sketch(545, 265, f"{title} from the side: stator with slots above, mover with magnets below it. The air "
-                                f"gap {vertical} grows downwards, the displacement {horizontal[0]} to the right.", side)
-    return sketch(860, 265, f"{title} from the side and from above: the air gap {vertical} grows downwards; motors "
-                            f"drive the mover along {horizontal[0]}, to the right, and along {horizontal[1]}."
-                            f"{f' It tilts by {tilted[0]} and {tilted[1]}.' if tilted else ''}",
-                  side, above(710, 138, vertical, horizontal), *turns(710, 138, horizontal, tilted))
+        return sketch(f"{title} from the side: stator with slots above, mover with magnets below it. The air gap "
+                      f"{vertical} grows downwards, the displacement {horizontal[0]} to the right.", side)
+    return sketch(f"{title} from the side and from above: the air gap {vertical} grows downwards; motors drive the "
+                  f"mover along {horizontal[0]}, to the right, and along {horizontal[1]}."
+                  f"{f' It tilts by {tilted[0]} and {tilted[1]}.' if tilted else ''}",
+                  side, picture(270, above(125, 138, vertical, horizontal), *turns(125, 138, horizontal, tilted),
+                                width=250))
 
 
 def side_view(vertical: str, horizontal: str) -> str:
     """One motor: what its axes are called."""
-    middle, face, gap, width = 240, 92, 50, 4 * POLE
+    middle, face, gap, width = WIDTH / 2, 92, 50, 4 * POLE
     top, left = face + gap, middle + 30 - width / 2
     slots = [middle + (SLOT + TOOTH) * (k - 5) - SLOT / 2 for k in range(11)]
     parts = [filled(slots[0] - TOOTH, 30, slots[-1] - slots[0] + SLOT + 2 * TOOTH, face - 30, "iron")]
@@ -58,31 +59,32 @@ def side_view(vertical: str, horizontal: str) -> str:
         parts += [filled(x, 52, SLOT, face - 52, "paper"), words(x + SLOT / 2, 78, PHASES[k % 6], "small")]
     parts.append(filled(left, top + 16, width, 34, "iron"))
     for k in range(4):
-        parts += [filled(left + POLE * k + 5, top, POLE - 10, 16, ("north", "south")[k % 2])]
+        parts += [filled(left + POLE * k + 4, top, POLE - 8, 16, ("north", "south")[k % 2])]
     bottom = top + 50
     right = left + width
     return "".join(parts) + "".join([
         words(middle, 20, "stator with the coils of phases a, b, c"),
         words(left + width / 2, bottom - 12, "mover with magnets"),
         line([(middle, face + 4), (middle, top - 2)], "dashed"),
-        line([(middle, bottom + 4), (middle, bottom + 62)], "dashed"),
+        line([(middle, bottom + 4), (middle, bottom + 52)], "dashed"),
         line([(left + width / 2, bottom + 4), (left + width / 2, bottom + 46)]),
-        labelled_arrow([(middle, bottom + 36), (left + width / 2, bottom + 36)], horizontal, "axis",
-                       (middle + 8, bottom + 58)),
-        words(middle + 26, bottom + 58, "displacement, 0 at the stator's middle", "start small"),
+        labelled_arrow([(middle, bottom + 40), (left + width / 2, bottom + 40)], horizontal, "axis",
+                       (left + width / 2 + 8, bottom + 45)),
+        words(middle, bottom + 68, "displacement, 0 at the stator's middle", "small"),
         line([(left - 48, face), (left - 8, face)]), line([(left - 48, top), (left - 4, top)]),
         labelled_arrow([(left - 36, face), (left - 36, top)], f"{vertical} = g", "axis",
-                       (left - 44, face + 28), "end"),
-        words(left - 44, face + 46, "air gap", "end small"),
-        labelled_arrow([(right + 6, bottom - 18), (right + 6 + 44, bottom - 18)], "F", "force",
-                        (right + 56, bottom - 13)),
-        labelled_arrow([(left - 6, bottom - 18), (left - 50, bottom - 18)], "i_q > 0", "force",
-                       (left - 56, bottom - 13), "end"),
-        words(left - 56, bottom + 6, "drives it this way", "end small"),
-        labelled_arrow([(right + 18, face + 8), (right + 18, face + 42)], "i_d > 0, G", "force",
-                       (right + 28, face + 22)),
-        words(right + 28, face + 40, "push it down", "start small"),
-        words(right + 72, bottom - 13, f"{horizontal}.force > 0", "start small")])
+                       (left - 44, face + 22), "end"),
+        words(left - 44, face + 40, "air gap", "end small"),
+        labelled_arrow([(right + 6, bottom - 18), (right + 6 + 40, bottom - 18)], "F", "force",
+                        (right + 52, bottom - 13)),
+        labelled_arrow([(left - 6, bottom - 18), (left - 46, bottom - 18)], "i_q > 0", "force",
+                       (left - 52, bottom - 13), "end"),
+        words(left - 6, bottom + 4, "drives it this way", "end small"),
+        # In the gap, over the mover.
+        labelled_arrow([(right - 60, face + 8), (right - 60, face + 42)], "i_d > 0, G", "force",
+                       (right - 50, face + 22)),
+        words(right - 50, face + 40, "push it down", "start small"),
+        words(right + 6, bottom + 4, f"{horizontal}.force > 0", "start small")])
 
 
 def above(x: float, y: float, vertical: str, horizontal: tuple[str, ...]) -> str:
