@@ -10,6 +10,7 @@ from maglev.panels import PANELS, kinds_of
 from maglev.procedures.outcome import Outcome
 from maglev.report.plots.charts import ShownChart, chart_data, shown_charts
 from maglev.report.plots.figures import (
+    Panel,
     Shown,
     axis_of,
     error_of,
@@ -17,10 +18,9 @@ from maglev.report.plots.figures import (
     needed_tolerances,
     recorded_columns,
     run_colours,
-    shown_commands,
-    speed_of,
 )
-from maglev.report.plots.marks import figure_bounds, figure_marks, limits
+from maglev.report.plots.lines import panel_levels, panel_lines
+from maglev.report.plots.marks import figure_bounds, figure_marks
 from maglev.report.plots.series import pack
 from maglev.report.status import events
 
@@ -71,12 +71,8 @@ def run_data(result: RunResult, shown: Sequence[Shown], most: int, kinds: Sequen
                   needed_tolerances(result, shown, kinds, moves), most)
     return {
         "title": plan.title,
-        "axes": {name: {"position": axis.position, "reference": axis.reference, "speed": speed_of(axis),
-                        "error": error_of(axis), "vertical": axis.vertical, "rotation": axis.rotation,
-                        "bands": plan.metrics.bands_of(axis)} for name, axis in plan.axes.items()},
-        "motors": {name: {"commands": shown_commands(motor), "currents": motor.currents}
-                   for name, motor in plan.motors.items()},
-        "limits": [limit._asdict() for limit in limits(plan, result.parameters)],
+        "axes": {name: {"position": axis.position, "reference": axis.reference} for name, axis in plan.axes.items()},
+        "motors": {name: {"currents": motor.currents} for name, motor in plan.motors.items()},
         "events": [{"time": event.time, "text": event.words} for event in events(result.metrics)],
         "windows": plan.windows,
         **packed,
@@ -97,6 +93,20 @@ def moving(runs: Mapping[str, RunResult]) -> dict[str, Any]:
                         for label, run in runs.items()]}
 
 
+def panel_data(shown: Shown, panel: Panel, again: Mapping[str, RunResult]) -> dict[str, Any]:
+    """What the page's scripts know about a panel: lines and levels of its runs, and of those made again, by label."""
+    runs = {shown.figure.runs[run.plan.name]: run for run in shown.recorded}
+    names = {label: run.plan.name for label, run in runs.items()} | {
+        label: again_name(run) for label, run in again.items()}
+    colours = None if shown.colours is None else {label: shown.colours[run.plan.name] for label, run in runs.items()}
+    lines = [*panel_lines(panel, runs, colours)]
+    if PANELS[panel.kind].of == "axis":   # what claims blame friction for is seen in the motion
+        lines += [line for line in panel_lines(panel, {**runs, **again}) if line.run in again and line.name in again]
+    return {"kind": panel.kind, **PANELS[panel.kind].data(panel.of, *axis_of(shown.runs, panel)),
+            "lines": [{**line._asdict(), "run": names[line.run]} for line in lines],
+            "levels": [level._asdict() for level in panel_levels(panel, runs)]}
+
+
 def figure_data(shown: Shown | ShownChart, judgements: Judgements,
                 frictionless: Frictionless = NOTHING) -> dict[str, Any]:
     """What the page's scripts know about a figure."""
@@ -104,15 +114,14 @@ def figure_data(shown: Shown | ShownChart, judgements: Judgements,
         same = [chart for chart in shown_charts(frictionless.outcomes) if chart.id == shown.id]
         return {**chart_data(shown), **({"without": chart_data(same[0])["chart"]} if same else {})}
     labels = {run.plan.name: shown.figure.runs[run.plan.name] for run in shown.recorded}
-    again = [{"name": again_name(run), "label": "without friction" if len(labels) == 1 else
-              f"{labels[run.plan.name]}, without friction"} for run in frictionless.runs
-             if run.plan.name in labels and len(run.time)]
+    again = {"without friction" if len(labels) == 1 else f"{labels[run.plan.name]}, without friction": run
+             for run in frictionless.runs if run.plan.name in labels and len(run.time)}
     return {"runs": [{"name": name, "label": label,
                       **({} if shown.colours is None else {"css": f"run-{shown.colours[name]}"})}
                      for name, label in labels.items()],
-            "panels": [{"kind": panel.kind, **PANELS[panel.kind].data(panel.of, *axis_of(shown, panel))}
-                       for panel in shown.panels],
+            "panels": [panel_data(shown, panel, again) for panel in shown.panels],
             "bounds": figure_bounds(shown, judgements),
             "marks": figure_marks(shown, judgements),
-            **({"without": again} if again else {}),
+            **({"without": [{"name": again_name(run), "label": label} for label, run in again.items()]}
+               if again else {}),
             **({} if shown.figure.until is None else {"until": shown.figure.until})}

@@ -199,9 +199,9 @@ def anchor(*parts: str) -> str:
     return re.sub(r"[^A-Za-z0-9]+", "-", "-".join(parts))
 
 
-def axis_of(shown: Shown, panel: Panel) -> tuple[str, bool]:
-    """SI unit of the axis that a panel shows, m if it shows none, and whether the axis is an air gap."""
-    return next(((axis.unit, axis.vertical) for run in shown.runs if PANELS[panel.kind].of == "axis"
+def axis_of(runs: Iterable[RunResult], panel: Panel) -> tuple[str, bool]:
+    """SI unit of the axis that a panel shows of runs, m if it shows none, and whether the axis is an air gap."""
+    return next(((axis.unit, axis.vertical) for run in runs if PANELS[panel.kind].of == "axis"
                  for name, axis in run.plan.axes.items() if name == panel.of), ("m", False))
 
 

@@ -1,14 +1,13 @@
-"""Marks in the panels of a figure: what the thesis states in words, the ends of its axes, and limits of the run."""
+"""Marks in the panels of a figure: what the thesis states in words, and the ends of its axes."""
 
 import re
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterator, Sequence
 from typing import Any, NamedTuple
 
 from maglev.experiment.execution import RunResult
 from maglev.judging.verdicts import ClaimResult, Judgements, bounds, sentences
 from maglev.report.plots.figures import Panel, Shown, needed_columns
 from maglev.schema.judged.claims import RunClaim
-from maglev.schema.run_plan import RunPlan
 
 # "Fig. 4.18", "Figs. 5.34-5.36", "Figures 4.18, 4.19 and 4.21"; a number elsewhere is an equation or a section.
 FIGURE_LIST = re.compile(r"Fig(?:ure|ures|s)?\.?\s*(\d+\.\d+(?:\s*(?:,|-|–|and|to)\s*\d+\.\d+)*)")
@@ -128,30 +127,3 @@ def cited_figures(source: str) -> set[str]:
         for chapter, first, _, last in FIGURE_RANGE.findall(text):
             numbers.update(f"{chapter}.{k}" for k in range(int(first), int(last) + 1))
     return numbers
-
-
-class Limit(NamedTuple):
-    """Levels (SI) that a panel marks: its kind, the axis or motor it shows, what they are in words, and where."""
-
-    kind: str
-    of: str
-    text: str
-    values: list[float]
-
-
-def limits(plan: RunPlan, parameters: Mapping[str, float]) -> list[Limit]:
-    """Limits by the parameters (SI) that a run started with; of FMUs with other names none."""
-    drawn = []
-    for name, axis in plan.axes.items():
-        stop = axis.position.rpartition(".")[0] + ".stop."
-        if stop + "lower" in parameters and stop + "upper" in parameters:
-            drawn.append(Limit("position", name, "end stops", [parameters[stop + end] for end in ("lower", "upper")]))
-    for name, motor in plan.motors.items():
-        peak = parameters.get(motor.currents[0].rpartition(".")[0] + ".amplifier.peak") if motor.currents else None
-        limit = parameters.get(motor.commands[0].partition(".")[0] + ".current_limit") if motor.commands else None
-        if peak:
-            drawn.append(Limit("currents", name, f"peak of the amplifiers, {peak:g} A", [-peak, peak]))
-        if limit:   # 0 is none
-            limit *= parameters.get(motor.commands[0].rpartition(".")[0] + ".limit_ratio", 1.0)
-            drawn.append(Limit("commands", name, f"limit of the commands, {limit:g} A", [-limit, limit]))
-    return drawn

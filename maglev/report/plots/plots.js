@@ -41,60 +41,13 @@ function chartOf(id) {
       kin: `${curve.kin}, without friction` }))] }));
 }
 
-/** Lines that a panel draws: run, signal, legend, colour, dash. */
-function panelLines(figure, runs, { kind, of }) {
-  const lines = [];
-  runs.forEach(({ name, label, css: own }, r) => {
-    const run = report.runs[name];
-    const dash = RUN_DASHES[r % RUN_DASHES.length];
-    if (kind === "commands" || kind === "currents") {
-      (run.motors[of]?.[kind] ?? []).forEach((signal, s) => {
-        const short = signal.split(".").pop().replace("_cmd", "");
-        const css = own ?? (kind === "currents" ? `phase-${s % 3}` : s % 2 ? "quadrature" : "direct");
-        lines.push({ run: name, signal, name: runs.length > 1 ? `${short} ${label}` : short, of: own && label, css, dash, thin: own && s > 0 });
-      });
-      return;
-    }
-    const signal = kind === "own" ? of : run.axes[of]?.[kind];
-    if (signal) lines.push({ run: name, signal, name: label, css: own ?? `run-${r % 5}`, dash });
-  });
-  if (kind === "position") {
-    // The reference once, of the run that was recorded longest.
-    const longest = figure.runs.map(({ name }) => ({ run: name, signal: report.runs[name].axes[of]?.reference }))
-      .filter(({ run, signal }) => ready[run][signal])
-      .sort((a, b) => ready[b.run][b.signal].times.at(-1) - ready[a.run][a.signal].times.at(-1))[0];
-    if (longest) lines.unshift({ ...longest, name: "reference", ...MARKED.reference });
-  }
-  return lines.filter(({ run, signal }) => ready[run][signal]);
-}
-
 function drawnLine(line, panel) {
   const { scale, unit } = panel;
   const signal = ready[line.run][line.signal];
   const points = panel.floor ? logarithmicPoints(signal, panel)
     : { x: signal.times, y: signal.values.map((value) => scale * value) };
-  return { ...line, ...points, ascending: true, 
+  return { ...line, ...points, ascending: true,
     note: line.css === "reference" ? ` ${unit}` : ` ± ${Number((scale * signal.tolerance).toPrecision(2))} ${unit}` };
-}
-
-/** Levels across a panel: bands of settling, end stops, limits of currents; each limit once, of whichever runs have it. */
-function panelLevels(figure, { kind, of, scale }) {
-  const levels = [];
-  for (const { name, label } of figure.runs) {
-    const { axes, limits } = report.runs[name];
-    if (kind === "error") {
-      for (const band of axes[of]?.bands ?? []) levels.push({ value: scale * band, name: "bands of settling", ...MARKED["bands of settling"] });
-    }
-    const whose = figure.runs.length > 1 ? ` (${label})` : "";
-    for (const { of: what, kind: shown, text, values } of limits) {
-      if (what !== of || shown !== kind) continue;
-      for (const value of values) {
-        if (levels.some((level) => level.value === scale * value)) continue;
-        levels.push({ value: scale * value, name: `${text}${text.startsWith("end stop") ? "" : whose}`, css: "limit", dash: "dashdot" });
-      }
-    }
-  }
-  return levels;
 }
 
 /** Ranges, across a panel, in which the data of the thesis's figure end. */
@@ -126,13 +79,13 @@ function figurePanels(id) {
   const ends = runs.flatMap(({ name }) => Object.values(ready[name]).map(({ times }) => times.at(-1)));
   const windows = Object.values(Object.fromEntries(runs.flatMap(({ name }) => report.runs[name].windows)
     .map(([name, low, high]) => [`${name} ${low} ${high}`, { name, low, high, css: "open" }])));
-  const instants = instantsOf(runs);
+  const instants = instantsOf(runs), names = runs.map(({ name }) => name);
   return figure.panels.map((panel, p) => ({
     title: panel.title, xTitle: "time (s)", low: 0,
     high: Math.max(...ends), logarithmic: panel.floor !== null && panel.unit,
     format: (value) => numberText(value, panel.digits),
-    lines: panelLines(figure, runs, panel).map((line) => drawnLine(line, panel)),
-    levels: panelLevels(figure, panel), areas: panelAreas(figure, p), instants, windows, down: panel.down,
+    lines: panel.lines.filter(({ run, signal }) => names.includes(run) && ready[run][signal]).map((line) => drawnLine(line, panel)),
+    levels: panel.levels, areas: panelAreas(figure, p), instants, windows, down: panel.down,
     marks: panelMarks(figure, p, Math.max(...ends)),
   }));
 }
