@@ -5,13 +5,12 @@ threads run. FMUs that are called run in processes of their own.
 """
 
 from collections.abc import Callable, Iterator
+from concurrent.futures import ThreadPoolExecutor, as_completed
 from contextlib import contextmanager
 from ctypes import c_int64
 from dataclasses import replace
 from functools import partial
 from math import inf
-from queue import SimpleQueue
-from threading import Thread
 
 import numpy as np
 
@@ -21,9 +20,7 @@ from maglev.catalogue.for_runs import has_compiler
 from maglev.cosim.blocks.common_beginning import Common, words_of
 from maglev.errors import MaglevError, extra, option
 from maglev.processes.side_by_side import Idle, Progress, Stopped, kept_processes, side_by_side, warn
-from maglev.studies.flying.flight import Flight
 from maglev.studies.flying.graphics_processor import fly_on_graphics_processor
-from maglev.studies.flying.measuring import Measuring
 from maglev.studies.flying.samples import (
     Batch,
     Flown,
@@ -110,7 +107,7 @@ def loop_for(job: Job, batches: list[Batch], values: Array) -> Job | None:
     if job.limit is not None:
         return None
     with said_if_slower("calls of the FMUs"):
-        with flight_of(job) as flight:
+        with job.flight() as flight:
             flight.load(build=steps >= WORTH_COMPILING)
             if flight.loop is None or steps < WORTH_SPECIALISING:
                 return None if flight.loop is None else job
@@ -118,7 +115,7 @@ def loop_for(job: Job, batches: list[Batch], values: Array) -> Job | None:
             begun = [flight.beginning(job.changes(values[samples[k]].tolist())) for k in looked_at]
         if begun := [beginning for beginning in begun if beginning]:
             job = replace(job, common=Common.of(words_of(begun)))
-            with said_if_slower("the loop for all samples"), flight_of(job) as flight:
+            with said_if_slower("the loop for all samples"), job.flight() as flight:
                 flight.load(build=True)
         return job
     return None
@@ -134,51 +131,30 @@ def said_if_slower(instead: str) -> Iterator[None]:
             warn(f"{error}; samples run by {instead}: the same results, slower")
 
 
-def flight_of(job: Job) -> Flight:
-    return Flight(job.experiment, measuring=Measuring(job.experiment.plan, job.experiment.times, job.kept, job.every),
-                  written=job.written, common=job.common)
-
-
 def fly_in_threads(jobs: int, job: Job, batches: list[Batch], values: Array, store: Store) -> None:
     """Fly batches in so many threads, each with FMUs of its own, and store each here as it is done."""
-    waiting: SimpleQueue[Batch | None] = SimpleQueue()
-    done: SimpleQueue[tuple[int, Flown | BaseException]] = SimpleQueue()
     ended = c_int64()
 
-    def fly_waiting() -> None:
-        while (batch := waiting.get()) is not None and not ended:
-            samples = each_flown(job, values[batch.first:batch.last], ended=ended)
-            try:
-                done.put((batch.number, gathered(job, batch.first, until_interrupted(samples))))
-            except BaseException as error:   # of this thread, for the one that waits
-                done.put((batch.number, error))
+    def fly(batch: Batch) -> tuple[int, Flown]:
+        samples = each_flown(job, values[batch.first:batch.last], ended=ended)
+        return batch.number, gathered(job, batch.first, until_interrupted(samples))
 
-    threads = [Thread(target=fly_waiting) for _ in range(min(jobs, len(batches)))]
-    for batch in (*batches, *(None for _ in threads)):
-        waiting.put(batch)
-    for thread in threads:
-        thread.start()
-    try:
-        for _ in batches:
-            number, flown = done.get()
-            if isinstance(flown, BaseException):
-                raise flown
-            store(number, flown)
-    except KeyboardInterrupt:
-        end(threads, ended)
-        while not done.empty():
-            number, flown = done.get()
-            if isinstance(flown, Flown):
-                store(number, flown)
-        raise
-    finally:
-        end(threads, ended)
-
-
-def end(threads: list[Thread], ended: c_int64) -> None:
-    ended.value = 1
-    for thread in threads:
-        thread.join()
+    with ThreadPoolExecutor(jobs) as pool:
+        waiting = {pool.submit(fly, batch) for batch in batches}
+        try:
+            for future in as_completed([*waiting]):
+                waiting.remove(future)   # what is stored is not kept
+                store(*future.result())
+        except KeyboardInterrupt:
+            ended.value = 1
+            pool.shutdown(cancel_futures=True)
+            for future in waiting:
+                if not future.cancelled() and future.exception() is None:
+                    store(*future.result())
+            raise
+        finally:
+            ended.value = 1
+            pool.shutdown(cancel_futures=True)
 
 
 def fly_batches(jobs: int, idle: Idle, job: Job, batches: list[Batch], values: Array, store: Store,

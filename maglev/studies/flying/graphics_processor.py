@@ -20,7 +20,7 @@ from maglev.cosim.blocks.graphics_processor import driver, kernels, launch, sent
 from maglev.errors import MaglevError, ScenarioError, option
 from maglev.schema.settings import REFERENCE
 from maglev.studies.flying.flight import Changes, Flight
-from maglev.studies.flying.measuring import Found, Measuring, Observer, complete
+from maglev.studies.flying.measuring import Found, Observer, complete
 from maglev.studies.flying.samples import Batch, Job, Sample, Store, each_flown, gathered, rows_of
 
 KERNEL = Path(__file__).with_name("kernel.c")
@@ -61,8 +61,7 @@ def fly_on_graphics_processor(job: Job, batches: list[Batch], values: Array, sto
     MaglevError without a loop for it, or where memory is short.
     """
     asked = option("device", "gpu")
-    with Flight(job.experiment, measuring=Measuring(job.experiment.plan, job.experiment.times, job.kept, job.every),
-                written=job.written) as flight:
+    with job.flight() as flight:
         try:
             flight.load(build=True)
             if flight.loop is None:

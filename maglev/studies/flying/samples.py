@@ -1,6 +1,6 @@
 """Samples of a study run one after the other, on one instance of each FMU: in this process, or in one beside it."""
 
-from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Collection, Iterable, Iterator, Mapping, Sequence
 from contextlib import suppress
 from ctypes import c_int64
 from dataclasses import dataclass, field
@@ -46,6 +46,11 @@ class Job:
     def changes(self, sample: Sequence[float]) -> dict[str, float | bool]:
         return {target.name: bool(value) if target.boolean else value
                 for target, value in zip(self.targets, sample, strict=True)}
+
+    def flight(self, wanted: Collection[str] | None = None, ended: c_int64 | None = None) -> Flight:
+        """What runs samples in this process, see `Flight`."""
+        measuring = Measuring(self.experiment.plan, self.experiment.times, self.kept, self.every)
+        return Flight(self.experiment, wanted, measuring, ended, self.written, self.common)
 
 
 @dataclass(frozen=True)
@@ -102,9 +107,7 @@ def each_flown(job: Job, values: Array, loaded: Callable[[], None] | None = None
     with the FMUs' blocks.
     """
     plan = job.experiment.plan
-    measuring = Measuring(plan, job.experiment.times, job.kept, job.every)
-    with Flight(job.experiment, columns_needed(plan) | set(job.kept), measuring, ended, job.written,
-                job.common) as flight:
+    with job.flight(columns_needed(plan) | set(job.kept), ended) as flight:
         flight.load()   # what fails here is no sample's fault
         if loaded is not None:
             loaded()
