@@ -1,7 +1,7 @@
 """A study made ready: everything that would be refused is refused here, before the first run."""
 
 import shutil
-from collections.abc import Collection, Mapping
+from collections.abc import Iterable, Mapping
 from contextlib import suppress
 from dataclasses import dataclass, replace
 from pathlib import Path
@@ -13,7 +13,7 @@ from maglev.arrays import Array
 from maglev.errors import QuantityError, ScenarioError, nearest
 from maglev.experiment.execution import expected
 from maglev.experiment.preparation import Experiment, is_foreign
-from maglev.studies.columns import columns_of, named_values
+from maglev.studies.columns import Column, columns_of, named_values
 from maglev.studies.design import number_of_samples, samples
 from maglev.studies.flying.batches import batches_of
 from maglev.studies.flying.content import code_of_package
@@ -21,7 +21,7 @@ from maglev.studies.flying.samples import Batch, Job
 from maglev.studies.key import key_of
 from maglev.studies.layout import Layout
 from maglev.studies.schema import StudyFile
-from maglev.studies.targets import target_values, targets_of
+from maglev.studies.targets import Target, target_values, targets_of
 from maglev.time_grid import whole_steps
 from maglev.user_controllers.blocks import built_blocks
 
@@ -53,9 +53,7 @@ def plan_study(study: StudyFile, experiment: Experiment, origin: str, out: Path,
     does not fit on the disk.
     """
     plan = experiment.plan
-    if plan.needs:
-        raise ScenarioError(f"{origin}: scenario = {study.scenario!r}: starts from the results of "
-                            f"{', '.join(sorted(plan.needs))}, expected one that stands for itself")
+    require_alone(experiment, study.scenario, origin)
     targets = targets_of(study, experiment, origin)
     count = number_of_samples(study)
     known = named_values(plan, expected(experiment))
@@ -67,10 +65,8 @@ def plan_study(study: StudyFile, experiment: Experiment, origin: str, out: Path,
                  + 8 * count * rows * len(study.keep), count)
     design = samples(study)
     values = target_values(targets, design, origin)
-    written = built_blocks(experiment.files)
-    job = Job("", code_of_package(), experiment, tuple(targets), tuple(columns), tuple(study.keep), every,
-              limit_of(experiment, written, study.sample_timeout, origin), written)
-    native = all(fmu.kind == "native" for fmu in experiment.provenance().fmus)   # a foreign one may run Python inside
+    job = job_of(experiment, targets, columns, study.sample_timeout, origin)
+    job = replace(job, kept=tuple(study.keep), every=every)
     varied = {parameter.column: "" if parameter.mode == "factor" else
               next(target.unit.removeprefix("1") for target in targets if target.column == i)
               for i, parameter in enumerate(study.vary)}
@@ -78,7 +74,7 @@ def plan_study(study: StudyFile, experiment: Experiment, origin: str, out: Path,
         raise ScenarioError(f"{origin}: vary.name = {name!r}: expected another name than that of a metric")
     job = replace(job, key=key_of(job, values, varied, design, bool(study.limits)))
     layout = Layout(job, varied, bool(study.limits), about(study, job, experiment, run, count))
-    return PlannedStudy(study, job, layout, design, values, batches_of(job, count, native, rows),
+    return PlannedStudy(study, job, layout, design, values, batches_of(job, count, rows),
                         experiment.times[::every], experiment.outputs())
 
 
@@ -94,16 +90,28 @@ def rows_every(keep_interval: float | None, experiment: Experiment, origin: str)
                         f"steps of {step:g} s, up to the stop time = {stop_time:g} s")
 
 
-def limit_of(experiment: Experiment, written: Collection[str], asked: float | None, origin: str) -> float | None:
-    """Longest wall time of a sample, s; None if it may take any.
+def require_alone(experiment: Experiment, scenario: str, origin: str) -> None:
+    """Refuse a scenario that starts from the results of others."""
+    if needs := experiment.plan.needs:
+        raise ScenarioError(f"{origin}: scenario = {scenario!r}: starts from the results of "
+                            f"{', '.join(sorted(needs))}, expected one that stands for itself")
 
-    FMUs of this installation do not hang, and `written` ones, by name, cannot.
+
+def job_of(experiment: Experiment, targets: Iterable[Target], columns: Iterable[Column], timeout: float | None,
+           origin: str) -> Job:
+    """Job of a study or a tuning, without its key; `timeout` is the longest wall time of a sample, s.
+
+    Without one a sample may take any, but with FMUs of others: those of this installation do not hang, and written ones
+    cannot. ScenarioError if it is too long.
     """
-    if asked is None and any(is_foreign(path) for name, path in experiment.files.items() if name not in written):
-        return LIMIT_OF_FOREIGN
-    if asked is not None and asked > LARGEST_LIMIT:
-        raise ScenarioError(f"{origin}: sample_timeout = {asked:g} s: expected at most {LARGEST_LIMIT:g} s")
-    return asked
+    written = built_blocks(experiment.files)
+    if timeout is None and any(is_foreign(path) for name, path in experiment.files.items() if name not in written):
+        timeout = LIMIT_OF_FOREIGN
+    if timeout is not None and timeout > LARGEST_LIMIT:
+        raise ScenarioError(f"{origin}: sample_timeout = {timeout:g} s: expected at most {LARGEST_LIMIT:g} s")
+    native = all(fmu.kind == "native" for fmu in experiment.provenance().fmus)   # a foreign one may run Python inside
+    return Job("", code_of_package(), experiment, tuple(targets), tuple(columns), limit=timeout, written=written,
+               native=native)
 
 
 def require_signals(study: StudyFile, experiment: Experiment, origin: str) -> None:

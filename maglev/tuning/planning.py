@@ -13,14 +13,12 @@ from maglev.experiment.preparation import Experiment
 from maglev.linear.design import gains_of
 from maglev.studies.columns import Column, columns_of, metric_names, named_values
 from maglev.studies.design import samples
-from maglev.studies.flying.content import code_of_package
 from maglev.studies.flying.samples import Job
 from maglev.studies.key import key_of
-from maglev.studies.planning import limit_of
+from maglev.studies.planning import job_of, require_alone
 from maglev.studies.schema import StudyFile, Varied
 from maglev.studies.targets import Target, target_values, targets_of
 from maglev.tuning.schema import Range, TuneFile
-from maglev.user_controllers.blocks import built_blocks
 
 REFUSED = 1e6          # cost of a candidate that breaks a limit: more than any that meets all
 SMALLEST = 1e-6        # by which an excess is divided at least
@@ -150,7 +148,6 @@ class PlannedTuning:
     nominal: Array   # values that the scenario itself has of what is searched, shape (number searched,)
     plants: Array    # shape (plants, number that the plants vary)
     fresh: Array     # likewise, those that were not searched with
-    native: bool
 
     def values(self, candidates: Array, plants: Array) -> Array:
         """Values of the targets, shape (candidates · plants, targets), of candidates with their parameters."""
@@ -163,9 +160,7 @@ def plan_tuning(tuning: TuneFile, experiment: Experiment, origin: str) -> Planne
     MaglevError if something in it cannot be used, or is out of range.
     """
     descriptions, plan = experiment.check(), experiment.plan
-    if plan.needs:
-        raise ScenarioError(f"{origin}: scenario = {tuning.scenario!r}: starts from the results of "
-                            f"{', '.join(sorted(plan.needs))}, expected one that stands for itself")
+    require_alone(experiment, tuning.scenario, origin)
     omega0 = {name: experiment.start_value(f"{name}.omega0", descriptions) for name in descriptions
               if any(variable.name == "omega0" for variable in descriptions[name].modelVariables)}
     for poles in tuning.poles:
@@ -188,13 +183,9 @@ def plan_tuning(tuning: TuneFile, experiment: Experiment, origin: str) -> Planne
                  for i in numbers(columns, known, [name], origin)}, tuning.over)
     plants = plants_of(tuning.plants(), targets, origin)
     fresh = plants_of(tuning.plants(tuning.fresh, tuning.design.seed + 1), targets, origin) if tuning.fresh else plants
-    written = built_blocks(experiment.files)
-    job = Job("", code_of_package(), experiment, tuple(targets), tuple(columns),
-              limit=limit_of(experiment, written, None, origin), written=written)
-    native = not any(fmu.kind == "Python" for fmu in experiment.provenance().fmus)
+    job = job_of(experiment, targets, columns, None, origin)
     nominal = np.array([target.nominal for target in searched])
-    return PlannedTuning(tuning, replace(job, key=key_of(job, plants)), unknowns, cost, nominal, plants,
-                         fresh, native)
+    return PlannedTuning(tuning, replace(job, key=key_of(job, plants)), unknowns, cost, nominal, plants, fresh)
 
 
 def set_once(varied: list[Varied], origin: str) -> list[Varied]:

@@ -63,8 +63,7 @@ class Search:
             self.flights += len(flown.values)
             self.watch(min(self.flights, self.all_flights - 1), self.all_flights)
 
-        self.fly_batches(self.planned.job, batches_of(self.planned.job, len(values), self.planned.native, 0), values,
-                         store)
+        self.fly_batches(self.planned.job, batches_of(self.planned.job, len(values), 0), values, store)
         content = BytesIO()
         np.save(content, rows)
         self.parts.write(kept, content.getvalue())

@@ -45,9 +45,9 @@ WORTH_COMPILING = 10_000_000   # steps, which take longer by calls of FMUs than 
 Fly = Callable[[Job, list[Batch], Array, Store], None]   # runs batches with values of the targets by sample
 
 
-def batches_of(job: Job, samples: int, native: bool, rows: int) -> list[Batch]:
+def batches_of(job: Job, samples: int, rows: int) -> list[Batch]:
     """Batches of a study; they depend on the study alone, not on who runs it."""
-    steps = job.experiment.plan.stop_time / job.experiment.step * (1 if native else PYTHON_COST)
+    steps = job.experiment.plan.stop_time / job.experiment.step * (1 if job.native else PYTHON_COST)
     size = min(max(int(STEPS_OF_A_BATCH / steps), -(-samples // MOST_BATCHES)), -(-samples // FEWEST_BATCHES))
     if job.kept:
         size = min(size, int(LARGEST_TRAJECTORIES / (8 * rows * len(job.kept))))

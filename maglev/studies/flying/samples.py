@@ -41,6 +41,7 @@ class Job:
     # Longest wall time of a sample, s, each then being run in a process beside the worker.
     limit: float | None = None
     written: Mapping[str, Block] = field(default_factory=dict)   # of users' classes, by name of the FMU
+    native: bool = True            # whether all FMUs are, which takes less time
     common: Common | None = None   # what the samples begin with in common, where a loop was compiled for it
 
     def changes(self, sample: Sequence[float]) -> dict[str, float | bool]:
