@@ -14,10 +14,9 @@ from typing import NamedTuple
 
 import numpy as np
 
-from maglev.analysis.apart import apart
 from maglev.analysis.multisine import Grid, crest_factor, make_grid, multisine
 from maglev.analysis.numerical import linearised_here
-from maglev.analysis.pair import SETTLE, AskedPair, Pair, Rest, Settings, at_rest, make_pair
+from maglev.analysis.pair import SETTLE, AskedPair, Pair, Rest, Settings, apart, at_rest, make_pair
 from maglev.analysis.response import FrequencyResponse
 from maglev.arrays import Array, Complex
 from maglev.catalogue.for_runs import fmus_named

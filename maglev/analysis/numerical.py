@@ -8,11 +8,10 @@ from typing import Any
 
 import numpy as np
 
-from maglev.analysis.apart import apart
 from maglev.analysis.differences.derivatives import Derivative, derivative
 from maglev.analysis.differences.realisation import Realisation, misfit, realise
 from maglev.analysis.differences.translated import translated
-from maglev.analysis.pair import SETTLE, AskedPair, Pair, Rest, Settings, at_rest, make_pair
+from maglev.analysis.pair import SETTLE, AskedPair, Pair, Rest, Settings, apart, at_rest, make_pair
 from maglev.arrays import Array
 from maglev.catalogue.for_runs import fmus_named
 from maglev.cosim.other_process.run import TIMEOUT

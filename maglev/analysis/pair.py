@@ -1,21 +1,25 @@
 """A plant and a controller, each ours or anybody's: made ready to run about a point, and run until they rest."""
 
-from collections.abc import Collection, Iterator, Mapping
+from collections.abc import Callable, Collection, Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass
+from functools import partial
 from pathlib import Path
-from typing import NamedTuple
+from typing import Any, NamedTuple, TypeVar
 
 import numpy as np
 from fmpy.model_description import ModelDescription, ScalarVariable
 
+from maglev.analysis.differences import participant
 from maglev.analysis.differences.participant import Participant
 from maglev.arrays import Array
 from maglev.cosim.master import FmuSetup
 from maglev.cosim.open import read_description
+from maglev.cosim.other_process.helper import other_process
+from maglev.cosim.other_process.run import TIMEOUT
 from maglev.cosim.port_map import PortMap, apply, read_port_maps
-from maglev.errors import LinearModelError, nearest, one_of, option, or_of_own_stage
-from maglev.experiment.preparation import as_it_is
+from maglev.errors import ControllerError, FmuError, LinearModelError, nearest, one_of, option, or_of_own_stage
+from maglev.experiment.preparation import as_it_is, runs_apart
 from maglev.linear.equilibrium import read_positions
 from maglev.linear.model import Equilibrium
 from maglev.linear.parameters import Quantity, controllers, number, plants
@@ -24,8 +28,9 @@ from maglev.own_fmus import current_fmu
 from maglev.own_stage.adoption import know_stage
 from maglev.own_stage.loop import loop_table
 from maglev.parameter import Parameter, require_parameter
+from maglev.processes.beside import Gone, Send
 from maglev.stages import STAGES
-from maglev.user_controllers.source import Given, is_written, name_of, path_of
+from maglev.user_controllers.source import Given, is_class, is_written, name_of, path_of
 from pmlsm.dq_transform import clarke, park
 from pmlsm.elementary.sine_cosine import sine_cosine
 from pmlsm.rig import Rig
@@ -39,6 +44,7 @@ NOT_THERE = 1e-3     # m or rad, by which it may miss the place that was asked f
 SMOOTH = (".friction.coulomb", "encoder.resolution")   # ends of the names of what has no derivative in a plant
 
 Settings = Mapping[str, Quantity | bool]
+Found = TypeVar("Found")
 
 
 @dataclass(frozen=True)
@@ -305,3 +311,35 @@ def equilibrium_from(pair: Pair, positions: dict[str, float], commands: Array) -
                *sine_cosine(of.electrical_angle(place)))
           for name, of, place in zip(pair.rig.motor_names, geometries, along, strict=True)]
     return Equilibrium(positions, tuple(d for d, _ in dq), tuple(q for _, q in dq), pair.rig, along, geometries)
+
+
+def apart(function: Callable[..., Found], files: Sequence[Path], timeout: float, *arguments: Any,
+          **options: Any) -> Found:
+    """Call a function here, or where one of the files that it runs is not of this project, in another process.
+
+    `timeout` is the longest time without a step, s, `TIMEOUT` at least. FmuError if the process dies, or a step takes
+    too long; ControllerError if one of the files stands for a class, which only this process knows, and another has to
+    run elsewhere.
+    """
+    foreign = [path for path in files if runs_apart(path)]
+    if not foreign:
+        return function(*arguments, **options)
+    for path in files:
+        if is_class(path):
+            raise ControllerError(f"{path}: was given as a class, which runs in this process alone, but "
+                                  f"{foreign[0].name} runs in another; expected the file of the class")
+    with other_process() as (beside, _):
+        beside.ask(partial(work, function, arguments, options))
+        try:
+            while not (said := beside.next(max(timeout, TIMEOUT))).last:
+                pass
+        except Gone as gone:
+            raise FmuError(f"{' or '.join(path.name for path in foreign)} {gone}") from None
+        answer: Found = said.what
+        return answer
+
+
+def work(function: Callable[..., Any], arguments: Sequence[Any], options: dict[str, Any], send: Send) -> Any:
+    """Call the function in this process; each step of what it runs is a sign of life."""
+    participant.SIGN_OF_LIFE[:] = [partial(send, "alive")]
+    return function(*arguments, **options)

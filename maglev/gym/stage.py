@@ -17,8 +17,7 @@ from maglev.arrays import Array
 from maglev.catalogue.for_runs import fmus_for_runs
 from maglev.errors import ScenarioError, UnknownName, nearest
 from maglev.gym.compiled_stage import CompiledStage, Saved
-from maglev.gym.draws import Drawn, Parameters, Setting, Settings, can_change, sample_of
-from maglev.gym.episode import References
+from maglev.gym.draws import Drawn, Parameters, References, Setting, Settings, can_change, sample_of
 from maglev.gym.picture import StagePicture
 from maglev.gym.reward import DEFAULT, Function, Reward, Seen, Weights
 from maglev.linear.places import MotorPlaces

@@ -1,7 +1,7 @@
 """The rigs as the estimators see them: x' = A(y, u) θ + b(y, u), equations (4.3) and (5.3).
 
 Only the velocity rows carry constants, and no constant is in two of them, those of tilts apart: the rows decouple.
-Where the platform tilts, each motor has a gap of its own.
+Where the platform tilts, each motor has a gap of its own. From constants they predict thrust and equilibrium currents.
 """
 
 from collections.abc import Callable, Mapping, Sequence
@@ -10,7 +10,9 @@ from typing import cast
 
 import numpy as np
 
+from controller_fmu.feedback_linearisation import equilibrium_current
 from maglev.arrays import Array
+from maglev.errors import IdentificationError
 from maglev.linear.places import MotorPlaces
 from pmlsm.gap_functions import gap_functions
 from pmlsm.motor_geometry import MotorGeometry
@@ -165,3 +167,50 @@ def accelerations(rig: Rig, positions: Array, i_d: Array, i_q: Array, constants:
     rows: Sequence[Array] = [row.columns(f, i_d, i_q) @ np.array([constants[name] for name in row.constants])
                              + row.offset for row in rig.motion]
     return np.stack(rows, axis=1)
+
+
+def row_of(rig: Rig, axis: str) -> ConstantRow:
+    return next(row for row in rig.motion if row.axis == axis)
+
+
+def thrust_shape(rig: Rig, gaps: Array) -> Array:
+    """L/C = f1 at air gaps (m), shape (n,); L is the thrust of one motor per current, m/(s² A), of (4.3) and (5.3)."""
+    return np.asarray(shape_functions(rig.motor, gaps)[0])
+
+
+def thrust_factor(rig: Rig, axis: str) -> float:
+    """Acceleration of a horizontal axis over −L i_q: the number of motors that drive it."""
+    return rig.described.sharing * len(rig.described.motors_of(axis))
+
+
+def fitted_parabola(time: Array, position: Array) -> tuple[float, float]:
+    """Start (m) and acceleration (m/s²) of x(t) = x(0) + ½ x'' t², from rest, by least squares; shape (n,) each."""
+    columns = np.stack([np.ones_like(time), 0.5 * time**2], axis=1)
+    start, acceleration = np.linalg.lstsq(columns, position, rcond=None)[0].tolist()
+    return start, acceleration
+
+
+def thrust_of_parabola(rig: Rig, axis: str, time: Array, position: Array, i_q: float) -> float:
+    """L (m/(s² A)) by least squares of x(t) = x(0) − ½ n L i_q t², (4.6) and (5.5), n motors at the current i_q (A).
+
+    `time` (s) from the start at rest, `position` (m), shape (n,) each. IdentificationError without a current.
+    """
+    if i_q == 0.0:
+        raise IdentificationError(f"axis {axis}: i_q = 0 A, expected a current that drives it")
+    _, acceleration = fitted_parabola(time, position)
+    return -acceleration / (thrust_factor(rig, axis) * i_q)
+
+
+def equilibrium_currents(rig: Rig, gaps: Array, constants: Mapping[str, float]) -> Array:
+    """Direct currents (A), the same in all motors, that hold air gaps (m), shape (n,), without quadrature current.
+
+    The smaller root of the vertical row, (4.10) and its like in section 5.4.2; NaN where there is none.
+    """
+    attraction, coils, iron = (rig.described.carrying * constants[name] for name in rig.rows[0].constants)
+    currents = [equilibrium_current(rig.motor, attraction, coils, iron, gap) for gap in gaps.tolist()]
+    return np.array([current if there else np.nan for current, there in currents])
+
+
+def attraction_force(rig: Rig, gaps: Array, constant: float, mass: float) -> Array:
+    """Force (N) of one motor's attraction at air gaps (m): M C f2, with a constant or a difference of constants."""
+    return np.asarray(mass * constant * shape_functions(rig.motor, gaps)[1])

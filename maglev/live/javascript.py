@@ -9,7 +9,7 @@ from importlib.util import find_spec
 from pathlib import Path
 
 from maglev.errors import ControllerError
-from maglev.rig.modules import written_class
+from maglev.rig.writer import written_class
 from pmlsm.rig import Rig
 
 WIDTH = 118       # of a line

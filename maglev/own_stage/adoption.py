@@ -7,7 +7,7 @@ from pathlib import Path
 from maglev.copies import copied
 from maglev.errors import RigError, nearest
 from maglev.own_stage.reading import read_own
-from maglev.rig.modules import MODULES, written
+from maglev.rig.writer import MODULES, written
 from maglev.stages import STAGES, OwnStage
 from pmlsm.rig import Rig
 from pmlsm.rigs import RIGS

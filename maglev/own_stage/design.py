@@ -13,7 +13,7 @@ from maglev.arrays import Array, Complex
 from maglev.errors import RigError
 from maglev.linear.design import gains_of
 from maglev.linear.places import MotorPlaces
-from maglev.rig.digits import kept
+from maglev.rig.data_sheet import kept
 from pmlsm.gap_functions import gap_functions
 from pmlsm.gap_slopes import gap_slopes
 from pmlsm.rig import Rig, RigAxis, RigMotor

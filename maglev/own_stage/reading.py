@@ -17,9 +17,8 @@ from maglev.own_stage.design import (
     wanted_sample_time,
 )
 from maglev.own_stage.motor import MOTORS, packaged_tables
-from maglev.rig.data_sheet import Catalogue, Field, catalogue_constants, field_geometry
+from maglev.rig.data_sheet import Catalogue, Field, catalogue_constants, field_geometry, kept
 from maglev.rig.description import Reader
-from maglev.rig.digits import kept
 from maglev.toml_file import read_toml, text_of
 from pmlsm.rig import Constants, Estimator, MotorKind, Rig, RigMotor
 from pmlsm.rigs import EXAMPLE, RIGS

@@ -4,7 +4,7 @@ import numpy as np
 
 from maglev.arrays import Array
 from maglev.errors import ScenarioError
-from maglev.identification.predictions import attraction_force, equilibrium_currents
+from maglev.identification.rigs import attraction_force, equilibrium_currents
 from maglev.procedures.equilibrium import measured
 from maglev.procedures.outcome import Chart, Curve, Outcome, Panel, ProcedureValue
 from maglev.procedures.rig_data import EPSILON, Runs, constant_table, estimate, mm, rig_of

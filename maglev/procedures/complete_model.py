@@ -9,9 +9,8 @@ from maglev.arrays import Array
 from maglev.experiment.execution import RunResult
 from maglev.identification.estimators import estimate as estimate_offline
 from maglev.identification.identify import Identification, identify, observed
-from maglev.identification.predictions import equilibrium_currents, row_of, thrust_shape
 from maglev.identification.recording import MotionRecording
-from maglev.identification.rigs import Rig, regressors
+from maglev.identification.rigs import Rig, equilibrium_currents, regressors, row_of, thrust_shape
 from maglev.identification.settings import METHODS
 from maglev.procedures.equilibrium import beside_each_other, measured
 from maglev.procedures.outcome import Chart, Curve, Outcome, Panel, ProcedureValue, ValueTable

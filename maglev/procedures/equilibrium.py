@@ -6,8 +6,7 @@ import numpy as np
 
 from maglev.arrays import Array
 from maglev.experiment.execution import RunResult
-from maglev.identification.predictions import equilibrium_currents
-from maglev.identification.rigs import Rig
+from maglev.identification.rigs import Rig, equilibrium_currents
 from maglev.judging.metrics import step_samples
 from maglev.procedures.outcome import Chart, Curve, Outcome, Panel, ProcedureValue
 from maglev.procedures.rig_data import (

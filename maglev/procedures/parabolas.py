@@ -9,8 +9,7 @@ import numpy as np
 from maglev.arrays import Array
 from maglev.errors import ScenarioError
 from maglev.experiment.execution import RunResult
-from maglev.identification.predictions import fitted_parabola, row_of, thrust_of_parabola, thrust_shape
-from maglev.identification.rigs import Rig
+from maglev.identification.rigs import Rig, fitted_parabola, row_of, thrust_of_parabola, thrust_shape
 from maglev.procedures.outcome import Chart, Curve, Outcome, Panel, ProcedureValue, ValueTable
 from maglev.procedures.rig_data import (
     EPSILON,

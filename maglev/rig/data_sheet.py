@@ -8,7 +8,6 @@ from warnings import catch_warnings, simplefilter
 import numpy as np
 
 from maglev.errors import RigError
-from maglev.rig.digits import kept
 from pmlsm.gap_functions import gap_functions
 from pmlsm.motor_geometry import MotorGeometry
 from pmlsm.rig import Constants, Rig, quantity
@@ -16,6 +15,11 @@ from pmlsm.rig import Constants, Rig, quantity
 MAGNETIC_CONSTANT = 4e-7 * pi   # µ0, V s/(A m)
 DEGREE = 12                     # of the polynomial of `MagnetField`
 LARGEST_MISFIT = 0.01           # of the polynomial, relative to the field there
+
+
+def kept(value: float) -> float:
+    """A number to twelve digits: libraries differ from one another in the last four, and stages would with them."""
+    return float(f"{value:.12g}")
 
 
 def optional(unit: str, low: float, high: float) -> Any:

@@ -17,6 +17,7 @@ from maglev.units import parse_quantity, read_quantity, refused_as, si_unit
 # Of every run; inf for what never happened. 1 of `failed`: a stop was touched, a trip, or too large an error.
 EVENTS = ("failed", "trip time", "stop contact time", "lost setpoints")
 
+METADATA = b"maglev"    # key of a dataset's metadata, JSON
 AT_STEP = " at t = "   # in the name of a metric of one step
 BAND = re.compile(r"(?<=settling time to )[\d.]+ ?[^\s\d]+")
 

@@ -15,8 +15,8 @@ import pyarrow.parquet as pq
 
 from maglev.arrays import Array
 from maglev.errors import MaglevError, in_one_line
+from maglev.studies.columns import METADATA
 from maglev.studies.flying.samples import Flown, Job
-from maglev.studies.layout import METADATA
 from maglev_files.whole_file import whole_file
 
 ROWS_OF_A_GROUP = 10_000

@@ -9,7 +9,7 @@ from pathlib import Path
 import pytest
 
 from maglev.linear.parameters import controllers, plants
-from maglev.rig.modules import written
+from maglev.rig.writer import written
 from maglev.stages import STAGES, OwnStage, definitions
 from pmlsm.rigs import RIGS
 

@@ -40,7 +40,7 @@ class Tuned:
 
     def show(self, console: Any) -> None:
         """Print it on a console of rich."""
-        from maglev.tuning.text import show_result
+        from maglev.tuning.search import show_result
 
         show_result(console, self.planned.tuning, self.planned.cost, self.found)
 
@@ -81,8 +81,7 @@ def tune(file: str | Path, *, out: str | Path = "results", jobs: int | None = No
     from maglev.studies.parts import Parts
     from maglev.tuning.planning import plan_tuning
     from maglev.tuning.schema import load_tuning
-    from maglev.tuning.search import search
-    from maglev.tuning.text import gains_toml
+    from maglev.tuning.search import gains_toml, search
 
     require_device(device, scheduler)
     tuning, path = load_tuning(file)

@@ -14,8 +14,18 @@ from distributed import Client, Future, KilledWorker, Worker, WorkerPlugin, as_c
 from maglev.arrays import Array
 from maglev.cosim.step_loop import LIBRARY
 from maglev.errors import MaglevError, ScenarioError, in_one_line, option
-from maglev.studies.flying.content import code_of_package, digest, files_of
-from maglev.studies.flying.samples import Batch, Flown, Job, Store, failed, flown_batch, gathered
+from maglev.studies.flying.samples import (
+    Batch,
+    Flown,
+    Job,
+    Store,
+    code_of_package,
+    digest,
+    failed,
+    files_of,
+    flown_batch,
+    gathered,
+)
 
 AHEAD = 2                # batches under way or waiting for each thread of the cluster
 REACHED_WITHIN = 10.0    # s
@@ -46,7 +56,7 @@ def require_same_package(client: Client, scheduler: str) -> None:
     def version_there() -> str:
         # Sent as code, not by name: a worker may know nothing of this module.
         try:
-            from maglev.studies.flying.content import code_of_package as code
+            from maglev.studies.flying.samples import code_of_package as code
         except ImportError as error:
             return f"no maglev-fmus with the extra study ({error})"
         return code()

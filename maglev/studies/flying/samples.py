@@ -1,10 +1,12 @@
 """Samples of a study run one after the other, on one instance of each FMU: in this process, or in one beside it."""
 
+import hashlib
 from collections.abc import Callable, Collection, Iterable, Iterator, Mapping, Sequence
 from contextlib import suppress
 from ctypes import c_int64
 from dataclasses import dataclass, field
 from functools import partial
+from importlib.metadata import version
 from math import nan
 from typing import NamedTuple
 
@@ -13,9 +15,11 @@ import numpy as np
 from maglev.arrays import Array
 from maglev.cosim.blocks.common_beginning import Common
 from maglev.cosim.other_process.helper import other_process
+from maglev.cosim.step_loop import LIBRARY
 from maglev.errors import MaglevError, in_one_line
 from maglev.experiment.preparation import Experiment
 from maglev.judging.metrics import ManyMetrics, Metrics, columns_needed, run_metrics
+from maglev.packages.installed import code
 from maglev.processes.beside import Gone, Send, Silent
 from maglev.studies.columns import Column, named_values
 from maglev.studies.flying.flight import Flight
@@ -25,6 +29,26 @@ from maglev.user_controllers.blocks import Block
 
 STARTED_WITHIN = 60.0   # s, of the process, at least: no sample is to blame for a machine that takes its time
 FLIGHTS = 2             # of a sample whose process dies: the first time it may be want of memory
+
+
+def code_of_package() -> str:
+    """Version of this package and SHA-256 of its modules: two of one version may differ before a release."""
+    return f"{version('maglev-fmus')} ({code()[:12]})"
+
+
+def files_of(experiment: Experiment) -> dict[str, bytes]:
+    """FMUs of an experiment, and the library that steps them, by their paths on a worker."""
+    paths = {f"{name}/{path.name}": path for name, path in experiment.files.items()}
+    paths |= {} if experiment.loop is None else {LIBRARY: experiment.loop.path}
+    return {place: path.read_bytes() for place, path in paths.items()}
+
+
+def digest(files: Mapping[str, bytes]) -> str:
+    hashed = hashlib.sha256()
+    for name, content in sorted(files.items()):
+        hashed.update(f"{name}\0{len(content)}\0".encode())
+        hashed.update(content)
+    return hashed.hexdigest()
 
 
 @dataclass(frozen=True)

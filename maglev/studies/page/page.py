@@ -1,7 +1,8 @@
-"""The page of a study: where it holds and breaks, metrics, sensitivity, every sample, and the worst."""
+"""The page of a study: where it holds and breaks, metrics, Sobol indices, every sample, and the worst."""
 
 import math
 from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
 from html import escape
 from pathlib import Path
 from typing import Any
@@ -19,15 +20,26 @@ from maglev.report.page import json_in_html, read
 from maglev.studies.columns import EVENTS
 from maglev.studies.page.again import command_of, live_link, why_not_live
 from maglev.studies.page.outcome_map import OUTCOMES, LawMap, map_of, maps_data
-from maglev.studies.page.sensitivity import Indices, sensitivity
 from maglev.studies.page.text import beyond_limits, limits_text, metrics_of, units_of
 from maglev.studies.page.verdict import decisive, telling, verdict, where
+from maglev_files.extras import lacking
 
 FOLDER = Path(__file__).parent
 SCRIPTS = ("plots/series.js", "plots/map.js", "plots/plot.js")   # of the report
 OWN = ("study.html", "study.css", "parallel.js", "study.js")
 MOST_DRAWN = 5000   # samples that are drawn: a page of 10⁵ would be as large as its dataset
 MOST_WORST = 10     # samples that are listed
+
+
+@dataclass(frozen=True)
+class Indices:
+    """Sobol indices of one metric, by what varies: first order and total, each with its 95 % confidence."""
+
+    metric: str
+    first: dict[str, float]
+    first_confidence: dict[str, float]
+    total: dict[str, float]
+    total_confidence: dict[str, float]
 
 
 def own_text(name: str) -> str:
@@ -213,3 +225,37 @@ def sensitivity_section(indices: Sequence[Indices], notes: Sequence[str]) -> str
                  "quantity alone (first), and with all that it does together with others (total), with 95 % confidence."
                  f"</p>{html_table(('metric', *heads), rows)}")
     return f"<section><h2>Sensitivity</h2>{said}</section>"
+
+
+def sensitivity(table: pa.Table, about: Mapping[str, Any]) -> tuple[list[Indices], list[str]]:
+    """Indices of every metric that has some, and sentences that say why others, or all, have none."""
+    names = [parameter["name"] for parameter in about["vary"]]
+    if about["design"]["kind"] != "saltelli":
+        return [], [f"Sobol indices need a design of kind 'saltelli'; this one is '{about['design']['kind']}'."]
+    if about["correlated"]:
+        return [], ["Sobol indices need what varies to be independent; some of it is correlated."]
+    if any(why is not None for why in table["failure"].to_pylist()):
+        return [], ["Sobol indices need every sample; some were not completed."]
+    if missing := lacking("SALib", "study", "a Sobol index"):
+        return [], [f"{missing}."]
+    from SALib.analyze import sobol
+
+    problem = {"num_vars": len(names), "names": names, "bounds": [[0.0, 1.0]] * len(names)}
+    computed, constant, endless = [], [], []
+    for name, _, values in metrics_of(table):
+        if len(values) < table.num_rows or not np.isfinite(values).all():
+            endless.append(name)
+        elif values.min() == values.max():
+            constant.append(name)
+        else:
+            # SALib draws its resamples from NumPy's generator of that seed: the same page for the same study.
+            said = sobol.analyze(problem, values, calc_second_order=False, seed=about["design"]["seed"])
+            computed.append(Indices(name, *(dict(zip(names, map(float, said[key]), strict=True))
+                                            for key in ("S1", "S1_conf", "ST", "ST_conf"))))
+    notes = []
+    if endless:
+        notes.append(f"None of {', '.join(endless)}: not finite in every sample, such as a band in which one never "
+                     "settled.")
+    if constant:
+        notes.append(f"None of {', '.join(constant)}: the same in every sample.")
+    return computed, notes

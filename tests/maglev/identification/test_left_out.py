@@ -11,8 +11,7 @@ from identification_data import Data, flight, record
 from scipy.integrate import solve_ivp
 
 from maglev.identification.estimators import estimate
-from maglev.identification.identify import Identification, identify, matched, observed
-from maglev.identification.left_out import friction, left_out, ripple
+from maglev.identification.identify import Identification, friction, identify, left_out, matched, observed, ripple
 from maglev.identification.recording import MotionRecording
 from maglev.identification.rigs import RIGS, RowData, regressors, rig_of
 from plant_fmu.guide import GuideFriction

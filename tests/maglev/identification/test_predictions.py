@@ -11,7 +11,9 @@ from motor import MOTOR
 from scipy.optimize import brentq
 
 from controller_fmu.feedback_linearisation import equilibrium_current
-from maglev.identification.predictions import (
+from maglev.identification.rigs import (
+    RIGS,
+    accelerations,
     attraction_force,
     equilibrium_currents,
     row_of,
@@ -19,7 +21,6 @@ from maglev.identification.predictions import (
     thrust_of_parabola,
     thrust_shape,
 )
-from maglev.identification.rigs import RIGS, accelerations
 from plant_fmu.stage_2dof import Stage2DOF
 from plant_fmu.stage_3dof import Stage3DOF
 from pmlsm.gap_functions import gap_functions

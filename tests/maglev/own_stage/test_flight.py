@@ -16,7 +16,7 @@ from maglev.identification.model_file import model_settings
 from maglev.linear.loop import linearise_loop
 from maglev.own_fmus import built_here, definition
 from maglev.own_stage.adoption import know_stage
-from maglev.own_stage.flyable import flyable
+from maglev.own_stage.consequences import flyable
 
 pytestmark = pytest.mark.usefixtures("slow")
 

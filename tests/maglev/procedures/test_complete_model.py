@@ -13,8 +13,7 @@ from report_runs import with_columns
 from maglev.experiment.execution import RunResult
 from maglev.identification.estimators import estimate
 from maglev.identification.identify import identify, observed
-from maglev.identification.predictions import equilibrium_currents
-from maglev.identification.rigs import regressors
+from maglev.identification.rigs import equilibrium_currents, regressors
 from maglev.procedures.evaluate import evaluate_all
 from maglev.procedures.outcome import Outcome
 from maglev.report.plots.charts import curve_data

@@ -4,8 +4,7 @@ import ast
 import re
 from pathlib import Path
 
-from maglev.rig.modules import MODULES, PAGES
-from maglev.rig.writer import TEMPLATES
+from maglev.rig.writer import MODULES, PAGES, TEMPLATES
 from maglev.schema.layers import packaged_files, packaged_runs
 from maglev.stages import definitions
 from pmlsm.rigs import RIGS, rig_of

@@ -9,7 +9,7 @@ import pytest
 
 from fmi_export.pages.documentation import section
 from fmi_export.pages.mathml import typeset
-from maglev.rig.modules import PAGES, module
+from maglev.rig.writer import PAGES, module
 from maglev.stages import STAGES as KNOWN
 from maglev.stages import OwnStage
 from pmlsm.rig import Rig, RigMotor

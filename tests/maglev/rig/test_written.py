@@ -11,9 +11,19 @@ from jinja2.meta import find_referenced_templates
 
 from maglev.api.repository import FILES as REPOSITORY
 from maglev.rig.description import PACKAGED, read_rig
-from maglev.rig.modules import MODULES, PAGES, PLATFORM, paths, template, written, written_class
 from maglev.rig.text import LONGEST
-from maglev.rig.writer import TEMPLATES, environment, own_names
+from maglev.rig.writer import (
+    MODULES,
+    PAGES,
+    PLATFORM,
+    TEMPLATES,
+    environment,
+    own_names,
+    paths,
+    template,
+    written,
+    written_class,
+)
 from pmlsm.rig import Rig, RigMotor
 from pmlsm.rigs import RIGS
 

@@ -12,9 +12,8 @@ from command_line import error_line, maglev
 import maglev as tool
 from maglev.errors import MaglevError, StabilityError
 from maglev.stability import certificate
-from maglev.stability.analysis import region
+from maglev.stability.analysis import Flights, region
 from maglev.stability.axis_loop import axis_loop
-from maglev.stability.flight import Flights
 from maglev.stability.result import Region
 
 pytestmark = pytest.mark.usefixtures("slow")

@@ -12,8 +12,8 @@ from hypothesis import strategies as st
 
 import maglev
 from maglev.errors import MaglevError
+from maglev.studies.columns import METADATA
 from maglev.studies.dataset import SEAL, Contents, is_as_written, merge, read_dataset
-from maglev.studies.layout import METADATA
 
 SCHEMA = pa.schema([pa.field("sample", pa.int64()), pa.field("mass", pa.float64(), metadata={"unit": "kg"}),
                     pa.field("passed", pa.bool_()), pa.field("failure", pa.string())],

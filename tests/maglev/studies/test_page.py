@@ -12,8 +12,7 @@ from studied_grid import ABOUT, GRID, broken_at, table
 from tiny_study import fly_samples, planned, tiny
 
 from maglev.studies.design import unit_samples
-from maglev.studies.page.page import design_text, page, sensitivity_section
-from maglev.studies.page.sensitivity import sensitivity
+from maglev.studies.page.page import design_text, page, sensitivity, sensitivity_section
 from maglev.studies.page.verdict import decisive, edges, telling, verdict
 
 
