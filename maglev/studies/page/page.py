@@ -5,6 +5,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from html import escape
 from pathlib import Path
+from string import Template
 from typing import Any
 
 import numpy as np
@@ -61,6 +62,7 @@ def page(table: pa.Table, about: Mapping[str, Any], live: bool = False) -> str:
     provenance, said, mapped = about["provenance"], verdict(table, about), map_of(table, about)
     # The share of samples that pass is seen in the map, where there is one.
     shares = not mapped and not all(table["passed"].to_pylist())
+    shown = data(table, about, metrics, drawn, shares, mapped)
     html, css, *own = map(own_text, OWN)
     return shell.page(
         "study", f"{escape(about['name'])}: a study", said, read("style.css") + css, html,
@@ -71,7 +73,7 @@ def page(table: pa.Table, about: Mapping[str, Any], live: bool = False) -> str:
         heading="Where it holds, and where it breaks" if 0 < sum(table["passed"].to_pylist()) < count else
                 "What it changes",
         maps='<div id="maps" data-maps="study"></div>' if mapped else "",
-        responses=own_text("responses.html").rstrip() if metrics or shares else "",
+        responses=responses(shown) if metrics or shares else "",
         metrics=quantiles_table(table, about),
         parallel=own_text("parallel.html").rstrip() if metrics else "",
         sensitivity=sensitivity_section(indices, notes) if about["design"]["kind"] == "saltelli" else "",
@@ -82,8 +84,7 @@ def page(table: pa.Table, about: Mapping[str, Any], live: bool = False) -> str:
                    + "; ".join(f"{escape(fmu['name'])}: {escape(Path(fmu['file']).name)} ({escape(fmu['kind'])})"
                                for fmu in provenance["fmus"])
                    + "".join(f"; {escape(change)}" for change in provenance["changes"]),
-        data=json_in_html({**data(table, about, metrics, drawn, shares, mapped),
-                           **({"maps": {"study": maps_data([mapped])}} if mapped else {})}),
+        data=json_in_html({**shown, **({"maps": {"study": maps_data([mapped])}} if mapped else {})}),
         scripts=shell.scripts(*map(read, SCRIPTS), *own))
 
 
@@ -140,6 +141,18 @@ def data(table: pa.Table, about: Mapping[str, Any], metrics: Sequence[tuple[str,
             "shares": shares,
             "grid": about["design"]["kind"] == "grid",
             "passed": [int(passed) for passed in chosen["passed"].to_pylist()]}
+
+
+def responses(shown: Mapping[str, Any]) -> str:
+    """Place of the plot of a metric over what varies, with the choices: nothing moves when the script begins."""
+    names, varied = [column["name"] for column in shown["columns"]], shown["varied"]
+    over = dict(enumerate(names[:varied]))
+    metrics = ({-1: "samples that pass"} if shown["shares"] else {}) | {k: names[k] for k in range(varied, len(names))}
+    choices = {name: "".join(f'<option value="{k}"{" selected" * (k == chosen)}>{escape(text)}</option>'
+                             for k, text in options.items())
+               for name, options, chosen in zip(("metric", "first", "second"), (metrics, over, over), shown["begin"],
+                                                strict=True)}
+    return Template(own_text("responses.html").rstrip()).substitute(choices, hidden="" if varied > 1 else " hidden")
 
 
 def quantiles_table(table: pa.Table, about: Mapping[str, Any]) -> str:

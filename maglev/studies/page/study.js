@@ -154,19 +154,7 @@ function fillRanges() {
   });
 }
 
-function fill(id, from, to, chosen) {
-  const select = document.getElementById(id);
-  if (!select) return;
-  for (let i = from; i < to; i += 1) select.append(new Option(metricOf(i).name, i, i === chosen, i === chosen));
-  select.addEventListener("change", () => drawResponse());
-}
-
-const [metric, first, second] = report.begin;
-fill("metric", report.shares ? -1 : varied, columns.length, metric);
-for (let i = 0; i < varied; i++) document.querySelector(`#metric option[value="${i}"]`)?.remove();
-fill("first", 0, varied, first);
-fill("second", 0, varied, second);
-for (const { parentElement: label } of document.querySelectorAll("#first, #second")) label.hidden = varied < 2;   // no choice
+for (const select of document.querySelectorAll("#metric, #first, #second")) select.addEventListener("change", () => drawResponse());
 if (parallel) fillRanges();
 columns.slice(varied).forEach(drawHistogram);
 let width = window.innerWidth;
