@@ -82,7 +82,7 @@ function drawNow(now) {
   page.views = drawScene(at("stage"), run, [flown(row, state.controller), ...(ghost ? [flown(ghost, state.ghost)] : [])], {
     orbit: { ...page.orbit, at: [0, 1e3 * row.axes[run.vertical].position, 0] }, ends: endsOf(run, run.vertical, valueOf),
     peak: valueOf(`plant.${run.motors[0]}.amplifier.peak`) || 5, forces: forcesOf(run, row, valueOf), hits: page.hits }, colours);
-  if (!page.dragged && !state.story) drawHint(at("stage"), page.views.space, row, colours);
+  if (!page.dragged && !state.story && !page.printed) drawHint(at("stage"), page.views.space, row, colours);
   Object.assign(colours, { ours: colours[colourOf(run, state.controller)], other: ghost ? colours[colourOf(run, state.ghost)] : "" });
   page.strips.draw(at("strips"), page.history, page.ghost, colours, !page.playing);
   readings(now);
@@ -103,6 +103,7 @@ function drawHint(canvas, view, row, colours) {
 }
 
 function readColours(printed) {
+  page.printed = Boolean(printed);
   page.colours = sceneColours(page.run?.axes ?? [], printed);
   page.dirty = true;
 }

@@ -254,8 +254,8 @@ def what_if(result: ClaimResult, shown: Shown | ShownChart | None = None) -> str
 
 
 def unbroken(text: str) -> str:
-    """The text with numbers and their units kept on one line."""
-    return re.sub(r"(?<=\d) (?=%|(?:mm|µm|ms|[mµ]rad|kg|[sANV])\b)", "\N{NO-BREAK SPACE}", text)
+    """The text with numbers, their units and the sign before them kept on one line."""
+    return re.sub(r"(?<=\d) (?=%|(?:mm|µm|ms|[mµ]rad|kg|[sANV])\b)|(?<=[<>≤≥]) (?=\d)", "\N{NO-BREAK SPACE}", text)
 
 
 def linked_source(source: str, shown: Iterable[Shown | ShownChart]) -> str:

@@ -191,9 +191,9 @@ def test_a_chart_without_points_is_left_out():
 
 
 def test_numbers_stay_with_their_units():
-    text = "cogging force, gap 10 to 15 mm > 2 N, 3 V, 4 kg, 5 ms, 6 µm, 7 %, 8 A, 9 s, of 3 axes, 2 Nodes"
+    text = "cogging force, gap 10 to 15 mm or ≤ 2 N, 3 V, 4 kg, 5 ms, 6 µm, 7 %, 8 A, 9 s, of 3 axes, 2 Nodes"
     assert unbroken(text).split(" ")[-5:] == ["of", "3", "axes,", "2", "Nodes"]
-    assert unbroken(text).count("\N{NO-BREAK SPACE}") == 9
+    assert unbroken(text).count("\N{NO-BREAK SPACE}") == 10, "and a sign with its number"
 
 
 def test_a_run_figure_lists_the_claims_of_its_procedure_and_begins_with_the_time_that_counts():

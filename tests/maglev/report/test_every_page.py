@@ -231,6 +231,20 @@ def test_no_heading_is_the_last_of_a_printed_page(browser, pages: Path, name: st
     tab.close()
 
 
+def test_bounds_of_figures_line_up_with_other_claims_on_paper(browser, pages: Path) -> None:
+    """What is measured and the verdict stand where their heads do."""
+    tab = Tab(browser, pages / "report.html")
+    tab.page.emulate_media(media="print")
+    tab.evaluate("document.querySelectorAll('.bounds details').forEach((each) => { each.open = true; })")
+    heads = tab.evaluate("[...document.querySelectorAll('table.claims > thead th')].slice(3)"
+                         ".map((head) => head.getBoundingClientRect().left)")
+    rows = tab.evaluate("""[...document.querySelectorAll(".bounds table tr")].map(({ cells }) =>
+        [...cells].slice(2).map((cell) => cell.getBoundingClientRect().left))""")
+    assert rows
+    np.testing.assert_allclose(rows, np.broadcast_to(heads, (len(rows), 2)), atol=3.0)   # px
+    tab.close()
+
+
 @pytest.fixture
 def phone_live(browser, pages: Path) -> Iterator[Tab]:
     tab = Tab(browser, pages / "live.html", PHONE)
