@@ -18,6 +18,7 @@ from maglev.report.status import events, shown_until
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
+    from matplotlib.lines import Line2D
 
 STYLES = {"solid": "-", "dash": "--", "dot": ":", "dashdot": "-."}
 
@@ -58,7 +59,7 @@ def overlay(title: str, runs: Mapping[str, RunResult]) -> "Figure":
             axes.set_xlabel("time (s)")
         mark_windows(figure, runs.values())
         title += "".join(mark_events(figure, runs))
-        legends(figure.axes, len(runs) > 1)
+        legends(figure.axes)
     figure.suptitle(title)
     return figure
 
@@ -85,7 +86,7 @@ def draw_panels(axes: "Axes", panels: Sequence[Panel], runs: Mapping[str, RunRes
             values = kind.scale * recorded_columns(runs[line.run])[line.signal]
             axes.plot(runs[line.run].time, values if floor is None else np.maximum(np.abs(values), floor),
                       color=colour(line.css), linestyle=STYLES[line.dash], linewidth=0.4 if line.thin else 0.9,
-                      label=f"{line.name} {panel.of}".strip() if panel.kind == "own" else line.name)
+                      label=f"{line.name} {panel.of}".strip() if panel.kind == "own" else line.of or line.name)
         if floor is not None:
             axes.set_yscale("log")
         low, high = axes.get_ylim()
@@ -100,16 +101,18 @@ def draw_panels(axes: "Axes", panels: Sequence[Panel], runs: Mapping[str, RunRes
             axes.invert_yaxis()   # an air gap grows downwards
 
 
-def legends(panels: Iterable["Axes"], once: bool) -> None:
-    """Put a legend beside each panel, in which each name stands once; with `once`, what was named before does not."""
+def legends(panels: Iterable["Axes"]) -> None:
+    """Put a legend beside each panel; what is named beside one is not named again."""
     told: set[str] = set()
     for panel in panels:
-        lines = {str(line.get_label()): line for line in reversed(panel.lines)}
-        shown = {name: line for name, line in reversed(lines.items())
-                 if name and not name.startswith("_") and name not in told}
-        told |= shown.keys() if once else set()
-        if shown:
-            panel.legend(handles=[*shown.values()], loc="center left", bbox_to_anchor=(1.0, 0.5), fontsize="small")
+        named: dict[str, Line2D] = {}
+        for line in panel.lines:
+            name = str(line.get_label())
+            if name and not name.startswith("_") and name not in told:
+                named.setdefault(name, line)
+        told |= named.keys()
+        if named:
+            panel.legend(handles=[*named.values()], loc="center left", bbox_to_anchor=(1.0, 0.5), fontsize="small")
 
 
 def mark_windows(figure: "Figure", runs: Iterable[RunResult]) -> None:
