@@ -171,10 +171,14 @@ def test_a_comparison_begins_with_its_verdict_and_has_one_legend(browser, pages:
         "µm).")
     assert tab.page.locator("#legend button").all_text_contents() == ["linear", "nonlinear"]
     assert tab.page.locator(".panel .legend button").count() == 0
-    looks = tab.evaluate("""["linear", "nonlinear"].map((name) => [...new Set([...document.querySelectorAll(".line")]
-        .filter(({ dataset }) => dataset.name.split(" ").at(-1) === name)
-        .map(({ style }) => `${style.stroke}; ${style.strokeDasharray.replaceAll("px", "")}`))])""")
-    assert looks == [["var(--run-2); none"], ["var(--run-0); 7, 4"]]
+    looks, legend = tab.evaluate("""(() => {
+        const look = ({ style }) => `${style.stroke}; ${style.strokeDasharray.replaceAll("px", "")}`;
+        const lines = (name) => [...document.querySelectorAll(".line")]
+            .filter(({ dataset }) => dataset.name.split(" ").at(-1) === name);
+        return [["linear", "nonlinear"].map((name) => [...new Set(lines(name).map(look))]),
+            [...document.querySelectorAll("#legend button path")].map((path) => [look(path)])];
+    })()""")
+    assert looks == [["var(--run-2); none"], ["var(--run-0); 7, 4"]] == legend
     drawn = tab.evaluate("maglevReport.views.drawn.map(({ name, colour }) => [name, colour])")
     assert drawn == [["linear", colour("run-2")], ["nonlinear", colour("run-0")]]
     tab.page.locator("#legend button").first.click()
