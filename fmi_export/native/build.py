@@ -169,9 +169,10 @@ def layer_names() -> set[str]:
 
     All that are in its headers, and those that its C files have outside functions.
     """
+    table = SOURCE.read_text(encoding="utf-8")
     headers, code = ("".join(re.sub(r"/\*.*?\*/", "", text, flags=re.DOTALL)
                              for shell in SHELLS.values()
-                             for name, text in {**layer_files(shell.layer), TABLE: SOURCE}.items()
+                             for name, text in {**layer_files(shell.layer), TABLE: table}.items()
                              if name.endswith(ending))
                      for ending in (".h", ".c"))
     return set(re.findall(r"\b[A-Za-z_]\w*", headers)) | set(FILE_SCOPE.findall(code))

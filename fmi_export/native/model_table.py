@@ -6,104 +6,9 @@ from textwrap import wrap
 
 from fmi_export.definition import SAMPLE_TIME, FmuDefinition, Variable
 from fmi_export.native.tangent import named, tangent_name
-from fmi_export.native.translation import literal
+from fmi_export.native.translation import TEMPLATES, filled, literal
 
-SOURCE = """\
-/* {name}: the block, its variables and its refusals. Generated from the table that the model description is made of. */
-
-#include "instance.h"
-#include "{header}"
-{more}
-static void construct(void *block)
-{{
-    {block}__init__({arguments});
-}}
-
-static int64_t start(void *block)
-{{
-    return {block}__start(block);
-}}
-
-static int64_t step(void *block, double time, double size)
-{{
-    return {block}__step(block, time, size);
-}}
-
-#define AT(path) (offsetof(struct RunState, block) + offsetof(struct {block}, path))
-
-static const struct Variable VARIABLES[] = {{
-{variables}
-}};
-
-static const struct Refusal REFUSALS[] = {{
-{refusals}
-}};
-
-{tables}{sampling}const struct Model MODEL = {{
-    .name = {name_text},
-    .guid = {guid},
-    .block_size = sizeof(struct {block}),
-    .construct = construct,
-    .start = start,
-    .step = step,
-    .variables = VARIABLES,
-    .variable_count = sizeof VARIABLES / sizeof *VARIABLES,
-    .refusals = REFUSALS,
-    .refusal_count = sizeof REFUSALS / sizeof *REFUSALS,
-    .continuous = {continuous},
-    .sampling = {sampled},
-}};
-"""
-
-CONTINUOUS = """\
-static int64_t derive(void *block)
-{{
-    return {block}__derive(block);
-}}
-
-static int64_t derive_along(void *block, void *direction)
-{{
-    return {differentiated}(block, direction);
-}}
-
-static bool settle(void *block)
-{{
-    return {block}__settle(block);
-}}
-
-static void measure(void *block)
-{{
-    {block}__measure(block);
-}}
-
-static const uint32_t STATES[] = {{{states}}};
-static const uint32_t RATES[] = {{{rates}}};
-static const double NOMINALS[] = {{{nominals}}};
-static const uint32_t INDICATORS[] = {{{indicators}}};
-static const uint32_t UNKNOWNS[] = {{{unknowns}}};
-
-static const struct Continuous CONTINUOUS = {{
-    .states = STATES,
-    .rates = RATES,
-    .nominals = NOMINALS,
-    .state_count = sizeof STATES / sizeof *STATES,
-    .indicators = INDICATORS,
-    .indicator_count = sizeof INDICATORS / sizeof *INDICATORS,
-    .unknowns = UNKNOWNS,
-    .unknown_count = sizeof UNKNOWNS / sizeof *UNKNOWNS,
-    .derive = derive,
-    .differentiate = derive_along,
-    .settle = settle,
-    .measure = measure,
-}};
-
-"""
-
-
-SAMPLING = """\
-static const struct Sampling SAMPLING = {{.interval = AT({interval}), .clocked = {clocked}, .clock = {clock}}};
-
-"""
+SOURCE = TEMPLATES / "model.c"
 
 # The independent variable of FMI 3.0, after the others: where the next communication step starts.
 TIME = """\
@@ -123,16 +28,17 @@ def model_table(definition: FmuDefinition, guid: str, timed: bool) -> str:
         for name in re.findall(r"\{([\w.]+)\}", text):
             if name not in known:
                 raise ValueError(f"{definition.name}: the refusal {text!r} names {name}, expected a variable")
-    return SOURCE.format(
-        name=definition.name, header=f"{header}.h", block=block.__name__,
-        more=f'#include "{tangent_name(header)}.h"\n' if definition.continuous else "",
-        tables=continuous_tables(definition), continuous="&CONTINUOUS" if definition.continuous else "NULL",
-        sampling=sampling_table(definition) if timed else "",
-        sampled="&SAMPLING" if timed and definition.sampled else "NULL",
-        arguments=arguments, name_text=text_literal(definition.name), guid=text_literal(guid),
-        variables="\n".join([*(variable_row(v) for v in definition.native_variables), *([TIME] if timed else [])]),
-        refusals="\n".join(f"    {{{literal(status)}, {text_literal(text)}}},"
-                           for status, text in sorted(definition.refusals.items())))
+    return filled(SOURCE, {
+        "NAME": definition.name, "HEADER": f"{header}.h", "BLOCK": block.__name__,
+        "MORE_HEADERS": f'#include "{tangent_name(header)}.h"\n' if definition.continuous else "",
+        "CONTINUOUS_TABLES": continuous_tables(definition),
+        "CONTINUOUS": "&CONTINUOUS" if definition.continuous else "NULL",
+        "SAMPLING_TABLE": sampling_table(definition) if timed else "",
+        "SAMPLING": "&SAMPLING" if timed and definition.sampled else "NULL",
+        "ARGUMENTS": arguments, "NAME_TEXT": text_literal(definition.name), "GUID": text_literal(guid),
+        "VARIABLES": "\n".join([*map(variable_row, definition.native_variables), *([TIME] if timed else [])]),
+        "REFUSALS": "\n".join(f"    {{{literal(status)}, {text_literal(text)}}},"
+                              for status, text in sorted(definition.refusals.items()))})
 
 
 def continuous_tables(definition: FmuDefinition) -> str:
@@ -149,11 +55,11 @@ def continuous_tables(definition: FmuDefinition) -> str:
     def references(names: Iterable[str]) -> str:
         return wrapped(str(reference[name]) for name in names)
 
-    return CONTINUOUS.format(
-        block=definition.block.__name__, differentiated=named(f"{definition.block.__name__}.derive"),
-        states=references(states), rates=references(rates), indicators=references(model.indicators),
-        nominals=wrapped(literal(nominal[name]) for name in states),
-        unknowns=references(dict.fromkeys([*rates, *outputs])))
+    return filled(TEMPLATES / "continuous.c", {
+        "BLOCK": definition.block.__name__, "DIFFERENTIATED": named(f"{definition.block.__name__}.derive"),
+        "STATES": references(states), "RATES": references(rates), "INDICATORS": references(model.indicators),
+        "NOMINALS": wrapped(literal(nominal[name]) for name in states),
+        "UNKNOWNS": references(dict.fromkeys([*rates, *outputs]))})
 
 
 def sampling_table(definition: FmuDefinition) -> str:
@@ -161,8 +67,9 @@ def sampling_table(definition: FmuDefinition) -> str:
     if not definition.sampled:
         return ""
     interval, = (v.place for v in definition.variables if v.name == SAMPLE_TIME)
-    return SAMPLING.format(interval=interval, clocked="true" if definition.clocked else "false",
-                           clock=len(definition.native_variables) + 1)   # after the time
+    clock = len(definition.native_variables) + 1   # after the time
+    return (f"static const struct Sampling SAMPLING = {{.interval = AT({interval}), "
+            f".clocked = {'true' if definition.clocked else 'false'}, .clock = {clock}}};\n\n")
 
 
 def wrapped(cells: Iterable[str]) -> str:

@@ -3,26 +3,10 @@
 import re
 from collections.abc import Iterable
 
+from fmi_export.native.translation import TEMPLATES, filled
+
 # Functions and objects that a header declares for other files; members of structures are indented.
 EXTERNAL = re.compile(r"^(?!static\b|typedef\b)(?:extern )?\w[\w ]*[ *](\w+)(?:\([^;]*\))?;$", re.MULTILINE)
-
-HEADER = """\
-/* Names of {name} that the linker sees, so that it can be linked into one program with other FMUs (FMI 2.0.5, 2.1.1).
- *
- * The functions of FMI get the prefix from {header}. A shared library exports them without: its compiler is to
- * define {fmi}_OVERRIDE_FUNCTION_PREFIX. */
-
-#ifndef PREFIX_H
-#define PREFIX_H
-
-#ifndef {fmi}_OVERRIDE_FUNCTION_PREFIX
-#define {fmi}_FUNCTION_PREFIX {name}_
-#endif
-
-{names}
-
-#endif
-"""
 
 
 def prefix_header(name: str, headers: Iterable[str], functions: str) -> str:
@@ -31,5 +15,6 @@ def prefix_header(name: str, headers: Iterable[str], functions: str) -> str:
     `functions` is FMI's header of its functions, "fmi2Functions.h" or "fmi3Functions.h".
     """
     names = sorted({name for header in headers for name in EXTERNAL.findall(header)})
-    return HEADER.format(name=name, header=functions, fmi=functions[:4].upper(),
-                         names="\n".join(f"#define {external} {name}_{external}" for external in names))
+    return filled(TEMPLATES / "prefix.h", {
+        "NAME": name, "HEADER": functions, "FMI": functions[:4].upper(),
+        "NAMES": "\n".join(f"#define {external} {name}_{external}" for external in names)})

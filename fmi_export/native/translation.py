@@ -70,37 +70,9 @@ HEAD = re.compile(r"^(?=(?:double|int64_t|bool|void) \w+\()", re.MULTILINE)
 # A method of a part that most stages have off: as part of its callers it keeps these from becoming part of theirs.
 SELDOM = re.compile(r"^BLOCK_FUNCTION (?=double Roughness__acceleration\()", re.MULTILINE)
 
-PRELUDE_FILE = "block_math.h"
-PRELUDE = """\
-/* math.h with what C99 leaves out, for the translated blocks. Of its functions they call fabs, sqrt and isfinite: what
-   processors have, and nothing of a mathematical library. */
+TEMPLATES = Path(__file__).with_name("templates")   # C files with places for what follows from a block, or with none
 
-#ifndef BLOCK_MATH_H
-#define BLOCK_MATH_H
-
-#include <math.h>
-
-#ifndef M_PI
-#define M_PI 3.14159265358979323846
-#endif
-
-/* A product and a sum stay two roundings, as in Python; compilers without this pragma keep to it with -std=c99. */
-#if defined(__clang__) || defined(_MSC_VER)
-#pragma STDC FP_CONTRACT OFF
-#endif
-
-/* Where blocks are one translation unit with what calls them, the compiler may make their functions part of their
-   callers. */
-#if defined BLOCKS_IN_ONE_UNIT
-#define BLOCK_FUNCTION static __attribute__((unused))
-#define SELDOM_CALLED static __attribute__((noinline, unused))
-#else
-#define BLOCK_FUNCTION
-#define SELDOM_CALLED
-#endif
-
-#endif
-"""
+PRELUDE_FILE = "block_math.h"   # of the translated blocks
 
 
 def translated(texts: Mapping[str, str]) -> dict[str, str]:
@@ -111,7 +83,7 @@ def translated(texts: Mapping[str, str]) -> dict[str, str]:
     """
     if missing := lacking("pyccel", "native", "a native FMU"):
         raise ExportError(missing)
-    files = {PRELUDE_FILE: PRELUDE}
+    files = {PRELUDE_FILE: (TEMPLATES / PRELUDE_FILE).read_text(encoding="utf-8")}
     with scratch() as root:
         names = in_order(texts)
         for name in names:
@@ -184,6 +156,11 @@ def literal(value: float | int | bool) -> str:
             return "INFINITY" if value > 0.0 else "-INFINITY"
         return repr(value)
     return str(int(value)) if isinstance(value, bool) else f"INT64_C({value})"
+
+
+def filled(template: Path, values: Mapping[str, str]) -> str:
+    """Text of a C file, with values where it has their names between @."""
+    return re.sub(r"@([A-Z_]+)@", lambda match: values[match[1]], template.read_text(encoding="utf-8"))
 
 
 def finished_source(name: str, source: str, constants: Iterable[str]) -> str:

@@ -6,14 +6,14 @@ three functions, `NAME_init`, `NAME_start`, `NAME_sample`, which do what an FMU 
 
 import re
 from collections.abc import Iterable, Mapping
-from importlib.resources import files
 from math import inf
+from pathlib import Path
 from textwrap import wrap
 from typing import NamedTuple
 
 from fmi_export.definition import SAMPLE_TIME, FmuDefinition, Variable
 from fmi_export.errors import ExportError
-from fmi_export.native.translation import PRELUDE_FILE, files_of, literal
+from fmi_export.native.translation import PRELUDE_FILE, files_of, filled, literal
 
 # What pyccel writes.
 STRUCT = re.compile(r"^struct (\w+) \{\n.*?^\};\n", re.MULTILINE | re.DOTALL)
@@ -28,6 +28,8 @@ CALL = re.compile(r"\b([A-Za-z_]\w*)\(")
 
 # What is followed by a parenthesis and is there: words of C, and what is in arithmetic.h.
 KNOWN = {"if", "for", "while", "return", "sizeof", "INT64_C", "fabs", "sqrt", "isfinite"}
+
+C_FILES = Path(__file__).with_name("c")
 
 WIDTH = 120            # of a line
 REFUSED_VALUE = 1000   # status: this and the number of a variable that is no number within its range
@@ -103,7 +105,8 @@ def freestanding(definition: FmuDefinition, modules: Iterable[str], translation:
             "INPUTS": "\n".join(f"    {{{place(name, 'inputs', member(v), v)}, {k}}},"
                                 for k, v in enumerate(ports.settable) if v.causality == "input")},
         **{file: {} for file in ("main.c", "board.h", "CMakeLists.txt", "qemu/board_qemu.c", "qemu/mps2_an500.ld")}}
-    return {file: filled(file.replace(f"{name}.", "controller."), common | own) for file, own in values.items()}
+    return {file: filled(C_FILES / file.replace(f"{name}.", "controller."), common | own)
+            for file, own in values.items()}
 
 
 class Code(NamedTuple):
@@ -179,12 +182,7 @@ def called(functions: Mapping[str, str], roots: Iterable[str]) -> dict[str, str]
 
 def template(name: str) -> str:
     """A file of the folder `c`."""
-    return files("fmi_export.target").joinpath("c", name).read_text(encoding="utf-8")
-
-
-def filled(name: str, values: Mapping[str, str]) -> str:
-    """A file of the folder `c`, with values where it has their names between @."""
-    return re.sub(r"@([A-Z_]+)@", lambda match: values[match[1]], template(name))
+    return (C_FILES / name).read_text(encoding="utf-8")
 
 
 def member(variable: Variable) -> str:
