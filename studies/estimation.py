@@ -21,14 +21,13 @@ from maglev.judging.verdicts import ClaimResult, count_verdicts, least_ratio, mi
 from maglev.procedures.evaluate import evaluate_all, judge_procedure
 from maglev.processes.side_by_side import unwatched
 from maglev.schema.run_plan import RunPlan, StartValue
+from maglev_files.marked import with_part
 from pmlsm.rigs import RIGS
 
 FILE = Path(__file__).with_name("estimation.toml")
 DOCS = Path(__file__).parents[1] / "docs" / "estimation.md"
 EFFECTS = Path(__file__).parents[1] / "scenarios" / "effects"
 STAGES = ("2dof", "3dof")   # that the thesis has
-BEGIN = "<!-- estimation: made by `python -m studies.estimation` -->\n"
-END = "<!-- end of estimation -->\n"
 
 SHARE = 0.05    # standard deviation of a number that a run should have, as a share of it
 MARGIN = 0.1    # standard deviation of how far a limit or factor is missed, as a share of it
@@ -202,20 +201,12 @@ def as_assumed(name: str, settings: Settings) -> str:
     return "\n".join(lines) + "\n"
 
 
-def write_between(path: Path, text: str) -> None:
-    """Put text between the markers of a page; ValueError where they are missing."""
-    before, begin, rest = path.read_text(encoding="utf-8").partition(BEGIN)
-    _, end, after = rest.partition(END)
-    if not begin or not end:
-        raise ValueError(f"{path}: expected the lines {BEGIN.strip()} and {END.strip()}")
-    path.write_text(f"{before}{begin}\n{text}\n{end}{after}", encoding="utf-8")
-
-
 def main() -> None:
     """Fly and judge all the evidence at every scale, and at the best with slot ripple; write what was found."""
     settings = read_settings()
     rows = [row(settings, scale) for scale in settings.candidates]
-    write_between(DOCS, table_of(settings, [*rows, row(settings, best_scale(rows), settings.ripple)]))
+    table = table_of(settings, [*rows, row(settings, best_scale(rows), settings.ripple)])
+    DOCS.write_text(with_part(DOCS, "estimation", table), encoding="utf-8")
     for name in STAGES:
         (EFFECTS / f"{name}-as-assumed.toml").write_text(as_assumed(name, settings), encoding="utf-8")
 

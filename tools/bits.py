@@ -35,12 +35,12 @@ from maglev.microcontroller.emulator import OPTIONS, PROGRAM
 from maglev.microcontroller.image import FLAGS as CORTEX_M7
 from maglev.own_fmus import definition
 from maglev.packages import PACKAGES
+from maglev_files.marked import with_part
 from maglev_files.scratch import scratch
 
 ROOT = Path(__file__).parents[1]
 HOSTS = ROOT / "tools" / "bits_hosts"
 PAGE = ROOT / "docs" / "accuracy.md"
-BEGIN, END = "<!-- bits: made by `python tools/bits.py` -->", "<!-- end of bits -->"
 NOT_HERE = "not run here"
 
 NAMES = ("ClosedLoop2DOF", "ClosedLoop3DOF", "ClosedLoop5DOF")
@@ -321,7 +321,7 @@ def table(results: Mapping[Environment, tuple[str, ...] | str]) -> str:
 
 def of_page() -> set[tuple[str, ...]]:
     """Digests in the page: one of each run, where all agree."""
-    text = PAGE.read_text(encoding="utf-8").partition(BEGIN)[2].partition(END)[0]
+    text = PAGE.read_text(encoding="utf-8").partition("<!-- bits: ")[2].partition("<!-- end of bits -->")[0]
     rows = [tuple(re.findall("`([0-9a-f]{16})`", line)) for line in text.splitlines()]
     return {row for row in rows if row}
 
@@ -339,8 +339,7 @@ def main() -> None:
     if arguments.check:
         seen |= of_page()
     else:
-        before, _, rest = PAGE.read_text(encoding="utf-8").partition(BEGIN)
-        PAGE.write_text(f"{before}{BEGIN}\n\n{table(results)}\n\n{END}{rest.partition(END)[2]}", encoding="utf-8")
+        PAGE.write_text(with_part(PAGE, "bits", table(results)), encoding="utf-8")
     if len(seen) != 1 or any("0" * 16 in digest for digest in seen):
         sys.exit(f"not the same bits: {seen}")
 

@@ -13,6 +13,7 @@ from numpy.typing import NDArray
 from maglev.linear.design import regulator_polynomial
 from maglev.linear.loop import Loop, linearise_loop
 from maglev.linear.model import equivalents, slowest_first
+from maglev_files.marked import with_part
 
 PAGE = Path(__file__).parents[1] / "docs" / "linear_models.md"
 OMEGA0 = 1.5 * np.pi   # rad/s
@@ -129,13 +130,8 @@ TABLES = {"design": design_table, "loop": loop_table}
 
 def main() -> None:
     """Put the tables between their marks."""
-    text = PAGE.read_text(encoding="utf-8")
     for name, table in TABLES.items():
-        begin, end = f"<!-- {name} -->\n", f"<!-- end of {name} -->"
-        before, _, rest = text.partition(begin)
-        _, _, after = rest.partition(end)
-        text = before + begin + "\n".join(table()) + "\n" + end + after
-    PAGE.write_text(text, encoding="utf-8")
+        PAGE.write_text(with_part(PAGE, name, "\n".join(table())), encoding="utf-8")
 
 
 if __name__ == "__main__":

@@ -4,22 +4,20 @@
     python tools/write_claims.py results/claims.md --check     # exits with 1 where a page has other numbers
 """
 
-import re
 import sys
 from difflib import unified_diff
 from pathlib import Path
 
+from maglev_files.marked import with_part
+
 DOCS = Path(__file__).parents[1] / "docs"
-PLACE = re.compile("(?<=<!-- claims: made by `make claims` -->\n).*(?=<!-- end of claims -->\n)", re.DOTALL)
 
 if __name__ == "__main__":
     counts, _, tables = Path(sys.argv[1]).read_text(encoding="utf-8").partition("\n## ")
     differing: list[str] = []
     for page, part in ((DOCS / "claims.md", counts), (DOCS / "claims_table.md", f"## {tables}")):
         old = page.read_text(encoding="utf-8")
-        new, places = PLACE.subn("\n" + part.replace("\\", r"\\") + "\n", old)
-        if places != 1:
-            sys.exit(f"{page.name}: {places} places between the marks of claims, expected 1")
+        new = with_part(page, "claims", part)
         differing += unified_diff(old.splitlines(True), new.splitlines(True), page.name, "runs", n=0)
         if "--check" not in sys.argv[2:]:
             page.write_text(new, encoding="utf-8")

@@ -15,11 +15,11 @@ from maglev.comparison.costs import Cost
 from maglev.errors import ScenarioError
 from maglev.microcontroller.target import usual_run
 from maglev.own_fmus import DEFINITIONS, definition
+from maglev_files.marked import with_part
 
 ROOT = Path(__file__).parents[1]
 COSTS = ROOT / "maglev" / "comparison" / "costs.toml"
 PAGE = ROOT / "docs" / "target.md"
-BEGIN, END = "<!-- costs -->\n", "<!-- end of costs -->\n"
 HEAD = "# Written by `python tools/write_costs.py`.\n"
 
 
@@ -59,8 +59,7 @@ def main() -> None:
         costs[name] = measured(name, run)
         print(name, costs[name], flush=True)
     COSTS.write_text(as_toml(costs), encoding="utf-8")
-    before, rest = PAGE.read_text(encoding="utf-8").split(BEGIN)
-    PAGE.write_text(f"{before}{BEGIN}\n{as_markdown(costs)}\n{END}{rest.split(END)[1]}", encoding="utf-8")
+    PAGE.write_text(with_part(PAGE, "costs", as_markdown(costs)), encoding="utf-8")
 
 
 if __name__ == "__main__":

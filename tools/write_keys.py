@@ -29,6 +29,7 @@ from maglev.schema.run_plan import (
 from maglev.schema.signals.kinds import Constant, Csv, SignalTable, Sinusoids, Steps, Term
 from maglev.schema.toml_table import Table, ValueKind
 from maglev.units import markdown as markdown_of_units
+from maglev_files.marked import with_part
 
 TABLES: tuple[type[Table], ...] = (
     RunPlan, FmuTable, RunOutput, SignalTable, Constant, Steps, Sinusoids, Term, Csv, Axis, Motor, MetricSettings,
@@ -141,16 +142,6 @@ PAGE = Path(__file__).parents[1] / "docs" / "scenarios.md"
 PARTS: dict[str, Callable[[], str]] = {"units": markdown_of_units, "keys": markdown}
 
 
-def with_tables(page: str) -> str:
-    """Text of the page with the tables between the markers; all of these must be there."""
-    for name, made in PARTS.items():
-        before, begin, rest = page.partition(f"<!-- {name}: made by `python tools/write_keys.py` -->\n")
-        _, end, after = rest.partition(f"<!-- end of {name} -->\n")
-        if not begin or not end:
-            raise ValueError(f"{PAGE}: expected the markers of {name}")
-        page = f"{before}{begin}\n{made()}\n{end}{after}"
-    return page
-
-
 if __name__ == "__main__":
-    PAGE.write_text(with_tables(PAGE.read_text(encoding="utf-8")), encoding="utf-8")
+    for name, made in PARTS.items():
+        PAGE.write_text(with_part(PAGE, name, made()), encoding="utf-8")

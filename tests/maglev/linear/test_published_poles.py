@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 
 from maglev.linear.design import regulator_polynomial
+from maglev_files.marked import with_part
 
 ROOT = Path(__file__).parents[3]
 OMEGA0 = 1.5 * np.pi
@@ -25,9 +26,8 @@ def tool() -> ModuleType:
 
 @pytest.mark.parametrize("name", ["design", "loop"])
 def test_the_page_has_the_table(tool: ModuleType, name: str) -> None:
-    text = (ROOT / "docs" / "linear_models.md").read_text(encoding="utf-8")
-    written = text.partition(f"<!-- {name} -->\n")[2].partition(f"\n<!-- end of {name} -->")[0]
-    assert written.splitlines() == tool.TABLES[name](), "python tools/published_poles.py writes it anew"
+    text = with_part(tool.PAGE, name, "\n".join(tool.TABLES[name]()))
+    assert tool.PAGE.read_text(encoding="utf-8") == text, "python tools/published_poles.py writes it anew"
 
 
 def test_polynomial_is_that_of_the_matrix() -> None:
