@@ -108,7 +108,6 @@ lint: .venv/.test
 bench: .venv/.test
 	PYTHONPATH=tests/support $(BIN)/python benchmarks/step_cost.py --record
 	$(BIN)/python benchmarks/whole_run.py --record
-	$(BIN)/python benchmarks/study_cost.py --record
 	$(BIN)/python benchmarks/graphics_processor.py   # left out where there is none
 	$(BIN)/python benchmarks/speed_history.py
 

@@ -3,7 +3,6 @@
 Times depend on the machine; `--gate` judges ratios to a frozen C loop measured in the same run.
 """
 
-import argparse
 import resource
 import sys
 import tempfile
@@ -18,6 +17,7 @@ from loops import PAIRS, Pair, bare_loop, loop_fmu, master_loop, open_loop
 from reference_loop import FROZEN, reference_loop
 from rich.console import Console
 from rich.table import Table
+from rounds import fastest, options
 from speed_history import PYTHON, STEP, record
 
 from maglev.catalogue import HOST, build
@@ -30,8 +30,6 @@ STEPS = 5000
 GATE_STEPS = 2000        # of the two ways in Python, whose steps take a tenth of a millisecond
 C_STEPS = 50_000
 EXCHANGE_STEPS = 1000   # progress is reported every 500
-ROUNDS = 7               # the fastest counts, which is the least disturbed
-ENOUGH = 3               # for the gate, if none of them has a ratio that is too large: then the fastest have none
 # In a round: they take milliseconds.
 TIMES = dict.fromkeys((FROZEN, "native, loop in one FMU", "native, master", "native, FMI 3.0, master"), 3)
 MEMORY_STEPS = 10**7
@@ -67,16 +65,7 @@ def measure(pair: Pair, folder: Path, native: bool, fmi3: Path | None) -> dict[s
                 exchanged = for_exchange_alone(made / other.name, fmi3 / f"exchanged{version}{other.name}")
                 ways[f"native, FMI {version}, master, plant by CVODE"] = partial(
                     master_loop, pair, made, EXCHANGE_STEPS, exchanged)
-    times: dict[str, list[float]] = {name: [] for name in ways}
-    held = 0
-    for _ in range(ROUNDS):   # in turn, so that a disturbance meets all of them
-        of_round = {name: min(way() for _ in range(TIMES.get(name, 1))) for name, way in ways.items()}
-        for name, time in of_round.items():
-            times[name].append(time)
-        held += not too_large(of_round)
-        if fmi3 is None and held == len(times["bare Python loop"]) == ENOUGH:
-            break
-    return {name: min(taken) for name, taken in times.items()}
+    return fastest(ways, too_large, fmi3 is None, TIMES)
 
 
 def growth(pair: Pair, folder: Path) -> int:
@@ -93,11 +82,7 @@ def growth(pair: Pair, folder: Path) -> int:
 
 def main() -> int:
     """Print the table; with --gate, return 1 if a ratio is too large."""
-    parser = argparse.ArgumentParser(description=__doc__)
-    parser.add_argument("--gate", action="store_true", help=f"only what is gated; fail if a ratio exceeds {GATES}")
-    parser.add_argument("--record", action="store_true", help="add the ratios to the history of this commit")
-    parser.add_argument("--fmus", type=Path, help="folder of FMUs that are built, in its folders python and native")
-    asked = parser.parse_args()
+    asked = options(__doc__, GATES)
     gate: bool = asked.gate
     native = all(find_spec(name) is not None for name in ("pyccel", "ziglang"))
     console = Console(width=110)
