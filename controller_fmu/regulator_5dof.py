@@ -184,15 +184,12 @@ class Regulator5DOF:
         self.allocation.demand(platform, y.demand(), x_demand, z_demand, roll.demand(), pitch.demand())
         along_x = platform.along_x(x.measured, pitch.measured)
         along_z = platform.along_z(z.measured, roll.measured)
-        alpha1_law = self.alpha1_law
-        alpha2_law = self.alpha2_law
-        beta1_law = self.beta1_law
-        beta2_law = self.beta2_law
-        self.drive(alpha1, alpha1_place, alpha1_law, x_demand, 2.0 * self.C1, along_x)
-        self.drive(alpha2, alpha2_place, alpha2_law, x_demand, 2.0 * self.C1, along_x)
-        self.drive(beta1, beta1_place, beta1_law, z_demand, 2.0 * self.C2, along_z)
-        self.drive(beta2, beta2_place, beta2_law, z_demand, 2.0 * self.C2, along_z)
-        self.feasible = alpha1_law.feasible and alpha2_law.feasible and beta1_law.feasible and beta2_law.feasible
+        self.drive(alpha1, alpha1_place, self.alpha1_law, x_demand, 2.0 * self.C1, along_x)
+        self.drive(alpha2, alpha2_place, self.alpha2_law, x_demand, 2.0 * self.C1, along_x)
+        self.drive(beta1, beta1_place, self.beta1_law, z_demand, 2.0 * self.C2, along_z)
+        self.drive(beta2, beta2_place, self.beta2_law, z_demand, 2.0 * self.C2, along_z)
+        self.feasible = (self.alpha1_law.feasible and self.alpha2_law.feasible and self.beta1_law.feasible
+                         and self.beta2_law.feasible)
         self.saturated = alpha1.limited or alpha2.limited or beta1.limited or beta2.limited
         short = self.short
         short.clear()

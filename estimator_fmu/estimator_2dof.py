@@ -57,7 +57,6 @@ class Estimator2DOF:
     def take(self, geometry: MotorGeometry) -> None:
         """Take in a sample: the rows of A(y, u), then one step of the estimator on each."""
         v = self.v
-        h = self.h
         motor = self.motor
         if v.measured <= 0.0:
             return   # an importer that has not exchanged values yet: this is no measurement
@@ -70,10 +69,10 @@ class Estimator2DOF:
         if not self.started:
             self.started = True
             v.seed(attraction, coils, iron)
-            h.seed(thrust_h)
+            self.h.seed(thrust_h)
         law = self.law
         law.prepare(self.sample_time, self.epsilon, self.gamma, self.forgetting)
         if self.held:
             law.hold()
         v.sample(attraction, coils, iron, GRAVITY, self.matched_filter, self.observer, law, self.convergence)
-        h.sample(thrust_h, self.matched_filter, self.observer, law, self.convergence)
+        self.h.sample(thrust_h, self.matched_filter, self.observer, law, self.convergence)

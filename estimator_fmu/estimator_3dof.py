@@ -60,8 +60,6 @@ class Estimator3DOF:
     def take(self, geometry: MotorGeometry) -> None:
         """Take in a sample: the rows of A(y, u), then one step of the estimator on each."""
         y = self.y
-        x = self.x
-        z = self.z
         alpha = self.alpha
         beta = self.beta
         if y.measured <= 0.0:
@@ -76,12 +74,12 @@ class Estimator3DOF:
         if not self.started:
             self.started = True
             y.seed(attraction, coils, iron)
-            x.seed(thrust_x)
-            z.seed(thrust_z)
+            self.x.seed(thrust_x)
+            self.z.seed(thrust_z)
         law = self.law
         law.prepare(self.sample_time, self.epsilon, self.gamma, self.forgetting)
         if self.held:
             law.hold()
         y.sample(attraction, coils, iron, GRAVITY, self.matched_filter, self.observer, law, self.convergence)
-        x.sample(thrust_x, self.matched_filter, self.observer, law, self.convergence)
-        z.sample(thrust_z, self.matched_filter, self.observer, law, self.convergence)
+        self.x.sample(thrust_x, self.matched_filter, self.observer, law, self.convergence)
+        self.z.sample(thrust_z, self.matched_filter, self.observer, law, self.convergence)

@@ -76,37 +76,27 @@ class Estimator5DOF:
     def take(self, geometry: MotorGeometry) -> None:
         """Take in a sample: the rows of A(y, u), then one step of the estimator on each."""
         y = self.y
-        x = self.x
-        z = self.z
-        alpha1 = self.alpha1
-        alpha2 = self.alpha2
-        beta1 = self.beta1
-        beta2 = self.beta2
-        alpha1_place = self.alpha1_place
-        alpha2_place = self.alpha2_place
-        beta1_place = self.beta1_place
-        beta2_place = self.beta2_place
-        if not measure_tilts(self.tilts, alpha1_place, alpha2_place, beta1_place, beta2_place):
+        if not measure_tilts(self.tilts, self.alpha1_place, self.alpha2_place, self.beta1_place, self.beta2_place):
             return   # an importer that has not exchanged values yet: this is no measurement
         y.measured = self.tilts.y
         rows = self.rows
         rows.clear()
-        thrust_x = (rows.add(geometry, alpha1_place.gap_measured, alpha1)
-                    + rows.add(geometry, alpha2_place.gap_measured, alpha2))
-        thrust_z = (rows.add(geometry, beta1_place.gap_measured, beta1)
-                    + rows.add(geometry, beta2_place.gap_measured, beta2))
+        thrust_x = (rows.add(geometry, self.alpha1_place.gap_measured, self.alpha1)
+                    + rows.add(geometry, self.alpha2_place.gap_measured, self.alpha2))
+        thrust_z = (rows.add(geometry, self.beta1_place.gap_measured, self.beta1)
+                    + rows.add(geometry, self.beta2_place.gap_measured, self.beta2))
         attraction = rows.attraction
         coils = rows.coils
         iron = rows.iron
         if not self.started:
             self.started = True
             y.seed(attraction, coils, iron)
-            x.seed(thrust_x)
-            z.seed(thrust_z)
+            self.x.seed(thrust_x)
+            self.z.seed(thrust_z)
         law = self.law
         law.prepare(self.sample_time, self.epsilon, self.gamma, self.forgetting)
         if self.held:
             law.hold()
         y.sample(attraction, coils, iron, GRAVITY, self.matched_filter, self.observer, law, self.convergence)
-        x.sample(thrust_x, self.matched_filter, self.observer, law, self.convergence)
-        z.sample(thrust_z, self.matched_filter, self.observer, law, self.convergence)
+        self.x.sample(thrust_x, self.matched_filter, self.observer, law, self.convergence)
+        self.z.sample(thrust_z, self.matched_filter, self.observer, law, self.convergence)

@@ -2,12 +2,7 @@
 
 from controller_fmu.sample_clock import SampleClock
 from measurement_fmu.measured_position import MeasuredPosition
-from measurement_fmu.sampling_instant import SamplingInstant
-
-STEPPED = 0        # status of `start` and `step`
-STEP_MISFIT = 1    # the communication step does not fit the sample time
-TOO_LATE = 2       # the delay is longer than what is kept of the past
-NO_SEED = 3        # the seed is no whole number
+from measurement_fmu.sampling_instant import NO_SEED, STEP_MISFIT, STEPPED, TOO_LATE, SamplingInstant
 
 
 class Measurement2DOF:
@@ -46,16 +41,14 @@ class Measurement2DOF:
     def sample(self) -> None:
         """Take in a sample of each encoder."""
         instant = self.instant
-        v = self.v
-        h = self.h
         if not self.started:
-            v.begin(instant)
-            h.begin(instant)
-            if v.encoder <= 0.0:
+            self.v.begin(instant)
+            self.h.begin(instant)
+            if self.v.encoder <= 0.0:
                 return   # an importer that has not exchanged values yet: this is no measurement
             self.started = True
         if instant.late:
             instant.advance(self.key, self.number, self.sample_time)
-        v.sample(instant, self.key, self.number, self.sample_time)
-        h.sample(instant, self.key, self.number, self.sample_time)
+        self.v.sample(instant, self.key, self.number, self.sample_time)
+        self.h.sample(instant, self.key, self.number, self.sample_time)
         self.number += 1

@@ -2,12 +2,7 @@
 
 from controller_fmu.sample_clock import SampleClock
 from measurement_fmu.measured_position import MeasuredPosition
-from measurement_fmu.sampling_instant import SamplingInstant
-
-STEPPED = 0        # status of `start` and `step`
-STEP_MISFIT = 1    # the communication step does not fit the sample time
-TOO_LATE = 2       # the delay is longer than what is kept of the past
-NO_SEED = 3        # the seed is no whole number
+from measurement_fmu.sampling_instant import NO_SEED, STEP_MISFIT, STEPPED, TOO_LATE, SamplingInstant
 
 
 class Measurement3DOF:
@@ -48,19 +43,16 @@ class Measurement3DOF:
     def sample(self) -> None:
         """Take in a sample of each encoder."""
         instant = self.instant
-        y = self.y
-        x = self.x
-        z = self.z
         if not self.started:
-            y.begin(instant)
-            x.begin(instant)
-            z.begin(instant)
-            if y.encoder <= 0.0:
+            self.y.begin(instant)
+            self.x.begin(instant)
+            self.z.begin(instant)
+            if self.y.encoder <= 0.0:
                 return   # an importer that has not exchanged values yet: this is no measurement
             self.started = True
         if instant.late:
             instant.advance(self.key, self.number, self.sample_time)
-        y.sample(instant, self.key, self.number, self.sample_time)
-        x.sample(instant, self.key, self.number, self.sample_time)
-        z.sample(instant, self.key, self.number, self.sample_time)
+        self.y.sample(instant, self.key, self.number, self.sample_time)
+        self.x.sample(instant, self.key, self.number, self.sample_time)
+        self.z.sample(instant, self.key, self.number, self.sample_time)
         self.number += 1

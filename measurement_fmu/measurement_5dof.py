@@ -2,12 +2,7 @@
 
 from controller_fmu.sample_clock import SampleClock
 from measurement_fmu.measured_position import MeasuredPosition
-from measurement_fmu.sampling_instant import SamplingInstant
-
-STEPPED = 0        # status of `start` and `step`
-STEP_MISFIT = 1    # the communication step does not fit the sample time
-TOO_LATE = 2       # the delay is longer than what is kept of the past
-NO_SEED = 3        # the seed is no whole number
+from measurement_fmu.sampling_instant import NO_SEED, STEP_MISFIT, STEPPED, TOO_LATE, SamplingInstant
 
 
 class Measurement5DOF:
@@ -54,28 +49,23 @@ class Measurement5DOF:
     def sample(self) -> None:
         """Take in a sample of each encoder."""
         instant = self.instant
-        x = self.x
-        z = self.z
-        alpha1 = self.alpha1
-        alpha2 = self.alpha2
-        beta1 = self.beta1
-        beta2 = self.beta2
         if not self.started:
-            x.begin(instant)
-            z.begin(instant)
-            alpha1.begin(instant)
-            alpha2.begin(instant)
-            beta1.begin(instant)
-            beta2.begin(instant)
-            if alpha1.encoder <= 0.0 or alpha2.encoder <= 0.0 or beta1.encoder <= 0.0 or beta2.encoder <= 0.0:
+            self.x.begin(instant)
+            self.z.begin(instant)
+            self.alpha1.begin(instant)
+            self.alpha2.begin(instant)
+            self.beta1.begin(instant)
+            self.beta2.begin(instant)
+            if (self.alpha1.encoder <= 0.0 or self.alpha2.encoder <= 0.0 or self.beta1.encoder <= 0.0
+                    or self.beta2.encoder <= 0.0):
                 return   # an importer that has not exchanged values yet: this is no measurement
             self.started = True
         if instant.late:
             instant.advance(self.key, self.number, self.sample_time)
-        x.sample(instant, self.key, self.number, self.sample_time)
-        z.sample(instant, self.key, self.number, self.sample_time)
-        alpha1.sample(instant, self.key, self.number, self.sample_time)
-        alpha2.sample(instant, self.key, self.number, self.sample_time)
-        beta1.sample(instant, self.key, self.number, self.sample_time)
-        beta2.sample(instant, self.key, self.number, self.sample_time)
+        self.x.sample(instant, self.key, self.number, self.sample_time)
+        self.z.sample(instant, self.key, self.number, self.sample_time)
+        self.alpha1.sample(instant, self.key, self.number, self.sample_time)
+        self.alpha2.sample(instant, self.key, self.number, self.sample_time)
+        self.beta1.sample(instant, self.key, self.number, self.sample_time)
+        self.beta2.sample(instant, self.key, self.number, self.sample_time)
         self.number += 1

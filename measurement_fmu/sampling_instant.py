@@ -7,6 +7,11 @@ LATEST = 126          # samples, that a reading can be late: one more is kept, t
 NEARLY_WHOLE = 1.0e-6   # of a sample, by which a delay may miss a whole number of them
 STREAM = 0            # of the random words; the encoders have the others
 
+STEPPED = 0       # status of a measurement's `start` and `step`
+STEP_MISFIT = 1   # the communication step does not fit the sample time
+TOO_LATE = 2      # the delay is longer than what is kept of the past
+NO_SEED = 3       # the seed is no whole number
+
 
 class SamplingInstant:
     """All encoders are read at one instant, which lies before the sample by delay + jitter · u, 0 < u < 1.

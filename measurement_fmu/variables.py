@@ -5,16 +5,17 @@ from dataclasses import replace
 
 from controller_fmu.variables import gap_inputs, measured_axis
 from fmi_export.definition import Variable, parameter, real_output, switch
-from measurement_fmu.sampling_instant import LATEST
+from measurement_fmu.sampling_instant import LATEST, NO_SEED, STEP_MISFIT, TOO_LATE
 from pmlsm.rig import Rig
 
 NONE = "assumed: none"
 
 REFUSALS = {
-    1: ("communication step = {step} s, expected one that divides the measurement's sample_time = {sample_time} s into "
-        "a whole number of steps and does not step over a sample"),
-    2: f"delay = {{delay}} s, jitter = {{jitter}} s, expected at most {LATEST} samples of {{sample_time}} s together",
-    3: "seed = {seed}, expected a whole number"}
+    STEP_MISFIT: "communication step = {step} s, expected one that divides the measurement's sample_time = "
+                 "{sample_time} s into a whole number of steps and does not step over a sample",
+    TOO_LATE: f"delay = {{delay}} s, jitter = {{jitter}} s, expected at most {LATEST} samples of {{sample_time}} s "
+              "together",
+    NO_SEED: "seed = {seed}, expected a whole number"}
 
 
 def encoders(rig: Rig) -> Iterator[tuple[str, str, Variable]]:

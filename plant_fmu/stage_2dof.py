@@ -91,16 +91,16 @@ class Stage2DOF:
         motor.advance(dt, bus)
         v.begin()
         h.begin()
-        h_angle.follow(geometry, h.position)
+        h_angle.follow(geometry, self.h.position)
         motor.at_start(h_angle)
         self.add_slope(dt / 6.0, dt / 2.0)
-        h_angle.turn(geometry, h.position)
+        h_angle.turn(geometry, self.h.position)
         motor.at_middle(h_angle)
         self.add_slope(dt / 3.0, dt / 2.0)
-        h_angle.turn(geometry, h.position)
+        h_angle.turn(geometry, self.h.position)
         motor.at_middle(h_angle)
         self.add_slope(dt / 3.0, dt)
-        h_angle.turn(geometry, h.position)
+        h_angle.turn(geometry, self.h.position)
         motor.at_end(h_angle)
         self.add_slope(dt / 6.0, 0.0)
         contained = v.finish() and h.finish()
@@ -111,19 +111,16 @@ class Stage2DOF:
     def derive(self) -> int:
         """Compute the rates of the states at the present point of a continuous model, and all that is continuous."""
         geometry = self.geometry
-        v = self.v
-        h = self.h
-        motor = self.motor
-        v.resume()
-        h.resume()
-        self.h_angle.turn(geometry, h.position)
-        motor.resume(self.h_angle)
+        self.v.resume()
+        self.h.resume()
+        self.h_angle.turn(geometry, self.h.position)
+        self.motor.resume(self.h_angle)
         bus = self.bus_voltage
         if bus > 0.0:
             self.induce(0.0)
-        motor.derive(bus)
+        self.motor.derive(bus)
         self.add_slope(1.0, 0.0)
-        if v.contained() and h.contained():
+        if self.v.contained() and self.h.contained():
             return STARTED
         return RUN_AWAY
 

@@ -108,23 +108,23 @@ class Stage3DOF:
         y.begin()
         x.begin()
         z.begin()
-        x_angle.follow(geometry, x.position)
-        z_angle.follow(geometry, z.position)
+        x_angle.follow(geometry, self.x.position)
+        z_angle.follow(geometry, self.z.position)
         alpha.at_start(x_angle)
         beta.at_start(z_angle)
         self.add_slope(dt / 6.0, dt / 2.0)
-        x_angle.turn(geometry, x.position)
-        z_angle.turn(geometry, z.position)
+        x_angle.turn(geometry, self.x.position)
+        z_angle.turn(geometry, self.z.position)
         alpha.at_middle(x_angle)
         beta.at_middle(z_angle)
         self.add_slope(dt / 3.0, dt / 2.0)
-        x_angle.turn(geometry, x.position)
-        z_angle.turn(geometry, z.position)
+        x_angle.turn(geometry, self.x.position)
+        z_angle.turn(geometry, self.z.position)
         alpha.at_middle(x_angle)
         beta.at_middle(z_angle)
         self.add_slope(dt / 3.0, dt)
-        x_angle.turn(geometry, x.position)
-        z_angle.turn(geometry, z.position)
+        x_angle.turn(geometry, self.x.position)
+        z_angle.turn(geometry, self.z.position)
         alpha.at_end(x_angle)
         beta.at_end(z_angle)
         self.add_slope(dt / 6.0, 0.0)
@@ -136,25 +136,20 @@ class Stage3DOF:
     def derive(self) -> int:
         """Compute the rates of the states at the present point of a continuous model, and all that is continuous."""
         geometry = self.geometry
-        y = self.y
-        x = self.x
-        z = self.z
-        alpha = self.alpha
-        beta = self.beta
-        y.resume()
-        x.resume()
-        z.resume()
-        self.x_angle.turn(geometry, x.position)
-        self.z_angle.turn(geometry, z.position)
-        alpha.resume(self.x_angle)
-        beta.resume(self.z_angle)
+        self.y.resume()
+        self.x.resume()
+        self.z.resume()
+        self.x_angle.turn(geometry, self.x.position)
+        self.z_angle.turn(geometry, self.z.position)
+        self.alpha.resume(self.x_angle)
+        self.beta.resume(self.z_angle)
         bus = self.bus_voltage
         if bus > 0.0:
             self.induce(0.0)
-        alpha.derive(bus)
-        beta.derive(bus)
+        self.alpha.derive(bus)
+        self.beta.derive(bus)
         self.add_slope(1.0, 0.0)
-        if y.contained() and x.contained() and z.contained():
+        if self.y.contained() and self.x.contained() and self.z.contained():
             return STARTED
         return RUN_AWAY
 

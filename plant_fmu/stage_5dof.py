@@ -146,10 +146,6 @@ class Stage5DOF:
         beta2 = self.beta2
         x_angle = self.x_angle
         z_angle = self.z_angle
-        alpha1_mount = self.alpha1_mount
-        alpha2_mount = self.alpha2_mount
-        beta1_mount = self.beta1_mount
-        beta2_mount = self.beta2_mount
         payload = self.payload
         bus = self.bus_voltage
         if bus > 0.0:
@@ -158,43 +154,43 @@ class Stage5DOF:
         alpha2.advance(dt, bus)
         beta1.advance(dt, bus)
         beta2.advance(dt, bus)
-        y.payload = payload.mass
-        x.payload = payload.mass
-        z.payload = payload.mass
-        roll.payload = payload.roll_inertia()
-        pitch.payload = payload.pitch_inertia()
+        self.y.payload = payload.mass
+        self.x.payload = payload.mass
+        self.z.payload = payload.mass
+        self.roll.payload = payload.roll_inertia()
+        self.pitch.payload = payload.pitch_inertia()
         y.begin()
         x.begin()
         z.begin()
         roll.begin()
         pitch.begin()
-        alpha1_mount.begin()
-        alpha2_mount.begin()
-        beta1_mount.begin()
-        beta2_mount.begin()
-        x_angle.follow(geometry, alpha1_mount.displacement)
-        z_angle.follow(geometry, beta1_mount.displacement)
+        self.alpha1_mount.begin()
+        self.alpha2_mount.begin()
+        self.beta1_mount.begin()
+        self.beta2_mount.begin()
+        x_angle.follow(geometry, self.alpha1_mount.displacement)
+        z_angle.follow(geometry, self.beta1_mount.displacement)
         alpha1.at_start(x_angle)
         alpha2.at_start(x_angle)
         beta1.at_start(z_angle)
         beta2.at_start(z_angle)
         self.add_slope(dt / 6.0, dt / 2.0)
-        x_angle.turn(geometry, alpha1_mount.displacement)
-        z_angle.turn(geometry, beta1_mount.displacement)
+        x_angle.turn(geometry, self.alpha1_mount.displacement)
+        z_angle.turn(geometry, self.beta1_mount.displacement)
         alpha1.at_middle(x_angle)
         alpha2.at_middle(x_angle)
         beta1.at_middle(z_angle)
         beta2.at_middle(z_angle)
         self.add_slope(dt / 3.0, dt / 2.0)
-        x_angle.turn(geometry, alpha1_mount.displacement)
-        z_angle.turn(geometry, beta1_mount.displacement)
+        x_angle.turn(geometry, self.alpha1_mount.displacement)
+        z_angle.turn(geometry, self.beta1_mount.displacement)
         alpha1.at_middle(x_angle)
         alpha2.at_middle(x_angle)
         beta1.at_middle(z_angle)
         beta2.at_middle(z_angle)
         self.add_slope(dt / 3.0, dt)
-        x_angle.turn(geometry, alpha1_mount.displacement)
-        z_angle.turn(geometry, beta1_mount.displacement)
+        x_angle.turn(geometry, self.alpha1_mount.displacement)
+        z_angle.turn(geometry, self.beta1_mount.displacement)
         alpha1.at_end(x_angle)
         alpha2.at_end(x_angle)
         beta1.at_end(z_angle)
@@ -209,47 +205,39 @@ class Stage5DOF:
     def derive(self) -> int:
         """Compute the rates of the states at the present point of a continuous model, and all that is continuous."""
         geometry = self.geometry
-        y = self.y
-        x = self.x
-        z = self.z
-        roll = self.roll
-        pitch = self.pitch
-        alpha1 = self.alpha1
-        alpha2 = self.alpha2
-        beta1 = self.beta1
-        beta2 = self.beta2
         payload = self.payload
-        y.payload = payload.mass
-        x.payload = payload.mass
-        z.payload = payload.mass
-        roll.payload = payload.roll_inertia()
-        pitch.payload = payload.pitch_inertia()
+        self.y.payload = payload.mass
+        self.x.payload = payload.mass
+        self.z.payload = payload.mass
+        self.roll.payload = payload.roll_inertia()
+        self.pitch.payload = payload.pitch_inertia()
         self.place_motors()
         self.alpha1_mount.resume()
         self.alpha2_mount.resume()
         self.beta1_mount.resume()
         self.beta2_mount.resume()
-        y.resume()
-        x.resume()
-        z.resume()
-        roll.resume()
-        pitch.resume()
+        self.y.resume()
+        self.x.resume()
+        self.z.resume()
+        self.roll.resume()
+        self.pitch.resume()
         self.x_angle.turn(geometry, self.alpha1_mount.displacement)
         self.z_angle.turn(geometry, self.beta1_mount.displacement)
-        alpha1.resume(self.x_angle)
-        alpha2.resume(self.x_angle)
-        beta1.resume(self.z_angle)
-        beta2.resume(self.z_angle)
+        self.alpha1.resume(self.x_angle)
+        self.alpha2.resume(self.x_angle)
+        self.beta1.resume(self.z_angle)
+        self.beta2.resume(self.z_angle)
         bus = self.bus_voltage
         if bus > 0.0:
             self.induce(0.0)
-        alpha1.derive(bus)
-        alpha2.derive(bus)
-        beta1.derive(bus)
-        beta2.derive(bus)
+        self.alpha1.derive(bus)
+        self.alpha2.derive(bus)
+        self.beta1.derive(bus)
+        self.beta2.derive(bus)
         self.add_slope(1.0, 0.0)
         self.yaw_moment = self.moment()
-        if y.contained() and x.contained() and z.contained() and roll.contained() and pitch.contained():
+        if (self.y.contained() and self.x.contained() and self.z.contained() and self.roll.contained()
+                and self.pitch.contained()):
             return STARTED
         return RUN_AWAY
 
@@ -273,29 +261,24 @@ class Stage5DOF:
     def add_slope(self, weight: float, ahead: float) -> None:
         """Add one Runge–Kutta slope on all axes, and go to the next point."""
         self.push_motors()
-        y = self.y
-        x = self.x
-        z = self.z
         roll = self.roll
         pitch = self.pitch
         alpha1_mount = self.alpha1_mount
         alpha2_mount = self.alpha2_mount
         beta1_mount = self.beta1_mount
         beta2_mount = self.beta2_mount
-        payload = self.payload
-        height = self.height
         normal = alpha1_mount.normal + alpha2_mount.normal + beta1_mount.normal + beta2_mount.normal
         x_thrust = alpha1_mount.thrust + alpha2_mount.thrust
         z_thrust = beta1_mount.thrust + beta2_mount.thrust
-        roll_torque = (height * z_thrust + alpha1_mount.roll_torque() + alpha2_mount.roll_torque()
-                       + beta1_mount.roll_torque() + beta2_mount.roll_torque() + payload.roll_torque()
+        roll_torque = (self.height * z_thrust + alpha1_mount.roll_torque() + alpha2_mount.roll_torque()
+                       + beta1_mount.roll_torque() + beta2_mount.roll_torque() + self.payload.roll_torque()
                        + self.roll_guide.torque(roll.position))
-        pitch_torque = (-height * x_thrust + alpha1_mount.pitch_torque() + alpha2_mount.pitch_torque()
-                        + beta1_mount.pitch_torque() + beta2_mount.pitch_torque() + payload.pitch_torque()
+        pitch_torque = (-self.height * x_thrust + alpha1_mount.pitch_torque() + alpha2_mount.pitch_torque()
+                        + beta1_mount.pitch_torque() + beta2_mount.pitch_torque() + self.payload.pitch_torque()
                         + self.pitch_guide.torque(pitch.position))
-        y.add_slope(GRAVITY + normal / y.present_mass, weight, ahead)
-        x.add_slope(x_thrust / x.present_mass, weight, ahead)
-        z.add_slope(z_thrust / z.present_mass, weight, ahead)
+        self.y.add_slope(GRAVITY + normal / self.y.present_mass, weight, ahead)
+        self.x.add_slope(x_thrust / self.x.present_mass, weight, ahead)
+        self.z.add_slope(z_thrust / self.z.present_mass, weight, ahead)
         roll.add_slope(roll_torque / roll.present_mass, weight, ahead)
         pitch.add_slope(pitch_torque / pitch.present_mass, weight, ahead)
         self.place_motors()
@@ -310,24 +293,15 @@ class Stage5DOF:
         pull = self.y.nominal_mass * self.C3 * strength * strength  # N/T²
         coils = self.y.nominal_mass * self.C4 * strength            # N/(A T)
         iron = self.y.nominal_mass * self.C5                        # N/A²
-        alpha1 = self.alpha1
-        alpha1_mount = self.alpha1_mount
-        alpha2 = self.alpha2
-        alpha2_mount = self.alpha2_mount
-        beta1 = self.beta1
-        beta1_mount = self.beta1_mount
-        beta2 = self.beta2
-        beta2_mount = self.beta2_mount
-        x_pull = pull * attraction_factor(modulation, alpha1_mount.displacement, geometry.slot_pitch)
-        z_pull = pull * attraction_factor(modulation, beta1_mount.displacement, geometry.slot_pitch)
-        alpha1_mount.push(geometry, alpha1.i_d, alpha1.i_q, x_thrust, x_pull, coils, iron)
-        alpha2_mount.push(geometry, alpha2.i_d, alpha2.i_q, x_thrust, x_pull, coils, iron)
-        beta1_mount.push(geometry, beta1.i_d, beta1.i_q, z_thrust, z_pull, coils, iron)
-        beta2_mount.push(geometry, beta2.i_d, beta2.i_q, z_thrust, z_pull, coils, iron)
+        x_pull = pull * attraction_factor(modulation, self.alpha1_mount.displacement, geometry.slot_pitch)
+        z_pull = pull * attraction_factor(modulation, self.beta1_mount.displacement, geometry.slot_pitch)
+        self.alpha1_mount.push(geometry, self.alpha1.i_d, self.alpha1.i_q, x_thrust, x_pull, coils, iron)
+        self.alpha2_mount.push(geometry, self.alpha2.i_d, self.alpha2.i_q, x_thrust, x_pull, coils, iron)
+        self.beta1_mount.push(geometry, self.beta1.i_d, self.beta1.i_q, z_thrust, z_pull, coils, iron)
+        self.beta2_mount.push(geometry, self.beta2.i_d, self.beta2.i_q, z_thrust, z_pull, coils, iron)
 
     def induce(self, ahead: float) -> None:
         """Compute the voltages that the motion induces in the windings a time ahead (s)."""
-        geometry = self.geometry
         y = self.y
         x = self.x
         z = self.z
@@ -343,30 +317,30 @@ class Stage5DOF:
         rate_z = z.velocity + height * roll.velocity
         change_x = x.acceleration - height * pitch.acceleration
         change_z = z.acceleration + height * roll.acceleration
-        mount = self.alpha1_mount
+        self.induce_in(self.alpha1, self.alpha1_mount, self.geometry, ahead, rate_x, change_x, x_thrust, coils, iron)
+        self.induce_in(self.alpha2, self.alpha2_mount, self.geometry, ahead, rate_x, change_x, x_thrust, coils, iron)
+        self.induce_in(self.beta1, self.beta1_mount, self.geometry, ahead, rate_z, change_z, z_thrust, coils, iron)
+        self.induce_in(self.beta2, self.beta2_mount, self.geometry, ahead, rate_z, change_z, z_thrust, coils, iron)
+
+    def induce_in(self, motor: MotorSupply, mount: MotorMount, geometry: MotorGeometry, ahead: float, rate: float,
+                  change: float, thrust: float, coils: float, iron: float) -> None:
+        """Compute the voltages in the windings of a motor.
+
+        Parameters
+        ----------
+        motor, mount, geometry : MotorSupply, MotorMount, MotorGeometry
+            Of the motor.
+        ahead : float
+            s.
+        rate, change : float
+            First and second derivative of its displacement, m/s, m/s².
+        thrust, coils, iron : float
+            Constants of its rows as forces: N/A, N/(A T), N/A².
+        """
         f1, f2, f3, f4 = gap_functions(geometry, mount.gap + ahead * mount.gap_rate)
-        self.alpha1.induce(
-            geometry.electrical_angle(mount.displacement + ahead * rate_x),
-            mount.gap_rate + ahead * mount.gap_change(y, roll, pitch),
-            rate_x + ahead * change_x, x_thrust * f1, coils * f3, iron * f4)
-        mount = self.alpha2_mount
-        f1, f2, f3, f4 = gap_functions(geometry, mount.gap + ahead * mount.gap_rate)
-        self.alpha2.induce(
-            geometry.electrical_angle(mount.displacement + ahead * rate_x),
-            mount.gap_rate + ahead * mount.gap_change(y, roll, pitch),
-            rate_x + ahead * change_x, x_thrust * f1, coils * f3, iron * f4)
-        mount = self.beta1_mount
-        f1, f2, f3, f4 = gap_functions(geometry, mount.gap + ahead * mount.gap_rate)
-        self.beta1.induce(
-            geometry.electrical_angle(mount.displacement + ahead * rate_z),
-            mount.gap_rate + ahead * mount.gap_change(y, roll, pitch),
-            rate_z + ahead * change_z, z_thrust * f1, coils * f3, iron * f4)
-        mount = self.beta2_mount
-        f1, f2, f3, f4 = gap_functions(geometry, mount.gap + ahead * mount.gap_rate)
-        self.beta2.induce(
-            geometry.electrical_angle(mount.displacement + ahead * rate_z),
-            mount.gap_rate + ahead * mount.gap_change(y, roll, pitch),
-            rate_z + ahead * change_z, z_thrust * f1, coils * f3, iron * f4)
+        motor.induce(geometry.electrical_angle(mount.displacement + ahead * rate),
+                     mount.gap_rate + ahead * mount.gap_change(self.y, self.roll, self.pitch),
+                     rate + ahead * change, thrust * f1, coils * f3, iron * f4)
 
     def place_motors(self) -> None:
         """Put the motors where the platform has them."""
@@ -399,23 +373,15 @@ class Stage5DOF:
 
     def moment(self) -> float:
         """Moment (N m) of the motors about y."""
-        alpha1_mount = self.alpha1_mount
-        alpha2_mount = self.alpha2_mount
-        beta1_mount = self.beta1_mount
-        beta2_mount = self.beta2_mount
-        return (alpha1_mount.z * alpha1_mount.thrust + alpha2_mount.z * alpha2_mount.thrust
-                - beta1_mount.x * beta1_mount.thrust - beta2_mount.x * beta2_mount.thrust)
+        return (self.alpha1_mount.z * self.alpha1_mount.thrust + self.alpha2_mount.z * self.alpha2_mount.thrust
+                - self.beta1_mount.x * self.beta1_mount.thrust - self.beta2_mount.x * self.beta2_mount.thrust)
 
     def measure(self) -> None:
         """Set the outputs of the encoders, and the yaw moment."""
         self.x.encoder = self.encoder.measure(self.x.position + self.x.swing)
         self.z.encoder = self.encoder.measure(self.z.position + self.z.swing)
-        alpha1_mount = self.alpha1_mount
-        alpha2_mount = self.alpha2_mount
-        beta1_mount = self.beta1_mount
-        beta2_mount = self.beta2_mount
-        alpha1_mount.gap_encoder = self.encoder.measure(alpha1_mount.seen_gap(self.y, self.roll, self.pitch))
-        alpha2_mount.gap_encoder = self.encoder.measure(alpha2_mount.seen_gap(self.y, self.roll, self.pitch))
-        beta1_mount.gap_encoder = self.encoder.measure(beta1_mount.seen_gap(self.y, self.roll, self.pitch))
-        beta2_mount.gap_encoder = self.encoder.measure(beta2_mount.seen_gap(self.y, self.roll, self.pitch))
+        self.alpha1_mount.gap_encoder = self.encoder.measure(self.alpha1_mount.seen_gap(self.y, self.roll, self.pitch))
+        self.alpha2_mount.gap_encoder = self.encoder.measure(self.alpha2_mount.seen_gap(self.y, self.roll, self.pitch))
+        self.beta1_mount.gap_encoder = self.encoder.measure(self.beta1_mount.seen_gap(self.y, self.roll, self.pitch))
+        self.beta2_mount.gap_encoder = self.encoder.measure(self.beta2_mount.seen_gap(self.y, self.roll, self.pitch))
         self.yaw_moment = self.moment()

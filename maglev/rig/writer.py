@@ -135,9 +135,9 @@ def words(rig: Rig) -> dict[str, Any]:
                    *((motor.name, f"self.{motor.name}_geometry", place[motor.drives]) for motor in rig.unlike)],
         "held_tilts": dict(zip(tilts, ("tilts.roll", "tilts.pitch"), strict=False)) if unlike else {},
         "linears": [f"self.{motor}_linear" if motor in unlike else "self.linear" for motor in rig.motor_names],
-        "added": {axis: [f"rows.add_kind({motor}_geometry, {motor}_ratio, {gap}, {motor})"
-                         if motor in unlike else f"rows.add(geometry, {gap}, {motor})"
-                         for motor in names for gap in [f"{motor}_place.gap_measured" if tilts else
+        "added": {axis: [f"rows.add_kind({motor}_geometry, {motor}_ratio, {gap}, self.{motor})"
+                         if motor in unlike else f"rows.add(geometry, {gap}, self.{motor})"
+                         for motor in names for gap in [f"self.{motor}_place.gap_measured" if tilts else
                                                         f"{rig.vertical.name}.measured"]]
                   for axis, names in motors_of.items()},
         "turning": [(motor.name, motor.name if motor.kind else motor.drives) for motor in rig.motors],
