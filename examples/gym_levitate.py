@@ -16,6 +16,7 @@ from typing import Any
 
 import gymnasium
 import numpy as np
+from jinja2 import Template
 
 import maglev.gym  # noqa: F401 - registers the environments
 
@@ -40,104 +41,7 @@ MIDDLE = 18e-3         # m, from which a unit takes the gap
 OUTPUT_SCALE = 4.0     # A
 UNIT = len(INPUT_SCALES) + 2
 
-CONTROLLER = '''"""Law of the 2-DOF stage, learned by examples/gym_levitate.py.
-
-    maglev run 2dof-setpoints --controller {name}
-"""
-
-from math import fabs
-
-from controller_fmu.motor_command import MotorCommand
-from controller_fmu.velocity_observer import ObserverFilter, VelocityObserver
-from pmlsm.motor_geometry import MotorGeometry
-
-SAMPLES = {samples}   # of the rig in one of the law, which learned with {sample_time} s
-
-
-class Axis:
-    """One axis: from reference and measurement to a current."""
-
-    def __init__(self, position: float, error: float, total: float, speed: float, always: float):
-        self.reference = position       # m, input
-        self.reference_rate = 0.0       # m/s, input
-        self.measured = position        # m, input
-        self.error = error              # A/m
-        self.total = total              # A/(m s)
-        self.speed = speed              # A s/m
-        self.always = always            # A
-        self.observer = VelocityObserver()
-        self.off = 0.0                  # m, error
-        self.sum = 0.0                  # m s, state
-
-    def current(self, observer: ObserverFilter, dt: float) -> float:
-        """Current (A) of a sample, without what the network adds."""
-        self.observer.update(self.measured, observer, dt)
-        self.off = self.reference - self.measured
-        self.sum += dt * self.off
-        return self.error * self.off + self.total * self.sum + self.speed * self.observer.velocity + self.always
-
-
-class Unit:
-    """One unit of the network: weights of what it takes, and of what it gives (A)."""
-
-    def __init__(self, v: float, speed: float, h: float, gap: float, always: float, i_d: float, i_q: float):
-        self.v = v                      # 1/m
-        self.speed = speed              # s/m
-        self.h = h                      # 1/m
-        self.gap = gap                  # 1/m
-        self.always = always
-        self.i_d = i_d
-        self.i_q = i_q
-        self.value = 0.0
-
-    def take(self, v: Axis, h: Axis) -> None:
-        """Its value at a sample, between −1 and 1."""
-        total = self.v * v.off + self.speed * v.observer.velocity + self.h * h.off + self.gap * v.measured + self.always
-        self.value = total / (1.0 + fabs(total))
-
-
-class Learned:
-    """Both axes; the commutation goes on between their samples, as in the environment."""
-
-    inputs = {{"v.reference": "m", "v.reference_rate": "m/s", "v.measured": "m",
-              "h.reference": "m", "h.reference_rate": "m/s", "h.measured": "m"}}
-    outputs = {{"motor.i_a_cmd": "A", "motor.i_b_cmd": "A", "motor.i_c_cmd": "A", "motor.i_d_cmd": "A",
-               "motor.i_q_cmd": "A"}}
-    parameters = {{"limit": "A"}}
-
-    def __init__(self) -> None:
-        self.sample_time = {rig_time}       # s
-        self.limit = {limit}                # A, parameter: of i_d and i_q
-        self.v = Axis(0.02, {v})
-        self.h = Axis(0.0, {h})
-{units}        self.observer = ObserverFilter()
-        self.geometry = MotorGeometry()
-        self.motor = MotorCommand()
-        self.i_d = 0.0                  # A, held
-        self.i_q = 0.0
-        self.waiting = 0                # samples of the rig until the next one of the law
-        self.started = False
-
-    def start(self) -> None:
-        """Compute what follows from the parameters."""
-        self.geometry.prepare()
-        self.observer.prepare(SAMPLES * self.sample_time)
-
-    def step(self, t: float) -> None:
-        """Read the inputs, set the outputs; t is the time (s)."""
-        if not self.started:
-            if self.v.measured <= 0.0:
-                return          # in another tool: nothing has been measured yet
-            self.v.observer.seed(self.v.measured)
-            self.h.observer.seed(self.h.measured)
-            self.started = True
-        if self.waiting == 0:
-            self.i_d = self.v.current(self.observer, SAMPLES * self.sample_time)
-            self.i_q = self.h.current(self.observer, SAMPLES * self.sample_time)
-{steps}            self.waiting = SAMPLES
-        self.waiting -= 1
-        self.motor.command(self.i_d, self.i_q, self.limit, self.geometry.electrical_angle(self.h.measured))
-'''
+CONTROLLER = Path(__file__).with_name("gym_learned.py.j2")   # what the file of an agent is made of
 
 
 def currents(weights: np.ndarray, parts: np.ndarray, gaps: np.ndarray) -> np.ndarray:
@@ -208,18 +112,15 @@ def tested(envs: Any, weights: np.ndarray) -> str:
 
 def written(weights: np.ndarray, limit: float, name: str) -> str:
     """Controller file of an agent: scales become part of its weights."""
-    v, h = (", ".join(repr(float(gain)) for gain in row) for row in weights[:LINEAR].reshape(2, 4) * SCALES)
-    units, steps = "", ""
-    for number, unit in enumerate(weights[LINEAR:].reshape(-1, UNIT), 1):
+    v, h = (", ".join(map(repr, row)) for row in (weights[:LINEAR].reshape(2, 4) * SCALES).tolist())
+    units = []
+    for unit in weights[LINEAR:].reshape(-1, UNIT):
         taken = unit[:-2] * INPUT_SCALES
         taken[-1] -= taken[-2] * MIDDLE
-        values = [repr(float(weight)) for weight in (*taken, *(OUTPUT_SCALE * unit[-2:]))]
-        units += f"        self.unit{number} = Unit({', '.join(values[:4])},\n{' ' * 26}{', '.join(values[4:])})\n"
-        steps += (f"            self.unit{number}.take(self.v, self.h)\n"
-                  f"            self.i_d += self.unit{number}.i_d * self.unit{number}.value\n"
-                  f"            self.i_q += self.unit{number}.i_q * self.unit{number}.value\n")
-    return CONTROLLER.format(name=name, samples=4, sample_time=SAMPLE_TIME, rig_time=SAMPLE_TIME / 4, limit=limit, v=v,
-                             h=h, units=units, steps=steps)
+        units.append((taken.tolist(), (OUTPUT_SCALE * unit[-2:]).tolist()))
+    template = Template(CONTROLLER.read_text(encoding="utf-8"), trim_blocks=True, keep_trailing_newline=True)
+    return template.render(name=name, samples=4, sample_time=SAMPLE_TIME, rig_time=SAMPLE_TIME / 4, limit=limit, v=v,
+                           h=h, units=units)
 
 
 def main() -> None:
