@@ -6,7 +6,8 @@ from textwrap import wrap
 
 from fmi_export.definition import SAMPLE_TIME, FmuDefinition, Variable
 from fmi_export.native.tangent import named, tangent_name
-from fmi_export.native.translation import TEMPLATES, filled, literal
+from fmi_export.native.translation import TEMPLATES, literal
+from fmi_export.templates import filled
 
 SOURCE = TEMPLATES / "model.c"
 

@@ -3,7 +3,8 @@
 import re
 from collections.abc import Iterable
 
-from fmi_export.native.translation import TEMPLATES, filled
+from fmi_export.native.translation import TEMPLATES
+from fmi_export.templates import filled
 
 # Functions and objects that a header declares for other files; members of structures are indented.
 EXTERNAL = re.compile(r"^(?!static\b|typedef\b)(?:extern )?\w[\w ]*[ *](\w+)(?:\([^;]*\))?;$", re.MULTILINE)

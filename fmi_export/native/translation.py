@@ -158,11 +158,6 @@ def literal(value: float | int | bool) -> str:
     return str(int(value)) if isinstance(value, bool) else f"INT64_C({value})"
 
 
-def filled(template: Path, values: Mapping[str, str]) -> str:
-    """Text of a C file, with values where it has their names between @."""
-    return re.sub(r"@([A-Z_]+)@", lambda match: values[match[1]], template.read_text(encoding="utf-8"))
-
-
 def finished_source(name: str, source: str, constants: Iterable[str]) -> str:
     """Source without global variables, without the function that fills them, and without unused locals."""
     for constant in constants:

@@ -13,7 +13,8 @@ from typing import NamedTuple
 
 from fmi_export.definition import SAMPLE_TIME, FmuDefinition, Variable
 from fmi_export.errors import ExportError
-from fmi_export.native.translation import PRELUDE_FILE, files_of, filled, literal
+from fmi_export.native.translation import PRELUDE_FILE, files_of, literal
+from fmi_export.templates import filled
 
 # What pyccel writes.
 STRUCT = re.compile(r"^struct (\w+) \{\n.*?^\};\n", re.MULTILINE | re.DOTALL)
