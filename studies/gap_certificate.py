@@ -1,6 +1,7 @@
 """Certify the vertical loop of the interpolated regulator over a range of air gaps that move at a bounded rate.
 
     python -m studies.gap_certificate [--rate 0.05] [--decay 0.05]
+    python -m studies.gap_certificate --groups 400      # of random runs, in search of one that is lost
 
 With e = g − r, the plant's equilibrium current i°(g), the table's i*(g) and β(g), the deviation of the current
 b = β (i − i°), and of the integral I, w = β (I + i* − i°), the loop is exactly
@@ -23,12 +24,14 @@ from contextlib import suppress
 from fractions import Fraction
 from itertools import pairwise, product
 from math import atan, inf, nextafter, pi
+from pathlib import Path
 from typing import Any
 
 import numpy as np
 from mpmath import iv
 from scipy.linalg import solve_continuous_lyapunov
 
+import maglev
 from controller_fmu.regulator_3dof import Regulator3DOF
 from controller_fmu.status import INTERPOLATED
 from maglev.schema.layers import PACKAGED
@@ -46,6 +49,7 @@ PARTS = 20                        # of a cell, whose intervals are joined
 ROOM = Fraction(9, 10)            # of the decay that the solver is asked for, what is verified
 STATES = ("e", "v", "b", "l", "v̂", "w", "ξ2", "ξ3")
 WEIGHTS = (1e6, 1e3, 1.0, 1e6, 1e3, 1.0, 1e4, 1e3)   # of their squares, for the solver
+RUNS, GROUP = Path(__file__).with_suffix(".toml"), 2500   # runs of a group
 EVEN = (1.0, 1.0, 0.2, 0.1, 0.1, 1.0, 1.0, 1.0)      # fast ones like slow ones, for the solver
 Box = dict[str, tuple[float, float]]
 
@@ -217,12 +221,46 @@ def positive(matrix: Sequence[Sequence[Fraction]]) -> bool:
     return True
 
 
+def run_group(number: int) -> tuple[float, Any]:
+    """Random runs of the FMUs with a step of up to 3 mm at a place of x: its end (m), and their batch.
+
+    Each starts within 1 mm of the gap before the step, with other friction, ripple and modulation.
+    """
+    random = np.random.default_rng(10_000 + number)
+    before = float(random.uniform(19.2e-3, 29.2e-3))
+    after = float(np.clip(before + random.uniform(-3e-3, 3e-3), 19.2e-3, 29.2e-3))
+    common = {"reference.y.start": before, "reference.y.end": after}
+    common |= dict.fromkeys(("plant.x.position_start", "reference.x.start", "reference.x.end"),
+                            float(random.uniform(-55e-3, 55e-3)))
+    values = {"plant.y.position_start": np.clip(before + random.uniform(-1e-3, 1e-3, GROUP), 18.7e-3, 29.8e-3),
+              "plant.y.ripple.amplitude": random.uniform(0.0, 0.15, GROUP),
+              "plant.y.friction.coulomb": random.uniform(0.0, 2.0, GROUP),
+              "plant.attraction_modulation": random.uniform(0.0, RIG.modulation, GROUP)}
+    return after, maglev.batch(RUNS, values, set=common, kind="native", metrics=["stop contact time", "end error"])
+
+
+def run_many(groups: int) -> None:
+    """Run groups, and print which lose runs or touch a stop, and the largest error that the others end with."""
+    largest = 0.0
+    for number in range(groups):
+        after, runs = run_group(number)
+        touched = np.isfinite(runs["stop contact time"])
+        if touched.any():
+            print(f"group {number}: {touched.sum()} of {GROUP} touch a stop on their way to {1e3 * after:.1f} mm")
+        largest = max(largest, np.max(runs["end error of y"], where=~touched, initial=0.0))
+    print(f"{groups * GROUP:,} runs: largest error of those that touch no stop {1e6 * largest:.0f} µm")
+
+
 def main() -> None:
-    """Find a certificate, verify it, and write it."""
+    """Find a certificate, verify it, and write it; or run groups."""
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     parser.add_argument("--rate", type=float, default=0.05, help="of the gap, m/s")
     parser.add_argument("--decay", type=float, default=0.05, help="1/s")
+    parser.add_argument("--groups", type=int, help=f"of {GROUP} random runs, which are made instead")
     given = parser.parse_args()
+    if given.groups:
+        run_many(given.groups)
+        return
     certificate = find(given.rate, given.decay)
     if not verify(certificate):
         raise SystemExit(f"rate {given.rate:g} m/s, decay {given.decay:g} 1/s: not certified")

@@ -1,6 +1,6 @@
 """Maps of sudden changes on the 3-DOF stage over their size and time, under three laws.
 
-    python -m studies.sudden_changes [--changes field payload] [--cells 13] [--jobs 2] [--out results] [--docs docs]
+    python -m studies.sudden_changes [--changes field payload] [--cells 13] [--jobs 2] [--out results] [--picture FILE]
 
 It draws docs/sudden_changes.png, each map of a grid of cells by cells runs, and prints a table of them. A run takes
 some 0.05 s of a processor: with 13 cells all of them take three minutes of one, with 100 cells, which are 10,000
@@ -183,11 +183,11 @@ def main() -> None:
     parser.add_argument("--cells", type=int, default=13)
     parser.add_argument("--jobs", type=int)
     parser.add_argument("--out", type=Path, default=Path("results"))
-    parser.add_argument("--docs", type=Path, default=Path("docs"))
+    parser.add_argument("--picture", type=Path, default=Path("docs/sudden_changes.png"))
     options = parser.parse_args()
     found = {name: {law: kept(options.out, name, law, options.cells, options.jobs) for law in laws_of(CHANGES[name])}
              for name in options.changes}
-    draw(found, options.docs / "sudden_changes.png")
+    draw(found, options.picture)
     print(table(found))
 
 

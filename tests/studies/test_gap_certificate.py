@@ -13,7 +13,7 @@ from scipy.optimize import brentq
 
 from maglev.linear.loop import linearise_loop
 from pmlsm.rig_3dof import RIG
-from studies.gap_certificate import FILE, LOWER, UPPER, cells, loop, positive, table, verify
+from studies.gap_certificate import FILE, LOWER, UPPER, cells, loop, positive, run_group, table, verify
 
 CELLS = cells(table())
 REGULATOR = table()
@@ -105,6 +105,16 @@ def test_what_is_none_is_refused(change: str) -> None:
     else:
         found["P"].pop()
     assert not verify(found)
+
+
+@pytest.mark.thorough
+def test_random_runs_step_to_the_end_of_their_group(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr("studies.gap_certificate.GROUP", 3)
+    after, runs = run_group(0)
+    recording = runs.run(2).recording
+    assert recording.columns["controller.y.reference"][-1] == after
+    assert recording.columns["plant.y.position"][0] == runs.settings["plant.y.position_start"][2]
+    assert (runs["end error of y"] < 1e-3).all() and not np.isfinite(runs["stop contact time"]).any()
 
 
 @given(st.integers(0, 10**6))
