@@ -72,14 +72,19 @@ class Measuring:
         self.bands = [plan.metrics.bands_of(names) for names in plan.axes.values()]
         self.columns = max(map(len, self.bands), default=1) or 1   # of bands
 
+    def motors(self) -> Iterator[tuple[str, range, range]]:
+        """Each motor with the numbers of its currents and of its commands."""
+        last = 0
+        for name, motor in self.plan.motors.items():
+            first, middle = last, last + len(motor.currents)
+            last = middle + len(motor.commands)
+            yield name, range(first, middle), range(middle, last)
+
     def source(self) -> str:
         """C of the observer, for `block_loop`."""
         sizes = {"AXES": len(self.axes), "BANDS": self.columns, "MOTORS": len(self.plan.motors),
                  "AMOUNTS": len(self.amounts), "FLAGS": len(self.flags), "KEPT": len(self.kept)}
-        groups, last = [], 0
-        for motor in self.plan.motors.values():
-            first, last = last, last + len(motor.currents) + len(motor.commands)
-            groups.append(f"{{{first}, {first + len(motor.currents)}, {last}}}")
+        groups = [f"{{{currents.start}, {commands.start}, {commands.stop}}}" for _, currents, commands in self.motors()]
         defined = "".join(f"#define {name} {size or 1}\n" for name, size in sizes.items())
         text = SOURCE.read_text(encoding="utf-8").replace("{copper}", repr(COPPER)).replace(
             "{transient}", repr(TRANSIENT))
@@ -188,7 +193,7 @@ class Meter:
         lost = [error > self.fail_error(axis) for axis, error in ends.items()]
         motors = [currents_of(motor, *(value for group in (currents, commands) for value in (
             largest(whole["highest"][:, i] for i in group), largest(whole["sum"][:, i] / points for i in group))))
-            for motor, currents, commands in self.motors()]
+            for motor, currents, commands in measuring.motors()]
         return ManyMetrics(
             steps=tuple(self.steps(windows)),
             tracking=() if self.tracked == points else tuple(
@@ -204,14 +209,6 @@ class Meter:
         """Error (m, rad) of an axis that is a failure."""
         plan = self.measuring.plan
         return plan.metrics.fail_error_of(plan.axes[axis])
-
-    def motors(self) -> Iterator[tuple[str, range, range]]:
-        """Each motor with the numbers of its currents and of its commands."""
-        last = 0
-        for name, motor in self.measuring.plan.motors.items():
-            first, middle = last, last + len(motor.currents)
-            last = middle + len(motor.commands)
-            yield name, range(first, middle), range(middle, last)
 
     def first(self, whole: Structs, flag: str | None) -> Array:
         """Times of the first samples with a flag, s; inf without one."""
@@ -273,7 +270,7 @@ class Meter:
                                 found["loss"][:, i] / 2.0,
                                 largest(np.sqrt(found["changes"][:, k] / (samples - 1) / 2.0) for k in commands
                                         if samples > 1))
-                      for i, (motor, currents, commands) in enumerate(self.motors())))
+                      for i, (motor, currents, commands) in enumerate(measuring.motors())))
 
 
 class Found(NamedTuple):
