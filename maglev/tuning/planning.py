@@ -1,6 +1,6 @@
 """A tuning made ready: what it looks for and what that costs; what would be refused is refused before a run."""
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, replace
 from itertools import islice
 
@@ -18,13 +18,11 @@ from maglev.studies.key import key_of
 from maglev.studies.planning import job_of, require_alone
 from maglev.studies.schema import StudyFile, Varied
 from maglev.studies.targets import Target, target_values, targets_of
-from maglev.tuning.schema import Range, TuneFile
+from maglev.tuning.schema import TuneFile
 
 REFUSED = 1e6          # cost of a candidate that breaks a limit: more than any that meets all
 SMALLEST = 1e-6        # by which an excess is divided at least
 LARGEST_EXCESS = 1.0   # that one metric of one run counts
-
-Ends = tuple[float, float]   # of a range
 
 DIGITS = 5   # of the parameters that are run, and written: those of the published gains, and one more
 
@@ -70,71 +68,43 @@ class Cost:
         return np.asarray(np.where(excess > 0.0, REFUSED * (1.0 + excess), cost))
 
 
-@dataclass(frozen=True)
-class PlacedPoles:
-    """Axes whose gains place a real pole and two pairs: five numbers, of which each axis gets k1…k5."""
-
-    axes: tuple[str, ...]
-    omega0: float   # rad/s
-    bounds: tuple[Ends, ...]
-
-    @property
-    def names(self) -> list[str]:
-        return [f"{axis}.k{i}" for axis in self.axes for i in range(1, 6)]
-
-    def parameters(self, numbers: Sequence[float]) -> list[float]:
-        real, rate1, damping1, rate2, damping2 = numbers
-        polynomial = np.polymul([1.0, real], np.polymul([1.0, 2.0 * damping1 * rate1, rate1 * rate1],
-                                                        [1.0, 2.0 * damping2 * rate2, rate2 * rate2]))
-        return list(gains_of(polynomial.tolist(), self.omega0)) * len(self.axes)
-
-
-@dataclass(frozen=True)
-class PlainParameters:
-    """Parameters that take the number itself."""
-
-    names: list[str]
-    bounds: tuple[Ends, ...]
-
-    def parameters(self, numbers: Sequence[float]) -> list[float]:
-        return [*numbers] * len(self.names)
+def placed(numbers: Iterable[float], omega0: float) -> list[float]:
+    """Gains k1…k5 that place a real pole and two pairs, see `Poles`; `omega0` is that of the internal model, rad/s."""
+    real, rate1, damping1, rate2, damping2 = numbers
+    polynomial = np.polymul([1.0, real], np.polymul([1.0, 2.0 * damping1 * rate1, rate1 * rate1],
+                                                    [1.0, 2.0 * damping2 * rate2, rate2 * rate2]))
+    return list(gains_of(polynomial.tolist(), omega0))
 
 
 @dataclass(frozen=True)
 class Unknowns:
-    """All that a search looks for, by what makes parameters of numbers."""
+    """All that a search looks for: numbers of poles, of which each of their axes gets k1…k5, then plain ones."""
 
-    parts: tuple[PlacedPoles | PlainParameters, ...]
+    tuning: TuneFile
+    omega0: Mapping[str, float]   # rad/s, of the internal models by FMU
 
     @property
     def names(self) -> list[str]:
         """Names of the parameters, `fmu.variable`."""
-        return [name for part in self.parts for name in part.names]
+        return [*(f"{axis}.k{i}" for poles in self.tuning.poles for axis in poles.of for i in range(1, 6)),
+                *(name for searched in self.tuning.search for name in searched.set)]
 
     @property
-    def bounds(self) -> list[Ends]:
+    def bounds(self) -> list[tuple[float, float]]:
         """Ends of the ranges of the numbers."""
-        return [ends for part in self.parts for ends in part.bounds]
+        ranges = [*(one for poles in self.tuning.poles for one in (
+            poles.rate, poles.rate, poles.damping, poles.rate, poles.damping)), *self.tuning.search]
+        return [(float(one.low.value), float(one.high.value)) for one in ranges]
 
     def parameters(self, numbers: Array) -> Array:
         """Values of the parameters for numbers, shape (number of bounds,), rounded as they are written."""
-        waiting = iter(numbers.tolist())
-        values = [value for part in self.parts for value in part.parameters([*islice(waiting, len(part.bounds))])]
+        waiting, values = iter(numbers.tolist()), list[float]()
+        for poles in self.tuning.poles:
+            omega0 = self.omega0[poles.of[0].partition(".")[0]]
+            values += placed(islice(waiting, 5), omega0) * len(poles.of)
+        for searched in self.tuning.search:
+            values += [next(waiting)] * len(searched.set)
         return np.array([float(f"{value:.{DIGITS}g}") for value in values])
-
-
-def unknowns_of(tuning: TuneFile, omega0: dict[str, float]) -> Unknowns:
-    """What a tuning file searches; `omega0` are the frequencies of the internal models by FMU, rad/s."""
-    parts: list[PlacedPoles | PlainParameters] = []
-    for poles in tuning.poles:
-        rate, damping = ends_of(poles.rate), ends_of(poles.damping)
-        parts.append(PlacedPoles(tuple(poles.of), omega0[poles.of[0].partition(".")[0]],
-                                 (rate, rate, damping, rate, damping)))
-    return Unknowns((*parts, *(PlainParameters(searched.set, (ends_of(searched),)) for searched in tuning.search)))
-
-
-def ends_of(searched: Range) -> Ends:
-    return float(searched.low.value), float(searched.high.value)
 
 
 @dataclass(frozen=True)
@@ -168,7 +138,7 @@ def plan_tuning(tuning: TuneFile, experiment: Experiment, origin: str) -> Planne
             if axis.partition(".")[0] not in omega0:
                 raise ScenarioError(f"{origin}: poles.of = {axis!r}: expected an axis of an output regulator, such as "
                                     "'controller.x'")
-    unknowns = unknowns_of(tuning, omega0)
+    unknowns = Unknowns(tuning, omega0)
     varied = [*tuning.vary, *(Varied.model_construct(set=[name], kind="list") for name in unknowns.names)]
     # Values to search with are no grid beside what varies of the plants: only its targets are asked for.
     targets = targets_of(StudyFile.model_construct(vary=set_once(varied, origin)), experiment, origin)

@@ -8,7 +8,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from maglev.linear.design import gains_of, regulator_polynomial
-from maglev.tuning.planning import PlacedPoles, unknowns_of
+from maglev.tuning.planning import Unknowns, placed
 from maglev.tuning.schema import read_tuning
 
 OMEGA0 = 1.5 * np.pi
@@ -26,18 +26,19 @@ def test_gains_place_the_poles(rates: list[float], omega0: float) -> None:
 def test_the_published_gains_come_of_their_poles() -> None:
     """(5.14): -5, -6, -7, -8, -9 are a real pole and the pairs of -6, -7 and of -8, -9."""
     numbers = (5.0, np.sqrt(42.0), 13.0 / (2.0 * np.sqrt(42.0)), np.sqrt(72.0), 17.0 / (2.0 * np.sqrt(72.0)))
-    found = PlacedPoles(("controller.x", "controller.z"), OMEGA0, ()).parameters(numbers)
-    assert found == pytest.approx(2 * [-463.0, -35.0, -15121.0, -997.0, -2548.0], rel=1e-3)
+    assert placed(numbers, OMEGA0) == pytest.approx([-463.0, -35.0, -15121.0, -997.0, -2548.0], rel=1e-3)
 
 
 def test_every_parameter_gets_its_number() -> None:
     tuning = read_tuning({**TABLE, "search": [{"set": ["plant.v.mass", "plant.h.mass"], "low": "1 kg", "high": "2 kg"}],
-                          "poles": [{"of": ["controller.h"], "rate": {"low": 2, "high": 9},
+                          "poles": [{"of": ["controller.h", "controller.v"], "rate": {"low": 2, "high": 9},
                                      "damping": {"low": 0.5, "high": 1}}]}, Path("tuning.toml"))
-    unknowns = unknowns_of(tuning, {"controller": OMEGA0})
+    unknowns = Unknowns(tuning, {"controller": OMEGA0})
     assert unknowns.bounds == [(2, 9), (2, 9), (0.5, 1), (2, 9), (0.5, 1), (1, 2)]
-    assert unknowns.names == [*(f"controller.h.k{i}" for i in range(1, 6)), "plant.v.mass", "plant.h.mass"]
+    assert unknowns.names == [*(f"controller.{axis}.k{i}" for axis in "hv" for i in range(1, 6)), "plant.v.mass",
+                              "plant.h.mass"]
     found = unknowns.parameters(np.array([3.0, 4.0, 0.6, 5.0, 0.8, 1.23456789]))
-    assert found[5:].tolist() == [1.2346, 1.2346]
+    assert found[10:].tolist() == [1.2346, 1.2346]
+    assert found[:5].tolist() == found[5:10].tolist()
     real = -regulator_polynomial(found[:5].tolist(), OMEGA0)[1]
     assert real == pytest.approx(-(3.0 + 2 * 0.6 * 4.0 + 2 * 0.8 * 5.0), rel=1e-4)   # the sum of the poles
