@@ -1,14 +1,12 @@
 """A planned study run: on a cluster, part by part, merged at the end; Ctrl-C keeps what is done."""
 
-from collections.abc import Callable
-from contextlib import AbstractContextManager, suppress
-from functools import partial
+from contextlib import suppress
 from pathlib import Path
 
 from maglev.errors import Interrupted, ScenarioError, name_of, option, signal_of
 from maglev.processes.side_by_side import Progress, Say
 from maglev.studies.dataset import as_bytes, is_as_written, merge, metadata_of, trajectories_schema, trajectories_table
-from maglev.studies.flying.batches import Fly, flyers
+from maglev.studies.flying.batches import flyers
 from maglev.studies.flying.samples import Batch, Flown
 from maglev.studies.parts import Parts
 from maglev.studies.planning import PlannedStudy
@@ -21,7 +19,7 @@ def trajectories_path(path: Path) -> Path:
 
 def run_study(planned: PlannedStudy, out: Path, jobs: int, scheduler: str | None, resume: bool,
               watch: Progress, say: Say, device: str = "cpu") -> Path:
-    """Fly a study; returns the path of its dataset.
+    """Run a study; returns the path of its dataset.
 
     While it goes on, `NAME.parts` holds what is done. `NAME.trajectories.parquet` has what is kept of trajectories.
     `say` is told what is missing or broken of what was done. MaglevError if it cannot be run, another process is
@@ -29,67 +27,61 @@ def run_study(planned: PlannedStudy, out: Path, jobs: int, scheduler: str | None
     is kept.
     """
     parts = Parts(out / f"{planned.study.name}.parts", planned.job.key)
-    with parts.alone():
-        return fly(planned, parts, out / f"{planned.study.name}.parquet", partial(flyers, scheduler, jobs, device),
-                   resume, watch, say)
-
-
-def fly(planned: PlannedStudy, parts: Parts, path: Path, who: Callable[[], AbstractContextManager[Fly]], resume: bool,
-        watch: Progress, say: Say) -> Path:
-    """Have what is not done yet flown by `who`, and merge all; other arguments and errors as of `run_study`."""
+    path = out / f"{planned.study.name}.parquet"
     samples, job = len(planned.values), planned.job
     schema = trajectories_schema(job, planned.units, planned.layout.about) if job.kept else None
-    kinds = ("samples",) if schema is None else ("samples", "trajectories")
-    others = parts.find()
+    # By kind of part; what says that a study was done comes last.
+    files = {**({} if schema is None else {"trajectories": (schema, trajectories_path(path))}),
+             "samples": (planned.layout.schema(), path)}
 
     def whole_batches() -> set[Batch]:
-        return {batch for batch in planned.batches if all(part(kind, batch.number) in parts.files for kind in kinds)}
+        return {batch for batch in planned.batches if all(part(kind, batch.number) in parts.files for kind in files)}
 
-    done = whole_batches()
-    by_number = {batch.number: batch for batch in planned.batches}
-    lost = sum(part("samples", batch.number) in parts.files for batch in planned.batches) - len(done)
-    kept_samples = sum(len(batch.samples) for batch in done)
-    if parts.files and not resume:
-        raise ScenarioError(f"{parts.folder}: {kept_samples} of {samples} samples are done, "
-                            f"expected {option('resume', True)} to go on with them, or no such folder")
-    if resume and not parts.folder.exists() and metadata_of(path).get("key") == planned.job.key:
-        if all(is_as_written(written, job.key) for written in (path, *([trajectories_path(path)] if job.kept else []))):
-            return path   # it was done before
-        say(f"{path}: is not whole, not with its trajectories, or was edited: all samples are run again")
-    if lost or others:
-        say(f"{parts.folder}: missing, or not as it was written: {lost + others} of the parts; {kept_samples} of "
-            f"{samples} samples are whole, the others are run again")
+    with parts.alone():
+        others = parts.find()
+        done = whole_batches()
+        by_number = {batch.number: batch for batch in planned.batches}
+        lost = sum(part("samples", batch.number) in parts.files for batch in planned.batches) - len(done)
+        kept_samples = sum(len(batch.samples) for batch in done)
+        if parts.files and not resume:
+            raise ScenarioError(f"{parts.folder}: {kept_samples} of {samples} samples are done, "
+                                f"expected {option('resume', True)} to go on with them, or no such folder")
+        if resume and not parts.folder.exists() and metadata_of(path).get("key") == planned.job.key:
+            if all(is_as_written(file, job.key) for _, file in files.values()):
+                return path   # it was done before
+            say(f"{path}: is not whole, not with its trajectories, or was edited: all samples are run again")
+        if lost or others:
+            say(f"{parts.folder}: missing, or not as it was written: {lost + others} of the parts; {kept_samples} of "
+                f"{samples} samples are whole, the others are run again")
 
-    def store(number: int, flown: Flown) -> None:
-        nonlocal kept_samples
-        if not by_number[number].is_whole(flown):
-            return   # parts are whole
-        if schema is not None:
-            kept = trajectories_table(planned.job, flown, planned.times, schema)
-            parts.write(part("trajectories", number), as_bytes(kept))
-        parts.write(part("samples", number), as_bytes(planned.layout.table(flown, planned.design, planned.values)))
-        kept_samples += len(flown.failures)
-        watch(kept_samples, samples)
+        def store(number: int, flown: Flown) -> None:
+            nonlocal kept_samples
+            if not by_number[number].is_whole(flown):
+                return   # parts are whole
+            if schema is not None:
+                kept = trajectories_table(planned.job, flown, planned.times, schema)
+                parts.write(part("trajectories", number), as_bytes(kept))
+            parts.write(part("samples", number), as_bytes(planned.layout.table(flown, planned.design, planned.values)))
+            kept_samples += len(flown.failures)
+            watch(kept_samples, samples)
 
-    waiting = [batch for batch in planned.batches if batch not in done]
-    try:
-        if waiting:
-            with who() as fly_batches:
-                parts.begin()
-                watch(kept_samples, samples)
-                fly_batches(planned.job, waiting, planned.values, store)
-    except KeyboardInterrupt as error:
-        with suppress(ScenarioError):   # of a folder that has not begun
-            parts.find()                # a part may have been written whole when the signal came
-        kept_samples = sum(len(batch.samples) for batch in whole_batches())
-        raise Interrupted(f"{name_of(error)}: {kept_samples} of {samples} samples are kept in {parts.folder}, "
-                          f"{option('resume', True)} goes on with them", signal_of(error)) from error
-    for kind, form, merged in (("trajectories", schema, trajectories_path(path)),
-                               ("samples", planned.layout.schema(), path)):
-        if form is not None:
-            merge((parts.read(part(kind, batch.number)) for batch in planned.batches), form, merged)
-    parts.remove()
-    return path
+        waiting = [batch for batch in planned.batches if batch not in done]
+        try:
+            if waiting:
+                with flyers(scheduler, jobs, device) as run_batches:
+                    parts.begin()
+                    watch(kept_samples, samples)
+                    run_batches(planned.job, waiting, planned.values, store)
+        except KeyboardInterrupt as error:
+            with suppress(ScenarioError):   # of a folder that has not begun
+                parts.find()                # a part may have been written whole when the signal came
+            kept_samples = sum(len(batch.samples) for batch in whole_batches())
+            raise Interrupted(f"{name_of(error)}: {kept_samples} of {samples} samples are kept in {parts.folder}, "
+                              f"{option('resume', True)} goes on with them", signal_of(error)) from error
+        for kind, (form, file) in files.items():
+            merge((parts.read(part(kind, batch.number)) for batch in planned.batches), form, file)
+        parts.remove()
+        return path
 
 
 def part(kind: str, batch: int) -> str:
