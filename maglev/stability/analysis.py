@@ -35,7 +35,7 @@ NEAR_STOP = 0.5e-3      # m, that a run begins away from a stop
 HALVINGS = 7
 
 
-class Flights(Flight):
+class StepRuns(Flight):
     """Steps of one axis of a stage, run one by one; a context manager that frees the FMUs.
 
     A horizontal axis steps from one side of the middle to the other, so that the stops are as far away as can be; the
@@ -192,31 +192,31 @@ def region(stage: str, axis: str, gap: Quantity, *, controller: str | None = Non
     certificates = {name: certify(loop, gains) for name, gains in choices.items()}
     shown = next(iter(certificates.values())).step if asked is None else asked
     with ExitStack() as stack:
-        flights: list[Flights] = []
+        runs: list[StepRuns] = []
         if run:
             described, _, regulators = rig_named(stage)
             name = controller or regulators[0]
             folder = fmus_for_runs([name, f"Plant{described.suffix}"], fmus, kind, fmi)
             # Where limits move other axes, too, the certificate is not of a loop at a frozen gap.
             gaps = [False] if axis == described.vertical.name or loop.axes[1:] else [False, True]
-            flights = [stack.enter_context(Flights(stage, axis, gap, name, settings["plant"], settings["controller"],
-                                                   folder, locked)) for locked in gaps]
+            runs = [stack.enter_context(StepRuns(stage, axis, gap, name, settings["plant"], settings["controller"],
+                                                 folder, locked)) for locked in gaps]
             if asked is None:
-                shown = min(shown, flights[0].room()[1])
+                shown = min(shown, runs[0].room()[1])
         return Region(loop, shown, tuple(
             Candidate(name, loop.unit, certificate, largest_step(loop, certificate),
                       respond(loop, certificate.gains, shown),
-                      run_steps(flights, axis, certificate.gains, shown) if flights else None)
+                      run_steps(runs, axis, certificate.gains, shown) if runs else None)
             for name, certificate in certificates.items()))
 
 
-def run_steps(flights: list[Flights], axis: str, gains: Array, step: float) -> RunSteps:
+def run_steps(runs: list[StepRuns], axis: str, gains: Array, step: float) -> RunSteps:
     """Steps run with antiwindup gains: with the gap free and, if there is a second, with the gap locked."""
     values: dict[str, float | bool] = {f"{axis}.ec{k}": float(gain) for k, gain in enumerate(gains, 1)}
     values["antiwindup"] = True   # gains of 0 are none, and the other axes keep theirs
-    response, held = flights[0].respond(step, values)
-    return RunSteps(response, held, flights[0].largest(values), flights[1].largest(values) if flights[1:] else None,
-                 min(map(abs, flights[0].room())))
+    response, held = runs[0].respond(step, values)
+    return RunSteps(response, held, runs[0].largest(values), runs[1].largest(values) if runs[1:] else None,
+                 min(map(abs, runs[0].room())))
 
 
 def size_of(step: Quantity, unit: str) -> float:

@@ -1,4 +1,4 @@
-"""Regions from Python and from the command line: contents, flights, pictures, and what is refused."""
+"""Regions from Python and from the command line: contents, runs, pictures, and what is refused."""
 
 import json
 import re
@@ -12,7 +12,7 @@ from command_line import error_line, maglev
 import maglev as tool
 from maglev.errors import MaglevError, StabilityError
 from maglev.stability import certificate
-from maglev.stability.analysis import Flights, region
+from maglev.stability.analysis import StepRuns, region
 from maglev.stability.axis_loop import axis_loop
 from maglev.stability.result import Region
 
@@ -97,14 +97,14 @@ def test_command_line_refuses() -> None:
 
 
 @pytest.mark.thorough
-def test_flights_are_as_simulated_while_the_gap_is_locked(fastest_fmus: Path) -> None:
+def test_runs_are_as_simulated_while_the_gap_is_locked(fastest_fmus: Path) -> None:
     """A step of 20 mm, into the limit, without what the linear model leaves out but for the encoder."""
     flown = region("3dof", "x", "25 mm", step="20 mm", set=SMOOTH, run=False)
     settings = {name.removeprefix("plant."): value for name, value in SMOOTH.items()}
     for each in flown.candidates:
         gains = {f"x.ec{k}": float(gain) for k, gain in enumerate(each.gains, 1)}
-        with Flights("3dof", "x", "25 mm", "Regulator3DOF", settings, {}, fastest_fmus, locked=True) as flights:
-            response, held = flights.respond(0.02, gains)
+        with StepRuns("3dof", "x", "25 mm", "Regulator3DOF", settings, {}, fastest_fmus, locked=True) as runs:
+            response, held = runs.respond(0.02, gains)
         assert held
         assert np.abs(response.position[:25000] - each.response.position[:25000]).max() < 20e-6
         assert response.overshoot == pytest.approx(each.response.overshoot, abs=1e-3)
@@ -167,11 +167,11 @@ def test_certified_steps_of_a_platform_that_tilts_are_held(fastest_fmus: Path, a
         certified, flown = (1e-3 * float(cell.split()[0]) for cell in cells[:2])
         loop = axis_loop("5dof", axis, "25 mm")
         assert certificate.certify(loop, loop.gains).step == pytest.approx(certified, rel=0.02)
-        with Flights("5dof", axis, "25 mm", "Regulator5DOF", {}, {}, fastest_fmus) as flights:
-            assert all(flights.respond(sign * certified, {})[1] for sign in (-1.0, 1.0)), axis
-            assert not all(flights.respond(sign * 1.1 * flown, {})[1] for sign in (-1.0, 1.0)), axis
+        with StepRuns("5dof", axis, "25 mm", "Regulator5DOF", {}, {}, fastest_fmus) as runs:
+            assert all(runs.respond(sign * certified, {})[1] for sign in (-1.0, 1.0)), axis
+            assert not all(runs.respond(sign * 1.1 * flown, {})[1] for sign in (-1.0, 1.0)), axis
             with pytest.raises(StabilityError, match="Plant5DOF: a step of .* begins at .*, expected a start from"):
-                flights.respond(0.04, {})
+                runs.respond(0.04, {})
 
 
 def page_rows(begin: str) -> list[list[str]]:
@@ -191,10 +191,10 @@ def test_the_page_has_what_is_flown(fastest_fmus: Path) -> None:
             loop = axis_loop("3dof", axis, gap)
             assert certificate.certify(loop, loop.gains).step == pytest.approx(1e-3 * float(certified), abs=0.0501e-3)
             step = 1e-3 * float(flown.removeprefix("≥ "))
-            with Flights("3dof", axis, gap, "Regulator3DOF", {}, {}, fastest_fmus) as flights:
-                assert all(flights.respond(sign * 0.95 * step, {})[1] for sign in (-1.0, 1.0)), (gap, axis)
+            with StepRuns("3dof", axis, gap, "Regulator3DOF", {}, {}, fastest_fmus) as runs:
+                assert all(runs.respond(sign * 0.95 * step, {})[1] for sign in (-1.0, 1.0)), (gap, axis)
                 if not flown.startswith("≥"):
-                    assert not all(flights.respond(sign * 1.1 * step, {})[1] for sign in (-1.0, 1.0)), (gap, axis)
+                    assert not all(runs.respond(sign * 1.1 * step, {})[1] for sign in (-1.0, 1.0)), (gap, axis)
 
 
 @pytest.mark.thorough
