@@ -127,7 +127,7 @@ def comparison_page(name: str, title: str, runs: Mapping[str, RunResult], rows: 
     data = {"runs": runs_data(list(runs.values()), figures),
             "figures": {f"figure-{number}": figure_data(shown, {}) for number, shown in enumerate(figures)},
             "moving": {run.plan.name: film for run in [*flown.values()][:1] if (film := moving(flown))}}
-    said = escape(verdict(runs, summary(rows)))
+    said = escape(unbroken(verdict(runs, summary(rows))))
     return shell.page(
         "compare", f"{escape(name)}: runs side by side", said, read("style.css"), PAGE.read_text(encoding="utf-8"),
         name=escape(name), subject=escape(title), verdict=said,

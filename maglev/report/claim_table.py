@@ -84,7 +84,7 @@ def summarised_runs(results: Sequence[RunResult], judgements: Judgements) -> lis
 def run_sentences(results: Sequence[RunResult], judgements: Judgements) -> str:
     """What came of each run, in a sentence, where a report has few of them."""
     return "".join(f'<p class="said"><strong>{escape(result.plan.name)}</strong>: '
-                   f"{escape(sentence(result, judgements.get(result.plan.name, ())))}.</p>"
+                   f"{escape(unbroken(sentence(result, judgements.get(result.plan.name, ()))))}.</p>"
                    for result in summarised_runs(results, judgements))
 
 
@@ -176,7 +176,7 @@ def run_group(result: RunResult, claims: Sequence[ClaimResult], shown: Sequence[
     """Body of the table with the claims about one run."""
     name = result.plan.name
     status = "".join(f'<p class="status">⚠ {escape(text)}</p>' for text in run_status(result))
-    status += "".join(f"<p>{escape(said)}</p>" for said in [sentence(result, claims)] if said)
+    status += "".join(f"<p>{escape(unbroken(said))}</p>" for said in [sentence(result, claims)] if said)
     figures = [figure for figure in shown if isinstance(figure, Shown) and figure.has(name)]
     return claim_group(run_anchor(name), name, result.plan.title, status, figure_links(figures),
                        claim_rows(name, claims, [*figures, *shown]), rig_name(name, result.plan))

@@ -152,7 +152,7 @@ def index_entry(shown: Shown | ShownChart) -> str:
 def run_about(run: RunResult, judgements: Judgements, live: bool, told: bool) -> str:
     """Name of a run with its links, what came of it unless that was told, and what went wrong."""
     status = [f'<span class="status">⚠ {escape(text)}</span>' for text in run_status(run)]
-    said = "" if told else escape(sentence(run, judgements.get(run.plan.name, ())))
+    said = "" if told else escape(claim_table.unbroken(sentence(run, judgements.get(run.plan.name, ()))))
     return "; ".join([run_link(run, judgements) + (live_link(run) if live else ""), *([said] if said else []), *status])
 
 
