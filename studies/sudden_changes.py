@@ -157,7 +157,7 @@ def draw(found: Maps, path: Path) -> None:
         bar = figure.colorbar(image, ax=places[-1], label="adaptive/fixed", ticks=[0.2, 0.5, 1.0, 2.0, 5.0])
         bar.ax.set_yticklabels(["0.2", "0.5", "1", "2", "5"])
         bar.ax.minorticks_off()
-        places[0].set_ylabel(f"{change.title}\nsize, %")
+        places[0].set_ylabel(change.title.replace(", ", ",\n") + "\nsize, %")
     for place, title in zip(grid_of_axes[0], (*LAWS, "what adapting does"), strict=True):
         place.set_title(title)
     for place in grid_of_axes[-1]:
