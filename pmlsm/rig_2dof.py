@@ -1,59 +1,47 @@
 """Description of the 2-DOF stage, from its file in `rigs`."""
 
-from pmlsm.rig import (
-    Amplifier,
-    AxisDesign,
-    Constants,
-    Design,
-    Estimator,
-    Friction,
-    Rig,
-    RigAxis,
-    RigMotor,
-    Ripple,
-    Stop,
-)
+import pmlsm.rig as rig
 
-RIG = Rig(
+RIG = rig.Rig(
     name='2dof',
     title='2-DOF stage',
     text='levitated and driven by one iron-cored linear synchronous motor',
     axes=(
-        RigAxis(
+        rig.RigAxis(
             name='v',
             meaning='air gap',
-            design=AxisDesign(
+            design=rig.AxisDesign(
                 gains=(-1662.0, -65.0, -360360.0, -103350.0, -20332.0),
                 pid=(-8.0, -12.0, 50.0),
                 bandwidth=30.0),
             mass=4.35,
             start=0.02,
-            stop=Stop(lower=0.008, upper=0.028),
+            stop=rig.Stop(lower=0.008, upper=0.028),
             bias=0.2,
-            friction=Friction(coulomb=2.0, presliding=0.0003, viscous=2.0)),
-        RigAxis(
+            friction=rig.Friction(coulomb=2.0, presliding=0.0003, viscous=2.0)),
+        rig.RigAxis(
             name='h',
             meaning='horizontal displacement',
-            design=AxisDesign(
+            design=rig.AxisDesign(
                 gains=(-1182.0, -55.0, -154440.0, -45128.0, -11924.0),
                 pid=(-6.0, -16.0, 46.0),
                 bandwidth=25.0),
             mass=1.594,
             start=0.0,
-            stop=Stop(lower=-0.07, upper=0.07),
+            stop=rig.Stop(lower=-0.07, upper=0.07),
             bias=0.1,
-            friction=Friction(coulomb=0.25, presliding=0.0003, viscous=1.0),
-            ripple=Ripple(period=0.01905)),
+            friction=rig.Friction(coulomb=0.25, presliding=0.0003, viscous=1.0),
+            ripple=rig.Ripple(period=0.01905)),
     ),
     motors=(
-        RigMotor(name='motor', drives='h', amplifier=Amplifier(peak=9.0, continuous=7.0)),
+        rig.RigMotor(name='motor', drives='h', amplifier=rig.Amplifier(peak=9.0, continuous=7.0)),
     ),
-    stage=Constants(thrust={'h': 14.2}, attraction=791.0, coils=30.9, iron=0.12),
-    model=Constants(thrust={'h': 14.2}, attraction=796.99, coils=31.04, iron=0.07),
-    estimator=Estimator(
-        guess=Constants(thrust={'h': 7.1}, attraction=398.0, coils=15.5, iron=0.035),
-        weight=Constants(thrust={'h': 0.0001}, attraction=1e-06, coils=0.0001, iron=0.01)),
-    design=Design(current_limit=4.0, pid_current_limit=4.0),
+    stage=rig.Constants(thrust={'h': 14.2}, attraction=791.0, coils=30.9, iron=0.12),
+    model=rig.Constants(thrust={'h': 14.2}, attraction=796.99, coils=31.04, iron=0.07),
+    estimator=rig.Estimator(
+        guess=rig.Constants(thrust={'h': 7.1}, attraction=398.0, coils=15.5, iron=0.035),
+        weight=rig.Constants(thrust={'h': 0.0001}, attraction=1e-06, coils=0.0001, iron=0.01)),
+    design=rig.Design(current_limit=4.0, pid_current_limit=4.0),
     sample_time=0.0005,
     longest_step=0.00025,
     modulation=0.027,

@@ -1,93 +1,78 @@
 """Description of the 3-DOF stage, from its file in `rigs`."""
 
-from pmlsm.rig import (
-    Amplifier,
-    AxisDesign,
-    Constants,
-    Design,
-    Estimator,
-    Friction,
-    Rig,
-    RigAxis,
-    RigMotor,
-    Ripple,
-    Schedule,
-    Stop,
-    Table,
-    Winding,
-)
+import pmlsm.rig as rig
 
-RIG = Rig(
+RIG = rig.Rig(
     name='3dof',
     title='3-DOF stage',
     text='levitated and driven by two pairs of iron-cored linear synchronous motors',
     axes=(
-        RigAxis(
+        rig.RigAxis(
             name='y',
             meaning='air gap',
-            design=AxisDesign(
+            design=rig.AxisDesign(
                 gains=(-1274.0, -104.0, -50001.0, -3936.0, -7774.0),
                 pid=(-7.0, -10.0, 42.0),
                 bandwidth=25.0,
                 antiwindup_gain=1e-05),
             mass=6.9,
             start=0.025,
-            stop=Stop(lower=0.0185, upper=0.032),
+            stop=rig.Stop(lower=0.0185, upper=0.032),
             bias=0.1,
-            friction=Friction(coulomb=1.0, viscous=2.0),
-            ripple=Ripple(amplitude=0.15)),
-        RigAxis(
+            friction=rig.Friction(coulomb=1.0, viscous=2.0),
+            ripple=rig.Ripple(amplitude=0.15)),
+        rig.RigAxis(
             name='x',
             meaning='horizontal displacement along x',
-            design=AxisDesign(
+            design=rig.AxisDesign(
                 gains=(-463.0, -35.0, -15121.0, -997.0, -2548.0),
                 pid=(-2.0, -7.0, 15.0),
                 bandwidth=12.0,
                 antiwindup_gain=0.00011),
             mass=10.6,
             start=0.0,
-            stop=Stop(lower=-0.062, upper=0.062),
+            stop=rig.Stop(lower=-0.062, upper=0.062),
             bias=0.05,
-            friction=Friction(coulomb=1.2, viscous=2.0),
-            ripple=Ripple(period=0.01905)),
-        RigAxis(
+            friction=rig.Friction(coulomb=1.2, viscous=2.0),
+            ripple=rig.Ripple(period=0.01905)),
+        rig.RigAxis(
             name='z',
             meaning='horizontal displacement along z',
-            design=AxisDesign(
+            design=rig.AxisDesign(
                 gains=(-463.0, -35.0, -15121.0, -997.0, -2548.0),
                 pid=(-2.0, -7.0, 15.0),
                 bandwidth=12.0,
                 antiwindup_gain=0.000125),
             mass=8.6,
             start=0.0,
-            stop=Stop(lower=-0.062, upper=0.062),
+            stop=rig.Stop(lower=-0.062, upper=0.062),
             bias=0.05,
-            friction=Friction(coulomb=1.1, viscous=2.0),
-            ripple=Ripple(period=0.01905)),
+            friction=rig.Friction(coulomb=1.1, viscous=2.0),
+            ripple=rig.Ripple(period=0.01905)),
     ),
     motors=(
-        RigMotor(
+        rig.RigMotor(
             name='alpha',
             drives='x',
-            amplifier=Amplifier(peak=5.0, continuous=4.0),
-            winding=Winding(resistance=3.5, inductance=0.035)),
-        RigMotor(
+            amplifier=rig.Amplifier(peak=5.0, continuous=4.0),
+            winding=rig.Winding(resistance=3.5, inductance=0.035)),
+        rig.RigMotor(
             name='beta',
             drives='z',
-            amplifier=Amplifier(peak=5.0, continuous=4.0),
-            winding=Winding(resistance=3.5, inductance=0.035)),
+            amplifier=rig.Amplifier(peak=5.0, continuous=4.0),
+            winding=rig.Winding(resistance=3.5, inductance=0.035)),
     ),
-    stage=Constants(thrust={'x': 0.6135, 'z': 0.8224}, attraction=334.52, coils=8.71, iron=0.0045),
-    model=Constants(thrust={'x': 0.6135, 'z': 0.8224}, attraction=327.5, coils=8.48, iron=0.007),
-    estimator=Estimator(
-        guess=Constants(thrust={'x': 0.3068, 'z': 0.4112}, attraction=163.75, coils=4.24, iron=0.0035),
-        weight=Constants(thrust={'x': 0.01, 'z': 0.01}, attraction=1e-06, coils=0.0001, iron=0.1)),
-    design=Design(
+    stage=rig.Constants(thrust={'x': 0.6135, 'z': 0.8224}, attraction=334.52, coils=8.71, iron=0.0045),
+    model=rig.Constants(thrust={'x': 0.6135, 'z': 0.8224}, attraction=327.5, coils=8.48, iron=0.007),
+    estimator=rig.Estimator(
+        guess=rig.Constants(thrust={'x': 0.3068, 'z': 0.4112}, attraction=163.75, coils=4.24, iron=0.0035),
+        weight=rig.Constants(thrust={'x': 0.01, 'z': 0.01}, attraction=1e-06, coils=0.0001, iron=0.1)),
+    design=rig.Design(
         current_limit=4.0,
         pid_current_limit=0.0,
         antiwindup=True,
-        schedule=Schedule(bounds=(0.026, 0.024, 0.022), setpoints=(0.027, 0.025, 0.023, 0.021)),
-        table=Table(lower=0.018, spacing=0.001)),
+        schedule=rig.Schedule(bounds=(0.026, 0.024, 0.022), setpoints=(0.027, 0.025, 0.023, 0.021)),
+        table=rig.Table(lower=0.018, spacing=0.001)),
     sample_time=0.0002,
     longest_step=0.0002,
     sharing=2.0,

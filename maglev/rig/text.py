@@ -131,29 +131,19 @@ def open_brackets(text: str) -> list[int]:
     return columns
 
 
-def classes(value: Any) -> list[str]:
-    """Names of the classes that a description says."""
-    return sorted({type(part).__name__ for part in parts(value)})
-
-
-def parts(value: Any) -> list[Any]:
-    """Dataclasses that a description says, itself first."""
-    if is_dataclass(value):
-        return [value, *(inner for member in said(value).values() for inner in parts(member))]
-    return [inner for item in value for inner in parts(item)] if isinstance(value, tuple) else []
-
-
-def literal(value: Any, depth: int = 0) -> str:
-    """Text of a value of a description, a line for each of its members that is not as its class has it."""
+def literal(value: Any, depth: int = 0, before: str = "") -> str:
+    """Text of a value of a description behind its name, a line for each of its members if they are too many for one."""
     inner = " " * (4 * depth + 4)
     if is_dataclass(value):
-        members = [f"{name}={literal(member, depth + 1)}" for name, member in said(value).items()]
-        short = f"{type(value).__name__}({', '.join(members)})"
-        if "\n" not in short and len(short) < 100 - 4 * depth:
+        members = [literal(member, depth + 1, f"{name}=") for name, member in said(value).items()]
+        begin = f"{before}rig.{type(value).__name__}("
+        short = f"{begin}{', '.join(members)})"
+        if "\n" not in short and len(short) < LONGEST - 6 - 4 * depth:   # brackets that others close behind it
             return short
-        return f"{type(value).__name__}(\n" + ",\n".join(inner + member for member in members) + ")"
+        return f"{begin}\n" + ",\n".join(inner + member for member in members) + ")"
     if isinstance(value, tuple) and value and is_dataclass(value[0]):
-        return "(\n" + "".join(f"{inner}{literal(item, depth + 1)},\n" for item in value) + f"{inner[4:]})"
+        items = "".join(f"{inner}{literal(item, depth + 1)},\n" for item in value)
+        return f"{before}(\n{items}{inner[4:]})"
     if isinstance(value, dict) and len(repr(value)) > 90:
-        return "{\n" + ",\n".join(f"{inner}{key!r}: {item!r}" for key, item in value.items()) + "}"
-    return repr(value)
+        return f"{before}{{\n" + ",\n".join(f"{inner}{key!r}: {item!r}" for key, item in value.items()) + "}"
+    return f"{before}{value!r}"

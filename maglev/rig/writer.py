@@ -52,7 +52,7 @@ def environment() -> "Environment":
     made = Environment(loader=FileSystemLoader(TEMPLATES), undefined=StrictUndefined, trim_blocks=True,
                        lstrip_blocks=True, keep_trailing_newline=True)
     made.filters |= {
-        "aligned": text.aligned, "cited": tex.cited, "classes": text.classes, "each": text.each,
+        "aligned": text.aligned, "cited": tex.cited, "each": text.each,
         "imports": text.imports, "literal": text.literal, "mean": text.mean, "not_default": text.not_default,
         "sentence": tex.sentence, "stop": text.stop_of, "total": text.total, "unit": text.unit_words}
     return made
