@@ -19,7 +19,6 @@ def closed_loop(rig: Rig, block: type, controller: FmuDefinition, plant: FmuDefi
         variables=loop_variables(controller, plant),
         refusals=loop_refusals(controller, plant),
         experiment=EXPERIMENT,
-        variable_step=False,
         documentation=tuple(dict.fromkeys((("closed_loop_fmu", "closed_loop.html"), *controller.documentation,
                                            *plant.documentation))),
         icon=Drawing("closed_loop_fmu.drawings", "icon", () if controller.icon is None else controller.icon.arguments),

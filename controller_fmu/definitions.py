@@ -1,24 +1,9 @@
 """The FMUs of the controllers of a rig."""
 
 import controller_fmu.status as status
+import controller_fmu.variables as tables
 from controller_fmu.drawings import DIAGRAMS, ICONS
 from controller_fmu.status import INTERPOLATED, LINEAR, NONLINEAR, SCHEDULED
-from controller_fmu.variables import (
-    REFUSED_STEP,
-    SETPOINT_WITHOUT_EQUILIBRIUM,
-    bad_places,
-    bumpless_start,
-    commutation_variables,
-    integral_hold,
-    internal_model_parameters,
-    loop_parameters,
-    model_constants,
-    pid_parameters,
-    platform_parameters,
-    ports,
-    regulator_gains,
-    setpoint,
-)
 from fmi_export.definition import DefaultExperiment, Drawing, FmuDefinition
 from pmlsm.rig import Rig
 from pmlsm.variables import RATIOS, bad_geometry, motor_geometry
@@ -34,8 +19,8 @@ LAWS = {NONLINEAR: ("nonlinear", "Regulator", "on the feedback-linearised motors
 
 def refusals(rig: Rig) -> dict[int, str]:
     """Refusals of every controller of a rig."""
-    return {status.STEP_MISFIT: REFUSED_STEP, status.BAD_GEOMETRY: bad_geometry(rig),
-            **({status.BAD_PLACES: bad_places(rig)} if rig.rotations else {})}
+    return {status.STEP_MISFIT: tables.REFUSED_STEP, status.BAD_GEOMETRY: bad_geometry(rig),
+            **({status.BAD_PLACES: tables.bad_places(rig)} if rig.rotations else {})}
 
 
 def tilts(rig: Rig, *pages: str) -> tuple[tuple[str, str], ...]:
@@ -66,19 +51,18 @@ def regulator(rig: Rig, block: type, law: int) -> FmuDefinition:
         description=f"{word.capitalize()} regulator of the {rig.title}: output regulation {text}, with anti-windup",
         variables=(
             # Where the platform tilts, the lever of the thrust counts too.
-            *ports(rig, by_all=law == NONLINEAR or bool(rig.rotations), by_gap=law != LINEAR),
-            *((setpoint(rig, "the motors are linearised", "assumed: mid-range; an experiment sets its target"),
-               bumpless_start()) if law == LINEAR else ()),
-            *model_constants(rig),
-            *loop_parameters(rig, rig.source("design.current_limit")),
-            *internal_model_parameters(rig.source("design.antiwindup")),
-            *(v for axis in rig.axes for v in regulator_gains(rig, axis)),
-            *platform_parameters(rig),
+            *tables.ports(rig, by_all=law == NONLINEAR or bool(rig.rotations), by_gap=law != LINEAR),
+            *((tables.setpoint(rig, "the motors are linearised", "assumed: mid-range; an experiment sets its target"),
+               tables.bumpless_start()) if law == LINEAR else ()),
+            *tables.model_constants(rig),
+            *tables.loop_parameters(rig, rig.source("design.current_limit")),
+            *tables.internal_model_parameters(rig.source("design.antiwindup")),
+            *(v for axis in rig.axes for v in tables.regulator_gains(rig, axis)),
+            *tables.platform_parameters(rig),
             *motor_geometry(rig, *RATIOS)),
         refusals={**refusals(rig),
                   **({} if law == NONLINEAR else {status.NO_EQUILIBRIUM: no_equilibrium(rig, law)})},
         experiment=default_experiment(rig),
-        variable_step=False,
         sampled=True,
         documentation=(*(("controller_fmu", page) for page in pages), *tilts(rig), ("controller_fmu", "regulator.html"),
                        ("controller_fmu", "sampling.html"), ("pmlsm", "motor.html")),
@@ -94,7 +78,7 @@ def no_equilibrium(rig: Rig, law: int) -> str:
     elif law == INTERPOLATED and table is not None:
         gaps = f"table's gaps of {1e3 * table.gaps[0]:g} to {1e3 * table.gaps[-1]:g}"
     else:
-        return SETPOINT_WITHOUT_EQUILIBRIUM
+        return tables.SETPOINT_WITHOUT_EQUILIBRIUM
     constants = ", ".join(f"{constant.name} = {{{constant.name}}} {constant.unit}" for constant in rig.constants
                           if constant.axis == rig.vertical.name)
     return f"{constants}, expected constants with which the model has equilibria at the {gaps} mm"
@@ -108,19 +92,18 @@ def pid(rig: Rig, block: type) -> FmuDefinition:
         block=block,
         description=f"PID controller of the {rig.title}, one for each axis, with a pre-filter of the reference",
         variables=(
-            *ports(rig),
-            *model_constants(rig),
-            *loop_parameters(rig, rig.source("design.pid_current_limit")),
-            integral_hold(),
-            setpoint(rig, "the gains are designed", "assumed"),
-            *(v for axis in rig.axes for v in pid_parameters(axis)),
-            *platform_parameters(rig),
+            *tables.ports(rig),
+            *tables.model_constants(rig),
+            *tables.loop_parameters(rig, rig.source("design.pid_current_limit")),
+            tables.integral_hold(),
+            tables.setpoint(rig, "the gains are designed", "assumed"),
+            *(v for axis in rig.axes for v in tables.pid_parameters(axis)),
+            *tables.platform_parameters(rig),
             *motor_geometry(rig, *RATIOS)),
-        refusals={**refusals(rig), status.NO_EQUILIBRIUM: SETPOINT_WITHOUT_EQUILIBRIUM,
+        refusals={**refusals(rig), status.NO_EQUILIBRIUM: tables.SETPOINT_WITHOUT_EQUILIBRIUM,
                   status.PREFILTER_TOO_FAST: f"{corners}, expected at most 0.8 / sample_time, with sample_time = "
                                       "{sample_time} s"},
         experiment=default_experiment(rig),
-        variable_step=False,
         sampled=True,
         documentation=(("controller_fmu", "pid.html"), *tilts(rig, "pid_tilts.html"),
                        ("controller_fmu", "sampling.html"), ("pmlsm", "motor.html")),
@@ -134,10 +117,9 @@ def commutation(rig: Rig, block: type) -> FmuDefinition:
         name=f"Commutation{rig.suffix}",
         block=block,
         description=f"Commutation of the motors of the {rig.title}, for direct and quadrature currents that are inputs",
-        variables=(*commutation_variables(rig), *motor_geometry(rig)),
+        variables=(*tables.commutation_variables(rig), *motor_geometry(rig)),
         refusals=refusals(rig),
         experiment=default_experiment(rig),
-        variable_step=False,
         sampled=True,
         documentation=(("controller_fmu", "commutation.html"), *tilts(rig), ("pmlsm", "motor.html")),
         icon=Drawing(ICONS, "controller", ("commutation", len(rig.axes))),

@@ -188,10 +188,7 @@ def constant(of: RigConstant, source: str) -> Variable:
 def loop_parameters(rig: Rig, limit_source: str) -> tuple[Variable, ...]:
     """Parameters that every controller with a law has."""
     return (*sampling_and_limit(rig.source("sample_time"), limit_source),
-            parameter("observer.time1", "s", "time constant of the observer's derivative (Fig. 4.7)", "assumed",
-                      0.0, 1.0, 1e-3, fixed=True),
-            parameter("observer.time2", "s", "time constant of the observer's low-pass filter (Fig. 4.7)", "assumed",
-                      0.0, 1.0, 1e-3, fixed=True),
+            *observer_times(),
             parameter("trip_error", "m", "tracking error that trips the controller; 0 = never",
                       TRIP, 0.0, 1.0, 1e-3),
             *((parameter("trip_tilt", "rad", "error of a tilt that trips the controller; 0 = never", TRIP, 0.0, 1.0,
@@ -200,10 +197,22 @@ def loop_parameters(rig: Rig, limit_source: str) -> tuple[Variable, ...]:
 
 def sampling_and_limit(sample_time_source: str, limit_source: str) -> tuple[Variable, ...]:
     """Parameters of what samples and commands currents."""
-    return (parameter("sample_time", "s", "sample time; the communication step must divide it", sample_time_source,
-                      1e-6, 1.0, 1e-3, fixed=True),
+    return (sample_time(sample_time_source),
             parameter("current_limit", "A", "limit on i_d and i_q commands; 0 = none", limit_source,
                       0.0, 1000.0, 1.0))
+
+
+def sample_time(source: str) -> Variable:
+    """Interval of the samples."""
+    return parameter("sample_time", "s", "sample time; the communication step must divide it", source, 1e-6, 1.0, 1e-3,
+                     fixed=True)
+
+
+def observer_times() -> tuple[Variable, ...]:
+    """Time constants of the observer of velocities."""
+    return tuple(parameter(f"observer.{name}", "s", f"time constant of the observer's {part} (Fig. 4.7)", "assumed",
+                           0.0, 1.0, 1e-3, fixed=True)
+                 for name, part in (("time1", "derivative"), ("time2", "low-pass filter")))
 
 
 def internal_model_parameters(antiwindup_source: str) -> tuple[Variable, ...]:

@@ -3,8 +3,7 @@
 from dataclasses import replace
 
 import controller_fmu.status as status
-from controller_fmu.status import STEP_MISFIT
-from controller_fmu.variables import bad_places, by_gaps, gap_inputs, measured_axis, measurements, place_parameters
+import controller_fmu.variables as control
 from fmi_export.definition import Variable, flag, parameter, real_input, real_output, switch
 from pmlsm.rig import ATTRACTION, COILS, IRON, THRUST, Rig, RigConstant
 from pmlsm.variables import CONSTANTS, bad_geometry, motor_geometry
@@ -26,30 +25,30 @@ def placed(of: RigConstant, variable: Variable, part: str, above: str = "") -> V
 
 def refusals(rig: Rig) -> dict[int, str]:
     """Refusals of an estimator, by the status of the block."""
-    return {STEP_MISFIT: REFUSED_STEP, status.BAD_GEOMETRY: bad_geometry(rig),
-            **({status.BAD_PLACES: bad_places(rig)} if rig.rotations else {})}
+    return {status.STEP_MISFIT: REFUSED_STEP, status.BAD_GEOMETRY: bad_geometry(rig),
+            **({status.BAD_PLACES: control.bad_places(rig)} if rig.rotations else {})}
 
 
 def estimator_variables(rig: Rig) -> tuple[Variable, ...]:
     """Variables of an estimator; the tilts have no row."""
     rows = (rig.vertical, *rig.horizontal)
     inputs = {axis.name: row_inputs(rig, axis.name) for axis in rows}
-    return (*(measured_axis(axis) for axis in rows if not by_gaps(rig, axis.name)),
-            *gap_inputs(rig),
+    return (*(control.measured_axis(axis) for axis in rows if not control.by_gaps(rig, axis.name)),
+            *control.gap_inputs(rig),
             *(real_input(f"{motor}.i_{current}", "A", f"delivered {text} current", 1000.0, 1.0)
               for motor in rig.motor_names for current, text in (("d", "direct"), ("q", "quadrature"))),
             *(v for constant in rig.constants for v in estimate(constant, inputs[constant.axis])),
-            *(v for axis in inputs for v in axis_outputs(axis, measurements(rig, axis), inputs[axis])),
+            *(v for axis in inputs for v in axis_outputs(axis, control.measurements(rig, axis), inputs[axis])),
             *(v for constant in rig.constants
               for v in guess(constant, rig.source("estimator.guess"), rig.source("estimator.weight"))),
             *estimator_parameters(rig.source("sample_time")),
-            *place_parameters(rig),
+            *control.place_parameters(rig),
             *motor_geometry(rig, *CONSTANTS))
 
 
 def row_inputs(rig: Rig, axis: str) -> tuple[str, ...]:
     """Inputs that the row of an axis takes in."""
-    gap = measurements(rig, rig.vertical.name)
+    gap = control.measurements(rig, rig.vertical.name)
     if axis == rig.vertical.name:
         return (*gap, *(f"{motor}.{current}" for motor in rig.motor_names for current in ("i_d", "i_q")))
     return (f"{axis}.measured", *gap, *(f"{motor.name}.i_q" for motor in rig.motors if motor.drives == axis))
@@ -95,12 +94,8 @@ def estimator_parameters(sample_time_source: str) -> tuple[Variable, ...]:
                    "assumed: off, the thesis does not mention it"),
             switch("held", "leave estimates and Σ as they are, for as long as the data are not to be trusted",
                    "assumed: the thesis does not mention it"),
-            parameter("sample_time", "s", "sample time; the communication step must divide it", sample_time_source,
-                      1e-6, 1.0, 1e-3, fixed=True),
-            parameter("observer.time1", "s", "time constant of the observer's derivative (Fig. 4.7)", "assumed",
-                      0.0, 1.0, 1e-3, fixed=True),
-            parameter("observer.time2", "s", "time constant of the observer's low-pass filter (Fig. 4.7)", "assumed",
-                      0.0, 1.0, 1e-3, fixed=True),
+            control.sample_time(sample_time_source),
+            *control.observer_times(),
             parameter("convergence.tolerance", "", "band, relative, that a converged estimate keeps to", "assumed",
                       0.0, 1.0, 0.01),
             parameter("convergence.time", "s", "time for which a converged estimate has kept to its band", "assumed",

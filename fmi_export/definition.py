@@ -126,7 +126,7 @@ class FmuDefinition:
     variables: tuple[Variable, ...]
     refusals: Mapping[int, str]
     experiment: DefaultExperiment
-    variable_step: bool                                # any communication step, changing ones as well
+    variable_step: bool = False                        # any communication step, changing ones as well
     documentation: tuple[tuple[str, str], ...] = ()    # (package, file in its folder `documentation`)
     icon: Drawing | None = None
     sketch: Drawing | None = None                      # what the documentation begins with

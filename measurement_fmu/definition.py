@@ -14,7 +14,6 @@ def measurement(rig: Rig, block: type) -> FmuDefinition:
         variables=measurement_variables(rig),
         refusals=REFUSALS,
         experiment=DefaultExperiment(stop_time=500 * rig.sample_time, step=rig.sample_time),
-        variable_step=False,
         sampled=True,
         documentation=(("measurement_fmu", "measurement.html"),),
         icon=Drawing("measurement_fmu.drawings", "icon", (len(rig.axes),)),

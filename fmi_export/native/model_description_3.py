@@ -3,19 +3,8 @@
 from collections.abc import Iterable, Sequence
 from xml.etree.ElementTree import Element, SubElement
 
+import fmi_export.model_description as fmi2
 from fmi_export.definition import SAMPLE_TIME, FmuDefinition, Variable
-from fmi_export.model_description import (
-    add_experiment,
-    add_log_categories,
-    add_units,
-    attributes,
-    common_attributes,
-    dependencies,
-    state_attributes,
-    structure_of,
-    typed_attributes,
-    xml_boolean,
-)
 from fmi_export.parameter_set import xml_file
 
 FMI = "3.0"
@@ -33,7 +22,7 @@ def model_description_3(definition: FmuDefinition, token: str, version: str, dat
 
     Variables and value references are those of FMI 2.0; after them comes the time, which FMI 3.0 asks for.
     """
-    root = Element("fmiModelDescription", attributes(definition, FMI, "instantiationToken", token, version, date,
+    root = Element("fmiModelDescription", fmi2.attributes(definition, FMI, "instantiationToken", token, version, date,
                                                      "pyccel"))
     continuous = definition.continuous
     common = {
@@ -50,18 +39,19 @@ def model_description_3(definition: FmuDefinition, token: str, version: str, dat
     clocked = definition.sampled and definition.clocked
     events = {"hasEventMode": "true"} | ({} if clocked else {"mightReturnEarlyFromDoStep": "true"})
     SubElement(root, "CoSimulation", common | {
-        "canHandleVariableCommunicationStepSize": xml_boolean(clocked or definition.variable_step),
+        "canHandleVariableCommunicationStepSize": fmi2.xml_boolean(clocked or definition.variable_step),
     } | (events if definition.sampled else {}))
     table = definition.native_variables
-    add_units(root, table)
-    add_log_categories(root)
-    add_experiment(root, definition)
+    fmi2.add_units(root, table)
+    fmi2.add_log_categories(root)
+    fmi2.add_experiment(root, definition)
     variables = SubElement(root, "ModelVariables")
     reference = {v.name: number for number, v in enumerate(table)}
     for variable in table:
         SubElement(variables, "Boolean" if variable.boolean else "Float64",
-                   common_attributes(variable, reference[variable.name]) | typed_attributes(definition, variable)
-                   | state_attributes(continuous, variable.name, reference)
+                   fmi2.common_attributes(variable, reference[variable.name])
+                   | fmi2.typed_attributes(definition, variable)
+                   | fmi2.state_attributes(continuous, variable.name, reference)
                    | sampling_attributes(definition, variable))
     SubElement(variables, "Float64", {
         "name": "time", "valueReference": str(len(table)), "description": "Time",
@@ -73,14 +63,14 @@ def model_description_3(definition: FmuDefinition, token: str, version: str, dat
             "description": f"Ticks every {SAMPLE_TIME}, first at the start time",
             "causality": "input", "variability": "discrete", "intervalVariability": "fixed"})
     structure = SubElement(root, "ModelStructure")
-    for element, unknowns in structure_of(definition, continuous).items():
+    for element, unknowns in fmi2.structure_of(definition, continuous).items():
         if clocked and element == "InitialUnknowns":   # fmpy takes none that are of a clock
             continue
         for name, knowns in unknowns.items():
             if clocked and knowns is not None:
                 knowns = (*knowns, "")
             SubElement(structure, ELEMENTS[element],
-                       {"valueReference": str(reference[name])} | dependencies(knowns, reference))
+                       {"valueReference": str(reference[name])} | fmi2.dependencies(knowns, reference))
     for name in continuous.indicators if continuous else ():
         SubElement(structure, "EventIndicator", {"valueReference": str(reference[name])})
     return xml_file(root)
