@@ -3,7 +3,7 @@
 import struct
 from typing import NamedTuple
 
-from fmi_export.native.mach_o import FAT_MAGIC, Slice
+from fmi_export.native.mach_o import FAT_MAGIC
 
 PE32_PLUS = 0x20B
 X86_64_WINDOWS = 0x8664
@@ -12,6 +12,16 @@ FILE_IS_LIBRARY = 6                     # MH_DYLIB
 
 LOAD_LIBRARY, SIGNATURE, LINKING, BUILD_VERSION, EXPORTS = 0xC, 0x1D, 0x22, 0x32, 0x33   # commands to the loader
 REQUIRED = 0x80000000                   # in a command: a loader that does not know it gives up
+
+
+class Slice(NamedTuple):
+    """Where a library lies in a universal binary."""
+
+    processor: int
+    variant: int
+    offset: int
+    size: int
+    alignment: int   # power of two
 
 
 class Binary(NamedTuple):
