@@ -108,7 +108,7 @@ def test_templates_of_blocks_take_no_more() -> None:
     assert len(paths) > 30
     for path in paths:
         text = path.read_text(encoding="utf-8")
-        assert from_math(text) <= EXACT, path.name
+        assert from_math(text) <= {*EXACT, "isfinite"}, path.name   # of what a class of a user's has computed
         assert not re.search(r"^\s*(?:from|import) (?:numpy|scipy|cmath|statistics)\b", text, re.MULTILINE), path.name
 
 
