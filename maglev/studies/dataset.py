@@ -92,7 +92,8 @@ def grouped(contents: Iterator[bytes]) -> Iterator[pa.Table]:
         yield pa.concat_tables(waiting).combine_chunks()
 
 
-def trajectories_schema(job: Job, units: Mapping[str, str], about: Mapping[str, Any]) -> pa.Schema:
+def trajectories_schema(job: Job, about: Mapping[str, Any]) -> pa.Schema:
+    units = job.experiment.outputs()
     fields = [pa.field("sample", pa.int64()), pa.field("time", pa.float64(), metadata={"unit": "s"})]
     fields += [pa.field(name, pa.float64(), metadata={"unit": units.get(name, "")}) for name in job.kept]
     return pa.schema(fields, metadata={METADATA: json.dumps(about, ensure_ascii=False).encode()})

@@ -36,13 +36,17 @@ LARGEST_LIMIT = 1e6        # s, more than a week and less than what a system's c
 
 
 @dataclass(frozen=True)
-class Layout:
-    """Columns of the dataset: names and units of what varies and of what it sets, the metrics, and all about them."""
+class PlannedStudy:
+    """A study that can be run, with the columns of its dataset: what varies and what it sets, metrics, and verdicts."""
 
+    study: StudyFile
     job: Job
     varied: Mapping[str, str]   # units of what varies, by name
-    limited: bool               # whether the study has limits
     about: Mapping[str, Any]    # what stands in the metadata
+    design: Array               # shape (samples, number that vary)
+    values: Array               # of the targets, shape (samples, targets)
+    batches: list[Batch]
+    times: Array                # s, of the trajectories that are kept, shape (rows,)
 
     @property
     def settings(self) -> list[int]:
@@ -67,35 +71,21 @@ class Layout:
         fields += [field("passed", pa.bool_(), "", "verdict"), field("failure", pa.string(), "", "verdict")]
         return pa.schema(fields, metadata={METADATA: json.dumps(self.about, ensure_ascii=False).encode()})
 
-    def table(self, flown: Flown, design: Array, values: Array) -> "pa.Table":
-        """Rows of a batch, from the design and the targets' values of its samples."""
+    def table(self, flown: Flown) -> "pa.Table":
+        """Rows of a batch."""
         import pyarrow as pa
 
         last = flown.first + len(flown.failures)
         schema = self.schema()
         columns: list[Any] = [np.arange(flown.first, last)]
-        columns += [design[flown.first:last, i] for i in range(len(self.varied))]
-        columns += [values[flown.first:last, i] for i in self.settings]
+        columns += [self.design[flown.first:last, i] for i in range(len(self.varied))]
+        columns += [self.values[flown.first:last, i] for i in self.settings]
         columns += [flown.values[:, i] for i in range(len(self.job.columns))]
-        columns += [[passed(self.job.columns, row, failure, self.limited)
+        columns += [[passed(self.job.columns, row, failure, bool(self.study.limits))
                      for row, failure in zip(flown.values.tolist(), flown.failures, strict=True)],
                     list(flown.failures)]
         return pa.table([array(column, field.type) for column, field in zip(columns, schema, strict=True)],
                         schema=schema)
-
-
-@dataclass(frozen=True)
-class PlannedStudy:
-    """A study that can be run."""
-
-    study: StudyFile
-    job: Job
-    layout: Layout
-    design: Array           # shape (samples, number that vary)
-    values: Array           # of the targets, shape (samples, targets)
-    batches: list[Batch]
-    times: Array            # s, of the trajectories that are kept, shape (rows,)
-    units: dict[str, str]   # of the outputs
 
 
 def plan_study(study: StudyFile, experiment: Experiment, origin: str, out: Path,
@@ -127,9 +117,8 @@ def plan_study(study: StudyFile, experiment: Experiment, origin: str, out: Path,
     for name in {parameter.column for parameter in study.vary} & {*known, "sample", "passed", "failure"}:
         raise ScenarioError(f"{origin}: vary.name = {name!r}: expected another name than that of a metric")
     job = replace(job, key=key_of(job, values, varied, design, bool(study.limits)))
-    layout = Layout(job, varied, bool(study.limits), about(study, job, experiment, run, count))
-    return PlannedStudy(study, job, layout, design, values, batches_of(job, count, rows),
-                        experiment.times[::every], experiment.outputs())
+    return PlannedStudy(study, job, varied, about(study, job, experiment, run, count), design, values,
+                        batches_of(job, count, rows), experiment.times[::every])
 
 
 def rows_every(keep_interval: float | None, experiment: Experiment, origin: str) -> int:

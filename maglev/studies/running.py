@@ -29,10 +29,10 @@ def run_study(planned: PlannedStudy, out: Path, jobs: int, scheduler: str | None
     parts = Parts(out / f"{planned.study.name}.parts", planned.job.key)
     path = out / f"{planned.study.name}.parquet"
     samples, job = len(planned.values), planned.job
-    schema = trajectories_schema(job, planned.units, planned.layout.about) if job.kept else None
+    schema = trajectories_schema(job, planned.about) if job.kept else None
     # By kind of part; what says that a study was done comes last.
     files = {**({} if schema is None else {"trajectories": (schema, trajectories_path(path))}),
-             "samples": (planned.layout.schema(), path)}
+             "samples": (planned.schema(), path)}
 
     def whole_batches() -> set[Batch]:
         return {batch for batch in planned.batches if all(part(kind, batch.number) in parts.files for kind in files)}
@@ -61,7 +61,7 @@ def run_study(planned: PlannedStudy, out: Path, jobs: int, scheduler: str | None
             if schema is not None:
                 kept = trajectories_table(planned.job, flown, planned.times, schema)
                 parts.write(part("trajectories", number), as_bytes(kept))
-            parts.write(part("samples", number), as_bytes(planned.layout.table(flown, planned.design, planned.values)))
+            parts.write(part("samples", number), as_bytes(planned.table(flown)))
             kept_samples += len(flown.failures)
             watch(kept_samples, samples)
 

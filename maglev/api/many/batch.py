@@ -180,7 +180,7 @@ def batch(scenario: str | Path, values: Mapping[str, Sequence[Any] | npt.NDArray
         def made() -> Batch:
             settings = {target.name: planned.values[:, i].astype(bool) if target.boolean else planned.values[:, i]
                         for i, target in enumerate(job.targets)}
-            return Batch(planned.layout.about, settings,
+            return Batch(planned.about, settings,
                          {column.name: columns[:, i] for i, column in enumerate(job.columns)},
                          {column.name: column.unit for column in job.columns}, failures,
                          {name: signals[:, :, i] for i, name in enumerate(job.kept)}, planned.times)

@@ -62,11 +62,11 @@ def test_what_the_live_page_cannot_fly(said: dict[str, Any], why: str) -> None:
 
 def test_links_stand_where_the_live_page_lies(fastest_fmus: Path, tmp_path: Path) -> None:
     study = planned(tmp_path, fastest_fmus, vary=[{"set": "plant.v.mass", "kind": "list", "values": [4.0, 4.35]}])
-    made = study.layout.table(fly_samples(study.job, 0, study.values), study.design, study.values)
-    own = page(made, study.layout.about, live=True)
+    made = study.table(fly_samples(study.job, 0, study.values))
+    own = page(made, study.about, live=True)
     assert "The live page cannot run these: it has the packaged runs alone" in own, shortened(own)
     name = "2dof-setpoints"
-    packaged = {**study.layout.about, "scenario": name, "run": {**study.layout.about["run"], "scenario": name}}
+    packaged = {**study.about, "scenario": name, "run": {**study.about["run"], "scenario": name}}
     for there in (False, True):
         if there:
             (tmp_path / NAME).touch()

@@ -61,8 +61,8 @@ def test_the_page_names_the_worst_sample_and_its_command(fastest_fmus: Path, tmp
     study = planned(tmp_path, fastest_fmus, title="a <b> title",
                     vary=[{"set": "plant.v.mass", "kind": "list", "values": [4.0, 4.35, 5.0]}],
                     limits={"rms error of v": {"max": "1 um"}})
-    made = study.layout.table(fly_samples(study.job, 0, study.values), study.design, study.values)
-    text = page(made, study.layout.about)
+    made = study.table(fly_samples(study.job, 0, study.values))
+    text = page(made, study.about)
     worst = int(np.argmax(made["rms error of v"].to_numpy()))
     assert f'<th scope="row">{worst}</th><td data-label="why">largest rms error of v' in text
     assert f"maglev run tiny.toml --set plant.v.mass={[4.0, 4.35, 5.0][worst]}" in text

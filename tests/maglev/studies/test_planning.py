@@ -90,7 +90,7 @@ def test_factors_and_offsets_are_of_the_nominal_values(fastest_fmus: Path, tmp_p
     assert [plain["plant.v.mass"], plain["plant.h.mass"]] == [4.35, 1.594]
     assert 1.594 + 0.5 == 2.0940000000000003, "which nobody would write"
     assert study.values.tolist() == [[4.85, 2.094, 2 * plain["plant.h.friction.coulomb"]]]
-    assert study.layout.schema().names[:4] == [
+    assert study.schema().names[:4] == [
         "sample", "payload", "factor of plant.h.friction.coulomb", "plant.v.mass"]
 
 
