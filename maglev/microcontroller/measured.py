@@ -1,18 +1,117 @@
-"""What a controller takes on a Cortex-M7, measured in an emulator over a whole run, and told."""
+"""Processor in the loop: an emulated controller takes its place in a run, as an FMU would; and what it takes there."""
 
+from collections.abc import Mapping
 from dataclasses import asdict, dataclass
+from functools import partial
 from pathlib import Path
 from typing import Any
 
 import numpy as np
+from fmpy.model_description import ModelDescription
 
-from maglev.cosim.master import Progress, Recording
+from fmi_export.definition import FmuDefinition
+from fmi_export.slave import Refused
+from fmi_export.target.freestanding import REFUSED_VALUE, ports_of
+from maglev.cosim.master import Master, Progress, Recording
+from maglev.cosim.port_map import Scale
+from maglev.cosim.user_classes.fmu import InProcessFmu
 from maglev.errors import FmuError
 from maglev.experiment.preparation import Experiment
-from maglev.microcontroller.emulator import MACHINE, Emulator, emulator_version
-from maglev.microcontroller.generation import Generated
+from maglev.microcontroller.emulator import MACHINE, Answer, Emulator, EmulatorError, emulator_version
 from maglev.microcontroller.image import linked
-from maglev.microcontroller.in_the_loop import Emulated, in_the_loop
+
+
+class Emulated:
+    """A controller in an emulator, with the functions of a slave: references are numbers of its variables."""
+
+    def __init__(self, definition: FmuDefinition, emulator: Emulator):
+        self.definition, self.emulator = definition, emulator
+        settable, readable = ports_of(definition)
+        number = {v.name: k for k, v in enumerate(definition.variables)}
+        self.settable = {number[v.name]: k for k, v in enumerate(settable)}
+        self.readable = {number[v.name]: k for k, v in enumerate(readable)}
+        self.values = np.array([float(definition.start_value(v)) for v in settable])
+        self.sample_time = 0.0
+        self.answers: list[Answer] = []   # at the start, and of each sample
+
+    def setup_experiment(self, start_time: float, stop_time: float | None = None) -> None:
+        """Take in the start time (s): a microcontroller begins at 0."""
+        if start_time != 0.0:
+            raise Refused(f"start time = {start_time} s, expected 0.0 s")
+
+    def enter_initialization_mode(self) -> None:
+        """Nothing is to be done."""
+
+    def exit_initialization_mode(self) -> None:
+        """Give parameters and inputs, and start."""
+        self.sample_time = float(self.values[next(
+            k for k, v in enumerate(ports_of(self.definition).settable) if v.name == "sample_time")])
+        self.exchange()
+
+    def do_step(self, time: float, step: float) -> None:
+        """Take a sample, at a time (s) that it counts itself."""
+        if step != self.sample_time:
+            raise Refused(f"communication step = {step} s, expected sample_time = {self.sample_time} s: a "
+                          "microcontroller knows no other")
+        self.exchange()
+
+    def terminate(self) -> None:
+        """Nothing is to be done: the emulator ends with whoever started it."""
+
+    def exchange(self) -> None:
+        """Give what is set, and take what comes back."""
+        try:
+            answer = self.emulator.exchange(self.values)
+        except EmulatorError as error:
+            raise Refused(str(error)) from error
+        if answer.status:
+            raise Refused(self.refusal(answer.status))
+        self.answers.append(answer)
+
+    def refusal(self, status: int) -> str:
+        if status in self.definition.refusals:
+            return self.definition.refusals[status]
+        number = status - REFUSED_VALUE
+        v = self.definition.variables[number]
+        value = f"{self.values[self.settable[number]]} {v.unit}".rstrip()
+        return f"{v.name} = {value}, expected a number within its range"
+
+    def set_real(self, references: list[int], values: list[float]) -> None:
+        """Set inputs and parameters, for the next sample."""
+        for reference, value in zip(references, values, strict=True):
+            self.values[self.settable[reference]] = value
+
+    def get_real(self, references: list[int]) -> list[float]:
+        """Read outputs, of the last sample, and what was set."""
+        return [float(self.answers[-1].outputs[self.readable[reference]] if reference in self.readable
+                      else self.values[self.settable[reference]]) for reference in references]
+
+    def set_boolean(self, references: list[int], values: list[bool]) -> None:
+        self.set_real(references, [float(value) for value in values])
+
+    def get_boolean(self, references: list[int]) -> list[bool]:
+        return [value != 0.0 for value in self.get_real(references)]
+
+
+class EmulatedFmu(InProcessFmu):
+    """An emulated controller with the face of the FMU that it stands for."""
+
+    def __init__(self, name: str, path: Path, description: ModelDescription, scales: Mapping[str, Scale], *,
+                 emulated: Emulated):
+        self.emulated = emulated
+        super().__init__(name, path, description, scales)
+
+    def made(self) -> Emulated:
+        return self.emulated
+
+
+def in_the_loop(experiment: Experiment, place: str, emulated: Emulated,
+                progress: Progress | None = None) -> Recording:
+    """Run an experiment with an emulated controller in the place of one of its FMUs."""
+    drives = experiment.drives(experiment.check())
+    with Master(experiment.setups(), experiment.connections, experiment.step, experiment.order, loop=experiment.loop,
+                opened={place: partial(EmulatedFmu, emulated=emulated)}) as master:
+        return master.run(experiment.plan.stop_time, drives, progress)
 
 
 @dataclass(frozen=True)
@@ -59,26 +158,25 @@ class Measured:
         return "\n".join([head, *(f"  {name:14}{text}" for name, text in rows.items())]) + "\n"
 
 
-def measured(generated: Generated, experiment: Experiment, place: str, folder: Path, clock: float, cycles: float,
-             timeout: float, progress: Progress = lambda done, steps: None) -> Measured:
+def measured(controller: FmuDefinition, files: Mapping[str, str], experiment: Experiment, place: str, folder: Path,
+             clock: float, cycles: float, timeout: float, progress: Progress = lambda done, steps: None) -> Measured:
     """Run an experiment as it is, and again with a controller on an emulated Cortex-M7 in its place.
 
-    `place` is the name in the experiment of the same controller as an FMU or a Python file; the executable is made in
-    `folder`. With the clock, Hz, cycles of an instruction, and the longest time for an answer, s. MaglevError if either
-    run ends early, or one value of a signal has other bits.
+    `files` are its C; `place` is the name in the experiment of the same controller as an FMU or a Python file; the
+    executable is made in `folder`. With the clock, Hz, cycles of an instruction, and the longest time for an answer, s.
+    MaglevError if either run ends early, or one value of a signal has other bits.
     """
-    image = linked(generated.definition.name, generated.files, folder)
+    image = linked(controller.name, files, folder)
     here = experiment.run(lambda done, steps: progress(done, 2 * steps))
-    outputs = sum(v.causality == "output" for v in generated.definition.variables)
+    outputs = sum(v.causality == "output" for v in controller.variables)
     with Emulator(image.path, outputs, timeout) as emulator:
-        emulated = Emulated(generated.definition, emulator)
+        emulated = Emulated(controller, emulator)
         there = in_the_loop(experiment, place, emulated, lambda done, steps: progress(steps + done, 2 * steps))
     first, *samples = emulated.answers
     counts = np.array([answer.instructions for answer in samples])
     return Measured(
-        generated.definition.name, experiment.plan.name, image.flash, image.ram,
-        max(sample.stack for sample in samples), int(counts.min()),
-        float(counts.mean()), int(counts.max()), first.instructions, len(counts),
+        controller.name, experiment.plan.name, image.flash, image.ram, max(sample.stack for sample in samples),
+        int(counts.min()), float(counts.mean()), int(counts.max()), first.instructions, len(counts),
         equal_columns(experiment, here, there), emulated.sample_time, image.compiler,
         f"QEMU {emulator_version()}, {MACHINE}", clock, cycles)
 

@@ -1,6 +1,7 @@
 """A controller for a microcontroller: its C in a folder, and what it takes on a Cortex-M7 that an emulator runs."""
 
 from dataclasses import dataclass
+from functools import partial
 from math import inf
 from pathlib import Path
 
@@ -10,7 +11,7 @@ from maglev.api.comparing import put_in
 from maglev.errors import BuildError, ScenarioError, option
 from maglev.experiment.execution import json_text
 from maglev.microcontroller.emulator import EmulatorError, require_emulator
-from maglev.microcontroller.generation import Generated, generated
+from maglev.microcontroller.generation import generated
 from maglev.microcontroller.measured import Measured, measured
 from maglev.own_stage.adoption import know_stage
 from maglev.processes.side_by_side import Watch, unwatched
@@ -100,15 +101,18 @@ def target(controller: Given, run: Scenario | None = None, *, stage: str | Path 
     if stage is not None:
         know_stage(stage)
     controller = carried(controller)
-    made = generated(controller)
-    name = made.definition.name
-    folder = Path(out) / name
-    files = {**made.files}
+    described, files = generated(controller)
+    folder = Path(out) / described.name
     report, left_out = None, ""
     try:
         require_emulator()
-        chosen = run if run is not None else usual_run(made.definition)
-        report = in_run(made, controller, chosen, fmus, frequency, cycles, watch)
+        plan = load_plan(run if run is not None else usual_run(described))
+        if "controller" not in plan.fmus:
+            raise ScenarioError(f"{plan.name}: has no controller, expected a run with plant and controller")
+        experiment = put_in(plan, described.name, controller, {"kind": "native", "fmus": fmus}, watch=watch)
+        with watch([plan.name]) as watcher, scratch() as place:
+            report = measured(described, files, experiment, "controller", place, frequency, cycles, TIMEOUT,
+                              partial(watcher, plan.name))
         files |= {"report.txt": str(report), "report.json": json_text(report.as_data())}
     except (EmulatorError, ExportError, BuildError) as error:   # no emulator, or no compiler
         left_out = f"it is not run: {error}"
@@ -119,17 +123,6 @@ def target(controller: Given, run: Scenario | None = None, *, stage: str | Path 
         write_whole(place, text)
         written.append(place)
     return Target(folder, written, report, left_out)
-
-
-def in_run(made: Generated, controller: str | Path, run: Scenario, fmus: str | Path | None, clock: float,
-           cycles: float, watch: Watch) -> Measured:
-    plan = load_plan(run)
-    if "controller" not in plan.fmus:
-        raise ScenarioError(f"{plan.name}: has no controller, expected a run with plant and controller")
-    experiment = put_in(plan, made.definition.name, controller, {"kind": "native", "fmus": fmus}, watch=watch)
-    with watch([plan.name]) as watcher, scratch() as folder:
-        return measured(made, experiment, "controller", folder, clock, cycles, TIMEOUT,
-                        lambda done, steps: watcher(plan.name, done, steps))
 
 
 def usual_run(definition: FmuDefinition) -> str:

@@ -21,8 +21,7 @@ from maglev.experiment.preparation import Experiment
 from maglev.microcontroller.emulator import MISSING, OPTIONS, PROGRAM, Emulator, EmulatorError
 from maglev.microcontroller.generation import generated
 from maglev.microcontroller.image import linked
-from maglev.microcontroller.in_the_loop import Emulated, in_the_loop
-from maglev.microcontroller.measured import Measured, equal_columns, measured
+from maglev.microcontroller.measured import Emulated, Measured, equal_columns, in_the_loop, measured
 from maglev.schema.loading import load_plan
 from maglev_files.extras import command
 
@@ -56,7 +55,8 @@ def fmus(native_fmus: Path, tmp_path: Path) -> Path:
     ("LinearRegulator5DOF", "5dof-setpoints"), ("PID2DOF", "2dof-setpoints")])
 def test_bits_in_the_loop(fmus: Path, tmp_path: Path, controller: str, run: str) -> None:
     """Of all signals of controller and plant; a sample takes about as long as the one before."""
-    found = measured(generated(controller), short(run, controller, fmus, 0.2), "controller", tmp_path, 216e6, 1.5, 60.0)
+    found = measured(*generated(controller), short(run, controller, fmus, 0.2), "controller", tmp_path, 216e6, 1.5,
+                     60.0)
     assert found.columns > 25 and found.samples == round(0.2 / found.sample_time)
     assert 100 < found.least <= found.mean <= found.most < 1e4
     assert found.most < 3 * found.least
@@ -72,7 +72,7 @@ def test_settings_reach_the_processor(fmus: Path, tmp_path: Path) -> None:
     names = [f"controller.alpha.i_{phase}_cmd" for phase in "abc"]
     one, other = (each.run().columns for each in (plain, changed))
     assert not any(np.array_equal(one[name], other[name]) for name in names)
-    assert measured(generated("Regulator3DOF"), changed, "controller", tmp_path, 216e6, 1.5, 60.0).columns == len(one)
+    assert measured(*generated("Regulator3DOF"), changed, "controller", tmp_path, 216e6, 1.5, 60.0).columns == len(one)
 
 
 ELEMENTARY = """\
@@ -114,10 +114,10 @@ def counted_in_a_log(image: Path, values: np.ndarray, samples: int, log: Path) -
 
 def test_instructions_are_those_of_a_log(tmp_path: Path) -> None:
     """Of every instruction that the emulator carries out, within those around a sample that the log has as well."""
-    made = generated("PID2DOF")
-    image = linked("PID2DOF", made.files, tmp_path)
+    described, files = generated("PID2DOF")
+    image = linked("PID2DOF", files, tmp_path)
     with Emulator(image.path, 10, 60.0) as emulator:
-        emulated = Emulated(made.definition, emulator)
+        emulated = Emulated(described, emulator)
         emulated.exit_initialization_mode()
         for k in range(3):
             emulated.do_step(k * emulated.sample_time, emulated.sample_time)
@@ -185,19 +185,19 @@ def test_what_is_refused(fmus: Path, tmp_path: Path, arguments: list[str], reaso
 
 def test_refusals_of_the_processor(fmus: Path, tmp_path: Path) -> None:
     """Of a parameter, at the start; of a value at a sample; of a step that is not the sample time."""
-    made = generated("Regulator2DOF")
-    image = linked("Regulator2DOF", made.files, tmp_path)
+    described, files = generated("Regulator2DOF")
+    image = linked("Regulator2DOF", files, tmp_path)
     for changes, reason in (({"controller.omega0": -1.0}, "omega0 = -1.0 rad/s, expected a number within its range"),
                             ({"controller.sample_time": 1e-3}, "expected sample_time = 0.001 s")):
         experiment = short("2dof-setpoints", "Regulator2DOF", fmus, 0.02, changes)
         with Emulator(image.path, 10, 60.0) as emulator, pytest.raises((RunFailed, FmuError), match=reason):
-            in_the_loop(experiment, "controller", Emulated(made.definition, emulator))
+            in_the_loop(experiment, "controller", Emulated(described, emulator))
 
 
 def test_an_emulator_that_ends_or_hangs(tmp_path: Path) -> None:
-    made = generated("PID2DOF")
-    image = linked("PID2DOF", made.files, tmp_path)
-    values = np.zeros(len(made.definition.variables))
+    described, files = generated("PID2DOF")
+    image = linked("PID2DOF", files, tmp_path)
+    values = np.zeros(len(described.variables))
     with Emulator(image.path, 10, 0.3) as emulator, pytest.raises(EmulatorError, match="has been silent for 0.3 s"):
         emulator.exchange(values[:3])
     with Emulator(tmp_path / "none", 10, 60.0) as emulator, pytest.raises(EmulatorError, match="ended with 1: .*none"):
@@ -220,7 +220,7 @@ def test_other_bits_are_named(fmus: Path) -> None:
 def test_a_whole_run(fmus: Path, tmp_path: Path) -> None:
     """Of the package, of 26 s."""
     experiment = put_in(load_plan("3dof-setpoints"), "Regulator3DOF", "Regulator3DOF", {"kind": "native", "fmus": fmus})
-    found: Measured = measured(generated("Regulator3DOF"), experiment, "controller", tmp_path, 216e6, 1.5, 60.0)
+    found: Measured = measured(*generated("Regulator3DOF"), experiment, "controller", tmp_path, 216e6, 1.5, 60.0)
     assert found.samples == 130000 and found.columns > 40
 
 
