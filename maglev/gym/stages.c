@@ -4,16 +4,17 @@
 #include <math.h>
 #include <stdbool.h>
 #include <stdint.h>
-{includes}
+$includes
 
 #if defined __NVPTX__
 #define EXPORT __attribute__((device_kernel))
 #else
-{export}#endif
+#include "export.h"
+#endif
 
 /* The blocks of one stage. */
 struct stage {
-    {members}
+    $members
 };
 
 /* An input or a parameter of a stage, which is one of the list that is made with this. */
@@ -42,14 +43,14 @@ static inline void advance(const struct batch *batch, int64_t i)
     double *const row = batch->rows + i * batch->width;
     const double step = batch->step;
     const int64_t first = batch->made[i], last = first + batch->samples;
-    bool wrong = {wrong};
+    bool wrong = $wrong;
     for (int64_t k = first; !wrong && k < last; ++k) {
         const double time = (double)k * step;
-{step}
+$step
     }
     batch->made[i] = last;
     batch->refused[i] = wrong;
-    batch->at_stop[i] = {at_stop};
+    batch->at_stop[i] = $at_stop;
 }
 
 /* Give inputs and parameters other values. */
@@ -60,7 +61,7 @@ EXPORT void maglev_change(const struct batch *batch)
         struct stage *const stage = &batch->stages[batch->changes[k].stage];
         const double value = batch->changes[k].value;
         switch (batch->changes[k].what) {
-        {changes}
+        $changes
         default: break;
         }
     }
@@ -87,7 +88,7 @@ int64_t maglev_stage_size(void) { return (int64_t)sizeof(struct stage); }
 EXPORT void maglev_take(struct Instance *const *instances, struct stage *stage);
 void maglev_take(struct Instance *const *instances, struct stage *stage)
 {
-    {take}
+    $take
 }
 
 /* Go on with stages first to before last. */

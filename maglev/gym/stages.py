@@ -14,7 +14,8 @@ from gymnasium.vector.utils import batch_space
 
 from fmi_export.definition import Variable
 from maglev.arrays import Array
-from maglev.cosim.blocks.block_loop import EXPORT, Part, indented, loop_of, out_of_range, parts_of
+from maglev.cosim.blocks import filled
+from maglev.cosim.blocks.block_loop import Part, indented, loop_of, out_of_range, parts_of
 from maglev.cosim.blocks.graphics_processor import driver, kernels, launch, require_device, sent
 from maglev.errors import FmuError, MaglevError, ScenarioError, option
 from maglev.gym.compiled_stage import CompiledStage
@@ -28,7 +29,7 @@ NEVER = np.iinfo(np.int64).max
 
 FUNCTION, CHANGE = "maglev_advance_all", "maglev_change"   # what a graphics processor runs
 
-SOURCE = Path(__file__).with_name("stages.c")   # with what a stage is made of where a word stands in braces
+SOURCE = Path(__file__).with_name("stages.c")
 
 
 class Batch(Structure):
@@ -74,7 +75,6 @@ def sources_of(stage: CompiledStage, changing: Sequence[tuple[str, str]]) -> dic
                 wrong.append(out_of_range(variable(part, name), other))
     blocks = {name: part.what.struct for name, part in parts.items()}
     made = {
-        "export": EXPORT,
         "includes": "\n".join(f'#include "{part.what.header}"' for part in parts.values()),
         "members": "\n    ".join(f"struct {block} {name};" for name, block in blocks.items()),
         "take": "\n    ".join(f"stage->{name} = *(const struct {blocks[name]} *)instances[{part.number}]->state->block;"
@@ -83,10 +83,7 @@ def sources_of(stage: CompiledStage, changing: Sequence[tuple[str, str]]) -> dic
             f"case {k}: {value(*place)} = value{' != 0' if variable(*place).boolean else ''}; break;"
             for k, place in enumerate(changing)),
         "wrong": " || ".join(wrong), "step": indented(lines, 8), "at_stop": value("plant", "at_stop")}
-    text = SOURCE.read_text(encoding="utf-8")
-    for word, code in made.items():
-        text = text.replace(f"{{{word}}}", code)
-    return {**files, "stages.c": text}
+    return {**files, "stages.c": filled(SOURCE, **made)}
 
 
 class Stages(VectorEnv[Array, Array, npt.NDArray[Any]]):

@@ -22,6 +22,7 @@ from fmi_export.native.compiler import FLAGS, library
 from fmi_export.native.shells import SHELLS
 from fmi_export.native.translation import literal
 from fmi_export.user_classes.trouble import OWN
+from maglev.cosim.blocks import HERE, filled
 from maglev.cosim.blocks.common_beginning import Common
 from maglev.cosim.fmu import Fmu
 from maglev.cosim.step_loop import in_c
@@ -36,126 +37,13 @@ FUNCTION = "maglev_whole_run"
 INLINED = ("-Dnoinline=always_inline", "-mllvm", "-inline-threshold=1000000", "-mllvm", "-sink-common-insts=false")
 # The run, which needs no FMU, over it how it begins with FMUs' instances, and the function that does both.
 RUN_FILE, LOOP_FILE, FUNCTION_FILE = "whole_run.h", "loop.c", "loop_function.c"
-DONE, REFUSED, ENDED, OTHERWISE = range(4)   # what the function returns
+EXPORT_FILE = "export.h"
+DONE, REFUSED, ENDED, OTHERWISE = range(4)   # what the function returns: RUN_DONE and so on of whole_run.h
 
 ELSEWHERE = re.compile(r"^struct \w+ \{[^}]*\*", re.MULTILINE)   # of a block: a member that a copy shares with it
 INSTANCE = {"instance.h", "model.h"}   # what an instance is
 DEFINED = re.compile(r"^(?:struct (\w+) \{|BLOCK_FUNCTION .*?\b((?!\w+__)\w+)\()", re.MULTILINE)   # of a user's module
 CONSTANT = re.compile(r"^static const \w+ (\w+) = ", re.MULTILINE)   # of a module, in its header
-
-RUN = """\
-#include <math.h>
-#include <stdbool.h>
-#include <stdint.h>
-{includes}
-
-/* The struct Moved of block_loop.py. */
-struct moved {{
-    double time, time_stride, size;
-}};
-
-/* What a run begins with: initialised blocks, and the first row of each track of outputs. */
-struct beginning {{
-{members}
-}};
-
-{observer}
-
-/* All steps to communication point `last`. Of a track of signals, `rows` has the values of one after the other at all
-   points. Returns REFUSED where an FMU would refuse something, ENDED as soon as somebody says so. */
-static inline __attribute__((always_inline)) int64_t whole_run(
-    const struct beginning *beginning, const struct moved *calls, const void *const *rows, int64_t last,
-    const volatile int64_t *ended, struct observer *observer)
-{{
-{begin}
-    const int64_t points = last + 1;
-    struct seen seen = {{{{0}}}};
-    bool refused = false;
-    for (int64_t k = 0;; ++k) {{
-{see}
-        observe(observer, k, &seen);
-        if (k == last) {{
-            return {done};
-        }}
-        if (k % 1024 == 0 && *ended) {{
-            return {stopped};
-        }}
-{step}
-        if (refused) {{
-            return {refused};
-        }}
-    }}
-}}
-"""
-
-EXPORT = """\
-#if defined _WIN32
-#define EXPORT __declspec(dllexport)
-#else
-#define EXPORT __attribute__((visibility("default")))
-#endif
-"""
-SOURCE = """\
-#include "instance.h"
-#include "{run}"
-
-{export}
-/* Whether an instance would take a step of co-simulation as it is. */
-static bool ready(const struct Progress *progress)
-{{
-    return progress->phase == RUNNING && !progress->exchange && !progress->events && !progress->suspect;
-}}
-
-/* Write what a run begins with, of instances and first rows, if there is where; returns its bytes, 0 where an FMU would
-   refuse a step. */
-EXPORT int64_t {function}_begin(struct Instance *const *instances, const void *const *rows,
-                                struct beginning *beginning);
-int64_t {function}_begin(struct Instance *const *instances, const void *const *rows,
-                         struct beginning *beginning)
-{{
-    if (beginning) {{
-        if ({ready}) {{
-            return 0;
-        }}
-{copy}
-    }}
-    return sizeof *beginning;
-}}
-"""
-PLAIN = """\
-/* A run as above; the instances stay at the first point. */
-EXPORT int64_t {function}(struct Instance *const *instances, const struct moved *calls, const void *const *rows,
-                          int64_t last, const volatile int64_t *ended, struct observer *observer);
-int64_t {function}(struct Instance *const *instances, const struct moved *calls, const void *const *rows,
-                   int64_t last, const volatile int64_t *ended, struct observer *observer)
-{{
-    struct beginning beginning;
-    return {function}_begin(instances, rows, &beginning) == 0 ? {refused} :
-        whole_run(&beginning, calls, rows, last, ended, observer);
-}}
-"""
-SPECIAL = """\
-{common}
-/* The same with what runs have in common as constants; OTHERWISE where a run has it otherwise. */
-EXPORT int64_t {function}(struct Instance *const *instances, const struct moved *calls, const void *const *rows,
-                          int64_t last, const volatile int64_t *ended, struct observer *observer);
-int64_t {function}(struct Instance *const *instances, const struct moved *calls, const void *const *rows,
-                   int64_t last, const volatile int64_t *ended, struct observer *observer)
-{{
-    struct beginning given, beginning;
-    uint64_t own[OWN];
-    (void)calls;
-    __builtin_memset(&given, 0, sizeof given);
-    if ({function}_begin(instances, rows, &given) == 0) {{
-        return {refused};
-    }}
-    if (!own_of(&given, own)) {{
-        return {otherwise};
-    }}
-    begin_as_common(&beginning, own);
-    return whole_run(&beginning, common_calls, rows, last, ended, observer);
-}}
-"""
 
 
 class Moved(Structure):
@@ -219,8 +107,7 @@ class BlockLoop:
 
         Other runs go as before. Errors as of `block_loop`.
         """
-        function = SPECIAL.format(common=common.code(self.moved), function=FUNCTION, refused=REFUSED,
-                                  otherwise=OTHERWISE)
+        function = filled(HERE / "common_function.c", common=common.code(self.moved))
         path = loop_of({**self.sources, FUNCTION_FILE: function}, build, INLINED)
         if path is not None:
             self.functions.insert(0, function_of(CDLL(str(path.path.absolute()))))
@@ -297,15 +184,15 @@ def sources_of(wiring: Wiring, observer: str, seen: Mapping[str, str],
     files, parts = collected
     steps = [line for number, call in enumerate(calls) for line in call_lines(number, call, parts, wiring.tracks)]
     members, copy, begin = zip(*beginnings(wiring.tracks, parts.values()), strict=True)
-    return {**files, RUN_FILE: RUN.format(
-        observer=observer, done=DONE, refused=REFUSED, stopped=ENDED, step=indented(steps, 8),
+    run = filled(
+        HERE / RUN_FILE, observer=observer, step=indented(steps, 8), members=indented(members, 4),
         includes="\n".join(sorted({f'#include "{part.what.header}"' for part in parts.values()})),
-        members=indented(members, 4), begin=indented((*begin, *signal_rows(wiring.tracks)), 4),
+        begin=indented((*begin, *signal_rows(wiring.tracks)), 4),
         see=indented((f"seen.{member} = (double){value_at(places[name], wiring.tracks)};"
-                      for member, name in seen.items()), 8)), LOOP_FILE: SOURCE.format(
-        export=EXPORT, run=RUN_FILE, function=FUNCTION, copy=indented(copy, 8),
-        ready=" || ".join(f"!ready(&instances[{part.number}]->state->progress)" for part in parts.values())),
-            FUNCTION_FILE: PLAIN.format(function=FUNCTION, refused=REFUSED)}
+                      for member, name in seen.items()), 8))
+    ready = " || ".join(f"!ready(&instances[{part.number}]->state->progress)" for part in parts.values())
+    return {**files, RUN_FILE: run, LOOP_FILE: filled(HERE / LOOP_FILE, copy=indented(copy, 8), ready=ready),
+            FUNCTION_FILE: filled(HERE / FUNCTION_FILE)}
 
 
 def beginnings(tracks: Sequence[Track], parts: Iterable[Part]) -> Iterator[tuple[str, str, str]]:
@@ -346,7 +233,8 @@ def parts_of(fmus: Iterable[Fmu],
         parts[id(fmu)] = part if own else with_names_of_its_own(part)
         if any(ELSEWHERE.search(text) for name, text in parts[id(fmu)].files.items() if name not in INSTANCE):
             return None
-    files: dict[str, str] = {PREFIX: "/* Everything is one translation unit: no name is shared. */\n"}
+    files: dict[str, str] = {PREFIX: "/* Everything is one translation unit: no name is shared. */\n",
+                             EXPORT_FILE: filled(HERE / EXPORT_FILE)}
     for part in parts.values():
         others = {name for other in parts.values() if other is not part for name in other.files}
         if any(files.setdefault(name, text) != text for name, text in with_own_names(part, others).items()):

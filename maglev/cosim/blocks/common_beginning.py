@@ -12,31 +12,10 @@ from typing import NamedTuple, Self
 import numpy as np
 import numpy.typing as npt
 
+from maglev.cosim.blocks import HERE, filled
+
 Words = npt.NDArray[np.uint64]
 WORD = np.dtype(np.uint64).itemsize
-
-COMMON = """
-static const unsigned char common[sizeof(struct beginning)] __attribute__((aligned({word}))) = {{{begins}}};
-static const struct moved common_calls[] = {{{calls}}};
-
-/* What a run begins with: what is common, and words of its own one after the other. */
-static inline __attribute__((always_inline)) void begin_as_common(struct beginning *beginning, const uint64_t *own)
-{{
-    __builtin_memcpy(beginning, common, sizeof *beginning);
-{places}
-}}
-
-/* The words of its own of what a run begins with; false where it differs from what is common elsewhere, too. */
-static inline bool own_of(const struct beginning *beginning, uint64_t *own)
-{{
-    struct beginning same;
-{words}
-    begin_as_common(&same, own);
-    return __builtin_memcmp(&same, beginning, sizeof same) == 0;
-}}
-
-#define OWN {count}
-"""
 
 
 class Common(NamedTuple):
@@ -59,8 +38,9 @@ class Common(NamedTuple):
     def code(self, calls: Iterable[Structure]) -> str:
         """C of it, for behind that of the run; `calls` are the struct moved of the loop."""
         moved = ", ".join(f"{{{', '.join(repr(getattr(call, name)) for name, *_ in call._fields_)}}}" for call in calls)
-        return COMMON.format(
-            word=WORD, begins=", ".join(map(str, self.words.tobytes())), calls=moved, count=max(1, len(self.places)),
+        return filled(
+            HERE / "common_beginning.h", begins=", ".join(map(str, self.words.tobytes())), calls=moved,
+            count=max(1, len(self.places)),
             places="\n".join(f"    __builtin_memcpy((char *)beginning + {WORD * place}, own + {k}, {WORD});"
                              for k, place in enumerate(self.places)),
             words="\n".join(f"    __builtin_memcpy(own + {k}, (const char *)beginning + {WORD * place}, {WORD});"
