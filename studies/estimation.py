@@ -104,11 +104,9 @@ def row(settings: Settings, scale: float, ripple: Defaults | None = None) -> Wei
     plans = [plan for plan in select(None) if not plan.check_only]
     plans = [*plans, *compared(plans)]
     defaults = {**times(scale, settings.assumed), **(ripple or {})}
-    experiments = {experiment.plan.name: replace(experiment, plan=with_defaults(experiment.plan, defaults,
-                                                                                times(scale, settings.follows)))
-                   for experiment in experiments_of([*plans, *needed(plans)], {})}
-    flown = fly_each(experiments, unwatched)
-    return split(settings, scale, ripple is not None, judge([flown[name] for name in experiments]))
+    experiments = [replace(experiment, plan=with_defaults(experiment.plan, defaults, times(scale, settings.follows)))
+                   for experiment in experiments_of([*plans, *needed(plans)], {})]
+    return split(settings, scale, ripple is not None, judge(list(fly_each(experiments, unwatched).values())))
 
 
 def judge(results: Sequence[RunResult]) -> list[Judged]:

@@ -51,7 +51,7 @@ def test_fmus_of_changed_sources_are_flown_and_not_refused(monkeypatch: pytest.M
     """Or every mutation would seem to be noticed, whatever the runs show."""
     monkeypatch.setattr(TOOL, "prepare", lambda plan, *_: Experiment(plan, {}, plan.step, stale=("an old one",)))
 
-    def check_run(experiment: Experiment, *_: object) -> CheckResult:
+    def check_run(_baselines: Path, experiment: Experiment, *_: object) -> CheckResult:
         experiment.require_current()
         return CheckResult(experiment.plan.name, "passed", "", None, {}, 0.0)
 

@@ -110,7 +110,7 @@ def built(mutation: Mutation, folder: Path, unchanged: Path) -> str:
 def noticed(plans: Sequence[RunPlan], fmus: Path) -> str:
     """What the first run that does not pass says, also with FMUs of other sources; empty if all pass."""
     for plan in plans:
-        result = check_run(replace(prepare(plan, fmus, {}, {}), stale=()), PACKAGED / "baselines", {})
+        result = check_run(PACKAGED / "baselines", replace(prepare(plan, fmus, {}, {}), stale=()), {})
         if result.status != "passed":
             return f"{plan.name} {result.message}"
     return ""

@@ -2,7 +2,6 @@
 
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
-from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Unpack, cast
 
@@ -15,8 +14,8 @@ from maglev.comparison.files import comparison_data, rows_of, write_comparison
 from maglev.comparison.table import Row
 from maglev.cosim.master import Progress, RunFailed
 from maglev.errors import FAILURES, ScenarioError, extra, in_one_line
-from maglev.experiment.chain import Ends, in_order, started
-from maglev.experiment.execution import RunResult, failed, simulate, thinned
+from maglev.experiment.chain import Ends, started
+from maglev.experiment.execution import RunResult, failed, run_each, simulate, thinned
 from maglev.experiment.preparation import Experiment, know_stage_of
 from maglev.experiment.selection import needed
 from maglev.pictures import require_matplotlib
@@ -147,8 +146,7 @@ def compare(runs: Scenario | Sequence[Run] | Mapping[str, Run], controllers: Con
     for experiment in experiments.values():
         experiment.drives(experiment.check())   # what these refuse shows before the others run
     say_notes([*first, *experiments.values()], say)
-    results = fly_each({**{experiment.plan.name: experiment for experiment in first},
-                        **{experiment.plan.name: experiment for experiment in experiments.values()}}, watch)
+    results = fly_each([*first, *experiments.values()], watch)
     for note in dict.fromkeys(f"{name}: {note}" for name, result in results.items() for note in result.recording.notes):
         say(note)
     by_label = {label: results[experiment.plan.name] for label, experiment in experiments.items()}
@@ -210,8 +208,8 @@ def put_in(plan: RunPlan, label: str, controller: Given, options: RunOptions, sa
     return replace(experiment, plan=experiment.plan.model_copy(update={"name": f"{plan.name}@{label}"}))
 
 
-def fly_each(experiments: Mapping[str, Experiment], watch: Watch) -> dict[str, RunResult]:
-    """Make runs here, one after the other, those that others start from first; one that fails leaves the others."""
+def fly_each(experiments: Sequence[Experiment], watch: Watch) -> dict[str, RunResult]:
+    """Make runs here, one after the other; results by name, also of one that fails."""
     def fly_or_fail(experiment: Experiment, ends: Ends, progress: Progress) -> RunResult:
         try:
             return simulate(replace(experiment, plan=started(experiment.plan, ends)), progress)
@@ -221,10 +219,9 @@ def fly_each(experiments: Mapping[str, Experiment], watch: Watch) -> dict[str, R
         except FAILURES as error:
             return failed(experiment, in_one_line(error))
 
-    with watch(list(experiments)) as watcher:
-        return in_order({name: experiment.plan.needs for name, experiment in experiments.items()},
-                        lambda name, ends: partial(fly_or_fail, experiments[name], ends), 1,
-                        lambda name, why: failed(experiments[name], why), watcher, here=True)
+    with watch([experiment.plan.name for experiment in experiments]) as watcher:
+        return {result.plan.name: result
+                for result in run_each(experiments, fly_or_fail, failed, 1, watcher, here=True)}
 
 
 def comparison_of(runs: Sequence[Run] | Mapping[str, Run]) -> Comparison:

@@ -369,7 +369,7 @@ def run_experiments(experiments: Sequence[Experiment], out: Path, form: Format, 
     with watch([experiment.plan.name for experiment in experiments]) as watcher:
         if len(experiments) == 1:
             experiments[0].check()   # of many runs, one that cannot be run leaves the others alone
-            return [execute_or_fail(experiments[0], out, form, {}, partial(watcher, experiments[0].plan.name))]
+            return [execute_or_fail(out, form, experiments[0], {}, partial(watcher, experiments[0].plan.name))]
         return execute_all(experiments, out, form, jobs, watcher)
 
 

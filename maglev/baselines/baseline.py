@@ -1,9 +1,14 @@
-"""Baseline of a run, as in the FMI cross-check: NAME_ref.csv has the samples, NAME_ref.opt times and tolerances."""
+"""Baseline of a run, as in the FMI cross-check: NAME_ref.csv has the samples, NAME_ref.opt times and tolerances.
+
+Where every machine has the same bits, NAME_ref.sha256 has the digest of every signal at every sample.
+"""
 
 import csv
+import hashlib
 import io
 import math
-from collections.abc import Iterator, Sequence
+import re
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, NamedTuple, TypeAlias
@@ -12,7 +17,6 @@ import numpy as np
 import numpy.typing as npt
 
 from maglev.arrays import Array
-from maglev.baselines.digest import Digest, digest_of, read_digest, write_digest
 from maglev.cosim.master import Recording
 from maglev.csv_table import CsvTable, is_finite, read_csv
 from maglev.errors import BaselineError, nearest, shortened
@@ -33,6 +37,55 @@ class Tolerance(NamedTuple):
 
     absolute: float
     relative: float
+
+
+FORM = re.compile(r"([0-9a-f]{64})  (\d+) signals at (\d+) samples\n")
+
+
+class Digest(NamedTuple):
+    """SHA-256 of a recording, its signals, and its samples."""
+
+    sha256: str
+    signals: int
+    samples: int
+
+
+def digest_of(time: npt.NDArray[np.float64], columns: Mapping[str, npt.NDArray[Any]]) -> Digest:
+    """Digest of columns of numbers and Booleans, shape (n,), by name, and of their times (s)."""
+    hashed = hashlib.sha256()
+    for name, values in [("time", time), *((name, columns[name]) for name in sorted(columns))]:
+        hashed.update(name.encode("utf-8") + b"\0")
+        numbers = np.array(values, dtype="<f8")
+        numbers[np.isnan(numbers)] = np.nan   # of which processors choose the sign
+        hashed.update(numbers.data)
+    return Digest(hashed.hexdigest(), len(columns), len(time))
+
+
+def digest_file(folder: Path, name: str) -> Path:
+    return folder / f"{name}_ref.sha256"
+
+
+def write_digest(folder: Path, name: str, digest: Digest | None) -> None:
+    """Write the digest of a run; None takes away what is there."""
+    path = digest_file(folder, name)
+    if digest is None:
+        path.unlink(missing_ok=True)
+        return
+    with whole_file(path) as unfinished:
+        unfinished.write_text(f"{digest.sha256}  {digest.signals} signals at {digest.samples} samples\n",
+                              encoding="ascii", newline="\n")
+
+
+def read_digest(folder: Path, name: str) -> Digest | None:
+    """Digest of a run; None if there is none, BaselineError if the file is not one."""
+    path = digest_file(folder, name)
+    if not path.is_file():
+        return None
+    match = FORM.fullmatch(path.read_text(encoding="ascii", errors="replace"))
+    if match is None:
+        raise BaselineError(f"{path}: not a digest, expected a line with SHA-256, signals and samples; "
+                            "`maglev check --update` writes it")
+    return Digest(match[1], int(match[2]), int(match[3]))
 
 
 @dataclass(frozen=True)

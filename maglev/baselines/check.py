@@ -6,15 +6,15 @@ from dataclasses import replace
 from functools import partial
 from pathlib import Path
 
-from maglev.baselines.baseline import Baseline, Tolerance, baseline_files, read_baseline, rows_before_contact
-from maglev.baselines.deviation import Closest, Deviation, closest, first_deviation, worst
-from maglev.baselines.digest import digest_of
+from maglev.baselines.baseline import Baseline, Tolerance, baseline_files, digest_of, read_baseline, rows_before_contact
+from maglev.baselines.deviation import Closest, Deviation, closest, first_deviation, samples_of, worst
 from maglev.baselines.outcome import CheckResult
-from maglev.baselines.picture import picture_file, write_picture
 from maglev.cosim.master import Progress, Recording, RunFailed
 from maglev.errors import FAILURES, BaselineError, in_one_line
-from maglev.experiment.chain import Ends, ends_of, in_order, started
+from maglev.experiment.chain import Ends, ends_of, started
+from maglev.experiment.execution import run_each
 from maglev.experiment.preparation import Experiment
+from maglev.pictures import new_figure, write_figure
 from maglev.processes.side_by_side import Watcher
 from maglev.quantities import common_unit
 from maglev.schema.run_plan import RunPlan
@@ -22,9 +22,10 @@ from maglev.time_grid import ON_GRID
 from maglev.units import factor
 
 BEYOND = 2   # check intervals that a run goes on after the end of its baseline, to see why it ends there
+RENEW = "; `maglev check --update` writes a new baseline"
 
 
-def check_run(experiment: Experiment, baselines: Path, ends: Ends, progress: Progress | None = None,
+def check_run(baselines: Path, experiment: Experiment, ends: Ends, progress: Progress | None = None,
               pictures: Path | None = None) -> CheckResult:
     """Run an experiment to the end of its baseline, in a folder of these, and a little further, and compare.
 
@@ -43,7 +44,8 @@ def check_run(experiment: Experiment, baselines: Path, ends: Ends, progress: Pro
         # With a digest to its end, else no further than to see why the baseline ends.
         end = plan.stop_time if exact else min(plan.stop_time, baseline.stop_time + BEYOND * plan.check.interval)
         experiment = replace(experiment, plan=started(plan, ends).model_copy(update={"stop_time": end}))
-        baseline = without(baseline, experiment.not_compared)
+        baseline = replace(baseline, columns={name: values for name, values in baseline.columns.items()
+                                              if name not in experiment.not_compared})
         units = experiment.units(baseline.columns)
         recording = recorded_to(experiment, baseline.stop_time, progress)
         same = exact and digest_of(recording.time, recording.columns) == baseline.digest
@@ -69,13 +71,10 @@ def check_run(experiment: Experiment, baselines: Path, ends: Ends, progress: Pro
                      ends=reached, notes=recording.notes)
     if deviation is not None:
         return result("deviated", deviation_text(deviation, units[deviation.signal]))
-    assert baseline.digest is not None or not exact
-    if exact and baseline.digest is not None and not same:
-        return result("deviated", f"deviates: {baseline.digest.signals} signals at {baseline.digest.samples} samples "
-                                  "do not have the bits of the baseline, though those of its table do")
     if exact and baseline.digest is not None:
-        return result("passed", f"passed, {baseline.digest.signals} signals at {baseline.digest.samples} samples equal "
-                                "the baseline bit for bit")
+        extent = f"{baseline.digest.signals} signals at {baseline.digest.samples} samples"
+        return result("passed", f"passed, {extent} equal the baseline bit for bit") if same else result(
+            "deviated", f"deviates: {extent} do not have the bits of the baseline, though those of its table do")
     message = f"passed, {len(differences)} signals at {len(baseline.time)} samples to t = {baseline.stop_time:.9g} s "
     message += "equal the baseline" if nearest is None else (
         f"are within their tolerances, the closest is {nearest.signal}, off by "
@@ -106,16 +105,9 @@ def recorded_to(experiment: Experiment, end: float, progress: Progress | None) -
 def check_all(experiments: Sequence[Experiment], baselines: Path, jobs: int, watch: Watcher,
               pictures: Path | None = None) -> list[CheckResult]:
     """Check runs in other processes, at most `jobs` at a time; other parameters as of `check_run`."""
-    by_name = {experiment.plan.name: experiment for experiment in experiments}
-    return list(in_order({name: experiment.plan.needs for name, experiment in by_name.items()},
-                         lambda name, ends: partial(check_run, by_name[name], baselines, ends, pictures=pictures),
-                         jobs,
-                         lambda name, message: CheckResult(name, "error", message, None, {}, 0.0), watch,
-                         here=any(experiment.here for experiment in experiments)).values())
-
-
-def without(baseline: Baseline, signals: Sequence[str]) -> Baseline:
-    return replace(baseline, columns={name: values for name, values in baseline.columns.items() if name not in signals})
+    return run_each(experiments, partial(check_run, baselines, pictures=pictures),
+                    lambda experiment, message: CheckResult(experiment.plan.name, "error", message, None, {}, 0.0),
+                    jobs, watch)
 
 
 def deviation_text(deviation: Deviation, unit: str) -> str:
@@ -129,24 +121,24 @@ def deviation_text(deviation: Deviation, unit: str) -> str:
 def require_fit(plan: RunPlan, baseline: Baseline, folder: Path) -> None:
     """Refuse a baseline that the plan has outgrown: what it lacks would otherwise go unchecked."""
     samples, options = baseline_files(folder, plan.name)
-    if abs(plan.step - baseline.step) > ON_GRID * baseline.step:
-        raise BaselineError(f"{options}: StepSize = {baseline.step}: expected the communication step of the scenario, "
-                            f"{plan.step} s; `maglev check --update` writes a new baseline")
-    if baseline.stop_time > plan.stop_time + ON_GRID * baseline.step:
-        raise BaselineError(f"{options}: StopTime = {baseline.stop_time}: expected at most the stop time of the "
-                            f"scenario, {plan.stop_time} s; `maglev check --update` writes a new baseline")
-    if abs(plan.check.interval - baseline.interval) > ON_GRID * baseline.step:
-        raise BaselineError(f"{options}: OutputInterval = {baseline.interval}: expected check.interval of the "
-                            f"scenario, {plan.check.interval} s; `maglev check --update` writes a new baseline")
-    for name, expected in plan.check.signals.items():
-        if name in baseline.columns and baseline.tolerances[name] != (expected.absolute, expected.relative):
-            raise BaselineError(f"{options}: the tolerance of {name} is {baseline.tolerances[name].absolute} + "
-                                f"{baseline.tolerances[name].relative} relative, expected that of the scenario, "
-                                f"{expected.absolute} + {expected.relative} relative; `maglev check --update` writes a "
-                                "new baseline")
+    near = ON_GRID * baseline.step
+    for wrong, given, expected in (
+            (abs(plan.step - baseline.step) > near, f"StepSize = {baseline.step}",
+             f"the communication step of the scenario, {plan.step} s"),
+            (baseline.stop_time > plan.stop_time + near, f"StopTime = {baseline.stop_time}",
+             f"at most the stop time of the scenario, {plan.stop_time} s"),
+            (abs(plan.check.interval - baseline.interval) > near, f"OutputInterval = {baseline.interval}",
+             f"check.interval of the scenario, {plan.check.interval} s")):
+        if wrong:
+            raise BaselineError(f"{options}: {given}: expected {expected}{RENEW}")
+    for name, allowed in plan.check.signals.items():
         if name not in baseline.columns:
             raise BaselineError(f"{samples}: there is no column {name}, expected every signal of check.signals in "
-                                f"{plan.path}; `maglev check --update` writes a new baseline")
+                                f"{plan.path}{RENEW}")
+        absolute, relative = baseline.tolerances[name]
+        if (absolute, relative) != (allowed.absolute, allowed.relative):
+            raise BaselineError(f"{options}: the tolerance of {name} is {absolute} + {relative} relative, expected "
+                                f"that of the scenario, {allowed.absolute} + {allowed.relative} relative{RENEW}")
 
 
 def require_whole(plan: RunPlan, baseline: Baseline, recording: Recording, folder: Path) -> None:
@@ -154,5 +146,33 @@ def require_whole(plan: RunPlan, baseline: Baseline, recording: Recording, folde
     untouched = rows_before_contact(plan, recording) == len(recording.time)
     if untouched and plan.stop_time - baseline.stop_time > plan.check.interval - 0.5 * plan.step:
         raise BaselineError(f"{baseline_files(folder, plan.name)[0]}: ends at t = {baseline.stop_time:.9g} s, expected "
-                            f"samples to {plan.stop_time} s, for no stop is touched and nothing trips; `maglev check "
-                            "--update` writes a new baseline")
+                            f"samples to {plan.stop_time} s, for no stop is touched and nothing trips{RENEW}")
+
+
+MOST = 6   # signals, that of the deviation among them
+
+
+def picture_file(folder: Path, name: str) -> Path:
+    return folder / f"{name}.check.png"
+
+
+def write_picture(path: Path, title: str, baseline: Baseline, recording: Recording, deviation: Deviation) -> None:
+    """Write a picture, a row for each signal: both curves, and their difference. MaglevError without matplotlib."""
+    names = [deviation.signal, *(name for name in baseline.columns if name != deviation.signal)][:MOST]
+    samples = samples_of(baseline, recording)
+    figure = new_figure(11.0, 1.0 + 1.6 * len(names))
+    figure.suptitle(f"{title}: off from t = {deviation.time:.6g} s")
+    rows = figure.subplots(len(names), 2, sharex=True, squeeze=False)
+    for (curves, differences), name in zip(rows, names, strict=True):
+        curves.plot(recording.time, recording.columns[name], linewidth=1.2, label="now")
+        curves.plot(baseline.time, baseline.columns[name], "k.", markersize=3.0, label="baseline")
+        differences.plot(baseline.time, samples[name] - baseline.columns[name], "k.-", markersize=3.0, linewidth=0.8)
+        for axes in (curves, differences):
+            axes.axvline(deviation.time, color="tab:red", linewidth=0.8)
+        curves.set_ylabel(name, fontsize="small")
+    rows[0, 0].legend(loc="upper right", fontsize="small")
+    rows[0, 1].set_title("now − baseline", fontsize="small")
+    for axes in rows[-1]:
+        axes.set_xlabel("t, s")
+    path.parent.mkdir(parents=True, exist_ok=True)
+    write_figure(path, figure)

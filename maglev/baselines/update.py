@@ -11,13 +11,14 @@ from maglev.baselines.deviation import WorstDifference, changes
 from maglev.baselines.outcome import UpdateResult
 from maglev.cosim.master import Progress
 from maglev.errors import FAILURES, BaselineError, CsvError, in_one_line
-from maglev.experiment.chain import Ends, ends_of, in_order, started
+from maglev.experiment.chain import Ends, ends_of, started
+from maglev.experiment.execution import run_each
 from maglev.experiment.preparation import Experiment
 from maglev.processes.interrupts import held_interrupts
 from maglev.processes.side_by_side import Watcher
 
 
-def renewed(experiment: Experiment, baselines: Path, ends: Ends, progress: Progress | None = None) -> UpdateResult:
+def renewed(baselines: Path, experiment: Experiment, ends: Ends, progress: Progress | None = None) -> UpdateResult:
     """Run a whole experiment, make its baseline with the plan's tolerances, and say what moves against the old one.
 
     Parameters as of `check_run`. Nothing is written yet.
@@ -67,13 +68,11 @@ def update_all(experiments: Sequence[Experiment], baselines: Path, jobs: int, wa
 
     They are written together when all runs are done: whoever is interrupted before has the old ones.
     """
-    by_name = {experiment.plan.name: experiment for experiment in experiments}
-    results = in_order({name: experiment.plan.needs for name, experiment in by_name.items()},
-                       lambda name, ends: partial(renewed, by_name[name], baselines, ends), jobs,
-                       lambda name, message: UpdateResult(name, "error", message, {}, 0.0), watch,
-                       here=any(experiment.here for experiment in experiments))
+    results = run_each(experiments, partial(renewed, baselines),
+                       lambda experiment, message: UpdateResult(experiment.plan.name, "error", message, {}, 0.0), jobs,
+                       watch)
     with held_interrupts():
-        return [written(result, baselines) for result in results.values()]
+        return [written(result, baselines) for result in results]
 
 
 def old_baseline(folder: Path, name: str) -> tuple[Baseline | None, str | None]:

@@ -1,19 +1,19 @@
 """Runs, one or many at once, and what each of them gives."""
 
 import json
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from functools import partial
 from pathlib import Path
 from traceback import format_exception
-from typing import Any
+from typing import Any, TypeVar
 
 import numpy as np
 from numpy.typing import NDArray
 
 from maglev.cosim.master import Progress, Recording, RunFailed, RunInterrupted
 from maglev.errors import FAILURES, Interrupted, MeasurementError, ScenarioError, in_one_line
-from maglev.experiment.chain import Ends, ends_of, in_order, started
+from maglev.experiment.chain import Ended, Ends, ends_of, in_order, started
 from maglev.experiment.preparation import Experiment
 from maglev.experiment.provenance import Provenance
 from maglev.experiment.results import ResultFiles, write_csv, write_parquet
@@ -26,6 +26,8 @@ from maglev.schema.options import Format
 from maglev.schema.run_plan import RunPlan
 from maglev_files.belonging import KEY, digests_of
 from maglev_files.whole_file import write_whole
+
+T = TypeVar("T", bound=Ended)
 
 
 @dataclass(frozen=True)
@@ -189,21 +191,26 @@ def thinned(recording: Recording, every: int) -> Recording:
                      {name: values[::every].copy() for name, values in recording.columns.items()}, recording.notes)
 
 
-def execute_all(experiments: Sequence[Experiment], out: Path, form: Format, jobs: int,
-                watch: Watcher) -> list[RunResult]:
-    """Run experiments in other processes, at most `jobs` at a time; those of a class that was given, in this one.
+def run_each(experiments: Sequence[Experiment], job: Callable[[Experiment, Ends, Progress], T],
+             died: Callable[[Experiment, str], T], jobs: int, watch: Watcher, here: bool = False) -> list[T]:
+    """Do a job with each experiment and the ends of the runs that it starts from, which go before it; as of `in_order`.
 
-    Runs that others start from go before these. A run that fails, or whose process dies, has a result that says why;
-    the others go on.
+    In other processes, at most `jobs` at a time; `here`, and with a class that was given, in this one.
     """
     by_name = {experiment.plan.name: experiment for experiment in experiments}
     return list(in_order({name: experiment.plan.needs for name, experiment in by_name.items()},
-                         lambda name, ends: partial(execute_or_fail, by_name[name], out, form, ends), jobs,
-                         lambda name, message: failed(by_name[name], message), watch,
-                         here=any(experiment.here for experiment in experiments)).values())
+                         lambda name, ends: partial(job, by_name[name], ends), jobs,
+                         lambda name, message: died(by_name[name], message), watch,
+                         here=here or any(experiment.here for experiment in experiments)).values())
 
 
-def execute_or_fail(experiment: Experiment, out: Path, form: Format, ends: Ends, progress: Progress) -> RunResult:
+def execute_all(experiments: Sequence[Experiment], out: Path, form: Format, jobs: int,
+                watch: Watcher) -> list[RunResult]:
+    """Run experiments as of `run_each`; one that fails, or whose process dies, has a result that says why."""
+    return run_each(experiments, partial(execute_or_fail, out, form), failed, jobs, watch)
+
+
+def execute_or_fail(out: Path, form: Format, experiment: Experiment, ends: Ends, progress: Progress) -> RunResult:
     """Run an experiment that starts from the ends of others; what users can put right is a result, too."""
     try:
         return execute(replace(experiment, plan=started(experiment.plan, ends)), out, form, progress)

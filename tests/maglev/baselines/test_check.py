@@ -10,10 +10,18 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from maglev.baselines.baseline import Baseline, Tolerance, baseline_files, read_baseline, write_baseline
+from maglev.baselines.baseline import (
+    Baseline,
+    Tolerance,
+    baseline_files,
+    digest_file,
+    read_baseline,
+    read_digest,
+    write_baseline,
+    write_digest,
+)
 from maglev.baselines.check import check_run
 from maglev.baselines.deviation import Deviation, first_deviation, worst
-from maglev.baselines.digest import digest_file, read_digest, write_digest
 from maglev.baselines.outcome import CheckResult, UpdateResult, describe, exit_code
 from maglev.baselines.update import renewed, written
 from maglev.cosim.master import Recording, RunFailed
@@ -115,12 +123,12 @@ def short(**changed: Any) -> RunPlan:
 
 def checked(plan: RunPlan, fmus: Path, replaced: dict[str, Replacement], settings: list[str],
             baselines: Path) -> CheckResult:
-    return check_run(prepare(plan, fmus, replaced, start_values(settings)), baselines, {})
+    return check_run(baselines, prepare(plan, fmus, replaced, start_values(settings)), {})
 
 
 def updated(plan: RunPlan, fmus: Path, replaced: dict[str, Replacement], settings: list[str],
             baselines: Path) -> UpdateResult:
-    return written(renewed(prepare(plan, fmus, replaced, start_values(settings)), baselines, {}), baselines)
+    return written(renewed(baselines, prepare(plan, fmus, replaced, start_values(settings)), {}), baselines)
 
 
 @pytest.fixture(scope="module")

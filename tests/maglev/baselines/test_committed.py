@@ -4,9 +4,8 @@ from pathlib import Path
 
 import pytest
 
-from maglev.baselines.baseline import baseline_files
+from maglev.baselines.baseline import baseline_files, digest_file
 from maglev.baselines.check import check_run
-from maglev.baselines.digest import digest_file
 from maglev.baselines.outcome import CheckResult, describe
 from maglev.experiment.preparation import prepare
 from maglev.schema.layers import PACKAGED, packaged_files
@@ -21,7 +20,7 @@ every_pair = pytest.mark.parametrize("run", SMOOTH, ids=lambda run: run.name)
 
 
 def checked(run: RunPlan, fmus: Path, *settings: str) -> CheckResult:
-    return check_run(prepare(run, fmus, {}, start_values(settings)), BASELINES, {})
+    return check_run(BASELINES, prepare(run, fmus, {}, start_values(settings)), {})
 
 
 def deviates(result: CheckResult, latest: float) -> None:

@@ -8,7 +8,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from maglev.baselines.digest import Digest, digest_file, digest_of, read_digest, write_digest
+from maglev.baselines.baseline import Digest, digest_file, digest_of, read_digest, write_digest
 from maglev.errors import BaselineError
 
 
