@@ -11,7 +11,7 @@ from pathlib import Path
 from tempfile import TemporaryDirectory
 
 import maglev
-from maglev.comparison.costs import Cost
+from maglev.comparison.files import Cost
 from maglev.errors import ScenarioError
 from maglev.microcontroller.target import usual_run
 from maglev.own_fmus import DEFINITIONS, definition

@@ -1,15 +1,16 @@
 """Files about runs beside each other: columns of each run, one JSON, one text, a picture and a page."""
 
+import tomllib
 from collections.abc import Mapping, Sequence
 from contextlib import ExitStack, suppress
+from functools import cache
 from html import escape
 from pathlib import Path
-from typing import Any
+from typing import Any, NamedTuple
 
 from rich.console import Console
 from rich.text import Text
 
-from maglev.comparison.costs import costs
 from maglev.comparison.table import Row, ending, larger, legend, side_by_side, summary, verdict
 from maglev.experiment.execution import RunResult, json_text, run_data, write_record
 from maglev.experiment.results import ResultFiles, write_csv
@@ -33,6 +34,25 @@ Runs = Mapping[str, RunResult]   # by label, also those that failed
 
 PAGE = Path(__file__).parent / "comparison.html"
 SHOWN = ("error", "position", "commands", "own")   # panels of the page, in this order
+
+
+class Cost(NamedTuple):
+    """What a law takes on a Cortex-M7 in a run of its stage: instructions a sample, bytes of flash, RAM and stack."""
+
+    run: str
+    least: int
+    mean: int
+    most: int
+    flash: int
+    ram: int
+    stack: int
+
+
+@cache
+def costs() -> dict[str, Cost]:
+    """By the name of the FMU, as `tools/write_costs.py` has measured and written them."""
+    text = Path(__file__).with_name("costs.toml").read_text(encoding="utf-8")
+    return {name: Cost(**table) for name, table in tomllib.loads(text).items()}
 
 
 def rows_of(runs: Runs) -> list[Row]:

@@ -21,8 +21,7 @@ from maglev.copies import original
 from maglev.cosim.port_map import Scale
 from maglev.cosim.versions.clocks import PERIODIC, Ticking, clocks_of
 from maglev.cosim.versions.exchange import with_solver
-from maglev.cosim.versions.fmi import FMI3, LISTENERS, WARNING, Fmi, fmi_of, function_of
-from maglev.cosim.versions.messages import Messages
+from maglev.cosim.versions.fmi import FMI3, LISTENERS, WARNING, Fmi, Messages, fmi_of, function_of
 from maglev.errors import FmuError, in_one_line, nearest, nearest_file, option, shortened
 from maglev.own_fmus import built_here
 from maglev.units import known_unit

@@ -1,6 +1,6 @@
 """A run made ready to run: FMU files, start values and reference signals, then measured and judged."""
 
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from functools import lru_cache
 from pathlib import Path
@@ -19,14 +19,10 @@ from maglev.cosim.port_map import PortMap, apply
 from maglev.cosim.step_loop import LIBRARY, own_loop
 from maglev.cosim.wires.wiring import Drives
 from maglev.errors import ControllerError, FmuError, ScenarioError, option
-from maglev.experiment.following import Following
-from maglev.experiment.ports.departure import after_departure
-from maglev.experiment.ports.inserted import needless_delays, with_generated_references
-from maglev.experiment.ports.own_units import in_declared_units
 from maglev.experiment.ports.parameter_file import without_fed
 from maglev.experiment.ports.port_check import check_names
 from maglev.experiment.ports.replacement import Replacement, few, fit, known_ports, require_essential
-from maglev.experiment.ports.starts import Starts, known_participant, known_start
+from maglev.experiment.ports.starts import Following, Starts, in_declared_units, known_participant, known_start
 from maglev.experiment.provenance import FlownFmu, Provenance, departures_of, sha256_of
 from maglev.experiment.reach import require_reachable
 from maglev.own_fmus import built_here, own_fmu, stale
@@ -345,3 +341,65 @@ def as_it_is(path: Path) -> Path:
 def copied_once(path: Path, *_file: int) -> Path:
     """Copy of an FMU, once for as long as the file stays as it is; of a copy itself."""
     return path if original(path) != path else copied({path.name: path.read_bytes()}, path.parent) / path.name
+
+
+def after_departure(failure: RunFailed, descriptions: Mapping[str, ModelDescription],
+                    connections: Iterable[tuple[str, str]]) -> RunFailed:
+    """The failure, after which output was beyond the range of an input that it is connected to, if one was, and when.
+
+    It is the first one. Inputs of FMUs that have no description here are left out.
+    """
+    recording, departures = failure.recording, []
+    inputs = {f"{name}.{variable.name}": variable for name, description in descriptions.items()
+              for variable in description.modelVariables}
+    for source, target in connections:
+        variable, values = inputs.get(target), recording.columns.get(source)
+        if variable is None or values is None or variable.min is None or variable.max is None:
+            continue
+        low, high = float(variable.min), float(variable.max)
+        beyond = np.flatnonzero(~((values >= low) & (values <= high)))
+        if len(beyond):
+            unit = f" {variable.unit}" if variable.unit else ""
+            departures.append((int(beyond[0]), f"{source} = {values[beyond[0]]:.9g}{unit} is beyond "
+                                               f"{low:g}…{high:g}{unit}, the range of {target}; "))
+    if not departures:
+        return failure
+    k, said = min(departures)
+    when = f"at t = {recording.time[k]:.9g} s: "
+    return RunFailed(f"{when}{said}{str(failure).removeprefix(when)}", recording)
+
+
+def with_generated_references(plan: RunPlan) -> RunPlan:
+    """Plan whose axes have as their references the outputs that feed these: an input that is wired is not recorded."""
+    sources = {target: source for source, target in plan.wires.values()}
+    generated = {name: axis.model_copy(update={"reference": sources[axis.reference]})
+                 for name, axis in plan.axes.items() if axis.reference in sources}
+    return plan.model_copy(update={"axes": {**plan.axes, **generated}}) if generated else plan
+
+
+def needless_delays(plan: RunPlan, order: Order, samples: Callable[[str], bool]) -> list[str]:
+    """Sentences about FMUs that are stepped after one that they feed, where another order would have no such delay.
+
+    In a loop one connection has to run from an FMU to one that is stepped before it. Nothing is late of what gives at
+    the end of a step what it has come to, as a plant does: it is about FMUs that compute from samples, by their names.
+    """
+    if order != "sequential":
+        return []   # every connection is delayed
+    names = list(plan.fmus)
+    wires = {(source.partition(".")[0], target.partition(".")[0]) for source, target in plan.wires.values()}
+    wires = {(source, target) for source, target in wires if source in plan.fmus and target in plan.fmus}
+    delays = []
+    for source, target in sorted(wires):
+        if names.index(source) <= names.index(target):
+            continue
+        others = [name for name in names if name != source]
+        others.insert(others.index(target), source)
+        if delayed(wires, others) < delayed(wires, names) and samples(source):
+            delays.append(f"{source} is stepped after {target}, which gets what it computes a step of {plan.step:g} s "
+                          f"late; before = \"{target}\" under [fmus.{source}] has it stepped in time")
+    return delays
+
+
+def delayed(wires: set[tuple[str, str]], order: Sequence[str]) -> int:
+    """Number of pairs of FMUs of which one feeds the other and is stepped after it."""
+    return sum(order.index(source) > order.index(target) for source, target in wires)

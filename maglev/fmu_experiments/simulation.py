@@ -11,8 +11,7 @@ from fmpy.model_description import ModelDescription
 from fmpy.simulation import simulate_fmu
 
 from maglev.cosim.fmu import unpack, unpacking_folder
-from maglev.cosim.versions.fmi import fmi_of
-from maglev.cosim.versions.messages import Messages
+from maglev.cosim.versions.fmi import Messages, fmi_of
 from maglev.errors import FmuError, in_one_line
 from maglev.processes.side_by_side import Progress
 from maglev_files.scratch import remove_scratch

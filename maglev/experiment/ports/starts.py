@@ -1,15 +1,75 @@
-"""What the FMUs of a run start with: the plan's values, and over these what is asked for."""
+"""What the FMUs of a run start with: the plan's values, and over these what is asked for, or follows from others."""
 
-from collections.abc import Iterable, Mapping
+from collections.abc import Callable, Collection, Iterable, Mapping
 from dataclasses import dataclass
 from pathlib import Path
 
 from maglev.cosim.open import read_description
-from maglev.errors import ScenarioError, nearest, option
-from maglev.experiment.following import Following, Own, following
+from maglev.cosim.port_map import declared_units
+from maglev.errors import ScenarioError, key_path, nearest, option
 from maglev.experiment.ports.replacement import Replacement, given_and_left_out
+from maglev.own_fmus import definition
+from maglev.parameter import Parameter
 from maglev.schema.run_plan import RunOutput, RunPlan, StartValue
+from maglev.units import UNITS, Unit, known_unit, like
 from maglev.user_controllers.source import is_written
+from pmlsm.rig import Rig
+
+Own = Callable[[str], float | None]   # what a variable of an FMU is that runs, or None if it has none
+
+
+@dataclass(frozen=True)
+class Following:
+    """What a controller's model has at the nominal masses, and the plant's parameters that are about its mass."""
+
+    rig: Rig
+    # constants, and of a platform that tilts masses and inertias, by the names of the controller
+    model: Mapping[str, float]
+    masses: Mapping[str, float]   # parameters of the plant, SI
+
+    def settings(self, changes: Mapping[str, float | bool]) -> dict[str, float]:
+        """Values `controller.C1` … at the plant's masses, with other values `plant.y.mass` … of some.
+
+        The constants are accelerations at the nominal masses: the same forces make them, times nominal over present
+        mass. What that is, payload included, the plant's own block says.
+        """
+        plant = definition(f"Plant{self.rig.suffix}")
+        block = plant.new_block()
+        for variable in plant.variables:
+            if variable.name in self.masses:
+                value = changes.get(full := f"plant.{variable.name}", self.masses[variable.name])
+                setattr(*variable.slot(block), Parameter.of(variable).read(value, full, ScenarioError))
+        block.start()
+        block.step(0.0, self.rig.sample_time)
+        axes = {axis.name: getattr(block, axis.name) for axis in self.rig.axes}
+        rows = {constant.name: constant.axis for constant in self.rig.constants}
+        return {f"controller.{name}": value * axes[rows[name]].mass_ratio if name in rows else
+                axes[name.partition(".")[0]].present_mass for name, value in self.model.items()}
+
+
+def following(rig: Rig | None, plant: Own, controller: Own, asked: Collection[str]) -> Following:
+    """How the model of a run's controller follows its plant; what of it was asked for, `controller.C1`, does not.
+
+    ScenarioError if plant or controller have no such parameters.
+    """
+    if rig is None:
+        raise ScenarioError(f"{option('model', 'plant')}: expected runs of a stage that is described, by whose "
+                            "nominal masses it follows")
+    variables = definition(f"Plant{rig.suffix}").variables
+    axes = {axis.name: f"{axis.name}.{'inertia' if axis.rotation else 'mass'}" for axis in rig.axes}
+    masses = [*axes.values(), *(variable.name for variable in variables if variable.name.startswith("payload."))]
+    model = [*(constant.name for constant in rig.constants), *(axes.values() if rig.rotations else ())]
+    model = [name for name in model if f"controller.{name}" not in asked]
+    return Following(rig, values("controller", controller, model), values("plant", plant, masses))
+
+
+def values(fmu: str, own: Own, names: list[str]) -> dict[str, float]:
+    own_values = {name: own(name) for name in names}
+    lacking = [name for name, value in own_values.items() if value is None]
+    if lacking:
+        raise ScenarioError(f"{option('model', 'plant')}: the {fmu} has no {', '.join(lacking)}, expected one with "
+                            "masses, or a model, as this project's have")
+    return {name: value for name, value in own_values.items() if value is not None}
 
 
 @dataclass
@@ -93,3 +153,30 @@ def known_participant(plan: RunPlan, key: str, name: str) -> None:
     if name not in plan.fmus:
         raise ScenarioError(f"{key}: scenario {plan.name} has no FMU {name}, expected one of "
                             f"{', '.join(plan.fmus)}; nearest is {nearest(name, plan.fmus)}")
+
+
+def in_declared_units(plan: RunPlan, start: Mapping[str, Mapping[str, StartValue]],
+                      files: Mapping[str, Path]) -> tuple[RunPlan, dict[str, dict[str, StartValue]]]:
+    """Plan with signals in SI, and start values by FMU and variable in SI, of FMUs with files by name.
+
+    ScenarioError if one is in a unit that neither is known nor declared by its FMU.
+    """
+    def declared(unit: str, name: str, where: str) -> Unit:
+        """Unit that an FMU declares, none of one that is not there, which is refused later."""
+        units = declared_units(read_description(name, files[name])) if files[name].is_file() else {}
+        if unit not in units:
+            raise ScenarioError(f"{where}: unknown unit {unit!r}, which {name} does not declare by SI base units "
+                                f"either; {like(unit, [*UNITS, *units])}")
+        return units[unit]
+
+    converted = {name: dict(values) for name, values in start.items()}
+    for name, values in start.items():
+        for variable, value in values.items():
+            if value.unit is not None and known_unit(value.unit) is None:
+                place = f"{plan.path}: {key_path(['fmus', name, 'start', variable])} = {value.written!r}"
+                unit = declared(value.unit, name, value.origin or place)
+                converted[name][variable] = value._replace(value=value.value * unit.factor, unit=unit.si)
+    signals = [signal if signal.unit is None or known_unit(signal.unit) is not None else signal.in_si(
+        declared(signal.unit, signal.to.partition(".")[0], f"{plan.path}: signals[{i}].unit = {signal.unit!r}"))
+        for i, signal in enumerate(plan.signals)]
+    return plan.model_copy(update={"signals": signals}), converted

@@ -11,7 +11,7 @@ from reference_pair import ReferenceMotor, lagrangian_motion
 
 import maglev
 from maglev.errors import RigError
-from maglev.experiment.following import following
+from maglev.experiment.ports.starts import following
 from maglev.linear.loop import linearise_loop
 from maglev.own_fmus import definition
 from maglev.own_stage.adoption import know_stage
