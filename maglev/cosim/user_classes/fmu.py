@@ -9,6 +9,7 @@ from functools import partial
 from importlib.metadata import version
 from math import inf
 from pathlib import Path
+from types import SimpleNamespace
 from typing import Any
 
 import fmpy
@@ -63,44 +64,24 @@ class InProcess(WrittenSlave):
         return Refused(message)
 
 
-class Calls:
-    """What fmpy's object of an FMU has, of what `Fmu` calls."""
-
-    component = 1   # fmi2Component: there is but this one
-
-    def __init__(self, slave: Any):
-        self.slave = slave
-
-    def setupExperiment(self, startTime: float, stopTime: float) -> int:
-        self.slave.setup_experiment(startTime, stopTime if stopTime < inf else None)
-        return OK
-
-    def enterInitializationMode(self) -> int:
-        """From here on values can be read."""
-        self.slave.enter_initialization_mode()
-        return OK
-
-    def exitInitializationMode(self) -> int:
-        """Check parameters and start."""
-        self.slave.exit_initialization_mode()
-        return OK
-
-    def freeInstance(self) -> None:
-        """Nothing is to be done."""
-
-
 class InProcessFmu(Fmu, ABC):
     """A slave in Python, which `made` makes, with the face of an FMU."""
 
     def load(self) -> None:
         self.raised: BaseException | None = None
         self.slave = self.made()
-        self.instance = Calls(self.slave)
+        self.instance = SimpleNamespace(   # what fmpy's object of an FMU has, of what `Fmu` calls
+            component=1, setupExperiment=self.set_up, freeInstance=lambda: None,
+            enterInitializationMode=self.slave.enter_initialization_mode,
+            exitInitializationMode=self.slave.exit_initialization_mode)
         for kind in ("Real", "Boolean"):
             self.get_functions[kind] = ACCESS(partial(self.guarded, self.given, kind))
             self.set_functions[kind] = ACCESS(partial(self.guarded, self.taken, kind))
         self.do_step = STEP(partial(self.guarded, self.stepped))
         self.terminate = END(partial(self.guarded, lambda _component: self.slave.terminate()))
+
+    def set_up(self, startTime: float, stopTime: float) -> None:
+        self.slave.setup_experiment(startTime, stopTime if stopTime < inf else None)
 
     def guarded(self, function: Callable[..., None], *arguments: Any) -> int:
         """Status of a call: nothing that is raised gets out of a C function."""

@@ -3,6 +3,7 @@
 from collections.abc import Callable
 from ctypes import c_double
 from math import inf, isnan
+from types import SimpleNamespace
 from typing import Any
 
 from fmpy.fmi1 import FMICallException
@@ -48,13 +49,6 @@ def with_solver(description: ModelDescription) -> None:
     description.coSimulation = SolverInterface(
         modelIdentifier=exchange.modelIdentifier, canHandleVariableCommunicationStepSize=True,
         canGetAndSetFMUstate=exchange.canGetAndSetFMUstate)
-
-
-class NoInput:
-    """Inputs are held over a step."""
-
-    def apply(self, *_: object) -> None:
-        """Nothing changes."""
 
 
 class Integration:
@@ -117,7 +111,11 @@ class Integration:
         if self.solver is None:
             instance, states = self.instance, self.description.numberOfContinuousStates
             self.require_counts()
-            nominals = self.checked(instance.getNominalsOfContinuousStates, "nominal value", a_nominal)
+            nominals = self.checked(
+                instance.getNominalsOfContinuousStates, "nominal value", lambda value: "" if LEAST_NOMINAL < value
+                < MOST_NOMINAL else f"one between {LEAST_NOMINAL:g} and {MOST_NOMINAL:g}")
+            indicators = self.checked(
+                instance.getEventIndicators, "event indicator", lambda value: "a number" if isnan(value) else "")
             if states:   # a solver that is not made to its end writes a traceback
                 nominals((c_double * states)(), states)
             rates = getattr(instance, "getContinuousStateDerivatives", None) or instance.getDerivatives
@@ -125,9 +123,9 @@ class Integration:
                 nx=states, nz=self.description.numberOfEventIndicators, get_x=instance.getContinuousStates,
                 set_x=self.kept(instance.setContinuousStates),
                 get_dx=self.kept(rates),   # of a state that it tries; it takes a smaller step from one without a rate
-                get_z=self.kept(self.checked(instance.getEventIndicators, "event indicator", a_number)),
-                get_nominals=nominals, set_time=self.kept(instance.setTime), input=NoInput(), startTime=time,
-                relativeTolerance=TOLERANCE, maxNumSteps=100000)
+                get_z=self.kept(indicators), get_nominals=nominals, set_time=self.kept(instance.setTime),
+                input=SimpleNamespace(apply=lambda *_: None),   # inputs are held over a step
+                startTime=time, relativeTolerance=TOLERANCE, maxNumSteps=100000)
         elif self.fresh:
             self.solver.reset(time)
         self.fresh = False
@@ -166,13 +164,3 @@ class Integration:
             except (FMICallException, FmuError, RuntimeError) as error:
                 self.broken = self.broken or error
         return made
-
-
-def a_number(value: float) -> str:
-    """What is expected in place of a number that is none."""
-    return "a number" if isnan(value) else ""
-
-
-def a_nominal(value: float) -> str:
-    """What is expected in place of a nominal value by which no tolerance can be set."""
-    return "" if LEAST_NOMINAL < value < MOST_NOMINAL else f"one between {LEAST_NOMINAL:g} and {MOST_NOMINAL:g}"

@@ -7,7 +7,7 @@ its own, and calls that convert between these and the rows.
 
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from ctypes import c_double, c_int, c_int64, c_size_t, c_uint32, c_void_p
-from itertools import product
+from itertools import chain, product
 from math import lcm
 from typing import Any, NamedTuple
 
@@ -39,7 +39,9 @@ class Track:
                  drives: Drives | None = None, boolean: bool = False):
         self.names = names
         self.boolean = boolean
-        self.signals = None if drives is None else signals(names, item, drives)
+        self.signals: npt.NDArray[Any] | None = None
+        if drives is not None:
+            self.signals = np.array([drives[name] for name in names], item)
         self.array = allocate((rows, len(names)), item)
         self.address = self.array.ctypes.data
         self.item = self.array.itemsize
@@ -62,14 +64,6 @@ class Track:
             self.array[:len(block)] = block
         elif origin > 0:
             self.array[0] = self.array[-1]
-
-
-def signals(names: Sequence[str], item: npt.DTypeLike, drives: Drives) -> npt.NDArray[Any]:
-    """Values of driven inputs at every communication point, shape (names, points)."""
-    found = np.empty((len(names), len(drives[names[0]])), item)
-    for row, name in zip(found, names, strict=True):
-        row[:] = drives[name]
-    return found
 
 
 class Call(NamedTuple):
@@ -181,7 +175,8 @@ def wire(fmus: Mapping[str, Fmu], connections: Sequence[tuple[str, str]],
         setting = [calls if now else [] for calls, now in zip(sets, stepping, strict=True)]
         steps = [list(step_calls(fmu, step, number, (rates or {}).get(name, Rate()))) if stepping[number] else []
                  for number, (name, fmu) in enumerate(fmus.items())]
-        phases.append(ordered(setting, steps, gets, order))
+        one_by_one = chain(*zip(setting, steps, gets, strict=True))
+        phases.append(list(chain(*((*setting, *steps, *gets) if order == "jacobi" else one_by_one))))
     # A step reads the outputs at its end, the initial calls those of the first point: one row before.
     initial = [call._replace(base=call.base - call.stride) for each in gets for call in each]
     begin = {}
@@ -230,14 +225,6 @@ def begins_with_inputs(fmu: Fmu) -> bool:
                for unknown in fmu.description.initialUnknowns if unknown.variable.causality == "output")
 
 
-def ordered(sets: Sequence[list[Call]], steps: Sequence[list[Call]], gets: Sequence[list[Call]],
-            order: Order) -> list[Call]:
-    """Calls of a step in their order; arguments by FMU."""
-    if order == "jacobi":
-        return [call for calls in (*sets, *steps, *gets) for call in calls]
-    return [call for calls in zip(sets, steps, gets, strict=True) for each in calls for call in each]
-
-
 def sources_of(fmus: Mapping[str, Fmu], connections: Sequence[tuple[str, str]],
                drives: Drives) -> dict[str, str]:
     """Source of each fed input, `fmu.variable`; a signal is named as the input that it drives."""
@@ -275,23 +262,17 @@ def input_calls(number: int, name: str, fmu: Fmu, sources: Mapping[str, str],
            if target.partition(".")[0] == name]
     tracks = list({id(place.track): None for place in places.values()})   # in an order that is no matter of memory
     fed.sort(key=lambda item: (tracks.index(id(item[1].track)), item[1].column))
-    run: list[tuple[ScalarVariable, Place]] = []
-    for item in fed:
-        if run and (item[1].track is not run[-1][1].track or item[1].column != run[-1][1].column + 1):
-            yield from set_calls(fmu, run, number, order)
-            run = []
-        run.append(item)
-    if run:
-        yield from set_calls(fmu, run, number, order)
-
-
-def set_calls(fmu: Fmu, run: Sequence[tuple[ScalarVariable, Place]], number: int,
-              order: Order) -> Iterator[Call]:
-    """Calls that set inputs from values side by side in a track."""
-    _, (track, column, source) = run[0]
-    # What FMUs before this one have given in this step is in the next row already.
-    ahead = 1 if order == "sequential" and 0 <= source < number else 0
-    yield from value_calls(fmu, "Set", [variable for variable, _ in run], track, column, ahead)
+    runs: list[list[tuple[ScalarVariable, Place]]] = []
+    for variable, place in fed:
+        before = runs[-1][-1][1] if runs else None
+        if before is None or place.track is not before.track or place.column != before.column + 1:
+            runs.append([])
+        runs[-1].append((variable, place))
+    for run in runs:
+        _, (track, column, source) = run[0]
+        # What FMUs before this one have given in this step is in the next row already.
+        ahead = 1 if order == "sequential" and 0 <= source < number else 0
+        yield from value_calls(fmu, "Set", [variable for variable, _ in run], track, column, ahead)
 
 
 def value_calls(fmu: Fmu, verb: str, variables: Sequence[ScalarVariable], track: Track, column: int,
