@@ -9,6 +9,7 @@ from maglev.errors import QuantityError, key_path, nearest
 from maglev.own_stage.reading import read_own
 from maglev.schema.judged.claims import RunClaim
 from maglev.schema.judged.procedure import ProcedureSettings
+from maglev.schema.layers import entries
 from maglev.schema.signals.kinds import Signal
 from maglev.schema.toml_table import Metres, Radians, Seconds, Table, ValueKind, key_refused
 from maglev.time_grid import whole_steps
@@ -251,33 +252,24 @@ class RunPlan(Table):
 
     @model_validator(mode="before")
     @classmethod
-    def chosen_by_claims(cls, table: Any) -> Any:
-        """Give the sentences of a run what was chosen by them."""
-        if not isinstance(table, dict) or "chose" not in table or not isinstance(table.get("claims"), list):
-            return table
-        return {**table, "claims": [{"chose": table["chose"], **claim} if isinstance(claim, dict)
-                                    and not {"figure", "not_testable", "own"} & {*claim} else claim
-                                    for claim in table["claims"]]}
+    def completed(cls, table: Any) -> Any:
+        """Record every communication step without `output_interval`; give sentences of the run what they chose.
 
-    @model_validator(mode="before")
-    @classmethod
-    def output_every_step(cls, table: Any) -> Any:
-        """Without `output_interval`, record every communication step."""
-        if isinstance(table, dict) and "output_interval" not in table and "step" in table:
-            return {**table, "output_interval": table["step"]}
+        Signals to what is no FMU of this project may be in units that it declares.
+        """
+        if not isinstance(table, dict):
+            return table
+        table = {"output_interval": table["step"], **table} if "step" in table else dict(table)
+        if "chose" in table and isinstance(table.get("claims"), list):
+            table["claims"] = [{"chose": table["chose"], **claim} if isinstance(claim, dict)
+                               and not {"figure", "not_testable", "own"} & {*claim} else claim
+                               for claim in table["claims"]]
+        files = {name for name, fmu in entries(table.get("fmus")).items() if isinstance(fmu, dict) and "file" in fmu}
+        if files and isinstance(table.get("signals"), list):
+            table["signals"] = [{**signal, "open_unit": True} if isinstance(signal, dict)
+                                and str(signal.get("to")).partition(".")[0] in files else signal
+                                for signal in table["signals"]]
         return table
-
-    @model_validator(mode="before")
-    @classmethod
-    def units_of_files(cls, table: Any) -> Any:
-        """Signals to what is no FMU of this project may be in units that it declares."""
-        fmus = table.get("fmus") if isinstance(table, dict) else None
-        if not isinstance(fmus, dict) or not isinstance(table.get("signals"), list):
-            return table
-        files = {name for name, fmu in fmus.items() if isinstance(fmu, dict) and "file" in fmu}
-        return {**table, "signals": [{**signal, "open_unit": True} if isinstance(signal, dict)
-                                     and str(signal.get("to")).partition(".")[0] in files else signal
-                                     for signal in table["signals"]]}
 
     @model_validator(mode="before")
     @classmethod
@@ -304,18 +296,13 @@ class RunPlan(Table):
         return {**table, "fmus": {name: fmus[name] for name in order}}
 
     @model_validator(mode="after")
-    def of_whole_steps(self) -> "RunPlan":
-        """Refuse times that are not whole numbers of communication steps."""
+    def times_that_fit(self) -> "RunPlan":
+        """Refuse times that are not whole numbers of communication steps, and tracking from after the end on."""
         for key in ("output_interval", "stop_time"):
             try:
                 whole_steps(getattr(self, key), self.step)
             except QuantityError as error:
                 raise key_refused(key, getattr(self, key), str(error)) from None
-        return self
-
-    @model_validator(mode="after")
-    def tracked_in_time(self) -> "RunPlan":
-        """Refuse tracking that would be measured from after the end on."""
         begin = self.metrics.tracking_from
         if begin is not None and begin > self.stop_time:
             raise key_refused("tracking_from", begin, f"expected stop_time = {self.stop_time} s at most", "metrics")

@@ -102,39 +102,27 @@ class Claim(Table):
 
     @model_validator(mode="before")
     @classmethod
-    def single_names(cls, table: Any) -> Any:
-        """Accept `axis`, `motor` and `column` for one name, where there may be several."""
+    def written_out(cls, table: Any) -> Any:
+        """Write out what files say shortly: words with a factor, which is ours, bounds of a figure, single names."""
         if not isinstance(table, dict):
             return table
         table = dict(table)
+        words = {"significantly": {">": SIGNIFICANTLY, "<": 1.0 / SIGNIFICANTLY},
+                 "not significantly": {">": 1.0 / SIGNIFICANTLY, "<": SIGNIFICANTLY}}
+        if table.get("factor") in tuple(words):
+            by_relation = words[table["factor"]]
+            if table.get("relation") not in by_relation:
+                raise key_refused("factor", table["factor"], "expected the relation < or > with it")
+            table |= {"factor": by_relation[table["relation"]], "assumed": True}
+        if "figure" in table:
+            table = {"text": "The data end between these ticks of the axis",
+                     "source": f"axis of Fig. {table['figure']}", "relation": "in", **table}
         for one, several in (("axis", "axes"), ("motor", "motors"), ("column", "columns")):
             if one in table and several in cls.model_fields:
                 if several in table:
                     raise key_refused(one, table[one], f"expected {one} or {several}, got both")
                 table[several] = [table.pop(one)]
         return table
-
-    @model_validator(mode="before")
-    @classmethod
-    def words_of_a_bound(cls, table: Any) -> Any:
-        """Give a bound its text, source and relation, which are the same for all of a figure."""
-        if not isinstance(table, dict) or "figure" not in table:
-            return table
-        return {"text": "The data end between these ticks of the axis", "source": f"axis of Fig. {table['figure']}",
-                "relation": "in", **table}
-
-    @model_validator(mode="before")
-    @classmethod
-    def factor_in_words(cls, table: Any) -> Any:
-        """Give "significantly" and "not significantly" their factor, which is ours."""
-        words = {"significantly": {">": SIGNIFICANTLY, "<": 1.0 / SIGNIFICANTLY},
-                 "not significantly": {">": 1.0 / SIGNIFICANTLY, "<": SIGNIFICANTLY}}
-        if not isinstance(table, dict) or table.get("factor") not in tuple(words):
-            return table
-        by_relation = words[table["factor"]]
-        if table.get("relation") not in by_relation:
-            raise key_refused("factor", table["factor"], "expected the relation < or > with it")
-        return {**table, "factor": by_relation[table["relation"]], "assumed": True}
 
     @field_validator("quantity", mode="before")
     @classmethod

@@ -26,6 +26,8 @@ TIME_TOLERANCE = 1e-9   # s; a step at a multiple of the communication step must
 
 RadiansPerSecond = Annotated[float, BeforeValidator(lambda value: parse_quantity(value, "rad/s")),
                              ValueKind("angular frequency", "rad/s")]
+InUnit = Annotated[float, BeforeValidator(lambda value, info: in_unit(value, info.data.get("unit"))),
+                   ValueKind("quantity")]
 
 
 class SignalTable(Table):
@@ -97,15 +99,9 @@ class Constant(SignalTable):
     PLACE = "[[signals]], constant"
 
     kind: Literal["constant"] = Field(description="one value at all times")
-    level: Annotated[float, ValueKind("quantity")] = Field(alias="value", description="the value")
-
-    @field_validator("level", mode="before")
-    @classmethod
-    def to_si(cls, value: Any, info: ValidationInfo) -> float:
-        return in_unit(value, info.data.get("unit"))
+    level: InUnit = Field(alias="value", description="the value")
 
     def values_at(self, times: Array) -> Array:
-        """Return the values at times (s), shape (n,), SI."""
         return np.full(len(times), self.level)
 
 
@@ -139,7 +135,6 @@ class Steps(SignalTable):
         return self
 
     def values_at(self, times: Array) -> Array:
-        """Return the values at times (s), shape (n,), SI."""
         after = np.searchsorted(self.times, times + TIME_TOLERANCE, side="right")
         return np.array(self.values, dtype=np.float64)[np.maximum(after - 1, 0)]
 
@@ -160,14 +155,9 @@ class Sinusoids(SignalTable):
     PLACE = "[[signals]], sinusoids"
 
     kind: Literal["sinusoids"] = Field(description="an offset and a sum of sinusoids")
-    offset: Annotated[float, ValueKind("quantity")] = Field(default=0.0, description="value that they swing about")
+    offset: InUnit = Field(default=0.0, description="value that they swing about")
     terms: list[Term] = Field(min_length=1, description="sinusoids that are summed")
     ramp: Seconds = Field(default=0.0, ge=0.0, description="time over which the amplitude grows from 0, smoothly")
-
-    @field_validator("offset", mode="before")
-    @classmethod
-    def offset_to_si(cls, value: Any, info: ValidationInfo) -> float:
-        return in_unit(value, info.data.get("unit"))
 
     @field_validator("terms", mode="before")
     @classmethod
@@ -179,11 +169,9 @@ class Sinusoids(SignalTable):
                 if isinstance(terms[i], dict) and "amplitude" in terms[i] else terms[i] for i in range(len(terms))]
 
     def values_at(self, times: Array) -> Array:
-        """Return the values at times (s), shape (n,), SI."""
         return self.offset + self.ramped(self.envelope, 1.0, times) * self.oscillation(times)
 
     def rates_at(self, times: Array) -> Array:
-        """Return the time derivatives at times (s), shape (n,), SI."""
         return (self.ramped(self.envelope_rate, 0.0, times) * self.oscillation(times)
                 + self.ramped(self.envelope, 1.0, times) * self.oscillation(times, rate=True))
 
@@ -248,7 +236,6 @@ class Csv(SignalTable):
         return scaled_table
 
     def values_at(self, times: Array) -> Array:
-        """Return the values at times (s), shape (n,), SI."""
         known, values = np.array(self._times), np.array(self._values)
         row = self.rows_at(times)
         inside = values[row] + self.rates_at(times) * (times - known[row])
