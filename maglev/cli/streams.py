@@ -54,7 +54,8 @@ def whole_streams() -> None:
 
 # Options by what they were called in the version before.
 CALLED = {"--rig": "--stage", "--fly": "--run", "--no-fly": "--no-run"}
-NOW = {"sweep": "`maglev study SCENARIO --vary …`", "frequency-response": "`maglev linearise --measure`"}
+INSTEAD = {"sweep": "`maglev study SCENARIO --vary …` now", "frequency-response": "`maglev linearise --measure` now",
+           "cache clear": "`maglev cache --clear`"}
 
 
 class Commands(TyperGroup):
@@ -69,9 +70,10 @@ class Commands(TyperGroup):
         return super().parse_args(ctx, args)
 
     def resolve_command(self, ctx: Any, args: list[str]) -> Any:
-        """Say of a command that was called otherwise what it is called now."""
-        if args[0] in NOW:
-            ctx.fail(f"No such command '{args[0]}': it is {NOW[args[0]]} now.")
+        """Say of a command that is called otherwise, or was, what it is called."""
+        for asked in (args[0], " ".join(args[:2])):
+            if asked in INSTEAD:
+                ctx.fail(f"No such command '{asked}': it is {INSTEAD[asked]}.")
         return super().resolve_command(ctx, args)
 
     def format_help(self, ctx: Any, formatter: Any) -> None:

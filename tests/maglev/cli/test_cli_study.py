@@ -134,6 +134,7 @@ def test_a_study_without_a_file_shows_each_of_its_values(fastest_fmus: Path, hol
     before = maglev("sweep", path, "plant.v.mass=4.3:4.4:2", *places)
     assert before.exit_code == 2
     assert "No such command 'sweep': it is `maglev study SCENARIO --vary …` now." in " ".join(before.stderr.split())
+    assert "No such command 'cache clear': it is `maglev cache --clear`." in maglev("cache", "clear").stderr
     with pytest.raises(AttributeError, match=r"'sweep': it is maglev.study\(scenario, vary=…\) now"):
         package.sweep   # noqa: B018
     assert "--samples: expected --vary with it" in error_line(maglev("study", "payload-friction", "--samples", "3"))
