@@ -14,8 +14,7 @@ from gymnasium.vector.utils import batch_space
 
 from fmi_export.definition import Variable
 from maglev.arrays import Array
-from maglev.cosim.blocks import filled
-from maglev.cosim.blocks.block_loop import Part, indented, loop_of, out_of_range, parts_of
+from maglev.cosim.blocks.block_loop import Part, filled, indented, loop_of, out_of_range, parts_of
 from maglev.cosim.blocks.graphics_processor import driver, kernels, launch, require_device, sent
 from maglev.errors import FmuError, MaglevError, ScenarioError, option
 from maglev.gym.compiled_stage import CompiledStage

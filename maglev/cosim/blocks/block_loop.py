@@ -5,6 +5,10 @@ carry their blocks as C, so that whoever runs them often compiles these into the
 the initialised instances and with their first row, and has the operations of the calls: its bits are theirs. What comes
 of a run is up to C that is given: it sees chosen columns at each communication point. A run that an FMU would refuse is
 said to be one; then the calls are made, and say what is wrong.
+
+Nearly all that the runs of a batch begin with are parameters and what follows from them, which they have in common but
+for a few. As constants in the C these take no memory, and what they switch off is left out: a flexible mode, a rough
+rail, a noise. Every operation that is left has the operands that it had, so that the bits of a run stay.
 """
 
 import re
@@ -12,8 +16,11 @@ from collections.abc import Collection, Iterable, Iterator, Mapping, Sequence
 from ctypes import CDLL, POINTER, Array, Structure, addressof, byref, c_double, c_int64, c_void_p, create_string_buffer
 from math import inf
 from pathlib import Path
-from typing import Any, NamedTuple
+from string import Template
+from typing import Any, NamedTuple, Self
 
+import numpy as np
+import numpy.typing as npt
 from fmpy import sharedLibraryExtension
 
 from fmi_export.definition import Variable
@@ -22,8 +29,6 @@ from fmi_export.native.compiler import FLAGS, library
 from fmi_export.native.shells import SHELLS
 from fmi_export.native.translation import literal
 from fmi_export.user_classes.trouble import OWN
-from maglev.cosim.blocks import HERE, filled
-from maglev.cosim.blocks.common_beginning import Common
 from maglev.cosim.fmu import Fmu
 from maglev.cosim.step_loop import in_c
 from maglev.cosim.wires.wiring import Call, Track, Wiring
@@ -31,6 +36,7 @@ from maglev.own_fmus import definition, files_in, own_build
 from maglev.user_controllers.blocks import Block
 from maglev_files.cache import BLOCK_LOOPS, Kept, keep, kept, key_of
 
+HERE = Path(__file__).parent   # with the C around the blocks
 LIBRARY = f"maglev_block_loop{sharedLibraryExtension}"
 FUNCTION = "maglev_whole_run"
 # A call would put blocks into memory, and a place that is computed where branches are merged.
@@ -44,6 +50,44 @@ ELSEWHERE = re.compile(r"^struct \w+ \{[^}]*\*", re.MULTILINE)   # of a block: a
 INSTANCE = {"instance.h", "model.h"}   # what an instance is
 DEFINED = re.compile(r"^(?:struct (\w+) \{|BLOCK_FUNCTION .*?\b((?!\w+__)\w+)\()", re.MULTILINE)   # of a user's module
 CONSTANT = re.compile(r"^static const \w+ (\w+) = ", re.MULTILINE)   # of a module, in its header
+
+
+Words = npt.NDArray[np.uint64]
+WORD = np.dtype(np.uint64).itemsize
+
+
+class Common(NamedTuple):
+    """What a run of several begins with, in words, and the places of those that others begin with otherwise."""
+
+    words: Words
+    places: tuple[int, ...]
+
+    @classmethod
+    def of(cls, words: Words, before: Self | None = None) -> Self:
+        """Of runs, shape (runs, words), and of those before."""
+        first = words[0] if before is None else before.words
+        places = {*(before.places if before is not None else ()), *np.flatnonzero((words != first).any(0)).tolist()}
+        return cls(first, tuple(sorted(places)))
+
+    def holds(self, words: Words) -> bool:
+        """Whether runs, shape (runs, words), differ at these places alone."""
+        return not np.delete((words != self.words).any(0), self.places).any()
+
+    def code(self, calls: Iterable[Structure]) -> str:
+        """C of it, for behind that of the run; `calls` are the struct moved of the loop."""
+        moved = ", ".join(f"{{{', '.join(repr(getattr(call, name)) for name, *_ in call._fields_)}}}" for call in calls)
+        return filled(
+            HERE / "common_beginning.h", begins=", ".join(map(str, self.words.tobytes())), calls=moved,
+            count=max(1, len(self.places)),
+            places="\n".join(f"    __builtin_memcpy((char *)beginning + {WORD * place}, own + {k}, {WORD});"
+                             for k, place in enumerate(self.places)),
+            words="\n".join(f"    __builtin_memcpy(own + {k}, (const char *)beginning + {WORD * place}, {WORD});"
+                            for k, place in enumerate(self.places)))
+
+
+def words_of(beginnings: Sequence[bytes]) -> Words:
+    """What runs begin with, shape (runs, words)."""
+    return np.frombuffer(b"".join(beginnings), np.uint64).reshape(len(beginnings), -1)
 
 
 class Moved(Structure):
@@ -323,6 +367,11 @@ def out_of_range(variable: Variable, value: str) -> str:
     low, high = (bound if given is None else float(given)
                  for bound, given in ((-inf, variable.minimum), (inf, variable.maximum)))
     return f"!({value} >= {literal(low)} && {value} <= {literal(high)})"
+
+
+def filled(file: Path, **what: object) -> str:
+    """Text of a file of C, with what stands in place of its `$names`."""
+    return Template(file.read_text(encoding="utf-8")).substitute(what)
 
 
 def indented(lines: Iterable[str], by: int) -> str:

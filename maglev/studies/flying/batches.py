@@ -17,7 +17,7 @@ import numpy as np
 from fmi_export.errors import ExportError
 from maglev.arrays import Array
 from maglev.catalogue.for_runs import has_compiler
-from maglev.cosim.blocks.common_beginning import Common, words_of
+from maglev.cosim.blocks.block_loop import Common, words_of
 from maglev.errors import MaglevError, extra, option
 from maglev.processes.side_by_side import Idle, Progress, Stopped, kept_processes, side_by_side, warn
 from maglev.studies.flying.graphics_processor import fly_on_graphics_processor

@@ -9,8 +9,7 @@ from typing import Self
 import numpy as np
 
 from maglev.arrays import Array
-from maglev.cosim.blocks.block_loop import DONE, ENDED, BlockLoop, block_loop
-from maglev.cosim.blocks.common_beginning import Common
+from maglev.cosim.blocks.block_loop import DONE, ENDED, BlockLoop, Common, block_loop
 from maglev.cosim.master import Columns, Master
 from maglev.errors import MaglevError
 from maglev.experiment.preparation import Experiment, is_foreign

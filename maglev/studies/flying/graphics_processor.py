@@ -14,8 +14,7 @@ import numpy as np
 
 from fmi_export.errors import ExportError
 from maglev.arrays import Array
-from maglev.cosim.blocks.block_loop import DONE, FUNCTION_FILE, LOOP_FILE, RUN_FILE, BlockLoop
-from maglev.cosim.blocks.common_beginning import Common, words_of
+from maglev.cosim.blocks.block_loop import DONE, FUNCTION_FILE, LOOP_FILE, RUN_FILE, BlockLoop, Common, words_of
 from maglev.cosim.blocks.graphics_processor import driver, kernels, launch, sent
 from maglev.errors import MaglevError, ScenarioError, option
 from maglev.schema.settings import REFERENCE

@@ -13,7 +13,7 @@ from typing import NamedTuple
 import numpy as np
 
 from maglev.arrays import Array
-from maglev.cosim.blocks.common_beginning import Common
+from maglev.cosim.blocks.block_loop import Common
 from maglev.cosim.other_process.helper import other_process
 from maglev.cosim.step_loop import LIBRARY
 from maglev.errors import MaglevError, in_one_line

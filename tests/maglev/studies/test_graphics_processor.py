@@ -22,7 +22,7 @@ from fmi_export.target import graphics
 from maglev.api.many.batch import plain
 from maglev.arrays import Array
 from maglev.cosim.blocks import block_loop
-from maglev.cosim.blocks.common_beginning import Common, words_of
+from maglev.cosim.blocks.block_loop import Common, words_of
 from maglev.cosim.blocks.graphics_processor import require_device
 from maglev.errors import Interrupted
 from maglev.experiment.preparation import prepare
