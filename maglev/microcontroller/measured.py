@@ -12,13 +12,14 @@ from fmpy.model_description import ModelDescription
 from fmi_export.definition import FmuDefinition
 from fmi_export.slave import Refused
 from fmi_export.target.freestanding import REFUSED_VALUE, ports_of
-from maglev.cosim.master import Master, Progress, Recording
+from maglev.cosim.master import Master, Recording
 from maglev.cosim.port_map import Scale
 from maglev.cosim.user_classes.fmu import InProcessFmu
 from maglev.errors import FmuError
 from maglev.experiment.preparation import Experiment
 from maglev.microcontroller.emulator import MACHINE, Answer, Emulator, EmulatorError, emulator_version
 from maglev.microcontroller.image import linked
+from maglev.processes.side_by_side import Progress
 
 
 class Emulated:

@@ -11,7 +11,7 @@ from maglev.api.comparing import put_in
 from maglev.errors import BuildError, ScenarioError, option
 from maglev.experiment.execution import json_text
 from maglev.microcontroller.emulator import EmulatorError, require_emulator
-from maglev.microcontroller.generation import generated
+from maglev.microcontroller.image import generated
 from maglev.microcontroller.measured import Measured, measured
 from maglev.own_stage.adoption import know_stage
 from maglev.processes.side_by_side import Watch, unwatched

@@ -19,8 +19,7 @@ from maglev.cosim.master import Recording, RunFailed
 from maglev.errors import FmuError
 from maglev.experiment.preparation import Experiment
 from maglev.microcontroller.emulator import MISSING, OPTIONS, PROGRAM, Emulator, EmulatorError
-from maglev.microcontroller.generation import generated
-from maglev.microcontroller.image import linked
+from maglev.microcontroller.image import generated, linked
 from maglev.microcontroller.measured import Emulated, Measured, equal_columns, in_the_loop, measured
 from maglev.schema.loading import load_plan
 from maglev_files.extras import command
