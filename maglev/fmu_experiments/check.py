@@ -1,41 +1,86 @@
-"""The experiments that FMUs carry, run and compared with the results that they carry."""
+"""The experiments that FMUs carry, run with fmpy, each FMU alone, and compared with the results that they carry."""
 
 import functools
+import io
 import time
 from collections.abc import Callable, Iterable, Mapping, Sequence
-from contextlib import AbstractContextManager, nullcontext
+from contextlib import AbstractContextManager, nullcontext, redirect_stdout
 from pathlib import Path
 from typing import Any, NamedTuple
 
 import numpy as np
 import numpy.typing as npt
 from fmpy.model_description import ModelDescription, ScalarVariable
+from fmpy.simulation import simulate_fmu
 
 from maglev.arrays import Array
 from maglev.baselines.baseline import Tolerance
 from maglev.baselines.check import deviation_text
 from maglev.baselines.deviation import Deviation, WorstDifference, first_beyond, largest
 from maglev.baselines.outcome import CheckResult, write_junit
-from maglev.cosim.fmu import checked_description
+from maglev.cosim.fmu import checked_description, unpack, unpacking_folder
 from maglev.cosim.other_process.run import TIMEOUT
+from maglev.cosim.versions.fmi import Messages, fmi_of
 from maglev.errors import FAILURES, FmuError, in_one_line, nearest
 from maglev.experiment.chain import in_order
+from maglev.fmu_experiments import tables
 from maglev.fmu_experiments.carried import CarriedExperiment, File, carried_experiments
-from maglev.fmu_experiments.simulation import Times, simulate
-from maglev.fmu_experiments.tables import (
-    TEXTS,
-    TOLERANCE,
-    input_array,
-    numbers,
-    options,
-    read_table,
-    start_values,
-    times,
-)
 from maglev.parameter import REALS
 from maglev.processes import processors
 from maglev.processes.side_by_side import Progress, Watcher
 from maglev.time_grid import ON_GRID
+from maglev_files.scratch import remove_scratch
+
+SOLVER_TOLERANCE = 1e-8   # relative, of the integration of model exchange, where nothing else is said
+KEY = b"checked"   # name of the instance
+
+
+class Times(NamedTuple):
+    """Start and end of a run and the communication step, s, and the relative tolerance of a solver."""
+
+    start: float
+    stop: float
+    step: float
+    tolerance: float | None
+
+
+def simulate(path: Path, description: ModelDescription, times: Times, parameters: Mapping[str, str],
+        inputs: npt.NDArray[Any] | None, outputs: list[str], progress: Progress) -> tuple[npt.NDArray[Any], str]:
+    """What an FMU gives at the communication points, with the column time, and what it has said.
+
+    Parameters are start values, as texts; inputs are as fmpy takes them: what is continuous is interpolated, the rest
+    held. FmuError if the FMU refuses something, with what it says.
+    """
+    messages = Messages()
+    folder = unpacking_folder()
+    steps = max(1, round((times.stop - times.start) / times.step))
+
+    def told(status: int, message: bytes) -> None:
+        if status != 0:
+            messages.add((message or b"").decode("utf-8", "replace"))
+
+    def stepped(time: float, _recorder: object) -> bool:
+        progress(min(steps, round((time - times.start) / times.step)), steps)
+        return True
+
+    try:
+        unpack(path, folder)
+        instance = None
+        if description.coSimulation is not None:
+            instance = fmi_of(description).instantiated(description, folder, KEY, told)
+        with redirect_stdout(io.StringIO()):   # fmpy warns there of inputs that stay as they start
+            result = simulate_fmu(str(folder), validate=False, start_time=times.start, stop_time=times.stop,
+                                  relative_tolerance=times.tolerance or (None if instance else SOLVER_TOLERANCE),
+                                  output_interval=times.step, start_values=dict(parameters), input=inputs,
+                                  output=outputs, model_description=description, fmu_instance=instance,
+                                  step_finished=stepped)
+        if instance is not None:
+            instance.freeInstance()
+        return result, messages.summary()
+    except Exception as error:   # fmpy raises whatever ctypes and its own checks raise
+        raise FmuError(f"{path.name} cannot be run: {messages.take() or in_one_line(error)}") from error
+    finally:
+        remove_scratch(folder)
 
 
 class Expected(NamedTuple):
@@ -118,15 +163,15 @@ def check_experiment(name: str, path: Path, experiment: CarriedExperiment,
             raise FmuError(experiment.problem or "there are no results, expected some to compare with")
         description = checked_description(f"{path}:", path)
         variables = {v.name: v for v in description.modelVariables}
-        run, tolerances = options(experiment.options)
+        run, tolerances = tables.options(experiment.options)
         expected = expected_results(experiment.results, variables, tolerances)
         flight = times_of(experiment, description, run, expected.time)
         lacking = missing_times(expected.time, flight)
         if not partial:
             require_whole(experiment.results, expected, lacking, variables)
         result, said = simulate(path, description, flight,
-                           start_values(experiment.parameters, variables) if experiment.parameters else {},
-                           input_array(experiment.inputs, variables) if experiment.inputs else None,
+                           tables.start_values(experiment.parameters, variables) if experiment.parameters else {},
+                           tables.input_array(experiment.inputs, variables) if experiment.inputs else None,
                            list(expected.values), progress)
         deviation, worst = compared(expected, result, variables)
     except FAILURES as error:
@@ -142,7 +187,7 @@ def check_experiment(name: str, path: Path, experiment: CarriedExperiment,
     same = all(difference == 0.0 for difference, _ in worst.values())
     message = (f"passed, {counted} to t = {expected.time[-1]:.9g} s "
                + ("equal the results in it" if same else "are within tolerance")
-               + (f", {TOLERANCE:g} of the largest value" + (" where none is given" if tolerances else "")
+               + (f", {tables.TOLERANCE:g} of the largest value" + (" where none is given" if tolerances else "")
                   if not same and not tolerances.keys() >= expected.values.keys() else "")
                + (f"; not compared: {', '.join(left_out)}" if (left_out := [*expected.left_out, *lacking]) else ""))
     return CheckResult(name, "passed", message, None, worst, elapsed, units, notes=notes)
@@ -152,12 +197,12 @@ def expected_results(file: File, variables: Mapping[str, ScalarVariable],
                      given: Mapping[str, Tolerance]) -> Expected:
     """Results of a file: those that are numbers of a variable of the FMU.
 
-    Without a tolerance a Real may be `TOLERANCE` of its largest value apart, the rest not at all.
+    Without a tolerance a Real may be `tables.TOLERANCE` of its largest value apart, the rest not at all.
     """
-    columns = read_table(file)
+    columns = tables.read_table(file)
     left_out = [name for name in columns if name != "time" and
-                (name not in variables or variables[name].type in TEXTS)]
-    values = {name: numbers(file, name, texts) for name, texts in columns.items()
+                (name not in variables or variables[name].type in tables.TEXTS)]
+    values = {name: tables.numbers(file, name, texts) for name, texts in columns.items()
               if name != "time" and name not in left_out}
     if not values:
         name = left_out[0]
@@ -168,9 +213,9 @@ def expected_results(file: File, variables: Mapping[str, ScalarVariable],
             if name not in known:
                 raise FmuError(f"{where} {name}, for which there is a tolerance; nearest is {nearest(name, known)}")
     tolerances = {name: given.get(name, Tolerance(
-        TOLERANCE * float(np.max(np.abs(column))) if variables[name].type in REALS else 0.0, 0.0))
+        tables.TOLERANCE * float(np.max(np.abs(column))) if variables[name].type in REALS else 0.0, 0.0))
         for name, column in values.items()}
-    return Expected(times(file, columns), values, tolerances, left_out)
+    return Expected(tables.times(file, columns), values, tolerances, left_out)
 
 
 def missing_times(given: Array, flight: Times) -> list[str]:
