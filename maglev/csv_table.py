@@ -2,7 +2,7 @@
 
 import csv
 import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from itertools import islice
 from pathlib import Path
@@ -41,18 +41,22 @@ class CsvTable:
             self.columns[name] = values
         return self.columns[name]
 
+    def rows(self, strict: bool = False) -> Iterator[tuple[int, list[str]]]:
+        """Numbers and fields of the rows below the header that are not empty; CsvError of what is no CSV."""
+        with self.path.open(newline="", encoding="utf-8-sig") as file:
+            reader = csv.reader(file, strict=strict)
+            try:
+                yield from ((reader.line_num, row) for row in islice(reader, 1, None) if row)
+            except csv.Error as error:
+                raise CsvError(self.path, f"row {reader.line_num}: {error}, expected a CSV file") from None
+
     def first_bad(self, index: int) -> CsvError:
         """Refusal of the first field of a column that is no finite number."""
-        with self.path.open(newline="", encoding="utf-8-sig") as file:
-            reader = csv.reader(file)
-            try:
-                for row in islice(reader, 1, None):
-                    text = row[index] if index < len(row) else ""
-                    if row and not is_finite(text):
-                        return CsvError(self.path, f"row {reader.line_num}, column {self.names[index]} is "
-                                                   f"{shortened(text)}, expected a finite number")
-            except csv.Error as error:
-                return CsvError(self.path, f"row {reader.line_num}: {error}, expected a CSV file")
+        for number, row in self.rows():
+            text = row[index] if index < len(row) else ""
+            if not is_finite(text):
+                return CsvError(self.path, f"row {number}, column {self.names[index]} is {shortened(text)}, expected a "
+                                           "finite number")
         return CsvError(self.path, f"column {self.names[index]}: expected finite numbers")
 
     def renamed(self, names: Mapping[str, str]) -> "CsvTable":
@@ -72,15 +76,10 @@ class CsvTable:
 
     def require_full_rows(self) -> None:
         """Refuse a row with more or fewer fields than the header: a part of a file that was cut."""
-        with self.path.open(newline="", encoding="utf-8-sig") as file:
-            reader = csv.reader(file, strict=True)
-            try:
-                for row in reader:
-                    if row and len(row) != len(self.names):
-                        raise CsvError(self.path, f"row {reader.line_num} has {len(row)} values, expected "
-                                                  f"{len(self.names)} as the header has")
-            except csv.Error as error:
-                raise CsvError(self.path, f"row {reader.line_num}: {error}, expected a CSV file") from None
+        for number, row in self.rows(strict=True):
+            if len(row) != len(self.names):
+                raise CsvError(self.path, f"row {number} has {len(row)} values, expected {len(self.names)} as the "
+                                          "header has")
 
 
 def read_csv(path: Path) -> CsvTable:
