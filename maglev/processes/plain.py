@@ -41,16 +41,9 @@ def packed(value: Any) -> Any:
         return value
     if isinstance(value, tuple) and not hasattr(value, "_fields"):
         return [packed(entry) for entry in value]
-    if isinstance(value, list):
-        return {"list": [packed(entry) for entry in value]}
-    if isinstance(value, dict):
-        return {"dict": [[packed(key), packed(entry)] for key, entry in value.items()]}
-    if isinstance(value, complex):
-        return {"complex": [value.real, value.imag]}
-    if isinstance(value, bytes):
-        return {"bytes": b64encode(value).decode("ascii")}
-    if isinstance(value, Path):
-        return {"path": str(value)}
+    for name, (own_kind, parts_of, _) in PLAIN.items():
+        if isinstance(value, own_kind):
+            return {name: parts_of(value)}
     if isinstance(value, np.ndarray) and value.dtype.kind in NUMBERS:
         return {"array": [value.dtype.str, list(value.shape), packed(value.tobytes())]}
     if isinstance(value, BaseException):
@@ -69,8 +62,8 @@ def unpacked(message: Any) -> Any:
     if not isinstance(message, dict):
         return message
     (kind, what), = message.items()
-    if kind in MADE_OF:
-        return MADE_OF[kind](what)
+    if kind in PLAIN:
+        return PLAIN[kind][2](what)
     if kind == "array":
         item, shape, data = what
         if np.dtype(item).kind not in NUMBERS:
@@ -90,10 +83,13 @@ def unpacked(message: Any) -> Any:
     return part
 
 
-MADE_OF: dict[str, Callable[[Any], Any]] = {
-    "list": lambda entries: [unpacked(entry) for entry in entries],
-    "dict": lambda pairs: {unpacked(key): unpacked(entry) for key, entry in pairs},
-    "complex": lambda parts: complex(*parts), "bytes": b64decode, "path": Path}
+# Classes with what JSON has of an object, and the object of that.
+PLAIN: dict[str, tuple[type, Callable[[Any], Any], Callable[[Any], Any]]] = {
+    "list": (list, lambda value: [packed(entry) for entry in value], lambda what: [unpacked(entry) for entry in what]),
+    "dict": (dict, lambda value: [[packed(key), packed(entry)] for key, entry in value.items()],
+             lambda what: {unpacked(key): unpacked(entry) for key, entry in what}),
+    "complex": (complex, lambda value: [value.real, value.imag], lambda what: complex(*what)),
+    "bytes": (bytes, lambda value: b64encode(value).decode("ascii"), b64decode), "path": (Path, str, Path)}
 
 
 def is_own(kind: Any) -> bool:
