@@ -12,31 +12,10 @@ from maglev.cli.identify import identify
 from maglev.cli.loops.linearise import linearise
 from maglev.cli.loops.region import region
 from maglev.cli.new import new, stage
-from maglev.cli.options import (
-    MORE,
-    Built,
-    Claims,
-    Debug,
-    Every,
-    Everything,
-    Form,
-    Jobs,
-    Names,
-    Out,
-    RigFile,
-    with_run_options,
-)
+from maglev.cli.options import MORE, All, Built, Claims, Debug, Every, Form, Jobs, Names, Out, RigFile, with_run_options
 from maglev.cli.streams import CommandLine, Commands
 from maglev.cli.study import compare, study, tune
-from maglev.cli.terminal import (
-    one_line_errors,
-    print_results,
-    progress_of,
-    report_console,
-    require_environment,
-    say,
-    show_page,
-)
+from maglev.cli.terminal import finish, one_line_errors, progress_of, report_console, require_environment, say
 from maglev.errors import ScenarioError
 from maglev.schema.options import KindName
 
@@ -156,7 +135,7 @@ def list_all(rig: RigFile = None, fmus: Built = Path("fmus"), debug: Debug = Fal
 
 
 @with_run_options()
-def run(names: Names = None, everything: Everything = False, out: Out = Path("results"),
+def run(names: Names = None, everything: All = False, out: Out = Path("results"),
         open_page: Annotated[bool, typer.Option("--open", help="Write the page of the run, and open it in the browser."
                                                 )] = False,
         plot: Annotated[bool, typer.Option("--plot", help="Also write pictures (needs matplotlib).")] = False,
@@ -213,17 +192,6 @@ def report(names: Names = None, out: Out = Path("results"),
     with one_line_errors(debug):
         finish(names, debug=debug, open_page=open_page, out=out, page=True, what_if=what_if, claims=claims, jobs=jobs,
                **options)
-
-
-def finish(names: list[str] | None, json: bool = False, debug: bool = False, fail_on_claims: bool = False,
-           open_page: bool = False, **options: Any) -> None:
-    """Run scenarios, open the page about them if that is asked for, and print what they gave."""
-    from maglev.api.running import run_all
-
-    results = run_all(names or None, watch=progress_of, say=say, **options)
-    if open_page:
-        show_page(results.files[-1])
-    print_results(results, json, debug, fail_on_claims)
 
 
 @with_run_options("fmus")

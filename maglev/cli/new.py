@@ -12,15 +12,16 @@ from pmlsm.rigs import EXAMPLE, RIGS, SINGLE
 MOTOR_KEYS = ("force_constant", "attraction", "attraction_gap", "pole_pitch", "peak", "currents", "at", "continuous",
               "lag", "resistance", "inductance", "slot_pitch", "slot_width", "magnet_height", "gap", "mass")
 
-STAGES = f"{RIG_NAMES}, or the description of your own stage."
+PythonFile = Annotated[Path, typer.Argument(metavar="NAME", help="The file, NAME.py; nothing is overwritten.")]
+TomlFile = Annotated[Path, typer.Argument(metavar="NAME", help="The file, NAME.toml; nothing is overwritten.")]
+OfStage = Annotated[str, typer.Option(help=f"{RIG_NAMES}, or the description of your own stage.")]
 
 new = typer.Typer(no_args_is_help=True, rich_markup_mode="markdown",
                   help="Write a file to begin with: a controller, scenario, study, stage …")
 
 
 @new.command()
-def controller(path: Annotated[Path, typer.Argument(metavar="NAME", help="The file, NAME.py; nothing is overwritten.")],
-               stage: Annotated[str, typer.Option(help=STAGES)] = EXAMPLE, debug: Debug = False) -> None:
+def controller(path: PythonFile, stage: OfStage = EXAMPLE, debug: Debug = False) -> None:
     """Write a controller in Python that runs as it is, for you to change.
 
     **Examples:**
@@ -36,8 +37,7 @@ def controller(path: Annotated[Path, typer.Argument(metavar="NAME", help="The fi
 
 
 @new.command()
-def plant(path: Annotated[Path, typer.Argument(metavar="NAME", help="The file, NAME.py; nothing is overwritten.")],
-          stage: Annotated[str, typer.Option(help=STAGES)] = EXAMPLE, debug: Debug = False) -> None:
+def plant(path: PythonFile, stage: OfStage = EXAMPLE, debug: Debug = False) -> None:
     """Write a plant in Python that runs as it is, an ideal levitated mass with the ports of a stage.
 
     **Examples:**
@@ -59,9 +59,7 @@ def say_how(file: Path, stage: str, option: str) -> None:
 
 
 @new.command()
-def scenario(path: Annotated[Path, typer.Argument(metavar="NAME", help="The file, NAME.toml; nothing is overwritten.")],
-             stage: Annotated[str, typer.Option(help=STAGES)] = EXAMPLE,
-             debug: Debug = False) -> None:
+def scenario(path: TomlFile, stage: OfStage = EXAMPLE, debug: Debug = False) -> None:
     """Write a scenario that runs as it is, with comments on what else it could have, for you to change.
 
     **Examples:**
@@ -78,10 +76,9 @@ def scenario(path: Annotated[Path, typer.Argument(metavar="NAME", help="The file
 
 
 @new.command()
-def study(path: Annotated[Path, typer.Argument(metavar="NAME", help="The file, NAME.toml; nothing is overwritten.")],
-          scenario: Annotated[str, typer.Option(help="What it runs: a run of the package, or a scenario of yours, "
-                                                "without variants.", autocompletion=run_names)]
-          = f"{EXAMPLE}-setpoints", debug: Debug = False) -> None:
+def study(path: TomlFile, scenario: Annotated[str, typer.Option(
+              help="What it runs: a run of the package, or a scenario of yours, without variants.",
+              autocompletion=run_names)] = f"{EXAMPLE}-setpoints", debug: Debug = False) -> None:
     """Write a study that runs as it is, with comments on what else it could have, for you to change.
 
     **Examples:**
@@ -99,7 +96,7 @@ def study(path: Annotated[Path, typer.Argument(metavar="NAME", help="The file, N
 
 @new.command()
 def repository(path: Annotated[Path, typer.Argument(metavar="FOLDER", help="The folder; it must not be there.")],
-               stage: Annotated[str, typer.Option(help=STAGES)] = EXAMPLE, debug: Debug = False) -> None:
+               stage: OfStage = EXAMPLE, debug: Debug = False) -> None:
     """Write a repository: a controller, its experiment and baseline, and what GitHub and GitLab run at every push.
 
     **Examples:**

@@ -34,7 +34,7 @@ NamesOrFmus = Annotated[list[str] | None, typer.Argument(
     "are run.", show_default=False, autocompletion=run_names)]
 RigFile = Annotated[Path | None, typer.Option("--stage", metavar="TOML", help="Description of your own stage "
                                               "(docs/own_stage.md).", show_default=False)]
-Everything = Annotated[bool, typer.Option("--all", help="Every scenario of the package.")]
+All = Annotated[bool, typer.Option("--all", help="Every scenario of the package.")]
 AsJson = Annotated[Path | None, typer.Option("--json", metavar="FILE", help="Also write what was found as JSON.",
                                              show_default=False)]
 Out = Annotated[Path, typer.Option(help="Folder for the results.")]

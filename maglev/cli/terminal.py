@@ -6,7 +6,7 @@ from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
 from io import TextIOWrapper
 from pathlib import Path
-from typing import TYPE_CHECKING, TextIO
+from typing import TYPE_CHECKING, Any, TextIO
 
 import typer
 
@@ -109,14 +109,22 @@ def progress_of(names: Sequence[str]) -> Iterator["Watcher"]:
         yield watch
 
 
-def print_results(results: "Results", as_json: bool = False, debug: bool = False,
-                  fail_on_claims: bool = False) -> None:
-    """Print the text of the only run asked for, or a table of all, and what procedures found; or all of it as JSON.
+def finish(names: list[str] | None, json: bool = False, debug: bool = False, fail_on_claims: bool = False,
+           open_page: bool = False, **options: Any) -> None:
+    """Run scenarios, open the page about them if that is asked for, and print what they gave, perhaps as JSON.
 
     Exits with 2 if a run did not complete; with `debug`, after the traceback. With `fail_on_claims` with 1 after that,
     a crash or a missed claim, each of which is said.
     """
-    if as_json:
+    from maglev.api.running import run_all
+
+    results = run_all(names or None, watch=progress_of, say=say, **options)
+    if open_page:
+        import webbrowser
+
+        if not webbrowser.open(results.files[-1].resolve().as_uri()):
+            say(f"no browser was found: {results.files[-1]} is a page for any")
+    if json:
         print_json(results.as_data())
     else:
         print_tables(results)
@@ -132,14 +140,6 @@ def print_results(results: "Results", as_json: bool = False, debug: bool = False
             raise typer.Exit(1)
     if failed:
         raise typer.Exit(2)
-
-
-def show_page(path: Path) -> None:
-    """Open a page in the browser; where there is none, a sentence says so."""
-    import webbrowser
-
-    if not webbrowser.open(path.resolve().as_uri()):
-        say(f"no browser was found: {path} is a page for any")
 
 
 def print_json(data: object) -> None:
