@@ -12,14 +12,14 @@ from maglev.api.run import Run
 from maglev.api.running import say_notes
 from maglev.comparison.files import comparison_data, rows_of, write_comparison
 from maglev.comparison.table import Row
-from maglev.cosim.master import Progress, RunFailed
+from maglev.cosim.master import RunFailed
 from maglev.errors import FAILURES, ScenarioError, extra, in_one_line
 from maglev.experiment.chain import Ends, started
 from maglev.experiment.execution import RunResult, failed, run_each, simulate, thinned
 from maglev.experiment.preparation import Experiment, know_stage_of
 from maglev.experiment.selection import needed
 from maglev.pictures import require_matplotlib
-from maglev.processes.side_by_side import Say, Watch, unwatched, warn
+from maglev.processes.side_by_side import Progress, Say, Watch, unwatched, warn
 from maglev.report.plots.picture import overlay
 from maglev.report.text import state_of
 from maglev.schema.layers import Scenario

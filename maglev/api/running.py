@@ -2,23 +2,13 @@
 
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
-from functools import partial
 from pathlib import Path
 from typing import Any, Literal, Unpack
 
 from maglev.api.options import experiments_of
 from maglev.api.run import Run
-from maglev.cosim.master import Progress
 from maglev.errors import ScenarioError, UnknownName, nearest, option
-from maglev.experiment.execution import (
-    RunResult,
-    completed,
-    execute_all,
-    execute_or_fail,
-    judge_all,
-    require_judgeable,
-    run_data,
-)
+from maglev.experiment.execution import RunResult, completed, execute_all, judge_all, require_judgeable, run_data
 from maglev.experiment.ports.replacement import start_value_notes
 from maglev.experiment.preparation import Experiment
 from maglev.experiment.results import alone, require_parquet
@@ -28,7 +18,7 @@ from maglev.pictures import require_matplotlib, write_figure
 from maglev.procedures.evaluate import evaluate_all, judge_outcomes
 from maglev.procedures.outcome import Outcome
 from maglev.processes import processors
-from maglev.processes.side_by_side import Say, Watch, unwatched, warn
+from maglev.processes.side_by_side import Progress, Say, Watch, unwatched, warn
 from maglev.report.page import write_report
 from maglev.report.plots.data import Frictionless
 from maglev.report.plots.picture import figure_of
@@ -369,8 +359,7 @@ def run_experiments(experiments: Sequence[Experiment], out: Path, form: Format, 
     with watch([experiment.plan.name for experiment in experiments]) as watcher:
         if len(experiments) == 1:
             experiments[0].check()   # of many runs, one that cannot be run leaves the others alone
-            return [execute_or_fail(out, form, experiments[0], {}, partial(watcher, experiments[0].plan.name))]
-        return execute_all(experiments, out, form, jobs, watcher)
+        return execute_all(experiments, out, form, jobs, watcher, here=len(experiments) == 1)
 
 
 def write_runs(runs: Sequence[RunResult], verdicts: Judgements, out: Path, form: Format, plot: bool) -> list[Path]:

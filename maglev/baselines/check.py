@@ -9,13 +9,13 @@ from pathlib import Path
 from maglev.baselines.baseline import Baseline, Tolerance, baseline_files, digest_of, read_baseline, rows_before_contact
 from maglev.baselines.deviation import Closest, Deviation, closest, first_deviation, samples_of, worst
 from maglev.baselines.outcome import CheckResult
-from maglev.cosim.master import Progress, Recording, RunFailed
+from maglev.cosim.master import Recording, RunFailed
 from maglev.errors import FAILURES, BaselineError, in_one_line
 from maglev.experiment.chain import Ends, ends_of, started
 from maglev.experiment.execution import run_each
 from maglev.experiment.preparation import Experiment
 from maglev.pictures import new_figure, write_figure
-from maglev.processes.side_by_side import Watcher
+from maglev.processes.side_by_side import Progress, Watcher
 from maglev.quantities import common_unit
 from maglev.schema.run_plan import RunPlan
 from maglev.time_grid import ON_GRID

@@ -9,13 +9,12 @@ from pathlib import Path
 from maglev.baselines.baseline import Baseline, baseline_files, from_recording, read_baseline, write_baseline
 from maglev.baselines.deviation import WorstDifference, changes
 from maglev.baselines.outcome import UpdateResult
-from maglev.cosim.master import Progress
 from maglev.errors import FAILURES, BaselineError, CsvError, in_one_line
 from maglev.experiment.chain import Ends, ends_of, started
 from maglev.experiment.execution import run_each
 from maglev.experiment.preparation import Experiment
 from maglev.processes.interrupts import held_interrupts
-from maglev.processes.side_by_side import Watcher
+from maglev.processes.side_by_side import Progress, Watcher
 
 
 def renewed(baselines: Path, experiment: Experiment, ends: Ends, progress: Progress | None = None) -> UpdateResult:

@@ -23,7 +23,7 @@ from maglev.cosim.step_loop import StepFailed, Stepper, new_counter, own_loop
 from maglev.cosim.wires.wiring import Call, Drives, Rate, Track, Wiring, wire
 from maglev.errors import FmuError, Interrupted, MaglevError, QuantityError, name_of, signal_of
 from maglev.processes.interrupts import held_interrupts
-from maglev.processes.side_by_side import Progress as Progress
+from maglev.processes.side_by_side import Progress
 from maglev.time_grid import whole_steps
 from maglev.units import refused_as
 from maglev_files.cache import Kept

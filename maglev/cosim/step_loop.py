@@ -4,23 +4,11 @@ The loop in C is compiled with the first native FMUs. It is loaded from the user
 taken from where FMUs or results lie. FMUs that run Python inside are C functions, too.
 """
 
+import ctypes
 import hashlib
 from _ctypes import CFuncPtr
 from collections.abc import Sequence
-from ctypes import (
-    CDLL,
-    POINTER,
-    Structure,
-    addressof,
-    byref,
-    c_double,
-    c_int64,
-    c_size_t,
-    c_uint,
-    c_uint64,
-    c_void_p,
-    cast,
-)
+from ctypes import c_double, c_int64, c_size_t, c_uint, c_uint64, c_void_p
 from functools import cache
 from itertools import accumulate
 from pathlib import Path
@@ -40,7 +28,7 @@ EARLY, END = 100, 101   # statuses of the loop in C, which says what they are
 LIBRARY = f"maglev_step_loop{sharedLibraryExtension}"
 
 
-class Prepared(Structure):
+class Prepared(ctypes.Structure):
     """A call as the C loop takes it, which says what the members are."""
 
     _fields_ = (("function", c_void_p), ("instance", c_void_p), ("references", c_void_p), ("count", c_size_t),
@@ -62,7 +50,7 @@ class StepLoop:
         """Make steps as a `Stepper` does; step, call and status of a refusal if there is one."""
         refused, reached = (c_int64 * 2)(), c_double()
         status: int = self.function(self.prepared, self.ends, len(self.ends), first, last, origin,
-                                    self.counter, refused, byref(reached))
+                                    self.counter, refused, ctypes.byref(reached))
         if not status:
             return None
         k, call = refused[0], self.calls[refused[1]]
@@ -78,13 +66,13 @@ class StepLoop:
 
 def prepared(call: Call) -> Prepared:
     """A call of a C function as the C loop takes it."""
-    function, instance = cast(c_function(call), c_void_p).value, call.arguments[0].value
+    function, instance = ctypes.cast(c_function(call), c_void_p).value, call.arguments[0].value
     fmi3 = c_function(call) is not call.function
     if isinstance(call.moving, c_double):
         step = call.arguments[2].value
         return Prepared(function, instance, None, 0, None, 0, call.base, call.stride, step, fmi3)
     _, references, count, _ = call.arguments
-    return Prepared(function, instance, addressof(references), count.value, int(call.base), int(call.stride),
+    return Prepared(function, instance, ctypes.addressof(references), count.value, int(call.base), int(call.stride),
                     fmi3=fmi3)
 
 
@@ -131,7 +119,7 @@ def step_function(loop: Kept) -> Any:
         raise FmuError(f"{loop.path}: is not the step loop that the run was made ready with, expected nobody to change "
                        "it: `maglev build --kind native` builds it anew")
     try:
-        loaded = CDLL(str(loop.path.absolute()))
+        loaded = ctypes.CDLL(str(loop.path.absolute()))
         loaded.maglev_step_loop_version.restype = c_uint64
         if loaded.maglev_step_loop_version() != version():
             return None
@@ -139,8 +127,8 @@ def step_function(loop: Kept) -> Any:
     except (OSError, AttributeError):   # no library of this machine, or another one
         return None
     function.restype = c_uint
-    function.argtypes = [POINTER(Prepared), POINTER(c_int64), c_int64, c_int64, c_int64, c_int64,
-                         POINTER(c_int64), POINTER(c_int64), POINTER(c_double)]
+    function.argtypes = [ctypes.POINTER(Prepared), ctypes.POINTER(c_int64), c_int64, c_int64, c_int64, c_int64,
+                         ctypes.POINTER(c_int64), ctypes.POINTER(c_int64), ctypes.POINTER(c_double)]
     return function
 
 

@@ -11,7 +11,7 @@ from typing import Any, TypeVar
 import numpy as np
 from numpy.typing import NDArray
 
-from maglev.cosim.master import Progress, Recording, RunFailed, RunInterrupted
+from maglev.cosim.master import Recording, RunFailed, RunInterrupted
 from maglev.errors import FAILURES, Interrupted, MeasurementError, ScenarioError, in_one_line
 from maglev.experiment.chain import Ended, Ends, ends_of, in_order, started
 from maglev.experiment.preparation import Experiment
@@ -21,7 +21,7 @@ from maglev.judging import run_claims
 from maglev.judging.measures import measures, measures_data
 from maglev.judging.metrics import Metrics, metrics_data, phase_resistances, run_metrics
 from maglev.judging.verdicts import Judgements, of_modified_runs
-from maglev.processes.side_by_side import Watcher
+from maglev.processes.side_by_side import Progress, Watcher
 from maglev.schema.options import Format
 from maglev.schema.run_plan import RunPlan
 from maglev_files.belonging import KEY, digests_of
@@ -204,10 +204,10 @@ def run_each(experiments: Sequence[Experiment], job: Callable[[Experiment, Ends,
                          here=here or any(experiment.here for experiment in experiments)).values())
 
 
-def execute_all(experiments: Sequence[Experiment], out: Path, form: Format, jobs: int,
-                watch: Watcher) -> list[RunResult]:
+def execute_all(experiments: Sequence[Experiment], out: Path, form: Format, jobs: int, watch: Watcher,
+                here: bool = False) -> list[RunResult]:
     """Run experiments as of `run_each`; one that fails, or whose process dies, has a result that says why."""
-    return run_each(experiments, partial(execute_or_fail, out, form), failed, jobs, watch)
+    return run_each(experiments, partial(execute_or_fail, out, form), failed, jobs, watch, here)
 
 
 def execute_or_fail(out: Path, form: Format, experiment: Experiment, ends: Ends, progress: Progress) -> RunResult:

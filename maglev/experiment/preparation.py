@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 from maglev.arrays import Array
 from maglev.copies import copied, original
 from maglev.cosim import Order
-from maglev.cosim.master import FmuSetup, Master, Progress, Recording, RunFailed
+from maglev.cosim.master import FmuSetup, Master, Recording, RunFailed
 from maglev.cosim.open import read_description
 from maglev.cosim.other_process.run import TIMEOUT, Complete, Job, run_apart
 from maglev.cosim.port_map import PortMap, apply
@@ -27,6 +27,7 @@ from maglev.experiment.provenance import FlownFmu, Provenance, departures_of, sh
 from maglev.experiment.reach import require_reachable
 from maglev.own_fmus import built_here, own_fmu, stale
 from maglev.own_stage.adoption import know_stage
+from maglev.processes.side_by_side import Progress
 from maglev.schema.options import OPTIONS, RunOptions, completed
 from maglev.schema.run_plan import RunPlan, StartValue
 from maglev.schema.settings import with_references

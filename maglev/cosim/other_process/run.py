@@ -17,22 +17,13 @@ import numpy as np
 import numpy.typing as npt
 
 from maglev.cosim import Order
-from maglev.cosim.master import (
-    PROGRESS_STEPS,
-    FmuSetup,
-    Master,
-    Observer,
-    Progress,
-    Recording,
-    RunFailed,
-    countable,
-    ended,
-)
+from maglev.cosim.master import PROGRESS_STEPS, FmuSetup, Master, Observer, Recording, RunFailed, countable, ended
 from maglev.cosim.other_process.helper import other_process
 from maglev.cosim.wires.wiring import Drives, Track, Wiring
 from maglev.errors import FmuError, Interrupted, name_of, signal_of
 from maglev.own_fmus import built_here
 from maglev.processes.beside import PATIENCE, Beside, Gone, Said, Send, Silent
+from maglev.processes.side_by_side import Progress
 from maglev.time_grid import whole_steps
 from maglev.user_controllers.source import is_written
 from maglev_files.cache import Kept

@@ -11,14 +11,7 @@ from typing import Any, ClassVar, NamedTuple
 
 import fmpy
 import numpy as np
-from fmpy.fmi2 import (
-    FMU2Model,
-    FMU2Slave,
-    fmi2CallbackAllocateMemoryTYPE,
-    fmi2CallbackFreeMemoryTYPE,
-    fmi2CallbackFunctions,
-    fmi2CallbackLoggerTYPE,
-)
+from fmpy import fmi2
 from fmpy.fmi3 import FMU3Model, FMU3Slave
 from fmpy.logging import addLoggerProxy
 from fmpy.model_description import ModelDescription
@@ -56,14 +49,14 @@ class Fmi:
         identifier = description.coSimulation.modelIdentifier
         # FMI 2.0 has no folder for Linux on ARM, where fmpy would load the binary for Intel; FMI 3.0's name is allowed.
         own = folder.absolute() / "binaries" / fmpy.platform_tuple / f"{identifier}{fmpy.sharedLibraryExtension}"
-        kind = FMU2Model if isinstance(description.coSimulation, SolverInterface) else FMU2Slave
+        kind = fmi2.FMU2Model if isinstance(description.coSimulation, SolverInterface) else fmi2.FMU2Slave
         instance = kind(guid=description.guid, unzipDirectory=str(folder), modelIdentifier=identifier,
                         instanceName=name.decode(), libraryPath=str(own) if own.is_file() else None)
         LISTENERS[name] = listener
-        callbacks = fmi2CallbackFunctions()
+        callbacks = fmi2.fmi2CallbackFunctions()
         callbacks.logger = LOGGER
-        callbacks.allocateMemory = fmi2CallbackAllocateMemoryTYPE(fmpy.calloc)
-        callbacks.freeMemory = fmi2CallbackFreeMemoryTYPE(fmpy.free)
+        callbacks.allocateMemory = fmi2.fmi2CallbackAllocateMemoryTYPE(fmpy.calloc)
+        callbacks.freeMemory = fmi2.fmi2CallbackFreeMemoryTYPE(fmpy.free)
         addLoggerProxy(byref(callbacks))
         # Logging stays on: an FMU says why it refuses only there.
         instance.instantiate(callbacks=callbacks, loggingOn=True)
@@ -79,7 +72,7 @@ class Fmi:
 
     def do_step(self, instance: Any, description: ModelDescription, say: Callable[[str], None]) -> Any:
         """The C function that makes a communication step, or what calls it; a solver where there is none."""
-        if isinstance(instance, FMU2Model):
+        if isinstance(instance, fmi2.FMU2Model):
             return Integration(instance, description, instance.newDiscreteStates, say)
         return function_of(instance, "fmi2DoStep")
 
@@ -193,7 +186,7 @@ def take_message(_environment: object, instance: bytes, status: int, _category: 
         listener(status, message)
 
 
-LOGGER = fmi2CallbackLoggerTYPE(take_message)
+LOGGER = fmi2.fmi2CallbackLoggerTYPE(take_message)
 
 FMI2, FMI3 = Fmi(), Fmi3()
 

@@ -6,19 +6,9 @@ from typing import Annotated, Any, ClassVar, Literal, Self
 
 from pydantic import AfterValidator, Field, StrictBool, ValidationInfo, field_validator, model_validator
 
+import maglev.quantities as quantities
 from maglev.errors import QuantityError, nearest
-from maglev.quantities import (
-    FORMER,
-    METRICS,
-    OF_LENGTHS,
-    PICKED_BY,
-    PRINTED_UNITS,
-    PROCEDURE_VALUES,
-    MeasuredQuantity,
-    in_words,
-    place,
-    printed,
-)
+from maglev.quantities import MeasuredQuantity, in_words, place, printed
 from maglev.schema.toml_table import Metres, Seconds, Table, ValueKind, key_refused
 from maglev.units import parse_quantity, read_quantity, si_unit
 from pmlsm.rigs import RIGS
@@ -127,7 +117,7 @@ class Claim(Table):
     @field_validator("quantity", mode="before")
     @classmethod
     def known_quantity(cls, name: Any) -> Any:
-        known, name = [*cls.KNOWN], FORMER.get(str(name), name)
+        known, name = [*cls.KNOWN], quantities.FORMER.get(str(name), name)
         if name is not None and name not in known:
             names = ", ".join(map(repr, known[:-1]))
             raise ValueError(f"expected {names} or {known[-1]!r}, nearest is {nearest(str(name), known)}")
@@ -141,7 +131,7 @@ class Claim(Table):
             raise ValueError(f"has no meaning without a {cls.NOUN}")
         if not cls.KNOWN[quantity].yes_no:
             own = cls.KNOWN[quantity].unit
-            unit = (info.data.get("unit") if own in (None, *OF_LENGTHS) else None) or own or "1"
+            unit = (info.data.get("unit") if own in (None, *quantities.OF_LENGTHS) else None) or own or "1"
             if info.data.get("relation") != "in":
                 return parse_quantity(value, unit)
             if not isinstance(value, list | tuple) or len(value) != 2:
@@ -195,7 +185,7 @@ class Claim(Table):
             needed.add(self.measured.needs)
         if self.measured.on == "column":
             needed.add("unit")
-        return needed, {*PICKED_BY[self.measured.on], *(["digits"] if self.relation == "about" else []),
+        return needed, {*quantities.PICKED_BY[self.measured.on], *(["digits"] if self.relation == "about" else []),
                         *(["unit"] if self.of_one_unit else [])}
 
     @property
@@ -243,7 +233,7 @@ class Claim(Table):
     def of_one_unit(self) -> bool:
         """Whether axes of different units cannot be meant together."""
         return self.measured is not None and self.measured.of_axes and (
-            self.measured.unit in OF_LENGTHS or self.measured.needs == "band")
+            self.measured.unit in quantities.OF_LENGTHS or self.measured.needs == "band")
 
     @property
     def name(self) -> str:
@@ -297,7 +287,7 @@ class RunClaim(Claim):
     """
 
     NOUN = "metric"
-    KNOWN = METRICS
+    KNOWN = quantities.METRICS
     PICKS = ("band", "axes", "motors", "columns", "together_with", "event")
 
     PLACE = "[[claims]]"
@@ -318,7 +308,9 @@ class RunClaim(Claim):
     @classmethod
     def unit_of_tilts(cls, table: Any) -> Any:
         """A claim about axes with a target or a band in rad is about rotations: it is in mrad without `unit`."""
-        measured = METRICS.get(str(table.get("metric"))) if isinstance(table, dict) and "unit" not in table else None
+        if not isinstance(table, dict) or "unit" in table:
+            return table
+        measured = quantities.METRICS.get(str(table.get("metric")))
         if measured is None or not measured.of_axes:
             return table
         for value in (table.get("target"), table.get("band")):
@@ -326,7 +318,7 @@ class RunClaim(Claim):
                 try:
                     unit = si_unit(str(read_quantity(value).unit))
                     if unit in OF_ANGLES:
-                        return {**table, "unit": PRINTED_UNITS["rad.s" if measured.unit == "m.s" else "rad"]}
+                        return {**table, "unit": quantities.PRINTED_UNITS["rad.s" if measured.unit == "m.s" else "rad"]}
                 except QuantityError:
                     pass   # refused with its key when the field itself is read
         return table
@@ -393,7 +385,7 @@ class ProcedureClaim(Claim):
     """
 
     NOUN = "value"
-    KNOWN = PROCEDURE_VALUES
+    KNOWN = quantities.PROCEDURE_VALUES
     PICKS = ("constant", "epsilon", "axes", "gaps")
 
     PLACE = "[[procedure.claims]]"
