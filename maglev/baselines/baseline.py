@@ -38,6 +38,10 @@ class Tolerance(NamedTuple):
     absolute: float
     relative: float
 
+    def at(self, expected: Array) -> Array:
+        """Largest difference that is allowed at each expected value."""
+        return self.absolute + self.relative * np.abs(expected)
+
 
 FORM = re.compile(r"([0-9a-f]{64})  (\d+) signals at (\d+) samples\n")
 

@@ -46,9 +46,8 @@ def first_beyond(times: Array, columns: Mapping[str, Array], samples: Mapping[st
     first: Deviation | None = None
     largest_excess = 0.0
     for name, got in samples.items():
-        expected, tolerance = columns[name], tolerances[name]
-        allowed = tolerance.absolute + tolerance.relative * np.abs(expected)
-        differing = difference(expected, got)
+        expected, differing = columns[name], difference(columns[name], got)
+        allowed = tolerances[name].at(expected)
         deviating = (differing > allowed) | ~np.isfinite(got)
         if not deviating.any():
             continue
@@ -79,9 +78,8 @@ def closest(baseline: Baseline, recording: Recording) -> Closest | None:
     """Largest share of a tolerance that a sample uses; None where all samples equal the baseline."""
     nearest, largest_share = None, 0.0
     for name, got in samples_of(baseline, recording).items():
-        expected, tolerance = baseline.columns[name], baseline.tolerances[name]
-        allowed = tolerance.absolute + tolerance.relative * np.abs(expected)
-        differing = difference(expected, got)
+        differing = difference(baseline.columns[name], got)
+        allowed = baseline.tolerances[name].at(baseline.columns[name])
         shares = np.divide(differing, allowed, out=np.where(differing > 0.0, np.inf, 0.0), where=allowed > 0.0)
         i = int(np.argmax(shares))
         if shares[i] > largest_share:
