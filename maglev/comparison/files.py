@@ -88,14 +88,14 @@ def write_all(folder: Path, name: str, title: str, runs: Runs, picture: bool, pa
         if run.metrics is None:
             files.set_aside()
             if len(run.time):
-                write_csv(files.partial, run.recording)
-                written.append(files.partial)
+                write_csv(files.file("partial.csv"), run.recording)
+                written.append(files.file("partial.csv"))
             continue
-        files.json.unlink(missing_ok=True)   # never beside the columns of another
-        write_csv(files.columns("csv"), run.recording)
+        files.file("json").unlink(missing_ok=True)   # never beside the columns of another
+        write_csv(files.file("csv"), run.recording)
         write_record(files, "csv", run)
         files.forget_others("csv")
-        written += [files.columns("csv"), files.json]
+        written += [files.file("csv"), files.file("json")]
     about = {"json": json_text(comparison_data(name, title, runs)),
              "txt": as_text(lambda console: show_comparison(console, name, title, runs, every_step=True))}
     for suffix, text in about.items():

@@ -81,9 +81,9 @@ def execute(experiment: Experiment, out: Path, form: Format = "csv", progress: P
     def complete(recording: Recording) -> None:
         """Write what the run gave, whatever its FMUs do after it."""
         files.forget_reports()   # they are about an earlier run
-        files.json.unlink(missing_ok=True)   # and never beside the columns of this one
+        files.file("json").unlink(missing_ok=True)   # and never beside the columns of this one
         result = completed(experiment, recording)
-        write_columns(files.columns(form), form, result, experiment.units(recording.columns), recording, every)
+        write_columns(files.file(form), form, result, experiment.units(recording.columns), recording, every)
         results.append(replace(result, metrics=measured(experiment.plan, recording)))
         write_record(files, form, results[0])
         files.forget_others(form)
@@ -99,13 +99,13 @@ def execute(experiment: Experiment, out: Path, form: Format = "csv", progress: P
     except Interrupted as error:
         if not results:
             raise
-        raise Interrupted(f"{error}; its results are in {files.columns(form)}", error.number) from error
+        raise Interrupted(f"{error}; its results are in {files.file(form)}", error.number) from error
     return replace(results[0], recording=replace(results[0].recording, notes=recording.notes))
 
 
 def write_record(files: ResultFiles, form: Format, result: RunResult) -> None:
     """Write what is known about a run beside its columns, with the digest of these: they belong together."""
-    write_whole(files.json, json_text({**run_data(result), KEY: digests_of([files.columns(form)])}))
+    write_whole(files.file("json"), json_text({**run_data(result), KEY: digests_of([files.file(form)])}))
 
 
 def write_columns(path: Path, form: Format, result: RunResult, units: Mapping[str, str], recording: Recording,
@@ -121,10 +121,10 @@ def write_columns(path: Path, form: Format, result: RunResult, units: Mapping[st
 def kept(files: ResultFiles, recording: Recording, every: int) -> str:
     """Write what was recorded of a run that ended early; says where it is, or why it is not."""
     try:
-        write_csv(files.partial, recording, every)
+        write_csv(files.file("partial.csv"), recording, every)
     except OSError as error:
         return f"what was recorded until then cannot be written: {in_one_line(error)}"
-    return f"what was recorded until then is in {files.partial}"
+    return f"what was recorded until then is in {files.file('partial.csv')}"
 
 
 def measured(plan: RunPlan, recording: Recording) -> Metrics:

@@ -24,28 +24,17 @@ ROWS = 4096   # that are text at a time
 
 @dataclass(frozen=True)
 class ResultFiles:
-    """Files of a run in the folder of the results: columns, what is known beside them, and what a failed run leaves."""
+    """Files of a run in the folder of the results.
+
+    NAME.csv or NAME.parquet has the columns of a completed run, NAME.json its provenance and metrics. One that ended
+    early leaves NAME.partial.csv; the columns of an earlier one are then NAME.previous.csv or NAME.previous.parquet.
+    """
 
     folder: Path
     name: str
 
-    def columns(self, form: Format) -> Path:
-        """Columns of a completed run."""
-        return self.folder / f"{self.name}.{form}"
-
-    @property
-    def json(self) -> Path:
-        """Provenance and metrics of that run."""
-        return self.folder / f"{self.name}.json"
-
-    @property
-    def partial(self) -> Path:
-        """Columns of a run that ended early."""
-        return self.folder / f"{self.name}.partial.csv"
-
-    def previous(self, form: Format) -> Path:
-        """Columns of an earlier run, after one that ended early."""
-        return self.folder / f"{self.name}.previous.{form}"
+    def file(self, ending: str) -> Path:
+        return self.folder / f"{self.name}.{ending}"
 
     @property
     def lock(self) -> Path:
@@ -55,23 +44,23 @@ class ResultFiles:
     def set_aside(self) -> None:
         """Give the results of an earlier run a name that says so; a picture and metrics without a run go."""
         for form in get_args(Format):
-            if self.columns(form).is_file():
-                self.columns(form).replace(self.previous(form))
-        self.json.unlink(missing_ok=True)
+            if self.file(form).is_file():
+                self.file(form).replace(self.file(f"previous.{form}"))
+        self.file("json").unlink(missing_ok=True)
         self.forget_reports()
 
     def forget_reports(self) -> None:
         """Remove text and picture, which are made of the results of all runs later."""
-        (self.folder / f"{self.name}.txt").unlink(missing_ok=True)
-        (self.folder / f"{self.name}.png").unlink(missing_ok=True)
+        self.file("txt").unlink(missing_ok=True)
+        self.file("png").unlink(missing_ok=True)
 
     def forget_others(self, form: Format) -> None:
         """Remove what a failed run has left, and the columns of an earlier one in another form."""
-        self.partial.unlink(missing_ok=True)
+        self.file("partial.csv").unlink(missing_ok=True)
         for other in get_args(Format):
-            self.previous(other).unlink(missing_ok=True)
+            self.file(f"previous.{other}").unlink(missing_ok=True)
             if other != form:
-                self.columns(other).unlink(missing_ok=True)
+                self.file(other).unlink(missing_ok=True)
 
 
 @contextmanager
