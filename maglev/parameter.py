@@ -16,6 +16,9 @@ INTEGERS = ("Integer", *(f"{sign}Int{bits}" for sign in ("", "U") for bits in (8
 class Described(Protocol):
     """A variable as a model description has it; fmpy's ScalarVariable is one."""
 
+    name: str
+    causality: str
+    variability: str | None
     type: str
     unit: str | None
     min: str | None

@@ -172,7 +172,7 @@ class Master:
         self.loop = loop or own_loop()
         self.stack = ExitStack()
         self.fmus: dict[str, Fmu] = {}
-        self.wiring: Wiring | None = None
+        self.wiring: Wiring   # as soon as it is wired
         self.flown = False
         described = [(p, read_description(p.name, p.path)) for p in setups]
         try:
@@ -235,7 +235,6 @@ class Master:
 
     def drive(self, drives: Drives) -> None:
         """Give driven inputs other values for the next run; the others keep theirs."""
-        assert self.wiring is not None
         for track in self.wiring.tracks:
             for row, name in zip(() if track.signals is None else track.signals, track.names, strict=False):
                 if name in drives:
@@ -248,7 +247,6 @@ class Master:
         Start values `start`, by the name of an FMU, go before those of its setup. `columns` is where the recording is,
         to be used again; without it the next run leaves a recording as it is.
         """
-        assert self.wiring is not None
         phases, tracks = self.wiring.phases, self.wiring.tracks
         columns = columns or Columns(tracks, self.steps + 1)
         done = origin = columns.taken = 0
@@ -281,7 +279,6 @@ class Master:
 
     def initialise(self, start: Mapping[str, Mapping[str, float | bool]]) -> None:
         """Make the FMUs ready for a run, as new; `start` as of `fly`. FmuError if one refuses it."""
-        assert self.wiring is not None
         own = {setup.name: setup.start for setup in self.setups}
         for track in self.wiring.tracks:
             track.begin(0)
@@ -295,7 +292,6 @@ class Master:
 
     def begin(self) -> None:
         """Get the outputs at the first communication point; FmuError if an FMU refuses, StepFailed of no Boolean."""
-        assert self.wiring is not None
         for call in self.wiring.initial:
             self.observer.counter[0] += 1
             call.at(0)
@@ -303,7 +299,6 @@ class Master:
 
     def terminated(self, recording: Recording) -> Recording:
         """End a run that has given this recording; RunFailed where an FMU refuses its end."""
-        assert self.wiring is not None
         with held_interrupts():
             for call in self.wiring.final:
                 self.observer.counter[0] += 1

@@ -142,7 +142,8 @@ def run_metrics(plan: RunPlan, time: Array, columns: Mapping[str, Array],
     references = {axis: column(columns, names.reference, len(time)) for axis, names in plan.axes.items()}
     bands = {axis: settings.bands_of(names) for axis, names in plan.axes.items()}
     fail_errors = {axis: settings.fail_error_of(names) for axis, names in plan.axes.items()}
-    end_errors = {axis: float(abs(positions[axis][-1] - references[axis][-1])) for axis in plan.axes}
+    errors = {axis: positions[axis] - references[axis] for axis in plan.axes}
+    end_errors = {axis: float(abs(error[-1])) for axis, error in errors.items()}
     stop_contact = first_time(time, columns, plan.stop_flag)
     tripped = first_time(time, columns, plan.trip_flag)
     flags = [column(columns, flag, len(time)) for flag in (plan.stop_flag, plan.trip_flag) if flag is not None]
@@ -157,11 +158,9 @@ def run_metrics(plan: RunPlan, time: Array, columns: Mapping[str, Array],
                                    *peak_and_mean([column(columns, name, len(time)) for name in names.commands]))
                      for motor, names in plan.motors.items()),
         end_errors=end_errors,
-        rms_errors={axis: math.sqrt(total((positions[axis] - references[axis]) ** 2) / len(time))
-                    for axis in plan.axes},
+        rms_errors={axis: math.sqrt(total(error ** 2) / len(time)) for axis, error in errors.items()},
         extremes=extremes_of(columns),
-        events=event_responses(plan, time, columns, {
-            axis: positions[axis] - references[axis] for axis in plan.axes}, resistances or {}) if plan.events else (),
+        events=event_responses(plan, time, columns, errors, resistances or {}) if plan.events else (),
         stop_contact=stop_contact,
         tripped=tripped,
         failed=(stop_contact is not None or tripped is not None

@@ -2,27 +2,15 @@
 
 from collections.abc import Iterator, Mapping
 from pathlib import Path
-from typing import Protocol
 
 from maglev.errors import ScenarioError, key_path, nearest, shortened
-from maglev.parameter import INTEGERS, REALS
+from maglev.parameter import INTEGERS, REALS, Described
 from maglev.schema.run_plan import RunPlan, StartValue
 from maglev.schema.signals.kinds import Steps
 from maglev.units import known_unit, measures
 from maglev.user_controllers.source import declared_in, is_written
 
-
-class Variable(Protocol):
-    """What is needed of an FMU variable; fmpy's ScalarVariable has it."""
-
-    name: str
-    causality: str
-    variability: str | None
-    type: str
-    unit: str | None
-
-
-Descriptions = Mapping[str, Mapping[str, Variable]]
+Descriptions = Mapping[str, Mapping[str, Described]]
 
 
 class PortCheck:
@@ -40,14 +28,14 @@ class PortCheck:
             return ScenarioError(f"{self.origin}: {expectation}")
         return ScenarioError(f"{self.plan.path}: {key} = {shortened(value)}: {expectation}")
 
-    def variable(self, key: str, port: str, *causalities: str) -> Variable:
+    def variable(self, key: str, port: str, *causalities: str) -> Described:
         """Return the variable of "fmu.variable"; refuse it if it does not exist or has another causality."""
         fmu, _, name = port.partition(".")
         if fmu not in self.plan.fmus:
             raise self.refuse(key, port, f"there is no FMU {fmu!r}; nearest is {nearest(fmu, self.plan.fmus)}")
         return self.variable_of(key, port, fmu, name, *causalities)
 
-    def variable_of(self, key: str, value: object, fmu: str, name: str, *causalities: str) -> Variable:
+    def variable_of(self, key: str, value: object, fmu: str, name: str, *causalities: str) -> Described:
         """Return a variable of an FMU; `value` is what the file says at the key."""
         variables = self.descriptions[fmu]
         wanted = " or ".join(causalities)
@@ -60,7 +48,7 @@ class PortCheck:
             raise self.refuse(key, value, f"{name!r} is of causality {variable.causality}, expected {wanted}")
         return variable
 
-    def feed(self, key: str, port: str, *causalities: str) -> Variable:
+    def feed(self, key: str, port: str, *causalities: str) -> Described:
         """Return the input, or a variable of another causality; refuse it if it is fed already."""
         variable = self.variable(key, port, "input", *causalities)
         if port in self.fed:
@@ -109,11 +97,11 @@ class PortCheck:
                 key = f"signals[{i}].rate_to"
                 self.real(key, signal.rate_to, self.feed(key, signal.rate_to))
 
-    def real(self, key: str, port: str, variable: Variable) -> None:
+    def real(self, key: str, port: str, variable: Described) -> None:
         if variable.type not in REALS:
             raise self.refuse(key, port, f"{variable.name!r} is {variable.type}, expected Real")
 
-    def dimension(self, key: str, value: object, unit: str, variable: Variable) -> None:
+    def dimension(self, key: str, value: object, unit: str, variable: Described) -> None:
         """Refuse a unit of another dimension than the variable's."""
         own = variable.unit or "1"
         if not measures(unit, own):
@@ -179,7 +167,7 @@ def compatible(one: str, other: str) -> bool:
                             and (known.dimension, known.factor) == (and_known.dimension, and_known.factor))
 
 
-def expected_start(start: StartValue, variable: Variable) -> str:
+def expected_start(start: StartValue, variable: Described) -> str:
     """Return what the variable expects instead of the start value; empty if it fits."""
     boolean = isinstance(start.value, bool)
     if variable.type == "Boolean":
