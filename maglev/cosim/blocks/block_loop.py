@@ -228,10 +228,12 @@ def sources_of(wiring: Wiring, observer: str, seen: Mapping[str, str],
     files, parts = collected
     steps = [line for number, call in enumerate(calls) for line in call_lines(number, call, parts, wiring.tracks)]
     members, copy, begin = zip(*beginnings(wiring.tracks, parts.values()), strict=True)
+    signals = [f"const {item_of(track)} *const row{number} = (const {item_of(track)} *)rows[{number}];"
+               for number, track in enumerate(wiring.tracks) if track.signals is not None]
     run = filled(
         HERE / RUN_FILE, observer=observer, step=indented(steps, 8), members=indented(members, 4),
         includes="\n".join(sorted({f'#include "{part.what.header}"' for part in parts.values()})),
-        begin=indented((*begin, *signal_rows(wiring.tracks)), 4),
+        begin=indented((*begin, *signals), 4),
         see=indented((f"seen.{member} = (double){value_at(places[name], wiring.tracks)};"
                       for member, name in seen.items()), 8))
     ready = " || ".join(f"!ready(&instances[{part.number}]->state->progress)" for part in parts.values())
@@ -252,14 +254,6 @@ def beginnings(tracks: Sequence[Track], parts: Iterable[Part]) -> Iterator[tuple
             declared = f"{item} {row}[{len(track.names)}];"
             yield (declared, f"{loop} beginning->{row}[i] = ((const {item} *)rows[{number}])[i];",
                    f"{declared} {loop} {row}[i] = beginning->{row}[i];")
-
-
-def signal_rows(tracks: Sequence[Track]) -> Iterator[str]:
-    """C of all values of signals."""
-    for number, track in enumerate(tracks):
-        if track.signals is not None:
-            item = item_of(track)
-            yield f"const {item} *const row{number} = (const {item} *)rows[{number}];"
 
 
 def parts_of(fmus: Iterable[Fmu],
