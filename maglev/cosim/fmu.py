@@ -251,7 +251,6 @@ class Fmu:
         return self.variables[name]
 
     def reset(self) -> None:
-        assert self.instance is not None
         self.instance.reset()
         if self.ticking is not None:
             self.ticking.reset()
@@ -259,8 +258,6 @@ class Fmu:
     def initialise(self, start: Mapping[str, float | bool], start_time: float, stop_time: float,
                    give_inputs: Callable[[], None] = lambda: None) -> None:
         """Set start values and go through the initialization, in which it is given inputs."""
-        instance = self.instance
-        assert instance is not None
         buffers = self.buffers([self.variable(name) for name in start])
         for buffer in buffers:
             for i, name in enumerate(buffer.names):
@@ -271,7 +268,7 @@ class Fmu:
                 for buffer in buffers:
                     self.set(buffer)
 
-            self.fmi.initialised(instance, start_time, stop_time, set_values, give_inputs, self.ticking)
+            self.fmi.initialised(self.instance, start_time, stop_time, set_values, give_inputs, self.ticking)
         except FmuError:
             raise
         except Exception as error:
@@ -288,7 +285,6 @@ class Fmu:
         return arrays
 
     def handle(self) -> c_void_p:
-        assert self.instance is not None
         return c_void_p(self.instance.component)
 
     def set(self, buffer: Buffer) -> None:

@@ -170,7 +170,7 @@ class Follower:
         self.flying = flying
         self.timeout = timeout
         self.stage = STARTING
-        self.wired: Wired | None = None
+        self.wired: Wired   # as soon as it is told
         self.counted = 0
         self.cut = False   # whether somebody has cut the file with the number of calls
 
@@ -242,7 +242,6 @@ class Follower:
 
     def last(self) -> tuple[int, Stage]:
         """Communication step and name of the last call that was begun."""
-        assert self.wired is not None
         initial, phases, final, _ = self.wired
         number = self.calls() - 1
         if number < len(initial):
@@ -278,7 +277,6 @@ class Follower:
 
     def recording(self, rows: int, notes: tuple[str, ...] = ()) -> Recording:
         """Copy of the first rows of what was recorded, or of as many as there are."""
-        assert self.wired is not None
         columns: dict[str, Any] = {}
         for number, names in enumerate(self.wired.columns):
             path = next(self.folder.glob(f"{TRACK}{number}.*"))

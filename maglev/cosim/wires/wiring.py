@@ -131,25 +131,15 @@ def wire(fmus: Mapping[str, Fmu], connections: Sequence[tuple[str, str]],
          rates: Mapping[str, Rate] | None = None, allocate: Allocate = np.zeros) -> Wiring:
     """Prepare a co-simulation of the FMUs in their order.
 
-    FmuError if a name does not exist, is not an output, or an input or parameter, as it should be, or has two sources.
+    Connections go from an output to an input or a tunable parameter, both `fmu.variable`; blocks have so many `rows`,
+    the communication step is in s; `allocate` makes the arrays that are recorded to. In sequential order an FMU gets
+    what those before it have given in this step (Gauss-Seidel), in "jacobi" all get what was given in the step before.
 
-    Parameters
-    ----------
-    connections : sequence of (str, str)
-        From an output to an input or a tunable parameter, both `fmu.variable`.
-    drives : mapping of str to sequence of float or ndarray
-        Values of inputs at every communication point.
-    rows, step : int, float
-        Number of communication points of a block; communication step, s.
-    order : str
-        "sequential": an FMU gets what those before it in the order have given in this step (Gauss-Seidel). "jacobi":
-        all get what was given in the step before.
-    rates : mapping of str to Rate, optional
-        Steps of FMUs whose steps are not the communication steps, by name. Of several communication steps, the first
-        FMU steps in the first, and the others in the last: so it computes from its inputs at the start what it
-        holds, and they give at their end what they have come to.
-    allocate : callable, optional
-        Makes the arrays that are recorded to.
+    `rates` are the steps of FMUs, by name, whose steps are not the communication steps. Of several communication steps,
+    the first FMU steps in the first, and the others in the last: so it computes from its inputs at the start what it
+    holds, and they give at their end what they have come to.
+
+    FmuError if a name does not exist, is not an output, or an input or parameter, as it should be, or has two sources.
     """
     sources = sources_of(fmus, connections, drives)
     places: dict[str, Place] = {}   # of each output and signal
