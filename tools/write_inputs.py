@@ -15,6 +15,7 @@ import numpy as np
 
 from maglev.cosim.master import Recording
 from maglev.experiment.results import write_csv
+from maglev.fmu_experiments.pack import at_changes
 from maglev.own_fmus import definition
 from maglev.schema.layers import PACKAGED
 from maglev.schema.loading import load_plan
@@ -37,11 +38,7 @@ def inputs(loop: str, name: str) -> Recording:
         if variable.causality == "input":
             signal = signals.get(variable.place)
             columns[variable.name] = signal.values_at(times) if signal else np.zeros(len(times))
-    changed = np.any([np.diff(column) != 0.0 for column in columns.values()], axis=0)
-    rows = [0, *(np.flatnonzero(changed) + 1).tolist()]
-    starts = times[rows]
-    starts[1:] -= plan.step / 2.0
-    return Recording(starts, {key: column[rows] for key, column in columns.items()})
+    return Recording(*at_changes(times, columns, plan.step))
 
 
 def main() -> None:

@@ -11,6 +11,7 @@ from fmpy.model_description import ModelDescription
 
 from fmi_export.experiments.files import FOLDER, VALIDATION, ExperimentFiles, carried, tolerances
 from fmi_export.parameter_set import Value
+from maglev.arrays import Array
 from maglev.baselines.outcome import CheckResult
 from maglev.catalogue.for_runs import fmus_for_runs
 from maglev.cosim.fmu import kind_of
@@ -168,6 +169,15 @@ def rounded(values: Any, digits: int) -> Any:
     return np.array([float(f"{value:.{digits}g}") for value in values.tolist()])
 
 
+def at_changes(times: Array, columns: Mapping[str, Array], step: float) -> tuple[Array, dict[str, Array]]:
+    """Rows of held columns at the start and at changes; these are half a step (s) early, as rounding may miss them."""
+    changed = np.any([np.diff(values) != 0.0 for values in columns.values()], axis=0)
+    rows = [0, *(np.flatnonzero(changed) + 1).tolist()]
+    starts = times[rows]
+    starts[1:] -= step / 2.0
+    return starts, {name: values[rows] for name, values in columns.items()}
+
+
 def inputs_of(experiment: Experiment, recording: Recording, fmu: str, described: ModelDescription,
               own: Any) -> dict[str, Sequence[float]]:
     """What an FMU was given at each communication point, "time" first; what nothing feeds stays as it starts.
@@ -194,8 +204,5 @@ def inputs_of(experiment: Experiment, recording: Recording, fmu: str, described:
             or kind_of(v) != "Real"}
     moving = {name for name, values in columns.items() if (values != values[0]).any()}
     if moving <= held and not described.coSimulation.canHandleVariableCommunicationStepSize:
-        changed = np.any([np.diff(values) != 0.0 for values in columns.values()], axis=0)
-        rows = [0, *(np.flatnonzero(changed) + 1).tolist()]
-        times = times[rows] - np.array([0.0, *[experiment.step / 2.0] * (len(rows) - 1)])
-        columns = {name: values[rows] for name, values in columns.items()}
+        times, columns = at_changes(times, columns, experiment.step)
     return {"time": times.tolist(), **{name: values.tolist() for name, values in columns.items()}} if columns else {}
