@@ -18,8 +18,8 @@ def errors(estimates: np.ndarray, truth: np.ndarray) -> np.ndarray:
     return found
 
 
-# Regressors differ by rig, what becomes of them does not: those of rig 3 are in the two tests below.
-@pytest.mark.parametrize("rig", [2, pytest.param(3, marks=pytest.mark.thorough)])
+@pytest.mark.thorough
+@pytest.mark.parametrize("rig", [2, 3])
 def test_ideal_stage(flight: Flight, rig: int) -> None:
     """Without friction and with exact encoders every constant is within half a per cent, and said to be found."""
     estimator = new_estimator(rig, 0.5 * TRUTH[rig], **TRUE_VELOCITY)

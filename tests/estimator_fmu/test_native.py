@@ -13,7 +13,7 @@ from fmu_access import bits, outputs, put, variables
 from maglev.cosim.fmu import Fmu
 
 
-@pytest.mark.few(2)
+@pytest.mark.few(1)
 @pytest.mark.parametrize("rig", [2, 3])
 @pytest.mark.parametrize("parameters", [
     {}, {"matched_filter": True, "forgetting": 0.5}, {"epsilon": 0.001, "gamma": 3.0, "observer.time1": 0.0}])

@@ -129,6 +129,7 @@ def test_a_step_of_40_mm_takes_all_the_current_and_settles(name: str, fastest_fm
     assert np.abs(run["plant.y.position"] - 25e-3).max() < 1e-3
 
 
+@pytest.mark.thorough
 @pytest.mark.filterwarnings("ignore:controller .* has no")
 def test_lqi_recovers_where_its_references_ask_for_more_than_the_limit(
         fastest_fmus: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:

@@ -48,7 +48,7 @@ def integral_least_squares(data: Data) -> dict[str, float]:
     return found
 
 
-@pytest.mark.few(1)
+@pytest.mark.thorough
 @pytest.mark.parametrize(("method", "rig"), cases(("reduced", "3dof"), ("fsdi", "2dof")))
 def test_ideal_stage(rig: str, method: str) -> None:
     data = flight(rig, "ideal")
