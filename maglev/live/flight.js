@@ -6,16 +6,6 @@ const HOLD = { stiffness: 1500, damping: 60, most: 150 };   // N/m, N s/m, N: th
 const SHAKE = 10 * Math.PI;   // rad/s, of the floor: 5 Hz
 const KICK_TIME = 0.02;                                     // s
 
-/** Start values of an FMU of a run, by variable: the plan's, and over them the settings `fmu.variable`. What a user brings
- * has its own: the plan's gains and limits are those of our controllers. */
-function startValues(run, part, settings, own) {
-  const values = new Map(own ? [] : Object.entries(run.fmus[part]?.start ?? {}));
-  for (const [name, value] of Object.entries(settings)) {
-    if (name.startsWith(`${part}.`)) values.set(name.slice(part.length + 1), value);
-  }
-  return values;
-}
-
 /** Whether a controller is one that the user has brought. */
 const isOwn = (model) => model.startsWith("own:");
 
@@ -51,8 +41,11 @@ class Flight {
     this.readOutputs();
   }
 
+  /** An FMU of the run, with start values of the plan, and over them the settings. What a user brings has its own: the plan's
+   * gains and limits are those of our controllers. */
   made(part, model) {
-    const start = startValues(this.run, part, this.settings, isOwn(model)), module = this.library.modules[model];
+    const module = this.library.modules[model], start = new Map(isOwn(model) ? [] : Object.entries(this.run.fmus[part]?.start ?? {}));
+    for (const [name, value] of Object.entries(this.settings)) if (name.startsWith(`${part}.`)) start.set(name.slice(part.length + 1), value);
     return new (module.written ? Law : Fmu)(module, this.library.fmus[model], start, this.k * this.run.step);
   }
 
@@ -220,17 +213,11 @@ class Flight {
     if (fmu.has(variable)) fmu.set(variable, value);
   }
 
-  /** What is drawn and plotted: for each axis position, reference, force; for each motor its currents. */
-  row(into, offset) {
+  /** What is drawn and plotted: the time, for each axis position, reference, force; for each motor its currents. */
+  row() {
     const t = this.time;
-    let at = offset;
-    into[at++] = t;
-    this.run.axes.forEach((_, i) => {
-      into[at++] = this.motion.values[2 * i];
-      into[at++] = this.reference(i, t);
-      into[at++] = this.forces.values[i];
-    });
-    into.set(this.plant.get(this.seen), at);
+    return new Float32Array([t, ...this.run.axes.flatMap((_, i) => [this.motion.values[2 * i], this.reference(i, t), this.forces.values[i]]),
+      ...this.plant.get(this.seen)]);
   }
 
   flags() {

@@ -29,8 +29,10 @@ class Fmu {
 
   has(name) { return this.byName.has(name); }
 
-  /** Memory as an array, until the memory grows. */
+  /** Memory as arrays, until it grows. */
   doubles(address, count) { return new Float64Array(this.c.memory.buffer, address, count); }
+
+  words(address, count = 1) { return new Uint32Array(this.c.memory.buffer, address, count); }
 
   text(text) {
     const bytes = new TextEncoder().encode(`${text}\0`);
@@ -53,8 +55,7 @@ class Fmu {
     if (missing !== undefined) throw new Error(`${this.about.name}: missing port: ${missing}`);
     const references = this.c.malloc(4 * Math.max(1, names.length));
     const address = this.c.malloc(8 * Math.max(1, names.length));
-    new Uint32Array(this.c.memory.buffer, references, names.length)
-      .set(names.map((name) => this.byName.get(name).reference));
+    this.words(references, names.length).set(names.map((name) => this.byName.get(name).reference));
     const ports = { names, references, address, values: null };
     this.all.push(ports);
     this.look();
@@ -74,7 +75,7 @@ class Fmu {
   }
 
   reference(name) {
-    new Uint32Array(this.c.memory.buffer, this.scratch, 1)[0] = this.byName.get(name).reference;
+    this.words(this.scratch)[0] = this.byName.get(name).reference;
     return this.scratch;
   }
 
@@ -82,7 +83,7 @@ class Fmu {
   set(name, value) {
     const reference = this.reference(name), place = this.scratch + 8;
     if (this.byName.get(name).boolean) {
-      new Int32Array(this.c.memory.buffer, place, 1)[0] = value ? 1 : 0;
+      this.words(place)[0] = value ? 1 : 0;
       this.check(this.c.fmi2SetBoolean(this.instance, reference, 1, place));
     } else {
       this.doubles(place, 1)[0] = value;
@@ -92,7 +93,7 @@ class Fmu {
 
   flag(name) {
     this.check(this.c.fmi2GetBoolean(this.instance, this.reference(name), 1, this.scratch + 8));
-    return new Int32Array(this.c.memory.buffer, this.scratch + 8, 1)[0] !== 0;
+    return this.words(this.scratch + 8)[0] !== 0;
   }
 
   step(time, size) { this.check(this.c.fmi2DoStep(this.instance, time, size, 1)); }
@@ -100,12 +101,11 @@ class Fmu {
   /** The whole state, for another instance of the same FMU. */
   state() {
     const { c, instance, scratch } = this;
-    const word = (address) => new Uint32Array(c.memory.buffer, address, 1);
-    word(scratch)[0] = 0;
+    this.words(scratch)[0] = 0;
     this.check(c.fmi2GetFMUstate(instance, scratch));
-    this.check(c.fmi2SerializedFMUstateSize(instance, word(scratch)[0], scratch + 4));
-    const size = word(scratch + 4)[0], bytes = c.malloc(size);
-    this.check(c.fmi2SerializeFMUstate(instance, word(scratch)[0], bytes, size));
+    this.check(c.fmi2SerializedFMUstateSize(instance, this.words(scratch)[0], scratch + 4));
+    const [size] = this.words(scratch + 4), bytes = c.malloc(size);
+    this.check(c.fmi2SerializeFMUstate(instance, this.words(scratch)[0], bytes, size));
     const copy = new Uint8Array(c.memory.buffer, bytes, size).slice();
     c.free(bytes);
     this.check(c.fmi2FreeFMUstate(instance, scratch));
@@ -114,13 +114,11 @@ class Fmu {
   }
 
   restore(state) {
-    const { c, instance, scratch } = this;
-    const bytes = c.malloc(state.length);
+    const { c, instance, scratch } = this, bytes = c.malloc(state.length);
     new Uint8Array(c.memory.buffer).set(state, bytes);
-    const word = () => new Uint32Array(c.memory.buffer, scratch, 1);
-    word()[0] = 0;
+    this.words(scratch)[0] = 0;
     this.check(c.fmi2DeSerializeFMUstate(instance, bytes, state.length, scratch));
-    this.check(c.fmi2SetFMUstate(instance, word()[0]));
+    this.check(c.fmi2SetFMUstate(instance, this.words(scratch)[0]));
     this.check(c.fmi2FreeFMUstate(instance, scratch));
     c.free(bytes);
     this.look();

@@ -26,28 +26,18 @@ class FlightHistory {
   at(row, column) { return this.data[(row % MOST_KEPT) * this.width + column]; }
 
   /** First row at or after a time (s). */
-  since(time) {
-    let low = this.first, high = this.count;
-    while (low < high) {
-      const middle = (low + high) >> 1;
-      if (this.at(middle, 0) < time) low = middle + 1; else high = middle;
-    }
-    return low;
-  }
+  since(time) { return firstOf(this.first, this.count, (row) => this.at(row, 0) >= time); }
 
   /** The last row by names: time, and of each axis and motor what there is. */
   last() {
     if (!this.count) return null;
-    const value = (column) => this.at(this.count - 1, column);
-    const { axes, motors } = this.run;
+    const value = (column) => this.at(this.count - 1, column), { axes, motors } = this.run;
     return {
       time: value(0),
       axes: Object.fromEntries(axes.map((axis, i) => [axis, { position: value(columnOf.position(i)),
         reference: value(columnOf.reference(i)), force: value(columnOf.force(i)) }])),
-      motors: Object.fromEntries(motors.map((motor, i) => {
-        const first = columnOf.phases(axes, i);
-        return [motor, { phases: [0, 1, 2].map((c) => value(first + c)), d: value(first + 3), q: value(first + 4) }];
-      })),
+      motors: Object.fromEntries(motors.map((motor, i) => [motor, { phases: [0, 1, 2].map((c) => value(columnOf.phases(axes, i) + c)),
+        d: value(columnOf.direct(axes, i)), q: value(columnOf.quadrature(axes, i)) }])),
     };
   }
 }
@@ -57,7 +47,7 @@ const columnOf = {
   position: (axis) => 1 + 3 * axis,
   reference: (axis) => 2 + 3 * axis,
   force: (axis) => 3 + 3 * axis,
-  phases: (axes, motor) => 1 + 3 * axes.length + 5 * motor,
+  phases: (axes, motor) => 1 + 3 * axes.length + 5 * motor,   // three
   direct: (axes, motor) => 4 + 3 * axes.length + 5 * motor,
   quadrature: (axes, motor) => 5 + 3 * axes.length + 5 * motor,
 };

@@ -22,10 +22,6 @@ const toText = (bytes) => btoa(String.fromCharCode(...bytes)).replaceAll("+", "-
 const toBytes = (text) => Uint8Array.from(atob(text.replaceAll("-", "+").replaceAll("_", "/")), (character) => character.charCodeAt(0));
 const through = (bytes, stream) => new Blob([bytes]).stream().pipeThrough(stream);
 
-async function packedLaw(text) {
-  return toText(new Uint8Array(await new Response(through(new TextEncoder().encode(text), new CompressionStream("deflate-raw"))).arrayBuffer()));
-}
-
 /** Text of a law in an address; it is read no further than a law may be long. */
 async function unpackedLaw(packed) {
   const reader = through(toBytes(packed), new DecompressionStream("deflate-raw")).getReader(), decoder = new TextDecoder();
@@ -63,7 +59,8 @@ async function runLaw() {
   if (!page.run) return;   // while the controllers are being unpacked
   const text = lawText();
   if (text.length > LONGEST_LAW) { lawSaid(`The law has ${text.length} characters, expected at most ${LONGEST_LAW}.`, true); return; }
-  own.asked = { packed: await packedLaw(text), script: true, label: "yours", name: "law" };
+  const packed = await new Response(through(new TextEncoder().encode(text), new CompressionStream("deflate-raw"))).arrayBuffer();
+  own.asked = { packed: toText(new Uint8Array(packed)), script: true, label: "yours", name: "law" };
   lawSaid("");
   tryOwn({ model: LAW, text });
 }

@@ -95,10 +95,9 @@ function drawHint(canvas, view, row, colours) {
   const [x, y] = [left + 0.74 * width, top + 0.86 * height], text = "↔ drag me ↕";
   context.font = "600 14px system-ui, sans-serif";
   const half = context.measureText(text).width / 2 + 9;
-  context.fillStyle = colours.text;
   context.beginPath();
   context.roundRect(x - half, y - 13, 2 * half, 26, 13);
-  context.fill();
+  fill(context, colours.text);
   write(context, text, x, y + 1, colours.paper, { font: "600 14px", align: "center" });
 }
 

@@ -56,21 +56,14 @@ function readFragment(fragment) {
   } catch (error) {
     problems.push(error.message);
   }
-  for (const key of ["controller", "ghost"]) {
-    const model = entries.get(key);
-    if (known.includes(model)) state[key] = model;
-    else if (model) problems.push(`${key} = ${model}, expected one of ${known.join(", ")}`);
-  }
-  if (entries.has("speed")) {
-    if (SPEEDS.includes(Number(entries.get("speed")))) state.speed = Number(entries.get("speed"));
-    else problems.push(`speed = ${entries.get("speed")}, expected one of ${SPEEDS.join(", ")}`);
-  }
-  for (const [key, known] of [["view", Object.keys(SHOTS)], ["story", STORIES.map(({ id }) => id)]]) {
-    if (known.includes(entries.get(key))) state[key] = entries.get(key);
-    else if (entries.has(key)) problems.push(`${key} = ${entries.get(key)}, expected one of ${known.join(", ")}`);
+  const choices = { controller: known, ghost: known, speed: SPEEDS, view: Object.keys(SHOTS), story: STORIES.map(({ id }) => id) };
+  for (const [key, allowed] of Object.entries(choices)) {
+    const text = entries.get(key), value = key === "speed" ? Number(text) : text;
+    if (allowed.includes(value)) state[key] = value;
+    else if (text) problems.push(`${key} = ${text}, expected one of ${allowed.join(", ")}`);
   }
   for (const [full, text] of entries) {
-    if (["run", "controller", "ghost", "speed", "view", "story", "law", "result"].includes(full)) continue;
+    if (["run", "law", "result", ...Object.keys(choices)].includes(full)) continue;
     const variable = variableOf(run, state.controller, full) ?? variableOf(run, run.fmus.controller.model, full);
     try {
       if (!variable) throw new Error(`${full}: there is no such parameter of ${name}`);

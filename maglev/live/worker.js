@@ -74,14 +74,8 @@ function resume() {
 }
 
 function record() {
-  const width = rowWidth(flight.run);
-  const row = new Float32Array(width);
-  flight.row(row, 0);
-  rows.push(row);
-  if (!ghost) return;
-  const twin = new Float32Array(width);
-  ghost.row(twin, 0);
-  ghostRows.push(twin);
+  rows.push(flight.row());
+  if (ghost) ghostRows.push(ghost.row());
 }
 
 /** Step until the clock is met, or the time is up that stepping may take. */
@@ -99,7 +93,12 @@ function fly() {
         HANDLERS[act.type](act);
       }
       flight.step();
-      if (ghost) stepGhost();
+      try {
+        ghost?.step();
+      } catch (error) {
+        ghost = null;
+        postMessage({ type: "ghost refused", text: error.message });
+      }
       if (flight.k % every === 0) {
         record();
         if (performance.now() - begin > MOST_BUSY) { asked = flight.time; break; }
@@ -113,15 +112,6 @@ function fly() {
     pace = { since: begin, from: flight.time, value: 1e3 * (flight.time - pace.from) / (begin - pace.since) };
   }
   send(false);
-}
-
-function stepGhost() {
-  try {
-    ghost.step();
-  } catch (error) {
-    ghost = null;
-    postMessage({ type: "ghost refused", text: error.message });
-  }
 }
 
 function joined(list) {

@@ -68,18 +68,12 @@ const faces = (camera, { low, high }, [axis, end]) =>
 const SHADES = [0.16, 0, 0.26];   // how dark sides are across x, y and z: light comes from above
 
 /** Draw the sides of a box that are seen. */
-function drawBox(context, camera, body, colour, shade = "#000") {
+function drawBox(context, camera, body, colour) {
   for (const side of SIDES) {
     if (!faces(camera, body, side)) continue;
     polygon(context, cornersOf(body, side).map((point) => camera.seen(point)));
-    context.fillStyle = colour;
-    context.fill();
-    const alpha = context.globalAlpha, dark = side[0] === 1 && side[1] ? 0.4 : SHADES[side[0]];
-    if (!dark) continue;
-    context.globalAlpha = alpha * dark;
-    context.fillStyle = shade;
-    context.fill();
-    context.globalAlpha = alpha;
+    fill(context, colour);
+    fill(context, "#000", side[0] === 1 && side[1] ? 0.4 : SHADES[side[0]]);
   }
 }
 

@@ -25,10 +25,9 @@ function columnOfFlight(view, k, count) {
 
 function drawGap(context, view, flights, look, spaceScale, colours) {
   const { run, left, top, width, height, low, high, scale, y } = view, right = left + width;
-  context.fillStyle = colours.panel;
   context.beginPath();
   context.roundRect(left, top, width, height, 6);
-  context.fill();
+  fill(context, colours.panel);
   write(context, `air gap ${run.vertical}, ×${Math.round(scale / spaceScale)}`, left + 8, top + 5, colours.text, { font: "600 12px", base: "top" });
   // The stator is above, farther off than there is room for.
   context.fillStyle = colours.iron;
@@ -61,13 +60,11 @@ function drawGap(context, view, flights, look, spaceScale, colours) {
 function drawMover(context, { run, y, scale, top }, { row, name, colour, weight }, [x, wide], colours) {
   const [from, to] = faceOf(run, row), corner = (share, below) => [x + share * wide, y(from + share * (to - from)) + below];
   polygon(context, [corner(0, 0), corner(1, 0), corner(1, BLOCK), corner(0, BLOCK)]);
-  context.fillStyle = colour;
-  context.fill();
+  fill(context, colour);
   for (let k = 0; k < 2 * POLES; k++) {
     const [a, b] = [k + 0.12, k + 0.88].map((at) => at / 2 / POLES);
     polygon(context, [corner(a, 0), corner(b, 0), corner(b, 7), corner(a, 7)]);
-    context.fillStyle = k % 2 ? colours.south : colours.north;
-    context.fill();
+    fill(context, k % 2 ? colours.south : colours.north);
   }
   const wanted = faceOf(run, row, "reference");
   line(context, [[x - 4, y(wanted[0])], [x + wide + 4, y(wanted[1])]], colours.text, 1.5, DASHED);

@@ -1,5 +1,6 @@
 "use strict";
-// What scripts of all pages share: elements, packed bytes, and scales of plots, with ticks that a person would choose.
+// What scripts of all pages share: elements, packed bytes, scales of plots with ticks that a person would choose, and what is drawn
+// on canvases, in px of the page.
 const LENGTHS = [[1e-4, "0.1 µm"], [1e-3, "1 µm"], [1e-2, "10 µm"], [0.1, "0.1 mm"], [1, "1 mm"], [10, "10 mm"],
   [100, "100 mm"]];
 
@@ -64,22 +65,25 @@ function scaleOf(low, high, start, end, logarithmic) {
   return { low, high, place, value, ticks };
 }
 
-/** First position in an ascending array whose value is at least this one. */
-function firstFrom(values, value) {
-  let low = 0;
-  let high = values.length;
+/** First of ascending positions from which on something holds; the last one, which is not asked, where it does for none. */
+function firstOf(low, high, holds) {
   while (low < high) {
     const middle = (low + high) >> 1;
-    if (values[middle] < value) low = middle + 1;
-    else high = middle;
+    if (holds(middle)) high = middle; else low = middle + 1;
   }
   return low;
 }
 
+/** First position in an ascending array whose value is at least this one. */
+const firstFrom = (values, value) => firstOf(0, values.length, (k) => values[k] >= value);
+
+/** First and last point of a line that are drawn between two abscissae: one more to each side, for the lines to these are seen. */
+const drawnOf = ({ x, ascending }, from, to) => (ascending ? [Math.max(0, firstFrom(x, from) - 1), Math.min(x.length - 1, firstFrom(x, to))]
+  : [0, x.length - 1]);
+
 /** Follow a line with the pen of a canvas or a path, in px; of many points in a column of px the first, the extremes and the last. */
 function follow(pen, { x, y, ascending }, across, up, width) {
-  const first = ascending ? Math.max(0, firstFrom(x, across.low) - 1) : 0;
-  const last = ascending ? Math.min(x.length - 1, firstFrom(x, across.high)) : x.length - 1;
+  const [first, last] = drawnOf({ x, ascending }, across.low, across.high);
   let away = true;   // from the line, where it has no value
   const point = (k) => {
     if (y[k] !== null) pen[away ? "moveTo" : "lineTo"](across.place(x[k]), up.place(y[k]));
@@ -108,29 +112,80 @@ function follow(pen, { x, y, ascending }, across, up, width) {
 
 /** Limits of what lines show between two abscissae, with some air; levels near enough are taken in. */
 function fitted(lines, levels, from, to, logarithmic) {
-  let low = Infinity;
-  let high = -Infinity;
-  for (const { x, y, ascending } of lines) {
-    // One point to each side: the line to it is seen.
-    const first = ascending ? Math.max(0, firstFrom(x, from) - 1) : 0;
-    const last = ascending ? Math.min(x.length - 1, firstFrom(x, to)) : x.length - 1;
-    for (let k = first; k <= last; k++) {
-      const value = y[k];
-      if (value === null || !(ascending || (x[k] >= from && x[k] <= to))) continue;
-      if (value < low) low = value;
-      if (value > high) high = value;
-    }
+  let [low, high] = [Infinity, -Infinity];
+  const take = (value) => {
+    if (value < low) low = value;
+    if (value > high) high = value;
+  };
+  for (const line of lines) {
+    const { x, y, ascending } = line, [first, last] = drawnOf(line, from, to);
+    for (let k = first; k <= last; k++) if (y[k] !== null && (ascending || (x[k] >= from && x[k] <= to))) take(y[k]);
   }
   if (low > high) return logarithmic ? [1e-3, 1] : [0, 1];
-  if (logarithmic) {
-    for (const level of levels) if (level >= low / 10 && level <= high * 10) [low, high] = [Math.min(low, level), Math.max(high, level)];
-    return [low / 1.3, Math.max(high * 1.3, low * 10)];
-  }
-  if (high - low < 1e-9 * Math.max(1e-3, Math.abs(high))) [low, high] = [low - 0.5, high + 0.5];
-  const [least, most] = [low - (high - low), high + (high - low)];
-  for (const level of levels) {
-    if (level >= least && level <= most) [low, high] = [Math.min(low, level), Math.max(high, level)];
-  }
+  if (!logarithmic && high - low < 1e-9 * Math.max(1e-3, Math.abs(high))) [low, high] = [low - 0.5, high + 0.5];
+  const [least, most] = logarithmic ? [low / 10, high * 10] : [2 * low - high, 2 * high - low];
+  levels.filter((level) => level >= least && level <= most).forEach(take);
+  if (logarithmic) return [low / 1.3, Math.max(high * 1.3, low * 10)];
   const air = 0.06 * (high - low);
   return [low - air, high + air];
 }
+
+/** Canvas as large as its place, in px of the page; empty if it is to be cleared. */
+function sized(canvas, clear = true) {
+  const ratio = Math.min(2, devicePixelRatio || 1);
+  const { clientWidth: width, clientHeight: height } = canvas;
+  if (canvas.width !== Math.round(width * ratio) || canvas.height !== Math.round(height * ratio)) {
+    canvas.width = Math.round(width * ratio);
+    canvas.height = Math.round(height * ratio);
+  }
+  const context = canvas.getContext("2d");
+  context.setTransform(ratio, 0, 0, ratio, 0, 0);
+  if (clear) context.clearRect(0, 0, width, height);
+  return { context, width, height, ratio };
+}
+
+/** Write a text at a place, narrower where it is wider than the most (px); a halo keeps lines below it from its letters. */
+function write(context, text, x, y, colour, { font = "11px", align = "left", base = "middle", most, halo } = {}) {
+  context.font = `${font} system-ui, sans-serif`;
+  context.textAlign = align;
+  context.textBaseline = base;
+  if (halo) {
+    Object.assign(context, { strokeStyle: halo, lineWidth: 3, lineJoin: "round" });
+    context.strokeText(text, x, y, most);
+  }
+  context.fillStyle = colour;
+  context.fillText(text, x, y, most);
+}
+
+/** Draw a line through points. */
+function line(context, points, colour, width = 1, dash = []) {
+  context.beginPath();
+  for (const [x, y] of points) context.lineTo(x, y);
+  outline(context, colour, width, dash);
+}
+
+/** Draw the line of the path that there is. */
+function outline(context, colour, width = 1, dash = []) {
+  context.strokeStyle = colour;
+  context.lineWidth = width;
+  context.setLineDash(dash);
+  context.stroke();
+  context.setLineDash([]);
+}
+
+/** Make a path around points. */
+function polygon(context, points) {
+  context.beginPath();
+  for (const [x, y] of points) context.lineTo(x, y);
+  context.closePath();
+}
+
+/** Fill the path that there is, with a share of what covers now. */
+function fill(context, colour, share = 1) {
+  const alpha = context.globalAlpha;
+  Object.assign(context, { globalAlpha: share * alpha, fillStyle: colour });
+  context.fill();
+  context.globalAlpha = alpha;
+}
+
+const DASHED = [5, 4];   // px

@@ -4,8 +4,7 @@
 const POLES = 4;                           // of a mover that are shown
 const YOKE = 8, TEETH = 22, BACK = 13;     // mm: the stator's iron above its slots, their depth, the mover's iron
 const TILT = 5;                            // times as large as they are, tilts are drawn in space
-// Phase and direction of winding of successive slots: one slot for each pole and phase.
-const WINDING = [[0, 1], [2, -1], [1, 1], [0, -1], [2, 1], [1, -1]];
+const WINDING = [0, 2, 1];                 // phases of successive slots: one slot for each pole and phase
 const SHOTS = { space: { yaw: -30, pitch: 20 }, sides: { yaw: 0, pitch: 4 }, above: { yaw: 0, pitch: 80 } };   // degrees
 
 /** Horizontal axes, in the order of the motors that drive them. */
@@ -24,20 +23,6 @@ function endsOf(run, axis, values) {
     return (high - low) / 2 / Math.abs(values(`plant.${motor}.${tilt.place}`));
   }));
   return [-most, most];
-}
-
-/** Canvas as large as its place, in px of the page; empty if it is to be cleared. */
-function sized(canvas, clear = true) {
-  const ratio = Math.min(2, devicePixelRatio || 1);
-  const { clientWidth: width, clientHeight: height } = canvas;
-  if (canvas.width !== Math.round(width * ratio) || canvas.height !== Math.round(height * ratio)) {
-    canvas.width = Math.round(width * ratio);
-    canvas.height = Math.round(height * ratio);
-  }
-  const context = canvas.getContext("2d");
-  context.setTransform(ratio, 0, 0, ratio, 0, 0);
-  if (clear) context.clearRect(0, 0, width, height);
-  return { context, width, height, ratio };
 }
 
 /** Colours of the style sheet by the names of what they stand for; those of axes by theirs. On paper they are the light ones, its first. */

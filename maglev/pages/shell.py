@@ -20,7 +20,7 @@ from maglev_files.whole_file import write_whole
 
 FOLDER = Path(__file__).parent
 INDEX = "index.html"
-SCENE = ("pen.js", "camera.js", "scene.js", "space.js", "gap.js")
+SCENE = ("camera.js", "scene.js", "space.js", "gap.js")
 PLACE = "<!--shell-->"
 HEAD = 4000   # bytes of a page in which its head stands
 SAID = 240    # characters of what a page says that the index has
@@ -44,9 +44,9 @@ class Page(NamedTuple):
 
 
 @cache
-def read(name: str) -> str:
-    """Text of a file of this package."""
-    return (FOLDER / name).read_text(encoding="utf-8")
+def read(name: str, folder: Path = FOLDER) -> str:
+    """Text of a file of this package, or of what is in another folder."""
+    return (folder / name).read_text(encoding="utf-8")
 
 
 def tokens() -> str:
@@ -67,7 +67,7 @@ def page(kind: str, title: str, about: str, style: str, body: str, policy: str =
 
 
 def scripts(*texts: str) -> str:
-    """Elements with the scales of all plots, and with scripts."""
+    """Elements with what all scripts share, and with scripts."""
     return "\n".join(f"<script>\n{text}</script>" for text in (read("scale.js"), *texts))
 
 

@@ -76,10 +76,7 @@ function drawFloor(context, { camera, bodies: { floor, wide, deep, ledge } }, mo
     const point = moved([x * wide, 0, z * deep + Math.min(0, z) * ledge]);
     return at(point[0], point[2]);
   }));
-  context.globalAlpha = 0.18;
-  context.fillStyle = "#000";
-  context.fill();
-  context.globalAlpha = 1;
+  fill(context, "#000", 0.18);
 }
 
 /** Names of the horizontal axes at the ends of the floor, or at the edge of the view where that is nearer. */
@@ -105,12 +102,8 @@ function drawStator(context, { camera }, stator, row, peak, colours) {
       const ends = below ? (along ? [[0, from], [1, to]] : [[from, 0], [to, 1]])
         : along ? [[1 - coil, from], [1, to]] : [[from, 1 - coil], [to, 1]];
       polygon(context, cornersOf(stator, side, ...ends).map((point) => camera.seen(point)));
-      context.fillStyle = colours.paper;
-      context.fill();
-      context.globalAlpha = 0.06 + 0.94 * Math.min(1, Math.abs(phases[WINDING[k % WINDING.length][0]]) / peak);
-      context.fillStyle = colours.current;
-      context.fill();
-      context.globalAlpha = 1;
+      fill(context, colours.paper);
+      fill(context, colours.current, 0.06 + 0.94 * Math.min(1, Math.abs(phases[WINDING[k % WINDING.length]]) / peak));
     }
   }
 }
@@ -179,8 +172,7 @@ function arrow(context, x, y, dx, dy, label, colours, halo) {
   line(context, [[x, y], [x + dx - 6 * ux, y + dy - 6 * uy]], colours.text, 2.5);
   polygon(context, [[x + dx, y + dy], [x + dx - 9 * ux - 4.5 * uy, y + dy - 9 * uy + 4.5 * ux],
     [x + dx - 9 * ux + 4.5 * uy, y + dy - 9 * uy - 4.5 * ux]]);
-  context.fillStyle = colours.text;
-  context.fill();
+  fill(context, colours.text);
   write(context, label, x + dx + 6 * (ux < -0.5 ? -1 : 1), y + dy, colours.text, { align: ux < -0.5 ? "right" : "left", halo });
 }
 

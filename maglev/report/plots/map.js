@@ -16,10 +16,11 @@ class OutcomeMaps {
     for (const [sign, label, by] of [["+", "zoom in", 0.5], ["−", "zoom out", 2], ["all", "show all", Infinity]]) {
       html("button", { type: "button", "aria-label": label }, tools, sign).addEventListener("click", () => this.zoom(by));
     }
-    this.layers = this.counted(factors.slice(2));
+    const others = factors.slice(2);   // every combination of their values is a layer
+    this.layers = others.reduce((all, { values }) => all.flatMap((each) => values.map((_, k) => [...each, k])), [[]]);
     if (this.layers.length > 1) {
-      const select = html("select", { class: "layer" }, html("label", {}, tools, `${factors.slice(2).map(({ name }) => name).join(", ")} `));
-      this.layers.forEach((layer, k) => select.append(new Option(factors.slice(2).map((each, i) => this.text(each, layer[i])).join(", "), k)));
+      const select = html("select", { class: "layer" }, html("label", {}, tools, `${others.map(({ name }) => name).join(", ")} `));
+      this.layers.forEach((layer, k) => select.append(new Option(others.map((each, i) => this.text(each, layer[i])).join(", "), k)));
       select.addEventListener("change", () => { this.layer = Number(select.value); this.draw(); });
     }
     const maps = html("div", { class: "maps" }, place);
@@ -41,11 +42,6 @@ class OutcomeMaps {
     this.command = html("p", { hidden: "" }, place);
     this.code = html("code", {}, this.command);
     html("button", { type: "button", class: "copy" }, this.command, "Copy");
-  }
-
-  /** Places of some factors, every combination. */
-  counted(factors) {
-    return factors.reduce((all, { values }) => all.flatMap((each) => values.map((_, k) => [...each, k])), [[]]);
   }
 
   text({ values, scale, unit }, k) {
@@ -171,11 +167,9 @@ class OutcomeMaps {
   }
 
   drawLaw(law) {
-    const { canvas } = law, ratio = window.devicePixelRatio || 1, { x, y } = this.view;
-    const [width, height] = [canvas.clientWidth - MAP.left - MAP.right, canvas.clientHeight - MAP.top - MAP.below];
-    canvas.width = canvas.clientWidth * ratio;
-    canvas.height = canvas.clientHeight * ratio;
-    const pen = canvas.getContext("2d"), image = new ImageData(Math.max(1, Math.round(width * ratio)), Math.max(1, Math.round(height * ratio)));
+    const { canvas } = law, { context, width: wide, height: tall, ratio } = sized(canvas), { x, y } = this.view, ink = colour("text");
+    const [width, height] = [wide - MAP.left - MAP.right, tall - MAP.top - MAP.below];
+    const image = new ImageData(Math.max(1, Math.round(width * ratio)), Math.max(1, Math.round(height * ratio)));
     this.paper = null;
     const columns = Array.from({ length: image.width }, (_, px) => Math.round(x[0] + (px + 0.5) / image.width * (x[1] - x[0])));
     for (let py = 0; py < image.height; py++) {
@@ -184,33 +178,29 @@ class OutcomeMaps {
         this.paint(image.data, py * image.width + px, this.outcome(law, row, columns[px]), Math.floor(px / ratio), Math.floor(py / ratio));
       }
     }
-    pen.putImageData(image, Math.round(MAP.left * ratio), Math.round(MAP.top * ratio));
-    pen.scale(ratio, ratio);
-    pen.font = "11px system-ui, sans-serif";
-    [pen.fillStyle, pen.strokeStyle] = [colour("text"), colour("text")];
-    const [down, across] = this.factors, along = this.axis(across, x, width, 30), up = this.axis(down, y, height, 15);
-    pen.textAlign = "center";
-    for (const [place, text] of along) pen.fillText(text, MAP.left + place, MAP.top + height + 14);
-    pen.fillText(titleOf(across), MAP.left + width / 2, MAP.top + height + 30);
-    pen.textAlign = "end";
-    for (const [place, text] of up) pen.fillText(text, MAP.left - 5, MAP.top + height - place + 4);
-    pen.save();
-    pen.translate(10, MAP.top + height / 2);
-    pen.rotate(-Math.PI / 2);
-    pen.textAlign = "center";
-    pen.fillText(titleOf(down), 0, 0);
-    pen.restore();
-    pen.strokeRect(MAP.left, MAP.top, width, height);
+    context.putImageData(image, Math.round(MAP.left * ratio), Math.round(MAP.top * ratio));
+    const [down, across] = this.factors, middle = { align: "center" };
+    for (const [place, text] of this.axis(across, x, width, 30)) write(context, text, MAP.left + place, MAP.top + height + 10, ink, middle);
+    write(context, titleOf(across), MAP.left + width / 2, MAP.top + height + 26, ink, middle);
+    for (const [place, text] of this.axis(down, y, height, 15)) write(context, text, MAP.left - 5, MAP.top + height - place, ink, { align: "end" });
+    context.save();
+    context.translate(6, MAP.top + height / 2);
+    context.rotate(-Math.PI / 2);
+    write(context, titleOf(down), 0, 0, ink, middle);
+    context.restore();
+    context.save();
+    context.beginPath();
+    context.rect(MAP.left, MAP.top, width, height);
+    outline(context, ink);
+    context.clip();
     if (this.at) {
       const [cx, cy] = [MAP.left + (this.at[1] - x[0]) / (x[1] - x[0]) * width, MAP.top + (y[1] - this.at[0]) / (y[1] - y[0]) * height];
-      pen.beginPath();
-      pen.rect(MAP.left, MAP.top, width, height);
-      pen.clip();
-      for (const [wide, css] of [[4, "paper"], [1.5, "text"]]) {
-        [pen.lineWidth, pen.strokeStyle] = [wide, colour(css)];
-        pen.stroke(new Path2D(`M${cx - 9} ${cy}h18M${cx} ${cy - 9}v18`));
+      for (const [thick, css] of [[4, "paper"], [1.5, "text"]]) {
+        line(context, [[cx - 9, cy], [cx + 9, cy]], colour(css), thick);
+        line(context, [[cx, cy - 9], [cx, cy + 9]], colour(css), thick);
       }
     }
+    context.restore();
     const size = this.rows * this.columns, layer = law.cells.subarray(this.layer * size, (this.layer + 1) * size);
     const share = layer.reduce((sum, outcome) => sum + (outcome === 0), 0) / size;
     law.caption.textContent = `${law.name ? `${law.name}: ` : ""}${this.outcomes[0]} in ${(100 * share).toFixed(0)} % of the map`;

@@ -62,6 +62,12 @@ function lineAt({ x, y, ascending, marked }, at) {
   return y[k - 1] + (y[k] - y[k - 1]) * (at - x[k - 1]) / (x[k] - x[k - 1]);
 }
 
+/** Draw along a path in the colour and with the dashes of what it shows. */
+function stroke(parent, kind, { name, css, dash = "solid" }, d, width) {
+  return svg("path", { class: kind, "data-name": name, d,
+    style: `stroke: var(--${css}); stroke-width: ${width}; stroke-dasharray: ${DASHES[dash]}` }, parent);
+}
+
 /** A sample of a line for the legend. */
 function swatch(parent, { css, dash, marked, symbol }) {
   const picture = svg("svg", { width: 22, height: 10, "aria-hidden": "true" }, parent);
@@ -137,9 +143,7 @@ const tall = (last) => PANEL.top + PANEL.plot + (last ? PANEL.bottom : PANEL.bet
 
 /** Draw one panel of a plot into its place; its legend once, its picture anew each time. */
 function drawPanel(plot, p) {
-  const panel = plot.panels[p];
-  const place = plot.places[p];
-  const view = plot.views[p];
+  const [panel, place, view] = [plot.panels[p], plot.places[p], plot.views[p]];
   const whole = Math.max(240, Math.min(plot.element.clientWidth, onPaper ? PANEL.paper : Infinity));   // letters are as large on paper
   const [width, height] = [whole - PANEL.left - PANEL.right, PANEL.plot];
   const last = !plot.runs.length || p === plot.panels.length - 1;
@@ -167,14 +171,9 @@ function drawPanel(plot, p) {
     const [top, bottom] = [up.place(high), up.place(low)].sort((a, b) => a - b);
     svg("rect", { class: "bound", x: 0, width, y: top, height: Math.max(1, bottom - top), style: `fill: var(--${css}); opacity: 0.18` }, inner);
   }
-  for (const { value, css, dash, name } of panel.levels) {
-    svg("path", { class: "level", "data-name": name, d: `M0 ${up.place(value).toFixed(1)}h${width}`,
-      style: `stroke: var(--${css}); stroke-width: 1.2; stroke-dasharray: ${DASHES[dash]}` }, inner);
-  }
-  for (const { x, css, name } of panel.instants) {
-    svg("path", { class: "instant", "data-name": name, d: `M${across.place(x).toFixed(1)} ${PANEL.top}v${height}`,
-      style: `stroke: var(--${css}); stroke-width: 1.5; stroke-dasharray: ${DASHES.dash}` }, inner);
-  }
+  const upright = (x) => `M${across.place(x).toFixed(1)} ${PANEL.top}v${height}`;
+  for (const level of panel.levels) stroke(inner, "level", level, `M0 ${up.place(level.value).toFixed(1)}h${width}`, 1.2);
+  for (const instant of panel.instants) stroke(inner, "instant", instant, upright(instant.x), 1.5);
   // What is out of sight leaves the legend, where its place stays free: nothing jumps.
   const sight = [...panel.areas.map(({ name, low, high }) => [name, high >= up.low && low <= up.high]),
     ...panel.levels.map(({ name, value }) => [name, value >= up.low && value <= up.high]),
@@ -183,10 +182,10 @@ function drawPanel(plot, p) {
       : high >= view.low && low <= view.high && value >= up.low && value <= up.high])];
   const seen = new Set(sight.filter(([, inside]) => inside).map(([name]) => name));
   for (const note of place.querySelectorAll(".legend span")) note.style.visibility = seen.has(note.dataset.name) ? "" : "hidden";
-  for (const { x, value, low, high, css, dash, name } of panel.marks) {
-    const d = value === null ? `M${across.place(x).toFixed(1)} ${PANEL.top}v${height}`
-      : `M${across.place(low).toFixed(1)} ${up.place(value).toFixed(1)}H${across.place(high).toFixed(1)}`;
-    svg("title", {}, svg("path", { class: "mark", "data-name": name, d, style: `stroke: var(--${css}); stroke-width: 2; stroke-dasharray: ${DASHES[dash]}` }, inner), name);
+  for (const mark of panel.marks) {
+    const d = mark.value === null ? upright(mark.x)
+      : `M${across.place(mark.low).toFixed(1)} ${up.place(mark.value).toFixed(1)}H${across.place(mark.high).toFixed(1)}`;
+    svg("title", {}, stroke(inner, "mark", mark, d, 2), mark.name);
   }
   for (const line of lines) {
     if (line.margin) {
@@ -197,10 +196,7 @@ function drawPanel(plot, p) {
         : SYMBOLS[line.symbol].replace(/^M(\S+) (\S+?)(?=[a-z])/, (_, dx, dy) =>
           `M${(across.place(x) + Number(dx)).toFixed(1)} ${(up.place(line.y[k]) + Number(dy)).toFixed(1)}`)));
       svg("path", { class: "line", "data-name": line.name, d: marks.join(""), style: `fill: var(--${line.css})` }, inner);
-    } else {
-      svg("path", { class: "line", "data-name": line.name, d: linePath(line, across, up, width),
-        style: `stroke: var(--${line.css}); stroke-dasharray: ${DASHES[line.dash]}${line.thin ? "; stroke-width: 0.7" : ""}` }, inner);
-    }
+    } else stroke(inner, "line", line, linePath(line, across, up, width), line.thin ? 0.7 : 1.5);
   }
   const former = place.querySelector(".panel-plot"), focused = former && former === document.activeElement;
   if (former) former.replaceWith(picture);
