@@ -9,9 +9,9 @@ import json
 from collections.abc import Mapping
 from pathlib import Path
 from tempfile import TemporaryDirectory
+from typing import NamedTuple
 
 import maglev
-from maglev.comparison.files import Cost
 from maglev.errors import ScenarioError
 from maglev.microcontroller.target import usual_run
 from maglev.own_fmus import DEFINITIONS, definition
@@ -21,6 +21,18 @@ ROOT = Path(__file__).parents[1]
 COSTS = ROOT / "maglev" / "comparison" / "costs.toml"
 PAGE = ROOT / "docs" / "target.md"
 HEAD = "# Written by `python tools/write_costs.py`.\n"
+
+
+class Cost(NamedTuple):
+    """What a law takes in a run of its stage: instructions a sample, bytes of flash, RAM and stack."""
+
+    run: str
+    least: int
+    mean: int
+    most: int
+    flash: int
+    ram: int
+    stack: int
 
 
 def laws() -> dict[str, str]:

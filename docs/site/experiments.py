@@ -7,8 +7,7 @@ from pathlib import Path
 
 import maglev
 from maglev.api.catalogue import RunEntry
-from maglev.live.content import live_runs
-from maglev.live.link import live_address
+from maglev.live.content import live_address, live_runs
 from maglev.pictures import write_figure
 from maglev.report.plots.picture import figure_of
 from maglev.schema.layers import packaged_runs

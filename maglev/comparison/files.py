@@ -6,12 +6,12 @@ from contextlib import ExitStack, suppress
 from functools import cache
 from html import escape
 from pathlib import Path
-from typing import Any, NamedTuple
+from typing import Any
 
 from rich.console import Console
 from rich.text import Text
 
-from maglev.comparison.table import Row, ending, larger, legend, side_by_side, summary, verdict
+from maglev.comparison.table import Row, ending, legend, side_by_side, summary, verdict
 from maglev.experiment.execution import RunResult, json_text, run_data, write_record
 from maglev.experiment.results import ResultFiles, write_csv
 from maglev.judging.measures import measures
@@ -32,27 +32,15 @@ BEST = "*"   # behind the best value of a row, where there is no colour
 
 Runs = Mapping[str, RunResult]   # by label, also those that failed
 
-PAGE = Path(__file__).parent / "comparison.html"
+
 SHOWN = ("error", "position", "commands", "own")   # panels of the page, in this order
 
 
-class Cost(NamedTuple):
-    """What a law takes on a Cortex-M7 in a run of its stage: instructions a sample, bytes of flash, RAM and stack."""
-
-    run: str
-    least: int
-    mean: int
-    most: int
-    flash: int
-    ram: int
-    stack: int
-
-
 @cache
-def costs() -> dict[str, Cost]:
-    """By the name of the FMU, as `tools/write_costs.py` has measured and written them."""
+def instructions() -> dict[str, float]:
+    """Instructions a sample on a Cortex-M7 by the name of the FMU, of what `tools/write_costs.py` has measured."""
     text = Path(__file__).with_name("costs.toml").read_text(encoding="utf-8")
-    return {name: Cost(**table) for name, table in tomllib.loads(text).items()}
+    return {name: float(table["mean"]) for name, table in tomllib.loads(text).items()}
 
 
 def rows_of(runs: Runs) -> list[Row]:
@@ -60,11 +48,10 @@ def rows_of(runs: Runs) -> list[Row]:
     flown = {label: run for label, run in runs.items() if run.metrics is not None}
     rows = side_by_side({label: measures(run.plan, run.metrics) for label, run in flown.items()
                          if run.metrics is not None})
-    instructions = {label: float(costs()[controller_of(run)].mean) for label, run in flown.items()
-                    if run.provenance is not None and controller_of(run) in costs()}
+    costs = {label: instructions()[controller_of(run)] for label, run in flown.items()
+             if run.provenance is not None and controller_of(run) in instructions()}
     failed = frozenset(label for label, run in flown.items() if run.metrics is not None and run.metrics.failed)
-    cost = Row("instructions a sample", "Cortex-M7", None, "", instructions, failed)
-    return [*rows, *([cost] if instructions else [])]
+    return [*rows, *([Row("instructions a sample", "Cortex-M7", None, "", costs, failed)] if costs else [])]
 
 
 def write_comparison(folder: Path, name: str, title: str, runs: Runs, *, picture: bool, page: bool) -> list[Path]:
@@ -133,7 +120,7 @@ def show_comparison(console: Console, name: str, title: str, runs: Runs, every_s
     leads = ["the next is"] if any(row.best for row in shown) else []
     console.print(result_table(legend(runs.values(), BEST), ("quantity", "of", *runs, *leads), (
         [row.name, row.of, *(Text(row.text(label) + BEST, "bold green") if label in row.best else row.text(label)
-                             for label in runs), *(larger(row.lead).removesuffix(" as large") for _ in leads)]
+                             for label in runs), *(row.ahead for _ in leads)]
         for row in shown), left=2))
 
 
@@ -149,7 +136,8 @@ def comparison_page(name: str, title: str, runs: Mapping[str, RunResult], rows: 
             "moving": {run.plan.name: film for run in [*flown.values()][:1] if (film := moving(flown))}}
     said = escape(unbroken(verdict(runs, summary(rows))))
     return shell.page(
-        "compare", f"{escape(name)}: runs side by side", said, read("style.css"), PAGE.read_text(encoding="utf-8"),
+        "compare", f"{escape(name)}: runs side by side", said, read("style.css"),
+        shell.read("comparison.html", Path(__file__).parent),
         name=escape(name), subject=escape(title), verdict=said,
         origins="\n".join(f"<li><strong>{escape(label)}</strong>: {escape(origin(run.provenance))}</li>"
                           for label, run in runs.items() if run.provenance is not None),
@@ -174,7 +162,7 @@ def row_table(labels: Sequence[str], rows: Sequence[Row]) -> str:
     return html_table(("quantity", *heads, *leads), (
         (escape(f"{row.quantity} of {row.of}{row.name.removeprefix(row.quantity)}"),
          *(mark(escape(unbroken(row.text(label))), label in row.best) for label in labels),
-         *(larger(row.lead).removesuffix(" as large").strip("–").replace(" ", "\N{NO-BREAK SPACE}") for _ in leads))
+         *(row.ahead.strip("–").replace(" ", "\N{NO-BREAK SPACE}") for _ in leads))
         for row in rows),
         look="cards numbers")
 

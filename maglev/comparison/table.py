@@ -55,6 +55,11 @@ class Row:
         others = [value for value in self.held.values() if value > DIFFERENCE * self.least]
         return 1.0 if not others else min(others) / self.least if self.least else inf
 
+    @property
+    def ahead(self) -> str:
+        """The same in words, behind "the next is"; a dash where none is the best."""
+        return larger(self.lead).removesuffix(" as large")
+
     def text(self, label: str) -> str:
         """Value of a run with its unit."""
         return metric_text(self.quantity, self.values[label], self.unit) if label in self.values else "–"

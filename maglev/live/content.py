@@ -1,16 +1,17 @@
 """What the live page carries as data: the FMUs' descriptions, the runs' plans, and what the picture is drawn from."""
 
 import shlex
-from collections.abc import Iterable, Iterator, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from pathlib import Path
 from typing import Any
+from urllib.parse import quote
 
 from fmpy.model_description import ModelDescription, ScalarVariable
 
 from maglev.cosim.fmu import read_description
 from maglev.errors import FmuError
 from maglev.linear.parameters import linear_names
-from maglev.live.javascript import law_text, parts_text
+from maglev.live.javascript import law_text, parts_text, python_law
 from maglev.own_fmus import stale
 from maglev.own_stage.adoption import know_stage
 from maglev.panels import PANELS
@@ -28,6 +29,7 @@ LAWS = {"Regulator": "nonlinear", "LinearRegulator": "linear", "ScheduledRegulat
 # Numbers of lines of runs; a law of the reader's has 1.
 LAW_COLOURS = {"nonlinear": 0, "linear": 2, "scheduled": 3, "PID": 4, "adaptive": 5, "interpolated": 6}
 SIGNALS = ("constant", "steps", "sinusoids")
+NAME = "live.html"   # the page of all runs, which others in its folder link to
 
 ARM = 3.5   # pole pitches from the middle of a platform to its motors, where no description says so
 GAPS = 65   # of the table of shape functions
@@ -101,6 +103,13 @@ def live_runs() -> list[RunPlan]:
     return [plan for name in packaged_files() for plan in load_plans(name) if flies_live(plan)]
 
 
+def live_address(run: str, settings: Mapping[str, float | bool] | None = None) -> str:
+    """Address of a run by its name, with start values by `fmu.variable`, SI, whose bits stay the same."""
+    values = {name: str(value).lower() if isinstance(value, bool) else repr(value)
+              for name, value in (settings or {}).items()}
+    return f"{NAME}#" + "&".join(f"{quote(key)}={quote(value)}" for key, value in {"run": run, **values}.items())
+
+
 def page_data(fmus: Path, plans: Iterable[RunPlan]) -> dict[str, Any]:
     """Everything but the modules, for JSON; the descriptions of the modules are in a folder.
 
@@ -115,9 +124,12 @@ def page_data(fmus: Path, plans: Iterable[RunPlan]) -> dict[str, Any]:
             again = f"maglev build {own}--kind native --target wasm"
             data["rigs"][rig.name] = {**rig_data(rig), "law": law_text(rig)}
             flown.append(rig)
-            data["fmus"] |= {name: description_data(described(fmus, name, again)) for name in modules_of(rig)}
+            for description in (described(fmus, name, again) for name in modules_of(rig)):
+                data["fmus"][description.modelName] = {
+                    "name": description.modelName, "guid": description.guid,
+                    "variables": [variable_data(variable) for variable in description.modelVariables]}
         data["runs"][plan.name] = run_data(plan, rig)
-    return {**data, "parts": parts_text(flown)}
+    return {**data, "parts": parts_text(map(python_law, flown))}
 
 
 def described(fmus: Path, name: str, again: str) -> ModelDescription:
@@ -129,12 +141,6 @@ def described(fmus: Path, name: str, again: str) -> ModelDescription:
     if old := stale(name, path.with_suffix(".wasm")):
         raise FmuError(old)
     return read_description(name, path)
-
-
-def description_data(description: ModelDescription) -> dict[str, Any]:
-    """What the page needs of a model description."""
-    return {"name": description.modelName, "guid": description.guid,
-            "variables": [variable_data(variable) for variable in description.modelVariables]}
 
 
 def variable_data(variable: ScalarVariable) -> dict[str, Any]:
@@ -236,10 +242,6 @@ def gap_table(motor: MotorGeometry, ratios: Sequence[float] = (1.0, 1.0, 1.0, 1.
     """Shape functions f1 to f4 over the air gap (m), times the ratios of a motor's constants."""
     first = motor.field.lower
     step = (motor.field.upper - first) / (GAPS - 1)
-    rows = (zip(ratios, gap_functions(motor, first + k * step), strict=True) for k in range(GAPS))
-    return {"first": first, "step": step, "values": rounded(tuple(ratio * f for ratio, f in row) for row in rows)}
-
-
-def rounded(rows: Iterable[tuple[float, ...]]) -> list[list[float]]:
-    """Numbers with as many digits as a picture needs."""
-    return [[float(f"{value:.6g}") for value in row] for row in rows]
+    return {"first": first, "step": step, "values": [
+        [float(f"{ratio * f:.6g}") for ratio, f in zip(ratios, gap_functions(motor, first + k * step), strict=True)]
+        for k in range(GAPS)]}

@@ -33,18 +33,11 @@ def law_text(rig: Rig) -> str:
     return head + "\n" + translated(text)
 
 
-def parts_text(rigs: Iterable[Rig]) -> str:
-    """The parts that the controllers of rigs import, and what these import, each once and after what it needs."""
+def parts_text(texts: Iterable[str]) -> str:
+    """The parts that Python texts import, and what these import, each once and after what it needs."""
     modules: dict[str, str] = {}
-    for rig in rigs:
-        collect(python_law(rig), modules)
-    return "\n".join(modules.values())
-
-
-def waves_text() -> str:
-    """Sine and cosine as blocks compute them, for the reference signals."""
-    modules: dict[str, str] = {}
-    collect("from pmlsm.elementary.sine_cosine import sine_cosine", modules)
+    for text in texts:
+        collect(text, modules)
     return "\n".join(modules.values())
 
 

@@ -2,16 +2,15 @@
 
 import json
 from collections.abc import Iterable, Mapping
+from functools import partial
 from html import escape
 from importlib.metadata import version
 from pathlib import Path
-from typing import Any
 
 from maglev.catalogue import WASM
 from maglev.catalogue.for_runs import built
-from maglev.live.content import live_runs, modules_of, not_live, page_data, require_live
-from maglev.live.javascript import waves_text
-from maglev.live.link import NAME
+from maglev.live.content import NAME, live_runs, modules_of, not_live, page_data, require_live
+from maglev.live.javascript import parts_text
 from maglev.own_stage.loop import loop_table
 from maglev.own_stage.reading import read_own
 from maglev.pages import shell
@@ -22,9 +21,11 @@ from maglev.toml_file import read_toml
 
 FOLDER = Path(__file__).parent
 EDITOR = FOLDER / "vendor" / "codemirror.js"   # not ours: see beside it
+WAVES = "from pmlsm.elementary.sine_cosine import sine_cosine"   # for references, as blocks compute them
 WORKER = ("fmu.js", "law.js", "signals.js", "flight.js", "worker.js")                      # in the thread that runs
 SCRIPTS = ("state.js", "history.js", "plots.js", "forces.js", "controls.js", "starters.js", "editor.js",
            "beat.js", "stories.js", "own.js", "messages.js", "main.js", "picture.js", "hands.js", "start.js")
+read = partial(shell.read, folder=FOLDER)
 ABOUT = "A platform that magnets hold in the air: drag it, drop a weight on it, write a controller that does better."
 POLICY = ("script-src 'unsafe-inline' 'wasm-unsafe-eval' blob:; worker-src blob:; style-src 'unsafe-inline'; "
           "img-src data:")
@@ -71,15 +72,11 @@ def write_live(out: str | Path = "results", *, files: Iterable[str | Path] = (),
     return path
 
 
-def is_scenario(table: Mapping[str, Any]) -> bool:
-    """Whether a table is not the description of a stage, in which [stage] has constants."""
-    return bool({"rig", "extends", "fmus"} & table.keys()) or isinstance(table.get("stage"), str)
-
-
 def plans_of(file: Path) -> list[RunPlan]:
     """Runs of a scenario, or a description's stage at rest."""
-    if file.suffix != ".toml" or is_scenario(read_toml(file)):
-        return load_plans(file)
+    keys = read_toml(file) if file.suffix == ".toml" else {}
+    if not keys or {"rig", "extends", "fmus"} & keys.keys() or isinstance(keys.get("stage"), str):
+        return load_plans(file)   # in a description [stage] has constants
     rig = read_own(file)
     table = {**loop_table(rig), "stage": str(file), "name": rig.name, "title": f"{rig.title}, at rest"}
     return [RunPlan.model_validate({**table, "stop_time": 1e4 * table["output_interval"]})]
@@ -97,7 +94,7 @@ def live_page(fmus: Path, plans: Iterable[RunPlan], elsewhere: Mapping[str, Iter
                           for name, text in modules.items()),
         data=shell.packed(json.dumps(data, allow_nan=False, separators=(",", ":")).encode("utf-8")),
         editor=shell.packed(b"/*\n%s*/\n%s" % (EDITOR.with_name("LICENSE").read_bytes(), EDITOR.read_bytes())),
-        worker="\n".join((waves_text(), *map(read, WORKER))),
+        worker="\n".join((parts_text([WAVES]), *map(read, WORKER))),
         scripts=shell.scripts(shell.scene(), *map(read, SCRIPTS)))
 
 
@@ -105,7 +102,3 @@ def reasons(elsewhere: Mapping[str, Iterable[str]]) -> str:
     """A list of runs that a page does not run, by the reason; empty if there are none."""
     rows = "\n".join(f"<li>{escape(', '.join(names))}: {escape(why)}</li>" for why, names in elsewhere.items())
     return f"<details><summary>Runs that are not here</summary><ul>\n{rows}</ul></details>\n" if rows else ""
-
-
-def read(name: str) -> str:
-    return (FOLDER / name).read_text(encoding="utf-8")

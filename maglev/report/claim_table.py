@@ -22,7 +22,6 @@ from maglev.judging.verdicts import (
     those_that_count,
 )
 from maglev.procedures.outcome import Outcome
-from maglev.report.findings import has_text, procedure_anchor, tables_anchor
 from maglev.report.plots.charts import ShownChart
 from maglev.report.plots.figures import Shown, anchor, rig_name
 from maglev.report.plots.marks import FIGURE_LIST, FIGURE_NUMBER, cited_figures
@@ -107,10 +106,13 @@ def summary(results: Sequence[RunResult], judgements: Judgements) -> str:
     everything = those_that_count(result for claims in judgements.values() for result in claims)
     of_axes, met = bounds_in_words(everything), met_of(specification(everything))
     failed = sum(result.failure is not None for result in results)
+    modified = "".join(f"<li>{escape(result.plan.name)}: {escape(modification(result))}</li>" for result in results
+                       if result.modified)
     return ((f"<p><strong>{met}</strong> of your claims are met.</p>\n" if met else "")
             + kind_table(everything) + (f"<p>{of_axes}.</p>\n" if of_axes else "")
             + (f"<p><strong>{failed}</strong> of {counted(results, 'run')} did not complete.</p>" if failed else "")
-            + notice_of_modified(results))
+            + (f'\n<p class="status">Modified runs, whose claims have no verdict on the thesis:</p><ul>{modified}</ul>'
+               if modified else ""))
 
 
 def kind_table(claims: Sequence[ClaimResult]) -> str:
@@ -130,24 +132,6 @@ def kind_table(claims: Sequence[ClaimResult]) -> str:
     total = f'\n<tr><th scope="row">all</th>{sums}</tr>' if len(shown) > 1 else ""
     return (f'<div class="wide"><table class="kinds"><thead><tr><th scope="col">claims</th>{heads}</tr></thead>\n'
             f'<tbody>{body}{total}</tbody></table></div>\n')
-
-
-def notice_of_modified(results: Sequence[RunResult]) -> str:
-    """That runs are not the thesis's, if they are not; nothing otherwise."""
-    modified = [f"<li>{escape(result.plan.name)}: {escape(modification(result))}</li>" for result in results
-                if result.modified]
-    heading = '\n<p class="status">Modified runs, whose claims have no verdict on the thesis:</p>'
-    return f'{heading}<ul>{"".join(modified)}</ul>' if modified else ""
-
-
-def run_anchor(name: str) -> str:
-    """Anchor of a run's group of claims."""
-    return anchor("run", name)
-
-
-def claim_anchor(name: str, k: int) -> str:
-    """Anchor of the k-th claim about a run or a procedure."""
-    return anchor("claim", name, str(k))
 
 
 def claim_groups(results: Sequence[RunResult], judgements: Judgements, shown: Sequence[Shown | ShownChart],
@@ -178,7 +162,7 @@ def run_group(result: RunResult, claims: Sequence[ClaimResult], shown: Sequence[
     status = "".join(f'<p class="status">⚠ {escape(text)}</p>' for text in run_status(result))
     status += "".join(f"<p>{escape(unbroken(said))}</p>" for said in [sentence(result, claims)] if said)
     figures = [figure for figure in shown if isinstance(figure, Shown) and figure.has(name)]
-    return claim_group(run_anchor(name), name, result.plan.title, status, figure_links(figures),
+    return claim_group(anchor("run", name), name, result.plan.title, status, figure_links(figures),
                        claim_rows(name, claims, [*figures, *shown]), rig_name(name, result.plan))
 
 
@@ -187,9 +171,9 @@ def procedure_group(outcome: Outcome, claims: Sequence[ClaimResult], shown: Sequ
     name = outcome.settings.name
     charts = [chart for chart in shown if isinstance(chart, ShownChart) and chart.outcome is outcome]
     links = figure_links(charts)
-    if has_text(outcome):
-        links.append(f'<a href="#{tables_anchor(name)}">{"Tables" if outcome.tables else "Notes"}</a>')
-    return claim_group(procedure_anchor(name), name, outcome.settings.title, "", links,
+    if outcome.tables or outcome.notes:
+        links.append(f'<a href="#{anchor("found", name)}">{"Tables" if outcome.tables else "Notes"}</a>')
+    return claim_group(anchor("procedure", name), name, outcome.settings.title, "", links,
                        claim_rows(name, claims, [*charts, *shown]), rig_name(name))
 
 
@@ -204,8 +188,8 @@ def claim_group(identifier: str, name: str, title: str, status: str, links: Sequ
 
 def claim_rows(name: str, claims: Sequence[ClaimResult], shown: Sequence[Shown | ShownChart]) -> list[str]:
     """Rows of the claims about a run or a procedure; the bounds of figures, which all read alike, fold into one."""
-    own = next((figure for figure in shown if name in names_behind(figure)), None)
-    rows = {k: claim_row(claim_anchor(name, k), judged, shown, own) for k, judged in enumerate(claims)}
+    own = next((figure for figure in shown if name in figure.names), None)
+    rows = {k: claim_row(anchor("claim", name, str(k)), judged, shown, own) for k, judged in enumerate(claims)}
     bounds = [k for k, judged in enumerate(claims) if judged.claim.figure is not None]
     words = bounds_in_words(claims[k] for k in bounds) or f"{len(bounds)} bounds by the axes of figures"
     folded = [f'<tr class="bounds"><td colspan="5"><details><summary>{escape(words)}</summary><table><tbody>'
@@ -271,27 +255,18 @@ def linked_source(source: str, shown: Iterable[Shown | ShownChart]) -> str:
     return FIGURE_LIST.sub(lambda match: FIGURE_NUMBER.sub(link, match.group()), escape(source))
 
 
-def names_behind(shown: Shown | ShownChart) -> list[str]:
-    """Names of a figure's runs, and of the procedures that these belong to: all that claims may be about."""
-    if isinstance(shown, ShownChart):
-        return shown.names
-    procedures = [run.plan.procedure.name for run in shown.runs if run.plan.procedure is not None]
-    return list(dict.fromkeys([*(run.plan.name for run in shown.runs), *procedures]))
-
-
 def claims_of_figure(shown: Shown | ShownChart, judgements: Judgements) -> str:
     """Claims about a figure, linked: those of what it shows that cite it, or all of a run if it has no number."""
-    names = names_behind(shown)
     every = isinstance(shown, Shown) and shown.number is None
     items = []
-    for name in names:
+    for name in shown.names:
         for k, result in enumerate(judgements.get(name, ())):
             if every or shown.number in cited_figures(result.claim.source):
                 measured = f" Measured: {escape(unbroken(result.measured_text))}" if result.measured_text else ""
                 # All bounds of figures have one text.
                 words = escape(unbroken(result.claim.criterion))
                 words = words if result.claim.figure is not None else f"{escape(result.claim.text)} ({words})"
-                items.append(f'<li data-verdict="{result.verdict}"><a href="#{claim_anchor(name, k)}">'
+                items.append(f'<li data-verdict="{result.verdict}"><a href="#{anchor("claim", name, str(k))}">'
                              f"{badge(result.verdict)}</a> {words}.{measured} {why(result)}"
                              f"{what_if(result)}</li>")
     return f'<ul class="claims">{"".join(items)}</ul>' if items else ""

@@ -10,24 +10,9 @@ from maglev.report.plots.figures import anchor, rig_name
 LINK = '<li><a href="#identification">Identification</a></li>'
 
 
-def procedure_anchor(name: str) -> str:
-    """Anchor of a procedure's group of claims."""
-    return anchor("procedure", name)
-
-
-def tables_anchor(name: str) -> str:
-    """Anchor of a procedure's tables."""
-    return anchor("found", name)
-
-
-def has_text(outcome: Outcome) -> bool:
-    """Whether an outcome has something to read."""
-    return bool(outcome.tables or outcome.notes)
-
-
 def findings_section(outcomes: Iterable[Outcome]) -> str:
     """Section of the page with the tables and the notes; empty if there are none."""
-    parts = [findings(outcome) for outcome in outcomes if has_text(outcome)]
+    parts = [findings(outcome) for outcome in outcomes if outcome.tables or outcome.notes]
     if not parts:
         return ""
     return '\n\n<section id="identification">\n<h2>Identification</h2>\n' + "\n".join(parts) + "\n</section>"
@@ -36,10 +21,10 @@ def findings_section(outcomes: Iterable[Outcome]) -> str:
 def findings(outcome: Outcome) -> str:
     """Tables and notes of one procedure."""
     settings = outcome.settings
-    identity = f'id="{tables_anchor(settings.name)}" data-rig="{rig_name(settings.name)}"'
+    identity = f'id="{anchor("found", settings.name)}" data-rig="{rig_name(settings.name)}"'
     notes = "".join(f"<li>{escape(note)}</li>" for note in outcome.notes)
     return (f'<article {identity}><h3>{escape(settings.title)}</h3>'
-            f'<p class="origin"><a href="#{procedure_anchor(settings.name)}">{escape(settings.name)}</a></p>\n'
+            f'<p class="origin"><a href="#{anchor("procedure", settings.name)}">{escape(settings.name)}</a></p>\n'
             + "".join(value_table(table) for table in outcome.tables)
             + (f'<ul class="notes">{notes}</ul>' if notes else "") + "</article>")
 

@@ -8,7 +8,6 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from maglev.maps import operating_range, tolerances
-from maglev.maps.rows import Side
 from maglev.pages.shell import packed
 from maglev.procedures.outcome import ValueTable
 from maglev.report.findings import value_table
@@ -93,14 +92,10 @@ def maps_data(kind: Kind, rig: str, maps: OfRig) -> dict[str, dict[str, Any]]:
         laws = {law: [np.where(row.dots.get(law, False), len(kind.outcomes), row.cells[law]) for row in rows]
                 for law in rows[0].cells}
         data[f"{kind.name}-{rig}-{number}"] = {
-            "factors": [*map(side_data, sides), {"name": "with", "unit": "", "values": [row.heading for row in rows]}],
+            "factors": [{"name": name, "unit": unit, "values": values} for name, unit, values in (
+                *((*side.title.rsplit(", ", 1), side.labels) for side in sides),
+                ("with", "", [row.heading for row in rows]))],
             "outcomes": [*kind.outcomes, kind.dots], "looks": [*kind.looks, MARKED],
             "laws": [{"name": law, "packed": packed(np.stack(cells).astype(np.uint8).tobytes())}
                      for law, cells in laws.items()]}
     return data
-
-
-def side_data(side: Side) -> dict[str, Any]:
-    """A side of a map, its unit apart."""
-    name, _, unit = side.title.rpartition(", ")
-    return {"name": name, "unit": unit, "values": side.labels}

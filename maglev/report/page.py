@@ -4,27 +4,27 @@ import json
 import os
 from collections.abc import Collection, Sequence
 from datetime import UTC, datetime
+from functools import partial
 from html import escape
 from pathlib import Path
 from time import time
 
 from maglev.experiment.execution import RunResult
 from maglev.judging.verdicts import Judgements
-from maglev.live.content import flies_live
-from maglev.live.link import has_live_page, live_address
+from maglev.live.content import NAME, flies_live, live_address
 from maglev.pages import shell
 from maglev.procedures.outcome import Outcome
 from maglev.report import claim_table, findings, outcome_maps
 from maglev.report.plots.charts import ShownChart, in_order, shown_charts
 from maglev.report.plots.data import NOTHING, Frictionless, figure_data, moving, runs_data
-from maglev.report.plots.figures import Shown, law_of, moved, read_figures, rig_name, shown_figures
+from maglev.report.plots.figures import Shown, anchor, law_of, moved, read_figures, rig_name, shown_figures
 from maglev.report.status import is_listed, run_status
 from maglev.report.text import sentence
 from maglev.schema.layers import packaged_runs
 from maglev_files.environment import DATE, number_in
 from pmlsm.rigs import RIGS
 
-FOLDER = Path(__file__).parent
+read = partial(shell.read, folder=Path(__file__).parent)
 # Heights: of a panel, of the buttons above, of its times, which one panel has, of the names of events above the first.
 PIXELS, TOOLS, TIMES, EVENTS = 204, 40, 28, 14
 PLOT_SCRIPTS = tuple(f"plots/{name}.js" for name in ("series", "plot", "plot_hands", "charts", "plots"))
@@ -43,7 +43,7 @@ def write_report(path: Path, results: Sequence[RunResult], judgements: Judgement
 
     The file appears under its name when it is complete: what stood there before is intact until then.
     """
-    shell.publish(path, report_page(results, judgements, outcomes, has_live_page(path), frictionless))
+    shell.publish(path, report_page(results, judgements, outcomes, path.with_name(NAME).is_file(), frictionless))
 
 
 def report_page(results: Sequence[RunResult], judgements: Judgements, outcomes: Sequence[Outcome] = (),
@@ -73,7 +73,8 @@ def report_page(results: Sequence[RunResult], judgements: Judgements, outcomes: 
         unsearched="" if len(results) > 1 or any(judgements.values()) else " hidden",
         numbered="<p>Numbered as in the thesis.</p>\n" if any(figure.number for figure in shown) else "",
         verdicts=claim_table.verdict_options(judgements),
-        index="\n".join(map(index_entry, shown)),
+        index="\n".join(f'<li><a href="#{figure.id}"><b>{escape(figure.title)}</b> '
+                        f"<span>{escape(figure.caption)}</span></a></li>" for figure in shown),
         origin=escape(origin(results)),
         summary=claim_table.summary(results, judgements),
         claims=claim_table.claim_groups(results, judgements, shown, outcomes),
@@ -103,10 +104,6 @@ def origin(results: Sequence[RunResult]) -> str:
                         for version, commit, python in flown)])
 
 
-def read(name: str) -> str:
-    return (FOLDER / name).read_text(encoding="utf-8")
-
-
 def json_in_html(data: object) -> str:
     """JSON that can stand in a script element: no tag can begin in it."""
     return json.dumps(data, allow_nan=False, separators=(",", ":")).replace("<", "\\u003c")
@@ -122,14 +119,13 @@ def figure_element(shown: Shown | ShownChart, judgements: Judgements, live: bool
               "What if friction were zero?</button></p>\n" if frictionless else "")
     if isinstance(shown, ShownChart):
         name = shown.outcome.settings.name
-        caption, rig = shown.chart.caption, rig_name(name)
-        about = f'<li><a href="#{findings.procedure_anchor(name)}">{escape(name)}</a></li>'
+        rig = rig_name(name)
+        about = f'<li><a href="#{anchor("procedure", name)}">{escape(name)}</a></li>'
     else:
-        caption = shown.figure.caption
         rig = " ".join(sorted({rig_name(run.plan.name, run.plan) for run in shown.runs}))
         about = "".join(f"<li>{run_about(run, judgements, live, run.plan.name in told)}</li>" for run in shown.runs)
     return (f'<figure id="{shown.id}" data-rig="{rig}"><figcaption><h3>{escape(shown.title)}</h3>'
-            f'<p>{escape(caption)}</p><ul class="runs">{about}</ul></figcaption>\n{switch}'
+            f'<p>{escape(shown.caption)}</p><ul class="runs">{about}</ul></figcaption>\n{switch}'
             f'<div class="beside"><div class="plot" data-figure="{shown.id}" style="min-height:{plot_height(shown)}px">'
             "</div>\n"
             f"{claim_table.claims_of_figure(shown, judgements)}</div></figure>")
@@ -143,25 +139,13 @@ def plot_height(shown: Shown | ShownChart) -> int:
     return TOOLS + PIXELS * panels - TIMES * (panels - 1) + EVENTS * events
 
 
-def index_entry(shown: Shown | ShownChart) -> str:
-    """Entry of the index: number or name of a figure, and what it is about."""
-    caption = shown.chart.caption if isinstance(shown, ShownChart) else shown.figure.caption
-    return f'<li><a href="#{shown.id}"><b>{escape(shown.title)}</b> <span>{escape(caption)}</span></a></li>'
-
-
 def run_about(run: RunResult, judgements: Judgements, live: bool, told: bool) -> str:
-    """Name of a run with its links, what came of it unless that was told, and what went wrong."""
-    status = [f'<span class="status">⚠ {escape(text)}</span>' for text in run_status(run)]
-    said = "" if told else escape(claim_table.unbroken(sentence(run, judgements.get(run.plan.name, ()))))
-    return "; ".join([run_link(run, judgements) + (live_link(run) if live else ""), *([said] if said else []), *status])
-
-
-def run_link(run: RunResult, judgements: Judgements) -> str:
-    """Name of a run with a link to its claims."""
+    """Name of a run with links, what came of it unless that was told, and what went wrong."""
     name = run.plan.name
-    if not is_listed(run, judgements):
-        return escape(name)
-    return f'<a href="#{claim_table.run_anchor(name)}">{escape(name)}</a>'
+    linked = f'<a href="#{anchor("run", name)}">{escape(name)}</a>' if is_listed(run, judgements) else escape(name)
+    said = "" if told else escape(claim_table.unbroken(sentence(run, judgements.get(name, ()))))
+    return "; ".join([linked + (live_link(run) if live else ""), *([said] if said else []),
+                      *(f'<span class="status">⚠ {escape(text)}</span>' for text in run_status(run))])
 
 
 def live_link(run: RunResult) -> str:

@@ -30,7 +30,7 @@ from maglev.judging.verdicts import (
     specification,
     those_that_count,
 )
-from maglev.procedures.outcome import Chart, Outcome, ValueTable
+from maglev.procedures.outcome import Chart, Outcome
 from maglev.quantities import PRINTED_UNITS, printed
 from maglev.report.plain import plain_console, result_table
 from maglev.report.status import apart, events, is_listed, modification, run_status, troubles
@@ -157,14 +157,10 @@ def claim_table(title: str, results: Sequence[ClaimResult]) -> Table:
     """Table of verdicts on claims, with what was expected and measured."""
     return result_table(title, ("verdict", "claim"), (
         [Text(judged.verdict, COLOURS[judged.verdict], no_wrap=True),
-         f"{judged.claim.text} ({judged.claim.cited}): {claim_details(judged)}"] for judged in results), left=2)
-
-
-def claim_details(judged: ClaimResult) -> str:
-    """What was expected and measured, as far as it is known, and the note."""
-    details = {"expected": judged.claim.criterion, "measured": judged.measured_text}
-    known = ", ".join(f"{word} {detail}" for word, detail in details.items() if detail)
-    return "; ".join(filter(None, (known, judged.note)))
+         f"{judged.claim.text} ({judged.claim.cited}): " + "; ".join(filter(None, (", ".join(
+             f"{word} {detail}" for word, detail in (("expected", judged.claim.criterion),
+                                                     ("measured", judged.measured_text)) if detail), judged.note)))]
+        for judged in results), left=2)
 
 
 def study_tables(results: Sequence[RunResult], verdicts: Judgements, outcomes: Sequence[Outcome] = ()) -> list[Table]:
@@ -333,15 +329,11 @@ def show_outcome(console: Console, outcome: Outcome, claims: Sequence[ClaimResul
     """Print what a procedure found, and the claims about it with their verdicts."""
     console.print(heading(outcome.settings.name, outcome.settings.title))
     for table in outcome.tables:
-        console.print(value_table(table))
+        console.print(result_table(table.title, table.header, table.rows, left=len(table.header)))
     for note in outcome.notes:
         console.print(Text(f"note: {note}"))
     for table_of_claims in claim_tables(claims):
         console.print(table_of_claims)
-
-
-def value_table(table: ValueTable) -> Table:
-    return result_table(table.title, table.header, table.rows, left=len(table.header))
 
 
 def outcome_text(outcome: Outcome, claims: Sequence[ClaimResult]) -> str:

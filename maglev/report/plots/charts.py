@@ -33,6 +33,10 @@ class ShownChart(NamedTuple):
         return f"Figure {self.number}" if self.number else self.outcome.settings.title
 
     @property
+    def caption(self) -> str:
+        return self.chart.caption
+
+    @property
     def names(self) -> list[str]:
         """What the chart is about: the procedure, and the runs that it rests on."""
         return [self.outcome.settings.name, *self.outcome.runs]
@@ -79,7 +83,7 @@ def curve_data(curve: Curve) -> dict[str, Any]:
     rows: NDArray[np.intp] | slice = slice(None)
     # Only of a line along ascending abscissae can points be left out.
     if len(x) > MOST_POINTS and not curve.marked and np.isfinite(x + y).all() and (np.diff(x) > 0.0).all():
-        rows = thin(x, y, max(FINEST * float(np.ptp(y)), np.finfo(float).tiny), MOST_POINTS).rows
+        rows = thin(x, y, max(FINEST * float(np.ptp(y)), np.finfo(float).tiny), MOST_POINTS)[0]
     data: dict[str, Any] = {"label": curve.label, "kin": curve.kin or curve.label, "marked": curve.marked,
                             "x": rounded(x[rows].tolist()), "y": rounded(y[rows].tolist())}
     if curve.margin is not None:

@@ -16,7 +16,7 @@ from maglev.live.content import LAW_COLOURS, LAWS
 from maglev.own_fmus import DEFINITIONS, definition
 from maglev.panels import PANELS, kinds_of
 from maglev.report.status import shown_until
-from maglev.schema.run_plan import Axis, Motor, RunPlan
+from maglev.schema.run_plan import Axis, RunPlan
 from maglev.schema.toml_table import Seconds, Table
 from pmlsm.rigs import RIGS
 
@@ -87,6 +87,16 @@ class Shown(NamedTuple):
     @property
     def title(self) -> str:
         return self.figure.title
+
+    @property
+    def caption(self) -> str:
+        return self.figure.caption
+
+    @property
+    def names(self) -> list[str]:
+        """What claims about the figure may be about: its runs, and the procedures that these belong to."""
+        procedures = [run.plan.procedure.name for run in self.runs if run.plan.procedure is not None]
+        return list(dict.fromkeys([*(run.plan.name for run in self.runs), *procedures]))
 
     @property
     def recorded(self) -> list[RunResult]:
@@ -205,12 +215,6 @@ def axis_of(runs: Iterable[RunResult], panel: Panel) -> tuple[str, bool]:
                  for name, axis in run.plan.axes.items() if name == panel.of), ("m", False))
 
 
-def speed_of(axis: Axis) -> str:
-    """Name of the column with an axis's speed, if it was recorded."""
-    head, dot, _ = axis.position.rpartition(".")
-    return f"{head}{dot}velocity"
-
-
 def error_of(axis: Axis) -> str:
     """Name of the column with the error of an axis; see `recorded_columns`."""
     return f"{axis.position} - {axis.reference}"
@@ -227,22 +231,18 @@ def recorded_columns(result: RunResult) -> dict[str, NDArray[Any]]:
     return {**columns, **errors}
 
 
-def shown_commands(motor: Motor) -> list[str]:
-    """Return the direct and quadrature commands, or all if a motor has none of the kind."""
-    # The phases are shown as delivered.
-    return [name for name in motor.commands if "i_d" in name or "i_q" in name] or list(motor.commands)
-
-
 def needed_columns(plan: RunPlan, kind: str, of: str) -> list[str]:
     """Names of the columns that a panel draws."""
     if kind == "own":
         return [of]
-    if kind == "commands":
-        return shown_commands(plan.motors[of])
+    if kind == "commands":   # direct and quadrature, if a motor has such: the phases are shown as delivered
+        commands = plan.motors[of].commands
+        return [name for name in commands if "i_d" in name or "i_q" in name] or list(commands)
     if kind == "currents":
         return list(plan.motors[of].currents)
     axis = plan.axes[of]
-    return {"speed": [speed_of(axis)], "error": [error_of(axis)], "position": [axis.position, axis.reference]}[kind]
+    speed = "".join((*axis.position.rpartition(".")[:2], "velocity"))
+    return {"speed": [speed], "error": [error_of(axis)], "position": [axis.position, axis.reference]}[kind]
 
 
 def needed_tolerances(result: RunResult, shown: Iterable[Shown], kinds: Sequence[str],

@@ -66,41 +66,34 @@ def panel_lines(panel: Panel, runs: Mapping[str, RunResult], colours: Mapping[st
 
 def panel_levels(panel: Panel, runs: Mapping[str, RunResult]) -> list[Level]:
     """Bands of settling, end stops and limits of currents, each once; of what not all runs have it is said whose."""
-    scale = PANELS[panel.kind].scale
     whose: dict[Level, list[str]] = {}
     for label, run in runs.items():
-        if panel.kind == "error" and panel.of in run.plan.axes:
-            for band in run.plan.metrics.bands_of(run.plan.axes[panel.of]):
-                whose.setdefault(Level(scale * band, "bands of settling", "reference", "dot"), []).append(label)
-        for limit in limits(run.plan, run.parameters):
-            for value in limit.values if (limit.kind, limit.of) == panel else ():
-                whose.setdefault(Level(scale * value, limit.text, "limit", "dashdot"), []).append(label)
+        for level in levels_of(panel, run.plan, run.parameters):
+            whose.setdefault(level, []).append(label)
     return [level if len(labels) == len(runs) or level.css == "reference" else
             level._replace(name=f"{level.name} ({', '.join(labels)})") for level, labels in whose.items()]
 
 
-class Limit(NamedTuple):
-    """Levels (SI) that a panel marks: its kind, the axis or motor it shows, what they are in words, and where."""
+def levels_of(panel: Panel, plan: RunPlan, parameters: Mapping[str, float]) -> Iterator[Level]:
+    """Levels of a run; limits by the parameters (SI) that it started with, of FMUs with other names none."""
+    kind, of = panel
+    axis, motor, scale = plan.axes.get(of), plan.motors.get(of), PANELS[kind].scale
+    if kind == "error" and axis:
+        for band in plan.metrics.bands_of(axis):
+            yield Level(scale * band, "bands of settling", "reference", "dot")
+    elif kind == "position" and axis:
+        ends = [f"{axis.position.rpartition('.')[0]}.stop.{end}" for end in ("lower", "upper")]
+        for end in ends if parameters.keys() >= {*ends} else ():
+            yield Level(scale * parameters[end], "end stops", "limit", "dashdot")
+    elif kind == "currents" and motor and motor.currents:
+        peak = parameters.get(f"{motor.currents[0].rpartition('.')[0]}.amplifier.peak", 0.0)
+        yield from around(f"peak of the amplifiers, {peak:g} A", scale * peak)
+    elif kind == "commands" and motor and motor.commands:
+        limit = parameters.get(f"{motor.commands[0].partition('.')[0]}.current_limit", 0.0) * parameters.get(
+            f"{motor.commands[0].rpartition('.')[0]}.limit_ratio", 1.0)
+        yield from around(f"limit of the commands, {limit:g} A", scale * limit)
 
-    kind: str
-    of: str
-    text: str
-    values: list[float]
 
-
-def limits(plan: RunPlan, parameters: Mapping[str, float]) -> list[Limit]:
-    """Limits by the parameters (SI) that a run started with; of FMUs with other names none."""
-    drawn = []
-    for name, axis in plan.axes.items():
-        stop = axis.position.rpartition(".")[0] + ".stop."
-        if stop + "lower" in parameters and stop + "upper" in parameters:
-            drawn.append(Limit("position", name, "end stops", [parameters[stop + end] for end in ("lower", "upper")]))
-    for name, motor in plan.motors.items():
-        peak = parameters.get(motor.currents[0].rpartition(".")[0] + ".amplifier.peak") if motor.currents else None
-        limit = parameters.get(motor.commands[0].partition(".")[0] + ".current_limit") if motor.commands else None
-        if peak:
-            drawn.append(Limit("currents", name, f"peak of the amplifiers, {peak:g} A", [-peak, peak]))
-        if limit:   # 0 is none
-            limit *= parameters.get(motor.commands[0].rpartition(".")[0] + ".limit_ratio", 1.0)
-            drawn.append(Limit("commands", name, f"limit of the commands, {limit:g} A", [-limit, limit]))
-    return drawn
+def around(name: str, limit: float) -> list[Level]:
+    """A limit to both sides of zero; none where it is 0."""
+    return [Level(sign * limit, name, "limit", "dashdot") for sign in (-1.0, 1.0)] if limit else []

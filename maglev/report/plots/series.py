@@ -5,7 +5,6 @@ tolerance of its signal.
 """
 
 from collections.abc import Mapping
-from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
@@ -22,19 +21,12 @@ LARGEST_COUNT = 2**30 - 1   # quanta; keeps values and their differences in 32 b
 MICROSECOND = 1e-6     # s, quantum of times that are no multiples of the output interval
 
 
-@dataclass(frozen=True)
-class Thinned:
-    """The rows of a signal that are kept."""
-
-    rows: Rows         # their ascending indices, shape (k,)
-    tolerance: float   # largest distance of a sample from the line between its kept neighbours, in the signal's unit
-
-
-def thin(time: Array, values: Array, tolerance: float, most: int) -> Thinned:
+def thin(time: Array, values: Array, tolerance: float, most: int) -> tuple[Rows, float]:
     """Choose the rows to keep: the first, the last, the largest, the smallest, and all that the tolerance needs.
 
     Of ascending times (s) and finite samples, shape (n,), n > 0. The tolerance, > 0 in the unit of the values, is
-    doubled until `most` rows are enough; ends and extremes are kept in any case.
+    doubled until `most` rows are enough; ends and extremes are kept in any case. Given back are the ascending indices
+    of the rows, shape (k,), and that tolerance: no sample is farther from the line between its kept neighbours.
     """
     evenly = np.linspace(0, len(time) - 1, FIRST_ROWS).astype(np.intp)
     extremes = [int(np.argmin(values)), int(np.argmax(values))]
@@ -42,7 +34,7 @@ def thin(time: Array, values: Array, tolerance: float, most: int) -> Thinned:
     while True:
         rows = refine(time, values, tolerance, first, max(most, len(first)))
         if rows is not None:
-            return Thinned(rows, tolerance)
+            return rows, tolerance
         tolerance *= 2.0
 
 
@@ -92,9 +84,9 @@ def pack(time: Array, columns: Mapping[str, NDArray[Any]], interval: float,
         if not len(finite):
             continue
         values = values[finite]
-        thinned = thin(time[finite], values, tolerance, most)
-        step = max(thinned.tolerance / QUANTA, float(np.abs(values).max()) / LARGEST_COUNT)
-        data.append(encode(np.rint(time[finite][thinned.rows] / quantum).astype(np.int64)))
-        data.append(encode(np.rint(values[thinned.rows] / step).astype(np.int64)))
-        signals[name] = {"rows": len(thinned.rows), "quantum": step, "tolerance": thinned.tolerance}
+        rows, within = thin(time[finite], values, tolerance, most)
+        step = max(within / QUANTA, float(np.abs(values).max()) / LARGEST_COUNT)
+        data += [encode(np.rint(counted).astype(np.int64)) for counted in (time[finite][rows] / quantum,
+                                                                           values[rows] / step)]
+        signals[name] = {"rows": len(rows), "quantum": step, "tolerance": within}
     return {"time": quantum, "signals": signals, "data": packed(b"".join(data))}

@@ -5,8 +5,7 @@ from collections.abc import Mapping
 from typing import Any
 
 from maglev.errors import ScenarioError
-from maglev.live.content import flies_live
-from maglev.live.link import live_address
+from maglev.live.content import flies_live, live_address
 from maglev.own_fmus import DEFINITIONS, definition
 from maglev.schema.layers import packaged_runs
 from maglev.schema.loading import load_plan

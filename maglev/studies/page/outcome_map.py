@@ -12,7 +12,7 @@ from maglev.arrays import Array, Bools
 from maglev.pages.shell import packed
 from maglev.quantities import shown_in
 from maglev.studies.page.again import command_of, options_of
-from maglev.studies.page.text import units_of
+from maglev.studies.page.text import numbers, units_of
 
 PASSES, TOUCHED, ASTRAY, TRIPPED, STOPPED, BROKEN = range(6)
 OUTCOMES = ("passes", "passes after it touched a stop", "is beyond a limit", "trips", "ends at a stop",
@@ -63,17 +63,15 @@ def outcomes_of(table: pa.Table) -> Outcomes:
     """Outcomes of a study's samples, shape (samples,)."""
     passed = np.array(table["passed"].to_pylist(), bool)
     early = np.array([why is not None for why in table["failure"].to_pylist()])
-    return outcomes(passed, early, {
-        name: np.array(table[name].to_pylist(), float) if name in table.column_names else np.full(len(passed), np.inf)
-        for name in TIMES})
+    return outcomes(passed, early, {name: numbers(table, name) if name in table.column_names else
+                                    np.full(len(passed), np.inf) for name in TIMES})
 
 
 def grid_of(table: pa.Table, about: Mapping[str, Any]) -> list[Factor]:
     """What varies in a full grid, in its order; samples of a grid stand in it."""
     units, factors = units_of(table), []
     for parameter in about["vary"]:
-        column = np.array(table[parameter["name"]].to_pylist(), float)
-        values, first = np.unique(column, return_index=True)
+        values, first = np.unique(numbers(table, parameter["name"]), return_index=True)
         order = np.argsort(first, kind="stable")   # of a list its own
         rows = [table.slice(int(k), 1).to_pylist()[0] for k in first[order]]
         runs = [options_of(about, row)["set"] for row in rows]

@@ -3,6 +3,7 @@
 import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
+from functools import partial
 from html import escape
 from pathlib import Path
 from string import Template
@@ -11,8 +12,7 @@ from typing import Any
 import numpy as np
 import pyarrow as pa
 
-from maglev.live.link import NAME as LIVE_PAGE
-from maglev.live.link import has_live_page
+from maglev.live.content import NAME as LIVE_PAGE
 from maglev.pages import shell
 from maglev.quantities import metric_text, shown_in
 from maglev.report.claim_table import unbroken
@@ -21,11 +21,11 @@ from maglev.report.page import json_in_html, read
 from maglev.studies.columns import EVENTS
 from maglev.studies.page.again import command_of, live_link, why_not_live
 from maglev.studies.page.outcome_map import OUTCOMES, LawMap, map_of, maps_data
-from maglev.studies.page.text import beyond_limits, limits_text, metrics_of, units_of
+from maglev.studies.page.text import QUANTILES, beyond_limits, limits_text, metrics_of, quantiles, units_of
 from maglev.studies.page.verdict import decisive, telling, verdict, where
 from maglev_files.extras import lacking
 
-FOLDER = Path(__file__).parent
+own_text = partial(shell.read, folder=Path(__file__).parent)
 SCRIPTS = ("plots/series.js", "plots/map.js", "plots/plot.js")   # of the report
 OWN = ("study.html", "study.css", "parallel.js", "study.js")
 MOST_DRAWN = 5000   # samples that are drawn: a page of 10⁵ would be as large as its dataset
@@ -43,14 +43,9 @@ class Indices:
     total_confidence: dict[str, float]
 
 
-def own_text(name: str) -> str:
-    """Text of a file beside this one."""
-    return (FOLDER / name).read_text(encoding="utf-8")
-
-
 def write_page(path: Path, table: pa.Table, about: Mapping[str, Any]) -> None:
     """Write the page of a study, which needs no network."""
-    shell.publish(path, page(table, about, has_live_page(path)))
+    shell.publish(path, page(table, about, path.with_name(LIVE_PAGE).is_file()))
 
 
 def page(table: pa.Table, about: Mapping[str, Any], live: bool = False) -> str:
@@ -163,18 +158,16 @@ def quantiles_table(table: pa.Table, about: Mapping[str, Any]) -> str:
     limited, others = [], []
     for name, unit, values in metrics_of(table):
         if len(values) and (varies(values) or name not in EVENTS):
-            cells = [name, *(unbroken(metric_text(name, quantile, unit))
-                             for quantile in np.quantile(values, [0.0, 0.5, 1.0], method="nearest").tolist())]
+            cells = [*map(escape, map(unbroken, quantiles(name, unit, values)))]
             if name in about["limits"]:
-                limited.append([*map(escape, (*cells, unbroken(limits_text(about, name, unit)),
-                                              str(beyond_limits(values, about, name).sum())))])
+                limited.append([*cells, escape(unbroken(limits_text(about, name, unit))),
+                                str(beyond_limits(values, about, name).sum())])
             else:
-                others.append([*map(escape, cells)])
-    heads = ("metric", "least", "median", "largest")
-    every = html_table(heads, others) if others else ""
+                others.append(cells)
+    every = html_table(QUANTILES, others) if others else ""
     if not limited:
         return every
-    return html_table((*heads, "limits", "samples outside"), limited) + (
+    return html_table((*QUANTILES, "limits", "samples outside"), limited) + (
         f"<details><summary>Metrics without limits</summary>{every}</details>" if every else "")
 
 

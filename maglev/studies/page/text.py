@@ -16,6 +16,7 @@ from maglev.studies.page.again import command_of
 
 MOST_SHOWN = 3   # failures that are named
 MOST_ROWS = 12   # samples of which each has a row
+QUANTILES = ("metric", "least", "median", "largest")
 
 SHOWN = re.compile(r"(rms error|settling time to .*|peak current) of (\S+)")   # of a sample that has a row
 
@@ -50,10 +51,15 @@ def sample_table(table: pa.Table, about: Mapping[str, Any]) -> Table:
 
 def quantile_table(table: pa.Table, about: Mapping[str, Any]) -> Table:
     """A row for each metric: least, median and largest value, and limits."""
-    return result_table("", ("metric", "least", "median", "largest", "limits"), (
-        [name, *(metric_text(name, quantile, unit)
-                 for quantile in np.quantile(values, [0.0, 0.5, 1.0], method="nearest").tolist()),
-         limits_text(about, name, unit)] for name, unit, values in metrics_of(table) if len(values)))
+    return result_table("", (*QUANTILES, "limits"), (
+        [*quantiles(name, unit, values), limits_text(about, name, unit)]
+        for name, unit, values in metrics_of(table) if len(values)))
+
+
+def quantiles(name: str, unit: str, values: Array) -> list[str]:
+    """A metric in the columns of `QUANTILES`."""
+    return [name, *(metric_text(name, quantile, unit)
+                    for quantile in np.quantile(values, [0.0, 0.5, 1.0], method="nearest").tolist())]
 
 
 def metrics_of(table: pa.Table) -> list[tuple[str, str, Array]]:
@@ -69,6 +75,11 @@ def metrics_of(table: pa.Table) -> list[tuple[str, str, Array]]:
 def units_of(table: pa.Table) -> dict[str, str]:
     """SI units by column."""
     return {field.name: (field.metadata or {}).get(b"unit", b"").decode() for field in table.schema}
+
+
+def numbers(table: pa.Table, name: str) -> Array:
+    """A column as numbers, shape (samples,); NaN where nothing was measured."""
+    return np.array(table[name].to_pylist(), dtype=np.float64)
 
 
 def beyond_limits(values: Array, about: Mapping[str, Any], name: str) -> Bools:

@@ -10,7 +10,7 @@ import pyarrow as pa
 from maglev.arrays import Array, Bools
 from maglev.quantities import metric_text, shown_in
 from maglev.report.findings import html_table
-from maglev.studies.page.text import beyond_limits, units_of
+from maglev.studies.page.text import beyond_limits, numbers, units_of
 
 
 def failing(table: pa.Table, about: Mapping[str, Any]) -> dict[str, Bools]:
@@ -66,11 +66,6 @@ def telling(table: pa.Table, about: Mapping[str, Any]) -> list[str]:
     return sorted((parameter["name"] for parameter in about["vary"]), key=lambda name: -apart(name))
 
 
-def numbers(table: pa.Table, name: str) -> Array:
-    """A column as numbers, shape (samples,); NaN where nothing was measured."""
-    return np.array(table[name].to_pylist(), dtype=np.float64)
-
-
 def question(table: pa.Table, about: Mapping[str, Any]) -> str:
     """What a study asks: whether a run holds for what varies, each from its least to its largest value."""
     units, every = units_of(table), np.ones(table.num_rows, dtype=bool)
@@ -86,8 +81,9 @@ def question(table: pa.Table, about: Mapping[str, Any]) -> str:
 def verdict(table: pa.Table, about: Mapping[str, Any]) -> str:
     """What was asked and how many samples pass, and by what others fail; HTML."""
     passed, reasons = np.array(table["passed"].to_pylist()), failing(table, about)
-    said = ": the others fail by" if reasons else nearest_words(*nearest_to_limit(table, about))
-    said += f" {escape(next(iter(reasons)))}." if len(reasons) == 1 else ""
+    share, name = nearest_to_limit(table, about)
+    said = (f": the others fail by{f' {escape(next(iter(reasons)))}.' if len(reasons) == 1 else ''}" if reasons else
+            f"; nearest to its limit comes {escape(name)}, with {100.0 * share:.0f} % of it." if name else ".")
     parts = "".join(f"<li>{failed.sum()} by {escape(why)}</li>" for why, failed in reasons.items())
     return (f'<p class="message">{escape(question(table, about))} <strong>{passed.sum():,} of '
             f"{len(passed):,} samples pass</strong>{said}</p>" + (f"<ul>{parts}</ul>" if len(reasons) > 1 else ""))
@@ -105,11 +101,6 @@ def where(table: pa.Table, about: Mapping[str, Any]) -> str:
             for name in telling(table, about)]
     told = [row for row in rows if row[2:] != (NOWHERE, NOWHERE)]
     return html_table(("what varies", "simulated", "all pass", "all fail"), told) if told else ""
-
-
-def nearest_words(share: float, name: str) -> str:
-    """How near what passes is to failing."""
-    return f"; nearest to its limit comes {escape(name)}, with {100.0 * share:.0f} % of it." if name else "."
 
 
 def edges(values: Array, passed: Bools, unit: str) -> tuple[str, str, str]:

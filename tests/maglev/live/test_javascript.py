@@ -7,7 +7,7 @@ import pytest
 from command_line import maglev
 
 from maglev.errors import ControllerError
-from maglev.live.javascript import law_text, parts_text, translated
+from maglev.live.javascript import law_text, parts_text, python_law, translated
 from maglev.user_controllers.new import new_controller
 from pmlsm.rigs import RIGS
 
@@ -86,7 +86,7 @@ def test_what_blocks_do_not_have_is_refused(line: str) -> None:
 
 
 def test_a_law_finds_its_parts_of_which_each_is_there_once() -> None:
-    parts = parts_text(RIGS.values())
+    parts = parts_text(map(python_law, RIGS.values()))
     defined = re.findall(r"^(?:class|function|const) (\w+)", parts, re.MULTILINE)
     assert len(defined) == len(set(defined))
     for rig in RIGS.values():

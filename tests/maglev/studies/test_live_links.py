@@ -9,7 +9,7 @@ from tiny_study import fly_samples, planned
 
 from maglev.api.many.studying import file_or_name
 from maglev.errors import shortened
-from maglev.live.link import NAME, live_address
+from maglev.live.content import NAME, live_address
 from maglev.schema.layers import PACKAGED
 from maglev.studies.page.again import live_link, why_not_live
 from maglev.studies.page.page import page, write_page
