@@ -68,6 +68,13 @@ def test_a_controller_has_a_colour_of_its_own_and_so_has_one_of_the_readers():
     assert len({1, *LAW_COLOURS.values()}) == len(LAWS) + 1 == COLOURS == len(GROUPS[0])
 
 
+def test_regulators_that_are_compared_differ_in_hue(scheme):
+    """Two blues are far apart by their lightness, and yet both are "the blue one"."""
+    one, other = (lab(linear(scheme[f"run-{LAW_COLOURS[law]}"])) for law in ("nonlinear", "interpolated"))
+    hues = np.degrees([np.arctan2(colour[2], colour[1]) for colour in (one, other)])
+    assert abs((hues[1] - hues[0] + 180.0) % 360.0 - 180.0) > 45.0
+
+
 def test_lines_stand_out_from_the_paper(scheme):
     for name in [*(name for group in GROUPS for name in group), "reference", "limit", "thesis"]:
         bright, dim = sorted((luminance(scheme[name]), luminance(scheme["paper"])), reverse=True)
