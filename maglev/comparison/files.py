@@ -51,7 +51,7 @@ def rows_of(runs: Runs) -> list[Row]:
     costs = {label: instructions()[controller_of(run)] for label, run in flown.items()
              if run.provenance is not None and controller_of(run) in instructions()}
     failed = frozenset(label for label, run in flown.items() if run.metrics is not None and run.metrics.failed)
-    return [*rows, *([Row("instructions a sample", "Cortex-M7", None, "", costs, failed)] if costs else [])]
+    return [*rows, *([Row("instructions a sample", "its law", None, "", costs, failed)] if costs else [])]
 
 
 def write_comparison(folder: Path, name: str, title: str, runs: Runs, *, picture: bool, page: bool) -> list[Path]:

@@ -128,11 +128,12 @@ def verdict(runs: Mapping[str, RunResult], rows: Sequence[Row]) -> str:
     parts = [said]
     for label in ours if times < DIFFERENCE else [label for label in ours if label != best]:
         rival = best if label != best else second
-        won = [row for row in rows if label in row.best and rival not in row.best]
+        won = [row for row in rows if label in row.best and rival not in row.best and rival in row.values]
         if won:
             top = max(won, key=lambda row: row.lead)
-            parts.append(f"{label} is better in {len(won)} of {len(rows)} rows (most in {top.quantity} of {top.of}, "
-                         f"{top.text(label)} against {top.text(rival)})")
+            parts.append(f"{label} is better in {len(won)} of {len(rows)} rows" + (
+                f" (most in {top.quantity} of {top.of}, {top.text(label)} against {top.text(rival)})"
+                if len(ours) == 2 else ""))
     return "; ".join([*parts, *others]) + "."
 
 

@@ -118,6 +118,14 @@ def test_the_verdict_says_who_is_better_by_how_much_and_where_the_other_is(plan:
                                           for most, least in pairs]
 
 
+def test_of_more_than_two_the_verdict_counts_where_both_were_measured(plan: RunPlan) -> None:
+    """And has no room for where they differ most."""
+    measures = {"a": measured(1e-5, 2e-5, 3.0)[:2], "b": measured(2e-5, 4e-5, 1.0), "c": measured(3e-5, 1e-5, 2.0)}
+    said = verdict({label: recorded(plan) for label in measures}, summary(side_by_side(measures)))
+    assert said == ("a is best: the rms errors of c are on average 22 % larger (most on v, 10 µm against 30 µm); "
+                    "c is better in 1 of 3 rows.")
+
+
 def test_the_verdict_is_for_who_held_alone(plan: RunPlan) -> None:
     lost, said = recorded(plan, failed=True, stop_contact=0.25), "completed; b failed, touched an end stop at 0.250 s."
     assert verdict({"a": recorded(plan), "b": lost}, []) == f"Only a {said}"
