@@ -23,20 +23,19 @@ class OutcomeMaps {
       this.layers.forEach((layer, k) => select.append(new Option(others.map((each, i) => this.text(each, layer[i])).join(", "), k)));
       select.addEventListener("change", () => { this.layer = Number(select.value); this.draw(); });
     }
-    const maps = html("div", { class: "maps" }, place);
-    for (const law of laws) {
-      const figure = html("figure", {}, maps);
-      law.caption = html("figcaption", {}, figure);
-      law.canvas = html("canvas", { tabindex: 0, role: "application" }, figure);
-      this.listen(law);
-    }
-    const legend = html("p", { class: "legend" }, place), seen = new Set(laws.flatMap(({ cells }) => [...new Set(cells)]));
+    const legend = html("p", { class: "legend" }, place), maps = html("div", { class: "maps" }, place), seen = new Set(laws.flatMap(({ cells }) => [...new Set(cells)]));
     this.swatches = outcomes.flatMap((name, k) => {
       if (!seen.has(k)) return [];
       const note = html("span", {}, legend), canvas = html("canvas", { "aria-hidden": "true" }, note);
       note.append(name);
       return [[canvas, k]];
     });
+    for (const law of laws) {
+      const figure = html("figure", {}, maps);
+      law.caption = html("figcaption", {}, figure);
+      law.canvas = html("canvas", { tabindex: 0, role: "application" }, figure);
+      this.listen(law);
+    }
     this.place = html("p", { class: "place", role: "status" }, place, `Point at a place, or tap it: what became of it${laws[0].command ? ", and how to run it" : ""}.`);
     if (!laws[0].command) return;
     this.command = html("p", { hidden: "" }, place);
@@ -48,8 +47,8 @@ class OutcomeMaps {
     return `${this.label({ values, scale }, k)} ${unit}`.trim();
   }
 
-  label({ values, scale }, k) {
-    return typeof values[k] === "string" ? values[k] : shortNumber(scale * values[k], 4);
+  label({ values, scale }, k, digits = 4) {
+    return typeof values[k] === "string" ? values[k] : shortNumber(scale * values[k], digits);
   }
 
   outcome({ cells }, row, column) {
@@ -203,13 +202,16 @@ class OutcomeMaps {
     context.restore();
     const size = this.rows * this.columns, layer = law.cells.subarray(this.layer * size, (this.layer + 1) * size);
     const share = layer.reduce((sum, outcome) => sum + (outcome === 0), 0) / size;
-    law.caption.textContent = `${law.name ? `${law.name}: ` : ""}${this.outcomes[0]} in ${(100 * share).toFixed(0)} % of the map`;
+    const others = this.layers.length > 1 ? this.factors.slice(2) : [], chosen = others.map((factor, i) =>   // which paper has no list for
+      `${factor.name} ${this.text(factor, this.layers[this.layer][i])}`);
+    const whose = [law.name, ...chosen].filter(Boolean).join(", ");
+    law.caption.textContent = `${whose}${whose && ": "}${this.outcomes[0]} in ${(100 * share).toFixed(0)} % of the map`;
     canvas.setAttribute("aria-label", law.caption.textContent);
   }
 
   /** Labels of a side at the middles of their cells (px), as many as have their room. */
   axis(factor, [low, high], length, room) {
-    const cell = length / (high - low), texts = factor.values.map((_, k) => this.label(factor, k));
+    const cell = length / (high - low), texts = factor.values.map((_, k) => this.label(factor, k, 3));
     const every = Math.ceil(Math.max(room, room > 20 ? 7 * Math.max(...texts.map((text) => text.length)) : 0) / cell);
     return texts.map((text, k) => [(k - low) * cell, text]).filter(([place], k) => k % every === 0 && place >= 0 && place <= length);
   }

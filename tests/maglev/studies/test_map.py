@@ -94,6 +94,9 @@ def test_a_place_says_what_became_of_it_and_how_it_is_run(browser, tmp_path: Pat
     wait_until(tab.page, "document.querySelector('.maps figcaption')?.textContent")
     assert "samples that pass" not in tab.evaluate("document.getElementById('metric')?.textContent ?? ''"), "seen once"
     tab.page.select_option(".layer", index=1)
+    wait_until(tab.page, "/^plant.a 2: .* of the map$/.test(document.querySelector('.maps figcaption').textContent)")
+    below, above = (tab.page.locator(f"#maps {part}").bounding_box() for part in (".maps", ".legend"))
+    assert below is not None and above is not None and above["y"] + above["height"] <= below["y"], "looks come first"
     tab.page.locator(".maps canvas").scroll_into_view_if_needed()
     box = tab.page.locator(".maps canvas").bounding_box()
     assert box is not None
