@@ -11,7 +11,7 @@ const isOwn = (model) => model.startsWith("own:");
 
 class Flight {
   /**
-   * @param {{modules: object, fmus: object}} library compiled modules, and descriptions, by name of the FMU
+   * @param {{modules: object, fmus: object}} library modules, compiled when they are first used, and descriptions, by name of the FMU
    * @param {object} run the plan
    * @param {string} model the controller
    * @param {object} settings values by `fmu.variable`, over the plan's
@@ -44,7 +44,9 @@ class Flight {
   /** An FMU of the run, with start values of the plan, and over them the settings. What a user brings has its own: the plan's
    * gains and limits are those of our controllers. */
   made(part, model) {
-    const module = this.library.modules[model], start = new Map(isOwn(model) ? [] : Object.entries(this.run.fmus[part]?.start ?? {}));
+    const { modules } = this.library;
+    if (modules[model] instanceof Uint8Array) modules[model] = new WebAssembly.Module(modules[model]);
+    const module = modules[model], start = new Map(isOwn(model) ? [] : Object.entries(this.run.fmus[part]?.start ?? {}));
     for (const [name, value] of Object.entries(this.settings)) if (name.startsWith(`${part}.`)) start.set(name.slice(part.length + 1), value);
     return new (module.written ? Law : Fmu)(module, this.library.fmus[model], start, this.k * this.run.step);
   }

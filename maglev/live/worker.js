@@ -6,7 +6,7 @@ const TICK = 4;              // ms between two looks at the clock
 const MOST_BUSY = 24;        // ms of stepping before messages are heard
 const FRAME = 15;            // ms between two messages with rows, at least
 
-const library = { modules: {}, fmus: {} };
+const library = { modules: {}, fmus: {} };   // modules are bytes until they are used, laws classes
 let parts = "";   // of controllers, in JavaScript
 let runs = {};
 let flight = null, ghost = null;
@@ -19,13 +19,10 @@ let pace = { since: 0, from: 0, value: 0 };
 
 const seen = (name) => library.fmus[name] !== undefined;
 
-async function load({ about, plans, binaries, law }) {
-  library.fmus = about;
+function load({ about, plans, binaries, law }) {
+  Object.assign(library, { fmus: about, modules: binaries });
   parts = law;
   runs = plans;
-  await Promise.all(Object.entries(binaries).map(async ([name, bytes]) => {
-    library.modules[name] = await WebAssembly.compile(bytes);
-  }));
   postMessage({ type: "loaded" });
 }
 
@@ -51,7 +48,7 @@ function start({ run, controller, other, settings, planned = [] }) {
 async function own({ model, name, run, text, bytes, about }) {
   const taken = { ...library, modules: { ...library.modules }, fmus: { ...library.fmus } };
   if (text === undefined) {
-    taken.modules[model] = await WebAssembly.compile(bytes);
+    taken.modules[model] = bytes;
     taken.fmus[model] = about;
   } else {
     const lines = text.split("\n").length;
