@@ -61,7 +61,7 @@ class ClaimResult:
             return ""
         why = {"not testable": self.claim.not_testable, "no difference": self.claim.reason,
                "not reproduced": self.claim.reason, "not met": self.claim.reason}.get(self.verdict)
-        by = "it chose" if self.claim.figure is None else "by this figure was chosen"
+        by = f"{'it' if self.claim.figure is None else 'this figure'} was used to choose"
         chosen = f"no independent evidence: {by} {self.claim.chose}" if self.claim.chose else None
         other = None if self.counts else "another reading of the experiment, not counted"
         return "; ".join(part for part in (why, self.claim.remark, chosen, other) if part)
@@ -129,7 +129,8 @@ def bounds_in_words(claims: Iterable[ClaimResult]) -> str:
     judged = bounds(claims)
     chose = sum(claim.claim.chose is not None and claim.verdict == "met" for claim in judged)
     return (f"{met_of(judged)} bounds by the axes of figures are met"
-            + (f", {chose} of them by figures after which something in the runs was chosen" if chose else "")
+            + (f", {chose} of them no independent evidence: something in the run was chosen from that figure"
+               if chose else "")
             ) if met_of(judged) else ""
 
 

@@ -60,7 +60,7 @@ function verdictText() {
   const parts = [better && `beats the thesis in ${better}`, alike && `is as good (within ${100 * TIE} %) in ${alike}`, worse && `is worse in ${worse}`];
   const how = compared().length ? `It ${parts.filter(Boolean).join(", ")} of ${MEASURES.length} measures.`
     : `It lost the platform after ${beat.yours.lost.toFixed(2)} s.`;
-  return beat.sent ? `${how} So says the link: run it to see.` : how;
+  return beat.sent ? `${how} This is what the link says: run it to check.` : how;
 }
 
 function showResult() {
@@ -68,7 +68,7 @@ function showResult() {
   table.replaceChildren();
   html("caption", {}, table, verdictText());
   const head = html("tr", {}, html("thead", {}, table));
-  for (const [text, colour] of [["less is better, bold if by over 5 %"], ["yours", "run-1"], ["thesis", "run-0"]]) {
+  for (const [text, colour] of [["less is better; bold: by over 5 %"], ["yours", "run-1"], ["thesis", "run-0"]]) {
     const cell = html("th", { scope: "col" }, head, text);
     if (colour) cell.prepend(html("i", { class: "swatch", style: `background: var(--${colour})` }));
   }

@@ -158,7 +158,7 @@ function started({ width }) {
 }
 
 const EVENTS = { stop: "an end stop is touched", tripped: "the controller has tripped",
-  infeasible: "no current makes what is demanded", clamped: "an amplifier is at its peak", limited: "a command is at its limit" };
+  infeasible: "no current gives the forces that are demanded", clamped: "an amplifier is at its peak", limited: "a command is at its limit" };
 
 const LIT = 400;   // ms
 

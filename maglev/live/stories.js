@@ -88,12 +88,12 @@ const STORIES = [
     tell: (run, rows, time, ghost) => {
       if (time < STORY_START + 1.5) return undefined;
       const [ours, theirs] = [rows, ghost].map((flight) => gapLost(run, flight, STORY_START));
-      const said = (lost) => (lost ? `hit ${lost.where} after ${numbers.ms(lost.after)}` : "got there and stays");
+      const said = (lost) => (lost ? `hit ${lost.where} after ${numbers.ms(lost.after)}` : "reached it and stays");
       return `The PID ${said(theirs)}; the nonlinear law ${said(ours)}.`;
     } },
   { id: "weak", label: "Weak amplifiers", shot: { yaw: -22, pitch: 9, zoom: 1.15 },
     text: () => `After one second the amplifiers can give only ${SPARE} times the current that carries the platform; then it is pushed `
-      + "down. That is enough at rest and too little farther away, whatever the law.",
+      + "down. That is enough at rest, and too little farther from the iron, whatever the law.",
     acts: (run, controller, start, needed) => [
       { at: STORY_START, type: "tune", values: motorValues(run, "amplifier.peak", Number((SPARE * Math.abs(needed)).toPrecision(2))), shown: true },
       { at: STORY_START + 1, type: "kick", axis: run.vertical, impulse: impulseOf(run.vertical) },

@@ -67,11 +67,10 @@ def message(judgements: Judgements) -> str:
                       for name, of_kind in by_kind(claims).items())
     missed = [judged for judged in claims if judged.verdict in ("no difference", "not reproduced")]
     friction = len(blames(missed, "friction"))
+    who = "The one that does not" if len(missed) == 1 else f"Of the {len(missed)} that do not, {friction}"
     return (f'<p class="message"><strong>{first} reproduce</strong>{", and " if others else ""}{", ".join(others)}.'
-            + (f" Of {len(missed)} that {'does' if len(missed) == 1 else 'do'} not, {friction} "
-               f"{'has' if friction == 1 else 'have'} guide friction among the reasons, which the thesis does not "
-               "state and which is assumed here."
-               if friction else "") + "</p>")
+            + (f" {who} {'has' if friction == 1 else 'have'} guide friction among the reasons: the thesis does not "
+               "state it, so it is assumed here." if friction else "") + "</p>")
 
 
 def summarised_runs(results: Sequence[RunResult], judgements: Judgements) -> list[RunResult]:

@@ -189,8 +189,8 @@ def worst_table(table: pa.Table, about: Mapping[str, Any], metrics: Sequence[tup
     if not rows:
         return ""
     said = ("" if linked else f"<p>The live page cannot run these: {escape(why)}.</p>" if why else
-            f"<p>The live page can run these: <code>maglev live</code> writes it, {LIVE_PAGE}; where that lies beside "
-            "this page when this is written, each sample is linked to its run there.</p>")
+            f"<p>The live page can run these. Write it into this folder first, by <code>maglev live</code> "
+            f"({LIVE_PAGE}); a page of the study that is written after it links each sample to its run there.</p>")
     listed = html_table(("sample", "why", "at", "run it again"), rows, look="cards")
     return f'<section class="worst"><h2>Worst samples</h2>{listed}{said}</section>'
 
@@ -227,9 +227,8 @@ def sensitivity_section(indices: Sequence[Indices], notes: Sequence[str]) -> str
             for name in names for at, sure in ((index.first, index.first_confidence),
                                                (index.total, index.total_confidence)))) for index in indices]
         heads = [f"{name}: {kind}" for name in names for kind in ("first", "total")]
-        said += ("<p>What decides each metric: of its variance the share that is gone if a quantity is known: by the "
-                 "quantity alone (first), and with all that it does together with others (total), with 95 % confidence."
-                 f"</p>{html_table(('metric', *heads), rows)}")
+        said += ("<p>Sobol indices, with 95 % confidence: the share of a metric's variance that a quantity causes by "
+                 f"itself (first), and together with others (total).</p>{html_table(('metric', *heads), rows)}")
     return f"<section><h2>Sensitivity</h2>{said}</section>"
 
 

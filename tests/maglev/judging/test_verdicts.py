@@ -130,9 +130,9 @@ def test_bounds_by_figures_that_chose_something_are_no_independent_evidence() ->
     bound = {"figure": "4.9", "value": "thrust", "target": [1, 2]}
     plain, chose = (ProcedureClaim.model_validate({**bound, **more}) for more in ({}, {"chose": "the stops"}))
     results = [judge(claim, values(value)) for claim, value in ((plain, 1.5), (chose, 1.5), (chose, 3.0))]
-    assert bounds_in_words(results) == ("2 of 3 bounds by the axes of figures are met, 1 of them by figures after "
-                                        "which something in the runs was chosen")
-    assert results[1].note == "no independent evidence: by this figure was chosen the stops"
+    assert bounds_in_words(results) == ("2 of 3 bounds by the axes of figures are met, 1 of them no independent "
+                                        "evidence: something in the run was chosen from that figure")
+    assert results[1].note == "no independent evidence: this figure was used to choose the stops"
     assert results[0].note == ""
 
 

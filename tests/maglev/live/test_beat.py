@@ -81,7 +81,7 @@ def test_a_result_is_that_of_the_flight_that_is_seen_and_comes_with_the_link(tab
     again = Tab(browser, page, WIDE, link)
     wait_until(again.page, "maglevLive.frames > 3 && beat.thesis !== null")
     assert again.evaluate("lawText()") == law and again.page.inner_text("#result tbody") == table
-    assert again.page.inner_text("#result caption").endswith("So says the link: run it to see.")
+    assert again.page.inner_text("#result caption").endswith("This is what the link says: run it to check.")
     assert again.evaluate("[maglevLive.state.controller, own.present]") == ["Regulator3DOF", False], "it runs by itself"
     again.page.click("#run-law")
     wait_until(again.page, f"{DONE} && !beat.sent")

@@ -149,8 +149,8 @@ def test_the_message_counts_claims_and_those_that_blame_friction():
     claims = [judged("reproduced"), blaming("within 10 %"), judged("not met"),
               *(blaming("not reproduced") for _ in range(2)), *(blaming("not reproduced", None) for _ in range(3))]
     (message,) = page_of([recorded(SETPOINTS)], {"2dof-setpoints": claims}).of_class("message")
-    assert message.text == ("1 of 7 specifications reproduce. Of 5 that do not, 2 have guide friction "
-                            "among the reasons, which the thesis does not state and which is assumed here.")
+    assert message.text == ("1 of 7 specifications reproduce. Of the 5 that do not, 2 have guide friction "
+                            "among the reasons: the thesis does not state it, so it is assumed here.")
 
 
 def test_a_claim_that_blames_friction_says_what_comes_out_without_it():
