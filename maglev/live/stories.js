@@ -93,7 +93,7 @@ const STORIES = [
     } },
   { id: "weak", label: "Weak amplifiers", shot: { yaw: -22, pitch: 9, zoom: 1.15 },
     text: () => `After one second the amplifiers can give only ${SPARE} times the current that carries the platform; then it is pushed `
-      + "down. That is enough at rest, and too little farther from the iron, whatever the law.",
+      + "down. Enough at rest, too little farther from the iron, whatever the law.",
     acts: (run, controller, start, needed) => [
       { at: STORY_START, type: "tune", values: motorValues(run, "amplifier.peak", Number((SPARE * Math.abs(needed)).toPrecision(2))), shown: true },
       { at: STORY_START + 1, type: "kick", axis: run.vertical, impulse: impulseOf(run.vertical) },

@@ -184,7 +184,8 @@ def worst_table(table: pa.Table, about: Mapping[str, Any], metrics: Sequence[tup
                        f"{scales[parameter['name']][0]}".rstrip() for parameter in about["vary"])
         link = (f' <a class="screen" href="{escape(live_link(about, row))}" aria-label="open it live: sample {sample}">'
                 "open it live</a>") if linked else ""
-        rows.append((str(sample), escape(reason), escape(at), f"<code>{escape(command_of(about, row))}</code> "
+        rows.append((str(sample), escape(unbroken(reason)), escape(unbroken(at)),
+                     f"<code>{escape(command_of(about, row))}</code> "
                      f'<button type="button" class="copy">Copy</button>{link}'))
     if not rows:
         return ""

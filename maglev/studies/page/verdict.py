@@ -83,7 +83,7 @@ def verdict(table: pa.Table, about: Mapping[str, Any]) -> str:
     passed, reasons = np.array(table["passed"].to_pylist()), failing(table, about)
     share, name = nearest_to_limit(table, about)
     said = (f": the others fail by{f' {escape(next(iter(reasons)))}.' if len(reasons) == 1 else ''}" if reasons else
-            f"; nearest to its limit comes {escape(name)}, with {100.0 * share:.0f} % of it." if name else ".")
+            f"; {escape(name)} comes nearest to its limit: {100.0 * share:.0f} % of it." if name else ".")
     parts = "".join(f"<li>{failed.sum()} by {escape(why)}</li>" for why, failed in reasons.items())
     return (f'<p class="message">{escape(question(table, about))} <strong>{passed.sum():,} of '
             f"{len(passed):,} samples pass</strong>{said}</p>" + (f"<ul>{parts}</ul>" if len(reasons) > 1 else ""))
