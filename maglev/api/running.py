@@ -20,7 +20,6 @@ from maglev.procedures.outcome import Outcome
 from maglev.processes import processors
 from maglev.processes.side_by_side import Progress, Say, Watch, unwatched, warn
 from maglev.report.page import write_report
-from maglev.report.plots.data import Frictionless
 from maglev.report.plots.picture import figure_of
 from maglev.report.text import as_html, claims_markdown, short_outcome, study_tables, text_of, write_outcomes
 from maglev.report.what_if import run_frictionless
@@ -286,8 +285,7 @@ def run_all(names: Scenarios | None = None, *, out: str | Path = "results", plot
                 lambda runs: run_experiments(runs, folder_for(folder / "without-friction"), format, jobs, watch),
                 lambda runs: outcomes_of(runs, asked))
             files.append(folder / (f"{asked[0].name}.html" if page == "run" and len(asked) == 1 else "report.html"))
-            write_report(files[-1], flown, {**verdicts, **again.verdicts}, outcomes,
-                         Frictionless(again.runs, again.outcomes))
+            write_report(files[-1], flown, {**verdicts, **again.verdicts}, outcomes, again)
     return Results(tuple(plan.name for plan in asked), tuple(flown), tuple(outcomes), verdicts, tuple(files),
                    {run.plan.name: by_name[run.plan.name].units(run.columns) for run in flown if not run.failure})
 

@@ -7,7 +7,7 @@ const post = (message) => worker.postMessage(message);
 // The orbit is from where the picture in space is seen; the shot is the one that it goes to.
 const page = { state: null, run: null, history: null, ghost: null, width: 0, playing: false, frame: null, views: [],
   dirty: true, colours: {}, strips: null, drag: null, turning: null, dragged: false, orbit: { ...SHOTS.space, zoom: 1 }, shot: null,
-  story: null, fell: null, hits: [], lit: {}, frames: 0, problems: [], waiting: [], flown: {} };
+  story: null, fell: null, hits: [], lit: {}, frames: 0, problems: [] };
 window.maglevLive = page;
 
 const say = (text, bad = false) => {
@@ -213,7 +213,6 @@ const RECEIVED = {
   alive: () => { own.heard = performance.now(); },
   "not done": ({ text }) => say(text, true),
   scored,
-  flown: (message) => { page.flown[message.run] = message; },
 };
 
 /** Begin a thread that flies; one that there was is ended. */

@@ -26,7 +26,7 @@ const SHAPES = {
   "not done": { text: isText },
   owned: { model: (value) => own.waiting && value === own.asked.model, about: isAbout },
   scored: { number: isNumber, values: (value) => Array.isArray(value) && [0, 6].includes(value.length) && value.every(isNumber), lost: isNumber },
-  flown: { run: (value) => Object.hasOwn(live.runs, value), positions: (value) => value instanceof Float64Array, took: isNumber },
+
 };
 
 const isHeard = (message) => typeof message === "object" && message !== null && Object.hasOwn(SHAPES, message.type)

@@ -128,21 +128,6 @@ function send(now) {
   postMessage(frame, [frame.rows.buffer, frame.ghostRows.buffer]);
 }
 
-/** Outputs of a run as they are planned, at every communication point until a time (s): for checks. */
-function flown({ run, until, model = runs[run].fmus.controller.model, settings = {} }) {
-  const checked = new Flight(library, runs[run], model, settings);
-  const steps = Math.round(until / checked.run.step), width = checked.run.axes.length;
-  const positions = new Float64Array((steps + 1) * width);
-  const keep = (k) => { for (let i = 0; i < width; i++) positions[k * width + i] = checked.motion.values[2 * i]; };
-  const begin = performance.now();
-  keep(0);
-  for (let k = 1; k <= steps; k++) {
-    checked.step();
-    keep(k);
-  }
-  postMessage({ type: "flown", run, model, positions, took: performance.now() - begin });
-}
-
 const WITHIN = 1e-4;   // m, in which a task counts as done
 
 /** What a controller makes of a task, on a flight of its own: of what is put on and of a step the largest error of the gap,
@@ -185,7 +170,6 @@ function scored({ number, run, model, settings, acts: planned, task: { axis, on,
 const HANDLERS = {
   load,
   start,
-  flown,
   scored,
   own,
   alive: () => postMessage({ type: "alive" }),

@@ -16,10 +16,11 @@ from maglev.pages import shell
 from maglev.procedures.outcome import Outcome
 from maglev.report import claim_table, findings, outcome_maps
 from maglev.report.plots.charts import ShownChart, in_order, shown_charts
-from maglev.report.plots.data import NOTHING, Frictionless, figure_data, moving, runs_data
+from maglev.report.plots.data import figure_data, moving, runs_data
 from maglev.report.plots.figures import Shown, anchor, law_of, moved, read_figures, rig_name, shown_figures
 from maglev.report.status import is_listed, run_status
 from maglev.report.text import sentence
+from maglev.report.what_if import NOTHING, Again
 from maglev.schema.layers import packaged_runs
 from maglev_files.environment import DATE, number_in
 from pmlsm.rigs import RIGS
@@ -38,7 +39,7 @@ simulation measures.</p>"""
 
 
 def write_report(path: Path, results: Sequence[RunResult], judgements: Judgements,
-                 outcomes: Sequence[Outcome] = (), frictionless: Frictionless = NOTHING) -> None:
+                 outcomes: Sequence[Outcome] = (), frictionless: Again = NOTHING) -> None:
     """Write the report of runs, also of those that failed, as one HTML page that needs no network.
 
     The file appears under its name when it is complete: what stood there before is intact until then.
@@ -47,7 +48,7 @@ def write_report(path: Path, results: Sequence[RunResult], judgements: Judgement
 
 
 def report_page(results: Sequence[RunResult], judgements: Judgements, outcomes: Sequence[Outcome] = (),
-                live: bool = False, frictionless: Frictionless = NOTHING) -> str:
+                live: bool = False, frictionless: Again = NOTHING) -> str:
     """Text of the page; `live` is whether the live page lies beside it."""
     figures = shown_figures(read_figures(), results)
     shown = in_order(figures, shown_charts(outcomes))
@@ -86,7 +87,9 @@ def report_page(results: Sequence[RunResult], judgements: Judgements, outcomes: 
         ranges_link="".join(kind.link for kind, of_rigs in maps.items() if of_rigs),
         ranges="".join(outcome_maps.section(kind, of_rigs) for kind, of_rigs in maps.items()),
         assumptions=read("assumptions.html"),
-        descriptions="\n".join(description(result, live) for result in results),
+        descriptions="\n".join(
+            f"<dt>{escape(result.plan.name)}: {escape(result.plan.title)}{live_link(result) if live else ''}</dt>"
+            f"<dd>{escape(result.plan.description) or 'no description'}</dd>" for result in results),
         data=json_in_html(data),
         scripts=shell.scripts(shell.scene(), *map(read, SCRIPTS)))
 
@@ -155,10 +158,3 @@ def live_link(run: RunResult) -> str:
     name = run.plan.name
     return (f' <span class="screen">(<a href="{escape(live_address(name))}" aria-label="open this run live: '
             f'{escape(name)}">open this run live</a>)</span>')
-
-
-def description(result: RunResult, live: bool) -> str:
-    """Name, title and description of a run, with a link to the live page."""
-    plan = result.plan
-    return (f"<dt>{escape(plan.name)}: {escape(plan.title)}{live_link(result) if live else ''}</dt>"
-            f"<dd>{escape(plan.description) or 'no description'}</dd>")

@@ -2,6 +2,7 @@
 
 from collections.abc import Callable, Sequence
 from dataclasses import replace
+from types import MappingProxyType
 from typing import NamedTuple
 
 from maglev.experiment.execution import RunResult
@@ -21,9 +22,12 @@ Evaluate = Callable[[list[RunResult]], list[Outcome]]
 class Again(NamedTuple):
     """What runs without friction gave: the runs, what procedures found in them, and every claim with the verdict."""
 
-    runs: list[RunResult]
-    outcomes: list[Outcome]
-    verdicts: Judgements
+    runs: Sequence[RunResult] = ()
+    outcomes: Sequence[Outcome] = ()
+    verdicts: Judgements = MappingProxyType({})
+
+
+NOTHING = Again()
 
 
 def run_frictionless(experiments: Sequence[Experiment], verdicts: Judgements, run_all: RunAll,

@@ -15,7 +15,7 @@ from maglev.judging.verdicts import MET_OR_NOT, ClaimResult, Judgements, Verdict
 from maglev.procedures.evaluate import judge_procedure
 from maglev.procedures.outcome import Outcome
 from maglev.report.page import report_page
-from maglev.report.plots.data import NOTHING, Frictionless
+from maglev.report.what_if import NOTHING, Again
 from maglev.schema.judged.claims import RunClaim
 from maglev.schema.judged.procedure import ProcedureSettings
 from maglev.schema.layers import packaged_runs
@@ -160,7 +160,7 @@ class Page(HTMLParser):
 
 
 def page_of(results: Sequence[RunResult], judgements: Judgements | None = None, outcomes: Sequence[Outcome] = (),
-            frictionless: Frictionless = NOTHING) -> Page:
+            frictionless: Again = NOTHING) -> Page:
     """Page of results; the claims of the outcomes are judged."""
     procedures = {outcome.settings.name: judge_procedure(outcome) for outcome in outcomes}
     return Page(report_page(results, {**(judgements or {}), **procedures}, outcomes, frictionless=frictionless))

@@ -1,13 +1,12 @@
 """What the page's scripts know about runs and figures, as JSON has it."""
 
 from collections.abc import Mapping, Sequence
-from typing import Any, NamedTuple
+from typing import Any
 
 from maglev.experiment.execution import RunResult
 from maglev.judging.verdicts import Judgements
 from maglev.live import content
 from maglev.panels import PANELS, kinds_of
-from maglev.procedures.outcome import Outcome
 from maglev.report.plots.charts import ShownChart, chart_data, shown_charts
 from maglev.report.plots.figures import (
     Panel,
@@ -23,20 +22,11 @@ from maglev.report.plots.lines import panel_levels, panel_lines
 from maglev.report.plots.marks import figure_bounds, figure_marks
 from maglev.report.plots.series import pack
 from maglev.report.status import events
+from maglev.report.what_if import NOTHING, Again
 
 MOST_ROWS = 16000            # of a signal
 FEWEST_ROWS = 900            # of a signal, however large the page
 LARGEST_DATA = 8_200_000     # bytes of all signals; the rest is less than 2 million
-
-
-class Frictionless(NamedTuple):
-    """Runs that were made again without friction, and what procedures found in them."""
-
-    runs: Sequence[RunResult] = ()
-    outcomes: Sequence[Outcome] = ()
-
-
-NOTHING = Frictionless()
 
 
 def runs_data(results: Sequence[RunResult], shown: Sequence[Shown],
@@ -108,7 +98,7 @@ def panel_data(shown: Shown, panel: Panel, again: Mapping[str, RunResult]) -> di
 
 
 def figure_data(shown: Shown | ShownChart, judgements: Judgements,
-                frictionless: Frictionless = NOTHING) -> dict[str, Any]:
+                frictionless: Again = NOTHING) -> dict[str, Any]:
     """What the page's scripts know about a figure."""
     if isinstance(shown, ShownChart):
         same = [chart for chart in shown_charts(frictionless.outcomes) if chart.id == shown.id]

@@ -22,6 +22,20 @@ STAY = "for (const axis of maglevLive.run.axes) nudge(axis, 0)"   # also when th
 # Gaps less their references (m) of the rows from one on.
 ERRORS = """(first) => Array.from({ length: maglevLive.history.count - first }, (_, k) =>
     maglevLive.history.at(first + k, columnOf.position(0)) - maglevLive.history.at(first + k, columnOf.reference(0)))"""
+# The worker of the page with all runs also tells the positions of a run at every communication point until a time (s).
+WORKER = """HANDLERS.flown = ({ run, until, model = runs[run].fmus.controller.model, settings = {} }) => {
+    const checked = new Flight(library, runs[run], model, settings), positions = [];
+    for (let k = 0; k <= Math.round(until / checked.run.step); k++) {
+        if (k) checked.step();
+        positions.push(...checked.run.axes.map((_, i) => checked.motion.values[2 * i]));
+    }
+    postMessage({ type: "flown", positions });
+};
+"""
+HEARD = """() => {
+    SHAPES.flown = { positions: Array.isArray };
+    RECEIVED.flown = ({ positions }) => { window.flown = positions; };
+}"""
 MIDDLE = """(() => { const box = document.getElementById("stage").getBoundingClientRect();
     const [left, top, width, height] = boxIn(maglevLive.views.space, maglevLive.history.last(), "position");
     return [box.left + left + width / 2, box.top + top + height / 2]; })()"""
@@ -31,7 +45,8 @@ MIDDLE = """(() => { const box = document.getElementById("stage").getBoundingCli
 def whole(wasm_fmus: Path, tmp_path_factory: pytest.TempPathFactory) -> Path:
     """The page with all runs."""
     path = tmp_path_factory.mktemp("live") / "whole.html"
-    path.write_text(live_page(wasm_fmus, live_runs()), encoding="utf-8")
+    head, begin, rest = live_page(wasm_fmus, live_runs()).partition('id="worker">')
+    path.write_text(head + begin + rest.replace("</script>", f"{WORKER}</script>", 1), encoding="utf-8")
     return path
 
 
@@ -42,6 +57,7 @@ def tab(browser, whole: Path, request: pytest.FixtureRequest) -> Iterator[Tab]:
     found = Tab(browser, whole, viewport, f"#run={run}")
     wait_until(found.page, "maglevLive.frames > 5 || maglevLive.problems.length")
     found.evaluate(UNFOLD)
+    found.evaluate(HEARD)
     yield found
     problems = found.problems + found.evaluate("maglevLive.problems")
     found.context.close()
@@ -59,11 +75,10 @@ def errors_after(tab: Tab, act: Callable[[], object], seconds: float) -> np.ndar
 def positions(tab: Tab, run: str, until: float, settings: str = "{}", model: str | None = None) -> np.ndarray:
     """Positions of a run of the page, all axes at a point and then the next, with settings and a controller."""
     asked = "" if model is None else f"model: '{model}', "
-    tab.evaluate(f"delete maglevLive.flown['{run}']; post({{ type: 'flown', run: '{run}', until: {until}, {asked}"
+    tab.evaluate(f"window.flown = null; post({{ type: 'flown', run: '{run}', until: {until}, {asked}"
                  f"settings: {settings} }})")
-    wait_until(tab.page, f"maglevLive.flown['{run}'] !== undefined"
-               + ("" if model is None else f" && maglevLive.flown['{run}'].model === '{model}'"))
-    return np.array(tab.evaluate(f"Array.from(maglevLive.flown['{run}'].positions)"))
+    wait_until(tab.page, "window.flown !== null")
+    return np.array(tab.evaluate("window.flown"))
 
 
 @pytest.mark.parametrize("tab", [(WIDE, "3dof-setpoints-improved")], ids=[""], indirect=True)

@@ -12,7 +12,7 @@ from report_tab import PHONE, Tab
 
 from maglev.judging.verdicts import VERDICTS
 from maglev.report.page import write_report
-from maglev.report.plots.data import Frictionless
+from maglev.report.what_if import Again
 from maglev.schema.run_plan import Event
 
 # Of one run, SI.
@@ -37,7 +37,7 @@ def write_all(folder: Path) -> None:
     judgements = {result.plan.name: [judged(verdict, reason="friction is assumed") for verdict in VERDICTS]
                   for result in results}
     outcomes = [outcome(charts=(chart(), chart("4.10", HOSTILE, panels=2)), notes=(HOSTILE,), claims=())]
-    again = Frictionless([recorded(packaged(name)) for name in ("3dof-setpoints", "2dof-step-1-linear")],
+    again = Again([recorded(packaged(name)) for name in ("3dof-setpoints", "2dof-step-1-linear")],
                          [outcome(charts=(chart(), chart("4.10", HOSTILE, panels=2)), claims=())])
     judgements["3dof-setpoints"] = [replace(judged("not reproduced", source="Fig. 5.20"), without=judged("reproduced")),
                                     *judgements["3dof-setpoints"]]

@@ -8,10 +8,10 @@ from report_runs import Page, failed, judged, packaged, page_of, recorded, witho
 from maglev.judging.metrics import TrackingError
 from maglev.judging.verdicts import VERDICTS, ClaimResult, Verdict
 from maglev.report.claim_table import linked_source, unbroken
-from maglev.report.plots.data import Frictionless
 from maglev.report.plots.figures import read_figures, shown_figures
 from maglev.report.plots.marks import cited_figures
 from maglev.report.text import sentence
+from maglev.report.what_if import Again
 from maglev.schema.judged.claims import RunClaim
 from maglev.schema.layers import packaged_runs
 
@@ -157,7 +157,7 @@ def test_a_claim_that_blames_friction_says_what_comes_out_without_it():
     without = replace(blaming("reproduced"), measured=0.2)
     claims = [replace(blaming("not reproduced"), without=without), blaming("not reproduced")]
     again = recorded(SETPOINTS)
-    page = page_of([recorded(SETPOINTS)], {"2dof-setpoints": claims}, frictionless=Frictionless([again]))
+    page = page_of([recorded(SETPOINTS)], {"2dof-setpoints": claims}, frictionless=Again([again]))
     told = [element.text for element in page.of_class("what-if") if element.tag == "details"]
     # Beside the figure that the claim cites, and in the table.
     said = "What if friction were zero?✓ reproduced: 20\N{NO-BREAK SPACE}%."
