@@ -38,7 +38,7 @@ class Table(BaseModel):
     The description of each field is its meaning, in messages and in the documentation; what has none is no key.
     """
 
-    model_config = ConfigDict(extra="forbid", frozen=True)
+    model_config = ConfigDict(extra="forbid", frozen=True, defer_build=True)
 
     PLACE: ClassVar[str] = ""             # of the table in a file, such as "[metrics]"
     KNOWN_TABLES: ClassVar[list[type["Table"]]] = []
