@@ -90,12 +90,12 @@ def test_the_nearest_name_is_said(fastest_fmus: Path, tmp_path: Path) -> None:
         maglev.compare(NAME, [tmp_path / "min.fmu"], fmus=fastest_fmus)
 
 
-def test_one_that_ends_early_leaves_the_other(fmus: Path, tmp_path: Path) -> None:
+def test_one_that_ends_early_leaves_the_other(fastest_fmus: Path, tmp_path: Path) -> None:
     """A controller that ends its run is told of with the time, and what was recorded until then is kept and drawn."""
     bad = faulty("crash", tmp_path)
     ports = EXAMPLES / "pd_controller_c" / "ports.toml"
     done = command("compare", "2dof-step-1-nonlinear", "--controller", "Regulator2DOF", "--controller", f"bad={bad}",
-                   "--map", ports, "--fmus", fmus, "--out", tmp_path)
+                   "--map", ports, "--fmus", fastest_fmus, "--out", tmp_path)
     assert done.exit_code == 2
     assert "bad: at t = 0.1 s: " in done.stderr
     assert (tmp_path / "2dof-step-1-nonlinear@Regulator2DOF.csv").is_file()

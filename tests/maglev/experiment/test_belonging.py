@@ -48,15 +48,15 @@ def excited(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
     return tmp_path
 
 
-def ran(fmus: Path, out: str, *more: str) -> dict[str, bytes]:
+def ran(fastest_fmus: Path, out: str, *more: str) -> dict[str, bytes]:
     """Files of a run, by ending."""
-    assert command("run", "excited.toml", "--fmus", fmus, "--out", out, *more).exit_code == 0
+    assert command("run", "excited.toml", "--fmus", fastest_fmus, "--out", out, *more).exit_code == 0
     return {path.suffix: path.read_bytes() for path in Path(out).glob("excited.*")}
 
 
-def test_readers_refuse_the_files_of_two_runs(fmus: Path, excited: Path) -> None:
+def test_readers_refuse_the_files_of_two_runs(fastest_fmus: Path, excited: Path) -> None:
     """All ways in which columns and record of two runs can lie beside each other: only those of one are read."""
-    runs = {"light": ran(fmus, "results"), "heavy": ran(fmus, "heavy", "--set", "plant.v.mass=4.6")}
+    runs = {"light": ran(fastest_fmus, "results"), "heavy": ran(fastest_fmus, "heavy", "--set", "plant.v.mass=4.6")}
     assert runs["light"][".csv"] != runs["heavy"][".csv"]
     for columns, record in product(runs, runs):
         Path("results/excited.csv").write_bytes(runs[columns][".csv"])
@@ -76,11 +76,11 @@ def test_readers_refuse_the_files_of_two_runs(fmus: Path, excited: Path) -> None
 
 
 @pytest.mark.parametrize("form", ["csv", "parquet"])
-def test_the_record_has_the_digest_of_its_columns(fmus: Path, excited: Path, form: str) -> None:
-    ran(fmus, "results", "--format", form)
+def test_the_record_has_the_digest_of_its_columns(fastest_fmus: Path, excited: Path, form: str) -> None:
+    ran(fastest_fmus, "results", "--format", form)
     record = json.loads(Path("results/excited.json").read_text(encoding="utf-8"))
     assert record["files"] == {f"excited.{form}": digest_of(Path(f"results/excited.{form}"))}
-    compared = command("compare", "excited.toml", "--controller", "Regulator2DOF", "--fmus", fmus)
+    compared = command("compare", "excited.toml", "--controller", "Regulator2DOF", "--fmus", fastest_fmus)
     assert compared.exit_code == 0
     label = "excited@Regulator2DOF"
     record = json.loads(Path(f"results/{label}.json").read_text(encoding="utf-8"))
@@ -88,7 +88,7 @@ def test_the_record_has_the_digest_of_its_columns(fmus: Path, excited: Path, for
 
 
 @pytest.mark.parametrize("where", ["run_experiments", "write_runs"])
-def test_a_second_run_into_the_folder_is_refused_before_it_flies(fmus: Path, excited: Path, where: str,
+def test_a_second_run_into_the_folder_is_refused_before_it_flies(fastest_fmus: Path, excited: Path, where: str,
                                                                  monkeypatch: pytest.MonkeyPatch) -> None:
     """While the first pauses, before its columns and after them; one that writes other files is not refused."""
     Path("other.toml").write_text(EXCITED.replace('"excited"', '"other"'), encoding="utf-8")
@@ -97,36 +97,36 @@ def test_a_second_run_into_the_folder_is_refused_before_it_flies(fmus: Path, exc
 
     def paused(*given: Any) -> Any:
         monkeypatch.setattr(running, where, plain)
-        seen.extend(error_line(command(word, "excited.toml", "--fmus", fmus)) for word in ("run", "report"))
-        assert command("run", "other.toml", "--fmus", fmus).exit_code == 0
-        assert command("run", "excited.toml", "--fmus", fmus, "--out", "elsewhere").exit_code == 0
+        seen.extend(error_line(command(word, "excited.toml", "--fmus", fastest_fmus)) for word in ("run", "report"))
+        assert command("run", "other.toml", "--fmus", fastest_fmus).exit_code == 0
+        assert command("run", "excited.toml", "--fmus", fastest_fmus, "--out", "elsewhere").exit_code == 0
         return plain(*given)
 
     monkeypatch.setattr(running, where, paused)
-    ran(fmus, "results")
+    ran(fastest_fmus, "results")
     assert seen == ["maglev: results/excited: another process is writing the files of this run, expected one at a "
                     "time: wait for it, or give another --out"] * 2
-    ran(fmus, "results")
+    ran(fastest_fmus, "results")
     assert not list(Path("results").glob(".*"))
     assert maglev.identify("results/excited.csv").estimate.final["C1"] > 0.0
 
 
-def test_a_run_that_ends_between_its_files_leaves_no_record_of_another(fmus: Path, excited: Path,
+def test_a_run_that_ends_between_its_files_leaves_no_record_of_another(fastest_fmus: Path, excited: Path,
                                                                        monkeypatch: pytest.MonkeyPatch) -> None:
-    ran(fmus, "results")
+    ran(fastest_fmus, "results")
 
     def ends(*_: object) -> None:
         raise SystemExit(3)
 
     with monkeypatch.context() as patch, pytest.raises(SystemExit):
         patch.setattr(execution, "write_record", ends)
-        maglev.run_all(["excited.toml"], fmus=fmus, set={"plant.v.mass": 4.6}, jobs=1)
+        maglev.run_all(["excited.toml"], fmus=fastest_fmus, set={"plant.v.mass": 4.6}, jobs=1)
     assert Path("results/excited.csv").is_file()
     assert not Path("results/excited.json").exists()
 
 
-def test_comparisons_of_one_name_wait_for_each_other(fmus: Path, excited: Path) -> None:
-    comparison = maglev.compare("excited.toml", ["Regulator2DOF"], fmus=fmus)
+def test_comparisons_of_one_name_wait_for_each_other(fastest_fmus: Path, excited: Path) -> None:
+    comparison = maglev.compare("excited.toml", ["Regulator2DOF"], fmus=fastest_fmus)
     shutil.rmtree("results", ignore_errors=True)
     with only_writer(ResultFiles(Path("results"), "excited@Regulator2DOF").lock):   # that of a run is another one
         files = comparison.write(picture=False, page=False)
