@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 from direct_loop import RIGS
-from hypothesis import given
+from hypothesis import given, settings
 from hypothesis import strategies as st
 from linear_model import linearised, thrusts, vertical_row
 from scipy.integrate import solve_ivp
@@ -104,6 +104,7 @@ def test_first_command_is_the_equilibrium(kind: type[PID], gap: float) -> None:
         assert motor.i_q_cmd == pytest.approx(0.0, abs=1e-9)
 
 
+@settings(max_examples=40)
 @given(st.floats(0.5, 300.0), st.floats(-0.05, 0.05))
 @pytest.mark.usefixtures("slow")
 def test_prefilter_has_unit_gain_and_no_overshoot(corner: float, reference: float) -> None:

@@ -93,8 +93,9 @@ def test_motion_is_that_of_the_equations(name: str) -> None:
     stage.payload.mass, stage.payload.x, stage.payload.z = reference.payload
     for guide in (stage.roll_guide, stage.pitch_guide):
         guide.stiffness, guide.play = reference.guide
-    found = flown(stage, commands, 500)
-    expected = reference.solve(np.array(start), commands, STEP, 500)
+    steps = 500 if name == "into the stops" else 300   # on the way there as long
+    found = flown(stage, commands, steps)
+    expected = reference.solve(np.array(start), commands, STEP, steps)
     assert np.ptp(found, axis=0).min() > 1e-4, "all move"
     assert stage.at_stop or name != "into the stops"
     assert np.abs(found - expected).max() < 1e-7

@@ -62,7 +62,9 @@ def test_importing_is_light() -> None:
 
 
 @pytest.mark.usefixtures("slow")
-@pytest.mark.parametrize("module", MODULES)
+@pytest.mark.parametrize("module", [
+    pytest.param(name, marks=pytest.mark.thorough) if name == "maglev.stability.analysis" else name   # it takes seconds
+    for name in MODULES])
 def test_examples(module: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.chdir(tmp_path)
     assert doctest.testmod(import_module(module)).failed == 0

@@ -6,7 +6,7 @@ from typing import Any
 
 import numpy as np
 import pytest
-from identification_data import Data, flight
+from identification_data import Data, flight, record
 from written_controllers import PD, controller
 from written_controllers import flight as scenario
 
@@ -56,7 +56,10 @@ def test_a_check_takes_a_name(fastest_fmus: Path) -> None:
 
 @pytest.fixture(scope="module")
 def recorded() -> dict[str, np.ndarray]:
-    data: Data = flight("2dof", "encoder")
+    return columns_of(flight("2dof", "encoder"))
+
+
+def columns_of(data: Data) -> dict[str, np.ndarray]:
     recording = data.recording
     return {"t": recording.time, "gap": recording.positions[:, 0], "along": recording.positions[:, 1],
             "d": recording.i_d[:, 0], "q": recording.i_q[:, 0]}
@@ -78,7 +81,8 @@ def test_columns_are_identified_as_their_file_is(recorded: dict[str, np.ndarray]
 
 
 @pytest.mark.usefixtures("slow")
-def test_columns_that_cannot_be_used(recorded: dict[str, np.ndarray]) -> None:
+def test_columns_that_cannot_be_used() -> None:
+    recorded = columns_of(record("2dof", 1.5, 0.5e-3))
     bad: list[tuple[Any, dict[str, str], str]] = [
         ({**recorded, "gap": recorded["gap"][1:]}, {}, r"data: column gap has the shape \(\d+,\), expected as many"),
         ({**recorded, "d": np.nan * recorded["d"]}, {}, "data: row 0, column d is nan, expected a finite number"),

@@ -6,6 +6,7 @@ another: what is marked so (`.rn`) the driver leaves as it is.
 
 import sys
 from collections.abc import Iterator, Mapping
+from functools import cache
 from math import inf
 from pathlib import Path
 from typing import Any
@@ -48,24 +49,25 @@ VALUES = {"plant.v.mass": [4.0, 4.35, 9.0, 4.1, 4.2], "controller.sample_time": 
           "plant.v.position_start": [0.02, 0.021, 0.0195, 0.02, 0.02]}
 
 
-def code(fmus: Path, name: str, monkeypatch: pytest.MonkeyPatch) -> str:
+@cache
+def code(fmus: Path, name: str) -> str:
     """PTX of a run, with its metrics."""
     experiment = prepare(load_plan(name), fmus, {}, {})
     taken: list[Mapping[str, str]] = []
-    monkeypatch.setattr(block_loop, "loop_of", lambda sources, _: taken.append(sources))
-    with Flight(experiment, measuring=Measuring(experiment.plan, experiment.times)) as flight:
+    with pytest.MonkeyPatch.context() as patch, Flight(
+            experiment, measuring=Measuring(experiment.plan, experiment.times)) as flight:
+        patch.setattr(block_loop, "loop_of", lambda sources, _: taken.append(sources))
         flight.load()
     return graphics.ptx(code_of(taken[0]), FUNCTION).decode()
 
 
 @pytest.mark.parametrize("name", RUNS)
-def test_it_rounds_as_other_processors_do(native_fmus: Path, name: str, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_it_rounds_as_other_processors_do(native_fmus: Path, name: str) -> None:
     """Nothing is contracted, approximate, flushed to zero or in single precision; nothing is called."""
-    require_exact(code(native_fmus, name, monkeypatch), FUNCTION)
+    require_exact(code(native_fmus, name), FUNCTION)
 
 
-def test_what_is_common_is_left_out_and_the_rest_rounds_as_before(native_fmus: Path,
-                                                                  monkeypatch: pytest.MonkeyPatch) -> None:
+def test_what_is_common_is_left_out_and_the_rest_rounds_as_before(native_fmus: Path) -> None:
     experiment = prepare(load_plan("2dof-push"), native_fmus, {}, {})
     with Flight(experiment, measuring=Measuring(experiment.plan, experiment.times)) as flight:
         flight.load(build=True)
@@ -77,7 +79,7 @@ def test_what_is_common_is_left_out_and_the_rest_rounds_as_before(native_fmus: P
         assert common.holds(words_of(masses)) and 0 < len(common.places) < 5
         assert not common.holds(words_of([flight.beginning({"plant.h.mass": 4.0})]))
     require_exact(made, FUNCTION)
-    assert len(made) < 0.6 * len(code(native_fmus, "2dof-push", monkeypatch))
+    assert len(made) < 0.6 * len(code(native_fmus, "2dof-push"))
 
 
 @pytest.mark.usefixtures("slow")

@@ -74,7 +74,7 @@ CASES = {
 
 @pytest.mark.few(6)
 @pytest.mark.parametrize("name", CASES)
-@settings(max_examples=1500)
+@settings(max_examples=600)
 @given(data=st.data())
 def test_error(name: str, data: st.DataObject) -> None:
     case = CASES[name]
