@@ -55,7 +55,7 @@ def solve(rig: int, flight: dict[str, np.ndarray], start: np.ndarray, weights: n
     return estimates
 
 
-@pytest.mark.few(3)
+@pytest.mark.few(2)
 @pytest.mark.parametrize(("rig", "epsilon", "gamma", "forgetting", "weight", "tolerance"), [
     (2, 0.01, 1.1, 0.0, 1.0, 2e-4), (2, 0.001, 1.1, 0.0, 1.0, 1e-3), (2, 0.05, 1.1, 0.0, 1.0, 2e-4),
     (2, 0.001, 1.1, 0.0, 100.0, 2e-6), (2, 0.01, 2.0, 0.5, 1.0, 3e-4), (2, 0.01, 1.0, 0.0, 100.0, 1e-12),

@@ -28,12 +28,14 @@ RATIOS = ("attraction_modulation", "gamma", "seed", "roughness_seed", "convergen
 OF_MODES = (".mode.damping", ".mode.mass_share", ".mode.encoder_share")
 
 
+@pytest.mark.few(20)
 @pytest.mark.parametrize("name", DEFINITIONS)
 def test_fmpy_validates(fmus: Path, name: str) -> None:
     assert validate_fmu(str(fmus / f"{name}.fmu")) == []
 
 
 # That of the closed loops is long: tests/closed_loop_fmu runs the native ones.
+@pytest.mark.few(9)
 @pytest.mark.parametrize("name", [name for name in DEFINITIONS if not name.startswith("ClosedLoop")])
 def test_default_experiment_runs_with_nothing_set(fmus: Path, name: str) -> None:
     result = fmpy.simulate_fmu(str(fmus / f"{name}.fmu"))

@@ -93,6 +93,7 @@ def test_fmpy_validates(native_fmus: Path, name: str) -> None:
     assert validate_fmu(str(native_fmus / f"{name}.fmu")) == []
 
 
+@pytest.mark.few(14)
 @pytest.mark.parametrize("name", DEFINITIONS)
 def test_default_experiment_runs_with_nothing_set(native_fmus: Path, name: str) -> None:
     result = fmpy.simulate_fmu(str(native_fmus / f"{name}.fmu"))
@@ -101,6 +102,7 @@ def test_default_experiment_runs_with_nothing_set(native_fmus: Path, name: str) 
     assert len(result) - 1 == round(experiment.stop_time / experiment.step) <= 1000
 
 
+@pytest.mark.few(14)
 @pytest.mark.parametrize("name", DEFINITIONS)
 def test_tool_that_steps_a_500th_of_the_stop_time(native_fmus: Path, name: str) -> None:
     path, stop_time = str(native_fmus / f"{name}.fmu"), definition(name).experiment.stop_time

@@ -55,7 +55,7 @@ def test_it_refuses_in_the_words_of_the_native_fmu(wasm_fmus: Path, load_native:
     assert said in str(refusal.value)
 
 
-@pytest.mark.few(3)
+@pytest.mark.few(2)
 @pytest.mark.parametrize("name", RUNS)
 @pytest.mark.parametrize("rough", [False, True])
 def test_a_run_has_the_bits_of_the_native_fmus(wasm_fmus: Path, native_fmus: Path, name: str, rough: bool) -> None:

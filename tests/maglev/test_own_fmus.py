@@ -53,6 +53,7 @@ def every(ending: str, by: Callable[[bytes], bytes]) -> Callable[[Contents], Non
     return change
 
 
+@pytest.mark.few(14)
 @pytest.mark.parametrize("name", DEFINITIONS)
 def test_what_is_built_is_ours(fmus: Path, native_fmus: Path, name: str) -> None:
     assert built_here(fmus / f"{name}.fmu")

@@ -14,7 +14,7 @@ pytestmark = pytest.mark.usefixtures("slow")
 BETWEEN = tuple(f"{rig}-DOF near {gap} mm" for rig, gap in ((2, 18), (2, 21), (3, 20), (3, 23), (3, 26)))
 
 
-@pytest.mark.few(3)
+@pytest.mark.few(2)
 @pytest.mark.parametrize("case", [pytest.param(case, id=case.name, marks=pytest.mark.thorough)
                                   if case.name in BETWEEN else pytest.param(case, id=case.name) for case in SMOOTH])
 def test_smooth_motion(case: Case) -> None:

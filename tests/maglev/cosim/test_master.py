@@ -15,7 +15,7 @@ from maglev.schema.loading import load_plan
 from pmlsm.rig_3dof import RIG as RIG_3DOF
 
 
-@pytest.mark.few(5)
+@pytest.mark.few(3)
 @pytest.mark.parametrize("name", ["2dof-setpoints", "2dof-tracking-friction-compensation", "2dof-smooth-linear",
                                   "2dof-tracking-pid", "3dof-setpoints-improved", "3dof-smooth-linear",
                                   "3dof-tracking-pid",   # more of the same regulators:

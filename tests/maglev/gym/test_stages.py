@@ -36,6 +36,7 @@ OPTIONS: dict[str, tuple[str, dict[str, Any]]] = {
     "5-DOF": ("Stage5DOF", {"sample_time": "1 ms"})}
 
 
+@pytest.mark.few(4)
 @pytest.mark.parametrize("what", OPTIONS)
 def test_it_has_the_bits_of_single_stages(folder: Path, what: str, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(stages, "FEWEST", 2)   # so that there are threads

@@ -66,7 +66,8 @@ def test_it_bounds_what_a_stage_with_the_effects_gives_otherwise(rig: str) -> No
     assert found.left_out["C1"] == pytest.approx(data.truth["C1"] - found.estimate.final["C1"], rel=0.2)
 
 
-@pytest.mark.parametrize("rig", ["2dof", pytest.param("3dof", marks=pytest.mark.thorough)])
+@pytest.mark.thorough
+@pytest.mark.parametrize("rig", ["2dof", "3dof"])
 def test_told_of_the_effects_the_estimator_finds_the_truth(rig: str) -> None:
     """Independent of how they are added up: rows that have all of them at once, and their signs."""
     found, data = real(rig)

@@ -45,7 +45,7 @@ def flown(rig: Rig, law: str = "") -> Any:
     return loop
 
 
-@pytest.mark.few(2)
+@pytest.mark.few(1)
 @pytest.mark.usefixtures("slow")
 @pytest.mark.parametrize("law", ["", "Linear", "PID"])
 def test_a_real_motor_flies_at_the_first_try(tmp_path: Path, law: str) -> None:
