@@ -3,7 +3,6 @@
 import re
 from collections.abc import Iterable, Sequence
 from html import escape
-from typing import NamedTuple
 
 from maglev.experiment.execution import RunResult
 from maglev.judging.verdicts import (
@@ -31,23 +30,11 @@ from maglev.report.text import counted, sentence
 MOST_TOLD = 4   # runs that have a sentence in the head of a report
 
 
-class Look(NamedTuple):
-    """How a verdict looks: CSS class, and a sign that needs no colour."""
-
-    css: str
-    sign: str
-
-
-LOOKS: dict[Verdict, Look] = {
-    "reproduced": Look("good", "✓"),
-    "within 10 %": Look("close", "≈"),
-    "no difference": Look("bad", "="),
-    "not reproduced": Look("bad", "✗"),
-    "not testable": Look("open", "?"),
-    "not run": Look("none", "–"),
-    "modified run": Look("none", "≠"),
-    "met": Look("good", "⊂"),
-    "not met": Look("bad", "⊄"),
+# CSS class of a verdict, and a sign that needs no colour.
+LOOKS: dict[Verdict, tuple[str, str]] = {
+    "reproduced": ("good", "✓"), "within 10 %": ("close", "≈"), "no difference": ("bad", "="),
+    "not reproduced": ("bad", "✗"), "not testable": ("open", "?"), "not run": ("none", "–"),
+    "modified run": ("none", "≠"), "met": ("good", "⊂"), "not met": ("bad", "⊄"),
 }
 
 
@@ -96,7 +83,7 @@ def verdict_options(judgements: Judgements) -> str:
         return f'<option value="{value}">{words} ({counted}{more})</option>'
 
     return option("", "all", sum(counts.values()), sum(every.values())) + "".join(
-        option(verdict, f"{LOOKS[verdict].sign} {verdict}", counts[verdict], every[verdict])
+        option(verdict, f"{LOOKS[verdict][1]} {verdict}", counts[verdict], every[verdict])
         for verdict in VERDICTS if every[verdict])
 
 
@@ -124,9 +111,8 @@ def kind_table(claims: Sequence[ClaimResult]) -> str:
         return ""
     heads = "".join(f'<th scope="col">{name}</th>' for name in columns)
     body = "\n".join(
-        f'<tr><th scope="row" class="{LOOKS[verdict].css}"><span aria-hidden="true">{LOOKS[verdict].sign}</span> '
-        f"{verdict}</th>" + "".join(f"<td>{count[verdict] or '–'}</td>" for count in counts) + "</tr>"
-        for verdict in shown)
+        f'<tr><th scope="row">{badge(verdict)}</th>' + "".join(f"<td>{count[verdict] or '–'}</td>" for count in counts)
+        + "</tr>" for verdict in shown)
     sums = "".join(f"<td>{len(of_kind)}</td>" for of_kind in columns.values())
     total = f'\n<tr><th scope="row">all</th>{sums}</tr>' if len(shown) > 1 else ""
     return (f'<div class="wide"><table class="kinds"><thead><tr><th scope="col">claims</th>{heads}</tr></thead>\n'

@@ -7,15 +7,11 @@ from fmi_export.pages.documentation import breakable
 from maglev.procedures.outcome import Outcome, ValueTable
 from maglev.report.plots.figures import anchor, rig_name
 
-LINK = '<li><a href="#identification">Identification</a></li>'
-
 
 def findings_section(outcomes: Iterable[Outcome]) -> str:
     """Section of the page with the tables and the notes; empty if there are none."""
-    parts = [findings(outcome) for outcome in outcomes if outcome.tables or outcome.notes]
-    if not parts:
-        return ""
-    return '\n\n<section id="identification">\n<h2>Identification</h2>\n' + "\n".join(parts) + "\n</section>"
+    parts = "\n".join(findings(outcome) for outcome in outcomes if outcome.tables or outcome.notes)
+    return parts and f'\n\n<section id="identification">\n<h2>Identification</h2>\n{parts}\n</section>'
 
 
 def findings(outcome: Outcome) -> str:

@@ -33,11 +33,6 @@ class Kind(NamedTuple):
     looks: tuple[int, ...]       # of the outcomes, numbers of `LOOKS`; what means the same has the same in all kinds
     dots: str = ""               # what a mark means; empty if there is none
 
-    @property
-    def link(self) -> str:
-        """Entry of the index."""
-        return f'<li><a href="#{self.anchor}">{self.heading}</a></li>'
-
 
 RANGE = Kind("operating-range", "How far each controller can go", "range", "operating range", "shares of the maps",
              "docs/faults.md", operating_range.TOOL, operating_range.read_maps, operating_range.OUTCOMES,

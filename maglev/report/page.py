@@ -57,6 +57,8 @@ def report_page(results: Sequence[RunResult], judgements: Judgements, outcomes: 
     title = f"{results[0].plan.name}: {results[0].plan.title}" if len(results) == 1 else TITLE
     rigs = {rig_name(result.plan.name, result.plan) for result in theirs}
     maps = {kind: outcome_maps.of_rigs(kind, rigs) for kind in (outcome_maps.RANGE, outcome_maps.TOLERANCES)}
+    parts = {"identification": "Identification"} if section else {}
+    parts |= {kind.anchor: kind.heading for kind, of_rigs in maps.items() if of_rigs}
     drawn = {figure.id: figure_data(figure, judgements, frictionless) for figure in shown}
     films = {run.plan.name: film for run in moved(results) if (film := moving({law_of(run): run}))}
     data = {"runs": runs_data(results, figures, frictionless.runs), "figures": drawn,
@@ -79,12 +81,12 @@ def report_page(results: Sequence[RunResult], judgements: Judgements, outcomes: 
         origin=escape(origin(results)),
         summary=claim_table.summary(results, judgements),
         claims=claim_table.claim_groups(results, judgements, shown, outcomes),
-        findings_link=findings.LINK if section else "",
+        links="".join(f'<li><a href="#{part}">{heading}</a></li>' for part, heading in parts.items()),
         findings=section,
         figures="\n".join(figure_element(figure, judgements, live, "without" in drawn[figure.id], told)
                           for figure in shown)
         or f"<p>No {'figure shows these runs' if any(len(run.time) for run in results) else 'run was recorded'}.</p>",
-        ranges_link="".join(kind.link for kind, of_rigs in maps.items() if of_rigs),
+
         ranges="".join(outcome_maps.section(kind, of_rigs) for kind, of_rigs in maps.items()),
         assumptions=read("assumptions.html"),
         descriptions="\n".join(

@@ -9,7 +9,7 @@ from maglev.report.claim_table import LOOKS
 
 # Every tenth figure, also one of a procedure: to draw all takes long, and they are alike.
 DRAW_SOME = """Promise.all(Object.keys(maglevReport.figures).filter((id, k) => k % 10 === 0).map(draw))"""
-VERDICT_STYLES = [f".verdict.{look.css}" for look in LOOKS.values()]
+VERDICT_STYLES = [f".verdict.{css}" for css, _ in LOOKS.values()]
 
 
 def choose(page, run: str) -> None:
