@@ -1,31 +1,29 @@
 "use strict";
 // Laws to begin with: the controller of `maglev new controller` for the stage that runs, and variations of what it does on an axis.
 
+/** Text of the acceleration that a law asks for, with what it makes of error and rate. */
+const demanded = (what, made) => `  /** Acceleration (m/s²) ${what} */
+  demand(observer, dt) {
+    this.velocity.update(this.measured, observer, dt);
+    let error = this.measured - this.reference;
+    let rate = this.velocity.velocity - this.reference_rate;
+    ${made}
+  }
+`;
+
 /** A law by what is different of it: its parameters with their units, what they are of the poles (rad/s) that the design of an axis
  * has, and the acceleration that it asks for. */
 const STARTERS = {
   pid: { label: "PID", name: "PID", parameters: { kp: "1/s²", ki: "1/s³", kd: "1/s" },
     from: (w) => [w ** 2, 0.22 * w ** 3, 1.7 * w],
-    demand: `  /** Acceleration (m/s²) against the error, its integral and its rate. */
-  demand(observer, dt) {
-    this.velocity.update(this.measured, observer, dt);
-    let error = this.measured - this.reference;
-    let rate = this.velocity.velocity - this.reference_rate;
-    return -this.kp * error - this.ki * this.integral - this.kd * rate;
-  }
-` },
+    demand: demanded("against the error, its integral and its rate.",
+      "return -this.kp * error - this.ki * this.integral - this.kd * rate;") },
   feedback: { label: "state feedback", name: "state feedback with an integral", parameters: { bandwidth: "rad/s" }, from: (w) => [w] },
   sliding: { label: "sliding mode", name: "sliding mode", parameters: { slope: "1/s", reach: "m/s²", layer: "m/s" },
     from: (w) => [0.6 * w, 0.1 * w, 0.1],
-    demand: `  /** Acceleration (m/s²) that keeps the error on a surface, along which it fades, and goes there from wherever it is. */
-  demand(observer, dt) {
-    this.velocity.update(this.measured, observer, dt);
-    let error = this.measured - this.reference;
-    let rate = this.velocity.velocity - this.reference_rate;
-    let surface = rate + 2.0 * this.slope * error + this.slope * this.slope * this.integral;
-    return -2.0 * this.slope * rate - this.slope * this.slope * error - this.reach * Math.tanh(surface / this.layer);
-  }
-` },
+    demand: demanded("that keeps the error on a surface, along which it fades, and goes there from wherever it is.",
+      `let surface = rate + 2.0 * this.slope * error + this.slope * this.slope * this.integral;
+    return -2.0 * this.slope * rate - this.slope * this.slope * error - this.reach * Math.tanh(surface / this.layer);`) },
 };
 
 /** Whether an axis is held against the magnets' pull, the gap and tilts, or moves along it. */

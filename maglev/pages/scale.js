@@ -4,9 +4,13 @@
 const LENGTHS = [[1e-4, "0.1 µm"], [1e-3, "1 µm"], [1e-2, "10 µm"], [0.1, "0.1 mm"], [1, "1 mm"], [10, "10 mm"],
   [100, "100 mm"]];
 
+const SVG = "http://www.w3.org/2000/svg";
+
 /** An element with attributes, put into a parent if there is one. */
-function html(name, attributes, parent, text = "") {
-  const element = document.createElement(name);
+const html = (name, ...more) => filled(document.createElement(name), ...more);
+const svg = (name, ...more) => filled(document.createElementNS(SVG, name), ...more);
+
+function filled(element, attributes, parent, text = "") {
   for (const [key, value] of Object.entries(attributes)) element.setAttribute(key, value);
   if (text) element.textContent = text;
   if (parent) parent.append(element);

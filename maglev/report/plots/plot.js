@@ -1,20 +1,12 @@
 "use strict";
 // A plot as SVG: panels below each other, each with its legend, its axes, a readout under the pointer, and zooming.
 const PANEL = { plot: 132, left: 62, right: 12, top: 8, bottom: 36, between: 8, names: 14, paper: 690 };   // px; below the last one, below others, above the first; width on A4
-const SVG = "http://www.w3.org/2000/svg";
+
 const SYMBOLS = {
   circle: "M-3.5 0a3.5 3.5 0 1 0 7 0a3.5 3.5 0 1 0 -7 0", square: "M-3 -3h6v6h-6z", diamond: "M0 -4.5l4.5 4.5l-4.5 4.5l-4.5 -4.5z",
   cross: "M-4 -1h3v-3h2v3h3v2h-3v3h-2v-3h-3z",
 };
 const DASHES = { solid: "none", dash: "7 4", dot: "1.5 3", dashdot: "8 3 1.5 3" };
-
-function svg(name, attributes, parent, text = "") {
-  const element = document.createElementNS(SVG, name);
-  for (const [key, value] of Object.entries(attributes)) element.setAttribute(key, value);
-  if (text) element.textContent = text;
-  if (parent) parent.append(element);
-  return element;
-}
 
 /** Lets the browser do what is due: no task grows long. */
 function breath() {
