@@ -79,6 +79,11 @@ def pages(report: Path, wasm_fmus: Path, tmp_path_factory: pytest.TempPathFactor
     return folder
 
 
+@pytest.mark.thorough
+def test_nothing_is_cut_or_covered_in_the_report_of_every_run(browser, whole_report: Path) -> None:
+    test_nothing_is_cut_or_covered_and_all_can_be_read(browser, whole_report.parent, "report.html", PLOTTED)
+
+
 @pytest.mark.parametrize(("name", "drawn"), [
     ("report.html", PLOTTED), ("compare.html", PLOTTED), ("study.html", "true"), ("live.html", FLIES),
     (INDEX, "true")], ids=["report", "compare", "study", "live", "index"])

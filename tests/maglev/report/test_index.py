@@ -122,14 +122,18 @@ ON_PAPER = """() => addEventListener("beforeprint", () => {
 })"""
 
 
-def test_printed_as_it_is_every_figure_is_drawn(tab):
+@pytest.mark.parametrize(("which", "least"), [
+    ("report", 35), pytest.param("whole_report", 50, marks=pytest.mark.thorough)])
+def test_printed_as_it_is_every_figure_is_drawn(browser, request, which, least):
     """By the browser's menu, however few were looked at; what is far is forgotten again."""
+    tab = Tab(browser, request.getfixturevalue(which))
     wait_until(tab.page, "Object.keys(maglevReport.ready).length === Object.keys(report.runs).length")
     tab.evaluate(ON_PAPER)
     assert len(tab.page.pdf()) > 300_000
     paper = tab.evaluate("window.paper")
-    assert paper["empty"] == [] and paper["figures"] > 50
+    assert paper["empty"] == [] and paper["figures"] > least
     wait_until(tab.page, "Object.keys(maglevReport.plots).length < 10")
+    tab.close()
 
 
 def test_claims_are_a_table_on_paper(phone):
