@@ -25,9 +25,9 @@ NAMES = tuple(DEFINITIONS)
 # Files that take longest, longest first: one that comes last keeps one processor busy, and the others wait. The first
 # builds the native FMUs, which those after it do not ask for at once.
 LONGEST = ("stability/test_region.py", "identification/test_accuracy.py", "cli/test_signals.py", "tests/test_wheel.py",
-           "estimator_fmu/test_convergence.py", "studies/test_other_process.py", "linear/test_flown_margins.py",
-           "examples/test_worked_examples.py", "own_stage/test_flight.py", "linear/test_tilting.py",
-           "tuning/test_search.py")
+           "estimator_fmu/test_convergence.py", "studies/test_other_process.py", "report/test_every_page.py",
+           "docs/test_site.py", "cosim/test_foreign_masters.py", "docs/test_printed_commands.py",
+           "report/test_index.py", "examples/test_worked_examples.py", "tuning/test_search.py")
 
 FLOWN_LIVE = tuple(name for name in NAMES if name.startswith(("Plant", "PID", "Regulator", "Linear", "Scheduled",
                                                                 "Interpolated", "Adaptive", "Measurement")))

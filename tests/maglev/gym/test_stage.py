@@ -23,6 +23,7 @@ from pmlsm.rigs import RIGS
 Make = Callable[..., Any]
 
 
+@pytest.mark.few(6)
 @pytest.mark.parametrize("rig", RIG_NAMES)
 @pytest.mark.parametrize("options", [{}, {"action": "phases"}, {"sample_time": "2 ms"}, {"reference": "sinusoids"}],
                          ids=str)
