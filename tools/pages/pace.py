@@ -1,4 +1,4 @@
-"""How fast pages draw: frames a second and the longest task of the live page, and a step of zooming in a report.
+"""How fast pages draw: the first picture, frames a second and the longest task of the live page, a step of zooming.
 
     python tools/pages/pace.py [--live results/live.html] [--report results/report.html] [--figure figure-5-21]
 
@@ -31,6 +31,28 @@ def opened(browser: Browser, url: str) -> tuple[Page, CDPSession]:
     return page, page.context.new_cdp_session(page)
 
 
+def spent(session: CDPSession) -> float:
+    """Processor time (s) of the page's thread so far."""
+    metrics = session.send("Performance.getMetrics")["metrics"]
+    return next(float(metric["value"]) for metric in metrics if metric["name"] == "TaskDuration")
+
+
+def first_picture(browser: Browser, path: Path, drawn: str) -> None:
+    """Processor time of the page's thread until its first picture, opened anew."""
+    page, session = opened(browser, path.resolve().as_uri())
+    session.send("Performance.enable", {"timeDomain": "threadTicks"})
+    costs = []
+    for _ in range(5):
+        page.goto("about:blank")
+        before = spent(session)
+        page.goto(path.resolve().as_uri(), wait_until="commit")
+        while not page.evaluate(f"Boolean({drawn})"):
+            page.wait_for_timeout(10)
+        costs.append(spent(session) - before)
+    print(f"first picture of {path.name}: {1e3 * statistics.median(costs):.0f} ms")
+    page.context.close()
+
+
 def live(browser: Browser, path: Path) -> None:
     """Frames a second, speed and longest task (over 50 ms are counted) at 1×, also with a slower processor."""
     for name, fragment in FLIGHTS.items():
@@ -61,19 +83,15 @@ def zoom(browser: Browser, path: Path, figure: str) -> None:
     page.wait_for_timeout(1000)
     session.send("Performance.enable", {"timeDomain": "threadTicks"})
 
-    def spent() -> float:
-        metrics = session.send("Performance.getMetrics")["metrics"]
-        return next(float(metric["value"]) for metric in metrics if metric["name"] == "TaskDuration")
-
     costs: dict[str, list[float]] = {"step": [], "nothing": []}
     for step in range(STEPS):
         for what, factor in (("step", 0.5 if step % 2 else 2.0), ("nothing", None)):
-            before = spent()
+            before = spent(session)
             page.evaluate("([id, factor]) => { if (factor) change(maglevReport.plots[id], factor, 0); }",
                           [figure, factor])
             page.evaluate("(id) => maglevReport.plots[id].drawn", figure)
             page.evaluate("() => new Promise((done) => requestAnimationFrame(() => requestAnimationFrame(done)))")
-            costs[what].append(1e3 * (spent() - before))
+            costs[what].append(1e3 * (spent(session) - before))
     cost = statistics.median(costs["step"]) - statistics.median(costs["nothing"])
     panels = page.evaluate("(id) => maglevReport.plots[id].panels.length", figure)
     print(f"a step of zooming in {figure} ({panels} panels): {cost:.0f} ms")
@@ -88,6 +106,8 @@ def main() -> None:
     arguments = parser.parse_args()
     with sync_playwright() as playwright:
         browser = playwright.chromium.launch(executable_path=shutil.which("chromium"), args=["--no-sandbox"])
+        first_picture(browser, arguments.live, "window.maglevLive?.frames")
+        first_picture(browser, arguments.report, "window.maglevReport?.views || document.querySelector('.panel-plot')")
         live(browser, arguments.live)
         zoom(browser, arguments.report, arguments.figure)
         browser.close()
