@@ -31,12 +31,12 @@ def linearise(name: str, at: Mapping[str, Quantity] | Equilibrium, *, currents: 
     what it gives, and jitter and lost samples are refused. That of a controller is sampled at its sample time:
     observer, internal model or integral and pre-filter, and its law at the operating point. Left out: the current limit
     with its anti-windup, the safety trip, and the compensation of Coulomb friction. A scheduled law has the gains of
-    the region that the gap lies in.
+    the region that the gap lies in, an adaptive one the constants of its parameters: at rest none of them moves.
 
     Parameters
     ----------
     name : str
-        A plant such as "Plant3DOF", a controller such as "Regulator3DOF", "LinearRegulator2DOF", "PID3DOF", or
+        A plant such as "Plant3DOF", a controller such as "Regulator3DOF", "AdaptiveRegulator2DOF", "PID3DOF", or
         "Measurement3DOF".
     at : mapping of str to float or str, or Equilibrium
         Position of each axis, m or rad or text such as "25 mm": the air gap, `v` or `y`, must be there, the others are

@@ -10,8 +10,10 @@ from maglev.parameter import Parameter, require_parameter
 from maglev.stages import STAGES, definitions
 from pmlsm.rig import Rig
 
-# What can be linearised of each rig: its plant, its output regulators, the nonlinear one first, and its PID.
-KINDS = ("Plant", "Regulator", "LinearRegulator", "ScheduledRegulator", "InterpolatedRegulator", "PID")
+# What can be linearised of each rig: its plant, its output regulators, the nonlinear one first, its PID, and the
+# regulator that adapts.
+KINDS = ("Plant", "Regulator", "LinearRegulator", "ScheduledRegulator", "InterpolatedRegulator", "PID",
+         "AdaptiveRegulator")
 
 Quantity = float | str   # SI, or text with a unit such as "25 mm"
 
@@ -45,9 +47,15 @@ def rig_of(name: str) -> Rig:
     return known[name]
 
 
+def law_of(name: str) -> str:
+    """Name of the regulator in one that adapts; of anything else, its own."""
+    return name.removeprefix("Adaptive")
+
+
 def block_of(name: str, parameters: Mapping[str, Quantity | bool]) -> Any:
     """New block of what can be linearised, with parameters by the names that the FMU has for them.
 
+    Of a regulator that adapts it is its law, with the constants that it begins with: no constant moves at rest.
     LinearModelError if the FMU has no such parameter or cannot take its value.
     """
     rig, definition = rig_of(name), STAGES.definition(name)
@@ -57,6 +65,9 @@ def block_of(name: str, parameters: Mapping[str, Quantity | bool]) -> Any:
         require_parameter(key, known, name, LinearModelError)
         value = Parameter.of(known[key]).read(given, f"{name}: {key}", LinearModelError)
         setattr(*known[key].slot(block), value)
+    if law_of(name) != name:
+        prepare(name, block)
+        block = block.regulator
     # What a motor of another geometry owes to it; one that is none is refused by `prepare`.
     for part in ("geometry", *(f"{motor.name}_geometry" for motor in rig.unlike)) if name not in measurements() else ():
         getattr(block, part).prepare()

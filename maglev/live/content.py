@@ -35,14 +35,9 @@ ARM = 3.5   # pole pitches from the middle of a platform to its motors, where no
 GAPS = 65   # of the table of shape functions
 
 
-def models_of(rig: Rig) -> list[str]:
-    """A plant, then its controllers."""
-    return [*linear_names(rig), f"AdaptiveRegulator{rig.suffix}"]
-
-
 def modules_of(rig: Rig) -> list[str]:
     """Those, and what lies between its encoders and a controller."""
-    return [*models_of(rig), measurement_of(rig)]
+    return [*linear_names(rig), measurement_of(rig)]
 
 
 def measurement_of(rig: Rig) -> str:
@@ -71,13 +66,13 @@ def not_live() -> dict[str, list[str]]:
 def why_not_live(plan: RunPlan) -> str:
     """Why no page can make a run; empty if one can."""
     models, rig = {name: fmu.model for name, fmu in plan.fmus.items()}, plan.rig
-    plant, *controllers = models_of(rig) if rig is not None else [""]
+    plant, *controllers = linear_names(rig) if rig is not None else [""]
     between = models.pop("measurement", None)
     if (list(models) != ["controller", "plant"] or models["plant"] != plant or models["controller"] not in controllers
             or rig is None or between not in (None, measurement_of(rig))):
         others = next((f" (a law without references of {' and '.join(tilt.name for tilt in rig.rotations)})"
                        for other in RIGS.values() if rig is not None and rig.rotations and not other.rotations
-                       and models.get("controller") in models_of(other)), "")
+                       and models.get("controller") in linear_names(other)), "")
         flown = ", ".join(dict.fromkeys(map(str, (fmu.model for fmu in plan.fmus.values()))))
         return f"it runs {flown}{others}, expected a controller and then the plant of one stage"
     if plan.procedure is not None or plan.needs:
@@ -160,7 +155,7 @@ def variable_data(variable: ScalarVariable) -> dict[str, Any]:
 
 def run_data(plan: RunPlan, rig: Rig) -> dict[str, Any]:
     """A run's plan as the page runs it, SI."""
-    plant, *controllers = models_of(rig)
+    plant, *controllers = linear_names(rig)
     return {"title": plan.title, "plant": plant, "measurement": measurement_of(rig),
             "step": plan.step, "stop": plan.stop_time, "axes": rig.axis_names, "vertical": rig.vertical.name,
             "motors": rig.motor_names, "rotations": [axis.name for axis in rig.rotations],

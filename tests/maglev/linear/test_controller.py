@@ -10,10 +10,13 @@ from linear_blocks import jacobian, read_all, set_all
 from scipy.linalg import expm
 from scipy.optimize import least_squares
 
+from maglev.errors import LinearModelError
 from maglev.linear.linearise import Currents, linearise
 from maglev.linear.loop import linearise_loop
 from maglev.linear.model import LinearModel
 from maglev.linear.parameters import block_of
+from maglev.parameter import Parameter
+from maglev.stages import STAGES
 
 PLACES = [("2DOF", {"v": 18e-3, "h": -6e-3}), ("3DOF", {"y": 27.3e-3, "x": 4e-3, "z": -9e-3}),
           ("5DOF", {"y": 26e-3, "x": 4e-3, "z": -9e-3, "roll": 6e-3, "pitch": -4e-3})]
@@ -30,7 +33,32 @@ CASES = [*((name, {}) for name in NAMES),
          ("PID3DOF", {"x.prefilter": 40.0, "observer.time2": 0.0}),
          ("Regulator5DOF", {"C5": 0.05, "height": "-50 mm", "roll.inertia": 0.25, "alpha1.z": "260 mm"}),
          ("LinearRegulator5DOF", {"setpoint": "28 mm", "beta2.x": "-150 mm", "y.mass": 7.5}),
-         ("PID5DOF", {"roll.prefilter": 30.0, "height": "20 mm"})]
+         ("PID5DOF", {"roll.prefilter": 30.0, "height": "20 mm"}),
+         ("AdaptiveRegulator2DOF", {}),
+         ("AdaptiveRegulator3DOF", {"C1": 0.409, "forgetting": "0.5 1/s"}),
+         ("AdaptiveRegulator5DOF", {"C3": 300.0, "height": "-50 mm"})]
+
+
+class Adapting:
+    """The whole of an adaptive regulator, estimator and all, that is looked at as the regulator in it."""
+
+    def __init__(self, name: str, parameters: dict[str, float | str]):
+        definition = STAGES.definition(name)
+        whole = definition.new_block()
+        for variable in definition.variables:
+            if variable.name in parameters:
+                value = Parameter.of(variable).read(parameters[variable.name], name, LinearModelError)
+                setattr(*variable.slot(whole), value)
+        self.start, self.step = whole.start, whole.step
+        self.regulator = whole.regulator
+        self.regulator.started = True
+
+    def __getattr__(self, name: str) -> Any:
+        return getattr(self.regulator, name)
+
+
+def block_that_flies(name: str, parameters: dict[str, float | str]) -> Any:
+    return Adapting(name, parameters) if name.startswith("Adaptive") else block_of(name, parameters)
 
 
 def rest_of(name: str, parameters: dict[str, float | str]) -> Any:
@@ -88,7 +116,7 @@ def sample(block: Any, model: LinearModel, state: Sequence[float] | np.ndarray, 
 @pytest.mark.parametrize("currents", ["dq", "phases"])
 def test_matrices_are_those_of_the_block(name: str, parameters: dict[str, float | str], currents: Currents) -> None:
     model = linearise(name, rest_of(name, parameters), currents=currents, parameters=parameters)
-    block = block_of(name, parameters)
+    block = block_that_flies(name, parameters)
     assert block.start() == 0
     x, u = operating_point(model, block)
     assert block.feasible

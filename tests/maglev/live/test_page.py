@@ -16,11 +16,11 @@ from motor import MOTOR
 from fmi_export.model_description import model_description
 from fmi_export.native.build import made_of
 from maglev.errors import FmuError, ScenarioError
+from maglev.linear.parameters import linear_names
 from maglev.live.content import (
     flies_live,
     gap_table,
     live_runs,
-    models_of,
     modules_of,
     not_live,
     page_data,
@@ -111,9 +111,9 @@ def test_every_experiment_with_one_controller_is_in_it(data: Any) -> None:
              and set(plan.fmus) == {"controller", "plant"}}
     assert shown and shown <= set(data["runs"])
     assert {run["fmus"]["controller"]["model"] for run in data["runs"].values()} <= {*FLOWN}
-    assert {run["plant"] for run in data["runs"].values()} == {models_of(rig)[0] for rig in RIGS.values()}
+    assert {run["plant"] for run in data["runs"].values()} == {linear_names(rig)[0] for rig in RIGS.values()}
     for run in data["runs"].values():   # also those that no run begins with can be swapped in
-        assert [run["plant"], *run["laws"]] == models_of(RIGS[run["rig"]])
+        assert [run["plant"], *run["laws"]] == linear_names(RIGS[run["rig"]])
 
 
 @pytest.mark.usefixtures("slow")
