@@ -13,7 +13,7 @@ from fmi_export.slave import scalar_slots
 from fmi_export.sources import carried_modules
 from maglev.arrays import Array
 
-PACKAGES = ("pmlsm", "plant_fmu", "controller_fmu", "estimator_fmu")   # that blocks here are made of
+PACKAGES = ("pmlsm", "plant_fmu", "controller_fmu")   # that blocks here are made of
 
 
 @cache
