@@ -32,7 +32,6 @@ BEST = "*"   # behind the best value of a row, where there is no colour
 
 Runs = Mapping[str, RunResult]   # by label, also those that failed
 
-
 SHOWN = ("error", "position", "commands", "own")   # panels of the page, in this order
 
 

@@ -11,7 +11,7 @@ from maglev.arrays import Array
 from maglev.errors import LinearModelError, one_of
 from maglev.linear.blocks.plant import BALANCED, at_rest, moved
 from maglev.linear.model import Equilibrium
-from maglev.linear.parameters import Quantity, block_of, controllers, law_of, linear_names, rig_of
+from maglev.linear.parameters import Quantity, block_of, controllers, linear_names, regulator_in, rig_of
 from maglev.linear.places import MotorPlaces
 from maglev.stages import STAGES
 from maglev.units import parse_quantity, refused_as
@@ -101,7 +101,7 @@ def modelled(rig: Rig, controller: Any) -> Any:
 def model_of(name: str, block: Any) -> Any:
     """The stage by which a controller makes the normal forces change evenly over a platform; None if currents do."""
     rig = rig_of(name)
-    return modelled(rig, block) if rig.rotations and law_of(name).startswith("Regulator") else None
+    return modelled(rig, block) if rig.rotations and regulator_in(name).startswith("Regulator") else None
 
 
 def check_gaps(place: str, rig: Rig, block: Any, places: MotorPlaces, positions: Mapping[str, float]) -> None:

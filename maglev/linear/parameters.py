@@ -47,7 +47,7 @@ def rig_of(name: str) -> Rig:
     return known[name]
 
 
-def law_of(name: str) -> str:
+def regulator_in(name: str) -> str:
     """Name of the regulator in one that adapts; of anything else, its own."""
     return name.removeprefix("Adaptive")
 
@@ -65,7 +65,7 @@ def block_of(name: str, parameters: Mapping[str, Quantity | bool]) -> Any:
         require_parameter(key, known, name, LinearModelError)
         value = Parameter.of(known[key]).read(given, f"{name}: {key}", LinearModelError)
         setattr(*known[key].slot(block), value)
-    if law_of(name) != name:
+    if regulator_in(name) != name:
         prepare(name, block)
         block = block.regulator
     # What a motor of another geometry owes to it; one that is none is refused by `prepare`.

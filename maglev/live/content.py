@@ -36,7 +36,7 @@ GAPS = 65   # of the table of shape functions
 
 
 def modules_of(rig: Rig) -> list[str]:
-    """Those, and what lies between its encoders and a controller."""
+    """A plant, its controllers, and what lies between its encoders and a controller."""
     return [*linear_names(rig), measurement_of(rig)]
 
 

@@ -26,7 +26,6 @@ const SHAPES = {
   "not done": { text: isText },
   owned: { model: (value) => own.waiting && value === own.asked.model, about: isAbout },
   scored: { number: isNumber, values: (value) => Array.isArray(value) && [0, 6].includes(value.length) && value.every(isNumber), lost: isNumber },
-
 };
 
 const isHeard = (message) => typeof message === "object" && message !== null && Object.hasOwn(SHAPES, message.type)

@@ -10,7 +10,7 @@ from maglev.arrays import Array
 from maglev.errors import RigError, StabilityError, nearest
 from maglev.linear.loop import Loop, linearise_loop
 from maglev.linear.model import equivalents, slowest_first
-from maglev.linear.parameters import Quantity, block_of, law_of, linear_names
+from maglev.linear.parameters import Quantity, block_of, linear_names, regulator_in
 from maglev.linear.places import MotorPlaces
 from maglev.own_stage.adoption import rig_named as own_or_ours
 from pmlsm.rig import Rig
@@ -93,7 +93,7 @@ def rig_named(rig: str) -> tuple[Rig, str, list[str]]:
         raise StabilityError(f"{rig}: motors.{motor.name} has numbers of its own, expected motors that are alike, for "
                              "what is computed is a limit that all motors reach at once")
     plant, *controllers = linear_names(described)
-    return described, plant, [name for name in controllers if "Regulator" in name and law_of(name) == name]
+    return described, plant, [name for name in controllers if "Regulator" in name and regulator_in(name) == name]
 
 
 def axis_loop(rig: str, axis: str, gap: Quantity, *, controller: str | None = None,

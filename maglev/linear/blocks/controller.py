@@ -11,7 +11,7 @@ from maglev.errors import LinearModelError
 from maglev.linear.blocks.plant import BALANCED, moved
 from maglev.linear.blocks.tangent import derivatives
 from maglev.linear.model import Equilibrium, LinearModel
-from maglev.linear.parameters import law_of, prepare
+from maglev.linear.parameters import prepare, regulator_in
 from maglev.linear.places import MotorPlaces
 from maglev.stages import STAGES
 from pmlsm.rig import Rig
@@ -33,7 +33,7 @@ def linear_controller(name: str, rig: Rig, block: Any, at: Equilibrium, phases: 
     """
     prepare(name, block)
     states = states_of(rig, block)
-    inputs = [variable for variable in STAGES.definition(law_of(name)).variables if variable.causality == "input"]
+    inputs = [variable for variable in STAGES.definition(regulator_in(name)).variables if variable.causality == "input"]
     commands = tuple(f"{current}_cmd" for current in (rig.phase_names if phases else rig.dq_names))
     come_to_rest(name, rig, block, at, [state for state in states if ".observer." not in state])
     n = len(states)
