@@ -8,7 +8,7 @@ from maglev.panels import PANELS
 from maglev.report.plots.figures import Panel, needed_columns, shown_by
 from maglev.schema.run_plan import RunPlan
 
-DASHES = ("solid", "dash", "dot", "dashdot")   # of runs, in turn
+DASHES = ("solid", "dash", "dashdotdot", "long")   # of runs, in turn; references and limits have others
 HUES = 5                                       # of runs that have no colour of their controller
 CURRENTS = {"commands": ("direct", "quadrature"), "currents": ("phase-0", "phase-1", "phase-2")}   # colours, in turn
 

@@ -2,7 +2,7 @@
 
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import replace
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -20,7 +20,8 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
     from matplotlib.lines import Line2D
 
-STYLES = {"solid": "-", "dash": "--", "dot": ":", "dashdot": "-."}
+STYLES: dict[str, Any] = {"solid": "-", "dash": "--", "dot": ":", "dashdot": "-.",
+                          "dashdotdot": (0, (6, 1.5, 1, 1.5, 1, 1.5)), "long": (0, (12, 2))}
 
 
 def figure_of(run: RunResult) -> "Figure":

@@ -6,7 +6,7 @@ const SYMBOLS = {
   circle: "M-3.5 0a3.5 3.5 0 1 0 7 0a3.5 3.5 0 1 0 -7 0", square: "M-3 -3h6v6h-6z", diamond: "M0 -4.5l4.5 4.5l-4.5 4.5l-4.5 -4.5z",
   cross: "M-4 -1h3v-3h2v3h3v2h-3v3h-2v-3h-3z",
 };
-const DASHES = { solid: "none", dash: "7 4", dot: "1.5 3", dashdot: "8 3 1.5 3" };
+const DASHES = { solid: "none", dash: "7 4", dot: "1.5 3", dashdot: "8 3 1.5 3", dashdotdot: "6 2 1.5 2 1.5 2", long: "14 3" };
 
 /** Lets the browser do what is due: no task grows long. */
 function breath() {

@@ -1,6 +1,6 @@
 "use strict";
 // Plots of the figures: what their panels show of the runs, drawn when they come near the view and released when they are far.
-const RUN_DASHES = ["solid", "dash", "dot", "dashdot"];
+const RUN_DASHES = ["solid", "dash", "dashdotdot", "long"];   // references and limits have others
 const MARKED = { reference: { css: "reference", dash: "dot" }, "bands of settling": { css: "reference", dash: "dot" }, "end stops": { css: "limit", dash: "dashdot" } };
 const plots = {};     // plots that are drawn, by id of the figure
 const drawing = {};   // promises of the same

@@ -9,7 +9,9 @@ import pytest
 
 from maglev.live.content import LAW_COLOURS, LAWS
 from maglev.pages.shell import tokens
+from maglev.report.plots import lines as plot_lines
 from maglev.report.plots.figures import COLOURS
+from maglev.report.plots.picture import STYLES
 
 # What is drawn in one panel: lines of runs, phases of a motor, direct and quadrature current.
 GROUPS = (tuple(f"run-{k}" for k in range(7)), tuple(f"phase-{k}" for k in range(3)), ("direct", "quadrature"))
@@ -86,3 +88,14 @@ def test_scripts_use_no_colour_that_the_style_lacks(scheme):
     used = {name for path in folder.rglob("*.js") for name in re.findall(r"var\(--([a-z]+)\)", path.read_text())}
     assert used
     assert used <= scheme.keys()
+
+
+def test_runs_have_dashes_that_nothing_else_has() -> None:
+    """Without colour, as on grey paper: references and limits have others, and scripts those of pictures."""
+    script = Path(plot_lines.__file__).with_name("plots.js").read_text(encoding="utf-8")
+    named = Path(plot_lines.__file__).read_text(encoding="utf-8")
+    of_runs, marked = re.findall(r"const (?:RUN_DASHES|MARKED) = (.*);", script)
+    assert tuple(re.findall(r'"(\w+)"', of_runs)) == plot_lines.DASHES
+    others = {*re.findall(r'dash: "(\w+)"', marked), *re.findall(r'"(?:reference|limit)", "((?!ref)\w+)"', named)}
+    assert others == {"dot", "dashdot"}
+    assert not others & {*plot_lines.DASHES} and {*others, *plot_lines.DASHES} == {*STYLES}
