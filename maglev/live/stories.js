@@ -76,9 +76,14 @@ const STORIES = [
         most = Math.max(most, error);
         if (Math.abs(error) > 1e-4) back = rows.at(row, 0) - STORY_START;
       }
-      const current = (row) => numbers.amperes(sum((column) => rows.at(row, column)) / run.motors.length);
+      const current = (until) => {   // over 0.3 s: it is not smooth
+        let all = 0;
+        const [first, end] = [rows.since(until - 0.3), rows.since(until)];
+        for (let row = first; row < end; row++) all += sum((column) => rows.at(row, column));
+        return numbers.amperes(all / (end - first) / run.motors.length);
+      };
       return `The platform sank by ${numbers.mm(most)} and was back within 0.1 mm after ${numbers.ms(back)}; the current ${
-        run.motors.length * run.rig.sharing > 1 ? "of each motor " : ""}went from ${current(rows.since(STORY_START) - 1)} to ${current(rows.count - 1)}.`;
+        run.motors.length * run.rig.sharing > 1 ? "of each motor " : ""}went from ${current(STORY_START)} to ${current(STORY_START + 2)}.`;
     } },
   { id: "pid", label: "PID against nonlinear", ghost: (run) => lawLike(run, "PID"), shot: { yaw: -22, pitch: 9, zoom: 1.15 },
     text: () => `Both are told to go ${numbers.mm(CHANGE)} down at once, shown five times slower. The nonlinear law knows how the pull `

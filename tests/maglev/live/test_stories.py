@@ -7,6 +7,8 @@ import pytest
 from live_homes import HOMES
 from report_tab import PHONE, WIDE, Tab, wait_until
 
+from maglev.linear.equilibrium import equilibrium
+
 SEEN = {"desktop": (WIDE, 40.0), "phone": (PHONE, 24.0)}   # window, px that something moves by at least
 
 # px that the mover of a flight goes up and down in the close-up from the event on; its colour there, and that of its
@@ -63,7 +65,7 @@ CASES = [(window, run, story) for window in SEEN for run, story in (
 @pytest.mark.few(5)
 @pytest.mark.parametrize("told", CASES, ids=map("-".join, CASES), indirect=True)
 def test_what_an_experiment_speaks_of_is_seen_to_move(told: Tab, request: pytest.FixtureRequest) -> None:
-    window, _, story = request.node.callspec.params["told"]
+    window, run, story = request.node.callspec.params["told"]
     least = SEEN[window][1]
     drawn, said = told.evaluate(DRAWN, False)
     assert drawn == said
@@ -76,6 +78,9 @@ def test_what_an_experiment_speaks_of_is_seen_to_move(told: Tab, request: pytest
         assert told.evaluate(FALL) > least
         assert told.evaluate("weightNow(maglevLive.history.last().time)") == {
             "mass": pytest.approx(1.0), "x": 0.0, "z": 0.0, "above": 0.0}
+        if run == HOMES[0]:
+            before, after = (equilibrium("Plant3DOF", {"y": "25 mm"}, {"y.mass": mass}).i_d[0] for mass in (6.9, 7.9))
+            assert f"from {-before:.1f} A to {-after:.1f} A" in told.page.inner_text("#moment")
     hits = [hit["name"] for hit in told.evaluate("maglevLive.hits")]
     assert hits == {"off": ["nonlinear"], "weak": ["nonlinear"], "pid": ["PID"], "weight": []}[story]
 
