@@ -25,7 +25,9 @@ from maglev.studies.flying.samples import Batch, Job, Sample, Store, each_flown,
 KERNEL = Path(__file__).with_name("kernel.c")
 FUNCTION = "maglev_samples"
 WORTH_SPECIALISING = 10_000_000_000   # steps, which take half a minute; the compilers take some ten seconds
-MOST = 65_536      # samples at a time: Ctrl-C waits for them
+# Samples at a time, for which Ctrl-C waits: twice what an H100 or H200 runs side by side, 8 warps of 32 on each of its
+# 132 multiprocessors. Of a few more each takes as long as all of these.
+MOST = 67_584
 SHARE = 0.8        # of the memory that is free; the rest is for the threads' own
 FOUND = ("whole", "of_windows", "of_events")   # as a meter takes them
 AROUND = ("beginnings", "returned")   # what each sample has of its own beside what its observer has
