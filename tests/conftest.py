@@ -37,6 +37,7 @@ CHROMIUMS = ("chromium", "chromium-browser", "google-chrome")
 # No deadline: a loaded machine is no failure. In CI always the same examples, so that a failure is the change's.
 settings.register_profile("anywhere", deadline=None)
 settings.register_profile("ci", deadline=None, derandomize=True)
+settings.register_profile("quick", deadline=None, max_examples=15)   # after every change; `make test` looks longer
 settings.load_profile("ci" if os.environ.get("CI") else "anywhere")
 
 
@@ -88,6 +89,8 @@ def pytest_configure(config: pytest.Config) -> None:
     config.addinivalue_line("markers", "quick: does not ask for the fixture slow (set by conftest.py)")
     config.addinivalue_line("markers", "thorough: takes long and looks at what seldom changes; `make thorough`")
     config.addinivalue_line("markers", "few(number): of its cases all but so many, spread over them, are thorough")
+    if config.option.markexpr == "quick":
+        settings.load_profile("quick")
 
 
 @pytest.hookimpl(wrapper=True)

@@ -58,6 +58,7 @@ def place_of(file: Path) -> str | None:
     return max((place for place in ELSEWHERE if f"{name}/".startswith(f"{place}/")), key=len, default=None)
 
 
+@pytest.mark.usefixtures("slow")
 def test_what_is_recorded_calls_no_mathematical_library() -> None:
     """A library's functions are another machine's others: references, disturbances, noise and metrics have our own."""
     files = [file for package in ("maglev", "maglev_files", "fmi_export") for file in (ROOT / package).rglob("*.py")]

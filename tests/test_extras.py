@@ -4,6 +4,8 @@ import ast
 import tomllib
 from pathlib import Path
 
+import pytest
+
 from maglev.packages import OURS
 from maglev_files.extras import lacking
 
@@ -21,6 +23,7 @@ def asked() -> set[tuple[str, str]]:
             and isinstance(call.args[0], ast.Constant) and isinstance(call.args[1], ast.Constant)}
 
 
+@pytest.mark.usefixtures("slow")
 def test_modules_are_in_the_extras_that_messages_name() -> None:
     found = asked()
     assert {("pyarrow", "study"), ("matplotlib", "report"), ("ziglang", "native")} <= found

@@ -13,6 +13,8 @@ from maglev.baselines.outcome import CheckResult
 from maglev.experiment.preparation import Experiment
 from maglev.own_fmus import DEFINITIONS
 
+pytestmark = pytest.mark.usefixtures("slow")
+
 ROOT = Path(__file__).parents[1]
 
 

@@ -5,7 +5,7 @@ is left out where a way over others leads there, too.
 """
 
 import ast
-from collections.abc import Iterator
+from functools import cache
 from graphlib import TopologicalSorter
 from importlib.util import resolve_name
 from pathlib import Path
@@ -39,17 +39,19 @@ line leads to, directly or through others. Yellow boxes are the blocks, which be
 """
 
 
-def imported(path: Path) -> Iterator[tuple[int, str]]:
+@cache
+def imported(path: Path) -> list[tuple[int, str]]:
     """Lines and names of the modules that a file imports: at the top, in functions, and by name as text."""
-    package = ".".join(path.relative_to(ROOT).parent.parts)
+    package, found = ".".join(path.relative_to(ROOT).parent.parts), []
     for node in ast.walk(ast.parse(path.read_text(encoding="utf-8"))):
         if isinstance(node, ast.Import):
-            yield from ((node.lineno, alias.name) for alias in node.names)
+            found += [(node.lineno, alias.name) for alias in node.names]
         elif isinstance(node, ast.ImportFrom):
-            yield node.lineno, resolve_name("." * node.level + (node.module or ""), package)
+            found.append((node.lineno, resolve_name("." * node.level + (node.module or ""), package)))
         elif isinstance(node, ast.Constant) and isinstance(node.value, str) and "_fmu" in node.value:
             # Such as "plant_fmu.definition.plant" of maglev.stages; the names of the other packages are plain words.
-            yield node.lineno, node.value
+            found.append((node.lineno, node.value))
+    return found
 
 
 def room_of(module: str) -> str:

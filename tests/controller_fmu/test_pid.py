@@ -144,6 +144,7 @@ def test_integral_holds_while_limited(antiwindup: bool) -> None:
     assert controller.h.integral == (before if antiwindup else before + 5e-4 * 0.2)
 
 
+@pytest.mark.usefixtures("slow")
 @pytest.mark.parametrize("rig", [2, 3])
 def test_every_command_of_a_flight(rig: int) -> None:
     """The law written again, with matrices of gains from numpy's polynomials: 1 s, steps on all axes, pre-filter on."""

@@ -148,6 +148,7 @@ def said() -> dict[str, list[float]]:
             for cells in lines if len(cells) > 1 and cells[1][0].isdigit()}
 
 
+@pytest.mark.usefixtures("slow")
 def test_the_page_says_what_the_optimum_gains(block: ContinuousBlock) -> None:
     duration = brentq(lambda span: polynomial(block, span)[1] - LIMIT, 0.15, 0.6, rtol=1e-4)
     found = said()

@@ -46,6 +46,7 @@ def small(name: str) -> np.ndarray:
     return pixels(png_icon(icon_of(definition(name)))).reshape(SMALL, factor, SMALL, factor, 3).mean(axis=(1, 3))
 
 
+@pytest.mark.usefixtures("slow")
 def test_icons_can_be_told_apart_in_a_list() -> None:
     """Those of two FMUs differ clearly in some pixels, those of two kinds in many, also without colours.
 

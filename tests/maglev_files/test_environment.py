@@ -48,6 +48,7 @@ def test_commands_say_it_in_one_line(variable: str, text: str) -> None:
         2, "", f"maglev: {variable} = {text!r}, expected {NUMBERS[variable].what}\n")
 
 
+@pytest.mark.usefixtures("slow")
 def test_commands_go_on_where_both_are_empty() -> None:
     done = linearised_with(**dict.fromkeys(NUMBERS, ""))
     assert (done.returncode, done.stderr) == (0, "")

@@ -69,6 +69,7 @@ def test_a_link_in_the_place_of_a_folder_is_not_followed(tmp_path: Path) -> None
     assert kept.is_dir()
 
 
+@pytest.mark.usefixtures("slow")
 def test_processes_that_look_all_the_time_take_nothing_from_each_other(tmp_path: Path) -> None:
     several = [subprocess.Popen([sys.executable, "-c", MANY, str(tmp_path)]) for _ in range(4)]
     assert [process.wait(timeout=120) for process in several] == [0, 0, 0, 0]

@@ -96,6 +96,7 @@ def park(places: np.ndarray, currents: np.ndarray) -> np.ndarray:
     return np.array(found)
 
 
+@pytest.mark.usefixtures("slow")
 @pytest.mark.parametrize("name", EVERYTHING)
 def test_derivatives_and_dependencies(name: str) -> None:
     """Central differences, and what the model structure says of dependencies: all that are, and none that cannot be."""

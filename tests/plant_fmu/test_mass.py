@@ -19,6 +19,8 @@ from maglev.identification.rigs import accelerations
 from plant_fmu.stage_2dof import Stage2DOF
 from plant_fmu.stage_3dof import Stage3DOF
 
+pytestmark = pytest.mark.usefixtures("slow")   # it searches for long
+
 STAGES: dict[int, Any] = {2: Stage2DOF, 3: Stage3DOF}
 REGULATORS: dict[int, Any] = {2: Regulator2DOF, 3: Regulator3DOF}
 NOMINAL = {2: (4.350, 1.594), 3: (6.9, 10.6, 8.6)}   # kg, Tables 4.1 and 5.1

@@ -21,6 +21,8 @@ from plant_fmu.winding import Winding
 from pmlsm.electrical_angle import ElectricalAngle
 from pmlsm.rigs import RIGS
 
+pytestmark = pytest.mark.usefixtures("slow")   # it searches for long
+
 DT = 0.2e-3
 STAGES = {"2dof": Stage2DOF, "3dof": Stage3DOF, "5dof": Stage5DOF}
 

@@ -14,7 +14,7 @@ from pmlsm.rigs import RIGS
 
 
 @pytest.fixture(scope="module")
-def recording(tmp_path_factory: pytest.TempPathFactory) -> Path:
+def recording(slow: None, tmp_path_factory: pytest.TempPathFactory) -> Path:
     """20 s of the real 2-DOF stage at 1 kHz."""
     r = flight("2dof", "real").recording
     path = tmp_path_factory.mktemp("data") / "mine.csv"

@@ -100,6 +100,7 @@ def test_the_metrics_are_measured_on_every_step_when_they_are_asked_for(fastest_
     assert run.recording is None
 
 
+@pytest.mark.usefixtures("slow")
 def test_writing_imports_no_pandas(tmp_path: Path) -> None:
     """It takes a second."""
     code = ("import sys, numpy; from pathlib import Path; from maglev.cosim.master import Recording; "
@@ -120,6 +121,7 @@ def test_parquet_without_pyarrow_is_refused_before_the_run(monkeypatch: pytest.M
         front_door.run_all("2dof-smooth-nonlinear", out=tmp_path, format="parquet")
 
 
+@pytest.mark.usefixtures("slow")
 def test_what_is_installed_without_an_extra_has_no_pyarrow() -> None:
     """Runs, batches and tunings are planned without it; a study says what it needs."""
     code = ("import sys; sys.modules['pyarrow'] = None\nimport maglev, maglev.studies.planning\n"

@@ -12,6 +12,8 @@ from maglev.errors import IdentificationError
 from maglev.identification.estimators import Samples, estimate, fsdi, largest_squares, mean_behind_lag
 from maglev.identification.rigs import RIGS, ConstantRow, RowData, regressors
 
+pytestmark = pytest.mark.usefixtures("slow")   # it searches for long
+
 GAMMA, DT = 1.1, 0.5e-3
 Slope = Callable[[float, np.ndarray], np.ndarray]
 

@@ -18,6 +18,8 @@ from maglev.linear.parameters import block_of
 from maglev.parameter import Parameter
 from maglev.stages import STAGES
 
+pytestmark = pytest.mark.usefixtures("slow")   # it searches for long
+
 PLACES = [("2DOF", {"v": 18e-3, "h": -6e-3}), ("3DOF", {"y": 27.3e-3, "x": 4e-3, "z": -9e-3}),
           ("5DOF", {"y": 26e-3, "x": 4e-3, "z": -9e-3, "roll": 6e-3, "pitch": -4e-3})]
 # Biases that need sizeable quadrature currents: the axes are coupled then.

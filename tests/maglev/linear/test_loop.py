@@ -12,6 +12,8 @@ from maglev.linear.linearise import linearise
 from maglev.linear.loop import Loop, linearise_loop
 from maglev.linear.parameters import block_of
 
+pytestmark = pytest.mark.usefixtures("slow")   # it searches for long
+
 CASES = [("Plant2DOF", "Regulator2DOF", {"v": 20e-3}), ("Plant2DOF", "LinearRegulator2DOF", {"v": 20e-3, "h": 11e-3}),
          ("Plant2DOF", "PID2DOF", {"v": 17e-3}), ("Plant3DOF", "Regulator3DOF", {"y": 25e-3, "x": 8e-3, "z": -3e-3}),
          ("Plant3DOF", "Regulator3DOF", {"y": 29e-3}), ("Plant3DOF", "LinearRegulator3DOF", {"y": 25e-3}),

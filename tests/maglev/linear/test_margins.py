@@ -13,6 +13,8 @@ from maglev.linear.loop import Loop, linearise_loop
 from maglev.linear.margins import Margins
 from maglev.linear.model import LinearModel
 
+pytestmark = pytest.mark.usefixtures("slow")   # it searches for long
+
 LOOPS = {"Regulator3DOF": {"y": 25e-3}, "PID3DOF": {"y": 25e-3}, "Regulator2DOF": {"v": 20e-3}, "PID2DOF": {"v": 17e-3}}
 OPENINGS = [("Regulator3DOF", "y"), ("Regulator3DOF", "x.measured"), ("Regulator3DOF", "alpha.i_d"), ("PID3DOF", "y"),
             ("PID3DOF", "beta.i_q_cmd"), ("Regulator2DOF", "v"), ("Regulator2DOF", "motor.i_d_cmd"), ("PID2DOF", "h")]

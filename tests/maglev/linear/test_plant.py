@@ -11,6 +11,8 @@ from maglev.linear.equilibrium import equilibrium
 from maglev.linear.linearise import Currents, linearise
 from maglev.linear.model import LinearModel
 
+pytestmark = pytest.mark.usefixtures("slow")   # it searches for long
+
 REFERENCE = {"Plant2DOF": reference_2dof, "Plant3DOF": reference_3dof}
 PLACES = [("Plant2DOF", (16e-3, 0.0)), ("Plant2DOF", (20e-3, 4e-3)), ("Plant2DOF", (27e-3, -23e-3)),
           ("Plant3DOF", (19e-3, 0.0, 0.0)), ("Plant3DOF", (25e-3, 7e-3, -13e-3)),

@@ -24,6 +24,7 @@ def tool() -> ModuleType:
     return module
 
 
+@pytest.mark.usefixtures("slow")
 @pytest.mark.parametrize("name", ["design", "loop"])
 def test_the_page_has_the_table(tool: ModuleType, name: str) -> None:
     text = with_part(tool.PAGE, name, "\n".join(tool.TABLES[name]()))

@@ -16,6 +16,8 @@ from maglev.linear.equilibrium import equilibrium
 from maglev.linear.linearise import Currents, linearise
 from maglev.linear.loop import Loop, linearise_loop
 
+pytestmark = pytest.mark.usefixtures("slow")   # it searches for long
+
 AXES = ("y", "x", "z", "roll", "pitch")
 MOTORS = ("alpha1", "alpha2", "beta1", "beta2")
 PLACES = [(25e-3, 0.0, 0.0, 0.0, 0.0), (22e-3, 7e-3, -13e-3, 8e-3, -3e-3), (28e-3, -31e-3, 2e-3, -6e-3, 9e-3)]

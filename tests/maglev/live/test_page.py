@@ -193,6 +193,7 @@ def test_forces_are_drawn_from_the_shape_functions() -> None:
         np.testing.assert_allclose(table["values"][k], expected, rtol=1e-5)
 
 
+@pytest.mark.usefixtures("slow")
 def test_a_missing_module_is_refused(tmp_path: Path) -> None:
     with pytest.raises(FmuError, match=r"Plant2DOF\.wasm: there is no such file, expected the modules"):
         page_data(tmp_path, live_runs())

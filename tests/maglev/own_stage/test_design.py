@@ -27,6 +27,8 @@ from maglev.own_stage.new import new_stage
 from maglev.schema.loading import load_plan
 from pmlsm.rig import Rig
 
+pytestmark = pytest.mark.usefixtures("slow")   # it searches for long
+
 # An iron-core motor as they are sold: 93 N/A rms, 950 N at 0.9 mm, under 12 kg at 5 mm.
 REAL = ["force_constant=93", "attraction=950", "attraction_gap=0.9mm", "pole_pitch=12mm", "peak=6.5", "continuous=3.2",
         "gap=5mm", "mass=12kg"]

@@ -22,6 +22,8 @@ from maglev.schema.run_plan import RunPlan
 from maglev.schema.settings import with_reference
 from pmlsm.rigs import RIGS
 
+pytestmark = pytest.mark.usefixtures("slow")   # it searches for long
+
 SHORT = 'extends = "2dof-setpoints.toml"\nname = "short"\nstop_time = "0.2 s"\nclaims = []\n'
 STUDY = """
 name = "s"

@@ -257,6 +257,7 @@ def description(like: str, optional: bool, field: str) -> str:
 DESCRIBED = st.sampled_from([*RIGS]), st.booleans(), st.sampled_from(FIELDS), st.data()
 
 
+@pytest.mark.usefixtures("slow")
 @settings(max_examples=75)
 @given(*DESCRIBED)
 def test_no_number_is_too_odd_to_be_refused(like: str, optional: bool, field: str, data: st.DataObject) -> None:

@@ -19,6 +19,8 @@ from maglev.procedures.outcome import Outcome
 from maglev.report.plots.charts import curve_data
 from pmlsm.gap_functions import gap_functions
 
+pytestmark = pytest.mark.usefixtures("slow")   # it searches for long
+
 Flown = Callable[..., RunResult]
 Constants = dict[str, dict[str, float]]
 

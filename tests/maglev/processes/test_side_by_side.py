@@ -15,6 +15,8 @@ import pytest
 from maglev.processes.beside import PROGRAM
 from maglev.processes.side_by_side import Idle, kept_processes, side_by_side
 
+pytestmark = pytest.mark.usefixtures("slow")
+
 
 @pytest.fixture
 def idle() -> Iterator[Idle]:

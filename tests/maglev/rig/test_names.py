@@ -4,6 +4,8 @@ import ast
 import re
 from pathlib import Path
 
+import pytest
+
 from maglev.rig.writer import MODULES, PAGES, TEMPLATES
 from maglev.schema.layers import packaged_files, packaged_runs
 from maglev.stages import definitions
@@ -32,6 +34,7 @@ def named(text: str) -> set[str]:
             and (word in NAMES or re.search(r"\ddof|\bdof", word, re.IGNORECASE))}
 
 
+@pytest.mark.usefixtures("slow")
 def test_no_module_decides_by_the_name_of_a_rig() -> None:
     assert [named(text) for text in ("3dof-setpoints", "3dof", "([23])dof", "fmus/Plant2DOF.fmu", "alpha.i_d")] == [
         set(), {"3dof"}, {"dof"}, {"Plant2DOF"}, {"alpha"}]

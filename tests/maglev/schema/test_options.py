@@ -93,6 +93,7 @@ def test_choices_are_refused_with_the_nearest() -> None:
         maglev.run("2dof-setpoints", order="jacob")   # type: ignore[arg-type]
 
 
+@pytest.mark.usefixtures("slow")
 def test_messages_of_other_processes_speak_alike(tmp_path: Path) -> None:
     """What is refused where a run is made, in a process of its own, reads as what is refused before."""
     said = command("run", "2dof-step-1-nonlinear", "--fmus", "nowhere", "--out", tmp_path)

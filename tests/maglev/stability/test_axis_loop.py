@@ -16,6 +16,8 @@ from maglev.stability.axis_loop import axis_loop
 from maglev.stability.certificate import certify
 from maglev.stability.simulation import Response, Samples, largest_step, respond
 
+pytestmark = pytest.mark.usefixtures("slow")   # it searches for long
+
 LEVEL = {"y.bias": 0.0, "x.bias": 0.0, "z.bias": 0.0}   # then no current along one axis moves another
 
 

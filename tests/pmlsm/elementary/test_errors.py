@@ -17,6 +17,8 @@ from pmlsm.elementary.logarithm import logarithm, logarithm_one_plus
 from pmlsm.elementary.sine_cosine import LARGEST_REDUCED, sine_cosine, sine_of_turns
 from pmlsm.elementary.whole_numbers import fraction, rounded_down
 
+pytestmark = pytest.mark.usefixtures("slow")   # it searches for long
+
 TINIEST = 5e-324
 Exact = Callable[[mpmath.mpf], mpmath.mpf]
 
