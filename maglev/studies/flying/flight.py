@@ -51,7 +51,7 @@ class Flight:
         self.resistances = resistances_by(experiment.plan)   # of phases by motor, ohm, for changes
         self.master: Master | None = None
         self.columns: Columns | None = None   # of the runs of one master, all in the same memory
-        self.redriven = False   # the references are not those of the experiment
+        self.asked: Changes = {}   # what the references as they are were asked to be
 
     def __enter__(self) -> Self:
         return self
@@ -85,7 +85,7 @@ class Flight:
                 self.loop = block_loop(self.master.wiring, self.measuring.source(), seen, build, self.written)
                 if self.loop is not None and self.common is not None:
                     self.loop.specialise(self.common, build)
-            self.redriven = False
+            self.asked = {}
         return self.master
 
     def fly(self, changes: Changes) -> tuple[Array, Mapping[str, Array]]:
@@ -167,17 +167,18 @@ class Flight:
 
     def drive(self, master: Master, changes: Changes) -> None:
         """Put the references of a run into the rows that the FMUs read."""
-        varied = any(name.startswith(f"{REFERENCE}.") or name in self.drives for name in changes)
-        if varied or self.redriven:
+        asked = {name: value for name, value in changes.items()
+                 if name.startswith(f"{REFERENCE}.") or name in self.drives}
+        if asked != self.asked:
             # Those that a study varies go where it asks: a stop that is touched is what it finds.
             known = self.experiment.plan.signals, self.drives
-            drives = self.with_changes(changes).references(self.descriptions, known) if varied else self.drives
+            drives = self.with_changes(asked).references(self.descriptions, known) if asked else self.drives
             others = {name: values for name, values in drives.items() if values is not self.driven[name]}
             master.drive(others)
             self.driven = drives
             if any(axis.reference in others for axis in self.experiment.plan.axes.values()):
                 self.meter = None
-        self.redriven = varied
+            self.asked = asked
 
     def with_changes(self, changes: Changes) -> Experiment:
         plan, about_fmus, _ = with_references(self.experiment.plan, start_values(changes))

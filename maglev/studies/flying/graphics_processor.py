@@ -6,6 +6,7 @@ not completed there is run here, which says why.
 
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from ctypes import Structure, c_int64, c_void_p
+from dataclasses import dataclass, field
 from functools import partial
 from pathlib import Path
 from typing import Any, NamedTuple
@@ -30,7 +31,7 @@ WORTH_SPECIALISING = 10_000_000_000   # steps, which take half a minute; the com
 MOST = 67_584
 SHARE = 0.8        # of the memory that is free; the rest is for the threads' own
 FOUND = ("whole", "of_windows", "of_events")   # as a meter takes them
-AROUND = ("beginnings", "returned")   # what each sample has of its own beside what its observer has
+AROUND = ("beginnings", "returned", "rows")   # what each sample has of its own beside what its observer has
 SHARED = ("bands", "starts", "steady", "event_starts", "event_ends")   # what the observers of all samples have
 
 
@@ -38,21 +39,37 @@ class OnDevice(Structure):
     """The struct batch of kernel.c."""
 
     _fields_ = (("samples", c_int64), ("last", c_int64), ("beginnings", c_void_p), ("calls", c_void_p),
-                ("rows", c_void_p), ("returned", c_void_p), ("first", Observer))
+                ("rows", c_void_p), ("tracks", c_int64), ("returned", c_void_p), ("first", Observer))
 
 
-class Begun(NamedTuple):
-    """Samples that begin: their numbers, what each begins with, and resistances of its phases by motor, ohm."""
+@dataclass(frozen=True, eq=False)
+class Signals:
+    """Signals of a run: arrays of the processor, and by track where they are there."""
 
-    samples: list[int]
-    beginnings: list[bytes]
-    resistances: list[list[float]]
+    arrays: list[Any]
+    places: list[int]
+
+    @property
+    def size(self) -> int:
+        """Bytes."""
+        return sum(int(array.nbytes) for array in self.arrays)
+
+
+@dataclass
+class Begun:
+    """Samples that begin: numbers, what each begins with, resistances of its phases by motor (ohm), and its signals."""
+
+    samples: list[int] = field(default_factory=list)
+    beginnings: list[bytes] = field(default_factory=list)
+    resistances: list[list[float]] = field(default_factory=list)
+    signals: list[Signals] = field(default_factory=list)
+    size: int = 0   # bytes of all of them, there
 
 
 class Running(NamedTuple):
-    """Samples under way: their numbers, and arrays of the processor, shape (samples, bytes)."""
+    """Samples under way, and arrays of the processor, shape (samples, bytes)."""
 
-    samples: list[int]
+    begun: Begun
     arrays: dict[str, Any]
 
 
@@ -76,9 +93,7 @@ def fly_on_graphics_processor(job: Job, batches: list[Batch], values: Array, sto
         kernel = Kernel(driver(), flight.loop, sum(len(batch.samples) for batch in batches)
                         * job.experiment.plan.stop_time / job.experiment.step >= WORTH_SPECIALISING)
         for together in at_once(batches):
-            done: dict[int, Sample | Found] = {}
-            for group in with_same_references(flight, job, values, together):
-                done |= flown_group(partial(Device, kernel), flight, job, values, group)
+            done = flown_together(partial(Device, kernel), flight, job, values, together)
             for batch in together:
                 store(batch.number, gathered(job, batch.first, map(done.__getitem__, batch.samples)))
 
@@ -97,37 +112,71 @@ def at_once(batches: Iterable[Batch]) -> Iterator[list[Batch]]:
         yield together
 
 
-def with_same_references(flight: Flight, job: Job, values: Array, batches: Iterable[Batch]) -> Iterable[list[int]]:
-    """Numbers of the samples of batches, those with the same references together."""
-    columns = [column for column, target in enumerate(job.targets) if target.name in flight.drives
-               or target.name.startswith(f"{REFERENCE}.")]
-    groups: dict[bytes, list[int]] = {}
-    for batch in batches:
-        for sample in batch.samples:
-            groups.setdefault(values[sample, columns].tobytes(), []).append(sample)
-    return groups.values()
-
-
-def flown_group(device_for: Callable[[Flight], "Device"], flight: Flight, job: Job, values: Array,
-                group: list[int]) -> dict[int, Sample | Found]:
-    """Fly samples that have the same references, by their numbers; as the processor runs some, the next begin here.
+def flown_together(device_for: Callable[[Flight], "Device"], flight: Flight, job: Job, values: Array,
+                   batches: Sequence[Batch]) -> dict[int, Sample | Found]:
+    """Fly samples, by their numbers; as the processor runs some, the next begin here.
 
     Those that are not completed there are run here, which says why.
     """
     done: dict[int, Sample | Found] = {}
-    if has_references(flight, job.changes(values[group[0]].tolist())):
-        device = device_for(flight)
-        size = device.at_a_time()
-        under_way: list[Running] = []
-        for first in range(0, len(group), size):
-            begun = begin(flight, job, values, group[first:first + size])
-            while under_way:   # one at a time: each takes the memory that there is
-                done.update(device.completed(job, under_way.pop()))
-            under_way.append(device.launch(begun))
-        done.update(device.completed(job, under_way.pop()))
-    if rest := [number for number in group if number not in done]:
+    under_way: list[tuple[Device, Running]] = []
+
+    def complete() -> None:
+        while under_way:   # one at a time: each takes the memory that there is
+            device, running = under_way.pop()
+            done.update(device.completed(job, running))
+
+    for device, begun in launches(device_for, flight, job, values, with_same_references(flight, job, values, batches)):
+        complete()
+        under_way.append((device, device.launch(begun)))
+    complete()
+    if rest := [sample for batch in batches for sample in batch.samples if sample not in done]:
         done |= dict(zip(rest, each_flown(job, values[rest]), strict=True))
     return done
+
+
+def with_same_references(flight: Flight, job: Job, values: Array, batches: Iterable[Batch]) -> list[list[int]]:
+    """Numbers of the samples of batches, those with the same signals together, beside those with the same references.
+
+    They keep their order where nothing tells them apart.
+    """
+    def about_axes(name: str) -> bool:
+        return name.removeprefix(f"{REFERENCE}.").rpartition(".")[0] in job.experiment.plan.axes
+
+    columns = [column for column, target in enumerate(job.targets) if target.name in flight.drives
+               or target.name.startswith(f"{REFERENCE}.")]
+    columns.sort(key=lambda column: not about_axes(job.targets[column].name))
+    groups: dict[tuple[float, ...], list[int]] = {}
+    for batch in batches:
+        for sample in batch.samples:
+            groups.setdefault(tuple(values[sample, columns].tolist()), []).append(sample)
+    return [groups[key] for key in sorted(groups)]
+
+
+def launches(device_for: Callable[[Flight], "Device"], flight: Flight, job: Job, values: Array,
+             groups: Iterable[list[int]]) -> Iterator[tuple["Device", Begun]]:
+    """Samples that begin, as many together as there is memory for, and what runs them; groups have the same signals.
+
+    Where what is measured differs, they do not run together. Those that something is refused of are left out.
+    """
+    device: Device | None = None
+    begun = Begun()
+    for group in groups:
+        if not has_references(flight, job.changes(values[group[0]].tolist())):
+            continue
+        if device is None or device.meter is not flight.metering():
+            if device is not None:
+                yield device, begun
+            device, begun = device_for(flight), Begun()
+        signals = device.signals()
+        for sample in group:
+            if not device.takes(begun, signals):
+                yield device, begun
+                begun = Begun()
+            if begin(flight, job, values[sample].tolist(), sample, begun):
+                device.add(begun, signals)
+    if device is not None:
+        yield device, begun
 
 
 def has_references(flight: Flight, changes: Changes) -> bool:
@@ -140,17 +189,16 @@ def has_references(flight: Flight, changes: Changes) -> bool:
     return True
 
 
-def begin(flight: Flight, job: Job, values: Array, samples: Iterable[int]) -> Begun:
-    """Begin samples here; those that something is refused of are left out."""
-    begun = Begun([], [], [])
-    for sample in samples:
-        changes = job.changes(values[sample].tolist())
-        if beginning := flight.beginning(changes):
-            resistances = flight.resistances(changes)
-            begun.samples.append(sample)
-            begun.beginnings.append(beginning)
-            begun.resistances.append([resistances.get(motor, np.nan) for motor in job.experiment.plan.motors])
-    return begun
+def begin(flight: Flight, job: Job, values: Sequence[float], sample: int, begun: Begun) -> bool:
+    """Begin a sample here, after others; False where something is refused."""
+    changes = job.changes(values)
+    beginning = flight.beginning(changes)
+    if beginning:
+        resistances = flight.resistances(changes)
+        begun.samples.append(sample)
+        begun.beginnings.append(beginning)
+        begun.resistances.append([resistances.get(motor, np.nan) for motor in job.experiment.plan.motors])
+    return bool(beginning)
 
 
 class Kernel:
@@ -163,6 +211,7 @@ class Kernel:
     def __init__(self, cupy: Any, loop: BlockLoop, special: bool):
         self.cupy, self.special = cupy, special
         self.sources, self.moved = loop.sources, loop.moved
+        self.room = free(cupy)
         self.common: Common | None = None
         self.function: Any = None
         if not special:
@@ -187,7 +236,7 @@ class Kernel:
 
 
 class Device:
-    """The kernel on a graphics processor, with what samples with the references of a flight have in common."""
+    """The kernel on a graphics processor, with what samples have in common that are measured as a flight is now."""
 
     def __init__(self, kernel: Kernel, flight: Flight):
         assert flight.loop is not None
@@ -195,34 +244,47 @@ class Device:
         self.cupy, self.kernel, self.meter = cupy, kernel, meter
         self.shared = {name: cupy.asarray(meter.arrays[name]) for name in SHARED}
         self.calls = sent(cupy, loop.moved)
-        self.signals = [None if track.signals is None else cupy.asarray(track.signals) for track in loop.tracks]
-        self.rows = cupy.asarray(np.array([0 if track is None else track.data.ptr for track in self.signals], np.int64))
+        self.tracks = loop.tracks
         found = dict(zip(FOUND, (meter.whole[0], meter.found_windows, meter.found_events), strict=True))
         found |= {name: meter.arrays[name] for name in ("kept", "errors", "resistances") if name in meter.arrays}
         self.measured = {name: (found[name].dtype, found[name].shape) for name in (*FOUND, "kept") if name in found}
         self.own = {name: array.nbytes for name, array in found.items()}
-        self.own |= dict(zip(AROUND, (loop.size, 8), strict=True))   # bytes of a sample
+        self.own |= dict(zip(AROUND, (loop.size, 8, 8 * len(loop.tracks)), strict=True))   # bytes of a sample
 
-    def fitting(self) -> int:
-        """Samples for which there is memory now."""
-        self.cupy.get_default_memory_pool().free_all_blocks()
-        return int(SHARE * self.cupy.cuda.runtime.memGetInfo()[0] / sum(self.own.values()))
+    def signals(self) -> Signals:
+        """Send the signals of the flight as they are now."""
+        there = {number: self.cupy.asarray(track.signals) for number, track in enumerate(self.tracks)
+                 if track.signals is not None}
+        return Signals([*there.values()], [there[number].data.ptr if number in there else 0
+                                           for number in range(len(self.tracks))])
 
-    def at_a_time(self) -> int:
-        """Samples that are run at a time; MaglevError if there is not memory for one."""
-        if (fits := self.fitting()) < 1:
-            raise MaglevError(f"{option('device', 'gpu')}: a sample takes {sum(self.own.values()):,} bytes of the "
-                              "graphics processor's memory, expected as much to be free, or "
-                              f"{option('device', 'cpu')}")
-        return min(MOST, fits)
+    def size_of(self, begun: Begun, signals: Signals) -> int:
+        """Bytes of one more sample, there."""
+        own: int = sum(self.own.values())
+        return own if begun.signals and begun.signals[-1] is signals else own + signals.size
+
+    def takes(self, begun: Begun, signals: Signals) -> bool:
+        """Whether there is memory for one more sample; MaglevError if there is not memory for one."""
+        size = self.size_of(begun, signals)
+        if size > self.kernel.room:
+            raise MaglevError(f"{option('device', 'gpu')}: a sample takes {size:,} bytes of the graphics processor's "
+                              f"memory, expected as much to be free, or {option('device', 'cpu')}")
+        return len(begun.samples) < MOST and begun.size + size <= self.kernel.room
+
+    def add(self, begun: Begun, signals: Signals) -> None:
+        """Have a sample that has begun run with signals, which those before it may have, too."""
+        begun.size += self.size_of(begun, signals)
+        begun.signals.append(signals)
 
     def launch(self, begun: Begun) -> Running:
         """Send samples, and begin to run them; MaglevError if memory is short."""
         count = len(begun.samples)
         try:
             arrays = {name: self.cupy.zeros((count, size), np.uint8) for name, size in self.own.items()
-                      if name != "beginnings"}
+                      if name not in ("beginnings", "rows")}
             arrays["beginnings"] = self.kernel.ready(begun.beginnings)
+            places = [signals.places for signals in begun.signals]
+            arrays["rows"] = self.cupy.asarray(np.array(places, np.int64).reshape(count, len(self.tracks)))
             arrays["resistances"] = self.cupy.asarray(np.array(begun.resistances))
             observer = Observer.from_buffer_copy(self.meter.observer)
             for name, array in {**self.shared, **arrays}.items():
@@ -230,14 +292,14 @@ class Device:
                     setattr(observer, name, array.data.ptr)
             batch = sent(self.cupy, OnDevice(
                 count, len(self.meter.measuring.time) - 1, arrays["beginnings"].data.ptr, self.calls.data.ptr,
-                self.rows.data.ptr, arrays["returned"].data.ptr, observer))
+                arrays["rows"].data.ptr, len(self.tracks), arrays["returned"].data.ptr, observer))
         except MemoryError as error:
             raise MaglevError(f"{option('device', 'gpu')}: {count:,} samples of {sum(self.own.values()):,} bytes do "
                               "not fit into the memory of the graphics processor, which others use too: expected a "
-                              f"batch of at most {self.fitting():,}") from error
+                              f"batch of at most {int(free(self.cupy) / sum(self.own.values())):,}") from error
         if count:
             launch(self.kernel.function, count, batch)
-        return Running(begun.samples, arrays)
+        return Running(begun, arrays)
 
     def completed(self, job: Job, running: Running) -> Iterator[tuple[int, Sample]]:
         """Samples that were completed, as soon as all have ended, with their numbers."""
@@ -249,7 +311,14 @@ class Device:
             rows = rows_of(job, self.meter.metrics(*(found[name][done] for name in FOUND)))
             kept = found["kept"][done] if "kept" in found else [None] * len(done)
             for k, values, trajectories in zip(done.tolist(), rows, kept, strict=True):
-                yield running.samples[k], Sample(values, None, trajectories)
+                yield running.begun.samples[k], Sample(values, None, trajectories)
+
+
+def free(cupy: Any) -> int:
+    """Bytes of a graphics processor's memory that samples can have now."""
+    cupy.get_default_memory_pool().free_all_blocks()
+    available: int = cupy.cuda.runtime.memGetInfo()[0]
+    return int(SHARE * available)
 
 
 def code_of(sources: Mapping[str, str], common: str = "") -> dict[str, str]:

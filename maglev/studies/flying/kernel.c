@@ -6,7 +6,8 @@ struct batch {
     int64_t samples, last;             /* last communication point */
     const void *beginnings;            /* of each, or of each its OWN words, where the rest is common */
     const struct moved *calls;
-    const void *const *rows;           /* values of signals */
+    const void *const *rows;           /* values of signals, of each sample by track */
+    int64_t tracks;
     int64_t *returned;                 /* by each run */
     struct observer first;             /* of the first sample, without a meter */
 };
@@ -18,6 +19,7 @@ static inline void run_sample(const struct batch *batch, int64_t sample)
     struct whole whole = {{0}};
     struct observer observer = batch->first;
     struct given *const given = &observer.given;
+    const void *const *const rows = batch->rows + sample * batch->tracks;
     observer.meter = &meter;
     observer.whole = &whole;            /* what is written at each point is a thread's own */
     observer.windows += sample * given->windows;
@@ -32,10 +34,10 @@ static inline void run_sample(const struct batch *batch, int64_t sample)
 #if defined OWN
     struct beginning beginning;
     begin_as_common(&beginning, (const uint64_t *)batch->beginnings + sample * OWN);
-    batch->returned[sample] = whole_run(&beginning, common_calls, batch->rows, batch->last, &never, &observer);
+    batch->returned[sample] = whole_run(&beginning, common_calls, rows, batch->last, &never, &observer);
 #else
-    batch->returned[sample] = whole_run((const struct beginning *)batch->beginnings + sample, batch->calls,
-                                        batch->rows, batch->last, &never, &observer);
+    batch->returned[sample] = whole_run((const struct beginning *)batch->beginnings + sample, batch->calls, rows,
+                                        batch->last, &never, &observer);
 #endif
     batch->first.whole[sample] = whole;
 }

@@ -104,7 +104,7 @@ def test_samples_have_the_bits_of_this_processor(native_fmus: Path, tmp_path: Pa
                                                  monkeypatch: pytest.MonkeyPatch) -> None:
     """In whatever chunks there is memory for; a sample that fails is a row with the same reason."""
     monkeypatch.setattr(graphics_processor, "WORTH_SPECIALISING", 1 if special else inf)
-    cupy = stand_in(monkeypatch, memory=30_000)
+    cupy = stand_in(monkeypatch, memory=40_000)
     left: list[float] = []   # masses of the samples that are run here after all
 
     def flown_here(job: Job, values: Array) -> Iterator[Sample | Found]:
@@ -152,12 +152,46 @@ def test_a_study_has_the_bytes_of_this_processor(native_fmus: Path, tmp_path: Pa
 
     monkeypatch.setattr(graphics_processor, "MOST", 1)   # batches are stored one by one
     with monkeypatch.context() as patch:
-        finish, left = graphics_processor.flown_group, iter(range(4))
-        patch.setattr(graphics_processor, "flown_group",
+        finish, left = graphics_processor.flown_together, iter(range(3))
+        patch.setattr(graphics_processor, "flown_together",
                       lambda *given: finish(*given) if next(left, None) is not None else interrupted())
         with pytest.raises(Interrupted, match="6 of 9 samples are kept"):
             study("resumed", "gpu")
     assert study("resumed", "gpu", resume=True) == here
+
+
+PUSHED = """
+[[signals]]
+to = "plant.h.force"
+kind = "steps"
+unit = "N"
+times = [0, 0.1]
+values = [0, 5]
+"""
+
+
+@pytest.mark.parametrize(("memory", "launches"), [(1e9, 1), (30_000, 3)])
+def test_samples_with_pushes_of_their_own_run_together(native_fmus: Path, tmp_path: Path, memory: float, launches: int,
+                                                       monkeypatch: pytest.MonkeyPatch) -> None:
+    """Where references are the same; signals that several have are there once, and take their part of the memory."""
+    cupy = stand_in(monkeypatch, memory=memory)
+    sent: list[Any] = []
+    monkeypatch.setattr(graphics_processor.Device, "signals", counted(graphics_processor.Device.signals, sent))
+    there, here = (maglev.batch(scenario(tmp_path, PUSHED), {
+        "reference.plant.h.force.end": [5.0, -4.0, 5.0, 0.0, -4.0], "plant.h.mass": [4.0, 4.0, 4.1, 4.2, 4.3]},
+        device=device, fmus=native_fmus) for device in ("gpu", "cpu"))
+    assert len(cupy.launches) == launches and len(sent) == 3
+    assert there["rms error of h"].tobytes() == here["rms error of h"].tobytes()
+    assert len({*here["rms error of h"].tolist()}) == 5
+
+
+def counted(function: Any, calls: list[Any]) -> Any:
+    """A method that counts its calls."""
+    def called(*given: Any) -> Any:
+        calls.append(given)
+        return function(*given)
+
+    return called
 
 
 def test_references_that_cannot_be_are_rows_with_the_reason(native_fmus: Path, tmp_path: Path,
