@@ -5,6 +5,7 @@ not completed there is run here, which says why.
 """
 
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from contextlib import contextmanager
 from ctypes import Structure, c_int64, c_void_p
 from dataclasses import dataclass, field
 from functools import partial
@@ -29,7 +30,7 @@ WORTH_SPECIALISING = 10_000_000_000   # steps, which take half a minute; the com
 # Samples at a time, for which Ctrl-C waits: twice what an H100 or H200 runs side by side, 8 warps of 32 on each of its
 # 132 multiprocessors. Of a few more each takes as long as all of these.
 MOST = 67_584
-SHARE = 0.8        # of the memory that is free; the rest is for the threads' own
+SHARE = 0.4        # of the memory that is free: signals of the next samples come as some run; threads have their own
 FOUND = ("whole", "of_windows", "of_events")   # as a meter takes them
 AROUND = ("beginnings", "returned", "rows")   # what each sample has of its own beside what its observer has
 SHARED = ("bands", "starts", "steady", "event_starts", "event_ends")   # what the observers of all samples have
@@ -253,8 +254,9 @@ class Device:
 
     def signals(self) -> Signals:
         """Send the signals of the flight as they are now."""
-        there = {number: self.cupy.asarray(track.signals) for number, track in enumerate(self.tracks)
-                 if track.signals is not None}
+        with self.memory_for(1):
+            there = {number: self.cupy.asarray(track.signals) for number, track in enumerate(self.tracks)
+                     if track.signals is not None}
         return Signals([*there.values()], [there[number].data.ptr if number in there else 0
                                            for number in range(len(self.tracks))])
 
@@ -279,7 +281,7 @@ class Device:
     def launch(self, begun: Begun) -> Running:
         """Send samples, and begin to run them; MaglevError if memory is short."""
         count = len(begun.samples)
-        try:
+        with self.memory_for(count):
             arrays = {name: self.cupy.zeros((count, size), np.uint8) for name, size in self.own.items()
                       if name not in ("beginnings", "rows")}
             arrays["beginnings"] = self.kernel.ready(begun.beginnings)
@@ -293,13 +295,20 @@ class Device:
             batch = sent(self.cupy, OnDevice(
                 count, len(self.meter.measuring.time) - 1, arrays["beginnings"].data.ptr, self.calls.data.ptr,
                 arrays["rows"].data.ptr, len(self.tracks), arrays["returned"].data.ptr, observer))
-        except MemoryError as error:
-            raise MaglevError(f"{option('device', 'gpu')}: {count:,} samples of {sum(self.own.values()):,} bytes do "
-                              "not fit into the memory of the graphics processor, which others use too: expected a "
-                              f"batch of at most {int(free(self.cupy) / sum(self.own.values())):,}") from error
         if count:
             launch(self.kernel.function, count, batch)
         return Running(begun, arrays)
+
+    @contextmanager
+    def memory_for(self, count: int) -> Iterator[None]:
+        """MaglevError where there is not memory for so many samples after all."""
+        try:
+            yield
+        except MemoryError as error:
+            size = sum(self.own.values())
+            raise MaglevError(f"{option('device', 'gpu')}: {count:,} samples of {size:,} bytes, and their signals, do "
+                              "not fit into the memory of the graphics processor, which others use too: expected a "
+                              f"batch of at most {int(free(self.cupy) / size):,}") from error
 
     def completed(self, job: Job, running: Running) -> Iterator[tuple[int, Sample]]:
         """Samples that were completed, as soon as all have ended, with their numbers."""

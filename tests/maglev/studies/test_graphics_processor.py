@@ -104,7 +104,7 @@ def test_samples_have_the_bits_of_this_processor(native_fmus: Path, tmp_path: Pa
                                                  monkeypatch: pytest.MonkeyPatch) -> None:
     """In whatever chunks there is memory for; a sample that fails is a row with the same reason."""
     monkeypatch.setattr(graphics_processor, "WORTH_SPECIALISING", 1 if special else inf)
-    cupy = stand_in(monkeypatch, memory=40_000)
+    cupy = stand_in(monkeypatch, memory=80_000)
     left: list[float] = []   # masses of the samples that are run here after all
 
     def flown_here(job: Job, values: Array) -> Iterator[Sample | Found]:
@@ -170,7 +170,7 @@ values = [0, 5]
 """
 
 
-@pytest.mark.parametrize(("memory", "launches"), [(1e9, 1), (30_000, 3)])
+@pytest.mark.parametrize(("memory", "launches"), [(1e9, 1), (60_000, 3)])
 def test_samples_with_pushes_of_their_own_run_together(native_fmus: Path, tmp_path: Path, memory: float, launches: int,
                                                        monkeypatch: pytest.MonkeyPatch) -> None:
     """Where references are the same; signals that several have are there once, and take their part of the memory."""
