@@ -19,13 +19,13 @@ for the inequality is linear in each of them. Clarabel finds P; `verify` believe
 import argparse
 import json
 import warnings
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import suppress
 from fractions import Fraction
 from itertools import pairwise, product
 from math import atan, inf, nextafter, pi
 from pathlib import Path
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 from mpmath import iv
@@ -41,7 +41,6 @@ from pmlsm.motor_geometry import MotorGeometry
 from pmlsm.rig_3dof import RIG
 from pmlsm.velocity_rows import GRAVITY
 
-FILE = PACKAGED / "studies" / "gap_certificate.json"
 LOWER, UPPER = 18.5e-3, 30.0e-3   # m: the stop, and the last gap at which 4 A hold the mover
 LAG = 0.4e-3                      # s: of the amplifiers, and half a sample for the hold
 CLOSE = 1e-14                     # of an arctangent, how nearly a float is
@@ -54,8 +53,19 @@ EVEN = (1.0, 1.0, 0.2, 0.1, 0.1, 1.0, 1.0, 1.0)      # fast ones like slow ones,
 Box = dict[str, tuple[float, float]]
 
 
-def table() -> Regulator3DOF:
-    regulator = Regulator3DOF(INTERPOLATED)
+class Loop(NamedTuple):
+    """What is certified: the file, the regulator, the loop's matrix, its bounds in a cell, and what they are about."""
+
+    file: Path
+    regulator: Callable[[int], Any]
+    matrix: Callable[..., list[list[Any]]]   # of the regulator, what has bounds, in their order, and the gap's rate
+    bounds: Callable[[Any, int, float, float], Box]
+    middle: tuple[float, ...]
+
+
+def table(loop: Loop) -> Any:
+    """The regulator, started."""
+    regulator = loop.regulator(INTERPOLATED)
     if regulator.start():
         raise ArithmeticError("the table of the interpolated regulator: expected equilibria at all of its gaps")
     return regulator
@@ -86,52 +96,81 @@ def shapes(motor: MotorGeometry, g: Any) -> tuple[Any, ...]:
             slot_slope * u * u + 2 * slot * u * u_slope)
 
 
-def bounds(regulator: Regulator3DOF, cell: int, lower: float, upper: float) -> Box:
-    """Bounds of μ, −β i*', σ and β'/β between two gaps (m) in a cell of the table.
+class Part(NamedTuple):
+    """Intervals of a part of a cell: gain β of the table, the attraction, f3, f4, slopes of f2 to f4, and i°."""
 
-    The plant's bias counts, its ripple as any force and stiffness that it can be, the modulation of the attraction as
-    any of its values.
-    """
+    gain: Any
+    attraction: Any
+    f3: Any
+    f4: Any
+    slopes: Sequence[Any]
+    root: Any    # that of the equation of i°
+    rest: Any
+
+
+COILS, IRON = 4 * iv.mpf(RIG.stage.coils), 4 * iv.mpf(RIG.stage.iron)
+
+
+def slopes(regulator: Any, cell: int) -> tuple[Any, Any]:
+    """Slopes i*' and β' of the table in a cell."""
     low, high = (getattr(regulator.table, f"point{cell + k}") for k in range(2))
     spacing = iv.mpf(regulator.table.spacing)
-    start = regulator.table.lower + cell * spacing
-    slope, gain_slope = (high.current - iv.mpf(low.current)) / spacing, (high.gain - iv.mpf(low.gain)) / spacing
+    return (high.current - iv.mpf(low.current)) / spacing, (high.gain - iv.mpf(low.gain)) / spacing
+
+
+def parts_of(regulator: Any, cell: int, lower: float, upper: float) -> Iterator[Part]:
+    """Parts between two gaps (m) in a cell of the table.
+
+    The plant's bias counts, its ripple as any force that it can be, the modulation of the attraction as any of its
+    values.
+    """
+    low, _, gain_slope = getattr(regulator.table, f"point{cell}"), *slopes(regulator, cell)
+    start = regulator.table.lower + cell * iv.mpf(regulator.table.spacing)
     ripple = RIG.vertical.ripple
     force = iv.mpf([-ripple.amplitude, ripple.amplitude]) + RIG.vertical.bias + GRAVITY
-    waves = ripple.amplitude * 2 * pi / ripple.period
     attraction = 4 * RIG.stage.attraction * iv.mpf([1 - RIG.modulation, 1])
-    coils, iron, limit = 4 * iv.mpf(RIG.stage.coils), 4 * iv.mpf(RIG.stage.iron), regulator.current_limit
-    intervals: dict[str, list[Any]] = {"mu": [], "alpha": [], "sigma": [], "growth": []}
     for part in range(PARTS):
         g = lower + (iv.mpf([part, part + 1]) / PARTS) * (iv.mpf(upper) - lower)
-        f2, f3, f4, slope2, slope3, slope4 = shapes(regulator.geometry, g)
-        gain = low.gain + gain_slope * (g - start)
-        # The smaller root of iron f4 i² − coils f3 i + attraction f2 − force = 0, and its slope.
+        f2, f3, f4, *changes = shapes(regulator.geometry, g)
+        # The smaller root of iron f4 i² − coils f3 i + attraction f2 − force = 0.
         constant = attraction * f2 - force
-        root = iv.sqrt((coils * f3) ** 2 - 4 * iron * f4 * constant)
-        rest = 2 * constant / (coils * f3 + root)
-        stiffness = coils * slope3 * rest - iron * slope4 * rest**2 - attraction * slope2 + iv.mpf([-waves, waves])
-        secant = coils * f3 - iron * f4 * (iv.mpf([-limit, limit]) + rest)
-        intervals["mu"].append(secant / gain)
+        root = iv.sqrt((COILS * f3) ** 2 - 4 * IRON * f4 * constant)
+        yield Part(low.gain + gain_slope * (g - start), attraction, f3, f4, changes, root,
+                   2 * constant / (COILS * f3 + root))
+
+
+def bounds(regulator: Any, cell: int, lower: float, upper: float) -> Box:
+    """Bounds of μ, −β i*', σ and β'/β between two gaps (m) in a cell; the ripple's stiffness is any that it can be."""
+    slope, gain_slope = slopes(regulator, cell)
+    waves, limit = RIG.vertical.ripple.amplitude * 2 * pi / RIG.vertical.ripple.period, regulator.current_limit
+    intervals: dict[str, list[Any]] = {"mu": [], "alpha": [], "sigma": [], "growth": []}
+    for gain, attraction, f3, f4, (slope2, slope3, slope4), root, rest in parts_of(regulator, cell, lower, upper):
+        stiffness = COILS * slope3 * rest - IRON * slope4 * rest**2 - attraction * slope2 + iv.mpf([-waves, waves])
+        intervals["mu"].append((COILS * f3 - IRON * f4 * (iv.mpf([-limit, limit]) + rest)) / gain)
         intervals["alpha"].append(-gain * slope)
         intervals["sigma"].append(gain * (slope + stiffness / root))
         intervals["growth"].append(gain_slope / gain)
+    return hulls(intervals)
+
+
+def hulls(intervals: Mapping[str, Sequence[Any]]) -> Box:
+    """The least box, by name, that holds intervals."""
     return {name: (min(nextafter(float(interval.a), -inf) for interval in values),
                    max(nextafter(float(interval.b), inf) for interval in values)) for name, values in intervals.items()}
 
 
-def cells(regulator: Regulator3DOF) -> list[tuple[float, float, Box]]:
+def cells(loop: Loop, regulator: Any) -> list[tuple[float, float, Box]]:
     """Cells of the table in the range: both gaps (m), and the bounds between them."""
     gaps = [regulator.table.lower + k * regulator.table.spacing for k in range(15)]
     pieces = []
     for k, (lower, upper) in enumerate(pairwise(gaps)):
         lower, upper = max(lower, LOWER), min(upper, UPPER)
         if upper - lower > 1e-9:
-            pieces.append((lower, upper, bounds(regulator, k, lower, upper)))
+            pieces.append((lower, upper, loop.bounds(regulator, k, lower, upper)))
     return pieces
 
 
-def loop(regulator: Regulator3DOF, mu: Any, alpha: Any, sigma: Any, growth: Any, rate: Any) -> list[list[Any]]:
+def vertical(regulator: Any, mu: Any, alpha: Any, sigma: Any, growth: Any, rate: Any) -> list[list[Any]]:
     """Matrix of the loop, of numbers of the kind that is given: floats or fractions."""
     number = type(mu)
     k1, k2, k3, k4, k5 = (number(getattr(regulator.y, f"k{k}")) for k in range(1, 6))
@@ -153,11 +192,11 @@ def corners(box: Mapping[str, tuple[float, float]], rate: float) -> Iterator[tup
     return product(*box.values(), (-rate, rate))
 
 
-def find(rate: float, decay: float) -> dict[str, Any]:
+def find(loop: Loop, rate: float, decay: float) -> dict[str, Any]:
     """Certificate for a rate of the gap (m/s), V decreasing as exp(−2 decay t); its P are of x in units of `scale`."""
-    cvxpy, regulator = solver(), table()
-    parts = cells(regulator)
-    middle = np.array(loop(regulator, 1.0, 1300.0, 0.0, -70.0, 0.0))
+    cvxpy, regulator = solver(), table(loop)
+    parts = cells(loop, regulator)
+    middle = np.array(loop.matrix(regulator, *loop.middle, 0.0))
     # Each state in the unit in which a first V, of one gap alone, is about 1.
     first = solve_continuous_lyapunov((middle + decay * np.eye(len(middle))).T, -np.diag(WEIGHTS))
     scale = 2.0 ** np.round(-0.5 * np.log2(np.diag(first)))
@@ -168,7 +207,7 @@ def find(rate: float, decay: float) -> dict[str, Any]:
     constraints = [matrix >> np.eye(size) for matrix in P] + [matrix << largest * np.eye(size) for matrix in P]
     for k, (lower, upper, box) in enumerate(parts):
         for end, corner in product((0, 1), corners(box, rate)):
-            a = np.array(loop(regulator, *map(float, corner))) * scale[None, :] / scale[:, None]
+            a = np.array(loop.matrix(regulator, *map(float, corner))) * scale[None, :] / scale[:, None]
             change = (a.T @ P[k + end] + P[k + end] @ a + 2.0 * decay * P[k + end]
                       + corner[-1] / (upper - lower) * (P[k + 1] - P[k]))
             constraints.append(even @ change @ even << 0)
@@ -186,20 +225,20 @@ def find(rate: float, decay: float) -> dict[str, Any]:
             "P": [matrix.value.tolist() for matrix in P]}
 
 
-def verify(certificate: Mapping[str, Any]) -> bool:
+def verify(loop: Loop, certificate: Mapping[str, Any]) -> bool:
     """Whether V is positive and decreases at every corner of every cell, in rational arithmetic alone."""
-    regulator, decay = table(), Fraction(certificate["decay"])
+    regulator, decay = table(loop), Fraction(certificate["decay"])
     scale = [Fraction(entry) for entry in certificate["scale"]]
     P = [[[Fraction(entry) / (scale[i] * scale[j]) for j, entry in enumerate(row)] for i, row in enumerate(matrix)]
          for matrix in certificate["P"]]
-    parts = cells(regulator)
+    parts = cells(loop, regulator)
     if len(P) != len(parts) + 1 or any(row[j] != matrix[j][i] for matrix in P for i, row in enumerate(matrix)
                                        for j in range(i)) or not all(map(positive, P)):
         return False
     states = range(len(STATES))
     for k, (lower, upper, box) in enumerate(parts):
         for end, corner in product((0, 1), corners(box, certificate["rate"])):
-            a = loop(regulator, *map(Fraction, corner))
+            a = loop.matrix(regulator, *map(Fraction, corner))
             p, per_gap = P[k + end], Fraction(corner[-1]) / (Fraction(upper) - Fraction(lower))
             pa = [[sum(p[i][m] * a[m][j] for m in states) for j in states] for i in states]
             if not positive([[-(pa[i][j] + pa[j][i] + 2 * decay * p[i][j] + per_gap * (P[k + 1][i][j] - P[k][i][j]))
@@ -239,33 +278,44 @@ def run_group(number: int) -> tuple[float, Any]:
     return after, maglev.batch(RUNS, values, set=common, kind="native", metrics=["stop contact time", "end error"])
 
 
-def run_many(groups: int) -> None:
-    """Run groups, and print which lose runs or touch a stop, and the largest error that the others end with."""
-    largest = 0.0
+VERTICAL = Loop(PACKAGED / "studies" / "gap_certificate.json", Regulator3DOF, vertical, bounds,
+                (1.0, 1300.0, 0.0, -70.0))
+
+
+def run_many(group: Callable[[int], tuple[float, Any]], units: Mapping[str, str], groups: int) -> None:
+    """Run groups, and print which touch a stop, and the largest errors that the others end with, by axis."""
+    largest = dict.fromkeys(units, 0.0)
     for number in range(groups):
-        after, runs = run_group(number)
+        after, runs = group(number)
         touched = np.isfinite(runs["stop contact time"])
         if touched.any():
             print(f"group {number}: {touched.sum()} of {GROUP} touch a stop on their way to {1e3 * after:.1f} mm")
-        largest = max(largest, np.max(runs["end error of y"], where=~touched, initial=0.0))
-    print(f"{groups * GROUP:,} runs: largest error of those that touch no stop {1e6 * largest:.0f} µm")
+        for axis, before in largest.items():
+            largest[axis] = max(before, np.max(runs[f"end error of {axis}"], where=~touched, initial=0.0))
+    print(f"{groups * GROUP:,} runs: largest error of those that touch no stop",
+          ", ".join(f"{axis} {1e6 * largest[axis]:.0f} {unit}" for axis, unit in units.items()))
 
 
 def main() -> None:
     """Find a certificate, verify it, and write it; or run groups."""
-    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
+    certify(VERTICAL, run_group, {"y": "µm"}, __doc__.splitlines()[0])
+
+
+def certify(loop: Loop, group: Callable[[int], tuple[float, Any]], units: Mapping[str, str], words: str) -> None:
+    """Find a certificate of a loop, verify it, and write it; or run groups, see `run_many`."""
+    parser = argparse.ArgumentParser(description=words)
     parser.add_argument("--rate", type=float, default=0.05, help="of the gap, m/s")
     parser.add_argument("--decay", type=float, default=0.05, help="1/s")
     parser.add_argument("--groups", type=int, help=f"of {GROUP} random runs, which are made instead")
     given = parser.parse_args()
     if given.groups:
-        run_many(given.groups)
+        run_many(group, units, given.groups)
         return
-    certificate = find(given.rate, given.decay)
-    if not verify(certificate):
+    certificate = find(loop, given.rate, given.decay)
+    if not verify(loop, certificate):
         raise SystemExit(f"rate {given.rate:g} m/s, decay {given.decay:g} 1/s: not certified")
-    write_whole(FILE, json.dumps(certificate) + "\n")
-    print(f"certified at {certificate['rate']:g} m/s, decay {certificate['decay']:g} 1/s: {FILE.name}")
+    write_whole(loop.file, json.dumps(certificate) + "\n")
+    print(f"certified at {certificate['rate']:g} m/s, decay {certificate['decay']:g} 1/s: {loop.file.name}")
 
 
 if __name__ == "__main__":

@@ -1,8 +1,10 @@
-"""The certificate of the interpolated loop: its bounds against scipy, its model against the blocks, its arithmetic."""
+"""Certificates of the interpolated loops: bounds against scipy, models against the blocks, arithmetic."""
 
 import json
 from fractions import Fraction
+from functools import cache
 from itertools import pairwise
+from types import ModuleType
 
 import numpy as np
 import pytest
@@ -13,10 +15,20 @@ from scipy.optimize import brentq
 
 from maglev.linear.loop import linearise_loop
 from pmlsm.rig_3dof import RIG
-from studies.gap_certificate import FILE, LOWER, UPPER, cells, loop, positive, run_group, table, verify
+from studies import gap_certificate, tilt_certificate
+from studies.gap_certificate import LOWER, UPPER, VERTICAL, Loop, cells, positive, table, verify, vertical
+from studies.tilt_certificate import ABOUT, LEVER, SHARE, TILT, tilting
 
-CELLS = cells(table())
-REGULATOR = table()
+pytestmark = pytest.mark.usefixtures("slow")   # it searches for long
+
+REGULATOR = table(VERTICAL)
+LOOPS = {"vertical": VERTICAL, "tilt": TILT}
+
+
+@cache
+def pieces(loop: Loop) -> list[tuple[float, float, gap_certificate.Box]]:
+    """Cells of a loop's table with their bounds."""
+    return cells(loop, table(loop))
 
 
 def row(gap: float, current: float, modulation: float, phase: float) -> float:
@@ -35,22 +47,65 @@ def rest(gap: float, modulation: float, phase: float) -> float:
 
 @given(st.floats(LOWER + 1e-5, UPPER - 1e-5), st.floats(-4.0, 4.0), st.floats(0.0, 0.0135), st.floats(0.0, 2 * np.pi))
 def test_bounds_hold_what_scipy_finds(gap: float, current: float, modulation: float, phase: float) -> None:
-    lower, upper, box = next(each for each in CELLS if each[0] <= gap <= each[1])
     held, step = rest(gap, modulation, phase), 1e-7
     slope = (rest(gap + step, modulation, phase) - rest(gap - step, modulation, phase)) / (2 * step)
-    REGULATOR.table.choose(gap, REGULATOR.here)
-    gain = REGULATOR.here.gain
-    ends = []
-    for at in (lower + 1e-12, upper - 1e-12):
-        REGULATOR.table.choose(at, REGULATOR.here)
-        ends.append((REGULATOR.here.current, REGULATOR.here.gain))
-    table_slope, growth = np.diff(ends, axis=0)[0] / (upper - lower)
+    gain, table_slope, growth = table_at(gap)
     found = {"alpha": -gain * table_slope, "sigma": gain * (table_slope - slope), "growth": growth / gain}
     if abs(current - held) > 1e-3:
         found["mu"] = row(gap, current, modulation, phase) / (current - held) / gain
+    require_within(gap, VERTICAL, found)
+
+
+@given(st.floats(LOWER + 1e-5, UPPER - 1e-5), st.floats(-ABOUT, ABOUT), st.floats(-ABOUT, ABOUT),
+       st.floats(0.0, 0.0135), st.floats(0.0, 2 * np.pi))
+def test_bounds_of_a_tilt_hold_what_differences_find(gap: float, current: float, demanded: float, modulation: float,
+                                                     phase: float) -> None:
+    """Of motors at unlike gaps, all with one current; the ripple is that of y alone, and counts for what holds it."""
+    still, step = rest(gap, modulation, phase) + current, 1e-6
+    gain, table_slope, growth = table_at(gap)
+    require_within(gap, TILT, {
+        "mu": (without_ripple(gap, still + step, modulation) - without_ripple(gap, still - step, modulation))
+        / (2 * step) / gain,
+        "nu": SHARE * (without_ripple(gap + step, still, modulation) - without_ripple(gap - step, still, modulation))
+        / (2 * step),
+        "eta": SHARE * (gain * table_slope - growth * demanded), "growth": growth / gain})
+
+
+@given(st.floats(LOWER + 1e-5, UPPER - 1e-5).filter(lambda gap: abs(1e3 * gap - round(1e3 * gap)) > 0.01),
+       st.floats(-10.0, 10.0), st.floats(-0.5, 0.5))
+def test_currents_for_a_small_tilt_are_what_the_regulator_commands(gap: float, lift: float, turn: float) -> None:
+    """Of accelerations (m/s², rad/s²) that y and roll demand; none is at its limit."""
+    regulator, tilt = table(TILT), 1e-7
+    regulator.current_limit = 0.0
+    regulator.allocation.demand(regulator.platform, lift, 0.0, 0.0, tilt * turn, 0.0)
+    currents = []
+    for name in ("alpha1", "alpha2"):
+        motor, place, law = (getattr(regulator, name + part) for part in ("", "_place", "_law"))
+        place.gap_measured = place.moved(gap, tilt, 0.0)
+        regulator.drive(motor, place, law, 0.0, 1.0, 0.0)
+        currents.append(motor.i_d_cmd)
+    gain, table_slope, growth = table_at(gap)
+    eta = SHARE * (gain * table_slope - growth * lift / gain)
+    assert SHARE / LEVER * gain * (currents[1] - currents[0]) / (2.0 * tilt) == pytest.approx(turn + eta, rel=1e-5)
+
+
+def table_at(gap: float) -> tuple[float, float, float]:
+    """Gain of the table at a gap, and slopes of current and gain there."""
+    lower, upper, _ = next(each for each in pieces(VERTICAL) if each[0] <= gap <= each[1])
+    ends = []
+    for at in (lower + 1e-12, upper - 1e-12, gap):
+        REGULATOR.table.choose(at, REGULATOR.here)
+        ends.append((REGULATOR.here.current, REGULATOR.here.gain))
+    table_slope, growth = np.diff(ends[:2], axis=0)[0] / (upper - lower)
+    return ends[2][1], table_slope, growth
+
+
+def require_within(gap: float, loop: Loop, found: dict[str, float]) -> None:
+    """What was found at a gap lies within the bounds of its cell, but for the error of differences."""
+    box = next(each[2] for each in pieces(loop) if each[0] <= gap <= each[1])
     for name, value in found.items():
         low, high = box[name]
-        room = 1e-3 + 1e-4 * (high - low)   # of the differences
+        room = 1e-3 + 1e-4 * (high - low)
         assert low - room <= value <= high + room, name
 
 
@@ -65,16 +120,35 @@ def test_model_has_the_slow_poles_of_the_blocks(gap: float) -> None:
     lower, upper = (getattr(REGULATOR.table, f"point{int((gap - 18e-3) * 1e3) + k}") for k in range(2))
     gain, table_slope = REGULATOR.here.gain, (upper.current - lower.current) / 1e-3
     secant = (without_ripple(gap, held + 1e-4) - without_ripple(gap, held - 1e-4)) / 2e-4
-    ours = np.linalg.eigvals(loop(REGULATOR, secant / gain, -gain * table_slope, gain * (table_slope - slope), 0.0,
-                                  0.0))
+    require_slow_poles(theirs, vertical(REGULATOR, secant / gain, -gain * table_slope, gain * (table_slope - slope),
+                                        0.0, 0.0))
+
+
+@pytest.mark.parametrize("gap", [20.5e-3, 25.5e-3, 28.5e-3])
+def test_model_of_a_tilt_has_the_slow_poles_of_the_blocks(gap: float) -> None:
+    """Each twice, of roll and pitch, which are alike; beside them are those of y, x and z."""
+    still = {"y.ripple.amplitude": 0.0, "attraction_modulation": 0.0}
+    theirs = linearise_loop("Plant5DOF", "InterpolatedRegulator5DOF", {"y": gap}, plant_parameters=still).rates
+    held, step = rest_without_ripple(gap), 1e-6
+    gain, table_slope, _ = table_at(gap)
+    tangent = (without_ripple(gap, held + step) - without_ripple(gap, held - step)) / (2 * step)
+    stiffness = (without_ripple(gap + step, held) - without_ripple(gap - step, held)) / (2 * step)
+    require_slow_poles(theirs, tilting(table(TILT), tangent / gain, SHARE * stiffness, SHARE * gain * table_slope, 0.0,
+                                       0.0), times=2)
+
+
+def require_slow_poles(theirs: np.ndarray, matrix: list[list[float]], times: int = 1) -> None:
+    """Slow poles of a model are so often among the rates of a loop of blocks, which samples."""
+    ours = np.linalg.eigvals(np.array(matrix))
     for rate in ours[np.abs(ours) < 200.0]:
-        assert np.abs(theirs - rate).min() < (0.01 if abs(rate) < 20.0 else 0.04) * abs(rate), rate
+        near = np.sort(np.abs(theirs - rate))[times - 1]
+        assert near < (0.01 if abs(rate) < 20.0 else 0.04) * abs(rate), rate
 
 
-def without_ripple(gap: float, current: float) -> float:
+def without_ripple(gap: float, current: float, modulation: float = 0.0) -> float:
     """Vertical acceleration of the plant (m/s²) without its ripple."""
     ripple = RIG.vertical.ripple
-    return row(gap, current, 0.0, 0.0) - ripple.amplitude * np.sin(2 * np.pi * gap / ripple.period)
+    return row(gap, current, modulation, 0.0) - ripple.amplitude * np.sin(2 * np.pi * gap / ripple.period)
 
 
 def rest_without_ripple(gap: float) -> float:
@@ -82,18 +156,21 @@ def rest_without_ripple(gap: float) -> float:
 
 
 @pytest.mark.thorough
-def test_the_certificate_holds_in_rational_arithmetic() -> None:
+@pytest.mark.parametrize("loop", LOOPS.values(), ids=LOOPS)
+def test_the_certificate_holds_in_rational_arithmetic(loop: Loop) -> None:
     """From the stop to the last gap that 4 A hold, at the speed of the thesis's steps (Fig. 5.23)."""
-    found = json.loads(FILE.read_text(encoding="utf-8"))
+    found = json.loads(loop.file.read_text(encoding="utf-8"))
+    parts = pieces(loop)
     assert found["rate"] >= 0.05 and found["decay"] > 0.0
-    assert CELLS[0][0] == LOWER == RIG.gap_stop.lower and CELLS[-1][1] == pytest.approx(UPPER)
-    assert all(one[1] == other[0] for one, other in pairwise(CELLS))
-    assert verify(found)
+    assert parts[0][0] == LOWER == RIG.gap_stop.lower and parts[-1][1] == pytest.approx(UPPER)
+    assert all(one[1] == other[0] for one, other in pairwise(parts))
+    assert verify(loop, found)
 
 
+@pytest.mark.parametrize("loop", LOOPS.values(), ids=LOOPS)
 @pytest.mark.parametrize("change", ["rate", "decay", "sign", "asymmetry", "length"])
-def test_what_is_none_is_refused(change: str) -> None:
-    found = json.loads(FILE.read_text(encoding="utf-8"))
+def test_what_is_none_is_refused(change: str, loop: Loop) -> None:
+    found = json.loads(loop.file.read_text(encoding="utf-8"))
     if change == "rate":
         found["rate"] *= 10.0
     elif change == "decay":
@@ -104,13 +181,14 @@ def test_what_is_none_is_refused(change: str) -> None:
         found["P"][4][0][1] *= 1.5
     else:
         found["P"].pop()
-    assert not verify(found)
+    assert not verify(loop, found)
 
 
 @pytest.mark.thorough
-def test_random_runs_step_to_the_end_of_their_group(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr("studies.gap_certificate.GROUP", 3)
-    after, runs = run_group(0)
+@pytest.mark.parametrize("study", [gap_certificate, tilt_certificate])
+def test_random_runs_step_to_the_end_of_their_group(monkeypatch: pytest.MonkeyPatch, study: ModuleType) -> None:
+    monkeypatch.setattr(study, "GROUP", 3)
+    after, runs = study.run_group(0)
     recording = runs.run(2).recording
     assert recording.columns["controller.y.reference"][-1] == after
     assert recording.columns["plant.y.position"][0] == runs.settings["plant.y.position_start"][2]
