@@ -1,7 +1,7 @@
 """What an FMU is: a block and the table of its variables. Everything else is derived from these."""
 
-from collections.abc import Mapping
-from dataclasses import dataclass
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
 from importlib import import_module
 from math import inf
 from operator import attrgetter
@@ -137,6 +137,8 @@ class FmuDefinition:
     continuous: ContinuousModel | None = None          # of a native FMU that is for Model Exchange as well
     sampled: bool = False                              # at the start, and then every SAMPLE_TIME
     clocked: bool = False                              # one of FMI 3.0 samples when the importer's clock ticks
+    fed: tuple[str, ...] = ()                          # tunable parameters that became inputs
+    was: str = ""                                      # its name before they did
 
     @property
     def native_variables(self) -> tuple[Variable, ...]:
@@ -149,6 +151,24 @@ class FmuDefinition:
         """Value that a new block gives a variable."""
         value: float | bool = attrgetter(variable.place)(self.new_block())
         return value
+
+
+def with_inputs(definition: FmuDefinition, name: str, parameters: Sequence[str]) -> FmuDefinition:
+    """The same under another name, with tunable parameters as inputs, for masters that set nothing else between steps.
+
+    They may be 0, for some masters begin with that. All outputs of a step are taken to depend on them.
+    """
+    def changed(variable: Variable) -> Variable:
+        if variable.name in parameters:
+            low = None if variable.minimum is None else min(variable.minimum, 0.0)
+            return replace(variable, causality="input", source="", minimum=low,
+                           variability="discrete" if variable.boolean else "continuous")
+        if variable.causality == "output" and variable.depends_on:
+            return replace(variable, depends_on=(*variable.depends_on, *parameters))
+        return variable
+
+    return replace(definition, name=name, variables=tuple(map(changed, definition.variables)), fed=tuple(parameters),
+                   was=definition.name)
 
 
 def parameter(name: str, unit: str, description: str, source: str, minimum: float, maximum: float,

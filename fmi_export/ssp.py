@@ -25,30 +25,34 @@ for prefix, namespace in (("ssd", SSD), ("ssc", SSC)):
 
 
 def write_ssp(path: Path, components: Mapping[str, tuple[FmuDefinition, Path]], connections: Sequence[tuple[str, str]],
-              stop_time: float, ports: bool = True, fmi: int = 2) -> Path:
-    """Write a system of FMUs; inputs that nothing feeds become inputs of the system, all outputs its outputs.
+              stop_time: float, ports: bool = True, fmi: int = 2,
+              start: Mapping[str, Mapping[str, float | bool]] | None = None) -> Path:
+    """Write a system of FMUs; inputs that nothing feeds become inputs of the system, outputs its outputs.
 
     They keep the names that they have in their FMU: fmpy takes a port of the system that is named `component.variable`
-    for the port of the component.
+    for the port of the component. An output that is called as a port before it stays within the system.
 
     Components are, by name in the system and in the order in which they should step, what an FMU is, and its file;
     connections go from an output to an input, both `component.variable`; the stop time (s) is that of the default
     experiment. Without `ports` the system has none: ecos and libcosim read no system that has. With FMUs of FMI 3 the
-    file is SSP 2.0, and the parameter sets are files of their own. ExportError if two ports have the same name.
+    file is SSP 2.0, and the parameter sets are files of their own. `start` has start values by component, where they
+    are not the FMU's. ExportError if two inputs of the system would have the same name.
     """
     contents = {f"resources/{file.name}": file.read_bytes() for _, file in components.values()}
     definitions = {name: definition for name, (definition, _) in components.items()}
     root = Element(f"{{{SSD}}}SystemStructureDescription", {"version": SSP[fmi], "name": path.stem})
     system = SubElement(root, f"{{{SSD}}}System", {"name": path.stem})
     fed = {target for _, target in connections}
-    outside = [(name, variable) for name, definition in definitions.items() for variable in definition.variables
-               if ports and (variable.causality == "output"
-                             or (variable.causality == "input" and f"{name}.{variable.name}" not in fed))]
+    every = [(name, variable) for name, definition in definitions.items() for variable in definition.variables]
     owners: dict[str, str] = {}
-    for name, variable in outside:
-        if owners.setdefault(variable.name, name) != name:
-            raise ExportError(f"{path.name}: {owners[variable.name]} and {name} both have an open port "
+    for name, variable in every:
+        if (ports and variable.causality == "input" and f"{name}.{variable.name}" not in fed
+                and owners.setdefault(variable.name, name) != name):
+            raise ExportError(f"{path.name}: {owners[variable.name]} and {name} both have an open input "
                               f"{variable.name}, expected different names")
+    outside = [(name, variable) for name, variable in every if ports and (
+        (variable.causality == "input" and f"{name}.{variable.name}" not in fed)
+        or (variable.causality == "output" and owners.setdefault(variable.name, f"{name}'s") == f"{name}'s"))]
     if outside:
         add_connectors(SubElement(system, f"{{{SSD}}}Connectors"), [variable for _, variable in outside], fmi)
     elements = SubElement(system, f"{{{SSD}}}Elements")
@@ -56,11 +60,12 @@ def write_ssp(path: Path, components: Mapping[str, tuple[FmuDefinition, Path]], 
     for name, (definition, file) in components.items():
         sides = [sum(v.causality == side for v in definition.variables) for side in ("input", "output")]
         box = {"x1": repr(left), "y1": "0.0", "x2": repr(left + WIDTH), "y2": repr(PITCH * (max(sides) + 1))}
-        values = parameter_set(name, start_values(definition))
+        starts = start_values(definition, (start or {}).get(name, {}))
+        values = parameter_set(name, starts)
         source = None
         if fmi == 3:
             source = f"resources/{name}.ssv"
-            add_units(values, SSV, {value.unit for value in start_values(definition) if value.unit})
+            add_units(values, SSV, {value.unit for value in starts if value.unit})
             contents[source] = xml_file(values)
         add_component(elements, name, definition, file, box, values, source)
         left, height = left + WIDTH + GAP, max(height, PITCH * (max(sides) + 1))
@@ -95,10 +100,10 @@ def type_of(variable: Variable, fmi: int) -> str:
     return "Boolean" if variable.boolean else "Real" if fmi == 2 else "Float64"
 
 
-def start_values(definition: FmuDefinition) -> list[Value]:
-    """Every start value: not every tool takes those of the FMU."""
-    return [Value(variable.name, type_of(variable, 2), definition.start_value(variable), variable.unit)
-            for variable in definition.variables if variable.causality != "output"]
+def start_values(definition: FmuDefinition, others: Mapping[str, float | bool]) -> list[Value]:
+    """Every start value, those of an FMU and `others` by name: not every tool takes those of the FMU."""
+    return [Value(variable.name, type_of(variable, 2), others.get(variable.name, definition.start_value(variable)),
+                  variable.unit) for variable in definition.variables if variable.causality != "output"]
 
 
 def add_component(elements: Element, name: str, definition: FmuDefinition, file: Path, box: dict[str, str],

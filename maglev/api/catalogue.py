@@ -7,12 +7,14 @@ from typing import get_args
 
 from maglev.catalogue import Kind, build_written, unwatched, without_step_loop
 from maglev.catalogue import build as build_named
+from maglev.catalogue.scenario_system import build_scenario
 from maglev.catalogue.shipped import take_native
 from maglev.errors import ScenarioError, option
 from maglev.own_fmus import DEFINITIONS, SYSTEMS, definition, kind_folder
 from maglev.own_stage.adoption import know_stage
 from maglev.processes.side_by_side import Progress, warn
 from maglev.schema.layers import merged, packaged_files, run_layers
+from maglev.schema.loading import load_plan
 from maglev.schema.options import KindName, formerly
 from maglev.stages import STAGES, definitions, system_of
 from maglev.user_controllers.source import Given, carried, is_written, load
@@ -81,8 +83,8 @@ def scenarios() -> list[RunEntry]:
 @formerly(stage="rig")
 def build(names: Iterable[Given] | Given = (), *, stage: str | Path | None = None,
           fmus: str | Path = "fmus", kind: KindName = "python", fmi: int = 2, target: str = "all",
-          source: str | Path | None = None, clocked: bool = False, say: Callable[[str], None] | None = None,
-          watch: Progress = unwatched) -> list[Path]:
+          source: str | Path | None = None, clocked: bool = False, ssp: str | Path | None = None,
+          say: Callable[[str], None] | None = None, watch: Progress = unwatched) -> list[Path]:
     """Build FMUs from the blocks; the same sources give the same bytes.
 
     Parameters
@@ -106,6 +108,10 @@ def build(names: Iterable[Given] | Given = (), *, stage: str | Path | None = Non
         compiler. They must be of the installed sources.
     clocked : bool
         With `fmi=3`: what samples does so when a clock of the importer's ticks; into the folder's folder `clocked`.
+    ssp : str or path, optional
+        A run of the package, or a TOML file: its FMUs, connections and start values become one file `NAME.ssp`, and
+        what it sets `NAME.ssv`. What signals lead to are inputs of the system; parameters that something leads to are
+        inputs of the FMUs in it.
     say : callable, optional
         Told, in a sentence, what an FMU of a Python file needs of its importer's Python; a warning if not given.
     watch : callable, optional
@@ -149,6 +155,14 @@ def build(names: Iterable[Given] | Given = (), *, stage: str | Path | None = Non
         folder = Path(fmus) / "wasm"
         if fmi != 2:
             raise ScenarioError(f"{option('fmi', fmi)}: expected 2 with {option('target', 'wasm')}")
+    if ssp is not None:
+        if given or stage is not None or source is not None or clocked or target == "wasm":
+            raise ScenarioError(f"{option('ssp', str(ssp))}: expected no names with it, and no {option('stage')}, "
+                                f"{option('source')}, {option('clocked')} or {option('target', 'wasm')}")
+        plan = load_plan(ssp)
+        if plan.rig_file is not None:
+            know_stage(plan.rig_file)
+        return build_scenario(plan, folder, Kind(native, target, fmi))
     files = [Path(name) for name in given if is_written(Path(name))]
     chosen = [str(name) for name in given if not is_written(Path(name))]
     if source is not None:

@@ -99,7 +99,7 @@ def maker(definitions: Sequence[FmuDefinition], kind: Kind, own: tuple[str, ...]
         extra = {} if own else experiments_in(definition)
         if kind.native:
             return build_native_fmu(definition, translation, made_by, folder, kind.target == "host", kind.fmi, extra)
-        written = f"from {FMU} import DEFINITION" if own else STAGES.definitions()[definition.name].text()
+        written = f"from {FMU} import DEFINITION" if own else as_python(definition)
         return build_fmu(definition, written, made_by, folder, extra)
 
     return make
@@ -107,6 +107,15 @@ def maker(definitions: Sequence[FmuDefinition], kind: Kind, own: tuple[str, ...]
 
 def unwatched(_done: int, _number: int) -> None:
     """Nobody looks on."""
+
+
+def as_python(definition: FmuDefinition) -> str:
+    """A definition of this project, or one of it with parameters as inputs, as Python that makes it."""
+    text = STAGES.definitions()[definition.was or definition.name].text()
+    if definition.fed:
+        text += (f"\nfrom fmi_export.definition import with_inputs\n\nDEFINITION = with_inputs(DEFINITION, "
+                 f"{definition.name!r}, {definition.fed!r})\n")
+    return text
 
 
 @build_errors()

@@ -12,7 +12,21 @@ from maglev.cli.identify import identify
 from maglev.cli.loops.linearise import linearise
 from maglev.cli.loops.region import region
 from maglev.cli.new import new, stage
-from maglev.cli.options import MORE, All, Built, Claims, Debug, Every, Form, Jobs, Names, Out, RigFile, with_run_options
+from maglev.cli.options import (
+    MORE,
+    All,
+    Built,
+    Claims,
+    Debug,
+    Every,
+    Form,
+    Jobs,
+    Names,
+    Out,
+    RigFile,
+    run_names,
+    with_run_options,
+)
 from maglev.cli.streams import CommandLine, Commands
 from maglev.cli.study import compare, study, tune
 from maglev.cli.terminal import finish, one_line_errors, progress_of, report_console, require_environment, say
@@ -72,6 +86,9 @@ def build(names: Annotated[list[str] | None, typer.Argument(help="FMUs to build,
           source: Annotated[Path | None, typer.Option("--from", help="With --kind native: archive of native FMUs of a "
                                                       "release, or the folder that it was unpacked to; they are "
                                                       "copied, without a compiler.", show_default=False)] = None,
+          ssp: Annotated[str | None, typer.Option("--ssp", metavar="SCENARIO", help="A run, whose FMUs and connections "
+                                                  "become one file NAME.ssp.", show_default=False,
+                                                  autocompletion=run_names)] = None,
           debug: Debug = False) -> None:
     """Build FMUs for other tools.
 
@@ -93,13 +110,15 @@ def build(names: Annotated[list[str] | None, typer.Argument(help="FMUs to build,
     `maglev build --kind native --fmi 3`
 
     `maglev build --kind native --from maglev-fmus-0.1.0-native.zip`: without a compiler
+
+    `maglev build --ssp 3dof-thrust-loss-loose`
     """
     with one_line_errors(debug):
         from maglev.api.catalogue import build as build_fmus
 
         with progress_of(["FMUs"]) as watch:
             paths = build_fmus(names or (), stage=rig, fmus=fmus, kind=kind, fmi=fmi, target=target,
-                               source=source, clocked=clocked, say=say, watch=partial(watch, "FMUs"))
+                               source=source, clocked=clocked, ssp=ssp, say=say, watch=partial(watch, "FMUs"))
         for path in paths:
             typer.echo(f"{path}  {path.stat().st_size / 1000:.0f} kB")
 

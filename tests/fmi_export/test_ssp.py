@@ -153,7 +153,7 @@ def test_ssp_2_of_fmi_3(fmi3_fmus: Path, systems: Path, tmp_path: Path) -> None:
 def test_two_open_ports_of_one_name(fmus: Path, tmp_path: Path) -> None:
     plant = (definition("Plant2DOF"), fmus / "Plant2DOF.fmu")
     twin = (replace(plant[0], name="Twin"), plant[1])
-    with pytest.raises(ExportError, match=r"plant and twin both have an open port motor\.i_a_cmd"):
+    with pytest.raises(ExportError, match=r"plant and twin both have an open input motor\.i_a_cmd"):
         write_ssp(tmp_path / "Twins.ssp", {"plant": plant, "twin": twin}, [], 1.0)
 
 

@@ -10,9 +10,9 @@ import pytest
 from interop.loops import foreign, loop, ours, ours_from_zero, ours_in_nanoseconds, with_start
 from native_builds import built_once
 
-from fmi_export.ssp import write_ssp
-from maglev.catalogue import build_systems
-from maglev.own_fmus import SYSTEMS, definition
+from maglev.catalogue import PYTHON, build_systems
+from maglev.catalogue.scenario_system import build_scenario
+from maglev.own_fmus import SYSTEMS
 from maglev.schema.loading import load_plan
 
 STOP_TIME = 1.5   # s, with a step of the references at 1 s
@@ -81,14 +81,13 @@ def test_fmpy_ssp_with_fmus_in_python(fmus: Path, tmp_path: Path) -> None:
     assert np.array_equal(rows, ours_from_zero(plan, fmus))
 
 
-def test_fmpy_ssp_adapts_as_we_do(fmus: Path, tmp_path: Path) -> None:
-    """The adaptive regulator on two sinusoids: the same bits."""
-    plan = load_plan("3dof-thrust-loss-adaptive")
+@pytest.mark.parametrize("coupling", ["adaptive", "loose"])
+def test_fmpy_ssp_adapts_as_we_do(fmus: Path, tmp_path: Path, coupling: str) -> None:
+    """Two sinusoids under the regulator that adapts, and with constants from an estimator: the same bits."""
+    plan = load_plan(f"3dof-thrust-loss-{coupling}")
     plan = plan.model_copy(update={"stop_time": 0.1, "signals": tuple(
         signal for signal in plan.signals if signal.to.startswith("controller."))})
-    system = write_ssp(tmp_path / "adaptive.ssp",
-                       {name: (definition(str(part.model)), fmus / f"{part.model}.fmu")
-                        for name, part in plan.fmus.items()}, plan.connections, plan.stop_time)
+    system, _ = build_scenario(plan, tmp_path, PYTHON)
     rows = foreign("fmpy.ssp", plan, fmus, tmp_path, system)
     assert_moves(rows)
-    assert np.array_equal(rows, ours_from_zero(plan, fmus))
+    assert np.array_equal(rows, ours_from_zero(plan, fmus, system))

@@ -10,6 +10,7 @@ import os
 import sys
 from collections.abc import Iterator
 from importlib import import_module
+from pathlib import Path
 from typing import Any, TypedDict
 
 import numpy as np
@@ -42,12 +43,15 @@ def steps_of(request: Request) -> int:
 def fmpy_ssp(request: Request) -> Iterator[list[float]]:
     """fmpy.ssp: all ports start at 0.0, then the FMUs step, then the connections, those of the system too, transfer."""
     from fmpy.ssp.simulation import simulate_ssp
+    from fmpy.ssp.ssd import read_ssv
 
     assert request["ssp"] is not None and not request["start"]
+    given = Path(request["ssp"]).with_suffix(".ssv")
     step, steps = request["step"], steps_of(request)
     inputs = {name.partition(".")[2]: lambda t, values=values: values[round(t / step)]
               for name, values in request["drives"].items()}
-    result = simulate_ssp(request["ssp"], stop_time=(steps - 0.5) * step, step_size=step, input=inputs)
+    result = simulate_ssp(request["ssp"], stop_time=(steps - 0.5) * step, step_size=step, input=inputs,
+                          parameter_set=read_ssv(given) if given.is_file() else None)
     assert len(result) == steps
     yield from zip(*(result[name].tolist() for name in request["record"]), strict=True)
 

@@ -4,10 +4,12 @@ import json
 import subprocess
 import sys
 from collections.abc import Mapping
+from dataclasses import replace
 from importlib.util import find_spec
 from pathlib import Path
 from typing import Any
 from unittest import mock
+from zipfile import ZipFile
 
 import numpy as np
 import pytest
@@ -71,7 +73,7 @@ def foreign(tool: str, plan: RunPlan, fmus: Path, folder: Path, ssp: Path | None
     require_tool(tool)
     request: foreign_masters.Request = {
         "fmus": {name: str(fmus / f"{fmu.model}.fmu") for name, fmu in plan.fmus.items()},
-        "connections": [(source, target) for source, target in plan.connections],
+        "connections": [(source, target) for source, target in plan.wires.values()],
         "step": plan.step,
         "drives": {name: values[:-1] for name, values in drives_of(plan, fmus).items()},
         "record": positions(plan),
@@ -96,22 +98,31 @@ class ForeignMasterFailed(RuntimeError):
     """A foreign master that did not complete a run."""
 
 
-def ours_from_zero(plan: RunPlan, fmus: Path) -> Rows:
+def ours_from_zero(plan: RunPlan, fmus: Path, system: Path | None = None) -> Rows:
     """Positions after each step under our master in Jacobi order, with the exchange of fmpy's SSP simulation.
 
     Every input is 0.0 before the first step, and the references, which come through ports of the system, are a step
-    late.
+    late. FMUs are those of a system, if there is one: what is a parameter elsewhere may be an input there.
     """
     def without_exchange(*arguments: Any) -> Wiring:
         return wire(*arguments)._replace(initial=[])
 
     experiment = prepare(plan, fmus, {}, {})
     drives = {name: [0.0, *values[:-1]] for name, values in experiment.drives(experiment.check()).items()}
-    participants = [FmuSetup(name, path) for name, path in experiment.files.items()]
+    participants = [FmuSetup(setup.name, setup.path) if system is None else
+                    replace(setup, path=files_in(system, setup)) for setup in experiment.setups()]
     with (mock.patch("maglev.cosim.master.wire", without_exchange),
-          Master(participants, list(plan.connections), plan.step, "jacobi") as master):
+          Master(participants, list(plan.wires.values()), plan.step, "jacobi") as master):
         recording = master.run(plan.stop_time, drives)
     return np.array([recording.columns[name][1:] for name in positions(plan)]).T
+
+
+def files_in(system: Path, setup: FmuSetup) -> Path:
+    """File of an FMU of a system, next to it."""
+    names = (setup.path.name, f"{setup.path.stem}_{setup.name}.fmu")
+    with ZipFile(system) as archive:
+        return Path(archive.extract(next(name for name in archive.namelist() if Path(name).name in names),
+                                    system.parent))
 
 
 def ours_in_nanoseconds(plan: RunPlan, fmus: Path) -> Rows:

@@ -1,0 +1,58 @@
+"""A run as a system of FMUs in one file, for masters of others."""
+
+from pathlib import Path
+from tempfile import TemporaryDirectory
+
+from fmi_export.definition import FmuDefinition, with_inputs
+from fmi_export.parameter_set import SSV, parameter_set, xml_file
+from fmi_export.ssp import add_units, start_values, write_ssp
+from maglev.catalogue import Kind, build_errors, maker
+from maglev.errors import BuildError
+from maglev.own_fmus import definition
+from maglev.schema.run_plan import RunPlan
+from maglev_files.whole_file import whole_files
+
+
+@build_errors()
+def build_scenario(plan: RunPlan, folder: Path, kind: Kind) -> list[Path]:
+    """Write the FMUs of a run, their connections and start values as `NAME.ssp` into a folder; returns its files.
+
+    `NAME.ssv` beside it has what the run sets, for tools that do not take start values from the system. A system has
+    no signals: what they lead to are inputs of it, for whoever runs it to give. It sets no parameter between two steps
+    either: those that something leads to are inputs of the FMUs in it. BuildError for an FMU that is not of this
+    project, and start values that are results of other runs; errors as of `maker`.
+    """
+    parts = parts_of(plan)
+    make = maker(list({part.name: part for part in parts.values()}.values()), kind)
+    start = {name: {variable: value.value for variable, value in fmu.start.items()}
+             for name, fmu in plan.fmus.items()}
+    values = [value._replace(name=f"{name}.{value.name}") for name, part in parts.items()
+              for value in start_values(part, start[name]) if value.name in start[name]]
+    with TemporaryDirectory() as place, whole_files(folder) as unfinished:
+        built = {part.name: make(part, Path(place)) for part in parts.values()}
+        system = write_ssp(unfinished / f"{plan.name}.ssp", {name: (part, built[part.name])
+                                                             for name, part in parts.items()},
+                           list(plan.wires.values()), plan.stop_time, fmi=kind.fmi, start=start)
+        table = parameter_set(plan.name, values)
+        add_units(table, SSV, {value.unit for value in values if value.unit})
+        system.with_suffix(".ssv").write_bytes(xml_file(table))
+    return [folder / f"{plan.name}{ending}" for ending in (".ssp", ".ssv")]
+
+
+def parts_of(plan: RunPlan) -> dict[str, FmuDefinition]:
+    """What the FMUs of a run are in its system, by name in the run."""
+    led_to = {target for _, target in plan.wires.values()}
+    led_to |= {name for signal in plan.signals for name in (signal.to, signal.rate_to) if name}
+    parts = {}
+    for name, fmu in plan.fmus.items():
+        if fmu.model is None:
+            raise BuildError(f"{plan.path}: fmus.{name}.file = {fmu.file!r}: an SSP file is written of FMUs of this "
+                             "project, expected `model`")
+        if fmu.start_from:
+            raise BuildError(f"{plan.path}: fmus.{name}.start_from: results of another run are not known when an SSP "
+                             "file is written, expected `start`")
+        part = definition(fmu.model)
+        fed = [variable.name for variable in part.variables
+               if variable.causality == "parameter" and f"{name}.{variable.name}" in led_to]
+        parts[name] = with_inputs(part, f"{part.name}_{name}", fed) if fed else part
+    return parts
