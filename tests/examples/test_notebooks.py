@@ -18,7 +18,9 @@ def nbclient() -> Any:
 
 @pytest.mark.usefixtures("slow")
 @pytest.mark.parametrize(("name", "check"), [
-    ("front_door", "assert all(without < with_friction for with_friction, without in errors.values())"),
+    # The site runs it as well; what it calls has tests of its own.
+    pytest.param("front_door", "assert all(without < with_friction for with_friction, without in errors.values())",
+                 marks=pytest.mark.thorough),
     ("plant_with_plain_fmpy", """
 for k, expected in ((1400, (25e-3, 0, 0)), (2900, (26e-3, 0, 0)), (-1, (26e-3, 5e-3, 0))):
     assert all(abs(found - place) < 0.2e-3 for found, place in zip(recorded[k], expected, strict=True)), recorded[k]
