@@ -52,7 +52,12 @@ def parts_of(plan: RunPlan) -> dict[str, FmuDefinition]:
             raise BuildError(f"{plan.path}: fmus.{name}.start_from: results of another run are not known when an SSP "
                              "file is written, expected `start`")
         part = definition(fmu.model)
-        fed = [variable.name for variable in part.variables
+        fed = [variable for variable in part.variables
                if variable.causality == "parameter" and f"{name}.{variable.name}" in led_to]
-        parts[name] = with_inputs(part, f"{part.name}_{name}", fed) if fed else part
+        for variable in fed:
+            if variable.variability == "fixed":
+                raise BuildError(f"{plan.path}: something leads to {name}.{variable.name}, a fixed parameter, expected "
+                                 "inputs and tunable parameters")
+        names = [variable.name for variable in fed]
+        parts[name] = with_inputs(part, f"{part.name}_{name}", names) if fed else part
     return parts

@@ -58,7 +58,9 @@ def test_what_the_run_sets_is_in_both_files(system: Path) -> None:
 @pytest.mark.parametrize(("table", "words"), [
     ('[fmus.controller]\nfile = "mine.fmu"\n', r"fmus\.controller\.file = '.*mine\.fmu': .* expected `model`"),
     ('[fmus.controller.start_from]\nC1 = { run = "2dof-push", output = "plant.v.position" }\n',
-     r"fmus\.controller\.start_from: .* expected `start`")])
+     r"fmus\.controller\.start_from: .* expected `start`"),
+    ('[fmus.controller.inputs]\nomega0 = "plant.y.encoder"\n',
+     r"something leads to controller\.omega0, a fixed parameter, expected inputs and tunable parameters")])
 def test_what_a_system_cannot_have_is_said(tmp_path: Path, table: str, words: str) -> None:
     path = tmp_path / "mine.toml"
     path.write_text(f'extends = ["loops/3dof.toml"]\nname = "mine"\ntitle = "Mine"\nstop_time = "1 s"\n{table}',
