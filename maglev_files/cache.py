@@ -14,7 +14,7 @@ from typing import NamedTuple
 from maglev_files.whole_file import whole_file
 
 PLACE = "MAGLEV_CACHE"   # environment variable with the folder, in place of the system's
-FOLDERS = FMUS, STEP_LOOP, BLOCK_LOOPS = "fmus", "step_loop", "block_loops"   # in it
+FOLDERS = FMUS, STEP_LOOP, BLOCK_LOOPS, TRANSLATIONS = "fmus", "step_loop", "block_loops", "translations"   # in it
 
 
 class Kept(NamedTuple):

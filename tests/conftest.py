@@ -12,7 +12,7 @@ from pathlib import Path
 import pytest
 import wheel
 from hypothesis import settings
-from native_builds import built_once, compiles_once, missing_native_tools, require_native_tools, translates_once
+from native_builds import built_once, compiles_once, missing_native_tools, require_native_tools
 
 from maglev.catalogue import HOST, WASM, build
 from maglev.cosim.fmu import Fmu, read_description
@@ -164,9 +164,13 @@ def fmus(slow: None, request: pytest.FixtureRequest, tmp_path_factory: pytest.Te
 
 
 @pytest.fixture(scope="session", autouse=True)
-def own_cache(tmp_path_factory: pytest.TempPathFactory) -> Iterator[None]:
-    """What is kept for this user is kept for these tests: the loop that steps FMUs, from the first native build on."""
-    folder = built_once(tmp_path_factory, "cache", lambda _: None)
+def own_cache(request: pytest.FixtureRequest, tmp_path_factory: pytest.TempPathFactory) -> Iterator[None]:
+    """What is kept for this user is kept for these tests: blocks as C, the loop that steps FMUs.
+
+    With --fmus it lies there, and the next session makes what has changed since.
+    """
+    asked: Path | None = request.config.option.fmus
+    folder = built_once(tmp_path_factory, "cache", lambda _: None, asked and asked / "cache")
     with pytest.MonkeyPatch.context() as patch:
         patch.setenv("MAGLEV_CACHE", str(folder))
         yield
@@ -174,16 +178,14 @@ def own_cache(tmp_path_factory: pytest.TempPathFactory) -> Iterator[None]:
 
 @pytest.fixture(scope="session", autouse=True)
 def made_once(request: pytest.FixtureRequest, tmp_path_factory: pytest.TempPathFactory) -> Iterator[None]:
-    """Each module becomes C once, and each native FMU a library; builds in other processes make all of theirs.
+    """Each native FMU becomes a library once; builds in other processes make all of theirs.
 
     With --fmus what they were made of lies there, and the next session makes what has changed since.
     """
     asked: Path | None = request.config.option.fmus
-    folders = [built_once(tmp_path_factory, name, lambda _: None, asked and asked / name)
-               for name in ("translated", "compiled")]
+    folder = built_once(tmp_path_factory, "compiled", lambda _: None, asked and asked / "compiled")
     with pytest.MonkeyPatch.context() as patch:
-        patch.setattr("fmi_export.native.translation.run_pyccel", translates_once(folders[0]))
-        patch.setattr("fmi_export.native.build.library", compiles_once(folders[1]))
+        patch.setattr("fmi_export.native.build.library", compiles_once(folder))
         yield
 
 

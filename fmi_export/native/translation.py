@@ -6,15 +6,19 @@ constants, with the values that Python has computed, and the functions go: nothi
 
 import os
 import re
+import shutil
 import sys
 from collections.abc import Iterable, Mapping
+from contextlib import suppress
 from graphlib import CycleError, TopologicalSorter
 from importlib import import_module
+from importlib.metadata import version
 from math import isinf
 from pathlib import Path
 
 from fmi_export.errors import ExportError
 from fmi_export.sources import imported_modules
+from maglev_files.cache import TRANSLATIONS, keep, kept, key_of
 from maglev_files.extras import lacking
 from maglev_files.programs import output_of
 from maglev_files.scratch import scratch
@@ -73,6 +77,7 @@ SELDOM = re.compile(r"^BLOCK_FUNCTION (?=double Roughness__acceleration\()", re.
 TEMPLATES = Path(__file__).with_name("templates")   # C files with places for what follows from a block, or with none
 
 PRELUDE_FILE = "block_math.h"   # of the translated blocks
+ENDINGS = (".c", ".h", ".pyi")   # of what pyccel makes of a module
 
 
 def translated(texts: Mapping[str, str]) -> dict[str, str]:
@@ -91,7 +96,7 @@ def translated(texts: Mapping[str, str]) -> dict[str, str]:
             path.parent.mkdir(parents=True, exist_ok=True)
             (path.parent / "__init__.py").touch()
             path.write_text(texts[name], encoding="utf-8")
-        run_pyccel(root, [f"{name.replace('.', '/')}.py" for name in names])
+        translate(root, [f"{name.replace('.', '/')}.py" for name in names])
         for name in names:
             package, _, stem = name.rpartition(".")
             generated = root / package.replace(".", "/") / "__pyccel__" / stem
@@ -126,6 +131,36 @@ def in_order(texts: Mapping[str, str]) -> list[str]:
         ordered += ready
         sorter.done(*ready)
     return ordered
+
+
+def translate(root: Path, paths: Iterable[str]) -> None:
+    """Translate files below a folder, each after those that it imports; what was before is in the user's cache.
+
+    A module is known by its text, by those of all that it imports, and by what translates it.
+    """
+    keys: dict[str, str] = {}   # by module
+    new = []
+    for path in map(Path, paths):
+        name = ".".join(path.with_suffix("").parts)
+        text = (root / path).read_text(encoding="utf-8")
+        below = [keys[module] for module in imported_modules(name, text) if module in keys]
+        keys[name] = key_of(TRANSLATIONS, version("pyccel"), TRANSLATE, sys.version_info[:2], name, text, below)
+        found = {ending: kept(keys[name], path.stem + ending) for ending in ENDINGS}
+        if not all(found.values()):
+            new.append(path)
+            continue
+        place = root / path.parent / "__pyccel__"
+        place.mkdir(exist_ok=True)
+        for ending, file in found.items():
+            if file is not None:
+                shutil.copyfile(file.path, place / f"{path.stem}{ending}")   # as of now
+    if new:
+        run_pyccel(root, map(str, new))
+    with suppress(OSError):   # they are translated again, then
+        for path in new:
+            for ending in ENDINGS:
+                made = root / path.parent / "__pyccel__" / f"{path.stem}{ending}"
+                keep(keys[".".join(path.with_suffix("").parts)], made.name, made.read_bytes())
 
 
 def run_pyccel(root: Path, paths: Iterable[str]) -> None:

@@ -5,8 +5,7 @@ import os
 import shutil
 import subprocess
 import zipfile
-from collections.abc import Callable, Iterable, Mapping
-from contextlib import suppress
+from collections.abc import Callable, Mapping
 from importlib.metadata import version
 from importlib.resources import files
 from importlib.util import find_spec
@@ -17,10 +16,7 @@ import fmpy
 import numpy as np
 import pytest
 
-from fmi_export import native
 from fmi_export.native.compiler import FLAGS, Platform, library
-from fmi_export.native.translation import run_pyccel
-from fmi_export.sources import imported_modules
 from maglev_files.whole_file import whole_file
 
 HERE = Path(__file__).parents[1] / "fmi_export" / "c"   # C sources of the tests
@@ -89,39 +85,6 @@ def built_once(factory: pytest.TempPathFactory, name: str, make: Callable[[Path]
             make(folder)
             complete.touch()
     return folder
-
-
-def translates_once(folder: Path) -> Callable[[Path, Iterable[str]], None]:
-    """What `run_pyccel` does, but for modules that are in the folder already, which it fills: they take a second each.
-
-    A module is known by its text and those of all that it imports, and by what translates it.
-    """
-    translator = (version("pyccel"), *(path.read_bytes() for path in sorted(Path(native.__file__).parent.glob("*.py"))))
-
-    def run(root: Path, paths: Iterable[str]) -> None:
-        keys: dict[str, str] = {}   # by module
-        new: dict[Path, Path] = {}  # files of a module in the folder, by its own file
-        for path in map(Path, paths):   # each after those that it imports
-            name = ".".join(path.with_suffix("").parts)
-            text = (root / path).read_text(encoding="utf-8")
-            below = [keys[module] for module in imported_modules(name, text) if module in keys]
-            keys[name] = hashlib.sha256(repr((translator, name, text, below)).encode()).hexdigest()
-            kept = folder / keys[name]
-            if kept.exists():
-                shutil.copytree(kept, root / path.parent / "__pyccel__", copy_function=shutil.copyfile,   # as of now
-                                dirs_exist_ok=True)
-            else:
-                new[path] = kept
-        if new:
-            run_pyccel(root, map(str, new))
-        for path, kept in new.items():
-            unfinished = kept.with_suffix(f".{os.getpid()}")
-            unfinished.mkdir()
-            for file in (root / path.parent / "__pyccel__").glob(f"{path.stem}.*"):
-                shutil.copyfile(file, unfinished / file.name)
-            with suppress(OSError):   # another process was as quick
-                unfinished.rename(kept)
-    return run
 
 
 def compiles_once(folder: Path) -> Callable[[Mapping[str, str], str, Platform], bytes]:
