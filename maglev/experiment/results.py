@@ -6,6 +6,8 @@ import json
 from collections.abc import Iterable, Iterator, Mapping
 from contextlib import ExitStack, contextmanager, suppress
 from dataclasses import dataclass
+from itertools import groupby
+from operator import attrgetter
 from pathlib import Path
 from typing import Any, get_args
 
@@ -92,7 +94,8 @@ def write_csv(path: Path, recording: Recording, every: int = 1) -> None:
         csv.writer(header, lineterminator="\n").writerow(columns)   # an array's name has a comma
         file.write(header.getvalue().encode("utf-8"))
         for first in range(0, len(columns["time"]), ROWS):
-            texts = [numbers_as_text(column[first:first + ROWS]) for column in columns.values()]
+            groups = groupby((column[first:first + ROWS] for column in columns.values()), attrgetter("dtype"))
+            texts = [rows_as_text(np.column_stack([*group])) for _, group in groups]
             file.write(b"\n".join(map(b",".join, zip(*texts, strict=True))) + b"\n")
 
 
@@ -130,8 +133,9 @@ def columns_of(recording: Recording, every: int) -> dict[str, Any]:
     return {"time": recording.time[rows], **{name: column[rows] for name, column in recording.columns.items()}}
 
 
-def numbers_as_text(column: NDArray[Any]) -> list[bytes]:
-    """Numbers, each as short as gives the same bits; of those that are no numbers what Python calls them."""
-    if not np.isfinite(column).all():
-        return [repr(value).encode("ascii") for value in column.tolist()]
-    return orjson.dumps(column, option=orjson.OPT_SERIALIZE_NUMPY)[1:-1].split(b",")
+def rows_as_text(table: NDArray[Any]) -> list[bytes]:
+    """Rows of numbers, each as short as gives the same bits; of those that are no numbers what Python calls them."""
+    if not np.isfinite(table).all():
+        return [",".join(map(repr, row)).encode("ascii") for row in table.tolist()]
+    # A table at once: texts of single numbers would take four times as long.
+    return orjson.dumps(table, option=orjson.OPT_SERIALIZE_NUMPY)[2:-2].split(b"],[")
