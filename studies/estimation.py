@@ -33,6 +33,7 @@ SHARE = 0.05    # standard deviation of a number that a run should have, as a sh
 MARGIN = 0.1    # standard deviation of how far a limit or factor is missed, as a share of it
 
 Defaults = Mapping[str, float]   # by `model.variable`, SI
+Judged = tuple[str, ClaimResult]   # the run or procedure that a claim is about, and the claim with its verdict
 
 
 @dataclass(frozen=True)
@@ -57,14 +58,6 @@ def read_settings(path: Path = FILE) -> Settings:
 
 def times(scale: float, values: Defaults) -> dict[str, float]:
     return {name: scale * value for name, value in values.items()}
-
-
-@dataclass(frozen=True)
-class Judged:
-    """A claim with its verdict, and the run or procedure that it is about."""
-
-    owner: str
-    result: ClaimResult
 
 
 @dataclass(frozen=True)
@@ -115,15 +108,15 @@ def judge(results: Sequence[RunResult]) -> list[Judged]:
     Other readings of an experiment are no further evidence.
     """
     metrics = {result.plan.name: result.metrics for result in results}
-    return [*(Judged(flown.plan.name, result) for flown in results if not flown.plan.another_reading
+    return [*((flown.plan.name, result) for flown in results if not flown.plan.another_reading
               for result in judge_run(flown.plan.claims, flown.metrics, metrics)),
-            *(Judged(outcome.settings.name, result) for outcome in evaluate_all(results)
+            *((outcome.settings.name, result) for outcome in evaluate_all(results)
               for result in judge_procedure(outcome))]
 
 
 def split(settings: Settings, scale: float, ripple: bool, judged: Sequence[Judged]) -> WeightRow:
-    return WeightRow(scale, ripple, [claim for claim in judged if claim.owner in settings.training],
-                     [claim for claim in judged if claim.owner not in settings.training])
+    return WeightRow(scale, ripple, [claim for claim in judged if claim[0] in settings.training],
+                     [claim for claim in judged if claim[0] not in settings.training])
 
 
 def best_scale(rows: Sequence[WeightRow]) -> float:
@@ -133,7 +126,7 @@ def best_scale(rows: Sequence[WeightRow]) -> float:
 
 def counts(judged: Iterable[Judged]) -> tuple[tuple[int, int, int], tuple[int, int]]:
     """Verdicts on sentences (reproduced, within 10 %, not reproduced) and on bounds (met, not met)."""
-    results = [claim.result for claim in judged]
+    results = [result for _, result in judged]
     words, axes = count_verdicts(sentences(results)), count_verdicts(results)
     return ((words["reproduced"], words["within 10 %"], words["no difference"] + words["not reproduced"]),
             (axes["met"], axes["not met"]))
@@ -162,14 +155,10 @@ def residual(result: ClaimResult, largest: float) -> float:
         target = float(claim.target or 0.0)
         missed = miss(claim, float(measured), target) / (MARGIN * abs(target))
         if claim.relation == "about":
-            missed = (float(measured) - target) / max(SHARE * abs(target), half_digit(target, claim.digits or 1))
+            last = math.floor(math.log10(abs(target))) - (claim.digits or 1) + 1 if target else -math.inf   # digit
+            missed = (float(measured) - target) / max(SHARE * abs(target), 0.5 * 10.0**last)
     # What never happens has no distance: whether a mover comes to rest in a band of 10 µm is decided by the last bits.
     return largest * math.tanh(missed / largest) if math.isfinite(missed) else math.copysign(1.0, missed)
-
-
-def half_digit(target: float, digits: int) -> float:
-    """Half a unit of the last significant digit of a printed figure; 0 for 0."""
-    return 0.0 if target == 0.0 else 0.5 * 10.0 ** (math.floor(math.log10(abs(target))) - digits + 1)
 
 
 def table_of(settings: Settings, rows: Sequence[WeightRow]) -> str:
@@ -182,7 +171,7 @@ def table_of(settings: Settings, rows: Sequence[WeightRow]) -> str:
         cells = [f"**{label}**" if row.scale == best and not row.ripple else label]
         for judged in (row.training, row.held_out):
             of_sentences, (met, missed) = counts(judged)
-            misfit = 0.5 * sum(residual(claim.result, settings.largest_residual) ** 2 for claim in judged)
+            misfit = 0.5 * sum(residual(result, settings.largest_residual) ** 2 for _, result in judged)
             cells += [" / ".join(map(str, of_sentences)), f"{met} of {met + missed}", f"{misfit:.1f}"]
         lines.append(f"| {' | '.join(cells)} |")
     return "\n".join([*lines, ""])

@@ -38,6 +38,7 @@ from maglev.schema.layers import PACKAGED
 from maglev.stability.certificate import TOLERANCES, solver
 from maglev_files.whole_file import write_whole
 from pmlsm.motor_geometry import MotorGeometry
+from pmlsm.rig import RigAxis
 from pmlsm.rig_3dof import RIG
 from pmlsm.velocity_rows import GRAVITY
 
@@ -171,15 +172,21 @@ def cells(loop: Loop, regulator: Any) -> list[tuple[float, float, Box]]:
 
 
 def vertical(regulator: Any, mu: Any, alpha: Any, sigma: Any, growth: Any, rate: Any) -> list[list[Any]]:
-    """Matrix of the loop, of numbers of the kind that is given: floats or fractions."""
-    number = type(mu)
-    k1, k2, k3, k4, k5 = (number(getattr(regulator.y, f"k{k}")) for k in range(1, 6))
+    """Matrix of the loop, see `matrix_of`."""
+    return matrix_of(regulator, RIG.vertical, mu, 0, 0, alpha + sigma, sigma, growth * rate)
+
+
+def matrix_of(regulator: Any, axis: RigAxis, mu: Any, nu: Any, eta: Any, crossing: Any, sigma: Any, moved: Any
+              ) -> list[list[Any]]:
+    """Matrix of the loop of an axis, of numbers of the kind of μ: floats or fractions; `crossing` leads from v to b."""
+    number, law = type(mu), getattr(regulator, axis.name)
+    k1, k2, k3, k4, k5 = (number(getattr(law, f"k{k}")) for k in range(1, 6))
     lag, time1, time2 = number(LAG), number(regulator.observer.time1), number(regulator.observer.time2)
-    zero, one, drag = number(0), number(1), number(RIG.vertical.friction.viscous) / number(RIG.vertical.mass)
-    moved, square = growth * rate, number(regulator.omega0) ** 2
+    zero, one, drag = number(0), number(1), number(axis.friction.viscous) / number(axis.mass)
+    square = number(regulator.omega0) ** 2
     return [[zero, one, zero, zero, zero, zero, zero, zero],
-            [zero, -drag, mu, zero, zero, zero, zero, zero],
-            [k1 / lag, alpha + sigma, moved - one / lag, zero, k2 / lag, one / lag, k4 / lag, k5 / lag],
+            [nu, -drag, mu, zero, zero, zero, zero, zero],
+            [(k1 + eta) / lag, crossing, moved - one / lag, zero, k2 / lag, one / lag, k4 / lag, k5 / lag],
             [one / time1, zero, zero, -one / time1, zero, zero, zero, zero],
             [one / time1 / time2, zero, zero, -one / time1 / time2, -one / time2, zero, zero, zero],
             [zero, sigma, zero, zero, zero, moved, k3 + one, zero],
@@ -282,34 +289,27 @@ VERTICAL = Loop(PACKAGED / "studies" / "gap_certificate.json", Regulator3DOF, ve
                 (1.0, 1300.0, 0.0, -70.0))
 
 
-def run_many(group: Callable[[int], tuple[float, Any]], units: Mapping[str, str], groups: int) -> None:
-    """Run groups, and print which touch a stop, and the largest errors that the others end with, by axis."""
-    largest = dict.fromkeys(units, 0.0)
-    for number in range(groups):
-        after, runs = group(number)
-        touched = np.isfinite(runs["stop contact time"])
-        if touched.any():
-            print(f"group {number}: {touched.sum()} of {GROUP} touch a stop on their way to {1e3 * after:.1f} mm")
-        for axis, before in largest.items():
-            largest[axis] = max(before, np.max(runs[f"end error of {axis}"], where=~touched, initial=0.0))
-    print(f"{groups * GROUP:,} runs: largest error of those that touch no stop",
-          ", ".join(f"{axis} {1e6 * largest[axis]:.0f} {unit}" for axis, unit in units.items()))
-
-
-def main() -> None:
-    """Find a certificate, verify it, and write it; or run groups."""
-    certify(VERTICAL, run_group, {"y": "µm"}, __doc__.splitlines()[0])
-
-
 def certify(loop: Loop, group: Callable[[int], tuple[float, Any]], units: Mapping[str, str], words: str) -> None:
-    """Find a certificate of a loop, verify it, and write it; or run groups, see `run_many`."""
+    """Find a certificate of a loop, verify it, and write it.
+
+    Or run groups, and print which touch a stop, and the largest errors that the others end with, by axis.
+    """
     parser = argparse.ArgumentParser(description=words)
     parser.add_argument("--rate", type=float, default=0.05, help="of the gap, m/s")
     parser.add_argument("--decay", type=float, default=0.05, help="1/s")
     parser.add_argument("--groups", type=int, help=f"of {GROUP} random runs, which are made instead")
     given = parser.parse_args()
     if given.groups:
-        run_many(group, units, given.groups)
+        largest = dict.fromkeys(units, 0.0)
+        for number in range(given.groups):
+            after, runs = group(number)
+            touched = np.isfinite(runs["stop contact time"])
+            if touched.any():
+                print(f"group {number}: {touched.sum()} of {GROUP} touch a stop on their way to {1e3 * after:.1f} mm")
+            for axis, before in largest.items():
+                largest[axis] = max(before, np.max(runs[f"end error of {axis}"], where=~touched, initial=0.0))
+        print(f"{given.groups * GROUP:,} runs: largest error of those that touch no stop",
+              ", ".join(f"{axis} {1e6 * largest[axis]:.0f} {unit}" for axis, unit in units.items()))
         return
     certificate = find(loop, given.rate, given.decay)
     if not verify(loop, certificate):
@@ -319,4 +319,4 @@ def certify(loop: Loop, group: Callable[[int], tuple[float, Any]], units: Mappin
 
 
 if __name__ == "__main__":
-    main()
+    certify(VERTICAL, run_group, {"y": "µm"}, __doc__.splitlines()[0])

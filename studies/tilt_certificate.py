@@ -26,7 +26,7 @@ import maglev
 from controller_fmu.regulator_5dof import Regulator5DOF
 from maglev.schema.layers import PACKAGED
 from pmlsm.rig_5dof import RIG
-from studies.gap_certificate import COILS, GROUP, IRON, LAG, Box, Loop, certify, hulls, parts_of, slopes
+from studies.gap_certificate import COILS, GROUP, IRON, Box, Loop, certify, hulls, matrix_of, parts_of, slopes
 
 ABOUT = 0.8   # A
 RUNS = Path(__file__).with_suffix(".toml")
@@ -51,20 +51,8 @@ def bounds(regulator: Any, cell: int, lower: float, upper: float) -> Box:
 
 
 def tilting(regulator: Any, mu: Any, nu: Any, eta: Any, growth: Any, rate: Any) -> list[list[Any]]:
-    """Matrix of the loop of a tilt, of numbers of the kind that is given: floats or fractions."""
-    number = type(mu)
-    k1, k2, k3, k4, k5 = (number(getattr(regulator.roll, f"k{k}")) for k in range(1, 6))
-    lag, time1, time2 = number(LAG), number(regulator.observer.time1), number(regulator.observer.time2)
-    zero, one, drag = number(0), number(1), number(ROLL.friction.viscous) / number(ROLL.mass)
-    moved, square = growth * rate, number(regulator.omega0) ** 2
-    return [[zero, one, zero, zero, zero, zero, zero, zero],
-            [nu, -drag, mu, zero, zero, zero, zero, zero],
-            [(k1 + eta) / lag, zero, moved - one / lag, zero, k2 / lag, one / lag, k4 / lag, k5 / lag],
-            [one / time1, zero, zero, -one / time1, zero, zero, zero, zero],
-            [one / time1 / time2, zero, zero, -one / time1 / time2, -one / time2, zero, zero, zero],
-            [zero, zero, zero, zero, zero, moved, k3 + one, zero],
-            [zero, zero, zero, zero, zero, zero, zero, one],
-            [one, zero, zero, zero, zero, zero, -square, zero]]
+    """Matrix of the loop of a tilt, see `matrix_of`."""
+    return matrix_of(regulator, ROLL, mu, nu, eta, 0, 0, growth * rate)
 
 
 TILT = Loop(PACKAGED / "studies" / "tilt_certificate.json", Regulator5DOF, tilting, bounds, (1.0, 900.0, -900.0, -70.0))

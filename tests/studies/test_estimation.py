@@ -10,7 +10,7 @@ from typing import Any
 import pytest
 
 from maglev.experiment.selection import select
-from maglev.judging.verdicts import MeasuredValue, judge
+from maglev.judging.verdicts import ClaimResult, MeasuredValue, judge
 from maglev.schema.judged.claims import RunClaim
 from maglev.schema.loading import load_plan
 from plant_fmu.stage_2dof import Stage2DOF
@@ -21,7 +21,6 @@ from studies.estimation import (
     EFFECTS,
     FILE,
     STAGES,
-    Judged,
     as_assumed,
     best_scale,
     read_settings,
@@ -105,8 +104,8 @@ def test_plants_and_compensator_have_the_scale_that_training_chooses():
     assert all(leaning[axis.name].friction == axis.friction for axis in RIGS["3dof"].axes)
 
 
-def judged_sentence(owner: str, value: float) -> Judged:
-    return Judged(owner, judge(claim(relation="<", target="1 mm"), [MeasuredValue(value)]))
+def judged_sentence(owner: str, value: float) -> tuple[str, ClaimResult]:
+    return owner, judge(claim(relation="<", target="1 mm"), [MeasuredValue(value)])
 
 
 def test_the_scale_is_chosen_by_the_sentences_for_training_alone():
