@@ -6,7 +6,6 @@ import shutil
 import subprocess
 import tempfile
 from pathlib import Path
-from types import TracebackType
 from typing import NamedTuple
 
 import numpy as np
@@ -48,7 +47,6 @@ def require_emulator() -> str:
 
 
 def emulator_version() -> str:
-    """Version of QEMU, such as "7.2.22"."""
     said = subprocess.run([require_emulator(), "--version"], capture_output=True, text=True, check=True).stdout
     return said.split("version ")[-1].split(maxsplit=1)[0]
 
@@ -66,15 +64,10 @@ class Emulator:
     def __enter__(self) -> "Emulator":
         return self
 
-    def __exit__(self, *_: type[BaseException] | BaseException | TracebackType | None) -> None:
-        self.close()
-
-    def close(self) -> None:
+    def __exit__(self, *_: object) -> None:
         self.process.kill()
-        self.process.wait()
-        for stream in (self.process.stdin, self.process.stdout, self.said):
-            if stream is not None:
-                stream.close()
+        with self.said, self.process:   # which waits for it, and closes its pipes
+            pass
 
     def exchange(self, values: Array) -> Answer:
         """Give the values of a sample, shape (m,), and take what comes back."""

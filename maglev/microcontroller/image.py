@@ -13,6 +13,7 @@ from fmi_export.native.build import translated_blocks
 from fmi_export.native.compiler import compiled, require_zig
 from fmi_export.sources import carried_modules
 from fmi_export.target.freestanding import freestanding
+from maglev.cosim.fmu import OWN_TOOL
 from maglev.errors import BuildError
 from maglev.own_fmus import definition
 from maglev.packages import PACKAGES
@@ -26,9 +27,6 @@ FLAGS = ("-target", "thumb-freestanding-eabihf", "-mcpu=cortex_m7+fp_armv8d16", 
          "-fno-asynchronous-unwind-tables", "-ffunction-sections", "-g0", "-I.", "-Iqemu")
 BOARD = "qemu/board_qemu.c"
 SCRIPT = "qemu/mps2_an500.ld"
-
-
-MAKER = "Maglev FMUs"
 
 
 def generated(controller: str | Path) -> tuple[FmuDefinition, dict[str, str]]:
@@ -48,7 +46,7 @@ def generated(controller: str | Path) -> tuple[FmuDefinition, dict[str, str]]:
             with nullcontext() if own is None else named_lines(own.files):
                 translation = translated_blocks([described], packages)
                 translation = translation if own is None else finished(translation, own.packages)
-            return described, freestanding(described, modules, translation, f"{MAKER} {version('maglev-fmus')}")
+            return described, freestanding(described, modules, translation, f"{OWN_TOOL} {version('maglev-fmus')}")
         except ExportError as error:
             raise BuildError(f"{controller}: {error}") from None
 

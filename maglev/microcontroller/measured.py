@@ -7,13 +7,11 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-from fmpy.model_description import ModelDescription
 
 from fmi_export.definition import FmuDefinition
 from fmi_export.slave import Refused
 from fmi_export.target.freestanding import REFUSED_VALUE, ports_of
 from maglev.cosim.master import Master, Recording
-from maglev.cosim.port_map import Scale
 from maglev.cosim.user_classes.fmu import InProcessFmu
 from maglev.errors import FmuError
 from maglev.experiment.preparation import Experiment
@@ -35,13 +33,14 @@ class Emulated:
         self.sample_time = 0.0
         self.answers: list[Answer] = []   # at the start, and of each sample
 
-    def setup_experiment(self, start_time: float, stop_time: float | None = None) -> None:
-        """Take in the start time (s): a microcontroller begins at 0."""
+    def setup_experiment(self, start_time: float, _stop_time: float | None) -> None:
         if start_time != 0.0:
             raise Refused(f"start time = {start_time} s, expected 0.0 s")
 
-    def enter_initialization_mode(self) -> None:
-        """Nothing is to be done."""
+    def nothing(self) -> None:
+        """The emulator starts with the first exchange, and ends with whoever started it."""
+
+    enter_initialization_mode = terminate = nothing
 
     def exit_initialization_mode(self) -> None:
         """Give parameters and inputs, and start."""
@@ -56,9 +55,6 @@ class Emulated:
                           "microcontroller knows no other")
         self.exchange()
 
-    def terminate(self) -> None:
-        """Nothing is to be done: the emulator ends with whoever started it."""
-
     def exchange(self) -> None:
         """Give what is set, and take what comes back."""
         try:
@@ -66,16 +62,13 @@ class Emulated:
         except EmulatorError as error:
             raise Refused(str(error)) from error
         if answer.status:
-            raise Refused(self.refusal(answer.status))
+            if answer.status in self.definition.refusals:
+                raise Refused(self.definition.refusals[answer.status])
+            number = answer.status - REFUSED_VALUE
+            v = self.definition.variables[number]
+            value = f"{self.values[self.settable[number]]} {v.unit}".rstrip()
+            raise Refused(f"{v.name} = {value}, expected a number within its range")
         self.answers.append(answer)
-
-    def refusal(self, status: int) -> str:
-        if status in self.definition.refusals:
-            return self.definition.refusals[status]
-        number = status - REFUSED_VALUE
-        v = self.definition.variables[number]
-        value = f"{self.values[self.settable[number]]} {v.unit}".rstrip()
-        return f"{v.name} = {value}, expected a number within its range"
 
     def set_real(self, references: list[int], values: list[float]) -> None:
         """Set inputs and parameters, for the next sample."""
@@ -94,24 +87,12 @@ class Emulated:
         return [value != 0.0 for value in self.get_real(references)]
 
 
-class EmulatedFmu(InProcessFmu):
-    """An emulated controller with the face of the FMU that it stands for."""
-
-    def __init__(self, name: str, path: Path, description: ModelDescription, scales: Mapping[str, Scale], *,
-                 emulated: Emulated):
-        self.emulated = emulated
-        super().__init__(name, path, description, scales)
-
-    def made(self) -> Emulated:
-        return self.emulated
-
-
 def in_the_loop(experiment: Experiment, place: str, emulated: Emulated,
                 progress: Progress | None = None) -> Recording:
     """Run an experiment with an emulated controller in the place of one of its FMUs."""
     drives = experiment.drives(experiment.check())
     with Master(experiment.setups(), experiment.connections, experiment.step, experiment.order, loop=experiment.loop,
-                opened={place: partial(EmulatedFmu, emulated=emulated)}) as master:
+                opened={place: partial(InProcessFmu, slave=emulated)}) as master:
         return master.run(experiment.plan.stop_time, drives, progress)
 
 

@@ -2,8 +2,7 @@
 
 import io
 import zipfile
-from abc import ABC, abstractmethod
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from ctypes import CFUNCTYPE, c_double, c_int, c_size_t, c_uint32, c_void_p
 from functools import partial
 from importlib.metadata import version
@@ -23,6 +22,7 @@ from fmi_export.user_classes.declaration import WrittenDefinition
 from fmi_export.user_classes.slave import WrittenSlave
 from fmi_export.user_classes.trouble import described
 from maglev.cosim.fmu import OWN_TOOL, Fmu
+from maglev.cosim.port_map import Scale
 from maglev.errors import ControllerError, FmuError
 from maglev.user_controllers.source import Written, folder_first, load
 
@@ -64,24 +64,27 @@ class InProcess(WrittenSlave):
         return Refused(message)
 
 
-class InProcessFmu(Fmu, ABC):
-    """A slave in Python, which `made` makes, with the face of an FMU."""
+class InProcessFmu(Fmu):
+    """A slave in Python with the face of an FMU."""
+
+    def __init__(self, name: str, path: Path, description: ModelDescription, scales: Mapping[str, Scale],
+                 slave: Any = None):
+        self.slave = slave
+        super().__init__(name, path, description, scales)
 
     def load(self) -> None:
         self.raised: BaseException | None = None
-        self.slave = self.made()
         self.instance = SimpleNamespace(   # what fmpy's object of an FMU has, of what `Fmu` calls
-            component=1, setupExperiment=self.set_up, freeInstance=lambda: None,
+            component=1, freeInstance=lambda: None,
+            setupExperiment=lambda startTime, stopTime: self.slave.setup_experiment(
+                startTime, stopTime if stopTime < inf else None),
             enterInitializationMode=self.slave.enter_initialization_mode,
             exitInitializationMode=self.slave.exit_initialization_mode)
         for kind in ("Real", "Boolean"):
             self.get_functions[kind] = ACCESS(partial(self.guarded, self.given, kind))
             self.set_functions[kind] = ACCESS(partial(self.guarded, self.taken, kind))
-        self.do_step = STEP(partial(self.guarded, self.stepped))
+        self.do_step = STEP(partial(self.guarded, lambda _, time, step, _no_return: self.slave.do_step(time, step)))
         self.terminate = END(partial(self.guarded, lambda _component: self.slave.terminate()))
-
-    def set_up(self, startTime: float, stopTime: float) -> None:
-        self.slave.setup_experiment(startTime, stopTime if stopTime < inf else None)
 
     def guarded(self, function: Callable[..., None], *arguments: Any) -> int:
         """Status of a call: nothing that is raised gets out of a C function."""
@@ -92,10 +95,6 @@ class InProcessFmu(Fmu, ABC):
             self.messages.add(str(error) if isinstance(error, Refused) else self.words(error))
             return ERROR
         return OK
-
-    @abstractmethod
-    def made(self) -> Any:
-        """The slave."""
 
     def words(self, error: BaseException) -> str:
         """What an error says that is no refusal."""
@@ -114,9 +113,6 @@ class InProcessFmu(Fmu, ABC):
         else:
             self.slave.set_boolean(names, [bool(value) for value in numbers])
 
-    def stepped(self, _component: int, time: float, step: float, _no_return: int) -> None:
-        self.slave.do_step(time, step)
-
     def failed(self, call: str, status: int) -> FmuError:
         if isinstance(self.raised, KeyboardInterrupt):
             raise self.raised
@@ -128,11 +124,12 @@ class InProcessFmu(Fmu, ABC):
 class WrittenController(InProcessFmu):
     """A user's class with the face of an FMU; errors that it raises end the run with their file and line."""
 
-    def made(self) -> InProcess:
+    def load(self) -> None:
         written: Written = load(self.path)
         self.definition: WrittenDefinition = written.definition
         with folder_first(written.file.absolute().parent if written.file is not None else self.folder):
-            return InProcess(self.definition, instance_name=self.key.decode())
+            self.slave = InProcess(self.definition, instance_name=self.key.decode())
+        super().load()
 
     def words(self, error: BaseException) -> str:
         return described(error, self.slave.written)
