@@ -6,7 +6,7 @@ from pathlib import Path
 from typing import Any
 from urllib.parse import quote
 
-from fmpy.model_description import ModelDescription, ScalarVariable
+from fmpy.model_description import ScalarVariable
 
 from maglev.cosim.fmu import read_description
 from maglev.errors import FmuError
@@ -37,12 +37,7 @@ GAPS = 65   # of the table of shape functions
 
 def modules_of(rig: Rig) -> list[str]:
     """A plant, its controllers, and what lies between its encoders and a controller."""
-    return [*linear_names(rig), measurement_of(rig)]
-
-
-def measurement_of(rig: Rig) -> str:
-    """The FMU between encoders and controller."""
-    return f"Measurement{rig.suffix}"
+    return [*linear_names(rig), f"Measurement{rig.suffix}"]
 
 
 def flies_live(plan: RunPlan) -> bool:
@@ -69,7 +64,7 @@ def why_not_live(plan: RunPlan) -> str:
     plant, *controllers = linear_names(rig) if rig is not None else [""]
     between = models.pop("measurement", None)
     if (list(models) != ["controller", "plant"] or models["plant"] != plant or models["controller"] not in controllers
-            or rig is None or between not in (None, measurement_of(rig))):
+            or rig is None or between not in (None, f"Measurement{rig.suffix}")):
         others = next((f" (a law without references of {' and '.join(tilt.name for tilt in rig.rotations)})"
                        for other in RIGS.values() if rig is not None and rig.rotations and not other.rotations
                        and models.get("controller") in linear_names(other)), "")
@@ -119,23 +114,21 @@ def page_data(fmus: Path, plans: Iterable[RunPlan]) -> dict[str, Any]:
             again = f"maglev build {own}--kind native --target wasm"
             data["rigs"][rig.name] = {**rig_data(rig), "law": law_text(rig)}
             flown.append(rig)
-            for description in (described(fmus, name, again) for name in modules_of(rig)):
-                data["fmus"][description.modelName] = {
-                    "name": description.modelName, "guid": description.guid,
-                    "variables": [variable_data(variable) for variable in description.modelVariables]}
+            data["fmus"] |= {name: module_data(fmus, name, again) for name in modules_of(rig)}
         data["runs"][plan.name] = run_data(plan, rig)
     return {**data, "parts": parts_text(map(python_law, flown))}
 
 
-def described(fmus: Path, name: str, again: str) -> ModelDescription:
-    """Description of a module in a folder, which must be of the FMU as it is now."""
+def module_data(fmus: Path, name: str, again: str) -> dict[str, Any]:
+    """What the page needs of a module in a folder, which must be of the FMU as it is now."""
     path = fmus / f"{name}.xml"
     for file in (path.with_suffix(".wasm"), path):
         if not file.is_file():
             raise FmuError(f"{file}: there is no such file, expected the modules for the live page: {again}")
     if old := stale(name, path.with_suffix(".wasm")):
         raise FmuError(old)
-    return read_description(name, path)
+    description = read_description(name, path)
+    return {"name": name, "guid": description.guid, "variables": [*map(variable_data, description.modelVariables)]}
 
 
 def variable_data(variable: ScalarVariable) -> dict[str, Any]:
@@ -156,22 +149,18 @@ def variable_data(variable: ScalarVariable) -> dict[str, Any]:
 def run_data(plan: RunPlan, rig: Rig) -> dict[str, Any]:
     """A run's plan as the page runs it, SI."""
     plant, *controllers = linear_names(rig)
-    return {"title": plan.title, "plant": plant, "measurement": measurement_of(rig),
+    command = shlex.quote(str(plan.path)) if plan.own else plan.name if is_packaged(plan.path) else ""
+    return {"title": plan.title, "plant": plant, "measurement": f"Measurement{rig.suffix}",
             "step": plan.step, "stop": plan.stop_time, "axes": rig.axis_names, "vertical": rig.vertical.name,
             "motors": rig.motor_names, "rotations": [axis.name for axis in rig.rotations],
             "external": [axis.external for axis in rig.axes],
             "drives": {motor.name: motor.drives for motor in rig.motors}, "rig": rig.name,
             "laws": {name: LAWS[name.removesuffix(rig.suffix)] for name in controllers},
-            "command": command_of(plan),
+            "command": command,
             "fmus": {name: {"model": fmu.model, "start": {key: start.value for key, start in fmu.start.items()}}
                      for name, fmu in plan.fmus.items()},
             "wires": list(plan.wires.values()), "bands": plan.metrics.bands,
             "signals": [signal.model_dump() for signal in plan.signals]}
-
-
-def command_of(plan: RunPlan) -> str:
-    """What the command line calls a run; empty if it has no file."""
-    return shlex.quote(str(plan.path)) if plan.own else plan.name if is_packaged(plan.path) else ""
 
 
 def rig_data(rig: Rig) -> dict[str, Any]:

@@ -62,7 +62,7 @@ def translated(source: str) -> str:
 
     ControllerError if it has what blocks do not have.
     """
-    text = "\n".join(fitted(line.rstrip()) for line in Writer(source).module()) + "\n"
+    text = "\n".join(fitted(line.rstrip()) for line in Writer(source).lines) + "\n"
     return text.replace("{\n\n", "{\n")
 
 
@@ -88,7 +88,6 @@ class Writer:
     """Writes the statements of a module, with their comments."""
 
     def __init__(self, source: str):
-        self.tree = ast.parse(source)
         self.beside: dict[int, str] = {}   # comments by line: behind a statement
         self.alone: dict[int, str] = {}    # and on a line of their own
         for token in tokenize.generate_tokens(io.StringIO(source).readline):
@@ -96,10 +95,7 @@ class Writer:
                 place = self.alone if token.line.strip().startswith("#") else self.beside
                 place[token.start[0]] = token.string.lstrip("# ").replace("self.", "this.")
         self.locals: set[str] = set()
-
-    def module(self) -> Iterator[str]:
-        """Lines of the module without its docstring."""
-        yield from self.body(self.tree.body[1:], 0, "")
+        self.lines = self.body(ast.parse(source).body[1:], 0, "")   # without the docstring
 
     def body(self, statements: list[ast.stmt], after: int, indent: str) -> Iterator[str]:
         """Lines of statements that follow a line of the source."""
@@ -124,7 +120,6 @@ class Writer:
             case ast.Import() | ast.ImportFrom():
                 return
             case ast.ClassDef():
-                yield ""
                 yield from documented(node)
                 yield from self.block(f"class {node.name}", undocumented(node), node.lineno)
             case ast.FunctionDef():
@@ -161,7 +156,6 @@ class Writer:
         top = {name for statement in node.body if isinstance(statement, ast.Assign) for name in stored(statement)}
         self.locals = set(names) | (set(stored(node)) - top)
         hoisted = sorted(self.locals - set(names) - counted)
-        yield ""
         yield from documented(node)
         name = "constructor" if node.name == "__init__" else node.name
         head = f"{'' if method else 'function '}{name}({', '.join(names[1:] if method else names)})"
@@ -208,7 +202,8 @@ def stored(node: ast.AST) -> list[str]:
 
 
 def documented(node: ast.ClassDef | ast.FunctionDef) -> Iterator[str]:
-    """The docstring as a comment."""
+    """An empty line, and the docstring as a comment."""
+    yield ""
     lines = (ast.get_docstring(node) or "").splitlines()
     if len(lines) == 1:
         yield f"/** {lines[0]} */"
