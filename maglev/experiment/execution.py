@@ -129,7 +129,7 @@ def kept(files: ResultFiles, recording: Recording, every: int) -> str:
 
 def measured(plan: RunPlan, recording: Recording) -> Metrics:
     """What is measured on a run that was recorded to its end, on all of it."""
-    return run_metrics(plan, recording.time, recording.columns, phase_resistances(plan))
+    return run_metrics(plan, recording.time, recording.columns, phase_resistances(plan)({}))
 
 
 def expected(experiment: Experiment) -> Metrics:
@@ -140,7 +140,7 @@ def expected(experiment: Experiment) -> Metrics:
     columns |= {flag: rest for flag in (plan.stop_flag, plan.trip_flag) if flag is not None}
     for axis in plan.axes.values():
         columns[axis.position] = columns[axis.reference] = drives.get(axis.reference, rest)
-    return run_metrics(plan, time, columns, phase_resistances(plan))
+    return run_metrics(plan, time, columns, phase_resistances(plan)({}))
 
 
 def require_judgeable(experiments: Sequence[Experiment]) -> None:

@@ -185,7 +185,7 @@ def extremes_of(columns: Mapping[str, Array]) -> dict[str, tuple[float, float]]:
 
 
 def column(columns: Mapping[str, Array], name: str, length: int) -> Array:
-    """Return a column as float64; MeasurementError if it is missing, too short or long, or not finite."""
+    """A column as float64; MeasurementError if it is missing, too short or long, or not finite."""
     if name not in columns:
         raise MeasurementError(f"missing column {name!r}; nearest is {nearest(name, columns)}")
     values = np.asarray(columns[name], dtype=np.float64)
@@ -225,12 +225,20 @@ def step_samples(reference: Array) -> list[int]:
 
 def step_responses(time: Array, positions: Mapping[str, Array], references: Mapping[str, Array],
                    bands: Mapping[str, Sequence[float]]) -> tuple[StepResponse, ...]:
-    """Measure every step of every axis, in order of time; arguments as in `run_metrics`, by axis."""
+    """Measure every step of every axis, in order of time, each on the window that it begins; by axis."""
     own_steps = {axis: step_samples(reference) for axis, reference in references.items()}
-    return tuple(step_response(axis, time[start:end], positions[axis][start:end],
-                               float(references[axis][start - 1]), float(references[axis][start]), bands[axis])
-                 for start, end in step_windows(references, len(time))
-                 for axis, steps in own_steps.items() if start in steps)
+    responses = []
+    for start, end in step_windows(references, len(time)):
+        for axis in [axis for axis, steps in own_steps.items() if start in steps]:
+            before, target = float(references[axis][start - 1]), float(references[axis][start])
+            error = positions[axis][start:end] - target
+            beyond = float((error * math.copysign(1.0, target - before)).max())
+            steady = max(1, round(STEADY_SHARE * len(error)))
+            responses.append(StepResponse(
+                axis, float(time[start]), before, target,
+                {band: settling_time(time[start:end], error, band) for band in bands[axis]},
+                max(0.0, beyond) / abs(target - before), total(np.abs(error[-steady:])) / steady))
+    return tuple(responses)
 
 
 def step_windows(references: Mapping[str, Array], length: int) -> list[tuple[int, int]]:
@@ -251,22 +259,6 @@ def lost_setpoints(time: Array, positions: Mapping[str, Array], references: Mapp
 
     return tuple(float(time[start]) for start, end in step_windows(references, len(time))
                  if not lost_at(start - 1) and (lost_at(end - 1) or any(flag[start:end].any() for flag in flags)))
-
-
-def step_response(axis: str, time: Array, position: Array, start: float, target: float,
-                  bands: Sequence[float]) -> StepResponse:
-    """Measure one step of an axis on its window, of shape (n,), whose first sample is the step.
-
-    Time is in s; positions, the reference before (`start`) and after (`target`), and the half widths of the settling
-    bands are in m, of a rotation in rad.
-    """
-    error = position - target
-    beyond = float((error * math.copysign(1.0, target - start)).max())
-    steady = max(1, round(STEADY_SHARE * len(error)))
-    return StepResponse(axis, float(time[0]), start, target,
-                        {band: settling_time(time, error, band) for band in bands},
-                        max(0.0, beyond) / abs(target - start),
-                        total(np.abs(error[-steady:])) / steady)
 
 
 def settling_time(time: Array, error: Array, band: float) -> float:
@@ -305,16 +297,13 @@ def event_responses(plan: RunPlan, time: Array, columns: Mapping[str, Array], er
         if not len(time[inside]):
             raise MeasurementError(f"the run ends at {time[-1]} s, expected samples after the event {event.name!r} at "
                                    f"{event.time} s")
-        currents = {motor: [column(columns, name, len(time))[inside] for name in names.currents]
-                    for motor, names in plan.motors.items()}
-        commands = {motor: [column(columns, name, len(time))[inside] for name in names.commands]
-                    for motor, names in plan.motors.items()}
         responses.append(EventResponse(
             event.name, event.time, float(time[inside][-1]),
             tuple(deviation(axis, time[inside], errors[axis][inside], plan.metrics.bands_of(names))
                   for axis, names in plan.axes.items()),
-            tuple(effort(motor, time[inside], currents[motor], commands[motor], ohms[motor][inside])
-                  for motor in plan.motors)))
+            tuple(effort(motor, time[inside], [column(columns, name, len(time))[inside] for name in names.currents],
+                         [column(columns, name, len(time))[inside] for name in names.commands], ohms[motor][inside])
+                  for motor, names in plan.motors.items())))
     return tuple(responses)
 
 
@@ -358,17 +347,12 @@ def winding_of(motor: Motor) -> str:
     return f"{motor.currents[0].rpartition('.')[0]}.winding" if motor.currents else ""
 
 
-def phase_resistances(plan: RunPlan, settings: Mapping[str, Any] | None = None) -> dict[str, float]:
-    """Resistance of a phase (ohm, cold) of each motor of which it is known.
+def phase_resistances(plan: RunPlan) -> Callable[[Mapping[str, Any]], dict[str, float]]:
+    """Resistance of a phase (ohm, cold) of each motor of which it is known, by what a sample of a study sets.
 
-    By what a sample of a study sets, `fmu.variable`, or else by the scenario's start values, or by the description of
-    the stage; a plant that was put in and has no such parameter is taken for that stage.
+    That is by `fmu.variable`; what it does not set is as in the scenario's start values, or in the description of the
+    stage. A plant that was put in and has no such parameter is taken for that stage.
     """
-    return resistances_by(plan)(settings or {})
-
-
-def resistances_by(plan: RunPlan) -> Callable[[Mapping[str, Any]], dict[str, float]]:
-    """`phase_resistances` of a plan for many settings, which it takes."""
     described = {motor.name: motor.winding.resistance for motor in plan.rig.motors} if plan.rig is not None else {}
     known: dict[str, tuple[str, Any]] = {}   # by motor: what sets it, and its value without
     for name, motor in plan.motors.items():

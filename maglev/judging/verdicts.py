@@ -1,6 +1,7 @@
 """Verdicts on claims, from what was measured for them."""
 
 import math
+from collections import Counter
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from typing import Literal, NamedTuple, TypeVar, get_args
@@ -79,10 +80,8 @@ Judgements = Mapping[str, Sequence[ClaimResult]]   # claims with their verdicts,
 
 def count_verdicts(claims: Iterable[ClaimResult]) -> dict[Verdict, int]:
     """Numbers of claims by verdict, also those that are 0."""
-    counts = dict.fromkeys(VERDICTS, 0)
-    for claim in claims:
-        counts[claim.verdict] += 1
-    return counts
+    counts = Counter(claim.verdict for claim in claims)
+    return {verdict: counts[verdict] for verdict in VERDICTS}
 
 
 def those_that_count(claims: Iterable[ClaimResult]) -> list[ClaimResult]:
@@ -127,11 +126,11 @@ def bounds_met(claims: Iterable[ClaimResult]) -> str:
 def bounds_in_words(claims: Iterable[ClaimResult]) -> str:
     """The same in words, with how many of those met are no independent evidence; empty if none was judged."""
     judged = bounds(claims)
+    if not met_of(judged):
+        return ""
     chose = sum(claim.claim.chose is not None and claim.verdict == "met" for claim in judged)
-    return (f"{met_of(judged)} bounds by the axes of figures are met"
-            + (f", {chose} of them no independent evidence: something in the run was chosen from that figure"
-               if chose else "")
-            ) if met_of(judged) else ""
+    return f"{met_of(judged)} bounds by the axes of figures are met" + (
+        f", {chose} of them no independent evidence: something in the run was chosen from that figure" if chose else "")
 
 
 def judge(claim: Claim, here: Sequence[MeasuredValue] | None,
@@ -153,10 +152,11 @@ def judge(claim: Claim, here: Sequence[MeasuredValue] | None,
     if here is None or (claim.comparative and there is None):
         return ClaimResult(claim, None, "not run")
     if there is None:
-        values = [value for value, _ in here]
-        if isinstance(claim.target, tuple):
-            return within(claim, values, claim.target)
-        return against_target(claim, values, claim.target or 0.0)
+        values, target = [value for value, _ in here], claim.target or 0.0
+        if isinstance(target, tuple):
+            return within(claim, values, target)
+        measured = decisive(claim, values, mean, lambda value: miss(claim, value, target), float)
+        return ClaimResult(claim, measured, verdict(claim, meets(claim, measured, target), measured, target))
     counterparts = {place: value for value, place in there}
     pairs = [(value, counterparts[place]) for value, place in here if place in counterparts]
     if not pairs:
@@ -186,20 +186,14 @@ def within(claim: Claim, values: Sequence[float], limits: tuple[float, float]) -
     return ClaimResult(claim, measured, "met" if low <= measured <= high and not at_inner else "not met")
 
 
-def against_target(claim: Claim, values: Sequence[float], target: float) -> ClaimResult:
-    """Judge a claim with a target on measured values."""
-    measured = decisive(claim, values, mean, lambda value: miss(claim, value, target), float)
-    return ClaimResult(claim, measured, verdict(claim, meets(claim, measured, target), measured, target))
-
-
 def against_each_other(claim: Claim, pairs: Sequence[tuple[float, float]]) -> ClaimResult:
     """Judge a comparative claim on pairs of what was measured here and there."""
     measured, against = decisive(
         claim, pairs, lambda all_pairs: (mean([own for own, _ in all_pairs]), mean([other for _, other in all_pairs])),
         lambda pair: miss(claim, ratio(*pair), claim.factor), lambda pair: ratio(*pair))
     share = ratio(measured, against)
-    return ClaimResult(claim, measured, verdict(claim, miss(claim, share, least_ratio(claim)) < 0.0, share,
-                                                claim.factor), against)
+    met = miss(claim, share, least_ratio(claim)) < 0.0
+    return ClaimResult(claim, measured, verdict(claim, met, share, claim.factor), against)
 
 
 def least_ratio(claim: Claim) -> float:
@@ -224,7 +218,6 @@ def verdict(claim: Claim, met: bool, value: float, figure: float) -> Verdict:
 
 def decisive(claim: Claim, items: Sequence[T], average: Callable[[Sequence[T]], T],
              missed_by: Callable[[T], float], size: Callable[[T], float]) -> T:
-    """Return the item that decides a claim."""
     if claim.over == "mean":
         return average(items)
     if claim.over == "median":

@@ -13,7 +13,7 @@ from maglev.cosim.blocks.block_loop import DONE, ENDED, BlockLoop, Common, block
 from maglev.cosim.master import Columns, Master
 from maglev.errors import MaglevError
 from maglev.experiment.preparation import Experiment, is_foreign
-from maglev.judging.metrics import resistances_by
+from maglev.judging.metrics import phase_resistances
 from maglev.schema.settings import REFERENCE, start_values, with_references
 from maglev.studies.flying.measuring import Found, Measuring, Meter
 from maglev.user_controllers.blocks import Block
@@ -48,7 +48,7 @@ class Flight:
                                   if name not in (written or {}))
         self.descriptions = experiment.check()
         self.drives = self.driven = experiment.drives(self.descriptions)   # of the experiment, and as they are now
-        self.resistances = resistances_by(experiment.plan)   # of phases by motor, ohm, for changes
+        self.resistances = phase_resistances(experiment.plan)   # of phases by motor, ohm, for changes
         self.master: Master | None = None
         self.columns: Columns | None = None   # of the runs of one master, all in the same memory
         self.asked: Changes = {}   # what the references as they are were asked to be

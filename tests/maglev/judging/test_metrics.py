@@ -195,10 +195,10 @@ def test_resistances_are_those_of_the_sample_the_run_or_the_description():
     run = load_plan("3dof-push")
     assert run.rig is not None
     described = {motor.name: motor.winding.resistance for motor in run.rig.motors}
-    assert phase_resistances(run) == described
+    assert phase_resistances(run)({}) == described
     run.fmus["plant"].start["alpha.winding.resistance"] = StartValue(4.0, "Ohm", "4 Ohm")
-    assert phase_resistances(run) == described | {"alpha": 4.0}
-    assert phase_resistances(run, {"plant.alpha.winding.resistance": 5.0}) == described | {"alpha": 5.0}
+    assert phase_resistances(run)({}) == described | {"alpha": 4.0}
+    assert phase_resistances(run)({"plant.alpha.winding.resistance": 5.0}) == described | {"alpha": 5.0}
 
 
 def test_who_is_not_back_at_the_end_of_the_window_is_not_back():

@@ -147,7 +147,7 @@ def flight(made: Experiment) -> list[Any]:
     for flag in (plan.stop_flag, plan.trip_flag):
         if flag is not None:
             columns[flag] = np.where(times > 0.15, 1.0, 0.0)
-    measured = named_values(plan, run_metrics(plan, times, columns, phase_resistances(plan)))
+    measured = named_values(plan, run_metrics(plan, times, columns, phase_resistances(plan)({})))
     return [[(setup.name, hashlib.sha256(setup.path.read_bytes()).hexdigest(), sorted(setup.start.items()))
              for setup in made.setups()], sorted(made.connections), made.step, made.order, plan.stop_time,
             {name: values.tobytes() for name, values in sorted(drives.items())},

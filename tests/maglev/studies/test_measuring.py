@@ -49,7 +49,7 @@ def require_same(flight: Flight, changes: Changes) -> None:
     meter, *forms, rows = measured
     plan = flight.experiment.plan
     time, columns = flight.fly(changes)
-    expected = named_values(plan, run_metrics(plan, time, columns, phase_resistances(plan, changes)))
+    expected = named_values(plan, run_metrics(plan, time, columns, phase_resistances(plan)(changes)))
     found = named_values(plan, meter.metrics(*forms))
     assert list(found) == list(expected)
     for name, (value, unit) in expected.items():
