@@ -213,11 +213,16 @@ def read_baseline(folder: Path, name: str) -> Baseline:
         if not file.is_file():
             raise BaselineError(f"{file}: there is no such file, expected the baseline of a run; "
                                 "`maglev check --update` writes it")
-    table = read_samples(samples_file)
+    table = read_csv(samples_file)
+    table.require_full_rows()
     time, *signals = table.names
+    if time != "time":
+        raise BaselineError(f"{samples_file}: the first column is {time!r}, expected time")
+    times = table.column(time)
+    if len(times) < 2:
+        raise BaselineError(f"{samples_file}: 1 sample, expected 2 or more")
     options = read_options(options_file, signals)
     step = options["StepSize", None].value
-    times = table.column(time)
     check_times(table, times.tolist(), step)
     for key, k in (("StartTime", 0), ("StopTime", -1)):
         given = options[key, None]
@@ -228,17 +233,6 @@ def read_baseline(folder: Path, name: str) -> Baseline:
     return Baseline(name, times, {signal: table.column(signal) for signal in signals}, step,
                     options["StopTime", None].value, tolerances, options["OutputInterval", None].value,
                     read_digest(folder, name))
-
-
-def read_samples(path: Path) -> CsvTable:
-    """Table of the samples: time first, at least one signal, at least two rows."""
-    table = read_csv(path)
-    table.require_full_rows()
-    if table.names[0] != "time":
-        raise BaselineError(f"{path}: the first column is {table.names[0]!r}, expected time")
-    if len(table.column("time")) < 2:
-        raise BaselineError(f"{path}: 1 sample, expected 2 or more")
-    return table
 
 
 def option_rows(place: object, text: str) -> Iterator[Option]:

@@ -1,11 +1,12 @@
 """Check of runs against their committed baselines, and of these: what was cut or outgrown would go unchecked."""
 
 import time
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from functools import partial
 from pathlib import Path
 
+from maglev.arrays import Array
 from maglev.baselines.baseline import Baseline, Tolerance, baseline_files, digest_of, read_baseline, rows_before_contact
 from maglev.baselines.deviation import Closest, Deviation, closest, first_deviation, samples_of, worst
 from maglev.baselines.outcome import CheckResult
@@ -49,19 +50,21 @@ def check_run(baselines: Path, experiment: Experiment, ends: Ends, progress: Pro
         units = experiment.units(baseline.columns)
         recording = recorded_to(experiment, baseline.stop_time, progress)
         same = exact and digest_of(recording.time, recording.columns) == baseline.digest
-        deviation = first_deviation(baseline, recording)
-        differences = worst(baseline, recording)
+        samples = samples_of(baseline, recording)
+        deviation = first_deviation(baseline.time, baseline.columns, samples, baseline.tolerances)
+        differences = worst(baseline.time, baseline.columns, samples)
         if deviation is None:
             # Flags that an FMU which was put in lacks are not looked at.
             require_whole(plan, baseline, recording, baselines)
         if exact and not same and deviation is None:
-            none = {name: Tolerance(0.0, 0.0) for name in baseline.columns}
-            deviation = first_deviation(replace(baseline, tolerances=none), recording)
-        nearest = closest(baseline, recording)
+            none = dict.fromkeys(baseline.columns, Tolerance(0.0, 0.0))
+            deviation = first_deviation(baseline.time, baseline.columns, samples, none)
+        nearest = closest(baseline, samples)
         if pictures is not None:
-            picture_file(pictures, plan.name).unlink(missing_ok=True)   # of an earlier check
+            picture = pictures / f"{plan.name}.check.png"
+            picture.unlink(missing_ok=True)   # of an earlier check
             if deviation is not None:
-                write_picture(picture_file(pictures, plan.name), plan.name, baseline, recording, deviation)
+                write_picture(picture, baseline, recording, samples, deviation)
     except FAILURES as error:
         return CheckResult(plan.name, "error", in_one_line(error), None, {}, time.perf_counter() - begin)
     elapsed = time.perf_counter() - begin
@@ -152,16 +155,12 @@ def require_whole(plan: RunPlan, baseline: Baseline, recording: Recording, folde
 MOST = 6   # signals, that of the deviation among them
 
 
-def picture_file(folder: Path, name: str) -> Path:
-    return folder / f"{name}.check.png"
-
-
-def write_picture(path: Path, title: str, baseline: Baseline, recording: Recording, deviation: Deviation) -> None:
+def write_picture(path: Path, baseline: Baseline, recording: Recording, samples: Mapping[str, Array],
+                  deviation: Deviation) -> None:
     """Write a picture, a row for each signal: both curves, and their difference. MaglevError without matplotlib."""
     names = [deviation.signal, *(name for name in baseline.columns if name != deviation.signal)][:MOST]
-    samples = samples_of(baseline, recording)
     figure = new_figure(11.0, 1.0 + 1.6 * len(names))
-    figure.suptitle(f"{title}: off from t = {deviation.time:.6g} s")
+    figure.suptitle(f"{baseline.name}: off from t = {deviation.time:.6g} s")
     rows = figure.subplots(len(names), 2, sharex=True, squeeze=False)
     for (curves, differences), name in zip(rows, names, strict=True):
         curves.plot(recording.time, recording.columns[name], linewidth=1.2, label="now")

@@ -31,18 +31,13 @@ class WorstDifference(NamedTuple):
     time: float
 
 
-def first_deviation(baseline: Baseline, recording: Recording) -> Deviation | None:
+def first_deviation(times: Array, columns: Mapping[str, Array], samples: Mapping[str, Array],
+                    tolerances: Mapping[str, Tolerance]) -> Deviation | None:
     """Earliest sample that deviates: |got - expected| > absolute + relative |expected|, or got is not finite.
 
-    Of several at the same time, the one with the largest difference relative to what is allowed. BaselineError if the
-    recording lacks a signal, is too short, or has other communication points.
+    Samples are by signal, at the times (s) of the expected columns. Of several at the same time, it is the one with the
+    largest difference relative to what is allowed.
     """
-    return first_beyond(baseline.time, baseline.columns, samples_of(baseline, recording), baseline.tolerances)
-
-
-def first_beyond(times: Array, columns: Mapping[str, Array], samples: Mapping[str, Array],
-                 tolerances: Mapping[str, Tolerance]) -> Deviation | None:
-    """As `first_deviation`, of samples at the times (s) of the expected columns."""
     first: Deviation | None = None
     largest_excess = 0.0
     for name, got in samples.items():
@@ -60,10 +55,14 @@ def first_beyond(times: Array, columns: Mapping[str, Array], samples: Mapping[st
     return first
 
 
-def worst(baseline: Baseline, recording: Recording) -> dict[str, WorstDifference]:
-    """Largest difference of each signal; raises as `first_deviation`."""
-    return {name: largest(baseline.time, baseline.columns[name], got)
-            for name, got in samples_of(baseline, recording).items()}
+def worst(times: Array, columns: Mapping[str, Array], samples: Mapping[str, Array]) -> dict[str, WorstDifference]:
+    """Largest difference of each signal; arguments as of `first_deviation`."""
+    largest = {}
+    for name, got in samples.items():
+        differing = difference(columns[name], got)
+        i = int(np.argmax(differing))
+        largest[name] = WorstDifference(float(differing[i]), float(times[i]))
+    return largest
 
 
 class Closest(NamedTuple):
@@ -74,10 +73,10 @@ class Closest(NamedTuple):
     allowed: float      # SI
 
 
-def closest(baseline: Baseline, recording: Recording) -> Closest | None:
+def closest(baseline: Baseline, samples: Mapping[str, Array]) -> Closest | None:
     """Largest share of a tolerance that a sample uses; None where all samples equal the baseline."""
     nearest, largest_share = None, 0.0
-    for name, got in samples_of(baseline, recording).items():
+    for name, got in samples.items():
         differing = difference(baseline.columns[name], got)
         allowed = baseline.tolerances[name].at(baseline.columns[name])
         shares = np.divide(differing, allowed, out=np.where(differing > 0.0, np.inf, 0.0), where=allowed > 0.0)
@@ -97,8 +96,8 @@ def changes(old: Baseline, new: Baseline) -> dict[str, WorstDifference]:
     _, was, now = np.intersect1d(communication_points(old), communication_points(new), return_indices=True)
     if not len(was):
         raise BaselineError("no sample is at the same time as before")
-    return {name: largest(new.time[now], old.columns[name][was], values[now])
-            for name, values in new.columns.items() if name in old.columns}
+    return worst(new.time[now], {name: values[was] for name, values in old.columns.items()},
+                 {name: values[now] for name, values in new.columns.items() if name in old.columns})
 
 
 def communication_points(baseline: Baseline) -> Array:
@@ -106,7 +105,10 @@ def communication_points(baseline: Baseline) -> Array:
 
 
 def samples_of(baseline: Baseline, recording: Recording) -> dict[str, Array]:
-    """Values of the recording at the samples of the baseline, by signal."""
+    """Values of the recording at the samples of the baseline, by signal.
+
+    BaselineError if it lacks a signal, is too short, or has other communication points.
+    """
     points = communication_points(baseline)
     if points[-1] >= len(recording.time):
         raise BaselineError(f"{baseline.name}: the run ended at t = {recording.time[-1]:.9g} s, expected "
@@ -125,9 +127,3 @@ def difference(expected: Array, got: Array) -> Array:
     """Absolute difference of finite expected values from others; infinite where these are not finite."""
     with np.errstate(invalid="ignore", over="ignore"):
         return np.where(np.isfinite(got), np.abs(got - expected), np.inf)
-
-
-def largest(time: Array, expected: Array, got: Array) -> WorstDifference:
-    differing = difference(expected, got)
-    i = int(np.argmax(differing))
-    return WorstDifference(float(differing[i]), float(time[i]))

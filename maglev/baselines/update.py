@@ -37,26 +37,23 @@ def renewed(baselines: Path, experiment: Experiment, ends: Ends, progress: Progr
     result = partial(UpdateResult, plan.name, elapsed=time.perf_counter() - begin, ends=reached, notes=recording.notes,
                      baseline=new)
     extent = f"{len(new.columns)} signals at {len(new.time)} samples to t = {new.stop_time:.9g} s"
-    if unreadable is not None:
-        return result("replaced", f"replaced, {extent}; the old one: {unreadable}", {})
     if old is None:
-        return result("new", f"new, {extent}", {})
+        return result("new", f"new, {extent}", {}) if unreadable is None else result(
+            "replaced", f"replaced, {extent}; the old one: {unreadable}", {})
     try:
         moved = changes(old, new)
     except BaselineError as error:
         return result("replaced", f"replaced, {extent}; nothing to compare: {error}", {})
     notes = change_notes(old, new, moved, units)
-    if not notes:
-        return result("unchanged", f"unchanged, {extent}", moved)
-    return result("updated", f"updated, {extent}; {'; '.join(notes)}", moved)
+    return result("updated", "; ".join([f"updated, {extent}", *notes]), moved) if notes else result(
+        "unchanged", f"unchanged, {extent}", moved)
 
 
 def written(result: UpdateResult, baselines: Path) -> UpdateResult:
     """Write the new baseline of a result; after an error, which is a result, too, the old one stands."""
-    if result.baseline is None:
-        return result
     try:
-        write_baseline(baselines, result.baseline)
+        if result.baseline is not None:
+            write_baseline(baselines, result.baseline)
     except FAILURES as error:
         return UpdateResult(result.name, "error", in_one_line(error), {}, result.elapsed)
     return result

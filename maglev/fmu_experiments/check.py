@@ -16,7 +16,7 @@ from fmpy.simulation import simulate_fmu
 from maglev.arrays import Array
 from maglev.baselines.baseline import Tolerance
 from maglev.baselines.check import deviation_text
-from maglev.baselines.deviation import Deviation, WorstDifference, first_beyond, largest
+from maglev.baselines.deviation import Deviation, WorstDifference, first_deviation, worst
 from maglev.baselines.outcome import CheckResult, write_junit
 from maglev.cosim.fmu import checked_description, unpack, unpacking_folder
 from maglev.cosim.other_process.run import TIMEOUT
@@ -173,24 +173,25 @@ def check_experiment(name: str, path: Path, experiment: CarriedExperiment,
                            tables.start_values(experiment.parameters, variables) if experiment.parameters else {},
                            tables.input_array(experiment.inputs, variables) if experiment.inputs else None,
                            list(expected.values), progress)
-        deviation, worst = compared(expected, result, variables)
+        deviation, differences = compared(expected, result, variables)
     except FAILURES as error:
         return CheckResult(name, "error", in_one_line(error), None, {}, time.perf_counter() - begin)
-    units = {signal: (variables.get(signal) or variables[signal.rpartition("[")[0]]).unit or "" for signal in worst}
+    units = {signal: (variables.get(signal) or variables[signal.rpartition("[")[0]]).unit or ""
+             for signal in differences}
     notes = (f"the FMU says: {said}",) if said else ()
     elapsed = time.perf_counter() - begin
     if deviation is not None:
-        return CheckResult(name, "deviated", deviation_text(deviation, units[deviation.signal]), deviation, worst,
-                           elapsed, units, notes=notes)
+        return CheckResult(name, "deviated", deviation_text(deviation, units[deviation.signal]), deviation,
+                           differences, elapsed, units, notes=notes)
     counted = (f"{len(expected.values)} variable{'' if len(expected.values) == 1 else 's'} at "
                f"{len(expected.time)} time{'' if len(expected.time) == 1 else 's'}")
-    same = all(difference == 0.0 for difference, _ in worst.values())
+    same = all(difference == 0.0 for difference, _ in differences.values())
     message = (f"passed, {counted} to t = {expected.time[-1]:.9g} s "
                + ("equal the results in it" if same else "are within tolerance")
                + (f", {tables.TOLERANCE:g} of the largest value" + (" where none is given" if tolerances else "")
                   if not same and not tolerances.keys() >= expected.values.keys() else "")
                + (f"; not compared: {', '.join(left_out)}" if (left_out := [*expected.left_out, *lacking]) else ""))
-    return CheckResult(name, "passed", message, None, worst, elapsed, units, notes=notes)
+    return CheckResult(name, "passed", message, None, differences, elapsed, units, notes=notes)
 
 
 def expected_results(file: File, variables: Mapping[str, ScalarVariable],
@@ -292,5 +293,4 @@ def compared(expected: Expected, result: npt.NDArray[Any],
                 early, late = np.where(between, interpolated, early), np.where(between, interpolated, late)
             wanted[signal], tolerances[signal] = column[:, k], expected.tolerances[name]
             nearer[signal] = np.where(np.abs(early - column[:, k]) < np.abs(late - column[:, k]), early, late)
-    return (first_beyond(expected.time, wanted, nearer, tolerances),
-            {signal: largest(expected.time, wanted[signal], values) for signal, values in nearer.items()})
+    return first_deviation(expected.time, wanted, nearer, tolerances), worst(expected.time, wanted, nearer)

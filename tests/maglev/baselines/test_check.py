@@ -21,7 +21,7 @@ from maglev.baselines.baseline import (
     write_digest,
 )
 from maglev.baselines.check import check_run
-from maglev.baselines.deviation import Deviation, first_deviation, worst
+from maglev.baselines.deviation import Deviation, WorstDifference, first_deviation, samples_of, worst
 from maglev.baselines.outcome import CheckResult, UpdateResult, describe, exit_code
 from maglev.baselines.update import renewed, written
 from maglev.cosim.master import Recording, RunFailed
@@ -53,29 +53,37 @@ def runs(draw: st.DrawFn) -> tuple[Baseline, Recording]:
     return baseline, Recording(time, columns)
 
 
+def first_of(baseline: Baseline, recording: Recording) -> Deviation | None:
+    return first_deviation(baseline.time, baseline.columns, samples_of(baseline, recording), baseline.tolerances)
+
+
+def worst_of(baseline: Baseline, recording: Recording) -> dict[str, WorstDifference]:
+    return worst(baseline.time, baseline.columns, samples_of(baseline, recording))
+
+
 @given(run=runs(), signal=st.sampled_from(list(SIGNALS)), sample=st.integers(0, SAMPLES - 1),
        sign=st.sampled_from([-1.0, 1.0]), share=st.floats(0.0, 0.999), excess=st.floats(1.001, 1e6), data=st.data())
 def test_first_deviation_is_found_exactly(run: tuple[Baseline, Recording], signal: str, sample: int, sign: float,
                                           share: float, excess: float, data: st.DataObject) -> None:
     """One change within the tolerance is none; one beyond it is found, and later ones do not hide it."""
     baseline, recording = run
-    assert first_deviation(baseline, recording) is None
-    assert set(worst(baseline, recording).values()) == {(0.0, 0.0)}
+    assert first_of(baseline, recording) is None
+    assert set(worst_of(baseline, recording).values()) == {(0.0, 0.0)}
     expected = float(baseline.columns[signal][sample])
     allowed = SIGNALS[signal].absolute + SIGNALS[signal].relative * abs(expected)
     column = recording.columns[signal] = recording.columns[signal].astype(float)   # type: ignore[index]
     column[sample * EVERY] = expected + sign * share * allowed
-    assert first_deviation(baseline, recording) is None
+    assert first_of(baseline, recording) is None
     column[sample * EVERY] = got = expected + sign * (excess * allowed if allowed else 1.0)
     found = Deviation(signal, float(baseline.time[sample]), expected, got, allowed)
-    assert first_deviation(baseline, recording) == found
-    difference, time = worst(baseline, recording)[signal]
+    assert first_of(baseline, recording) == found
+    difference, time = worst_of(baseline, recording)[signal]
     assert (difference, time) == (abs(got - expected), found.time)
     if sample + 1 < SAMPLES:
         later = data.draw(st.integers(sample + 1, SAMPLES - 1))
         other = data.draw(st.sampled_from(list(SIGNALS)))
         recording.columns[other][later * EVERY] = 10**6
-        assert first_deviation(baseline, recording) == found
+        assert first_of(baseline, recording) == found
 
 
 @given(run=runs(), sample=st.integers(0, SAMPLES - 1), value=st.sampled_from([np.nan, np.inf, -np.inf]))
@@ -83,11 +91,11 @@ def test_a_value_that_is_not_finite_deviates(run: tuple[Baseline, Recording], sa
     baseline, recording = run
     recording.columns["plant.motor.i_a"][sample * EVERY] = value
     baseline.tolerances["plant.motor.i_a"] = Tolerance(1e300, 0.0)
-    found = first_deviation(baseline, recording)
+    found = first_of(baseline, recording)
     baseline.tolerances["plant.motor.i_a"] = SIGNALS["plant.motor.i_a"]
     assert found is not None
     assert (found.signal, found.time) == ("plant.motor.i_a", baseline.time[sample])
-    assert worst(baseline, recording)["plant.motor.i_a"] == (np.inf, baseline.time[sample])
+    assert worst_of(baseline, recording)["plant.motor.i_a"] == (np.inf, baseline.time[sample])
 
 
 def test_of_several_at_one_time_the_largest_relative_to_its_tolerance() -> None:
@@ -97,7 +105,7 @@ def test_of_several_at_one_time_the_largest_relative_to_its_tolerance() -> None:
     moved = np.array([1.0, 1.01, 1.0])
     for order in (("a", "b"), ("b", "a")):
         ordered = replace(baseline, columns={name: baseline.columns[name] for name in order})
-        found = first_deviation(ordered, Recording(time, {"a": moved, "b": moved}))
+        found = first_of(ordered, Recording(time, {"a": moved, "b": moved}))
         assert found is not None and found.signal == "b"
 
 
@@ -108,9 +116,8 @@ def test_recordings_that_cannot_be_compared() -> None:
             (Recording(time, {"plant.x": time, "q": time}), "plant.y was not recorded, .* nearest is 'plant.x'"),
             (Recording(time[:-1], {"plant.y": time}), "the run ended at t = 0.0045 s, expected 0.005 s"),
             (Recording(2.0 * time, {"plant.y": time}), "communication point 1 of the run is at t = 0.001 s")):
-        for compare in (first_deviation, worst):
-            with pytest.raises(BaselineError, match=message):
-                compare(baseline, recording)
+        with pytest.raises(BaselineError, match=message):
+            samples_of(baseline, recording)
 
 
 def short(**changed: Any) -> RunPlan:
