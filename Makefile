@@ -6,9 +6,14 @@ BIN = .venv/bin
 NATIVE_TOOLS = $(BIN)/python -c "import pyccel, ziglang" 2>/dev/null
 # Tests start hundreds of processes: each would compile all that it imports.
 unexport PYTHONDONTWRITEBYTECODE
-# A newer pip passes on what the tools of a build warn of.
-INSTALL_PACKAGE = PYTHONWARNINGS=ignore $(BIN)/python -m pip install --quiet --disable-pip-version-check --no-compile
-INSTALL = $(INSTALL_PACKAGE) --editable
+# Packages by uv, in a quarter of pip's time, from the index and within the constraints that pip is told of; where it cannot,
+# by pip, which says why. A newer pip passes on what the tools of a build warn of. A comma is written +, for make calls with commas.
+comma := ,
+PIP = PYTHONWARNINGS=ignore $(BIN)/python -m pip
+UV = UV_DEFAULT_INDEX="$${UV_DEFAULT_INDEX:-$${PIP_INDEX_URL:-$$($(PIP) config get global.index-url 2> /dev/null)}}" \
+	UV_CONSTRAINT="$${UV_CONSTRAINT:-$$PIP_CONSTRAINT}" $(BIN)/uv pip install --quiet --python $(BIN)/python
+what = $(subst +,$(comma),$(1))
+install = { $(UV) $(what) 2> /dev/null || $(PIP) install --quiet --disable-pip-version-check --no-compile $(what); }
 
 .PHONY: demo generate report live claims estimation docs check check-all check-built test tests thorough quick build native lint bench \
 	pages pace mutants mutants-tool coverage claims-check lock release clean
@@ -42,8 +47,8 @@ estimation: .venv/.test
 # The site, which needs no network: docs/_build/html/index.html. Its notebooks and its experiments are run; where
 # there is a compiler the live stage runs on the first page.
 docs: build
-	$(INSTALL) '.[report,data,design,docs]'
-	@$(INSTALL) '.[native]' || echo "left out: the live page, for pip cannot install the extra 'native'"
+	$(call install,--editable '.[report+data+design+docs]')
+	@$(call install,--editable '.[native]') || echo "left out: the live page, for pip cannot install the extra 'native'"
 	@if $(NATIVE_TOOLS); then set -x; $(BIN)/maglev live --out docs/_made/extra/stage; fi
 	$(BIN)/python docs/site/experiments.py docs/_made/experiments
 	$(MAKE) claims-check
@@ -113,7 +118,6 @@ bench: .venv/.test
 
 # The versions of all that the tests install, for every system: after a run of `make test` with them, to be committed.
 lock: .venv/.test
-	$(BIN)/python -m pip install --quiet uv
 	{ head -n 2 constraints.txt; $(BIN)/uv pip compile pyproject.toml --universal --python-version 3.11 --upgrade --quiet \
 		--extra report --extra test --extra native --extra interop --no-header --no-emit-index-url --no-annotate; } \
 		> constraints.new
@@ -146,14 +150,14 @@ mutants: .venv/.test
 
 # What its quick tests would miss in the tool that judges and compares: one expression changed at a time; survivors are listed.
 mutants-tool: .venv/.test
-	$(INSTALL_PACKAGE) mutmut==3.8.1
+	$(call install,mutmut==3.8.1)
 	@mkdir -p results
 	$(BIN)/mutmut run > results/mutmut.log
 	$(BIN)/mutmut results
 
 # Lines and branches that no test runs, by file. It is for reading: no number is asked for.
 coverage: .venv/.test
-	$(INSTALL_PACKAGE) pytest-cov==7.1.0
+	$(call install,pytest-cov==7.1.0)
 	$(BIN)/python -m pytest -n 4 --dist loadfile --no-loadscope-reorder -m "not thorough" --fmus=.venv/fmus \
 		--cov --cov-report=term-missing:skip-covered
 
@@ -163,16 +167,18 @@ clean:
 .venv/.venv:
 	@test -n "$(PYTHON)" || { echo "make: no Python 3.11 or newer found, expected one; set PYTHON=/path/to/python3"; exit 1; }
 	$(PYTHON) -m venv .venv
-	@$(INSTALL_PACKAGE) --upgrade pip || echo "left out: the newest pip, which needs a third of the time"
-	touch $@
+	@$(PIP) install --quiet uv || $(PIP) install --quiet --upgrade pip || echo "left out: uv and the newest pip, which take less time"
+	@touch $@
 
 .venv/.demo: .venv/.venv pyproject.toml
-	$(INSTALL) '.[report]'
-	touch $@
+	@echo installing packages into .venv
+	@$(call install,--editable '.[report]')
+	@touch $@
 
 # At once, which takes half the time; where pip cannot, what it can.
 .venv/.test: .venv/.venv pyproject.toml
-	$(INSTALL) '.[report,test,native,interop]' || { $(INSTALL) '.[report,test]' \
-		&& { $(INSTALL) '.[native]' || echo "left out: native FMUs, for pip cannot install the extra 'native'"; } \
-		&& { $(INSTALL) '.[interop]' || echo "left out: masters of others, for pip cannot install the extra 'interop'"; }; }
-	touch .venv/.demo $@
+	@echo installing packages into .venv
+	@$(call install,--editable '.[report+test+native+interop]') || { $(call install,--editable '.[report+test]') \
+		&& { $(call install,--editable '.[native]') || echo "left out: native FMUs, for pip cannot install the extra 'native'"; } \
+		&& { $(call install,--editable '.[interop]') || echo "left out: masters of others, for pip cannot install the extra 'interop'"; }; }
+	@touch .venv/.demo $@
