@@ -5,9 +5,10 @@ import numpy as np
 from maglev.arrays import Array
 from maglev.errors import ScenarioError
 from maglev.identification.rigs import attraction_force, equilibrium_currents
+from maglev.identification.settings import EPSILON
 from maglev.procedures.equilibrium import measured
 from maglev.procedures.outcome import Chart, Curve, Outcome, Panel, ProcedureValue
-from maglev.procedures.rig_data import EPSILON, Runs, constant_table, estimate, mm, rig_of
+from maglev.procedures.rig_data import Runs, constants_of, estimate, rig_of
 from maglev.schema.judged.procedure import ProcedureSettings
 
 SPACING = 0.5e-3   # m, of the air gaps at which the force is given
@@ -26,7 +27,7 @@ def evaluate(settings: ProcedureSettings, runs: Runs) -> Outcome:
     rig = rig_of(offset.plan)
     constants = rig.rows[0].constants
     attraction = constants[0]
-    at_zero, between = estimate(excitation, EPSILON, constants), estimate(offset, EPSILON, constants)
+    at_zero, between = (estimate(run, constants) for run in (excitation, offset))
     low, high = settings.gaps
     gaps: Array = low + SPACING * np.arange(round((high - low) / SPACING) + 1.0)
     mass = offset.parameters.get(f"plant.{rig.axes[0]}.mass")
@@ -36,14 +37,14 @@ def evaluate(settings: ProcedureSettings, runs: Runs) -> Outcome:
     values = [ProcedureValue("constant", between[attraction], constant=attraction, epsilon=EPSILON)]
     values += [ProcedureValue("cogging_force", value, gap=gap)
                for gap, value in zip(gaps.tolist(), force.tolist(), strict=True)]
-    curves = [Curve("predicted, no offset", mm(gaps), equilibrium_currents(rig, gaps, at_zero).tolist()),
-              Curve("predicted, between the slots", mm(gaps), equilibrium_currents(rig, gaps, between).tolist())]
+    curves = [Curve("predicted, no offset", 1e3 * gaps, equilibrium_currents(rig, gaps, at_zero)),
+              Curve("predicted, between the slots", 1e3 * gaps, equilibrium_currents(rig, gaps, between))]
     if currents is not None:
         seen = measured(currents, rig)
-        curves.insert(0, Curve("measured, no offset", mm(seen.gaps), seen.currents.tolist(), marked=True))
+        curves.insert(0, Curve("measured, no offset", 1e3 * seen.gaps, seen.currents, marked=True))
     charts = (Chart(settings.figures.get("force"), "Estimate of the peak cogging force of one motor over the air gap.",
-                    (Panel("air gap (mm)", "force (N)", (Curve("estimate", mm(gaps), force.tolist()),)),)),
+                    (Panel("air gap (mm)", "force (N)", (Curve("estimate", 1e3 * gaps, force),)),)),
               Chart(settings.figures.get("currents"),
                     "Equilibrium currents: measured, and predicted without an offset and between the slots.",
                     (Panel("air gap (mm)", "i_d (A)", tuple(curves)),)))
-    return Outcome(settings, names, tuple(values), (constant_table(settings, offset, [attraction]),), charts)
+    return Outcome(settings, names, tuple(values), (constants_of(settings, offset, [attraction])[1],), charts)

@@ -11,23 +11,11 @@ from maglev.identification.estimators import estimate as estimate_offline
 from maglev.identification.identify import Identification, identify, observed
 from maglev.identification.recording import MotionRecording
 from maglev.identification.rigs import Rig, equilibrium_currents, regressors, row_of, thrust_shape
-from maglev.identification.settings import METHODS
+from maglev.identification.settings import EPSILON, METHODS
 from maglev.procedures.equilibrium import beside_each_other, measured
 from maglev.procedures.outcome import Chart, Curve, Outcome, Panel, ProcedureValue, ValueTable
-from maglev.procedures.parabolas import Thrust, all_thrusts, at_epsilon, over_gap
-from maglev.procedures.rig_data import (
-    EPSILON,
-    Runs,
-    column,
-    constant_table,
-    constant_values,
-    estimate,
-    estimators,
-    measured_positions,
-    mm,
-    plant_column,
-    rig_of,
-)
+from maglev.procedures.parabolas import Thrust, all_thrusts, over_gap
+from maglev.procedures.rig_data import Runs, column, constants_of, estimate, estimators, positions_of, rig_of
 from maglev.schema.judged.procedure import ProcedureSettings
 
 POINTS = 31            # of a predicted curve over the air gap
@@ -43,27 +31,27 @@ def evaluate(settings: ProcedureSettings, runs: Runs) -> Outcome:
     if flown is None:
         return Outcome(settings, ())
     rig = rig_of(flown.plan)
-    values = constant_values(flown, rig.constants)
+    values, table = constants_of(settings, flown, rig.constants)
     if model is not None:
         for axis in (row.axis for row in rig.rows):   # tilts are held, or small
             values.append(ProcedureValue("position_deviation", deviation(flown, model, f"{axis}.position"), axis=axis))
             values.append(ProcedureValue("speed_deviation", deviation(flown, model, f"{axis}.velocity"), axis=axis))
     held = [thrust for thrust in all_thrusts(settings.runs["parabolas"], runs) if thrust.alone]
     values += [ProcedureValue("thrust", thrust.by_parabola, axis=thrust.axis, gap=thrust.gap) for thrust in held]
-    i_d, i_q = (np.stack([plant_column(flown, f"{motor}.{current}") for motor in rig.motors], axis=1)
+    i_d, i_q = (np.stack([column(flown, f"plant.{motor}.{current}") for motor in rig.motors], axis=1)
                 for current in ("i_d", "i_q"))
-    identified = identify(MotionRecording(rig, flown.time, measured_positions(flown, rig), i_d, i_q))
+    identified = identify(MotionRecording(rig, flown.time, positions_of(flown, rig), i_d, i_q))
     charts = [thrust_chart(settings, flown, held, identified), *current_charts(settings, flown, runs, identified),
               convergence_chart(flown, rig)]
     return Outcome(settings, tuple(run.plan.name for run in (flown, model) if run is not None), tuple(values),
-                   (constant_table(settings, flown, rig.constants), offline_table(identified)), tuple(charts),
+                   (table, offline_table(identified)), tuple(charts),
                    tuple(identified.warnings))
 
 
 def deviation(flown: RunResult, model: RunResult, name: str) -> float:
     """RMS of model − rig over the RMS of the rig's motion about its mean, for as long as both ran."""
     rows = min(len(model.time), len(flown.time))
-    there, here = plant_column(model, name)[:rows], plant_column(flown, name)[:rows]
+    there, here = column(model, f"plant.{name}")[:rows], column(flown, f"plant.{name}")[:rows]
     motion = float(here.std())
     return float(np.sqrt(np.mean((there - here) ** 2))) / motion if motion > 0.0 else math.inf
 
@@ -87,18 +75,18 @@ def thrust_chart(settings: ProcedureSettings, flown: RunResult, thrusts: Sequenc
     """Thrust over the air gap, beside that of Procedure 1 where its runs are there."""
     gaps = np.linspace(*(settings.gaps or (0.015, 0.025)), POINTS)   # m
     rig = model.recording.rig
-    constants = estimate(flown, EPSILON, rig.constants)
+    constants = estimate(flown, rig.constants)
     panels = []
     for axis in (axis.name for axis in rig.described.horizontal):
         constant = row_of(rig, axis).constants[0]
         margin = ERRORS * model.standard_error[constant] * thrust_shape(rig, gaps)
-        curves = [Curve("all constants at once", mm(gaps), (constants[constant] * thrust_shape(rig, gaps)).tolist(),
-                        margin=margin.tolist())]
+        curves = [Curve("all constants at once", 1e3 * gaps, constants[constant] * thrust_shape(rig, gaps),
+                        margin=margin)]
         held = [thrust for thrust in thrusts if thrust.axis == axis]
         if held:
             curves += [Curve("parabolas", *over_gap(held, [thrust.by_parabola for thrust in held]), marked=True),
                        Curve(f"held air gaps, ε = {EPSILON:g}",
-                             *over_gap(held, [at_epsilon(thrust.by_estimator) for thrust in held]))]
+                             *over_gap(held, [thrust.estimated for thrust in held]))]
         panels.append(Panel("air gap (mm)", f"L of {axis} (m/(s² A))", tuple(curves)))
     return Chart(settings.figures.get("thrust"),
                  f"Thrust over the air gap, by all constants at once and at held air gaps. {BAND}", tuple(panels))
@@ -111,7 +99,7 @@ def current_charts(settings: ProcedureSettings, flown: RunResult, runs: Runs, mo
     if currents is None:
         return []
     seen = measured(currents, rig)
-    constants = estimate(flown, EPSILON, rig.rows[0].constants)
+    constants = estimate(flown, rig.rows[0].constants)
     theory = equilibrium_currents(rig, seen.gaps, constants)
     margin = ERRORS * current_errors(model, seen.gaps, constants)
     return [Chart(settings.figures.get("currents"),
@@ -141,9 +129,8 @@ def current_errors(model: Identification, gaps: Array, constants: Mapping[str, f
 def convergence_chart(flown: RunResult, rig: Rig) -> Chart:
     """Every estimate over time, with every ε."""
     rows = np.unique(np.linspace(0, len(flown.time) - 1, CONVERGENCE).astype(int))
-    time = flown.time[rows].tolist()
     panels = tuple(Panel("time (s)", constant, tuple(
-        Curve(f"ε = {epsilon:g}", time, column(flown, f"{name}.{constant}")[rows].tolist())
+        Curve(f"ε = {epsilon:g}", flown.time[rows], column(flown, f"{name}.{constant}")[rows])
         for epsilon, name in estimators(flown).items())) for constant in rig.constants)
     return Chart(None, f"{flown.plan.title}: the estimates over time, from half of the values of the thesis.",
                  panels)

@@ -7,21 +7,10 @@ import numpy as np
 from maglev.arrays import Array
 from maglev.experiment.execution import RunResult
 from maglev.identification.rigs import Rig, equilibrium_currents
+from maglev.identification.settings import EPSILON
 from maglev.judging.metrics import step_samples
 from maglev.procedures.outcome import Chart, Curve, Outcome, Panel, ProcedureValue
-from maglev.procedures.rig_data import (
-    EPSILON,
-    Runs,
-    column,
-    constant_table,
-    constant_values,
-    entry,
-    estimate,
-    measured_position,
-    mm,
-    plant_column,
-    rig_of,
-)
+from maglev.procedures.rig_data import Runs, column, constants_of, entry, estimate, position_of, rig_of
 from maglev.schema.judged.procedure import ProcedureSettings
 
 SETTLED = 1.0 / 3.0   # of the time at an air gap, at its end
@@ -39,8 +28,8 @@ def measured(result: RunResult, rig: Rig) -> Measured:
     """Equilibria of a run that holds one air gap after the other, ascending."""
     axis = rig.axes[0]
     reference = column(result, entry(result.plan.axes, axis, result).reference)
-    position = measured_position(result, rig, axis)
-    current = np.mean([plant_column(result, f"{motor}.i_d") for motor in rig.motors], axis=0)
+    position = position_of(result, rig, axis)
+    current = np.mean([column(result, f"plant.{motor}.i_d") for motor in rig.motors], axis=0)
     starts = [0, *step_samples(reference)]
     ends = [*starts[1:], len(reference)]
     windows = [slice(end - max(1, round(SETTLED * (end - start))), end)
@@ -52,9 +41,8 @@ def measured(result: RunResult, rig: Rig) -> Measured:
 
 def beside_each_other(seen: Measured, theory: Array, margin: Array | None = None) -> Panel:
     """Measured equilibrium currents, and those predicted (A), shape (n,), at the same air gaps, perhaps with a band."""
-    return Panel("air gap (mm)", "i_d (A)", (Curve("measured", mm(seen.gaps), seen.currents.tolist(), marked=True),
-                                             Curve("predicted", mm(seen.gaps), theory.tolist(),
-                                                   margin=None if margin is None else margin.tolist())))
+    return Panel("air gap (mm)", "i_d (A)", (Curve("measured", 1e3 * seen.gaps, seen.currents, marked=True),
+                                             Curve("predicted", 1e3 * seen.gaps, theory, margin=margin)))
 
 
 def evaluate(settings: ProcedureSettings, runs: Runs) -> Outcome:
@@ -65,12 +53,11 @@ def evaluate(settings: ProcedureSettings, runs: Runs) -> Outcome:
         return Outcome(settings, names)
     rig = rig_of(excitation.plan)
     constants = rig.rows[0].constants
-    values = constant_values(excitation, constants)
-    tables = (constant_table(settings, excitation, constants),)
+    values, table = constants_of(settings, excitation, constants)
     if currents is None:
-        return Outcome(settings, names, tuple(values), tables)
+        return Outcome(settings, names, tuple(values), (table,))
     seen = measured(currents, rig)
-    theory = equilibrium_currents(rig, seen.gaps, estimate(excitation, EPSILON, constants))
+    theory = equilibrium_currents(rig, seen.gaps, estimate(excitation, constants))
     values += [ProcedureValue("equilibrium_current", here, gap=asked) for asked, here
                in zip(seen.asked.tolist(), seen.currents.tolist(), strict=True)]
     values += [ProcedureValue("equilibrium_deviation", abs(there - here), gap=asked) for asked, here, there
@@ -78,4 +65,4 @@ def evaluate(settings: ProcedureSettings, runs: Runs) -> Outcome:
     chart = Chart(settings.figures.get("currents"),
                   f"Equilibrium currents: measured, and predicted by the constants with ε = {EPSILON:g}.",
                   (beside_each_other(seen, theory),))
-    return Outcome(settings, names, tuple(values), tables, (chart,))
+    return Outcome(settings, names, tuple(values), (table,), (chart,))

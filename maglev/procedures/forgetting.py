@@ -10,7 +10,7 @@ import numpy as np
 from maglev.errors import ScenarioError
 from maglev.experiment.execution import RunResult
 from maglev.procedures.outcome import Chart, Curve, Outcome, Panel, ValueTable
-from maglev.procedures.rig_data import Runs, column, estimators_by
+from maglev.procedures.rig_data import Runs, column, estimators
 from maglev.schema.judged.procedure import ProcedureSettings
 from maglev.schema.signals.kinds import Steps
 
@@ -47,25 +47,25 @@ def evaluate(settings: ProcedureSettings, runs: Runs) -> Outcome:
     if not of_run:
         raise ScenarioError(f"{result.plan.name}: no constant of the plant jumps to another value {AFTER:g} s or "
                             "more before the end, expected a signal of kind steps to plant.C1 or another")
-    estimators = estimators_by(result, "forgetting")
+    by_forgetting = estimators(result, "forgetting")
     rows, panels = [], []
     kept = np.unique(np.linspace(0, len(result.time) - 1, POINTS).astype(int))
     for jump in of_run:
         curves = []
-        for forgetting, name in estimators.items():
+        for forgetting, name in by_forgetting.items():
             path = column(result, f"{name}.{jump.constant}")
             earlier = path[(result.time >= jump.time - BEFORE) & (result.time < jump.time)]
             later = float(path[np.searchsorted(result.time, jump.time + AFTER) - 1])
             left = (later - jump.after) / (jump.before - jump.after)
             rows.append((jump.constant, f"{forgetting:g}", percent(earlier.mean() / jump.before - 1.0),
                          percent(earlier.std() / jump.before), percent(left)))
-            curves.append(Curve(f"forgetting {forgetting:g} 1/s", result.time[kept].tolist(), path[kept].tolist()))
+            curves.append(Curve(f"forgetting {forgetting:g} 1/s", result.time[kept], path[kept]))
         true = np.where(result.time[kept] < jump.time, jump.before, jump.after)
-        curves.append(Curve("of the plant", result.time[kept].tolist(), true.tolist()))
+        curves.append(Curve("of the plant", result.time[kept], true))
         panels.append(Panel("time (s)", jump.constant, tuple(curves)))
-    table = ValueTable(
-        "Constants that jump", ("constant", "forgetting (1/s)", f"mean error, {BEFORE:g} s before",
-                                        "scatter in this time", f"left of the jump {AFTER:g} s after"), tuple(rows))
+    header = ("constant", "forgetting (1/s)", f"mean error, {BEFORE:g} s before", "scatter in this time",
+              f"left of the jump {AFTER:g} s after")
+    table = ValueTable("Constants that jump", header, tuple(rows))
     chart = Chart(None, "Constants of the plant that jump, and their estimates with several rates of forgetting.",
                   tuple(panels))
     return Outcome(settings, (result.plan.name,), tables=(table,), charts=(chart,))

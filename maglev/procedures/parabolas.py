@@ -1,7 +1,7 @@
 """Procedure 1: the thrust L at held air gaps, by parabola fit and by the estimator (sections 4.4.1, 5.4.1)."""
 
 import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from typing import NamedTuple
 
 import numpy as np
@@ -10,20 +10,9 @@ from maglev.arrays import Array
 from maglev.errors import ScenarioError
 from maglev.experiment.execution import RunResult
 from maglev.identification.rigs import Rig, fitted_parabola, row_of, thrust_of_parabola, thrust_shape
+from maglev.identification.settings import EPSILON
 from maglev.procedures.outcome import Chart, Curve, Outcome, Panel, ProcedureValue, ValueTable
-from maglev.procedures.rig_data import (
-    EPSILON,
-    Runs,
-    column,
-    entry,
-    estimators,
-    measured_positions,
-    millimetres,
-    mm,
-    no_such_epsilon,
-    plant_column,
-    rig_of,
-)
+from maglev.procedures.rig_data import Runs, at_epsilon, column, entry, estimators, millimetres, positions_of, rig_of
 from maglev.schema.judged.procedure import ProcedureSettings
 from maglev.schema.loading import load_plans
 
@@ -43,10 +32,15 @@ class Thrust(NamedTuple):
     by_parabola: float
     by_estimator: dict[float, float]
 
+    @property
+    def estimated(self) -> float:
+        """L by the estimator with the ε that the thesis goes on with; ScenarioError if there is none."""
+        return at_epsilon(self.by_estimator)
+
 
 def measured_thrust(result: RunResult, rig: Rig) -> list[Thrust]:
     """Thrust of every axis that moves in a run."""
-    positions = dict(zip(rig.axes, measured_positions(result, rig).T, strict=True))
+    positions = dict(zip(rig.axes, positions_of(result, rig).T, strict=True))
     gap = float(positions[rig.axes[0]].mean())
     shape = float(thrust_shape(rig, np.array([gap]))[0])
     start = entry(result.plan.fmus, "plant", result).start
@@ -62,7 +56,7 @@ def measured_thrust(result: RunResult, rig: Rig) -> list[Thrust]:
     for axis in axes:
         constant = row_of(rig, axis).constants[0]
         # The first row is what was there before the first command.
-        currents = [plant_column(result, f"{motor.name}.i_q") for motor in rig.described.motors_of(axis)]
+        currents = [column(result, f"plant.{motor.name}.i_q") for motor in rig.described.motors_of(axis)]
         i_q = float(np.mean(currents, axis=0)[1:end].mean())
         position = positions[axis][:end]
         by_parabola = thrust_of_parabola(rig, axis, time, position, i_q)
@@ -101,11 +95,11 @@ def evaluate(settings: ProcedureSettings, runs: Runs) -> Outcome:
         shapes = thrust_shape(rig, np.array([thrust.gap for thrust in of_axis]))
         average = np.mean(np.array([thrust.by_parabola for thrust in of_axis]) / shapes)
         values.append(ProcedureValue("average_constant", float(average), constant=constant, axis=axis))
-    single = {(thrust.axis, millimetres(thrust.gap)): thrust.by_estimator for thrust in alone}
+    single = {(thrust.axis, millimetres(thrust.gap)): thrust for thrust in alone}
     for thrust in together:
         other = single.get((thrust.axis, millimetres(thrust.gap)))
         if other is not None:
-            share = deviation(at_epsilon(thrust.by_estimator), at_epsilon(other))
+            share = deviation(thrust.estimated, other.estimated)
             values.append(ProcedureValue("simultaneous_deviation", share, axis=thrust.axis, gap=thrust.gap))
     names = tuple(sorted({thrust.run.plan.name for thrust in thrusts}))
     every = load_plans(thrusts[0].run.plan.path)
@@ -118,13 +112,6 @@ def evaluate(settings: ProcedureSettings, runs: Runs) -> Outcome:
 def deviation(value: float, other: float) -> float:
     """Share by which a value differs from another."""
     return abs(value / other - 1.0) if other != 0.0 else math.inf
-
-
-def at_epsilon(by_estimator: Mapping[float, float]) -> float:
-    """The value with the ε that the thesis goes on with; ScenarioError if there is none."""
-    if EPSILON not in by_estimator:
-        raise no_such_epsilon(EPSILON, by_estimator)
-    return by_estimator[EPSILON]
 
 
 def thrust_values(thrust: Thrust) -> list[ProcedureValue]:
@@ -179,7 +166,7 @@ def comparison(axis: str, alone: Sequence[Thrust], together: Sequence[Thrust]) -
     kinds = {"one axis": [thrust for thrust in alone if thrust.axis == axis],
              "both axes": [thrust for thrust in together if thrust.axis == axis]}
     return Panel("air gap (mm)", f"L of {axis} (m/(s² A))", tuple(
-        Curve(label, *over_gap(thrusts, [at_epsilon(thrust.by_estimator) for thrust in thrusts]))
+        Curve(label, *over_gap(thrusts, [thrust.estimated for thrust in thrusts]))
         for label, thrusts in kinds.items()))
 
 
@@ -190,11 +177,10 @@ def motion(thrust: Thrust) -> list[Curve]:
     fitted = start + 0.5 * acceleration * time**2
     rows = np.unique(np.linspace(0, len(time) - 1, POINTS).astype(int))
     gap = f"{millimetres(thrust.gap)} mm"
-    return [Curve(f"simulated, {gap}", time[rows].tolist(), mm(position[rows]), marked=True, kin=gap),
-            Curve(f"parabola, {gap}", time[rows].tolist(), mm(fitted[rows]), kin=gap)]
+    return [Curve(f"simulated, {gap}", time[rows], 1e3 * position[rows], marked=True, kin=gap),
+            Curve(f"parabola, {gap}", time[rows], 1e3 * fitted[rows], kin=gap)]
 
 
-def over_gap(thrusts: Sequence[Thrust], values: Sequence[float]) -> tuple[list[float], list[float]]:
+def over_gap(thrusts: Sequence[Thrust], values: Sequence[float]) -> tuple[Array, Sequence[float]]:
     """Air gaps (mm) and values."""
-    gaps: Array = np.array([thrust.gap for thrust in thrusts])
-    return mm(gaps), list(values)
+    return 1e3 * np.array([thrust.gap for thrust in thrusts]), values
