@@ -8,7 +8,7 @@ from pathlib import Path
 DOCS = Path(__file__).parent
 sys.path.insert(0, str(DOCS / "site"))
 
-from site_style import write_tokens  # noqa: E402
+from site_pages import write_tokens  # noqa: E402
 
 MADE = DOCS / "_made"
 write_tokens(MADE / "static")
@@ -18,8 +18,7 @@ release = version = installed("maglev-fmus")
 author = "the authors of Maglev FMUs"
 project_copyright = author
 
-extensions = ["myst_nb", "sphinx.ext.autodoc", "numpydoc", "mathml", "reference_pages", "equation_index",
-              "readable"]
+extensions = ["myst_nb", "sphinx.ext.autodoc", "numpydoc", "site_pages", "reference_pages"]
 exclude_patterns = ["_build", "site", "_made/extra", "_made/static"]
 nitpicky = False
 root_doc = "index"
