@@ -1,21 +1,40 @@
-"""The ways to run a pair of blocks or FMUs that the benchmark compares; each gives the time of one step, s.
+"""What the gated benchmarks share: ways to run a pair of blocks or FMUs, rounds in which all are measured, options.
 
-All of them set references, pass measurements and currents, and record every output at every step.
+All ways set references, pass measurements and currents, and record every output at every step; each gives the time of
+one step, s.
 """
 
+import argparse
+import ctypes
+import lzma
+import sys
+import tempfile
 from array import array
+from collections.abc import Callable, Mapping
 from operator import attrgetter
 from pathlib import Path
 from time import perf_counter
 from typing import NamedTuple
 
 from fmi_export.definition import FmuDefinition
+from fmi_export.native.build import host_platform
+from fmi_export.native.compiler import compiled
 from maglev.analysis.differences.participant import Participant
 from maglev.cosim.master import FmuSetup, Master
 from maglev.own_fmus import definition
 from maglev.own_stage.loop import loop_table
 from pmlsm.rig import Rig
 from pmlsm.rigs import RIGS
+
+ROUNDS = 7   # the fastest counts, which is the least disturbed
+ENOUGH = 3   # for the gate, if none of them has a ratio that is too large: then the fastest have none
+
+TooLarge = Callable[[Mapping[str, float]], dict[str, float]]   # by way, ratios above their limits
+
+FROZEN = "frozen C loop"
+FOLDER = Path(__file__).with_name("reference")
+FLAGS = ("-std=c99", "-O2", "-ffp-contract=off", "-fvisibility=hidden", "-fno-sanitize=all", "-g0", "-shared", "-fPIC",
+         "-lm")   # as they were then, too
 
 
 class Pair(NamedTuple):
@@ -133,3 +152,58 @@ def loop_fmu(pair: Pair, path: Path, seconds: int) -> float:
         for _ in range(seconds):
             loop.step(references)
         return (perf_counter() - begin) / seconds * pair.dt
+
+
+def reference_loop(pair: Pair, steps: int) -> Callable[[], float]:
+    """One C loop over controller and plant as they were when sines came from the C library: the unit of all ratios.
+
+    It is frozen, so that blocks that become faster do not make everything around them look slower. The folder
+    `reference` has what pyccel made of the blocks of commit eb32d8e, and for each stage a loop over them, which does
+    what a master does: references, which are constant, measurements, controller, currents, plant, and a record.
+    """
+    text = lzma.decompress((FOLDER / f"{pair.rig.name}.c.xz").read_bytes()).decode("utf-8")
+    platform = next(iter(host_platform().values()))
+    with tempfile.TemporaryDirectory() as folder:
+        name = f"{pair.rig.name}{platform.ending}"
+        (Path(folder) / "loop.c").write_text(text, encoding="utf-8")
+        compiled(Path(folder), [*FLAGS, "-target", platform.targets[0], "-o", name, "loop.c"])
+        library = ctypes.CDLL(str(Path(folder) / name))
+    run = library["run"]
+    run.argtypes = [ctypes.c_int, ctypes.c_double, ctypes.c_void_p, ctypes.c_void_p]
+    record = (ctypes.c_double * (steps * text.count("*record++")))()
+    given = (ctypes.c_double * len(pair.starts))(*pair.starts)
+
+    def measure() -> float:
+        begin = perf_counter()
+        if run(steps, pair.dt, given, record) != 0:
+            sys.exit("the C loop was refused a step")
+        return (perf_counter() - begin) / steps
+
+    return measure
+
+
+def options(about: str | None, gates: Mapping[str, float]) -> argparse.Namespace:
+    """Options of a benchmark: gate, record, fmus."""
+    parser = argparse.ArgumentParser(description=about)
+    parser.add_argument("--gate", action="store_true", help=f"only what is gated; fail if a ratio exceeds {gates}")
+    parser.add_argument("--record", action="store_true", help="add the ratios to the history of this commit")
+    parser.add_argument("--fmus", type=Path, help="folder of FMUs that are built, in its folders python and native")
+    return parser.parse_args()
+
+
+def fastest(ways: Mapping[str, Callable[[], float]], too_large: TooLarge, gate: bool,
+            repeats: Mapping[str, int] | None = None) -> dict[str, float]:
+    """Shortest time (s) of each way, measured in turn, so that a disturbance meets all of them.
+
+    Some are measured several times in a round. For the gate a few rounds do, if each holds the limits.
+    """
+    times: dict[str, list[float]] = {name: [] for name in ways}
+    held = 0
+    for done in range(1, ROUNDS + 1):
+        of_round = {name: min(way() for _ in range((repeats or {}).get(name, 1))) for name, way in ways.items()}
+        for name, time in of_round.items():
+            times[name].append(time)
+        held += not too_large(of_round)
+        if gate and held == done == ENOUGH:
+            break
+    return {name: min(taken) for name, taken in times.items()}

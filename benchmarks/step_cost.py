@@ -12,12 +12,11 @@ from importlib.util import find_spec
 from math import inf
 from pathlib import Path
 
+import loops
 from exchange_alone import for_exchange_alone
-from loops import PAIRS, Pair, bare_loop, loop_fmu, master_loop, open_loop
-from reference_loop import FROZEN, reference_loop
+from loops import FROZEN, PAIRS, Pair
 from rich.console import Console
 from rich.table import Table
-from rounds import fastest, options
 from speed_history import PYTHON, STEP, record
 
 from maglev.catalogue import HOST, build
@@ -51,27 +50,28 @@ def measure(pair: Pair, folder: Path, native: bool, fmi3: Path | None) -> dict[s
     """
     in_python = STEPS if fmi3 is not None else GATE_STEPS
     ways: dict[str, Callable[[], float]] = {
-        "bare Python loop": lambda: bare_loop(pair, in_python),
-        "FMUs, master": lambda: master_loop(pair, folder / "python", in_python)}
+        "bare Python loop": lambda: loops.bare_loop(pair, in_python),
+        "FMUs, master": lambda: loops.master_loop(pair, folder / "python", in_python)}
     if native:
-        ways[FROZEN] = reference_loop(pair, C_STEPS)
-        ways["native, loop in one FMU"] = lambda: loop_fmu(pair, folder / "native" / f"{pair.loop}.fmu", 5)
-        ways["native, master"] = lambda: master_loop(pair, folder / "native", 4 * STEPS)
+        ways[FROZEN] = loops.reference_loop(pair, C_STEPS)
+        ways["native, loop in one FMU"] = lambda: loops.loop_fmu(pair, folder / "native" / f"{pair.loop}.fmu", 5)
+        ways["native, master"] = lambda: loops.master_loop(pair, folder / "native", 4 * STEPS)
         if fmi3 is not None:
-            ways["native, FMI 3.0, master"] = lambda: master_loop(pair, fmi3, 4 * STEPS)
+            ways["native, FMI 3.0, master"] = lambda: loops.master_loop(pair, fmi3, 4 * STEPS)
             other = fmi3 / f"{pair.plant}.fmu"
-            ways["native, FMI 2.0 and 3.0, master"] = lambda: master_loop(pair, folder / "native", 4 * STEPS, other)
+            ways["native, FMI 2.0 and 3.0, master"] = partial(
+                loops.master_loop, pair, folder / "native", 4 * STEPS, other)
             for version, made in (("2.0", folder / "native"), ("3.0", fmi3)):
                 exchanged = for_exchange_alone(made / other.name, fmi3 / f"exchanged{version}{other.name}")
                 ways[f"native, FMI {version}, master, plant by CVODE"] = partial(
-                    master_loop, pair, made, EXCHANGE_STEPS, exchanged)
-    return fastest(ways, too_large, fmi3 is None, TIMES)
+                    loops.master_loop, pair, made, EXCHANGE_STEPS, exchanged)
+    return loops.fastest(ways, too_large, fmi3 is None, TIMES)
 
 
 def growth(pair: Pair, folder: Path) -> int:
     """Bytes by which the process grows while the loop in one FMU does ten million samples."""
     references = pair.starts
-    with open_loop(pair, folder / "native" / f"{pair.loop}.fmu") as loop:
+    with loops.open_loop(pair, folder / "native" / f"{pair.loop}.fmu") as loop:
         for _ in range(10):
             loop.step(references)
         before = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss
@@ -82,7 +82,7 @@ def growth(pair: Pair, folder: Path) -> int:
 
 def main() -> int:
     """Print the table; with --gate, return 1 if a ratio is too large."""
-    asked = options(__doc__, GATES)
+    asked = loops.options(__doc__, GATES)
     gate: bool = asked.gate
     native = all(find_spec(name) is not None for name in ("pyccel", "ziglang"))
     console = Console(width=110)

@@ -16,11 +16,9 @@ from pathlib import Path
 from time import perf_counter, process_time
 from unittest.mock import patch
 
-from loops import PAIRS
-from reference_loop import FROZEN, reference_loop
+from loops import FROZEN, PAIRS, fastest, options, reference_loop
 from rich.console import Console
 from rich.table import Table
-from rounds import fastest, options
 from speed_history import WHOLE, record
 
 from maglev.api.options import experiments_of
