@@ -7,25 +7,15 @@ from pathlib import Path
 from statistics import fmean as mean
 from typing import Any
 
+from maglev.arrays import Array
 from maglev.errors import LinearModelError, RigError
 from maglev.linear.equilibrium import equilibrium
 from maglev.linear.loop import Loop, linearise_loop
 from maglev.linear.margins import Margins
 from maglev.linear.parameters import linear_names
 from maglev.linear.text import aligned
+from maglev.own_stage import design
 from maglev.own_stage.adoption import know_stage
-from maglev.own_stage.design import (
-    SLOWEST_SAMPLING,
-    accelerations,
-    current_limits,
-    held,
-    longest_sample_time,
-    pulls,
-    strongest,
-    travel,
-    unstable_rate,
-    wanted_sample_time,
-)
 from maglev.parameter import Parameter
 from maglev.stages import STAGES
 from pmlsm.gap_functions import gap_functions
@@ -39,26 +29,16 @@ LONGEST_FALL = 10.0  # s, beyond which a mover without current counts as balance
 
 @dataclass(frozen=True)
 class Place:
-    """A stage at one air gap.
+    """A stage at one air gap."""
 
-    Attributes
-    ----------
-    gap : float
-        m.
-    currents : dict of str to float
-        i_d that hold the mover, A, by motor, as the controllers' model has it; none where none do.
-    closing, opening : float
-        Net force on the mover at the limits of i_d, N: the most that closes the gap, and that opens it. What is left
-        over to hold it is the smaller one; one below 0 N is missing.
-    margins : dict of str to (float, float)
-        Of the measurement of each axis, all others closed, exact for plant, hold, lag, observer and law: phase
-        (degrees), and gain (dB), the smaller of that upwards and that downwards.
-    """
-
-    gap: float
-    currents: dict[str, float]
+    gap: float   # m
+    currents: dict[str, float]   # i_d that hold the mover, A, by motor, as the controllers' model has it, or none
+    # Net force on the mover at the limits of i_d, N: the most that closes the gap, and that opens it. What is left over
+    # to hold it is the smaller one; one below 0 N is missing.
     closing: float
     opening: float
+    # Of the measurement of each axis, all others closed, exact for plant, hold, lag, observer and law: phase (degrees),
+    # and gain (dB), the smaller of that upwards and that downwards.
     margins: dict[str, tuple[float, float]]
 
 
@@ -107,7 +87,7 @@ class Consequences:
         """What keeps it from working well, each with what to change."""
         rig, vertical = self.rig, self.rig.vertical.name
         texts = []
-        if rig.sample_time > 2.0 * longest_sample_time(rig):
+        if rig.sample_time > 2.0 * design.longest_sample_time(rig):
             texts.append(f"sample_time: {1e3 * rig.sample_time:g} ms costs more than 10° of phase, expected "
                          f"{1e3 * self.wanted:g} ms or less")
         for place in self.places:
@@ -215,25 +195,23 @@ def stage(path: str | Path) -> Consequences:
 
 def consequences(rig: Rig) -> Consequences:
     """What follows from a stage that this process knows, and that can run."""
-    gap, *ends = travel(rig)
+    gap, *ends = design.travel(rig)
     inward = 1e-6 * (ends[1] - ends[0])   # a stop itself is touched
     forces = {f"thrust {axis.name}": axis.mass * rig.sharing * rig.model.thrust[axis.name] * sum(
         motor.ratios[0] * gap_functions(rig.motor(motor), gap)[0] for motor in rig.motors_of(axis.name))
         for axis in rig.horizontal}
     for name in ("coils", "attraction"):
         forces["normal" if name == "coils" else name] = rig.vertical.mass * mean(
-            getattr(pull, name) for pull in pulls(rig, gap))
-    axes = [rig.vertical.name, *(axis.name for axis in rig.rotations)]
+            getattr(pull, name) for pull in design.pulls(rig, gap))
     places = (place(rig, gap), place(rig, ends[0] + inward), place(rig, ends[1] - inward))
-    limits = dict(zip(rig.motor_names, current_limits(rig), strict=True))
-    return Consequences(rig, forces, limits, fall(rig), max(unstable_rate(rig, axis) for axis in axes),
-                        wanted_sample_time(rig), places)
+    return Consequences(rig, forces, dict(zip(rig.motor_names, design.current_limits(rig), strict=True)), fall(rig),
+                        design.unstable_rate(rig), design.wanted_sample_time(rig), places)
 
 
 def place(rig: Rig, gap: float) -> Place:
     """The stage at a gap (m)."""
-    at = held(rig, gap)
-    closing, opening = (rig.vertical.mass * acceleration for acceleration in accelerations(rig, gap))
+    at = design.held(rig, gap)
+    closing, opening = (rig.vertical.mass * acceleration for acceleration in design.accelerations(rig, gap))
     if at is None:
         return Place(gap, {}, closing, opening, {})
     lifted = {f"{motor}.amplifier.{key}": value for motor in rig.motor_names
@@ -265,8 +243,11 @@ def fall(rig: Rig) -> float:
     ends = [lambda t, state, end=end: state[0] - end for end in (stop.lower, stop.upper)]
     for event in ends:
         event.terminal = True   # type: ignore[attr-defined]  # where scipy looks
-    done = solve_ivp(lambda t, state: [state[1], GRAVITY - mean(pull.attraction for pull in pulls(rig, state[0]))],
-                     (0.0, LONGEST_FALL), [rig.vertical.start, 0.0], events=ends, rtol=1e-8, atol=1e-12)
+
+    def rates(_: float, state: Array) -> list[float]:
+        return [state[1], GRAVITY - mean(pull.attraction for pull in design.pulls(rig, state[0]))]
+
+    done = solve_ivp(rates, (0.0, LONGEST_FALL), [rig.vertical.start, 0.0], events=ends, rtol=1e-8, atol=1e-12)
     return min((float(times[0]) for times in done.t_events or () if len(times)), default=inf)
 
 
@@ -286,11 +267,11 @@ def flyable(path: str | Path) -> Rig:
             equilibrium(f"{kind}{rig.suffix}", start)
         for axis in rig.horizontal:
             require_thrust(rig, axis)
-        rate = max(unstable_rate(rig, axis.name) for axis in (rig.vertical, *rig.rotations))
-        if rate * rig.sample_time > SLOWEST_SAMPLING:
+        rate = design.unstable_rate(rig)
+        if rate * rig.sample_time > design.SLOWEST_SAMPLING:
             raise RigError(f"sample_time: {1e3 * rig.sample_time:g} ms, expected at most "
-                           f"{1e3 * SLOWEST_SAMPLING / rate:.3g} ms: without control the mover leaves its start with "
-                           f"exp({rate:.3g} t/s)")
+                           f"{1e3 * design.SLOWEST_SAMPLING / rate:.3g} ms: without control the mover leaves its start "
+                           f"with exp({rate:.3g} t/s)")
         loop = linearise_loop(f"Plant{rig.suffix}", f"Regulator{rig.suffix}", start)
         if not loop.stable:
             raise RigError(f"design: with these gains the loop at the start grows with a pole of magnitude "
@@ -324,7 +305,7 @@ def require_within_ranges(rig: Rig) -> None:
 
 def require_thrust(rig: Rig, axis: RigAxis) -> None:
     """Refuse motors that cannot overcome what holds their axis."""
-    needed, given = abs(axis.bias) + axis.friction.coulomb / axis.mass, strongest(rig, axis.name)
+    needed, given = abs(axis.bias) + axis.friction.coulomb / axis.mass, design.strongest(rig, axis.name)
     if given <= needed:
         raise RigError(f"axes.{axis.name}: its motors give {axis.mass * given:.3g} N at their limit and the start gap, "
                        f"bias and friction take {axis.mass * needed:.3g} N, expected more thrust")

@@ -130,10 +130,15 @@ def stiffness(rig: Rig, axis: str, at: list[Held]) -> float:
     return float(places.effects[k, 0::2] * alphas @ places.gaps[:, k]) / len(rig.motors)
 
 
-def unstable_rate(rig: Rig, axis: str = "") -> float:
+def uncontrolled(rig: Rig) -> list[str]:
+    """Axes along which the mover leaves its place if nothing controls it: the air gap, and tilts of it."""
+    return [rig.vertical.name, *(axis.name for axis in rig.rotations)]
+
+
+def unstable_rate(rig: Rig) -> float:
     """Rate (1/s) with which the mover leaves its start, where the model's motors hold it, if nothing controls it.
 
-    Along the air gap, or a tilt of it. RigError if no direct current holds it there.
+    RigError if no direct current holds it there.
     """
     start = held(rig, rig.vertical.start)
     if start is None:
@@ -142,7 +147,7 @@ def unstable_rate(rig: Rig, axis: str = "") -> float:
         raise RigError(f"no direct current holds the mover of {vertical.mass:g} kg at {1e3 * gap:g} mm: without "
                        f"one the motors attract it by {attracted:.3g} m/s², gravity takes 9.81 m/s², expected another "
                        "gap, mass or attraction")
-    return sqrt(max(stiffness(rig, axis or rig.vertical.name, start), 1e-6))
+    return sqrt(max(1e-6, *(stiffness(rig, axis, start) for axis in uncontrolled(rig))))
 
 
 def strongest(rig: Rig, axis: str) -> float:
@@ -193,11 +198,9 @@ def steps(rig: Rig) -> dict[str, float]:
 
 def longest_sample_time(rig: Rig) -> float:
     """Sample time (s) by which sampling costs the fastest axis 5° of phase; RigError as of `unstable_rate`."""
-    axes = [rig.vertical.name, *(axis.name for axis in rig.rotations)]
-    rates = [unstable_rate(rig, axis) for axis in axes]
-    places = [at for gap in travel(rig) if (at := held(rig, gap)) is not None]
-    rates += [sqrt(max(stiffness(rig, axis, at), 0.0)) for axis in axes for at in places]
-    return WANTED_SAMPLING / max(rates)
+    alphas = [stiffness(rig, axis, at) for gap in travel(rig) if (at := held(rig, gap)) is not None
+              for axis in uncontrolled(rig)]
+    return WANTED_SAMPLING / max(unstable_rate(rig), sqrt(max(0.0, *alphas)))
 
 
 def wanted_sample_time(rig: Rig) -> float:
@@ -310,6 +313,16 @@ def regulator_gains(rate: float) -> tuple[float, ...]:
     fast = rate * complex(*FAST)
     poles = [-fast, -fast.conjugate(), -slow, -slow * (0.8 + 0.6j), -slow * (0.8 - 0.6j)]
     return tuple(kept(gain) for gain in gains_of(np.poly(np.array(poles)).real.tolist(), OMEGA0))
+
+
+def axis_design(rig: Rig, axis: RigAxis, rate: float) -> dict[str, Any]:
+    """What the design of an axis follows from the rate (rad/s) of its fast poles, by its names."""
+    bandwidth = kept(BANDWIDTH * rate)
+    # Steps of gap and tilts share the currents of the motors: without a pre-filter they end on the stops.
+    tilting = rig.rotations and axis not in rig.horizontal
+    return {"gains": regulator_gains(rate), "bandwidth": bandwidth,
+            "pid": (-SLOW * rate, -FAST[0] * rate, FAST[1] * rate),
+            "prefilter": min(bandwidth, 1.0 / rig.sample_time) if tilting else 0.0}
 
 
 @np.errstate(all="ignore")   # what is no number is no margin

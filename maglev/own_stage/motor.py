@@ -11,7 +11,7 @@ from maglev.rig.description import PACKAGED, Reader
 from maglev.toml_file import read_toml
 from maglev.units import number_or_text
 from pmlsm.gap_functions import gap_functions
-from pmlsm.rig import Rig, Stop, quantity
+from pmlsm.rig import Rig, quantity
 from pmlsm.rigs import RIGS, SINGLE
 from pmlsm.velocity_rows import GRAVITY
 
@@ -143,13 +143,9 @@ def with_motor(rig: Rig, motor: Motor) -> tuple[Rig, Field]:
     stop = replace(rig.gap_stop, lower=float(f"{(1.0 - TRAVEL) * gap:.3g}"), upper=float(f"{(1.0 + TRAVEL) * gap:.3g}"))
     return replace(rig, axes=tuple(replace(
         axis, mass=mass if not axis.rotation else float(f"{axis.mass * mass / rig.vertical.mass:.3g}"),
-        start=gap if axis is rig.vertical else axis.start, stop=stopped(axis.stop, stop, axis is rig.vertical),
+        start=gap if axis is rig.vertical else axis.start,
+        stop=stop if axis is rig.vertical and axis.stop is not None else axis.stop,
         ripple=replace(axis.ripple, amplitude=0.0, period=geometry["slot_pitch"]),
         friction=replace(axis.friction, presliding=float(f"{axis.friction.presliding * gap / rig.vertical.start:.2g}"))
         if axis not in rig.horizontal else axis.friction) for axis in rig.axes),
         motor_stop=stop if rig.motor_stop is not None else None), field
-
-
-def stopped(stop: Stop | None, of_gap: Stop, vertical: bool) -> Stop | None:
-    """Stops of an axis, those of the gap if it is this and has any."""
-    return of_gap if vertical and stop is not None else stop

@@ -6,16 +6,7 @@ from pathlib import Path
 from typing import Any
 
 from maglev.errors import RigError, one_of
-from maglev.own_stage.design import (
-    BANDWIDTH,
-    FAST,
-    SLOW,
-    designed_rates,
-    gains_of_poles,
-    regulator_gains,
-    unstable_rate,
-    wanted_sample_time,
-)
+from maglev.own_stage.design import axis_design, designed_rates, gains_of_poles, unstable_rate, wanted_sample_time
 from maglev.own_stage.motor import MOTORS, packaged_tables
 from maglev.rig.data_sheet import Catalogue, Field, catalogue_constants, field_geometry, kept
 from maglev.rig.description import Reader
@@ -89,7 +80,7 @@ def put_packaged_motors(reader: Reader, table: Table) -> None:
         name = of.pop("motor", None)
         if name is None:
             continue
-        if name not in [*MOTORS]:
+        if name not in [*MOTORS]:   # which may be a list, and no key
             reader.refuse(f"{place}motor", f"{name!r}, expected {one_of(str(name), MOTORS)}")
         vertical, axis = next(iter(tables(table, "axes").items()), ("", {}))
         gap = reader.number(axis.get("start", "5 mm"), f"axes.{vertical}.start", "m", 1e-4, 1.0)
@@ -210,12 +201,7 @@ def designed(rig: Rig, missing: dict[str, set[str]], observer_time: bool) -> Rig
     axes = []
     for axis in rig.axes:
         if missing[axis.name]:
-            rate = rates[axis.name]
-            design: dict[str, Any] = {"gains": regulator_gains(rate), "bandwidth": kept(BANDWIDTH * rate),
-                                      "pid": (-SLOW * rate, -FAST[0] * rate, FAST[1] * rate)}
-            # Steps of gap and tilts share the currents of the motors: without a pre-filter they end on the stops.
-            tilting = rig.rotations and axis not in rig.horizontal
-            design["prefilter"] = min(design["bandwidth"], 1.0 / rig.sample_time) if tilting else 0.0
-            axis = replace(axis, design=replace(axis.design, **{key: design[key] for key in missing[axis.name]}))
+            found = axis_design(rig, axis, rates[axis.name])
+            axis = replace(axis, design=replace(axis.design, **{key: found[key] for key in missing[axis.name]}))
         axes.append(axis)
     return replace(rig, axes=tuple(axes), design=replace(rig.design, observer_time=time))

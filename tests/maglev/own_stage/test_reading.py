@@ -15,7 +15,7 @@ from hypothesis import strategies as st
 
 from maglev.errors import MaglevError, RigError
 from maglev.linear.design import regulator_polynomial
-from maglev.own_stage.design import OMEGA0, unstable_rate
+from maglev.own_stage.design import OMEGA0, held, stiffness
 from maglev.own_stage.loop import loop_table
 from maglev.own_stage.new import new_stage
 from maglev.own_stage.reading import read_own
@@ -221,7 +221,9 @@ def test_a_tilt_is_left_as_fast_as_its_motors_have_it(tmp_path: Path) -> None:
     own = read_own(changed(tmp_path / "own.toml", "5dof", ("mass = 0.2 ", "mass = 0.3 "), ("z = 0.2", "z = 0.25"),
                            ("z = -0.2", "z = -0.25")))
     ratio = sqrt(6.9 * (2.0 * 0.25**2 / 4.0) / 0.3)
-    assert unstable_rate(own, "roll") / unstable_rate(own) == pytest.approx(ratio)
+    at = held(own, own.vertical.start)
+    assert at is not None
+    assert sqrt(stiffness(own, "roll", at) / stiffness(own, "y", at)) == pytest.approx(ratio)
 
 
 @pytest.mark.parametrize(("name", "like", "message"), [
