@@ -101,71 +101,59 @@ def in_manifest(path: Path, files: Mapping[str, bytes]) -> Iterator[CarriedExper
             if role != "result" and kind not in EXPERIMENT_TYPES and not source.endswith(".exp"):
                 continue
             listed[role.partition("/")[0]].append((source, related))
-    used: set[str] = set()
+    used: set[str | None] = set()
     for source, _ in listed["experiment"]:
-        name = place_of(source, MANIFEST)
-        if name is None or name not in files:
-            yield CarriedExperiment(source, problem=missing(source, MANIFEST, files))
-            continue
         try:
-            elements = list(parsed(File(f"{path}: {name}", files[name]), "Experiments").iter("Experiment"))
+            elements = list(parsed(file_of(path, source, MANIFEST, files), "Experiments").iter("Experiment"))
         except FmuError as error:
             yield CarriedExperiment(source, problem=str(error).removeprefix(f"{path}: "))
             continue
+        place = str(place_of(source, MANIFEST))
         for element in elements:
-            yield experiment(path, name, element, files, used)
+            references = element.find("References")   # of this experiment, also where it cannot be run
+            used.add(None if references is None else place_of(references.get("source", ""), place))
+            try:
+                found = experiment(path, place, element, files)
+            except FmuError as error:
+                found = CarriedExperiment(element.get("name", ""), problem=str(error))
+            yield found
     for source, related in listed["result"]:
-        name = place_of(source, MANIFEST)
-        label = related.get("description") or source
-        if name in used:
+        if place_of(source, MANIFEST) in used - {None}:
             continue
-        if name is None or name not in files:
-            yield CarriedExperiment(label, problem=missing(source, MANIFEST, files))
+        label = related.get("description") or source
+        try:
+            results = file_of(path, source, MANIFEST, files)
+        except FmuError as error:
+            yield CarriedExperiment(label, problem=str(error))
         else:
-            yield CarriedExperiment(label, results=File(f"{path}: {name}", files[name]),
-                                    options=options_of(path, name, files))
+            yield CarriedExperiment(label, results=results, options=options_of(path, results, files))
 
 
-def experiment(path: Path, place: str, element: Element, files: Mapping[str, bytes],
-               used: set[str]) -> CarriedExperiment:
-    """An experiment of an experiments file; the names of its results are added to `used`."""
+def experiment(path: Path, place: str, element: Element, files: Mapping[str, bytes]) -> CarriedExperiment:
+    """An experiment of an experiments file; FmuError where it cannot be run."""
     label = element.get("name", "")
-    references = element.find("References")   # of this experiment, also where it cannot be run
-    if references is not None and (results := place_of(references.get("source", ""), place)) is not None:
-        used.add(results)
     kinds = [child.tag for child in element if child.tag[0].isupper()]
     transient = element.find("TransientSimulation")
     analyses = [kind for kind in kinds if kind not in ("TransientSimulation", "Parameters", "Stimuli", "References",
                                                        "Annotations")]
     if analyses:
-        return CarriedExperiment(label, problem=f"{place}: {analyses[0]}, expected TransientSimulation: no other kind "
-                                                "of experiment is run")
+        raise FmuError(f"{place}: {analyses[0]}, expected TransientSimulation: no other kind of experiment is run")
     times = {**element.attrib, **(transient.attrib if transient is not None else {})}
     by_tag: dict[str, File] = {}
     for tag, kind in (("Parameters", SSV_TYPE), ("Stimuli", CSV_TYPE), ("References", CSV_TYPE)):
         child = element.find(tag)
         if child is None:
             continue
-        source, given = child.get("source", ""), child.get("type", kind)
-        name = place_of(source, place)
-        if given != kind:
-            return CarriedExperiment(label, problem=f"{place}: {tag} are of type {given}, expected {kind}")
-        if name is None or name not in files:
-            return CarriedExperiment(label, problem=missing(source, place, files))
-        by_tag[tag] = File(f"{path}: {name}", files[name])
-        if tag == "References":
-            options = options_of(path, name, files)
+        if (given := child.get("type", kind)) != kind:
+            raise FmuError(f"{place}: {tag} are of type {given}, expected {kind}")
+        by_tag[tag] = file_of(path, child.get("source", ""), place, files)
     if "References" not in by_tag:
-        return CarriedExperiment(label, problem=f"{place}: experiment {label} has no References, expected some to "
-                                                "compare with")
-    try:
-        numbers = {key: number(place, key, times[key]) for key in ("startTime", "stopTime", "stepSize", "tolerance")
-                   if key in times}
-    except FmuError as error:
-        return CarriedExperiment(label, problem=str(error))
+        raise FmuError(f"{place}: experiment {label} has no References, expected some to compare with")
+    numbers = {key: number(place, key, times[key]) for key in ("startTime", "stopTime", "stepSize", "tolerance")
+               if key in times}
     return CarriedExperiment(label, numbers.get("startTime"), numbers.get("stopTime"), numbers.get("stepSize"),
                              numbers.get("tolerance"), by_tag.get("Parameters"), by_tag.get("Stimuli"),
-                             by_tag["References"], options)
+                             by_tag["References"], options_of(path, by_tag["References"], files))
 
 
 def number(place: str, key: str, text: str) -> float:
@@ -177,9 +165,9 @@ def number(place: str, key: str, text: str) -> float:
     return float(text)
 
 
-def options_of(path: Path, results: str, files: Mapping[str, bytes]) -> File | None:
+def options_of(path: Path, results: File, files: Mapping[str, bytes]) -> File | None:
     """Tolerances beside results, NAME_ref.opt beside NAME_ref.csv, if there are any."""
-    name = f"{results.removesuffix('.csv')}.opt"
+    name = f"{results.place.removeprefix(f'{path}: ').removesuffix('.csv')}.opt"
     return File(f"{path}: {name}", files[name]) if name in files else None
 
 
@@ -192,10 +180,14 @@ def place_of(source: str, base: str) -> str | None:
     return None if name.startswith(("..", "/")) else name
 
 
-def missing(source: str, base: str, files: Mapping[str, bytes]) -> str:
+def file_of(path: Path, source: str, base: str, files: Mapping[str, bytes]) -> File:
+    """File of an FMU that a URI in the file `base` means; FmuError if there is none."""
+    name = place_of(source, base)
+    if name is not None and name in files:
+        return File(f"{path}: {name}", files[name])
     others = [name.removeprefix(FOLDER) for name in files if name != MANIFEST]
     hint = f"; nearest is {nearest(source, others)}" if others else ""
-    return f"{base}: there is no file {shortened(source)} in the FMU, expected what it says{hint}"
+    raise FmuError(f"{base}: there is no file {shortened(source)} in the FMU, expected what it says{hint}")
 
 
 def parsed(file: File, tag: str | None = None) -> Element:

@@ -70,7 +70,11 @@ def pack_reference(fmu: str | Path, scenario: str | Path, *, name: str | None = 
     if plan.needs:
         raise ScenarioError(f"{plan.path}: starts from the run {', '.join(sorted(plan.needs))}, expected a run that "
                             "needs no other")
-    place = name or named_place(plan, path)
+    place = name or next((place for place, fmu in plan.fmus.items() if fmu.file is not None
+                          and Path(fmu.file).resolve() == path.resolve()), None)
+    if place is None:
+        raise ScenarioError(f"{plan.path}: names no FMU {path}, expected {option('name')} with what it takes the place "
+                            f"of, one of {', '.join(plan.fmus)}")
     if place not in plan.fmus:
         raise ScenarioError(f"{place}: is not in the scenario {plan.name}, expected one of {', '.join(plan.fmus)}")
     know_stage_of(plan)
@@ -94,15 +98,6 @@ def pack_reference(fmu: str | Path, scenario: str | Path, *, name: str | None = 
             raise FmuError(f"{path}: run alone with what it got in {plan.name} it {result.message}; expected what it "
                            "gave there, and nothing is written")
     return result
-
-
-def named_place(plan: RunPlan, path: Path) -> str:
-    """Name, in a scenario, of the FMU of a file that it names."""
-    for place, fmu in plan.fmus.items():
-        if fmu.file is not None and Path(fmu.file).resolve() == path.resolve():
-            return place
-    raise ScenarioError(f"{plan.path}: names no FMU {path}, expected {option('name')} with what it takes the place "
-                        f"of, one of {', '.join(plan.fmus)}")
 
 
 def as_in_baseline(experiment_files: ExperimentFiles, plan: RunPlan, place: str) -> ExperimentFiles:
@@ -147,26 +142,20 @@ def recorded(experiment: Experiment, recording: Recording, fmu: str, name: str, 
         scale = scales.get(variable)
         return values if scale is None else values * scale.up / scale.down
 
-    results = {"time": recording.time[::every]}
+    results = {"time": recording.time[::every].tolist()}
     for variable in variables.values():
         column = recording.columns.get(f"{fmu}.{variable.name}")
         if variable.causality == "output" and column is not None:
-            results[variable.name] = rounded(own(variable.name, column[::every]), digits)
+            results[variable.name] = [float(f"{value:.{digits}g}")
+                                      for value in own(variable.name, column[::every]).tolist()]
     if len(results) == 1:
         raise ScenarioError(f"{fmu} ({path.name}) has no outputs that are numbers, expected some to compare with")
     parameters = [Value(key, kind_of(variables[key]).replace("Int64", "Integer"), own(key, start.value))
                   for key, start in experiment.plan.fmus[fmu].start.items() if variables[key].causality == "parameter"]
     nominals = {key: None if variable.nominal is None else float(variable.nominal)
                 for key, variable in variables.items() if kind_of(variable) == "Real"}
-    return ExperimentFiles(name, role, description, experiment.step,
-                           {key: values.tolist() for key, values in results.items()},
-                           tolerances({key: values.tolist() for key, values in results.items()}, nominals),
+    return ExperimentFiles(name, role, description, experiment.step, results, tolerances(results, nominals),
                            inputs_of(experiment, recording, fmu, described, own), parameters)
-
-
-def rounded(values: Any, digits: int) -> Any:
-    """Numbers with so many digits."""
-    return np.array([float(f"{value:.{digits}g}") for value in values.tolist()])
 
 
 def at_changes(times: Array, columns: Mapping[str, Array], step: float) -> tuple[Array, dict[str, Array]]:

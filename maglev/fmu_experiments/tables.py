@@ -86,12 +86,11 @@ def input_array(file: File, variables: Mapping[str, ScalarVariable]) -> npt.NDAr
                            if known else f"{file.place}: column {name}: the FMU has no inputs, expected no file")
         if variable.type in TEXTS:
             raise FmuError(f"{file.place}: column {name} is of type {variable.type}, expected numbers or Booleans")
-        by_name[name] = numbers(file, name, texts)
-    result = np.zeros(len(by_name["time"]), [(name, np.float64) if values.ndim == 1 or values.shape[1] == 1
-                                             else (name, np.float64, (values.shape[1],))
-                                             for name, values in by_name.items()])
+        values = numbers(file, name, texts)
+        by_name[name] = values[:, 0] if values.shape[1] == 1 else values
+    result = np.zeros(len(by_name["time"]), [(name, np.float64, values.shape[1:]) for name, values in by_name.items()])
     for name, values in by_name.items():
-        result[name] = values[:, 0] if values.ndim == 2 and values.shape[1] == 1 else values
+        result[name] = values
     return result
 
 
