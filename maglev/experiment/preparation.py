@@ -1,6 +1,6 @@
 """A run made ready to run: FMU files, start values and reference signals, then measured and judged."""
 
-from collections.abc import Callable, Iterable, Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from functools import lru_cache
 from pathlib import Path
@@ -23,7 +23,7 @@ from maglev.experiment.ports.parameter_file import without_fed
 from maglev.experiment.ports.port_check import check_names
 from maglev.experiment.ports.replacement import Replacement, few, fit, known_ports, require_essential
 from maglev.experiment.ports.starts import Following, Starts, in_declared_units, known_participant, known_start
-from maglev.experiment.provenance import FlownFmu, Provenance, departures_of, sha256_of
+from maglev.experiment.provenance import FlownFmu, Provenance, departures_of
 from maglev.experiment.reach import require_reachable
 from maglev.own_fmus import built_here, own_fmu, stale
 from maglev.own_stage.adoption import know_stage
@@ -36,7 +36,7 @@ from maglev.stages import STAGES
 from maglev.time_grid import whole_steps
 from maglev.units import refused_as
 from maglev.user_controllers.source import copy_of, is_class, is_written, keeps_bits
-from maglev_files.cache import Kept
+from maglev_files.cache import Kept, digest_of
 
 
 @dataclass(frozen=True)
@@ -263,7 +263,7 @@ def prepare(plan: RunPlan, fmus: Path, replaced: Mapping[str, Replacement], sett
     asked = set(settings)
     model = starts.follow(plan, files, asked) if str(options["model"]) == "plant" else None
     fitted, notes = fit(with_generated_references(starts.of(plan)), replaced)
-    late = needless_delays(plan, options["order"], lambda name: samples(name, files[name]))
+    late = needless_delays(plan, options["order"], files)
     experiment = Experiment(fitted, files, step, starts.left_out, options["order"],
                             {name: replacement.ports for name, replacement in replaced.items()},
                             (*old, *notes, *overruled, *late), put_in=put_in, timeout=float(options["timeout"]),
@@ -272,7 +272,7 @@ def prepare(plan: RunPlan, fmus: Path, replaced: Mapping[str, Replacement], sett
     return replace(
         experiment, changes=(*other_references, *changes_of(experiment, plan, asked)),
         not_compared=tuple(name for name in plan.check.signals if name not in fitted.check.signals),
-        parameter_sets={setting.file: sha256_of(Path(setting.file)) for setting in settings.values() if setting.file})
+        parameter_sets={setting.file: digest_of(Path(setting.file)) for setting in settings.values() if setting.file})
 
 
 def in_place(plan: RunPlan, files: Mapping[str, Path], replaced: Mapping[str, Replacement]) -> dict[str, Replacement]:
@@ -302,10 +302,8 @@ def changes_of(experiment: Experiment, plan: RunPlan, asked: Iterable[str]) -> t
     departures = []
     for full in sorted(asked):
         name, _, variable = full.partition(".")
-        now = experiment.plan.fmus[name].start[variable]
-        planned = plan.fmus[name].start.get(variable)
-        default = known_start(name, experiment.files[name], variable)
-        before = default if planned is None else planned.value
+        now, planned = experiment.plan.fmus[name].start[variable], plan.fmus[name].start.get(variable)
+        before = known_start(name, experiment.files[name], variable) if planned is None else planned.value
         if before is None or float(now.value) != float(before) or variable in plan.fmus[name].start_from:
             departures.append(f"{full} = {now.written}" + ("" if before is None else f" instead of {before}"))
     if experiment.step != plan.step:
@@ -313,12 +311,6 @@ def changes_of(experiment: Experiment, plan: RunPlan, asked: Iterable[str]) -> t
     if experiment.order != "sequential":
         departures.append(f"order is {experiment.order}")
     return tuple(departures)
-
-
-def samples(name: str, file: Path) -> bool:
-    """Whether an FMU computes at samples, and holds in between: it then wants a fixed step. One not there does not."""
-    return ((file.is_file() or is_written(file))
-            and not read_description(name, file).coSimulation.canHandleVariableCommunicationStepSize)
 
 
 def runs_apart(file: Path) -> bool:
@@ -378,12 +370,20 @@ def with_generated_references(plan: RunPlan) -> RunPlan:
     return plan.model_copy(update={"axes": {**plan.axes, **generated}}) if generated else plan
 
 
-def needless_delays(plan: RunPlan, order: Order, samples: Callable[[str], bool]) -> list[str]:
+def needless_delays(plan: RunPlan, order: Order, files: Mapping[str, Path]) -> list[str]:
     """Sentences about FMUs that are stepped after one that they feed, where another order would have no such delay.
 
     In a loop one connection has to run from an FMU to one that is stepped before it. Nothing is late of what gives at
-    the end of a step what it has come to, as a plant does: it is about FMUs that compute from samples, by their names.
+    the end of a step what it has come to, as a plant does: it is about FMUs that compute from samples, and hold in
+    between, for which they want a fixed step.
     """
+    def samples(name: str) -> bool:
+        return ((files[name].is_file() or is_written(files[name]))
+                and not read_description(name, files[name]).coSimulation.canHandleVariableCommunicationStepSize)
+
+    def late(stepped: Sequence[str]) -> int:
+        return sum(stepped.index(source) > stepped.index(target) for source, target in wires)
+
     if order != "sequential":
         return []   # every connection is delayed
     names = list(plan.fmus)
@@ -395,12 +395,7 @@ def needless_delays(plan: RunPlan, order: Order, samples: Callable[[str], bool])
             continue
         others = [name for name in names if name != source]
         others.insert(others.index(target), source)
-        if delayed(wires, others) < delayed(wires, names) and samples(source):
+        if late(others) < late(names) and samples(source):
             delays.append(f"{source} is stepped after {target}, which gets what it computes a step of {plan.step:g} s "
                           f"late; before = \"{target}\" under [fmus.{source}] has it stepped in time")
     return delays
-
-
-def delayed(wires: set[tuple[str, str]], order: Sequence[str]) -> int:
-    """Number of pairs of FMUs of which one feeds the other and is stepped after it."""
-    return sum(order.index(source) > order.index(target) for source, target in wires)

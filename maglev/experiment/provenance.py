@@ -21,6 +21,7 @@ from maglev.packages.installed import code, edited
 from maglev.schema.layers import packaged_runs
 from maglev.schema.run_plan import RunPlan
 from maglev.user_controllers.source import digests, is_class, is_written, requirements
+from maglev_files.cache import digest_of
 
 DIGITS = 12   # of a digest that are shown; NAME.json has all
 
@@ -30,11 +31,6 @@ def typed() -> str:
     name = Path(sys.argv[0]).name if sys.argv else ""
     called = name == "maglev" or sys.argv[:1] == [str(Path(__file__).parents[1] / "__main__.py")]
     return shlex.join(["maglev", *sys.argv[1:]]) if called else "Python"
-
-
-@cache
-def own_version() -> str:
-    return version("maglev-fmus")
 
 
 @cache
@@ -74,10 +70,12 @@ class FlownFmu:
     @classmethod
     def of(cls, name: str, path: Path, description: ModelDescription, **given: Any) -> "FlownFmu":
         """That of a file; what a run does with it is `given`."""
-        written = is_written(path)
+        written, build = is_written(path), None if is_written(path) else own_build(path)
+        kind = ("Python class" if is_class(path) else "Python file" if written else "foreign" if build is None else
+                build.kind)
         return cls(name, path.name, description.modelName or "", description.guid or "",
-                   description.generationTool or "", kind(path), built_here=built_here(path),
-                   sha256=dict(digests(path)) if written else {path.name: sha256_of(path)},
+                   description.generationTool or "", kind, built_here=built_here(path),
+                   sha256=dict(digests(path)) if written else {path.name: digest_of(path)},
                    libraries=versions(requirements(path)) if written else libraries_in(path), **given)
 
     @property
@@ -91,7 +89,7 @@ class FlownFmu:
 class Provenance:
     """Where a result comes from: what is not given is what holds here and now."""
 
-    version: str = field(default_factory=own_version)   # of this package
+    version: str = field(default_factory=lambda: version("maglev-fmus"))   # of this package
     # of the checkout that it runs from, "…-dirty" with changes that are not committed; None where there is none
     commit: str | None = field(default_factory=checked_out)
     command: str = field(default_factory=typed)   # as it was typed; "Python" for a function call
@@ -133,11 +131,6 @@ def departures_of(plan: RunPlan, files: Mapping[str, Path], put_in: Iterable[str
         yield f"{changed} is not as it was installed"
 
 
-def sha256_of(path: Path) -> str:
-    with path.open("rb") as file:
-        return hashlib.file_digest(file, "sha256").hexdigest()
-
-
 def libraries_in(path: Path) -> dict[str, str]:
     """SHA-256 of the libraries of this machine in an FMU, by name."""
     with ZipFile(path) as archive:
@@ -149,11 +142,3 @@ def versions(packages: Collection[str]) -> dict[str, str]:
     """Versions of packages that can be imported, by name; empty text of what has none."""
     known = packages_distributions() if packages else {}   # which reads them all
     return {name: ", ".join(version(package) for package in known.get(name, ())) for name in packages}
-
-
-def kind(path: Path) -> str:
-    """Kind of an FMU, or of what ran in its place."""
-    if is_written(path):
-        return "Python class" if is_class(path) else "Python file"
-    build = own_build(path)
-    return "foreign" if build is None else build.kind

@@ -17,7 +17,8 @@ Scenarios = Scenario | Iterable[Scenario]
 def select(names: Scenarios | None) -> list[RunPlan]:
     """Runs of scenarios, variants or files by name, or of tables, each once; all of the package if none is named.
 
-    ScenarioError if a name does not exist, or two runs have one name.
+    ScenarioError if a name does not exist, or two runs have one name, or a procedure that of a run or of another
+    file's.
     """
     runs: dict[str, RunPlan] = {}
     for name in packaged_files() if names is None else [names] if isinstance(names, str | Path | Mapping) else names:
@@ -25,22 +26,16 @@ def select(names: Scenarios | None) -> list[RunPlan]:
             if runs.setdefault(run.name, run).path != run.path:
                 raise ScenarioError(f"{run.path}: name = {run.name!r}: expected another one than that of "
                                     f"{runs[run.name].path}, for the results are named after it")
-    require_own_names(list(runs.values()))
-    return list(runs.values())
-
-
-def require_own_names(runs: Sequence[RunPlan]) -> None:
-    """Refuse procedures of different files with one name, or with that of a run: their results are named after it."""
-    names = {run.name: run.path for run in runs}
-    paths: dict[str, Path] = {}
-    for run in runs:
+    paths: dict[str, Path] = {}   # of procedures by name
+    for run in runs.values():
         if run.procedure is None:
             continue
         name = run.procedure.name
-        other = names.get(name, paths.setdefault(name, run.path))
-        if name in names or other != run.path:
+        other = runs[name].path if name in runs else paths.setdefault(name, run.path)
+        if name in runs or other != run.path:
             raise ScenarioError(f"{run.path}: procedure.name = {name!r}: expected another name than one in {other}, "
                                 "for the results are named after it")
+    return list(runs.values())
 
 
 def compared(runs: Sequence[RunPlan]) -> list[RunPlan]:

@@ -1,14 +1,13 @@
 """FMUs of a user's class: the file and the modules beside it, under names of their own, and what goes around them."""
 
-import importlib
 import re
 import sys
 from collections.abc import Iterable, Iterator, Mapping
 from contextlib import contextmanager
 from dataclasses import dataclass, replace
+from importlib import import_module, invalidate_caches
 from operator import attrgetter
 from pathlib import Path
-from types import ModuleType
 from typing import Any
 
 from fmi_export.errors import ExportError
@@ -69,18 +68,13 @@ def buildable(path: Path, parts: tuple[str, ...], native: bool) -> Iterator[Buil
         if not native:
             yield Buildable(replace(definition, requires=modules.requires), tuple(texts), files)
             return
-        (folder / f"{BLOCK}.py").write_text(native_block(definition, getattr(imported(main), name)()),
+        (folder / f"{BLOCK}.py").write_text(native_block(definition, getattr(import_module(main), name)()),
                                             encoding="utf-8", newline="\n")
-        importlib.invalidate_caches()
+        invalidate_caches()
         require_own_names(modules, carried_modules(BLOCK, (*parts, *texts, BLOCK)))
-        block = getattr(imported(BLOCK), f"{name}Block")
+        block = getattr(import_module(BLOCK), f"{name}Block")
         yield Buildable(replace(definition, block=block, arguments=()), (*texts, BLOCK), files,
                         always_ends(texts.values()))
-
-
-def imported(module: str) -> ModuleType:
-    """A module of the FMU that is being built."""
-    return importlib.import_module(module)
 
 
 @contextmanager
@@ -90,7 +84,7 @@ def importable(texts: Mapping[str, str]) -> Iterator[Path]:
         for module, text in texts.items():
             (folder / f"{module}.py").write_text(text, encoding="utf-8", newline="\n")
         sys.path.insert(0, str(folder))
-        importlib.invalidate_caches()
+        invalidate_caches()
         try:
             yield folder
         finally:

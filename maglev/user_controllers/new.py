@@ -63,7 +63,9 @@ def new_class(kind: str, path: str | Path, stage: str) -> Path:
         rig = rig_named(stage)
     except RigError as error:
         raise ControllerError(f"{option('stage', str(stage))}: {error}") from None
-    name = class_name(file.stem)
+    # LQI in lqi.py, MyRegulator in my_regulator.py
+    name = file.stem.upper() if len(file.stem) <= LONGEST_SHORT_NAME and file.stem.isalpha() else "".join(
+        part[:1].upper() + part[1:] for part in file.stem.replace("-", "_").split("_"))
     if not (name.isidentifier() and name.isascii()):
         raise ControllerError(f"{file}: expected a name of ASCII letters, digits and underscores, a letter first: the "
                               "class in it is named after it")
@@ -71,10 +73,3 @@ def new_class(kind: str, path: str | Path, stage: str) -> Path:
     text = text.replace(f"{rig.name}-setpoints", f"{rig.name}-setpoints{Path(stage).suffix}")
     write_new(file, text, ControllerError)
     return file
-
-
-def class_name(stem: str) -> str:
-    """Name of the class in a file: LQI in lqi.py, MyRegulator in my_regulator.py."""
-    if len(stem) <= LONGEST_SHORT_NAME and stem.isalpha():
-        return stem.upper()
-    return "".join(part[:1].upper() + part[1:] for part in stem.replace("-", "_").split("_"))

@@ -12,6 +12,7 @@ from dataclasses import dataclass
 from importlib.util import module_from_spec, spec_from_file_location
 from itertools import count
 from pathlib import Path
+from traceback import walk_tb
 
 from controller_fmu.drawings import WRITTEN_ICON, WRITTEN_SKETCH
 from controller_fmu.sample_clock import SampleClock
@@ -229,8 +230,7 @@ def defined(file: Path, name: str | None, modules: OwnModules) -> WrittenDefinit
     folder = file.absolute().parent
     unique = f"maglev_written_{file.stem}_{modules.sha256[0][1][:12]}"
     specification = spec_from_file_location(unique, file.absolute())
-    assert specification is not None
-    assert specification.loader is not None
+    assert specification is not None and specification.loader is not None
     module = module_from_spec(specification)
     module.__file__ = str(original(file.absolute()))   # data may lie beside it
     sys.modules[unique] = module   # where pickle and dataclasses look for it
@@ -248,12 +248,7 @@ def in_file(error: BaseException, file: Path) -> str:
     """Error of a file that was executed, with the line in it."""
     if isinstance(error, SyntaxError):
         return described(error)
-    lines = []
-    trace = error.__traceback__
-    while trace is not None:
-        if trace.tb_frame.f_code.co_filename == str(file.absolute()):
-            lines.append(trace.tb_lineno)
-        trace = trace.tb_next
+    lines = [line for frame, line in walk_tb(error.__traceback__) if frame.f_code.co_filename == str(file.absolute())]
     text = " ".join(str(error).split())
     return f"{file.name}{f', line {lines[-1]}' if lines else ''}: {type(error).__name__}: {text}"
 

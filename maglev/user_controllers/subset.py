@@ -151,7 +151,9 @@ def always_ends(texts: Iterable[str]) -> bool:
     functions = {node.name for node in nodes if isinstance(node, ast.FunctionDef)}
     holding: dict[str, set[str]] = {}   # classes by the last name of what may hold an object of one
     for node in nodes:
-        if isinstance(node, ast.While) or (isinstance(node, ast.For) and not is_counted(node.iter)):
+        counted = isinstance(node, ast.For) and isinstance(node.iter, ast.Call) and last_name(
+            node.iter.func) == "range" and all(isinstance(argument, ast.Constant) for argument in node.iter.args)
+        if isinstance(node, ast.While | ast.For) and not counted:
             return False
         if isinstance(node, ast.arg) and node.annotation is not None:
             holding.setdefault(node.arg, set()).add(last_name(node.annotation))
@@ -196,9 +198,3 @@ def called(function: ast.expr, own: str, classes: set[str],
 def last_name(node: ast.expr) -> str:
     """Last name of an attribute or a variable; empty of anything else."""
     return str(getattr(node, "attr", getattr(node, "id", "")))
-
-
-def is_counted(over: ast.expr) -> bool:
-    """Whether a loop goes over a range of numbers that stand there."""
-    return (isinstance(over, ast.Call) and last_name(over.func) == "range"
-            and all(isinstance(argument, ast.Constant) for argument in over.args))

@@ -1,6 +1,6 @@
 """Start values from parameter sets: SSV files of System Structure and Parameterization (SSP), 1.0 and 2.0."""
 
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from math import isclose
 from pathlib import Path
 from xml.etree.ElementTree import Element, ParseError, fromstring
@@ -35,8 +35,8 @@ def files_given(given: ParameterFiles) -> list[tuple[str, Path]]:
 
 def parameter_values(given: ParameterFiles, known: Sequence[str]) -> dict[str, StartValue]:
     """Start values of files, of which later ones go before; parameters and errors as of `read_parameters`."""
-    return {full: value for fmu, path in files_given(given) for full, value in
-            read_parameters(path, fmu, dict.fromkeys(known)).items()}
+    return {full: value for fmu, path in files_given(given)
+            for full, value in read_parameters(path, fmu, known).items()}
 
 
 def without_fed(plan: RunPlan, settings: Mapping[str, StartValue]) -> tuple[dict[str, StartValue], list[str]]:
@@ -47,7 +47,7 @@ def without_fed(plan: RunPlan, settings: Mapping[str, StartValue]) -> tuple[dict
     return {full: value for full, value in settings.items() if full not in left_out}, left_out
 
 
-def read_parameters(path: Path, fmu: str, known: Iterable[str]) -> dict[str, StartValue]:
+def read_parameters(path: Path, fmu: str, known: Sequence[str]) -> dict[str, StartValue]:
     """Start values, by `fmu.variable`, of a parameter set of one FMU or, "", with names that begin with an FMU's.
 
     `known` are the names of the FMUs. ScenarioError, one line with file, parameter and value, of what is no parameter
@@ -65,7 +65,7 @@ def read_parameters(path: Path, fmu: str, known: Iterable[str]) -> dict[str, Sta
     values: dict[str, StartValue] = {}
     for name, typed in parameters_in(root):
         full = f"{fmu}.{name}" if fmu else name
-        if not fmu and name.partition(".")[0] not in {*known}:
+        if not fmu and name.partition(".")[0] not in known:
             raise ScenarioError(f"{path}: parameter {name}: no FMU {name.partition('.')[0]}, expected "
                                 f"{' or '.join(f'{name}.…' for name in known)}, or of which FMU they are, such as "
                                 f"{option('parameters', {next(iter(known), 'plant'): path.name})}")

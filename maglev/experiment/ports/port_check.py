@@ -1,6 +1,6 @@
 """Check of the names, causalities, types and units in a run against the FMUs it runs."""
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Mapping
 from pathlib import Path
 
 from maglev.errors import ScenarioError, key_path, nearest, shortened
@@ -122,8 +122,7 @@ class PortCheck:
                     raise self.refuse(key, start.written, f"{name!r} is fed by {self.fed[f'{fmu}.{name}']} from "
                                       "the start, expected a parameter, an input that nothing feeds, or "
                                       "reference.AXIS.amplitude, .start or .end")
-                expected = expected_start(start, variable)
-                if expected:
+                if expected := expected_start(start, variable):
                     raise self.refuse(key, start.written, f"{name!r} is {variable.type}, expected {expected}")
                 if start.unit is not None:
                     self.dimension(key, start.written, start.unit, variable)
@@ -134,22 +133,15 @@ class PortCheck:
 
     def recorded(self) -> None:
         """Check the variables that metrics are computed from."""
-        for key, port in self.recorded_numbers():
+        numbers = {f"axes.{name}.{what}": getattr(axis, what) for name, axis in self.plan.axes.items()
+                   for what in ("position", "reference")}
+        numbers |= {f"motors.{name}.{what}[{i}]": port for name, motor in self.plan.motors.items()
+                    for what in ("currents", "commands") for i, port in enumerate(getattr(motor, what))}
+        for key, port in numbers.items():
             self.real(key, port, self.variable(key, port, "output", "local", "input"))
         for key, flag in (("stop_flag", self.plan.stop_flag), ("trip_flag", self.plan.trip_flag)):
             if flag is not None and self.variable(key, flag, "output", "local").type != "Boolean":
                 raise self.refuse(key, flag, "expected a Boolean variable")
-
-    def recorded_numbers(self) -> Iterator[tuple[str, str]]:
-        """Yield key and name of every variable of the axes and motors."""
-        for name, axis in self.plan.axes.items():
-            yield f"axes.{name}.position", axis.position
-            yield f"axes.{name}.reference", axis.reference
-        for name, motor in self.plan.motors.items():
-            for i, current in enumerate(motor.currents):
-                yield f"motors.{name}.currents[{i}]", current
-            for i, command in enumerate(motor.commands):
-                yield f"motors.{name}.commands[{i}]", command
 
     def checked(self) -> None:
         """Check the signals that are compared with a baseline."""

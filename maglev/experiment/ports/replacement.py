@@ -43,9 +43,8 @@ class Replacement:
 
 def known_ports(plan: RunPlan, name: str) -> dict[str, str | None]:
     """Names of the variables that an FMU of a run can have, with units: those named in it, and those of ours."""
-    named = [*essential_ports(plan), *(port for _, port in optional_ports(plan))]
-    known: dict[str, str | None] = {port.partition(".")[2]: None for port in named if port.startswith(f"{name}.")}
-    known |= dict.fromkeys(plan.fmus[name].start)
+    optional = [port.partition(".")[2] for _, port in optional_ports(plan, name)]
+    known: dict[str, str | None] = dict.fromkeys([*essential_ports(plan, name), *optional, *plan.fmus[name].start])
     for signal in plan.signals:
         if signal.unit is not None and signal.to.startswith(f"{name}."):
             known[signal.to.partition(".")[2]] = unit.si if (unit := known_unit(signal.unit)) else signal.unit
@@ -131,8 +130,8 @@ def few(names: Sequence[str]) -> str:
     return shown if len(names) <= MOST_NAMED else f"{shown} and {len(names) - MOST_NAMED} others"
 
 
-def essential_ports(plan: RunPlan) -> dict[str, str]:
-    """Causalities of the ports without which a run means nothing, by `fmu.variable`."""
+def essential_ports(plan: RunPlan, name: str) -> dict[str, str]:
+    """Causalities of the variables of an FMU without which a run means nothing, by name."""
     ports = {}
     for source, target in plan.wires.values():
         ports[source], ports[target] = "output", "input"
@@ -140,17 +139,17 @@ def essential_ports(plan: RunPlan) -> dict[str, str]:
     for axis in plan.axes.values():
         ports.setdefault(axis.position, "output")
         ports.setdefault(axis.reference, "input")
-    return ports
+    return {port.partition(".")[2]: causality for port, causality in ports.items() if port.startswith(f"{name}.")}
 
 
-def optional_ports(plan: RunPlan) -> list[tuple[str, str]]:
-    """Ports that a run can do without, `fmu.variable`, and what is left out then: a word and the port itself."""
+def optional_ports(plan: RunPlan, name: str) -> list[tuple[str, str]]:
+    """Ports of an FMU that a run can do without, `fmu.variable`, and before each a word for what is left out then."""
     ports = [(key, flag) for key, flag in (("stop contact", plan.stop_flag), ("trip", plan.trip_flag)) if flag]
     ports += [("rate", signal.rate_to) for signal in plan.signals if signal.rate_to is not None]
     ports += [("comparison", signal) for signal in plan.check.signals]
     for motor in plan.motors.values():
         ports += [("currents", port) for port in motor.currents] + [("commands", port) for port in motor.commands]
-    return ports
+    return [(what, port) for what, port in ports if port.startswith(f"{name}.")]
 
 
 def require_essential(plan: RunPlan, put_in: Mapping[str, Path],
@@ -160,8 +159,7 @@ def require_essential(plan: RunPlan, put_in: Mapping[str, Path],
         missing = missing_ports(plan, name, descriptions[name])
         if not missing:
             continue
-        needed = {port.partition(".")[2] for port in essential_ports(plan) if port.startswith(f"{name}.")}
-        lines = []
+        needed, lines = essential_ports(plan, name), []
         for port, causality in missing.items():
             free = [v.name for v in descriptions[name].modelVariables
                     if v.causality == causality and v.name not in needed]
@@ -176,9 +174,7 @@ def require_essential(plan: RunPlan, put_in: Mapping[str, Path],
 def missing_ports(plan: RunPlan, name: str, description: ModelDescription) -> dict[str, str]:
     """Causalities of the essential ports that an FMU lacks, by name."""
     variables = {variable.name for variable in description.modelVariables}
-    ports = {port.partition(".")[2]: causality for port, causality in essential_ports(plan).items()
-             if port.startswith(f"{name}.")}
-    return {port: causality for port, causality in ports.items() if port not in variables}
+    return {port: causality for port, causality in essential_ports(plan, name).items() if port not in variables}
 
 
 def fit(plan: RunPlan, replaced: Mapping[str, Replacement]) -> tuple[RunPlan, list[str]]:
@@ -193,8 +189,7 @@ def fit(plan: RunPlan, replaced: Mapping[str, Replacement]) -> tuple[RunPlan, li
         if missing_ports(plan, name, description):
             continue   # refused before it runs, with all of them
         variables = {variable.name for variable in description.modelVariables}
-        lacking = [(what, port) for what, port in optional_ports(plan) if port.startswith(f"{name}.")
-                   and port.partition(".")[2] not in variables
+        lacking = [(what, port) for what, port in optional_ports(plan, name) if port.partition(".")[2] not in variables
                    and (what != "comparison" or port.partition(".")[2] in known)]
         if lacking:
             says = partial(has_no, name, replacement.path)
