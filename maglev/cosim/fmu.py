@@ -29,11 +29,8 @@ from maglev_files.environment import MOST_UNPACKED, number_in
 from maglev_files.scratch import remove_scratch, scratch_folder
 
 FATAL = 4   # fmi2Fatal, fmi3Fatal
-
 COUNT = count(1)   # makes instance names unique
-
 OWN_TOOL = "Maglev FMUs"   # generationTool of this project
-
 IDENTIFIER = re.compile(r"\w[\w.+-]*")   # as lenient as a name that is no path can be
 
 BASE_UNITS = ("kg", "m", "s", "A", "K", "mol", "cd")   # and rad, which some leave out
@@ -42,10 +39,10 @@ UNIT_TOLERANCE = 1e-3   # of a factor: some write 0.01745 for a degree
 NOT_NEEDED = ("binaries/", "documentation/", "extra/", "sources/", "terminalsAndIcons/")   # to run it, but for those
 HERE = (f"binaries/{fmpy.platform}/", f"binaries/{fmpy.platform_tuple}/")                    # of this machine
 
-OLDER_TYPES = {"Float64": "Real", "Int32": "Integer", "Enumeration": "Int64"}   # the last one as it is accessed
+# What FMI 2.0 calls types of FMI 3.0; the last one as it is accessed.
+OLDER_TYPES = {"Float64": "Real", "Int32": "Integer", "Enumeration": "Int64"}
 
 LOADING = Lock()   # fmpy goes into the folder of a library while it loads it, and then back to where it was
-
 UNSAFE_IN_PATH = "%+#"   # pythonfmu's binary cannot load from a path with these, or with other than ASCII
 
 
@@ -84,7 +81,10 @@ def described(name: str, path: Path, _written: int, _size: int) -> ModelDescript
         with_solver(description)
     require_known_units(f"{name}: {original(path)}", description)
     if fmi_of(description) is FMI3:
-        description.modelVariables = [with_older_type(variable) for variable in description.modelVariables]
+        description.modelVariables = [*map(copy, description.modelVariables)]
+        for variable in description.modelVariables:
+            variable.type = f"{variable.type}[]" if variable.shape or variable.dimensions else OLDER_TYPES.get(
+                variable.type, variable.type)
         other = [clock for clock in clocks_of(description) if clock.intervalVariability not in PERIODIC]
         if other:
             raise FmuError(f"{name}: {original(path)} has the clock {other[0].name}, which is "
@@ -107,14 +107,6 @@ def checked_description(place: str, path: Path) -> ModelDescription:
         raise FmuError(f"{place} has modelIdentifier = {shortened(kind.modelIdentifier)}, expected letters, digits and "
                        "underscores")
     return description
-
-
-def with_older_type(variable: ScalarVariable) -> ScalarVariable:
-    """A variable of FMI 3.0 with its type as FMI 2.0 calls it, if that knows it."""
-    older = copy(variable)
-    older.type = f"{variable.type}[]" if variable.shape or variable.dimensions else OLDER_TYPES.get(
-        variable.type, variable.type)
-    return older
 
 
 def kind_of(variable: ScalarVariable) -> str:
@@ -200,9 +192,8 @@ class Fmu:
         return status
 
     def take_message(self, status: int, message: bytes) -> None:
-        if status != 0:
-            self.fatal = self.fatal or status == FATAL
-            self.messages.add((message or b"").decode("utf-8", "replace"))
+        self.fatal = self.fatal or status == FATAL
+        self.messages.told(status, message)
 
     def __enter__(self) -> "Fmu":
         return self
@@ -277,12 +268,8 @@ class Fmu:
 
     def buffers(self, variables: Sequence[ScalarVariable]) -> list[Buffer]:
         """Buffers for variables, one for each FMI type that occurs, in the order of the variables."""
-        arrays = []
-        for kind in self.fmi.types:
-            chosen = [v for v in variables if kind_of(v) == kind]
-            if chosen:
-                arrays.append(Buffer(kind, chosen, self.fmi))
-        return arrays
+        by_kind = {kind: [v for v in variables if kind_of(v) == kind] for kind in self.fmi.types}
+        return [Buffer(kind, chosen, self.fmi) for kind, chosen in by_kind.items() if chosen]
 
     def handle(self) -> c_void_p:
         return c_void_p(self.instance.component)

@@ -8,12 +8,12 @@
 With such a map, and with units that the FMU declares itself, it is seen as if it had our names and SI units.
 """
 
-from collections.abc import Iterable, Mapping
+from collections.abc import Mapping
 from copy import copy
 from dataclasses import dataclass, field
 from math import inf
 from pathlib import Path
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 from fmpy.model_description import ModelDescription, ScalarVariable
 
@@ -75,24 +75,21 @@ class PortMap:
 
 def read_port_maps(path: Path) -> dict[str, PortMap]:
     """Maps of a file, by name in the run; ScenarioError, with file, key and value, of what is not as expected."""
-    tables = read_toml(path)
-    for name, table in tables.items():
+    maps = {}
+    for name, table in read_toml(path).items():
         if name not in FMUS:
             raise ScenarioError(f"{path}: unknown table {name!r}, nearest is {nearest(name, FMUS)}")
+        place, step = f"{path}: {name}", None
         if not isinstance(table, dict):
-            raise ScenarioError(f"{path}: {name} = {shortened(table)}: expected a table")
-    return {name: read_port_map(f"{path}: {name}", table) for name, table in tables.items()}
-
-
-def read_port_map(place: str, table: dict[str, Any]) -> PortMap:
-    step = None
-    if "step" in table:
-        with refused_as(ScenarioError, f"{place}.step = {shortened(table['step'])}"):
-            step = parse_quantity(table["step"], "s")
-        if not step > 0.0:
-            raise ScenarioError(f"{place}.step = {shortened(table['step'])}: expected a step > 0")
-    return PortMap(place, {ours: read_port(f"{place}.{key_path([ours])}", value)
-                           for ours, value in table.items() if ours != "step"}, step)
+            raise ScenarioError(f"{place} = {shortened(table)}: expected a table")
+        if "step" in table:
+            with refused_as(ScenarioError, f"{place}.step = {shortened(table['step'])}"):
+                step = parse_quantity(table["step"], "s")
+            if not step > 0.0:
+                raise ScenarioError(f"{place}.step = {shortened(table['step'])}: expected a step > 0")
+        maps[name] = PortMap(place, {ours: read_port(f"{place}.{key_path([ours])}", value)
+                                     for ours, value in table.items() if ours != "step"}, step)
+    return maps
 
 
 def read_port(key: str, value: object) -> Port:
@@ -146,22 +143,17 @@ def apply(ports: PortMap, description: ModelDescription) -> dict[str, Scale]:
             raise ports.refuse(ours, f"the FMU declares {own}, expected a unit that converts to {declared.si}")
         variable.name, variable.unit = ours, port.unit or own
         seen.append(variable)
-    seen += others(theirs, first, ports.ports)
+    for name, variable in theirs.items():   # those that keep their names
+        if name not in {*first, *ports.ports}:
+            variable = copy(variable)
+            variable.unit = declared_unit(variable)
+            seen.append(variable)
     description.modelVariables = seen
     for variable in seen:
         if variable.type == "Real":
             variable.unit = variable.unit or ports.units.get(variable.name)
     declared_here = declared_units(description)
     return {variable.name: scale for variable in seen if (scale := to_si_units(variable, declared_here)) is not None}
-
-
-def others(theirs: Mapping[str, ScalarVariable], mapped: Iterable[str], ours: Iterable[str]) -> list[ScalarVariable]:
-    """Variables that keep their names."""
-    hidden = {*mapped, *ours}
-    kept = [copy(variable) for name, variable in theirs.items() if name not in hidden]
-    for variable in kept:
-        variable.unit = declared_unit(variable)
-    return kept
 
 
 def declared_unit(variable: ScalarVariable) -> str | None:

@@ -32,7 +32,6 @@ from maglev.time_grid import ON_GRID
 from maglev_files.scratch import remove_scratch
 
 SOLVER_TOLERANCE = 1e-8   # relative, of the integration of model exchange, where nothing else is said
-KEY = b"checked"   # name of the instance
 
 
 class Times(NamedTuple):
@@ -55,10 +54,6 @@ def simulate(path: Path, description: ModelDescription, times: Times, parameters
     folder = unpacking_folder()
     steps = max(1, round((times.stop - times.start) / times.step))
 
-    def told(status: int, message: bytes) -> None:
-        if status != 0:
-            messages.add((message or b"").decode("utf-8", "replace"))
-
     def stepped(time: float, _recorder: object) -> bool:
         progress(min(steps, round((time - times.start) / times.step)), steps)
         return True
@@ -67,7 +62,7 @@ def simulate(path: Path, description: ModelDescription, times: Times, parameters
         unpack(path, folder)
         instance = None
         if description.coSimulation is not None:
-            instance = fmi_of(description).instantiated(description, folder, KEY, told)
+            instance = fmi_of(description).instantiated(description, folder, b"checked", messages.told)
         with redirect_stdout(io.StringIO()):   # fmpy warns there of inputs that stay as they start
             result = simulate_fmu(str(folder), validate=False, start_time=times.start, stop_time=times.stop,
                                   relative_tolerance=times.tolerance or (None if instance else SOLVER_TOLERANCE),

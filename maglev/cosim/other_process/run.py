@@ -247,17 +247,15 @@ class Follower:
         if number < len(initial):
             return 0, initial[number]
         number -= len(initial)
+        cycle = [(phase, call) for phase, calls in enumerate(phases) for call in calls]
         steps = whole_steps(self.job.stop_time, self.job.step)
         cycles, rest = divmod(steps, len(phases))
-        calls = cycles * sum(map(len, phases)) + sum(map(len, phases[:rest]))
-        if number >= calls:
-            return steps, final[min(number - calls, len(final) - 1)]
-        cycles, number = divmod(number, sum(map(len, phases)))
-        for phase, calls_of_phase in enumerate(phases):
-            if number < len(calls_of_phase):
-                return cycles * len(phases) + phase, calls_of_phase[number]
-            number -= len(calls_of_phase)
-        raise AssertionError("a number below the sum is in one of the phases")
+        stepping = cycles * len(cycle) + sum(map(len, phases[:rest]))
+        if number >= stepping:
+            return steps, final[min(number - stepping, len(final) - 1)]
+        cycles, number = divmod(number, len(cycle))
+        phase, call = cycle[number]
+        return cycles * len(phases) + phase, call
 
     def blame(self, gone: Gone) -> FmuError:
         """Error of the FMU that was called last, which did this."""

@@ -27,13 +27,10 @@ from maglev.errors import ControllerError, FmuError
 from maglev.user_controllers.source import Written, folder_first, load
 
 TOOL = "Python class"   # in place of what makes FMUs, in generationTool
-
 OK, ERROR = 0, 3        # fmi2OK, fmi2Error
-
 ACCESS = CFUNCTYPE(c_uint32, c_void_p, c_void_p, c_size_t, c_void_p)   # fmi2GetReal and its like
 STEP = CFUNCTYPE(c_uint32, c_void_p, c_double, c_double, c_int)        # fmi2DoStep
 END = CFUNCTYPE(c_uint32, c_void_p)                                    # fmi2Terminate
-
 C_TYPES: dict[str, Any] = {"Real": c_double, "Boolean": c_int}
 
 

@@ -40,10 +40,6 @@ class Clock:
         """When it ticks next, s; of a multiple of the interval, so that rounding does not add up."""
         return self.origin + self.ticks * self.interval
 
-    def ticks_at(self, time: float) -> bool:
-        """Whether it ticks at a time (s)."""
-        return abs(self.due - time) <= PUNCTUAL * self.interval
-
 
 class Values:
     """Access to variables of one type; what belongs to a clock is kept here until that ticks, or since it has."""
@@ -105,10 +101,6 @@ class Values:
         """Set what has waited for one of these clocks, or for any event."""
         ready = [r for r in self.waiting if not self.clocks[r] or self.clocks[r] & ticking]
         self.pass_on(self.call_set, handle, ready, (self.value * len(ready))(*(self.waiting.pop(r) for r in ready)))
-
-    def pending(self) -> bool:
-        """Whether something waits for any event."""
-        return any(not self.clocks[r] for r in self.waiting)
 
 
 class Ticking:
@@ -196,9 +188,10 @@ class Ticking:
 
     def event(self, now: float) -> None:
         """Make the event at a time (s), if there is one."""
-        ticking = [clock for clock in self.clocks if clock.ticks_at(now)]
+        ticking = [clock for clock in self.clocks if abs(clock.due - now) <= PUNCTUAL * clock.interval]
         asked = bool(getattr(self.step, "event", False)) or now >= self.following
-        if not (ticking or asked or any(values.pending() for values in self.values.values())):
+        pending = any(not values.clocks[r] for values in self.values.values() for r in values.waiting)
+        if not (ticking or asked or pending):
             return
         active = {clock.reference for clock in ticking}
         self.instance.enterEventMode()

@@ -76,9 +76,8 @@ class Fmi:
             return Integration(instance, description, instance.newDiscreteStates, say)
         return function_of(instance, "fmi2DoStep")
 
-    def initialised(self, instance: Any, start_time: float, stop_time: float,
-                    set_values: Callable[[], None],
-                    give_inputs: Callable[[], None], ticking: Ticking | None = None) -> None:
+    def initialised(self, instance: Any, start_time: float, stop_time: float, set_values: Callable[[], None],
+                    give_inputs: Callable[[], None], ticking: Ticking | None) -> None:
         """Go through the initialization."""
         instance.setupExperiment(startTime=start_time, stopTime=stop_time)
         set_values()
@@ -157,9 +156,8 @@ class Fmi3(Fmi):
             return Integration(instance, description, instance.updateDiscreteStates, say)
         return Step3(function_of(instance, "fmi3DoStep"), say)
 
-    def initialised(self, instance: Any, start_time: float, stop_time: float,
-                    set_values: Callable[[], None],
-                    give_inputs: Callable[[], None], ticking: Ticking | None = None) -> None:
+    def initialised(self, instance: Any, start_time: float, stop_time: float, set_values: Callable[[], None],
+                    give_inputs: Callable[[], None], ticking: Ticking | None) -> None:
         set_values()
         instance.enterInitializationMode(startTime=start_time, stopTime=stop_time)
         give_inputs()
@@ -219,6 +217,11 @@ class Messages:
             self.counts[text] = self.counts.get(text, 0) + 1
         else:
             self.others += 1
+
+    def told(self, status: int, message: bytes) -> None:
+        """Take in what an FMU says, with its status."""
+        if status != 0:
+            self.add((message or b"").decode("utf-8", "replace"))
 
     def warned(self, call: str, number: int = 1) -> None:
         self.warnings[call] = self.warnings.get(call, 0) + number
