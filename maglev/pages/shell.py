@@ -92,10 +92,9 @@ def publish(path: Path, text: str) -> None:
     An index.html that is not of this project stays as it is.
     """
     kind = SAYS.search(text[:HEAD])
-    here = Page(path.name, kind[1] if kind else "", "", "")
-    others = [page for page in pages_in(path.parent) if page.name != path.name]
-    write_whole(path, text.replace(PLACE, way([*others, here], here, has_own_index(path.parent))))
-    if has_own_index(path.parent):
+    others, own_index = [page for page in pages_in(path.parent) if page.name != path.name], has_own_index(path.parent)
+    write_whole(path, text.replace(PLACE, way(others, kind[1] if kind else "", own_index)))
+    if own_index:
         write_index(path.parent)
 
 
@@ -116,16 +115,15 @@ def has_own_index(folder: Path) -> bool:
     return not path.exists() or bool(SAYS.search(path.read_bytes()[:HEAD].decode("utf-8", "replace")))
 
 
-def way(pages: list[Page], here: Page, index: bool) -> str:
-    """Links to the index and to each kind of page; of several of a kind to where the index lists them."""
+def way(pages: list[Page], here: str, index: bool) -> str:
+    """Links from a page of a kind to the index and to others of each kind; of several to where the index lists them."""
     links = [f'<a href="{INDEX}">All results</a>'] if index else []
     for kind, (one, several) in KINDS.items():
         others = [page for page in pages if page.kind == kind]
-        if kind == here.kind:
+        if kind == here:
             links.append(f'<span aria-current="page">{one}</span>')
-            others = [page for page in others if page.name != here.name]
         if len(others) == 1:
-            words = one if kind != here.kind else f"Other {one.lower()}"
+            words = one if kind != here else f"Other {one.lower()}"
             links.append(f'<a href="{escape(quote(others[0].name))}">{words}</a>')
         elif others and index:
             links.append(f'<a href="{INDEX}#{kind}">{several}</a>')

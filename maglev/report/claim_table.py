@@ -24,7 +24,7 @@ from maglev.procedures.outcome import Outcome
 from maglev.report.plots.charts import ShownChart
 from maglev.report.plots.figures import Shown, anchor, rig_name
 from maglev.report.plots.marks import FIGURE_LIST, FIGURE_NUMBER, cited_figures
-from maglev.report.status import Part, apart, is_listed, modification, run_status
+from maglev.report.status import apart, is_listed, modification, run_status
 from maglev.report.text import counted, sentence
 
 MOST_TOLD = 4   # runs that have a sentence in the head of a report
@@ -123,26 +123,18 @@ def claim_groups(results: Sequence[RunResult], judgements: Judgements, shown: Se
                  outcomes: Sequence[Outcome] = ()) -> str:
     """Bodies of the table, one for each run, then one for each procedure; a user's own first, under a heading."""
     own, packaged = apart(results, outcomes)
-    return "\n".join([*([heading_group("Your runs"), *part_groups(own, judgements, shown)] if own else []),
-                      *([heading_group("The thesis")] if own and packaged else []),
-                      *part_groups(packaged, judgements, shown)])
-
-
-def heading_group(text: str) -> str:
-    """Body of the table with nothing but a heading."""
-    return f'<tbody class="part"><tr><th colspan="5" scope="rowgroup">{escape(text)}</th></tr></tbody>'
-
-
-def part_groups(part: Part, judgements: Judgements, shown: Sequence[Shown | ShownChart]) -> list[str]:
-    """Bodies of the table about runs and procedures."""
-    return ([run_group(result, judgements.get(result.plan.name, ()), shown)
-             for result in part.results if is_listed(result, judgements)]
-            + [procedure_group(outcome, judgements.get(outcome.settings.name, ()), shown)
-               for outcome in part.outcomes])
+    groups = []
+    for part, heading in ((own, "Your runs"), (packaged, "The thesis")):
+        if own and part:
+            groups.append(f'<tbody class="part"><tr><th colspan="5" scope="rowgroup">{heading}</th></tr></tbody>')
+        groups += [run_group(result, judgements.get(result.plan.name, ()), shown)
+                   for result in part.results if is_listed(result, judgements)]
+        groups += [procedure_group(outcome, judgements.get(outcome.settings.name, ()), shown)
+                   for outcome in part.outcomes]
+    return "\n".join(groups)
 
 
 def run_group(result: RunResult, claims: Sequence[ClaimResult], shown: Sequence[Shown | ShownChart]) -> str:
-    """Body of the table with the claims about one run."""
     name = result.plan.name
     status = "".join(f'<p class="status">⚠ {escape(text)}</p>' for text in run_status(result))
     status += "".join(f"<p>{escape(unbroken(said))}</p>" for said in [sentence(result, claims)] if said)
@@ -152,7 +144,6 @@ def run_group(result: RunResult, claims: Sequence[ClaimResult], shown: Sequence[
 
 
 def procedure_group(outcome: Outcome, claims: Sequence[ClaimResult], shown: Sequence[Shown | ShownChart]) -> str:
-    """Body of the table with the claims about one procedure."""
     name = outcome.settings.name
     charts = [chart for chart in shown if isinstance(chart, ShownChart) and chart.outcome is outcome]
     links = figure_links(charts)

@@ -10,19 +10,17 @@ from maglev.report.plots.figures import anchor, rig_name
 
 def findings_section(outcomes: Iterable[Outcome]) -> str:
     """Section of the page with the tables and the notes; empty if there are none."""
-    parts = "\n".join(findings(outcome) for outcome in outcomes if outcome.tables or outcome.notes)
+    articles = []
+    for outcome in outcomes:
+        if outcome.tables or outcome.notes:
+            name, notes = outcome.settings.name, "".join(f"<li>{escape(note)}</li>" for note in outcome.notes)
+            articles.append(f'<article id="{anchor("found", name)}" data-rig="{rig_name(name)}">'
+                            f"<h3>{escape(outcome.settings.title)}</h3>"
+                            f'<p class="origin"><a href="#{anchor("procedure", name)}">{escape(name)}</a></p>\n'
+                            + "".join(map(value_table, outcome.tables))
+                            + (f'<ul class="notes">{notes}</ul>' if notes else "") + "</article>")
+    parts = "\n".join(articles)
     return parts and f'\n\n<section id="identification">\n<h2>Identification</h2>\n{parts}\n</section>'
-
-
-def findings(outcome: Outcome) -> str:
-    """Tables and notes of one procedure."""
-    settings = outcome.settings
-    identity = f'id="{anchor("found", settings.name)}" data-rig="{rig_name(settings.name)}"'
-    notes = "".join(f"<li>{escape(note)}</li>" for note in outcome.notes)
-    return (f'<article {identity}><h3>{escape(settings.title)}</h3>'
-            f'<p class="origin"><a href="#{anchor("procedure", settings.name)}">{escape(settings.name)}</a></p>\n'
-            + "".join(value_table(table) for table in outcome.tables)
-            + (f'<ul class="notes">{notes}</ul>' if notes else "") + "</article>")
 
 
 def value_table(table: ValueTable) -> str:

@@ -43,7 +43,6 @@ TOLERANCES = Kind("tolerances", "What each controller tolerates", "tolerance", "
 
 
 def of_rigs(kind: Kind, rigs: Collection[str]) -> dict[str, OfRig]:
-    """The package's maps of rigs."""
     return {rig: maps for rig, maps in kind.read().items() if rig in rigs}
 
 
@@ -67,7 +66,6 @@ native FMUs of {flown}. <code>{kind.tool}</code>, in the repository, runs them a
 
 
 def article(kind: Kind, rig: str, maps: OfRig) -> str:
-    """Places of a rig's maps, and its table."""
     title = RIGS[rig].title if rig in RIGS else rig
     places = "\n".join(f'<div data-maps="{name}"></div>' for name in maps_data(kind, rig, maps))
     head, *body = maps.table()

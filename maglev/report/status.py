@@ -51,7 +51,6 @@ def modification(result: RunResult) -> str:
 
 
 def troubles(result: RunResult) -> list[str]:
-    """What went wrong in a run, if anything."""
     if result.failure is not None:
         return [f"did not complete: {result.failure}"]
     return [f"{event.words} at {event.time:.3f} s" for event in events(result.metrics)]

@@ -82,14 +82,13 @@ def text_of(result: RunResult, verdicts: Sequence[ClaimResult]) -> str:
 
 
 def as_text(show: Callable[[Console], None]) -> str:
-    """What a function prints on a console."""
     text = StringIO()
     show(plain_console(file=text, width=REPORT_WIDTH))
     return text.getvalue()
 
 
 def as_html(show: Callable[[Console], None]) -> str:
-    """The same as an element of HTML."""
+    """What a function prints on a console, as an element of HTML."""
     console = plain_console(file=StringIO(), record=True, width=REPORT_WIDTH)
     show(console)
     return console.export_html(inline_styles=True, code_format=PREFORMATTED)
@@ -104,7 +103,6 @@ def origin(provenance: Provenance) -> str:
 
 
 def heading(name: str, title: str) -> Text:
-    """First line about a run or a procedure."""
     return Text.assemble((name, "bold"), f": {title}")
 
 
@@ -154,7 +152,6 @@ def claim_tables(results: Sequence[ClaimResult]) -> list[Table | str]:
 
 
 def claim_table(title: str, results: Sequence[ClaimResult]) -> Table:
-    """Table of verdicts on claims, with what was expected and measured."""
     return result_table(title, ("verdict", "claim"), (
         [Text(judged.verdict, COLOURS[judged.verdict], no_wrap=True),
          f"{judged.claim.text} ({judged.claim.cited}): " + "; ".join(filter(None, (", ".join(
@@ -255,26 +252,25 @@ def kinds_markdown(claims: Sequence[ClaimResult]) -> str:
     totals = count_verdicts(sentences(claims))
     shown = [verdict for verdict in VERDICTS if totals[verdict]]
     chosen = ["reproduced, not independent"] if totals["reproduced"] else []
-    lines = [f"| {' | '.join(['what is claimed', 'claims', *shown, *chosen])} |",
-             "|---" * (len(shown) + len(chosen) + 2) + "|"]
+    rows = []
     for name, of_kind in [*by_kind(claims).items(), ("all", sentences(claims))]:
         counts = count_verdicts(of_kind)
-        cells = (name, len(of_kind), *(counts[verdict] or "–" for verdict in shown),
-                 *(sum(claim.verdict == "reproduced" and claim.claim.chose is not None for claim in of_kind) or "–"
-                   for _ in chosen))
-        lines.append(f"| {' | '.join(map(str, cells))} |")
-    return "\n".join(lines) + "\n"
+        rows.append((name, len(of_kind), *(counts[verdict] or "–" for verdict in shown),
+                     *(sum(claim.verdict == "reproduced" and claim.claim.chose is not None for claim in of_kind) or "–"
+                       for _ in chosen)))
+    return markdown(["what is claimed", "claims", *shown, *chosen], rows)
 
 
 def markdown_table(noun: str, claims: Sequence[tuple[str, ClaimResult]], expected: str = "thesis value") -> str:
     """Claims of one kind with the names of what they are about, as a table in Markdown."""
-    lines = [f"| run | {noun} | source | {expected} | here | verdict |", "|---|---|---|---|---|---|"]
-    for name, judged in claims:
-        claim = judged.claim
-        verdict = f"**{judged.verdict}**: {judged.note}" if judged.note else judged.verdict
-        cells = (f"`{name}`", claim.text, claim.cited, claim.criterion, judged.measured_text, verdict)
-        lines.append("| " + " | ".join(cell.replace("|", "\\|") for cell in cells) + " |")
-    return "\n".join(lines) + "\n"
+    return markdown(("run", noun, "source", expected, "here", "verdict"), (
+        (f"`{name}`", judged.claim.text, judged.claim.cited, judged.claim.criterion, judged.measured_text,
+         f"**{judged.verdict}**: {judged.note}" if judged.note else judged.verdict) for name, judged in claims))
+
+
+def markdown(heads: Sequence[str], rows: Iterable[Sequence[object]]) -> str:
+    lines = ["| " + " | ".join(str(cell).replace("|", "\\|") for cell in cells) + " |" for cells in (heads, *rows)]
+    return "\n".join([lines[0], "|---" * len(heads) + "|", *lines[1:]]) + "\n"
 
 
 def outcome(result: RunResult, metrics: Metrics) -> str:
@@ -312,7 +308,6 @@ def short_outcome(result: RunResult) -> str:
 
 
 def state_of(metrics: Metrics) -> str:
-    """Whether the run failed, in a word."""
     return "failed" if metrics.failed else "completed"
 
 

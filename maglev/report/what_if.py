@@ -15,9 +15,6 @@ from maglev.schema.run_plan import StartValue
 
 FRICTION = (".friction.coulomb", ".friction.viscous")   # ends of the names of its parameters, of every axis
 
-RunAll = Callable[[list[Experiment]], list[RunResult]]
-Evaluate = Callable[[list[RunResult]], list[Outcome]]
-
 
 class Again(NamedTuple):
     """What runs without friction gave: the runs, what procedures found in them, and every claim with the verdict."""
@@ -30,8 +27,9 @@ class Again(NamedTuple):
 NOTHING = Again()
 
 
-def run_frictionless(experiments: Sequence[Experiment], verdicts: Judgements, run_all: RunAll,
-                     evaluate: Evaluate) -> Again:
+def run_frictionless(experiments: Sequence[Experiment], verdicts: Judgements,
+                     run_all: Callable[[list[Experiment]], list[RunResult]],
+                     evaluate: Callable[[list[RunResult]], list[Outcome]]) -> Again:
     """Run again, of experiments that were run, what claims rest on that were missed and whose reasons blame friction.
 
     The verdicts, by run or procedure, are given back with what comes out `without` it.

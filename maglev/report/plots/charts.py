@@ -18,41 +18,29 @@ FINEST = 1e-4           # of the height of a line: tolerance from which on point
 
 
 class ShownChart(NamedTuple):
-    """A chart that has points, the outcome that it belongs to, and its anchor in the page."""
+    """A chart that has points, and the outcome that it belongs to; the rest is as of `Shown`."""
 
     outcome: Outcome
     chart: Chart
     id: str
-
-    @property
-    def number(self) -> str | None:
-        return self.chart.number
-
-    @property
-    def title(self) -> str:
-        return f"Figure {self.number}" if self.number else self.outcome.settings.title
-
-    @property
-    def caption(self) -> str:
-        return self.chart.caption
-
-    @property
-    def names(self) -> list[str]:
-        """What the chart is about: the procedure, and the runs that it rests on."""
-        return [self.outcome.settings.name, *self.outcome.runs]
+    number: str | None
+    title: str
+    caption: str
+    names: list[str]     # the procedure, and the runs that it rests on
 
 
 def shown_charts(outcomes: Iterable[Outcome]) -> list[ShownChart]:
-    """Charts that have points to draw."""
     shown = []
     for outcome in outcomes:
-        seen: Counter[str | None] = Counter()
+        name, seen = outcome.settings.name, Counter[str | None]()
         for chart in outcome.charts:
             if any(len(curve.x) for panel in chart.panels for curve in panel.curves):
-                seen[chart.number] += 1
-                number = [chart.number] if chart.number else []
-                again = [str(seen[chart.number])] if seen[chart.number] > 1 else []
-                shown.append(ShownChart(outcome, chart, anchor("figure", *number, outcome.settings.name, *again)))
+                number = chart.number
+                seen[number] += 1
+                parts = filter(None, (number, name, str(seen[number]) if seen[number] > 1 else ""))
+                title = f"Figure {number}" if number else outcome.settings.title
+                shown.append(ShownChart(outcome, chart, anchor("figure", *parts), number, title, chart.caption,
+                                        [name, *outcome.runs]))
     return shown
 
 
@@ -71,7 +59,6 @@ def place(shown: Shown | ShownChart) -> tuple[bool, bool, list[int]]:
 
 
 def chart_data(shown: ShownChart) -> dict[str, Any]:
-    """What the page's scripts know about a chart."""
     return {"runs": [], "chart": [{"x": panel.x_title, "y": panel.y_title,
                                    "curves": [curve_data(curve) for curve in panel.curves]}
                                   for panel in shown.chart.panels]}

@@ -99,7 +99,6 @@ def panel_data(shown: Shown, panel: Panel, again: Mapping[str, RunResult]) -> di
 
 def figure_data(shown: Shown | ShownChart, judgements: Judgements,
                 frictionless: Again = NOTHING) -> dict[str, Any]:
-    """What the page's scripts know about a figure."""
     if isinstance(shown, ShownChart):
         same = [chart for chart in shown_charts(frictionless.outcomes) if chart.id == shown.id]
         return {**chart_data(shown), **({"without": chart_data(same[0])["chart"]} if same else {})}

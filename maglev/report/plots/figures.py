@@ -49,18 +49,12 @@ class Figure(Table):
     @field_validator("panels")
     @classmethod
     def known_kinds(cls, panels: list[str]) -> list[str]:
-        """Refuse a panel of an unknown kind."""
         for text in panels:
             kind, _, of = text.partition(" ")
             if kind not in PANELS or not of:
                 raise ValueError(f"{text!r} is no panel, expected {', '.join(PANELS)} and an axis, a motor, a column "
                                  "or *")
         return panels
-
-    @property
-    def title(self) -> str:
-        heading = f"Figure {self.number}" if self.number else f"Run {next(iter(self.runs))}"
-        return f"{heading}: {self.variant}" if self.variant else heading
 
     @property
     def id(self) -> str:
@@ -86,7 +80,9 @@ class Shown(NamedTuple):
 
     @property
     def title(self) -> str:
-        return self.figure.title
+        figure = self.figure
+        heading = f"Figure {figure.number}" if figure.number else f"Run {next(iter(figure.runs))}"
+        return f"{heading}: {figure.variant}" if figure.variant else heading
 
     @property
     def caption(self) -> str:
@@ -104,12 +100,10 @@ class Shown(NamedTuple):
         return [run for run in self.runs if len(run.time)]
 
     def has(self, run: str) -> bool:
-        """Whether the figure is about a run."""
         return any(result.plan.name == run for result in self.runs)
 
 
 def read_figures() -> list[Figure]:
-    """Read the figures of the thesis, in its order."""
     text = (Path(__file__).parent / "figures.toml").read_text(encoding="utf-8")
     return [Figure.model_validate(table) for table in tomllib.loads(text)["figures"]]
 
@@ -157,7 +151,6 @@ def shown_by(result: RunResult, kind: str) -> list[str]:
 
 @cache
 def known_variables() -> frozenset[str]:
-    """Variables of the FMUs of this project."""
     return frozenset(variable.name for name in DEFINITIONS for variable in definition(name).variables)
 
 
@@ -205,7 +198,6 @@ def moved(results: Iterable[RunResult]) -> list[RunResult]:
 
 
 def anchor(*parts: str) -> str:
-    """Identifier of an element of the page."""
     return re.sub(r"[^A-Za-z0-9]+", "-", "-".join(parts))
 
 
@@ -232,7 +224,6 @@ def recorded_columns(result: RunResult) -> dict[str, NDArray[Any]]:
 
 
 def needed_columns(plan: RunPlan, kind: str, of: str) -> list[str]:
-    """Names of the columns that a panel draws."""
     if kind == "own":
         return [of]
     if kind == "commands":   # direct and quadrature, if a motor has such: the phases are shown as delivered

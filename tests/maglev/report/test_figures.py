@@ -71,7 +71,7 @@ def test_outputs_of_a_users_own_have_panels_of_their_own():
 
 def test_a_run_of_no_figure_gets_one_of_its_own():
     shown = shown_figures(FIGURES, [recorded(renamed("2dof-setpoints", "mine"))])
-    assert [each.figure.title for each in shown] == ["Run mine"]
+    assert [each.title for each in shown] == ["Run mine"]
     assert {panel.kind for panel in shown[0].panels} == {"position", "speed", "error", "commands", "currents"}
 
 
