@@ -25,7 +25,6 @@ class Kept(NamedTuple):
 
     @property
     def intact(self) -> bool:
-        """Whether the file still has that content."""
         return digest_of(self.path) == self.sha256
 
 
@@ -76,7 +75,6 @@ def keep(key: str, name: str, content: bytes) -> Kept:
 
 
 def sizes() -> list[int]:
-    """Sizes of all files that are kept, bytes."""
     return [path.stat().st_size for part in FOLDERS for path in (cache_folder() / part).rglob("*-*")
             if path.is_file()]
 

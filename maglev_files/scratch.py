@@ -37,7 +37,6 @@ def scratch_folder(place: str | None = None) -> Path:
 
 
 def remove_scratch(folder: Path) -> None:
-    """Remove a temporary folder, as far as that is possible."""
     shutil.rmtree(folder, ignore_errors=True)
     lock = LOCKS.pop(folder, None)
     if lock is not None:
@@ -46,7 +45,6 @@ def remove_scratch(folder: Path) -> None:
 
 @contextmanager
 def scratch(place: str | None = None) -> Iterator[Path]:
-    """Temporary folder for a block."""
     folder = scratch_folder(place)
     try:
         yield folder

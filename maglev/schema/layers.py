@@ -185,7 +185,6 @@ def placed_once(path: Path, _written: int, _size: int) -> dict[str, Any]:
 
 
 def is_packaged(path: Path) -> bool:
-    """Whether a file is one of those that come with the package."""
     return path not in GIVEN and path.resolve().is_relative_to(PACKAGED.resolve())
 
 
@@ -271,6 +270,5 @@ def run_layers(path: Path) -> list[list[Layer]]:
 
 
 def names_of(runs: list[list[Layer]]) -> list[str]:
-    """Names of the runs of a scenario file."""
     return [next((str(layer.table["name"]) for layer in reversed(layers) if "name" in layer.table), "None")
             for layers in runs]

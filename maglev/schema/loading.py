@@ -26,13 +26,16 @@ def load_plans(given: Scenario) -> list[RunPlan]:
     There is one run for each variant of the scenario, or the one that is named. ScenarioError if there is no such
     scenario, or something in it is not as expected; one line with file, key, value and what was expected.
     """
-    path = path_of(given)
+    path, asked = path_of(given), ""
     if path not in GIVEN and path.name == str(given) and path.suffix != ".toml":
-        names = {name: name for name in packaged_files()} | packaged_runs()
-        if path.name not in names:
-            raise ScenarioError(f"there is no scenario {path.name!r}; nearest is {nearest(path.name, names)}")
-        return read_plans(packaged_files()[names[path.name]], path.name)
-    return read_plans(path)
+        asked, known = path.name, {name: name for name in packaged_files()} | packaged_runs()
+        if asked not in known:
+            raise ScenarioError(f"there is no scenario {asked!r}; nearest is {nearest(asked, known)}")
+        path = packaged_files()[known[asked]]
+    runs = run_layers(path)
+    names = names_of(runs)
+    return [read_plan(path, layers, names) for layers, name in zip(runs, names, strict=True)
+            if asked not in names or name == asked]
 
 
 def load_plan(given: Scenario) -> RunPlan:
@@ -41,14 +44,6 @@ def load_plan(given: Scenario) -> RunPlan:
         name = given if isinstance(given, str) else path_of(given)
         raise ScenarioError(f"{name} has variants, expected one of {', '.join(run.name for run in runs)}")
     return runs[0]
-
-
-def read_plans(path: Path, asked: str = "") -> list[RunPlan]:
-    """Runs of a scenario file, see `run_layers`: the one that is asked for by name, or if there is none, all."""
-    runs = run_layers(path)
-    names = names_of(runs)
-    return [read_plan(path, layers, names) for layers, name in zip(runs, names, strict=True)
-            if asked not in names or name == asked]
 
 
 def read_plan(path: Path, layers: list[Layer], siblings: list[str]) -> RunPlan:

@@ -389,7 +389,6 @@ class RunPlan(Table):
 
     @property
     def path(self) -> Path:
-        """The file the scenario was read from."""
         return self._path
 
     @property
@@ -404,7 +403,6 @@ class RunPlan(Table):
 
     @property
     def steps(self) -> int:
-        """Number of communication steps."""
         return whole_steps(self.stop_time, self.step)
 
     @property

@@ -96,7 +96,6 @@ def with_reference(plan: RunPlan, setting: str, value: float) -> RunPlan:
 
 
 def changed(signal: Signal, setting: str, what: str, value: float) -> Signal:
-    """A signal with another amplitude, start or end."""
     if isinstance(signal, Steps) and what == "time":
         before = signal.times[-2] if len(signal.times) > 1 else value
         if not before < value:

@@ -190,7 +190,6 @@ class Claim(Table):
 
     @property
     def relations(self) -> tuple[str, ...]:
-        """Relations that the claim can state."""
         if self.measured is not None and self.measured.yes_no:
             return ("is",)
         if self.figure is not None:
@@ -242,7 +241,6 @@ class Claim(Table):
 
     @property
     def comparative(self) -> bool:
-        """Whether the claim compares two measured values."""
         return self.elsewhere is not None
 
     @property
@@ -370,7 +368,6 @@ class Elsewhere(Table):
 
     @model_validator(mode="after")
     def different(self) -> "Elsewhere":
-        """Refuse a comparison with itself."""
         if self.epsilon is None and self.gaps is None:
             raise key_refused("than", None, "expected epsilon, gaps or both in it")
         return self
