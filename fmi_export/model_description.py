@@ -54,18 +54,19 @@ def model_description(definition: FmuDefinition, guid: str, version: str, date: 
         files = SubElement(interface, "SourceFiles")
         for name in sources:
             SubElement(files, "File", {"name": name})
-    add_units(root, definition.native_variables if native else definition.variables)
-    if native:   # pythonfmu's binary gives its messages no category
-        add_log_categories(root)
-    add_experiment(root, definition)
-    variables = SubElement(root, "ModelVariables")
     table = definition.native_variables if native else definition.variables
+    add_common(root, definition, table, LOG_CATEGORIES if native else {})   # messages of pythonfmu's binary have none
+    variables = SubElement(root, "ModelVariables")
     index = {v.name: number for number, v in enumerate(table, start=1)}
     for reference, variable in enumerate(table):
         scalar = SubElement(variables, "ScalarVariable", common_attributes(variable, reference))
         SubElement(scalar, "Boolean" if variable.boolean else "Real",
                    typed_attributes(definition, variable) | state_attributes(continuous, variable.name, index))
-    add_structure(root, definition, continuous, index)
+    structure = SubElement(root, "ModelStructure")
+    for element, unknowns in structure_of(definition, continuous).items():
+        listed = SubElement(structure, element)
+        for name, knowns in unknowns.items():
+            SubElement(listed, "Unknown", {"index": str(index[name])} | dependencies(knowns, index))
     return xml_file(root)
 
 
@@ -90,22 +91,9 @@ def xml_boolean(value: bool) -> str:
     return "true" if value else "false"
 
 
-def add_log_categories(root: Element) -> None:
-    categories = SubElement(root, "LogCategories")
-    for name, meaning in LOG_CATEGORIES.items():
-        SubElement(categories, "Category", {"name": name, "description": meaning})
-
-
-def add_experiment(root: Element, definition: FmuDefinition) -> None:
-    SubElement(root, "DefaultExperiment", {
-        "startTime": "0.0",
-        "stopTime": repr(definition.experiment.stop_time),
-        "stepSize": repr(definition.experiment.step),
-    })
-
-
-def add_units(root: Element, variables: Iterable[Variable]) -> None:
-    """Add the definitions of the units that occur."""
+def add_common(root: Element, definition: FmuDefinition, variables: Iterable[Variable],
+               log_categories: Mapping[str, str]) -> None:
+    """Add the units that occur in the variables, log categories, if there are any, and the default experiment."""
     units = SubElement(root, "UnitDefinitions")
     for name in sorted({v.unit for v in variables if v.unit}):
         unit = SubElement(units, "Unit", {"name": name})
@@ -113,6 +101,12 @@ def add_units(root: Element, variables: Iterable[Variable]) -> None:
         if name in DISPLAY_UNITS:
             display, factor = DISPLAY_UNITS[name]
             SubElement(unit, "DisplayUnit", {"name": display, "factor": repr(factor)})
+    if log_categories:
+        categories = SubElement(root, "LogCategories")
+        for name, meaning in log_categories.items():
+            SubElement(categories, "Category", {"name": name, "description": meaning})
+    SubElement(root, "DefaultExperiment", {"startTime": "0.0", "stopTime": repr(definition.experiment.stop_time),
+                                           "stepSize": repr(definition.experiment.step)})
 
 
 def state_attributes(continuous: ContinuousModel | None, name: str, reference: Mapping[str, int]) -> dict[str, str]:
@@ -143,16 +137,6 @@ def typed_attributes(definition: FmuDefinition, variable: Variable) -> dict[str,
         if limit is not None:
             typed[key] = repr(float(limit))
     return typed
-
-
-def add_structure(root: Element, definition: FmuDefinition, continuous: ContinuousModel | None,
-                  index: Mapping[str, int]) -> None:
-    """Add the outputs, and the derivatives, with what decides them, and the initial unknowns with the parameters."""
-    structure = SubElement(root, "ModelStructure")
-    for element, unknowns in structure_of(definition, continuous).items():
-        listed = SubElement(structure, element)
-        for name, knowns in unknowns.items():
-            SubElement(listed, "Unknown", {"index": str(index[name])} | dependencies(knowns, index))
 
 
 def dependencies(knowns: Iterable[str], reference: Mapping[str, int]) -> dict[str, str]:

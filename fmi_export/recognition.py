@@ -10,8 +10,7 @@ from pathlib import PurePosixPath
 
 from fmi_export.build import CARRIED, Maker, what_runs
 from fmi_export.definition import FmuDefinition
-from fmi_export.native.build import BINARIES, DIGESTS, SOURCES, TABLE, digests, native_sources
-from fmi_export.native.shells import SHELLS
+from fmi_export.native.build import BINARIES, DIGESTS, SHELLS, SOURCES, TABLE, digests, native_sources
 from fmi_export.native.tangent import tangent_name
 from fmi_export.sources import module_path
 

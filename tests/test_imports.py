@@ -7,8 +7,7 @@ from pathlib import Path
 
 import pytest
 
-from fmi_export.native.prefix import EXTERNAL
-from fmi_export.native.shells import PARTS, SHELLS
+from fmi_export.native.build import EXTERNAL, PARTS, SHELLS
 from maglev.packages import OURS
 from tools.house_map import drawing, imported, page, room_of
 

@@ -13,23 +13,48 @@ from fmi_export.build import Maker, build_date, described, digest, write_archive
 from fmi_export.definition import FmuDefinition
 from fmi_export.errors import ExportError
 from fmi_export.model_description import model_description
-from fmi_export.native.compiler import FLAGS, PLATFORMS, WEBASSEMBLY, Platform, library
+from fmi_export.native.compiler import FLAGS, MACOS, PLATFORMS, WEBASSEMBLY, Platform, library
 from fmi_export.native.model_description_3 import build_description, model_description_3
 from fmi_export.native.model_table import SOURCE, model_table
-from fmi_export.native.prefix import prefix_header
-from fmi_export.native.shells import SHELLS, Shell
 from fmi_export.native.tangent import tangent_module, tangent_name
-from fmi_export.native.translation import files_of, translated
+from fmi_export.native.translation import TEMPLATES, files_of, translated
 from fmi_export.sources import carried_modules
+from fmi_export.templates import filled
 from maglev_files.whole_file import whole_file
 
-WEBASSEMBLY_HOST = "webassembly_host.c"
+# The layer that is the same in all versions: each file knows those before it, and all know model.h and instance.h.
+PARTS = ("messages", "state", "outputs", "variables", "exchange", "events", "life")
+CORE = ("model.h", "instance.h", *(f"{part}.{ending}" for part in PARTS for ending in ("h", "c")))
+
+
+class Shell(NamedTuple):
+    """A version of FMI: `layer`, the C files of an FMU beside its block, headers that importers have, platforms."""
+
+    version: str
+    layer: tuple[str, ...]
+    headers: tuple[str, ...]
+    platforms: Mapping[str, Platform]
+
+
+SHELLS = {
+    2: Shell("2.0", (*CORE, "fmi2.c", "fmi2_exchange.c", "fmi2_absent.c"),
+             ("fmi2Functions.h", "fmi2FunctionTypes.h", "fmi2TypesPlatform.h"),
+             {"linux64": PLATFORMS["x86_64-linux"], "win64": PLATFORMS["x86_64-windows"], "darwin64": MACOS,
+              # FMI 2.0 has no name for it and allows others (2.3).
+              "aarch64-linux": PLATFORMS["aarch64-linux"]}),
+    3: Shell("3.0", (*CORE, "fmi3.c", "fmi3_events.c", "fmi3_exchange.c", "fmi3_absent.c"),
+             ("fmi3Functions.h", "fmi3FunctionTypes.h", "fmi3PlatformTypes.h"),
+             PLATFORMS),
+}
+
 TABLE = "model.c"
 BUILD = "buildDescription.xml"
 KEYS = {False: ' guid=""', True: ' instantiationToken=""'}   # what becomes the GUID, by whether it is FMI 3.0
-IN_BROWSERS = SHELLS[2]._replace(layer=(*SHELLS[2].layer, WEBASSEMBLY_HOST))
+IN_BROWSERS = SHELLS[2]._replace(layer=(*SHELLS[2].layer, "webassembly_host.c"))
 FILE_SCOPE = re.compile(r"^(?:static [\w *]*?\b|#define |enum \{ )(\w+)(?=\(| =| [\d(]|\[)", re.MULTILINE)
 PREFIX = "prefix.h"
+# Functions and objects that a header declares for other files; members of structures are indented.
+EXTERNAL = re.compile(r"^(?!static\b|typedef\b)(?:extern )?\w[\w ]*[ *](\w+)(?:\([^;]*\))?;$", re.MULTILINE)
 BINARIES, SOURCES = "binaries/", "sources/"
 DIGESTS = "documentation/binaries.sha256"   # of the libraries in an FMU, as sha256sum writes and reads it
 
@@ -139,6 +164,17 @@ def native_sources(definition: FmuDefinition, texts: Mapping[str, str], translat
     guid = f"{{{digest(parts)[:32]}}}"
     return NativeSources({**without_guid, TABLE: model_table(definition, guid, timed)}, headers,
                          described_as.replace(KEYS[timed], KEYS[timed][:-1] + f'{guid}"', 1).encode("utf-8"))
+
+
+def prefix_header(name: str, headers: Iterable[str], functions: str) -> str:
+    """C header that gives what the headers of an FMU declare for its other files the FMU's name as a prefix.
+
+    `functions` is FMI's header of its functions, "fmi2Functions.h" or "fmi3Functions.h".
+    """
+    names = sorted({name for header in headers for name in EXTERNAL.findall(header)})
+    return filled(TEMPLATES / "prefix.h", {
+        "NAME": name, "HEADER": functions, "FMI": functions[:4].upper(),
+        "NAMES": "\n".join(f"#define {external} {name}_{external}" for external in names)})
 
 
 def layer_files(names: Iterable[str]) -> dict[str, str]:

@@ -1,6 +1,6 @@
 """The XML of an FMU of FMI 3.0: modelDescription, buildDescription, terminalsAndIcons."""
 
-from collections.abc import Iterable, Sequence
+from collections.abc import Sequence
 from xml.etree.ElementTree import Element, SubElement
 
 import fmi_export.model_description as fmi2
@@ -42,17 +42,16 @@ def model_description_3(definition: FmuDefinition, token: str, version: str, dat
         "canHandleVariableCommunicationStepSize": fmi2.xml_boolean(clocked or definition.variable_step),
     } | (events if definition.sampled else {}))
     table = definition.native_variables
-    fmi2.add_units(root, table)
-    fmi2.add_log_categories(root)
-    fmi2.add_experiment(root, definition)
+    fmi2.add_common(root, definition, table, fmi2.LOG_CATEGORIES)
     variables = SubElement(root, "ModelVariables")
     reference = {v.name: number for number, v in enumerate(table)}
+    ticking = {"variability": "discrete", "clocks": str(len(table) + 1)} if clocked else {}
     for variable in table:
         SubElement(variables, "Boolean" if variable.boolean else "Float64",
                    fmi2.common_attributes(variable, reference[variable.name])
                    | fmi2.typed_attributes(definition, variable)
                    | fmi2.state_attributes(continuous, variable.name, reference)
-                   | sampling_attributes(definition, variable))
+                   | (ticking if variable.causality in ("input", "output") else {}))
     SubElement(variables, "Float64", {
         "name": "time", "valueReference": str(len(table)), "description": "Time",
         "causality": "independent", "variability": "continuous", "unit": "s"})
@@ -67,20 +66,11 @@ def model_description_3(definition: FmuDefinition, token: str, version: str, dat
         if clocked and element == "InitialUnknowns":   # fmpy takes none that are of a clock
             continue
         for name, knowns in unknowns.items():
-            if clocked and knowns is not None:
-                knowns = (*knowns, "")
-            SubElement(structure, ELEMENTS[element],
-                       {"valueReference": str(reference[name])} | fmi2.dependencies(knowns, reference))
+            known = fmi2.dependencies((*knowns, "") if clocked else knowns, reference)
+            SubElement(structure, ELEMENTS[element], {"valueReference": str(reference[name])} | known)
     for name in continuous.indicators if continuous else ():
         SubElement(structure, "EventIndicator", {"valueReference": str(reference[name])})
     return xml_file(root)
-
-
-def sampling_attributes(definition: FmuDefinition, variable: Variable) -> dict[str, str]:
-    """What the clock changes of an input or output of a block that samples."""
-    if not (definition.sampled and definition.clocked) or variable.causality not in ("input", "output"):
-        return {}
-    return {"variability": "discrete", "clocks": str(len(definition.native_variables) + 1)}
 
 
 def build_description(name: str, units: Sequence[str]) -> str:
@@ -110,7 +100,10 @@ def terminals_and_icons(definition: FmuDefinition) -> bytes:
     place = {"x1": "-100", "y1": "-100", "x2": "100", "y2": "100"}
     SubElement(picture, "CoordinateSystem", place | {"suggestedScalingFactorTo_mm": repr(SCALE)})
     SubElement(picture, "Icon", place)
-    groups = grouped(definition.variables)
+    groups: dict[str, list[Variable]] = {}   # by the part of the block
+    for variable in definition.variables:
+        if variable.causality in ("input", "output") and "." in variable.name:
+            groups.setdefault(variable.name.rpartition(".")[0], []).append(variable)
     if groups:
         terminals = SubElement(root, "Terminals")
         for name, members in groups.items():
@@ -120,13 +113,3 @@ def terminals_and_icons(definition: FmuDefinition) -> bytes:
                     "variableName": member.name, "memberName": member.name.rpartition(".")[2],
                     "variableKind": "signal"})
     return xml_file(root)
-
-
-def grouped(variables: Iterable[Variable]) -> dict[str, list[Variable]]:
-    """Inputs and outputs of the parts of a block, by the names of these."""
-    groups: dict[str, list[Variable]] = {}
-    for variable in variables:
-        part = variable.name.rpartition(".")[0]
-        if part and variable.causality in ("input", "output"):
-            groups.setdefault(part, []).append(variable)
-    return groups

@@ -87,11 +87,9 @@ def variable_row(variable: Variable) -> str:
 
 
 def text_literal(text: str) -> str:
-    """C string literal, in UTF-8 and without anything that its source's encoding could change."""
-    return '"' + "".join(character if " " <= character <= "~" and character not in '"\\?' else escaped(character)
-                         for character in text) + '"'
+    """C string literal, in UTF-8 and without anything that its source's encoding could change.
 
-
-def escaped(character: str) -> str:
-    """Octal escapes of a character: unlike hexadecimal ones they have an end."""
-    return "".join(f"\\{byte:03o}" for byte in character.encode("utf-8"))
+    The escapes are octal: unlike hexadecimal ones they have an end.
+    """
+    return '"' + "".join(chr(byte) if 32 <= byte <= 126 and byte not in b'"\\?' else f"\\{byte:03o}"
+                         for byte in text.encode("utf-8")) + '"'

@@ -78,7 +78,7 @@ def freestanding(definition: FmuDefinition, modules: Iterable[str], translation:
         if len(set(map(member, chosen))) < len(chosen):
             raise ExportError(f"{name}: two of {', '.join(v.name for v in chosen)} have one name in C, expected names "
                               "that differ by more than a dot")
-    code = code_of(definition, modules, translation)
+    structs, constants, functions = code_of(definition, modules, translation)
     sampling = next(v for v in definition.variables if v.name == SAMPLE_TIME)
     period = repr(definition.start_value(sampling))
     common = {"NAME": name, "SPACE": " " * len(name), "PERIOD": period, "BLOCK": definition.block.__name__}
@@ -91,9 +91,9 @@ def freestanding(definition: FmuDefinition, modules: Iterable[str], translation:
                                  if v.causality == "parameter"),
             "STATUSES": listed([*(f"{status:4}  {text}" for status, text in sorted(definition.refusals.items())),
                                 f"{REFUSED_VALUE} and the number of a variable: it is no number within its range"]),
-            "STRUCTS": code.structs},
+            "STRUCTS": structs},
         f"{name}.c": {
-            "ARITHMETIC": template("arithmetic.h"), "CONSTANTS": code.constants, "FUNCTIONS": code.functions,
+            "ARITHMETIC": template("arithmetic.h"), "CONSTANTS": constants, "FUNCTIONS": functions,
             "ARGUMENTS": ", ".join(["&self->block", *(literal(argument) for argument in definition.arguments)]),
             "CHECKED_PARAMETERS": checks(definition, "parameter"), "CHECKED_INPUTS": checks(definition, "input"),
             "TAKEN": "\n".join(f"    block->{v.place} = inputs->{member(v)};" for v in inputs),
@@ -110,16 +110,12 @@ def freestanding(definition: FmuDefinition, modules: Iterable[str], translation:
             for file, own in values.items()}
 
 
-class Code(NamedTuple):
-    """What is translated of a block: structures, constants, and functions with their declarations before them."""
+def code_of(definition: FmuDefinition, modules: Iterable[str],
+            translation: Mapping[str, str]) -> tuple[str, str, str]:
+    """Of the translated files what a block needs, for one file, with names that a program can have beside others.
 
-    structs: str
-    constants: str
-    functions: str
-
-
-def code_of(definition: FmuDefinition, modules: Iterable[str], translation: Mapping[str, str]) -> Code:
-    """Of the translated files what a block needs, for one file, with names that a program can have beside others."""
+    Structures, constants, and functions with their declarations before them.
+    """
     name, block = definition.name, definition.block.__name__
     parts = {file: text for file, text in files_of(modules, translation).items() if file != PRELUDE_FILE}
     texts = [without_unread(FREED.sub("", text)) for text in (
@@ -140,9 +136,9 @@ def code_of(definition: FmuDefinition, modules: Iterable[str], translation: Mapp
             text = re.sub(rf"\bstruct {struct}\b", f"struct {name}_{'block' if struct == block else struct}", text)
         return text.replace("BLOCK_FUNCTION ", "static ")
 
-    return Code("\n".join(map(own, structs.values())),
-                "".join(match[0] for text in texts for match in CONSTANT.finditer(text) if match[1] in used),
-                "\n".join([own("".join(prototypes)), *map(own, functions.values())]))
+    constants = "".join(match[0] for text in texts for match in CONSTANT.finditer(text) if match[1] in used)
+    return ("\n".join(map(own, structs.values())), constants,
+            "\n".join([own("".join(prototypes)), *map(own, functions.values())]))
 
 
 def in_order(headers: Mapping[str, str]) -> list[str]:
@@ -182,7 +178,6 @@ def called(functions: Mapping[str, str], roots: Iterable[str]) -> dict[str, str]
 
 
 def template(name: str) -> str:
-    """A file of the folder `c`."""
     return (C_FILES / name).read_text(encoding="utf-8")
 
 
@@ -238,5 +233,4 @@ def place(name: str, struct: str, path: str, variable: Variable) -> str:
 
 
 def places(name: str, struct: str, members: Iterable[tuple[str, Variable]]) -> str:
-    """Rows of a table of places."""
     return "\n".join(f"    {place(name, struct, path, variable)}," for path, variable in members)

@@ -113,9 +113,10 @@ def require_steps(written: type) -> None:
     name = written.__name__
     if not name.isascii():
         raise ExportError(f"class {name}: expected a name of ASCII letters, digits and underscores")
-    for method, expected, required in (("step", ("t",), True), ("start", (), False)):
+    for method, numbers, expected in (("step", (2, 3), "step(self, t) or step(self, t, dt)"),
+                                      ("start", (1,), "start(self)")):
         function = getattr(written, method, None)
-        if function is None and not required:
+        if function is None and method == "start":
             continue
         if not callable(function):
             raise ExportError(f"class {name}: it has no step, expected a method step(self, t), which is called every "
@@ -123,10 +124,8 @@ def require_steps(written: type) -> None:
         if iscoroutinefunction(function) or isgeneratorfunction(function) or isasyncgenfunction(function):
             raise ExportError(f"class {name}: {method} has async or yield, so that a call of it computes nothing, "
                               "expected a plain def without them")
-        if not takes(function, 1 + len(expected)) and not (method == "step" and takes(function, 3)):
-            raise ExportError(f"class {name}: {method}{inspect.signature(function)}, expected "
-                              f"{method}({', '.join(('self', *expected))})"
-                              + (" or step(self, t, dt)" if method == "step" else ""))
+        if not any(takes(function, number) for number in numbers):
+            raise ExportError(f"class {name}: {method}{inspect.signature(function)}, expected {expected}")
 
 
 def takes(function: Callable[..., Any], number: int) -> bool:

@@ -145,9 +145,9 @@ def test_linux_binary_differs_from_pythonfmus_where_it_is_corrected(fmus: Path) 
     with zipfile.ZipFile(fmus / "Plant2DOF.fmu") as archive:
         ours = archive.read("binaries/linux64/Plant2DOF.so")
     assert len(ours) == len(original)
-    places = {original.index(each.code) + each.place + i for each in CORRECTIONS for i in range(len(each.instead))}
+    places = {original.index(code) + place + i for code, place, instead in CORRECTIONS for i in range(len(instead))}
     assert {i for i, (a, b) in enumerate(zip(ours, original, strict=True)) if a != b} <= places
-    assert len(places) == sum(len(each.instead) for each in CORRECTIONS), "none undoes another"
+    assert len(places) == sum(len(instead) for *_, instead in CORRECTIONS), "none undoes another"
     with pytest.raises(ExportError, match="its Linux binary is not known"):
         corrected(ours)
 

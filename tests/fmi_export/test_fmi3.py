@@ -17,9 +17,9 @@ from native_binaries import windows_library
 from native_builds import compiled, require_native_tools, unpacked_sources
 
 from fmi_export.model_description import model_description
+from fmi_export.native.build import SHELLS
 from fmi_export.native.compiler import PLATFORMS, library
 from fmi_export.native.model_description_3 import build_description, model_description_3, terminals_and_icons
-from fmi_export.native.shells import SHELLS
 from maglev.cosim.fmu import Fmu, read_description
 from maglev.cosim.master import FmuSetup, Master
 from maglev.own_fmus import DEFINITIONS, definition

@@ -31,8 +31,8 @@ from native_builds import (
     unpacked_sources,
 )
 
+from fmi_export.native.build import SHELLS
 from fmi_export.native.compiler import FLAGS
-from fmi_export.native.shells import SHELLS
 from maglev.catalogue import Kind, build
 
 NAME = "Regulator2DOF"

@@ -7,7 +7,7 @@ from pathlib import Path
 import pytest
 from native_builds import FMI_HEADERS, GENERATED, STRICT, require_command, unpacked_sources
 
-from fmi_export.native.shells import SHELLS
+from fmi_export.native.build import SHELLS
 from maglev.own_fmus import DEFINITIONS
 
 # Sections; constant tables of addresses are in .data.rel.ro.

@@ -24,9 +24,8 @@ import numpy.typing as npt
 from fmpy import sharedLibraryExtension
 
 from fmi_export.definition import Variable
-from fmi_export.native.build import BUILD, PREFIX, SOURCES, TABLE, host_platform
+from fmi_export.native.build import BUILD, PREFIX, SHELLS, SOURCES, TABLE, host_platform
 from fmi_export.native.compiler import FLAGS, library
-from fmi_export.native.shells import SHELLS
 from fmi_export.native.translation import literal
 from fmi_export.user_classes.trouble import OWN
 from maglev.cosim.fmu import Fmu
