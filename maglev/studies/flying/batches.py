@@ -58,9 +58,7 @@ def batches_of(job: Job, samples: int, rows: int) -> list[Batch]:
 
 @contextmanager
 def flyers(scheduler: str | None, jobs: int, device: str = "cpu") -> Iterator[Fly]:
-    """Who runs batches: the workers of a scheduler at an address, or so many processes here, which end with the block.
-
-    Or, with device "gpu", the graphics processor here.
+    """Who runs batches: a scheduler's workers, the graphics processor here, or so many processes until the block ends.
 
     A batch whose process dies is run again; a sample that takes a process with it again has a row that says so.
     ScenarioError if the scheduler cannot be reached, has no worker, or a worker has another version of this package.
@@ -82,16 +80,32 @@ def flyers(scheduler: str | None, jobs: int, device: str = "cpu") -> Iterator[Fl
 def fly_here(jobs: int, idle: Idle, job: Job, batches: list[Batch], values: Array, store: Store) -> None:
     """Fly batches in so many threads or processes, and store each as it is done; `values` of the targets are by sample.
 
-    A batch whose process dies is run again beside this one; a sample whose process dies then, too, has a row that says
-    so. MaglevError if a batch cannot be run at all; KeyboardInterrupt after Ctrl-C or SIGTERM: what was
-    done until then is stored.
+    MaglevError if a batch cannot be run at all; KeyboardInterrupt after Ctrl-C or SIGTERM: what was done until then is
+    stored.
     """
     with_loop = loop_for(job, batches, values)
     if with_loop is not None:
         fly_in_threads(jobs, with_loop, batches, values, store)
         return
-    deadly: list[Batch] = []
-    fly_batches(jobs, idle, job, batches, values, store, deadly.append)
+    by_name = {str(batch.number): batch for batch in batches}
+    deadly: list[Batch] = []   # whose process died, or was told to end by somebody else
+
+    def take(name: str, flown: Flown | MaglevError | None) -> None:
+        if isinstance(flown, MaglevError):
+            raise flown
+        if flown is None or not by_name[name].is_whole(flown):
+            deadly.append(by_name[name])
+        else:
+            store(by_name[name].number, flown)
+
+    try:   # batches are reported as they are stored
+        side_by_side({name: partial(fly_task, job, batch.first, values[batch.first:batch.last])
+                      for name, batch in by_name.items()}, jobs, lambda *_: None, lambda *_: None, idle, take=take)
+    except Stopped as stopped:
+        for name, flown in stopped.results.items():   # of those that were under way
+            if isinstance(flown, Flown):
+                store(by_name[name].number, flown)
+        raise
     for batch in deadly:
         samples = each_flown_apart(job, values[batch.first:batch.last], job.limit or inf)
         store(batch.number, gathered(job, batch.first, samples))
@@ -157,36 +171,9 @@ def fly_in_threads(jobs: int, job: Job, batches: list[Batch], values: Array, sto
             pool.shutdown(cancel_futures=True)
 
 
-def fly_batches(jobs: int, idle: Idle, job: Job, batches: list[Batch], values: Array, store: Store,
-                died: Callable[[Batch], None]) -> None:
-    """Fly each batch once; store it, or say whose process died, or was told to end by somebody else."""
-    by_name = {str(batch.number): batch for batch in batches}
-
-    def take(name: str, flown: Flown | MaglevError | None) -> None:
-        if isinstance(flown, MaglevError):
-            raise flown
-        if flown is None or not by_name[name].is_whole(flown):
-            died(by_name[name])
-        else:
-            store(by_name[name].number, flown)
-
-    try:
-        side_by_side({name: partial(fly_task, job, batch.first, values[batch.first:batch.last])
-                      for name, batch in by_name.items()}, jobs, lambda _name, _why: None, unwatched, idle, take=take)
-    except Stopped as stopped:
-        for name, flown in stopped.results.items():   # of those that were under way
-            if isinstance(flown, Flown):
-                store(by_name[name].number, flown)
-        raise
-
-
 def fly_task(job: Job, first: int, values: Array, _progress: Progress) -> Flown | MaglevError | None:
     """Fly a batch in this process; an error that stops a study is what it returns."""
     try:
         return flown_batch(job, first, values)
     except MaglevError as error:
         return error
-
-
-def unwatched(_name: str, _done: int, _all: int) -> None:
-    """Batches are reported as they are stored."""

@@ -35,6 +35,14 @@ WORKERS_WITHIN = 60.0    # s
 @contextmanager
 def connected(scheduler: str) -> Iterator[Client]:
     """Client of the scheduler at an address; errors as of `flyers`."""
+    def version_there() -> str:
+        # Sent as code, not by name: a worker may know nothing of this module.
+        try:
+            from maglev.studies.flying.samples import code_of_package as code
+        except ImportError as error:
+            return f"no maglev-fmus with the extra study ({error})"
+        return code()
+
     try:
         client = Client(scheduler, timeout=REACHED_WITHIN)
     except (OSError, ValueError, TypeError, RuntimeError) as error:   # one that none answers at, or is none, or TLS
@@ -47,33 +55,17 @@ def connected(scheduler: str) -> Iterator[Client]:
         except TimeoutError:
             raise ScenarioError(f"{option('scheduler', scheduler)}: has no worker after {WORKERS_WITHIN:g} s, expected "
                                 "one or more") from None
-        require_same_package(client, scheduler)
+        versions: dict[str, Any] = client.run(version_there, on_error="return")
+        for worker, version in versions.items():
+            if version != code_of_package():
+                raise ScenarioError(f"{option('scheduler', scheduler)}: worker {worker} has maglev-fmus "
+                                    f"{in_one_line(version) if isinstance(version, Exception) else version}, expected "
+                                    f"{code_of_package()} on all workers")
         yield client
 
 
-def require_same_package(client: Client, scheduler: str) -> None:
-    """Refuse workers that lack this package or have another version of it."""
-    def version_there() -> str:
-        # Sent as code, not by name: a worker may know nothing of this module.
-        try:
-            from maglev.studies.flying.samples import code_of_package as code
-        except ImportError as error:
-            return f"no maglev-fmus with the extra study ({error})"
-        return code()
-
-    versions: dict[str, Any] = client.run(version_there, on_error="return")
-    for worker, version in versions.items():
-        if version != code_of_package():
-            raise ScenarioError(f"{option('scheduler', scheduler)}: worker {worker} has maglev-fmus "
-                                f"{in_one_line(version) if isinstance(version, Exception) else version}, expected "
-                                f"{code_of_package()} on all workers")
-
-
 class StudyFiles(WorkerPlugin):
-    """The job of a study and its FMUs, which Dask gives to every worker, also to one that comes later.
-
-    The files lie in the worker's own folder, in one that is named after their content.
-    """
+    """The job of a study and its FMUs, in a folder of every worker that is named after their content."""
 
     def __init__(self, job: Job, files: Mapping[str, bytes]):
         self.job = job
@@ -103,10 +95,7 @@ class StudyFiles(WorkerPlugin):
 
 
 def fly_batch(plugin: str, first: int, values: Array, apart: bool) -> Flown:
-    """Fly the samples from number `first` on with values of the targets, shape (samples, targets); on a worker.
-
-    Or beside it, `apart`, in a process that may die.
-    """
+    """Fly the samples from number `first` on, as of `flown_batch`, on a worker, or `apart`: beside it."""
     files = get_worker().plugins[plugin]
     assert isinstance(files, StudyFiles)
     if files.job.code != code_of_package():
@@ -116,12 +105,7 @@ def fly_batch(plugin: str, first: int, values: Array, apart: bool) -> Flown:
 
 
 def fly_there(client: Client, job: Job, batches: list[Batch], values: Array, store: Store) -> None:
-    """Fly batches and store each as it is done; `values` are those of the targets by sample.
-
-    A batch whose worker dies is run again elsewhere. One that took several workers with it is run beside a worker; a
-    sample whose process dies there has a row that says so. MaglevError if a batch cannot be run at all, such as by a
-    worker with another version of this package.
-    """
+    """Fly batches as `fly_here` does: one that took several workers with it is run beside a worker."""
     plugin = StudyFiles(job, files_of(job.experiment))
     client.register_plugin(plugin)
     try:
@@ -142,7 +126,9 @@ def fly_in_turn(client: Client, plugin: str, batches: list[Batch], values: Array
 
     def more() -> list[Future[Flown]]:
         room = AHEAD * max(1, sum(client.nthreads().values())) - len(under_way)
-        futures = {submit(client, plugin, batch, values, apart): batch for batch in islice(waiting, max(0, room))}
+        # Not pure: a batch that was cancelled is not to be found again.
+        futures = {client.submit(fly_batch, plugin, batch.first, values[batch.first:batch.last], apart, pure=False,
+                                 retries=1): batch for batch in islice(waiting, max(0, room))}
         under_way.update(futures)
         return list(futures)
 
@@ -151,28 +137,16 @@ def fly_in_turn(client: Client, plugin: str, batches: list[Batch], values: Array
         for future in done:
             batch = under_way.pop(future)
             try:
-                store(batch.number, result(future))
+                flown = future.result()
             except KilledWorker:
                 yield batch
+            except OSError as error:
+                raise MaglevError(f"a worker cannot go on: {in_one_line(error)}") from error
+            else:
+                store(batch.number, flown)
             future.release()
             for another in more():
                 done.add(another)
     finally:
         with suppress(OSError):
             client.cancel(list(under_way))
-
-
-def submit(client: Client, plugin: str, batch: Batch, values: Array, apart: bool) -> Future[Flown]:
-    # Not pure: a batch that was cancelled is not to be found again.
-    return client.submit(fly_batch, plugin, batch.first, values[batch.first:batch.last], apart, pure=False, retries=1)
-
-
-def result(future: Future[Flown]) -> Flown:
-    """What a batch gave; MaglevError if it could not be run."""
-    try:
-        flown: Flown = future.result()
-    except (KilledWorker, MaglevError):
-        raise
-    except OSError as error:
-        raise MaglevError(f"a worker cannot go on: {in_one_line(error)}") from error
-    return flown

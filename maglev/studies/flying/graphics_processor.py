@@ -75,10 +75,7 @@ class Running(NamedTuple):
 
 
 def fly_on_graphics_processor(job: Job, batches: list[Batch], values: Array, store: Store) -> None:
-    """Fly batches, as many samples at a time as there is memory for; as `fly_here`.
-
-    MaglevError without a loop for it, or where memory is short.
-    """
+    """Fly batches as `fly_here` does, many samples at a time; MaglevError without a loop, or where memory is short."""
     asked = option("device", "gpu")
     with job.flight() as flight:
         try:
@@ -115,10 +112,7 @@ def at_once(batches: Iterable[Batch]) -> Iterator[list[Batch]]:
 
 def flown_together(device_for: Callable[[Flight], "Device"], flight: Flight, job: Job, values: Array,
                    batches: Sequence[Batch]) -> dict[int, Sample | Found]:
-    """Fly samples, by their numbers; as the processor runs some, the next begin here.
-
-    Those that are not completed there are run here, which says why.
-    """
+    """Fly samples, by their numbers; as the processor runs some, the next begin here."""
     done: dict[int, Sample | Found] = {}
     under_way: list[tuple[Device, Running]] = []
 

@@ -59,10 +59,7 @@ class Observer(Structure):
 
 
 class Measuring:
-    """What is to be measured on the runs of a plan, with its communication points (s).
-
-    Of what is `kept` there is a row at every so many points.
-    """
+    """What is to be measured on runs of a plan at points of `time` (s); of `kept` there is a row at every so many."""
 
     def __init__(self, plan: RunPlan, time: Array, kept: Sequence[str] = (), every: int = 1):
         self.plan, self.time, self.kept, self.every = plan, time, kept, every
@@ -288,8 +285,7 @@ class Found(NamedTuple):
 
 def complete(whole: Structs) -> npt.NDArray[np.bool_]:
     """Whether all that was measured on each run is a number."""
-    finite: npt.NDArray[np.bool_] = np.isfinite(whole["squares"]).all(1) & np.isfinite(whole["sum"]).all(1)
-    return finite
+    return np.asarray(np.isfinite(whole["squares"]).all(1) & np.isfinite(whole["sum"]).all(1))
 
 
 def largest(values: Iterable[Array]) -> Any:

@@ -110,14 +110,11 @@ Store = Callable[[int, Flown], None]
 
 
 class Sample(NamedTuple):
-    """One sample that was run: its metrics, shape (columns,), why it was not completed, and what is kept.
+    """One sample that was run."""
 
-    Trajectories have the shape (rows, signals).
-    """
-
-    values: Array
-    failure: str | None = None
-    trajectories: Array | None = None
+    values: Array                        # metrics, shape (columns,)
+    failure: str | None = None           # why it was not completed
+    trajectories: Array | None = None    # shape (rows, signals)
 
 
 def failed(job: Job, why: str) -> Sample:

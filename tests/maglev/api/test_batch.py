@@ -26,7 +26,7 @@ MASSES = np.array([4.0, 4.35, 9.0])
 def way(request: pytest.FixtureRequest, monkeypatch: pytest.MonkeyPatch) -> str:
     """Who flies, and nobody else."""
     monkeypatch.setattr(batches, "WORTH_COMPILING", 1 if request.param == "threads" else np.inf)
-    monkeypatch.setattr(batches, "fly_batches" if request.param == "threads" else "fly_in_threads", None)
+    monkeypatch.setattr(batches, "side_by_side" if request.param == "threads" else "fly_in_threads", None)
     # Whether a loop was kept of another test does not count.
     monkeypatch.setattr("maglev.cosim.blocks.block_loop.kept", lambda *_: None)
     return str(request.param)
@@ -59,7 +59,7 @@ def test_what_samples_have_in_common_is_constant(native_fmus: Path, monkeypatch:
     monkeypatch.setattr(batches, "WORTH_COMPILING", 1)
     monkeypatch.setattr(batches, "WORTH_SPECIALISING", 1)
     monkeypatch.setattr(batches, "LOOKED_AT", 2)
-    monkeypatch.setattr(batches, "fly_batches", None)
+    monkeypatch.setattr(batches, "side_by_side", None)
     returned: list[int] = []
     function_of = block_loop.function_of
 

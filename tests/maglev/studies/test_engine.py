@@ -160,7 +160,7 @@ def test_threads_give_the_bytes_of_processes(native_fmus: Path, tmp_path: Path,
         {"set": "controller.sample_time", "kind": "list", "values": [5e-4, 7e-4]}])
     processes = flown(study, tmp_path / "processes")
     monkeypatch.setattr(batches, "WORTH_COMPILING", 1)
-    monkeypatch.setattr(batches, "fly_batches", None)   # which nothing asks for
+    monkeypatch.setattr(batches, "side_by_side", None)   # which nothing asks for
     assert flown(study, tmp_path / "threads") == processes
     table = pq.read_table(tmp_path / "threads" / "study.parquet")
     refused = [why for why in table["failure"].to_pylist() if why is not None]

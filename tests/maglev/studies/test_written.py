@@ -63,7 +63,7 @@ def test_what_is_translated_flies_in_the_loop(native_fmus: Path, tmp_path: Path,
     (tmp_path / "fmus").mkdir()
     (tmp_path / "fmus" / "native").symlink_to(native_fmus)
     monkeypatch.setattr(batches, "WORTH_COMPILING", 1)
-    monkeypatch.setattr(batches, "fly_batches" if ends else "fly_in_threads", None)
+    monkeypatch.setattr(batches, "side_by_side" if ends else "fly_in_threads", None)
     found = maglev.batch(flight(tmp_path), {"controller.bandwidth": [50.0, 60.0]}, controller=path, kind="native",
                          fmus=tmp_path / "fmus", jobs=1, say=lambda _: None)
     assert found.failures == (None, None)
@@ -78,7 +78,7 @@ def test_names_of_ours_are_a_users_to_have(native_fmus: Path, tmp_path: Path, mo
     (tmp_path / "fmus").mkdir()
     (tmp_path / "fmus" / "native").symlink_to(native_fmus)
     monkeypatch.setattr(batches, "WORTH_COMPILING", 1)
-    monkeypatch.setattr(batches, "fly_batches", None)
+    monkeypatch.setattr(batches, "side_by_side", None)
     found = maglev.batch(flight(tmp_path), {"controller.bandwidth": [50.0]}, controller=path, kind="native",
                          fmus=tmp_path / "fmus", jobs=1, say=lambda _: None)
     assert found["rms error of v"][0] == found.run(0).metrics.rms_errors["v"]
@@ -89,7 +89,7 @@ def test_two_classes_fly_in_one_loop(native_fmus: Path, tmp_path: Path, monkeypa
     (tmp_path / "fmus").mkdir()
     (tmp_path / "fmus" / "native").symlink_to(native_fmus)
     monkeypatch.setattr(batches, "WORTH_COMPILING", 1)
-    monkeypatch.setattr(batches, "fly_batches", None)
+    monkeypatch.setattr(batches, "side_by_side", None)
     found = maglev.batch(blocks(tmp_path) / "sensor.toml", {"sensor.resolution": [0.0, 20e-6]}, jobs=1, kind="native",
                          controller=controller(tmp_path), fmus=tmp_path / "fmus", say=lambda _: None)
     assert found.failures == (None, None)
