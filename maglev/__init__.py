@@ -36,7 +36,7 @@ if TYPE_CHECKING:
     from maglev.api.comparing import Comparison, compare
     from maglev.api.identifying import identify, write_identification
     from maglev.api.many.batch import Batch, BatchInterrupted, batch
-    from maglev.api.many.studying import Study, study
+    from maglev.api.many.studying import Study, new_study, study
     from maglev.api.many.tuning import Tuned, tune
     from maglev.api.repository import new_repository
     from maglev.api.run import Run
@@ -53,7 +53,6 @@ if TYPE_CHECKING:
     from maglev.own_stage.new import new_scenario, new_stage
     from maglev.stability.analysis import region
     from maglev.stability.result import Region
-    from maglev.studies.new import new_study
     from maglev.user_controllers.new import new_controller, new_plant
 
 # Whoever needs one function does not wait for the imports of all.
@@ -63,14 +62,14 @@ PLACES = {name: module for module, names in {
     "maglev.api.catalogue": "build fmus scenarios", "maglev.api.checking": "check update",
     "maglev.api.comparing": "Comparison compare", "maglev.api.run": "Run",
     "maglev.api.identifying": "identify write_identification", "maglev.api.many.batch": "Batch BatchInterrupted batch",
-    "maglev.api.many.studying": "Study study", "maglev.api.many.tuning": "Tuned tune",
+    "maglev.api.many.studying": "Study new_study study", "maglev.api.many.tuning": "Tuned tune",
     "maglev.api.repository": "new_repository", "maglev.api.running": "Results run run_all",
     "maglev.cosim.master": "FmuSetup Master RunFailed", "maglev.fmu_experiments.check": "check_fmus",
     "maglev.fmu_experiments.pack": "pack_reference", "maglev.linear.linearise": "linearise",
     "maglev.linear.loop": "linearise_loop", "maglev.live.page": "write_live",
     "maglev.microcontroller.target": "Target target", "maglev.own_stage.adoption": "know_stage",
     "maglev.own_stage.consequences": "Consequences stage", "maglev.own_stage.new": "new_scenario new_stage",
-    "maglev.stability.analysis": "region", "maglev.stability.result": "Region", "maglev.studies.new": "new_study",
+    "maglev.stability.analysis": "region", "maglev.stability.result": "Region",
     "maglev.user_controllers.new": "new_controller new_plant"}.items() for name in names.split()}
 
 __all__ = [

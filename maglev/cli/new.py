@@ -88,7 +88,7 @@ def study(path: TomlFile, scenario: Annotated[str, typer.Option(
     `maglev study robust.toml`
     """
     with one_line_errors(debug):
-        from maglev.studies.new import new_study
+        from maglev.api.many.studying import new_study
 
         file = new_study(path, scenario)
         typer.echo(f"{file}: run it with `maglev study {file}`")

@@ -88,18 +88,14 @@ class Batch:
         return rerun(**options_of(self.about, {name: values[sample].item() for name, values in self.settings.items()}))
 
 
-def in_memory(given: Any) -> Any:
-    """An array that speaks DLPack, of this machine's memory or of a graphics processor's, as one of NumPy."""
-    if given.__dlpack_device__()[0] == IN_MEMORY:
-        return np.from_dlpack(given)
-    cupy = extra("cupy", "gpu", "an array of a graphics processor")
-    return cupy.asnumpy(cupy.from_dlpack(given))
-
-
 def plain(given: Any) -> Any:
     """Values as Python's own numbers and texts; what is no sequence as it is, for who refuses it."""
-    if hasattr(given, "__dlpack_device__"):
-        given = in_memory(given)
+    if hasattr(given, "__dlpack_device__"):   # one that speaks DLPack
+        if given.__dlpack_device__()[0] == IN_MEMORY:
+            given = np.from_dlpack(given)
+        else:
+            cupy = extra("cupy", "gpu", "an array of a graphics processor")
+            given = cupy.asnumpy(cupy.from_dlpack(given))
     if not hasattr(given, "__iter__") or isinstance(given, str):
         return given
     return [value.item() if isinstance(value, np.generic) else value for value in given]

@@ -12,8 +12,18 @@ from maglev.api.options import experiments_of
 from maglev.api.run import Run
 from maglev.api.running import run as rerun
 from maglev.api.running import say_notes
+from maglev.catalogue import HOST, Kind, build_written
 from maglev.catalogue.for_runs import compiles
-from maglev.errors import MaglevError, ScenarioError, UnknownName, extra, option, shortened
+from maglev.errors import (
+    BuildError,
+    MaglevError,
+    ScenarioError,
+    UnknownName,
+    extra,
+    key_path,
+    option,
+    shortened,
+)
 from maglev.experiment.preparation import Experiment
 from maglev.processes import processors
 from maglev.processes.side_by_side import Say, Watch, unwatched, warn
@@ -21,7 +31,8 @@ from maglev.schema.layers import packaged_files
 from maglev.schema.loading import load_plan
 from maglev.schema.options import OPTIONS, RunOptions, seconds, takes_run_options
 from maglev.schema.settings import start_values
-from maglev.user_controllers.source import carried
+from maglev.user_controllers.source import carried, is_written
+from maglev_files.scratch import scratch
 
 if TYPE_CHECKING:
     from maglev.studies.schema import StudyFile
@@ -46,7 +57,7 @@ class Study:
     """
 
     def __init__(self, path: str | Path):
-        require_arrow()
+        extra("pyarrow", "study", "a study")
         from maglev.studies.dataset import metadata_of
 
         self.path = Path(path)
@@ -111,8 +122,7 @@ class Study:
         """A sample's row of the dataset; UnknownName if there is none of the number."""
         if not 0 <= sample < self.about["samples"]:
             raise UnknownName(f"{self.name}: there is no sample {sample}, expected 0 to {self.about['samples'] - 1}")
-        row_of_sample: dict[str, Any] = self.to_arrow().slice(sample, 1).to_pylist()[0]
-        return row_of_sample
+        return dict(self.to_arrow().slice(sample, 1).to_pylist()[0])
 
     def write_page(self, path: str | Path | None = None) -> Path:
         """Write the page about the study, one HTML file; beside the dataset if no path is given.
@@ -124,11 +134,6 @@ class Study:
         page = self.path.with_suffix(".html") if path is None else Path(path)
         write_page(page, self.to_arrow(), self.about)
         return page
-
-
-def require_arrow() -> None:
-    """Raise MaglevError if pyarrow, which has the tables of studies, is not installed."""
-    extra("pyarrow", "study", "a study")
 
 
 @takes_run_options("timeout", "parameters")
@@ -189,7 +194,7 @@ def study(what: "str | Path | StudyFile", *, vary: Vary | None = None, samples: 
     >>> study.to_xarray()["overshoot of v"].dims                                        # doctest: +SKIP
     ('plant.v.mass',)
     """
-    require_arrow()
+    extra("pyarrow", "study", "a study")
     from maglev.cosim.blocks.graphics_processor import require_device
     from maglev.studies.planning import plan_study
     from maglev.studies.running import run_study
@@ -214,14 +219,47 @@ def study(what: "str | Path | StudyFile", *, vary: Vary | None = None, samples: 
                                    partial(watcher, described.name), say or warn, device))
 
 
+def new_study(path: str | Path, scenario: str | Path) -> Path:
+    """Write a study that runs, to begin with; nothing is overwritten. Returns the file.
+
+    Parameters
+    ----------
+    path : path
+        The file, NAME or NAME.toml; its results are named after it.
+    scenario : str or path
+        What it runs: a run of the package by its name, or a scenario of yours, without variants.
+
+    Raises
+    ------
+    RigError, ScenarioError
+        If the file is there already, its name is none, or there is no such scenario, or none about a stage.
+
+    Examples
+    --------
+    >>> import maglev
+    >>> maglev.new_study("robust.toml", "2dof-setpoints").name
+    'robust.toml'
+    """
+    from maglev.own_stage.new import seen_from, toml_file, write_new
+    from maglev.rig.writer import render
+
+    file, plan = toml_file(path), load_plan(scenario)
+    if plan.rig is None or "plant" not in plan.fmus:
+        raise ScenarioError(f"{scenario}: fmus = {key_path(list(plan.fmus))}: expected a scenario with the plant of a "
+                            "stage")
+    name = seen_from(file, scenario) if str(scenario).endswith(".toml") else str(scenario)
+    write_new(file, render("new/study.toml.j2", plan.rig, file=file.name, name=file.stem, scenario=name))
+    return file
+
+
 @contextmanager
 def made_ready(study: "StudyFile | TuneFile", path: Path, options: RunOptions, everywhere: bool,
                say: Say, watch: Watch) -> Iterator[tuple[Experiment, dict[str, Any]]]:
     """Experiment of a study or a tuning while the block lasts, and what repeats it with `maglev run`, as JSON.
 
-    `everywhere` is whether what is built for it has binaries for all platforms.
+    Its Python files are FMUs there, for workers have none of the user's files; they are native where they can be, and
+    `say` is told why one cannot. `everywhere` is whether what is built has binaries for all platforms.
     """
-    from maglev.studies.python_files import built
     from maglev.studies.targets import require_free
 
     settings = start_values(study.set) | start_values(options.get("set"))
@@ -236,13 +274,32 @@ def made_ready(study: "StudyFile | TuneFile", path: Path, options: RunOptions, e
     run = {"scenario": scenario, "set": {name: value.value for name, value in settings.items()},
            "options": {name: value if isinstance(value, bool) else str(value) for name, option in OPTIONS.items()
                        if (value := options.get(name)) not in (None, option.default) and name != "set"}}
-    put_in: dict[str, Any] = {role: options.get(role) for role in PUT_IN}
+    put_in: dict[str, Any] = {role: given for role in PUT_IN if (given := options.get(role)) is not None}
     native = options.get("kind") == "native" or (options.get("fmus") is None and compiles(options.get("kind")))
-    with built(load_plan(scenario), put_in, native, everywhere, say) as (plan, fmus):
-        experiment, = experiments_of([plan], {**options, **fmus},   # type: ignore[typeddict-item]  # names as above
-                                     say, watch, everywhere)
+    plan = load_plan(scenario)
+    named = {name: fmu.file for name, fmu in plan.fmus.items() if name not in put_in and fmu.file is not None}
+    written = {str(path) for path in (*named.values(), *put_in.values()) if is_written(Path(path))}
+    with scratch() as folder:
+        made = {path: fmu_of(path, folder / str(number), native, everywhere, say)
+                for number, path in enumerate(sorted(written))}
+        plan = plan.model_copy(update={"fmus": {
+            name: fmu.model_copy(update={"file": str(made[named[name]])}) if named.get(name) in made else fmu
+            for name, fmu in plan.fmus.items()}})
+        built = cast("RunOptions", {role: made.get(str(given), given) for role, given in put_in.items()})
+        experiment, = experiments_of([plan], {**options, **built}, say, watch, everywhere)
         say_notes([experiment], say)
         yield experiment, run
+
+
+def fmu_of(path: str, folder: Path, native: bool, everywhere: bool, say: Say) -> Path:
+    """Build the FMU of a Python file into a folder of its own: several files can have classes of one name."""
+    folder.mkdir()
+    if native:
+        try:
+            return build_written(Path(path), folder, Kind(native=True) if everywhere else HOST)
+        except BuildError as error:
+            say(f"{path} runs in Python, which takes its time, for it cannot be native: {error}")
+    return build_written(Path(path), folder)
 
 
 def file_or_name(path: Path) -> str:
