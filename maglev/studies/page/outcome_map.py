@@ -8,7 +8,7 @@ import numpy as np
 import pyarrow as pa
 from numpy.typing import NDArray
 
-from maglev.arrays import Array, Bools
+from maglev.arrays import Array
 from maglev.pages.shell import packed
 from maglev.quantities import shown_in
 from maglev.studies.page.again import command_of, options_of
@@ -51,20 +51,15 @@ class LawMap:
     cells: Outcomes                  # shape (layers, values of the first, values of the second)
 
 
-def outcomes(passed: Bools, failed_early: Bools, columns: Mapping[str, Array]) -> Outcomes:
-    """Outcome of each sample, shape (samples,), by the columns of `TIMES` (s)."""
-    tripped, touched = (np.isfinite(columns[name]) for name in TIMES)
-    # A trip lets the mover fall on a stop: the first cause counts.
-    return np.select([failed_early, tripped, passed & ~touched, passed, touched],
-                     [BROKEN, TRIPPED, PASSES, TOUCHED, STOPPED], ASTRAY).astype(np.uint8)
-
-
 def outcomes_of(table: pa.Table) -> Outcomes:
     """Outcomes of a study's samples, shape (samples,)."""
     passed = np.array(table["passed"].to_pylist(), bool)
     early = np.array([why is not None for why in table["failure"].to_pylist()])
-    return outcomes(passed, early, {name: numbers(table, name) if name in table.column_names else
-                                    np.full(len(passed), np.inf) for name in TIMES})
+    tripped, touched = (np.isfinite(numbers(table, name)) if name in table.column_names else np.zeros(len(passed), bool)
+                        for name in TIMES)
+    # A trip lets the mover fall on a stop: the first cause counts.
+    return np.select([early, tripped, passed & ~touched, passed, touched],
+                     [BROKEN, TRIPPED, PASSES, TOUCHED, STOPPED], ASTRAY).astype(np.uint8)
 
 
 def grid_of(table: pa.Table, about: Mapping[str, Any]) -> list[Factor]:

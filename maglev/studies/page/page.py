@@ -2,7 +2,6 @@
 
 import math
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
 from functools import partial
 from html import escape
 from pathlib import Path
@@ -12,6 +11,7 @@ from typing import Any
 import numpy as np
 import pyarrow as pa
 
+from maglev.arrays import Array
 from maglev.live.content import NAME as LIVE_PAGE
 from maglev.pages import shell
 from maglev.quantities import metric_text, shown_in
@@ -32,17 +32,6 @@ MOST_DRAWN = 5000   # samples that are drawn: a page of 10⁵ would be as large 
 MOST_WORST = 10     # samples that are listed
 
 
-@dataclass(frozen=True)
-class Indices:
-    """Sobol indices of one metric, by what varies: first order and total, each with its 95 % confidence."""
-
-    metric: str
-    first: dict[str, float]
-    first_confidence: dict[str, float]
-    total: dict[str, float]
-    total_confidence: dict[str, float]
-
-
 def write_page(path: Path, table: pa.Table, about: Mapping[str, Any]) -> None:
     """Write the page of a study, which needs no network."""
     shell.publish(path, page(table, about, path.with_name(LIVE_PAGE).is_file()))
@@ -53,7 +42,6 @@ def page(table: pa.Table, about: Mapping[str, Any], live: bool = False) -> str:
     count = table.num_rows
     drawn = np.unique(np.linspace(0, count - 1, min(count, MOST_DRAWN)).astype(int))
     metrics = [(name, unit) for name, unit, values in metrics_of(table) if varies(values)]
-    indices, notes = sensitivity(table, about)
     provenance, said, mapped = about["provenance"], verdict(table, about), map_of(table, about)
     # The share of samples that pass is seen in the map, where there is one.
     shares = not mapped and not all(table["passed"].to_pylist())
@@ -71,7 +59,7 @@ def page(table: pa.Table, about: Mapping[str, Any], live: bool = False) -> str:
         responses=responses(shown) if metrics or shares else "",
         metrics=quantiles_table(table, about),
         parallel=own_text("parallel.html").rstrip() if metrics else "",
-        sensitivity=sensitivity_section(indices, notes) if about["design"]["kind"] == "saltelli" else "",
+        sensitivity=sensitivity_section(table, about) if about["design"]["kind"] == "saltelli" else "",
         worst=worst_table(table, about, metrics, live),
         provenance=f"maglev-fmus {escape(provenance['version'])}"
                    + (f", commit {escape(provenance['commit'])}" if provenance["commit"] else "")
@@ -91,7 +79,7 @@ def write_maps(path: Path, title: str, said: str, maps: Sequence[LawMap], words:
         scripts=shell.scripts(*map(read, SCRIPTS[:2]))))
 
 
-def varies(values: np.ndarray[Any, np.dtype[np.float64]]) -> bool:
+def varies(values: Array) -> bool:
     """Whether a metric differs between samples, so that it is worth a plot."""
     return len(values) > 0 and values.min() != values.max()
 
@@ -216,38 +204,40 @@ def worst(table: pa.Table, about: Mapping[str, Any], metrics: Sequence[tuple[str
     return list(reasons.items())[:MOST_WORST]
 
 
-def sensitivity_section(indices: Sequence[Indices], notes: Sequence[str]) -> str:
+def sensitivity_section(table: pa.Table, about: Mapping[str, Any]) -> str:
     """Sobol indices as numbers over bars, and what has none; empty if there is nothing to say."""
+    indices, notes = sensitivity(table, about)
     if not indices and not notes:
         return ""
     said = "\n".join(f"<p>{escape(note)}</p>" for note in notes)
     if indices:
-        names = list(indices[0].first)
-        rows = [(escape(index.metric), *(
-            f'<span class="share" style="--share: {100.0 * at[name]:.0f}%">{at[name]:.2f} ± {sure[name]:.2f}</span>'
-            for name in names for at, sure in ((index.first, index.first_confidence),
-                                               (index.total, index.total_confidence)))) for index in indices]
-        heads = [f"{name}: {kind}" for name in names for kind in ("first", "total")]
+        rows = [(escape(metric), *(
+            f'<span class="share" style="--share: {100.0 * at:.0f}%">{at:.2f} ± {sure:.2f}</span>'
+            for k in range(len(about["vary"])) for at, sure in ((of["S1"][k], of["S1_conf"][k]),
+                                                                (of["ST"][k], of["ST_conf"][k]))))
+                for metric, of in indices.items()]
+        heads = [f"{parameter['name']}: {kind}" for parameter in about["vary"] for kind in ("first", "total")]
         said += ("<p>Sobol indices, with 95 % confidence: the share of a metric's variance that a quantity causes by "
                  f"itself (first), and together with others (total).</p>{html_table(('metric', *heads), rows)}")
     return f"<section><h2>Sensitivity</h2>{said}</section>"
 
 
-def sensitivity(table: pa.Table, about: Mapping[str, Any]) -> tuple[list[Indices], list[str]]:
-    """Indices of every metric that has some, and sentences that say why others, or all, have none."""
-    names = [parameter["name"] for parameter in about["vary"]]
-    if about["design"]["kind"] != "saltelli":
-        return [], [f"Sobol indices need a design of kind 'saltelli'; this one is '{about['design']['kind']}'."]
+def sensitivity(table: pa.Table, about: Mapping[str, Any]) -> tuple[dict[str, Mapping[str, Array]], list[str]]:
+    """Indices S1, ST of every metric that has some, as of SALib, and sentences that say why others, or all, have none.
+
+    Each has the shape (number that vary,), as have their 95 % confidences S1_conf, ST_conf.
+    """
     if about["correlated"]:
-        return [], ["Sobol indices need what varies to be independent; some of it is correlated."]
+        return {}, ["Sobol indices need what varies to be independent; some of it is correlated."]
     if any(why is not None for why in table["failure"].to_pylist()):
-        return [], ["Sobol indices need every sample; some were not completed."]
+        return {}, ["Sobol indices need every sample; some were not completed."]
     if missing := lacking("SALib", "study", "a Sobol index"):
-        return [], [f"{missing}."]
+        return {}, [f"{missing}."]
     from SALib.analyze import sobol
 
+    names = [parameter["name"] for parameter in about["vary"]]
     problem = {"num_vars": len(names), "names": names, "bounds": [[0.0, 1.0]] * len(names)}
-    computed, constant, endless = [], [], []
+    computed, constant, endless = dict[str, Mapping[str, Array]](), [], []
     for name, _, values in metrics_of(table):
         if len(values) < table.num_rows or not np.isfinite(values).all():
             endless.append(name)
@@ -255,9 +245,7 @@ def sensitivity(table: pa.Table, about: Mapping[str, Any]) -> tuple[list[Indices
             constant.append(name)
         else:
             # SALib draws its resamples from NumPy's generator of that seed: the same page for the same study.
-            said = sobol.analyze(problem, values, calc_second_order=False, seed=about["design"]["seed"])
-            computed.append(Indices(name, *(dict(zip(names, map(float, said[key]), strict=True))
-                                            for key in ("S1", "S1_conf", "ST", "ST_conf"))))
+            computed[name] = sobol.analyze(problem, values, calc_second_order=False, seed=about["design"]["seed"])
     notes = []
     if endless:
         notes.append(f"None of {', '.join(endless)}: not finite in every sample, such as a band in which one never "

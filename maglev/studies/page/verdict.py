@@ -13,19 +13,16 @@ from maglev.report.findings import html_table
 from maglev.studies.page.text import beyond_limits, numbers, units_of
 
 
-def failing(table: pa.Table, about: Mapping[str, Any]) -> dict[str, Bools]:
-    """By each reason the samples that fail by it, shape (samples,), most first: limits, lost stages, errors."""
-    reasons: dict[str, Bools] = {}
+def failing(table: pa.Table, about: Mapping[str, Any]) -> list[tuple[str, str, Bools]]:
+    """Reasons, most first: metric with a limit or none, words, and which samples fail by it, shape (samples,)."""
     units = units_of(table)
-    for name in about["limits"]:
-        beyond = beyond_limits(numbers(table, name), about, name)
-        reasons[reason(about, name, units[name])] = beyond
+    reasons = [(name, reason(about, name, units[name]), beyond_limits(numbers(table, name), about, name))
+               for name in about["limits"]]
     if not about["limits"]:
-        reasons["a stop touched, a trip, or a large error at the end"] = np.array(
-            [bool(value) for value in table["failed"].to_pylist()])
-    reasons["not completed"] = np.array([why is not None for why in table["failure"].to_pylist()])
-    return dict(sorted(((why, where) for why, where in reasons.items() if where.any()),
-                       key=lambda item: -item[1].sum()))
+        reasons.append(("", "a stop touched, a trip, or a large error at the end",
+                        np.array([bool(value) for value in table["failed"].to_pylist()])))
+    reasons.append(("", "not completed", np.array([why is not None for why in table["failure"].to_pylist()])))
+    return sorted((item for item in reasons if item[2].any()), key=lambda item: -item[2].sum())
 
 
 def reason(about: Mapping[str, Any], name: str, unit: str) -> str:
@@ -40,10 +37,7 @@ def reason(about: Mapping[str, Any], name: str, unit: str) -> str:
 def decisive(table: pa.Table, about: Mapping[str, Any]) -> str:
     """Metric with a limit that most samples are beyond or, where all pass, that comes nearest to it; empty if none."""
     reasons = failing(table, about)
-    if not reasons:
-        return nearest_to_limit(table, about)[1]
-    units = units_of(table)
-    return next((name for why in reasons for name in about["limits"] if why == reason(about, name, units[name])), "")
+    return next((name for name, _, _ in reasons if name), "") if reasons else nearest_to_limit(table, about)[1]
 
 
 def nearest_to_limit(table: pa.Table, about: Mapping[str, Any]) -> tuple[float, str]:
@@ -82,18 +76,15 @@ def verdict(table: pa.Table, about: Mapping[str, Any]) -> str:
     """What was asked and how many samples pass, and by what others fail; HTML."""
     passed, reasons = np.array(table["passed"].to_pylist()), failing(table, about)
     share, name = nearest_to_limit(table, about)
-    said = (f": the others fail by{f' {escape(next(iter(reasons)))}.' if len(reasons) == 1 else ''}" if reasons else
+    said = (f": the others fail by{f' {escape(reasons[0][1])}.' if len(reasons) == 1 else ''}" if reasons else
             f"; {escape(name)} comes nearest to its limit: {100.0 * share:.0f} % of it." if name else ".")
-    parts = "".join(f"<li>{failed.sum()} by {escape(why)}</li>" for why, failed in reasons.items())
+    parts = "".join(f"<li>{failed.sum()} by {escape(why)}</li>" for _, why, failed in reasons)
     return (f'<p class="message">{escape(question(table, about))} <strong>{passed.sum():,} of '
             f"{len(passed):,} samples pass</strong>{said}</p>" + (f"<ul>{parts}</ul>" if len(reasons) > 1 else ""))
 
 
 def where(table: pa.Table, about: Mapping[str, Any]) -> str:
-    """Between which values of what varies all samples pass and all fail, if some do and some do not; HTML.
-
-    What has neither is left out.
-    """
+    """Between which values of what varies all samples pass and all fail, if some do and some do not; HTML."""
     passed, units = np.array(table["passed"].to_pylist()), units_of(table)
     if passed.all() or not passed.any():
         return ""

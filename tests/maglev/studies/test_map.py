@@ -24,7 +24,7 @@ from maglev.studies.page.outcome_map import (
     TOUCHED,
     TRIPPED,
     map_of,
-    outcomes,
+    outcomes_of,
 )
 from maglev.studies.page.page import page, write_maps
 
@@ -53,8 +53,8 @@ def grid() -> tuple[pa.Table, dict[str, Any]]:
     (True, False, INF, INF, PASSES), (True, False, INF, 0.1, TOUCHED), (False, False, INF, 0.1, STOPPED),
     (False, False, 0.1, 0.2, TRIPPED), (False, False, INF, INF, ASTRAY), (False, True, INF, INF, BROKEN)])
 def test_the_first_cause_counts(passed: bool, early: bool, trip: float, stop: float, outcome: int) -> None:
-    found = outcomes(np.array([passed]), np.array([early]), {"trip time": np.array([trip]),
-                                                            "stop contact time": np.array([stop])})
+    found = outcomes_of(pa.table({"passed": [passed], "failure": ["refused" if early else None], "trip time": [trip],
+                                  "stop contact time": [stop]}))
     assert found.tolist() == [outcome]
 
 

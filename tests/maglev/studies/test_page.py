@@ -26,20 +26,19 @@ def test_sobol_indices_of_a_linear_function() -> None:
     at = points()
     found, notes = sensitivity(table(2 * at[:, 0] + at[:, 1], at), ABOUT)
     assert not notes
-    for indices in (found[0].first, found[0].total):
-        assert indices == pytest.approx({"plant.a": 0.8, "plant.b": 0.2}, abs=0.01)
+    for kind in ("S1", "ST"):
+        assert found["overshoot of v"][kind] == pytest.approx(np.array([0.8, 0.2]), abs=0.01)
 
 
 def test_sobol_indices_of_a_product() -> None:
     """y = (a - 1/2)(b - 1/2) has no first-order effects; each is in all of the variance."""
     at = points()
-    (found,), _ = sensitivity(table((at[:, 0] - 0.5) * (at[:, 1] - 0.5), at), ABOUT)
-    assert found.first == pytest.approx({"plant.a": 0.0, "plant.b": 0.0}, abs=0.02)
-    assert found.total == pytest.approx({"plant.a": 1.0, "plant.b": 1.0}, abs=0.05)
+    found, _ = sensitivity(table((at[:, 0] - 0.5) * (at[:, 1] - 0.5), at), ABOUT)
+    assert found["overshoot of v"]["S1"] == pytest.approx(np.zeros(2), abs=0.02)
+    assert found["overshoot of v"]["ST"] == pytest.approx(np.ones(2), abs=0.05)
 
 
 @pytest.mark.parametrize(("about", "failure", "words"), [
-    ({"design": {"kind": "sobol", "samples": 8, "seed": 0}}, None, "need a design of kind 'saltelli'"),
     ({"correlated": [["plant.a", "plant.b"]]}, None, "correlated"), ({}, "refused", "need every sample")])
 def test_where_there_are_no_indices_it_says_why(about: dict[str, Any], failure: str | None, words: str) -> None:
     at = points()
@@ -149,8 +148,8 @@ def test_bars_add_up_to_the_samples_and_stop_at_what_is_known(browser, tmp_path:
 
 
 def test_indices_are_numbers_over_bars_as_long() -> None:
-    found, _ = sensitivity(table(2 * points()[:, 0] + points()[:, 1], points()), ABOUT)
-    shares = re.findall(r'--share: (\d+)%">(\S+) ±', sensitivity_section(found, []))
+    section = sensitivity_section(table(2 * points()[:, 0] + points()[:, 1], points()), ABOUT)
+    shares = re.findall(r'--share: (\d+)%">(\S+) ±', section)
     assert [int(share) / 100 for share, _ in shares] == pytest.approx([0.8, 0.8, 0.2, 0.2], abs=0.02)
     assert all(abs(float(number) - int(share) / 100) < 0.006 for share, number in shares)
 
