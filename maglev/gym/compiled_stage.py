@@ -84,12 +84,11 @@ class CompiledStage:
     velocities and references. FmuError if an FMU is missing, is not of this installation, or cannot be loaded.
     """
 
-    def __init__(self, rig: Rig, folder: Path, in_phases: bool, with_measurement: bool = False):
-        self.rig = rig
+    def __init__(self, rig: Rig, folder: Path, parts: Sequence[str]):
         axes, motors = len(rig.axes), len(rig.motors)
         seen = rig.encoders
         used = seen if rig.rotations else seen[1:]   # the commutation needs the gap where each motor has its own
-        widths = [(3 if in_phases else 2) * motors, len(used), axes, 2 * motors, len(seen), axes, axes]
+        widths = [(2 if "commutation" in parts else 3) * motors, len(used), axes, 2 * motors, len(seen), axes, axes]
         self.row = np.zeros(sum(widths))
         self.ends = np.cumsum(widths)[:-1].tolist()   # of what the row has, but the last
         (self.commands, _, self.positions, self.currents, self.encoders, self.velocities,
@@ -99,13 +98,11 @@ class CompiledStage:
         self.time, self.ahead = c_double(), c_double()   # a measurement is of the end of a step of the plant
         self.samples = 0
         with ExitStack() as stack:
-            self.parts = {part: stack.enter_context(loaded(f"{part.title()}{rig.suffix}", folder))
-                          for part, flies in (("plant", True), ("commutation", not in_phases),
-                                              ("measurement", with_measurement)) if flies}
+            self.parts = {part: stack.enter_context(loaded(f"{part.title()}{rig.suffix}", folder)) for part in parts}
             self.stack = stack.pop_all()
         self.plant, self.measurement = self.parts["plant"], self.parts.get("measurement")
         self.stop = Buffer("Boolean", [self.plant.variable("at_stop")], self.plant.fmi)
-        self.exchanges = [*exchanges(rig, [*self.parts], used, self.ends)]
+        self.exchanges = [*exchanges(rig, parts, used, self.ends)]
         self.between: list[Any] = []   # memory for what goes from one FMU to another
         first = [exchange[:2] for exchange in self.exchanges].index(("step", "plant")) + 1
         self.outputs = [made for exchange in self.exchanges[first:] for made in self.calls_of(exchange)]

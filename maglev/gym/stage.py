@@ -10,7 +10,6 @@ from typing import Any, NamedTuple
 import gymnasium
 import numpy as np
 import numpy.typing as npt
-from fmpy.model_description import ScalarVariable
 
 from controller_fmu.velocity_observer import ObserverFilter, VelocityObserver
 from maglev.arrays import Array
@@ -118,14 +117,22 @@ class Stage(gymnasium.Env[Array, Array]):
         self.last = round(positive_time(duration, ScenarioError, f"duration = {duration!r}") / self.sample_time)
         if self.last < 1:
             raise ScenarioError(f"duration = {duration!r}, expected at least a sample of {self.sample_time} s")
-        parts = {"Plant": True, "Commutation": action == "dq", "Measurement": measurement is not None}
-        flown = [f"{part}{self.rig.suffix}" for part, flies in parts.items() if flies]
-        folder = fmus_for_runs(flown, fmus, None if fmus is None else "native")
-        self.stage = CompiledStage(self.rig, folder, action == "phases", measurement is not None)
+        asked = {"plant": True, "commutation": action == "dq", "measurement": measurement is not None}
+        parts = [part for part, flies in asked.items() if flies]
+        folder = fmus_for_runs([f"{part.title()}{self.rig.suffix}" for part in parts], fmus,
+                               None if fmus is None else "native")
+        self.stage = CompiledStage(self.rig, folder, parts)
         # An environment that nobody closed leaves no unpacked FMU behind.
         self.freed = weakref.finalize(self, self.stage.close)
-        self.parameters = Parameters("plant", self.given_to_plant(), parameters or {})
-        self.measurement = Parameters("measurement", self.given_to_measurement(), measurement or {})
+        # What acts on the plant beside the motors can be given like its parameters; the sample time is the rig's.
+        currents = {f"{current}_cmd" for current in self.rig.phase_names}
+        of_plant = {name: variable for name, variable in self.stage.plant.variables.items()
+                    if variable.causality == "parameter" or (variable.causality == "input" and name not in currents)}
+        of_measurement = {} if self.stage.measurement is None else {
+            name: variable for name, variable in self.stage.measurement.variables.items()
+            if variable.causality == "parameter" and name != "sample_time"}
+        self.parameters = Parameters("plant", of_plant, parameters or {})
+        self.measurement = Parameters("measurement", of_measurement, measurement or {})
         self.render_mode = render_mode
         self.metadata = {**self.metadata, "render_fps": round(1.0 / self.sample_time)}
         self.picture: StagePicture | None = None
@@ -133,7 +140,7 @@ class Stage(gymnasium.Env[Array, Array]):
         stops = [self.travel(axis) for axis in self.rig.axes]
         low, high = (np.array(ends) for ends in zip(*stops, strict=True))
         # Tilts and the gap at the centre follow from the gaps at the motors.
-        self.measuring = MotorPlaces.of(self.rig).measuring(self.rig)
+        self.measuring = MotorPlaces.of(self.rig).measuring(self.rig) if self.rig.rotations else None
         seen = [self.ends(name.rpartition(".")[0]) for name in self.rig.encoders]
         seen_low, seen_high = (np.array(ends) for ends in zip(*seen, strict=True))
         peaks = [self.parameters.own(f"{motor}.amplifier.peak") for motor in self.rig.motor_names]
@@ -254,18 +261,6 @@ class Stage(gymnasium.Env[Array, Array]):
         stage = self.stage
         return self.picture.drawn(stage.positions, stage.references, self.sample * self.sample_time)
 
-    def given_to_plant(self) -> dict[str, ScalarVariable]:
-        """Variables of the plant that can be given: parameters, and what acts on it beside the motors."""
-        currents = {f"{current}_cmd" for current in self.rig.phase_names}
-        return {name: variable for name, variable in self.stage.plant.variables.items()
-                if variable.causality == "parameter" or (variable.causality == "input" and name not in currents)}
-
-    def given_to_measurement(self) -> dict[str, ScalarVariable]:
-        """Parameters of the measurement, if there is one; its sample time is that of the rig."""
-        block = self.stage.measurement
-        return {} if block is None else {name: variable for name, variable in block.variables.items()
-                                         if variable.causality == "parameter" and name != "sample_time"}
-
     def changing(self) -> Iterator[tuple[str, str]]:
         """Parts and names of what can change in an episode."""
         for part, parameters in (("plant", self.parameters), ("measurement", self.measurement)):
@@ -273,8 +268,7 @@ class Stage(gymnasium.Env[Array, Array]):
 
     def measured(self) -> list[float]:
         """Measured positions of the axes, m and rad."""
-        encoders = self.stage.encoders
-        return [float(position) for position in positions(self.measuring if self.rig.rotations else None, encoders)]
+        return [float(position) for position in positions(self.measuring, self.stage.encoders)]
 
     def ends(self, place: str) -> tuple[float, float]:
         """Stops of an axis or at a motor, m."""

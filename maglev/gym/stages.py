@@ -43,10 +43,7 @@ Change = np.dtype([("stage", np.int64), ("what", np.int64), ("value", np.float64
 
 
 def sources_of(stage: CompiledStage, changing: Sequence[tuple[str, str]]) -> dict[str, str]:
-    """C files by name; FmuError where an FMU is none of this installation.
-
-    `changing` are parts and names of what can change in an episode.
-    """
+    """C files by name, with what can change, by part and name; FmuError where an FMU is none of this installation."""
     collected = parts_of(stage.parts.values())
     if collected is None:
         raise FmuError("expected native FMUs of this installation")
@@ -140,7 +137,11 @@ class Stages(VectorEnv[Array, Array, npt.NDArray[Any]]):
         self.size = int(self.c.maglev_stage_size()) // 8
         points = {"table": 0, "setpoints": self.one.references.most}.get(self.one.references.kind, 1)   # of each
         if self.kernels:
-            require_room(xp, num_envs, 8 * (self.size + 3 * compiled.row.size + (points + 9) * axes))
+            each = 8 * (self.size + 3 * compiled.row.size + (points + 9) * axes)   # bytes, about
+            fit = int(xp.cuda.runtime.memGetInfo()[0]) // each
+            if num_envs > fit:
+                raise MaglevError(f"num_envs = {num_envs}: each takes some {each:,} bytes of the graphics processor's "
+                                  f"memory, expected at most {fit}, or {option('device', 'cpu')}")
         self.blocks = xp.zeros((num_envs, self.size), np.int64)   # aligned as doubles are
         self.rows = xp.zeros((num_envs, compiled.row.size))
         (self.commands, _, self.positions, self.currents, self.encoders, self.velocities,
@@ -272,8 +273,7 @@ class Stages(VectorEnv[Array, Array, npt.NDArray[Any]]):
 
     def here(self, array: Any) -> npt.NDArray[Any]:
         """An array of this processor."""
-        given: npt.NDArray[Any] = self.xp.asnumpy(array) if self.kernels else array
-        return given
+        return np.asarray(self.xp.asnumpy(array) if self.kernels else array)
 
     def advance(self) -> None:
         """Step all stages, those that are over as well: they begin anew."""
@@ -291,8 +291,7 @@ class Stages(VectorEnv[Array, Array, npt.NDArray[Any]]):
         """Velocities of the chosen environments, as `VelocityObserver` has them."""
         one, where = self.one, self.xp.where
         shares = one.observer_filter
-        measured = positions(one.measuring if one.rig.rotations else None, self.encoders.T)
-        for k, of_axis in enumerate(measured):
+        for k, of_axis in enumerate(positions(one.measuring, self.encoders.T)):
             change = shares.share1 * (of_axis - self.filtered[:, k])
             velocity = self.velocities[:, k]
             self.filtered[:, k] = where(chosen, self.filtered[:, k] + change, self.filtered[:, k])
@@ -320,13 +319,4 @@ class Stages(VectorEnv[Array, Array, npt.NDArray[Any]]):
 
 def pointer(array: Any) -> int:
     """Where an array is, of this processor or of a graphics processor."""
-    address: int = array.ctypes.data if isinstance(array, np.ndarray) else array.data.ptr
-    return address
-
-
-def require_room(cupy: Any, count: int, each: int) -> None:
-    """MaglevError if there is not memory for so many environments, of about so many bytes each."""
-    fit = int(cupy.cuda.runtime.memGetInfo()[0]) // each
-    if count > fit:
-        raise MaglevError(f"num_envs = {count}: each takes some {each:,} bytes of the graphics processor's memory, "
-                          f"expected at most {fit}, or {option('device', 'cpu')}")
+    return int(array.ctypes.data if isinstance(array, np.ndarray) else array.data.ptr)
