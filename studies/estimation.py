@@ -103,10 +103,7 @@ def row(settings: Settings, scale: float, ripple: Defaults | None = None) -> Wei
 
 
 def judge(results: Sequence[RunResult]) -> list[Judged]:
-    """Verdicts on the claims about runs and procedures, in a fixed order.
-
-    Other readings of an experiment are no further evidence.
-    """
+    """Verdicts on the claims about runs and procedures; other readings of an experiment are no further evidence."""
     metrics = {result.plan.name: result.metrics for result in results}
     return [*((flown.plan.name, result) for flown in results if not flown.plan.another_reading
               for result in judge_run(flown.plan.claims, flown.metrics, metrics)),

@@ -290,10 +290,7 @@ VERTICAL = Loop(PACKAGED / "studies" / "gap_certificate.json", Regulator3DOF, ve
 
 
 def certify(loop: Loop, group: Callable[[int], tuple[float, Any]], units: Mapping[str, str], words: str) -> None:
-    """Find a certificate of a loop, verify it, and write it.
-
-    Or run groups, and print which touch a stop, and the largest errors that the others end with, by axis.
-    """
+    """Find a certificate of a loop, verify it, and write it; or run groups, and print how they end, by axis."""
     parser = argparse.ArgumentParser(description=words)
     parser.add_argument("--rate", type=float, default=0.05, help="of the gap, m/s")
     parser.add_argument("--decay", type=float, default=0.05, help="1/s")

@@ -54,10 +54,7 @@ stop_time = "5 s"
 
 
 def outcomes(columns: Mapping[str, NDArray[Any]], tilts: tuple[str, ...]) -> Outcomes:
-    """Outcome of each sample by a study's metrics, shape (samples,), some axes being tilts; the first cause counts.
-
-    These are "trip time", "stop contact time", and "end error of" every axis.
-    """
+    """Outcome of each sample by a study's metrics, shape (samples,), some axes being tilts; the first cause counts."""
     far = np.any([~(values <= (TILTED if name.removeprefix("end error of ") in tilts else FAR))
                   for name, values in columns.items() if name.startswith("end error of ")], axis=0)
     tripped, touched = columns["trip time"], columns["stop contact time"]

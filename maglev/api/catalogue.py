@@ -85,7 +85,7 @@ def build(names: Iterable[Given] | Given = (), *, stage: str | Path | None = Non
           fmus: str | Path = "fmus", kind: KindName = "python", fmi: int = 2, target: str = "all",
           source: str | Path | None = None, clocked: bool = False, ssp: str | Path | None = None,
           say: Callable[[str], None] | None = None, watch: Progress = unwatched) -> list[Path]:
-    """Build FMUs from the blocks; the same sources give the same bytes.
+    """Build FMUs from the blocks; the same sources give the same bytes. Returns the files.
 
     Parameters
     ----------
@@ -116,11 +116,6 @@ def build(names: Iterable[Given] | Given = (), *, stage: str | Path | None = Non
         Told, in a sentence, what an FMU of a Python file needs of its importer's Python; a warning if not given.
     watch : callable, optional
         Told how many FMUs of this package, of how many, are built.
-
-    Returns
-    -------
-    list of Path
-        The files.
 
     Raises
     ------

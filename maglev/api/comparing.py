@@ -168,7 +168,11 @@ def labelled(controllers: Controllers) -> dict[str, Given]:
                 pairs.append((name_of(given), given))
                 continue
             label, equals, path = str(given).partition("=")
-            pairs.append((label, path) if equals else (name_of_file(label), given))
+            if equals:
+                pairs.append((label, path))
+            else:   # "lqi" of "a/lqi.fmu", "LQI" of "a/lqi.py:LQI"
+                head, colon, name = label.rpartition(":")
+                pairs.append((name if colon and head.endswith(".py") else Path(label).stem, given))
     by_label: dict[str, Given] = {}
     for label, controller in pairs:
         if not label or set(label) & set('/\\\0<>:"|?*') or label.startswith("."):
@@ -180,12 +184,6 @@ def labelled(controllers: Controllers) -> dict[str, Given]:
             unique, number = f"{label}-{number}", number + 1
         by_label[unique] = controller
     return by_label
-
-
-def name_of_file(text: str) -> str:
-    """Label of a controller: "lqi" of "a/lqi.fmu", "LQI" of "a/lqi.py:LQI"."""
-    head, colon, name = text.rpartition(":")
-    return name if colon and head.endswith(".py") else Path(text).stem
 
 
 def put_in(plan: RunPlan, label: str, controller: Given, options: RunOptions, say: Say = warn,

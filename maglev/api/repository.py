@@ -23,7 +23,7 @@ def new_repository(path: str | Path, stage: str | Path = EXAMPLE, *, watch: Watc
                    say: Say | None = None) -> Path:
     """Write a folder for version control: controller, experiment, baseline, and what GitHub and GitLab run.
 
-    The experiment is run once, for its baseline. After an error nothing is left.
+    The experiment is run once, for its baseline. After an error nothing is left. Returns the folder.
 
     Parameters
     ----------
@@ -33,11 +33,6 @@ def new_repository(path: str | Path, stage: str | Path = EXAMPLE, *, watch: Watc
         Name of a stage, or the description of your own, NAME.toml, which is copied.
     watch, say
         As of `update`.
-
-    Returns
-    -------
-    Path
-        The folder.
 
     Raises
     ------

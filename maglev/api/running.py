@@ -179,10 +179,6 @@ def run(name: Scenario, *, every: int | None = None, progress: Progress | None =
     progress : callable, optional
         Told now and then of the steps done and the steps in all.
 
-    Returns
-    -------
-    Run
-
     Raises
     ------
     MaglevError
@@ -268,7 +264,8 @@ def run_all(names: Scenarios | None = None, *, out: str | Path = "results", plot
     experiments = keeping(experiments_to_run(asked, options, claims == "thesis", say, watch), every)
     require_judgeable(experiments)
     say_notes(experiments, say)
-    folder, by_name = folder_for(Path(out)), {experiment.plan.name: experiment for experiment in experiments}
+    folder, by_name = Path(out), {experiment.plan.name: experiment for experiment in experiments}
+    folder.mkdir(parents=True, exist_ok=True)
     with alone(folder, [*by_name]):
         flown = run_experiments(experiments, folder, format, jobs, watch)
         for note in dict.fromkeys(f"{result.plan.name}: {note}" for result in flown for note in result.recording.notes):
@@ -282,7 +279,7 @@ def run_all(names: Scenarios | None = None, *, out: str | Path = "results", plot
         if page:
             again = run_frictionless(
                 experiments, verdicts if what_if and page != "run" else {},
-                lambda runs: run_experiments(runs, folder_for(folder / "without-friction"), format, jobs, watch),
+                lambda runs: run_experiments(runs, folder / "without-friction", format, jobs, watch),
                 lambda runs: outcomes_of(runs, asked))
             files.append(folder / (f"{asked[0].name}.html" if page == "run" and len(asked) == 1 else "report.html"))
             write_report(files[-1], flown, {**verdicts, **again.verdicts}, outcomes, again)
@@ -336,12 +333,6 @@ def without_thesis(plan: RunPlan) -> RunPlan:
         return own
     mine = [claim for claim in plan.procedure.claims if claim.own]
     return own.model_copy(update={"procedure": plan.procedure.model_copy(update={"claims": mine})})
-
-
-def folder_for(path: Path) -> Path:
-    """The folder of that path, which is made if needed."""
-    path.mkdir(parents=True, exist_ok=True)
-    return path
 
 
 def outcomes_of(runs: Sequence[RunResult], asked: Sequence[RunPlan]) -> list[Outcome]:

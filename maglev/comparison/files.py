@@ -63,37 +63,32 @@ def write_comparison(folder: Path, name: str, title: str, runs: Runs, *, picture
     with ExitStack() as alone:
         with suppress(NoLock):
             alone.enter_context(only_writer(folder / f".{name}.compare.lock", wait=True))
-        return write_all(folder, name, title, runs, picture, page)
-
-
-def write_all(folder: Path, name: str, title: str, runs: Runs, picture: bool, page: bool) -> list[Path]:
-    """Write all that, whoever else does."""
-    written = []
-    for run in runs.values():
-        files = ResultFiles(folder, run.plan.name)
-        if run.metrics is None:
-            files.set_aside()
-            if len(run.time):
-                write_csv(files.file("partial.csv"), run.recording)
-                written.append(files.file("partial.csv"))
-            continue
-        files.file("json").unlink(missing_ok=True)   # never beside the columns of another
-        write_csv(files.file("csv"), run.recording)
-        write_record(files, "csv", run)
-        files.forget_others("csv")
-        written += [files.file("csv"), files.file("json")]
-    about = {"json": json_text(comparison_data(name, title, runs)),
-             "txt": as_text(lambda console: show_comparison(console, name, title, runs, every_step=True))}
-    for suffix, text in about.items():
-        written.append(folder / f"{name}.compare.{suffix}")
-        write_whole(written[-1], text)
-    if page:
-        written.append(folder / f"{name}.compare.html")
-        shell.publish(written[-1], comparison_page(name, title, runs, rows_of(runs)))
-    flown = {label: run for label, run in runs.items() if len(run.time)}
-    if picture and flown:
-        written.append(folder / f"{name}.compare.png")
-        write_figure(written[-1], overlay(f"{name}: {title}", flown))
+        written = []
+        for run in runs.values():
+            files = ResultFiles(folder, run.plan.name)
+            if run.metrics is None:
+                files.set_aside()
+                if len(run.time):
+                    write_csv(files.file("partial.csv"), run.recording)
+                    written.append(files.file("partial.csv"))
+                continue
+            files.file("json").unlink(missing_ok=True)   # never beside the columns of another
+            write_csv(files.file("csv"), run.recording)
+            write_record(files, "csv", run)
+            files.forget_others("csv")
+            written += [files.file("csv"), files.file("json")]
+        about = {"json": json_text(comparison_data(name, title, runs)),
+                 "txt": as_text(lambda console: show_comparison(console, name, title, runs, every_step=True))}
+        for suffix, text in about.items():
+            written.append(folder / f"{name}.compare.{suffix}")
+            write_whole(written[-1], text)
+        if page:
+            written.append(folder / f"{name}.compare.html")
+            shell.publish(written[-1], comparison_page(name, title, runs, rows_of(runs)))
+        flown = {label: run for label, run in runs.items() if len(run.time)}
+        if picture and flown:
+            written.append(folder / f"{name}.compare.png")
+            write_figure(written[-1], overlay(f"{name}: {title}", flown))
     return written
 
 

@@ -97,9 +97,6 @@ def as_named(band: str) -> str:
 
 def passed(columns: Iterable[Column], values: Iterable[float], failure: str | None, limited: bool) -> bool:
     """Whether a sample passes: completed and within all limits; without limits, not failed."""
-    if failure is not None:
-        return False
-    pairs = list(zip(columns, values, strict=True))
-    if limited:
-        return all(column.passes(value) for column, value in pairs)
-    return all(value == 0.0 for column, value in pairs if column.name == "failed" and not isnan(value))
+    return failure is None and all(
+        column.passes(value) if limited else column.name != "failed" or isnan(value) or value == 0.0
+        for column, value in zip(columns, values, strict=True))

@@ -26,10 +26,7 @@ def number_of_samples(study: StudyFile) -> int:
 
 
 def samples(study: StudyFile) -> Array:
-    """Values of what varies, shape (number of samples, number that vary), SI; in the order in which they are listed.
-
-    The same study gives the same samples: they depend on its seed alone.
-    """
+    """Values of what varies, in their order, shape (samples, number that vary), SI; the same for the same study."""
     if study.design.kind == "rows":
         return rows_of(study)
     if number_of_samples(study) and study.design.kind == "grid":
@@ -56,17 +53,14 @@ def unit_samples(study: StudyFile) -> Array:
     assert design.samples is not None   # not of a grid
     if design.kind == "saltelli":
         return saltelli(varied, design.samples, design.seed)
-    if design.kind == "latin hypercube":
-        return np.asarray(qmc.LatinHypercube(varied, rng=design.seed).random(design.samples))
-    engine = qmc.Sobol if design.kind == "sobol" else qmc.Halton
+    engine = {"latin hypercube": qmc.LatinHypercube, "sobol": qmc.Sobol, "halton": qmc.Halton}[design.kind]
     return np.asarray(engine(varied, rng=design.seed).random(design.samples))
 
 
 def saltelli(varied: int, base: int, seed: int) -> Array:
     """Saltelli's points for first and total indices: of two matrices A and B, A, then A with each column of B, then B.
 
-    That is the order in which SALib reads them; both matrices are one scrambled sequence of Sobol of twice the
-    dimension.
+    SALib reads them in that order; both matrices are one scrambled sequence of Sobol of twice the dimension.
     """
     from scipy.stats import qmc
 

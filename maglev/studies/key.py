@@ -37,15 +37,15 @@ def key_of(job: Job, values: Array, *further: object) -> str:
 
 
 def canonical(value: Any) -> Any:
-    """A value as JSON that is another one for another value: names and entries in their order, numbers with all digits.
-
-    TypeError of what is not known here: nothing is passed over.
-    """
+    """A value as JSON that is another one for another value; TypeError of what is not known: nothing is passed over."""
     if isinstance(value, StartValue):   # however it was written, and wherever
         return canonical(value.value)
     if isinstance(value, BaseModel) or (is_dataclass(value) and not isinstance(value, type)):
         left_out = LEFT_OUT.get(type(value), frozenset())
-        return [type(value).__name__, [[name, canonical(attribute)] for name, attribute in attributes(value).items()
+        # Of a model those that it keeps to itself, too.
+        names = [field.name for field in fields(value)] if is_dataclass(value) else [
+            *type(value).model_fields, *(value.__pydantic_private__ or {})]
+        return [type(value).__name__, [[name, canonical(getattr(value, name))] for name in names
                                        if name not in left_out]]
     if isinstance(value, Mapping):
         return ["mapping", [[canonical(name), canonical(item)] for name, item in value.items()]]
@@ -61,11 +61,3 @@ def canonical(value: Any) -> Any:
     if isinstance(value, Path):
         return str(value)
     raise TypeError(f"{value!r} is of {type(value)}, of which no key is known")
-
-
-def attributes(value: Any) -> dict[str, Any]:
-    """Attributes of a model, those that it keeps to itself among them, or of a dataclass."""
-    if isinstance(value, BaseModel):
-        own = dict(value.__pydantic_private__ or {})
-        return {name: getattr(value, name) for name in type(value).model_fields} | own
-    return {field.name: getattr(value, field.name) for field in fields(value)}

@@ -46,10 +46,7 @@ class Parts:
                                 f"locks: give another {option('out')}") from None
 
     def find(self) -> int:
-        """Find the parts that are there; returns how many other files are.
-
-        ScenarioError if the folder is of another study, or something in it is no file.
-        """
+        """Find parts; returns how many other files are there. ScenarioError if the folder is of another study."""
         if not self.folder.exists():
             return 0
         if not self.folder.is_dir():
@@ -106,17 +103,15 @@ class Parts:
         shutil.rmtree(self.folder, ignore_errors=True)
 
 
-KINDS = {"a link": stat.S_ISLNK, "a folder": stat.S_ISDIR, "a file": stat.S_ISREG, "a pipe": stat.S_ISFIFO,
-         "a socket": stat.S_ISSOCK}
+KINDS = {"l": "a link", "d": "a folder", "-": "a file", "p": "a pipe", "s": "a socket"}   # as of `ls -l`
 
 
 def kind_of(path: Path) -> str:
     """What lies at a path, such as "a pipe"; empty if nothing does."""
     try:
-        mode = path.lstat().st_mode
+        return KINDS.get(stat.filemode(path.lstat().st_mode)[0], "a device")
     except FileNotFoundError:
         return ""
-    return next((kind for kind, is_one in KINDS.items() if is_one(mode)), "a device")
 
 
 def require_file(path: Path) -> None:

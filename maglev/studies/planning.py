@@ -103,7 +103,11 @@ def plan_study(study: StudyFile, experiment: Experiment, origin: str, out: Path,
     known = named_values(plan, expected(experiment))
     columns = columns_of(known, study.metrics, study.limits, origin)
     every = rows_every(study.keep_interval, experiment, origin)
-    require_signals(study, experiment, origin)
+    known_signals = {*experiment.outputs(), *(axis.reference for axis in plan.axes.values())}
+    for name in study.keep:
+        if name not in known_signals:
+            raise ScenarioError(f"{origin}: keep = {name!r}: is recorded by no FMU; nearest is "
+                                f"{nearest(name, known_signals)}")
     rows = len(experiment.times[::every]) if study.keep else 0
     require_disk(study, out, 8 * count * (len(columns) + len(study.vary) + len(targets))
                  + 8 * count * rows * len(study.keep), count)
@@ -155,14 +159,6 @@ def job_of(experiment: Experiment, targets: Iterable[Target], columns: Iterable[
     native = all(fmu.kind == "native" for fmu in experiment.provenance().fmus)   # a foreign one may run Python inside
     return Job("", code_of_package(), experiment, tuple(targets), tuple(columns), limit=timeout, written=written,
                native=native)
-
-
-def require_signals(study: StudyFile, experiment: Experiment, origin: str) -> None:
-    """Refuse trajectories of what no FMU gives."""
-    known = {*experiment.outputs(), *(axis.reference for axis in experiment.plan.axes.values())}
-    for name in study.keep:
-        if name not in known:
-            raise ScenarioError(f"{origin}: keep = {name!r}: is recorded by no FMU; nearest is {nearest(name, known)}")
 
 
 def require_disk(study: StudyFile, out: Path, needed: float, count: int) -> None:

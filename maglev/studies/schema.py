@@ -213,10 +213,7 @@ class StudyFile(Table):
 
 
 def load_study(name_or_path: str | Path) -> tuple[StudyFile, Path]:
-    """Read a study of the package by its name, or any other by its path; a scenario's file lies beside it.
-
-    ScenarioError if something in it is not as expected; one line with file, key, value and what was expected.
-    """
+    """Read a study of the package by its name, or any other by its path; ScenarioError if it cannot be used."""
     path = file_of(name_or_path, FOLDER, "study")
     return read_study(read_toml(path), path), path
 

@@ -98,9 +98,9 @@ def target_of(name: str, column: int, mode: Mode, experiment: Experiment, descri
                             f"is {nearest(own, settable)}")
     if variable.type not in ("Real", "Boolean"):
         raise ScenarioError(f"{key}: is of type {variable.type}, expected Real or Boolean")
-    if own in experiment.plan.fmus[fmu].start_from:
-        raise ScenarioError(f"{key}: comes from another run, expected what the scenario itself sets")
     plan = experiment.plan
+    if own in plan.fmus[fmu].start_from:
+        raise ScenarioError(f"{key}: comes from another run, expected what the scenario itself sets")
     if name in {*(end for _, end in plan.wires.values()), *(port for signal in plan.signals
                                                             for port in (signal.to, signal.rate_to))}:
         raise ScenarioError(f"{key}: is fed from the start, expected a parameter, an input that nothing feeds, or "
@@ -108,13 +108,9 @@ def target_of(name: str, column: int, mode: Mode, experiment: Experiment, descri
     boolean = variable.type == "Boolean"
     if boolean and mode != "value":
         raise ScenarioError(f"{key}: is Boolean, expected mode = 'value'")
-    return Target(name, column, mode, experiment.start_value(name, descriptions), variable.unit or "",
-                  boolean, bound(variable.min, -np.inf), bound(variable.max, np.inf))
-
-
-def bound(text: str | None, without: float) -> float:
-    """Bound of a range, as a model description has it."""
-    return without if text is None else float(text)
+    return Target(name, column, mode, experiment.start_value(name, descriptions), variable.unit or "", boolean,
+                  -np.inf if variable.min is None else float(variable.min),
+                  np.inf if variable.max is None else float(variable.max))
 
 
 def target_values(targets: Sequence[Target], design: Array, origin: str) -> Array:

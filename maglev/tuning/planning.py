@@ -1,5 +1,6 @@
 """A tuning made ready: what it looks for and what that costs; what would be refused is refused before a run."""
 
+from collections import Counter
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, replace
 from itertools import islice
@@ -125,10 +126,7 @@ class PlannedTuning:
 
 
 def plan_tuning(tuning: TuneFile, experiment: Experiment, origin: str) -> PlannedTuning:
-    """Plan a tuning of an experiment; `origin`, the file, is what refusals name.
-
-    MaglevError if something in it cannot be used, or is out of range.
-    """
+    """Plan a tuning; MaglevError, with `origin`, the file, if something in it cannot be used, or is out of range."""
     descriptions, plan = experiment.check(), experiment.plan
     require_alone(experiment, tuning.scenario, origin)
     omega0 = {name: experiment.start_value(f"{name}.omega0", descriptions) for name in descriptions
@@ -140,8 +138,11 @@ def plan_tuning(tuning: TuneFile, experiment: Experiment, origin: str) -> Planne
                                     "'controller.x'")
     unknowns = Unknowns(tuning, omega0)
     varied = [*tuning.vary, *(Varied.model_construct(set=[name], kind="list") for name in unknowns.names)]
+    for name, times in Counter(name for entry in varied for name in entry.set).items():
+        if times > 1:
+            raise ScenarioError(f"{origin}: {name} is set twice, expected to be searched, or to vary, once")
     # Values to search with are no grid beside what varies of the plants: only its targets are asked for.
-    targets = targets_of(StudyFile.model_construct(vary=set_once(varied, origin)), experiment, origin)
+    targets = targets_of(StudyFile.model_construct(vary=varied), experiment, origin)
     searched = [target for target in targets if target.column >= len(tuning.vary)]
     ends = np.array([unknowns.parameters(np.array(end)) for end in zip(*unknowns.bounds, strict=True)])
     target_values([replace(target, column=i) for i, target in enumerate(searched)], ends, origin)
@@ -156,16 +157,6 @@ def plan_tuning(tuning: TuneFile, experiment: Experiment, origin: str) -> Planne
     job = job_of(experiment, targets, columns, None, origin)
     nominal = np.array([target.nominal for target in searched])
     return PlannedTuning(tuning, replace(job, key=key_of(job, plants)), unknowns, cost, nominal, plants, fresh)
-
-
-def set_once(varied: list[Varied], origin: str) -> list[Varied]:
-    """What varies and what is searched; ScenarioError if something is set twice."""
-    seen: set[str] = set()
-    for name in (name for entry in varied for name in entry.set):
-        if name in seen:
-            raise ScenarioError(f"{origin}: {name} is set twice, expected to be searched, or to vary, once")
-        seen.add(name)
-    return varied
 
 
 def numbers(columns: list[Column], known: dict[str, tuple[float, str]], asked: list[str],

@@ -96,10 +96,7 @@ class TuneFile(Table):
 
 
 def load_tuning(name_or_path: str | Path) -> tuple[TuneFile, Path]:
-    """Read a tuning file of the package by its name, or any other by its path; a scenario's file lies beside it.
-
-    ScenarioError if something in it is not as expected; one line with file, key, value and what was expected.
-    """
+    """Read a tuning file of the package by its name, or any other by its path; ScenarioError if it cannot be used."""
     path = file_of(name_or_path, FOLDER, "tuning file")
     return read_tuning(read_toml(path), path), path
 

@@ -38,19 +38,22 @@ class SearchResult:
     flights: int                   # number that were run
 
 
+@dataclass
 class Search:
     """A planned tuning; `parts` keep the metrics of all runs by what was run."""
 
-    def __init__(self, planned: PlannedTuning, fly_batches: Fly, parts: Parts, watch: Progress):
-        self.planned = planned
-        self.fly_batches = fly_batches
-        self.parts = parts
-        self.watch = watch
-        self.flights = 0
-        self.failure: str | None = None   # why the last one that was not completed was not
-        tuning = planned.tuning
-        self.all_flights = (len(planned.plants) * (tuning.population * (tuning.generations + 1) + 2)
-                            + 2 * len(planned.fresh) * (tuning.fresh > 0))
+    planned: PlannedTuning
+    fly_batches: Fly
+    parts: Parts
+    watch: Progress
+    flights: int = 0
+    failure: str | None = None   # why the last one that was not completed was not
+
+    @property
+    def all_flights(self) -> int:
+        tuning, planned = self.planned.tuning, self.planned
+        return (len(planned.plants) * (tuning.population * (tuning.generations + 1) + 2)
+                + 2 * len(planned.fresh) * (tuning.fresh > 0))
 
     def fly(self, candidates: Array, plants: Array) -> Array:
         """Metrics, shape (candidates, plants, columns), of candidates with their parameters."""
@@ -103,12 +106,10 @@ class Search:
 
 def search(planned: PlannedTuning, parts: Parts, who: Callable[[], AbstractContextManager[Fly]], resume: bool,
            watch: Progress, say: Say) -> SearchResult:
-    """Search, with the samples run by `who`.
+    """Search, with the samples run by `who`; errors, and what `say` is told, as of `run_study`.
 
     While it goes on, the folder of `parts` holds every generation that is done: the search takes the same course again,
-    and runs what is not there. `say` is told what is broken of it. MaglevError if something cannot be run, another
-    process is writing there, or parts are there and `resume` is not asked for; Interrupted after Ctrl-C or SIGTERM;
-    what is done is kept.
+    and runs what is not there.
     """
     with parts.alone():
         others = parts.find()
