@@ -4,13 +4,12 @@ Samples begin on this machine, where FMUs take or refuse values, and what was me
 not completed there is run here, which says why.
 """
 
-from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from ctypes import Structure, c_int64, c_void_p
 from dataclasses import dataclass, field
-from functools import partial
 from pathlib import Path
-from typing import Any, NamedTuple
+from typing import Any
 
 import numpy as np
 
@@ -20,7 +19,7 @@ from maglev.cosim.blocks.block_loop import DONE, FUNCTION_FILE, LOOP_FILE, RUN_F
 from maglev.cosim.blocks.graphics_processor import driver, kernels, launch, sent
 from maglev.errors import MaglevError, ScenarioError, option
 from maglev.schema.settings import REFERENCE
-from maglev.studies.flying.flight import Changes, Flight
+from maglev.studies.flying.flight import Flight
 from maglev.studies.flying.measuring import Found, Observer, complete
 from maglev.studies.flying.samples import Batch, Job, Sample, Store, each_flown, gathered, rows_of
 
@@ -67,13 +66,6 @@ class Begun:
     size: int = 0   # bytes of all of them, there
 
 
-class Running(NamedTuple):
-    """Samples under way, and arrays of the processor, shape (samples, bytes)."""
-
-    begun: Begun
-    arrays: dict[str, Any]
-
-
 def fly_on_graphics_processor(job: Job, batches: list[Batch], values: Array, store: Store) -> None:
     """Fly batches as `fly_here` does, many samples at a time; MaglevError without a loop, or where memory is short."""
     asked = option("device", "gpu")
@@ -91,7 +83,7 @@ def fly_on_graphics_processor(job: Job, batches: list[Batch], values: Array, sto
         kernel = Kernel(driver(), flight.loop, sum(len(batch.samples) for batch in batches)
                         * job.experiment.plan.stop_time / job.experiment.step >= WORTH_SPECIALISING)
         for together in at_once(batches):
-            done = flown_together(partial(Device, kernel), flight, job, values, together)
+            done = flown_together(kernel, flight, job, values, together)
             for batch in together:
                 store(batch.number, gathered(job, batch.first, map(done.__getitem__, batch.samples)))
 
@@ -110,20 +102,20 @@ def at_once(batches: Iterable[Batch]) -> Iterator[list[Batch]]:
         yield together
 
 
-def flown_together(device_for: Callable[[Flight], "Device"], flight: Flight, job: Job, values: Array,
-                   batches: Sequence[Batch]) -> dict[int, Sample | Found]:
+def flown_together(kernel: "Kernel", flight: Flight, job: Job, values: Array, batches: Sequence[Batch]
+                   ) -> dict[int, Sample | Found]:
     """Fly samples, by their numbers; as the processor runs some, the next begin here."""
     done: dict[int, Sample | Found] = {}
-    under_way: list[tuple[Device, Running]] = []
+    under_way: list[tuple[Device, Begun, dict[str, Any]]] = []
 
     def complete() -> None:
         while under_way:   # one at a time: each takes the memory that there is
-            device, running = under_way.pop()
-            done.update(device.completed(job, running))
+            device, begun, arrays = under_way.pop()
+            done.update(device.completed(job, begun, arrays))
 
-    for device, begun in launches(device_for, flight, job, values, with_same_references(flight, job, values, batches)):
+    for device, begun in launches(kernel, flight, job, values, with_same_references(flight, job, values, batches)):
         complete()
-        under_way.append((device, device.launch(begun)))
+        under_way.append((device, begun, device.launch(begun)))
     complete()
     if rest := [sample for batch in batches for sample in batch.samples if sample not in done]:
         done |= dict(zip(rest, each_flown(job, values[rest]), strict=True))
@@ -148,8 +140,8 @@ def with_same_references(flight: Flight, job: Job, values: Array, batches: Itera
     return [groups[key] for key in sorted(groups)]
 
 
-def launches(device_for: Callable[[Flight], "Device"], flight: Flight, job: Job, values: Array,
-             groups: Iterable[list[int]]) -> Iterator[tuple["Device", Begun]]:
+def launches(kernel: "Kernel", flight: Flight, job: Job, values: Array, groups: Iterable[list[int]]
+             ) -> Iterator[tuple["Device", Begun]]:
     """Samples that begin, as many together as there is memory for, and what runs them; groups have the same signals.
 
     Where what is measured differs, they do not run together. Those that something is refused of are left out.
@@ -157,43 +149,30 @@ def launches(device_for: Callable[[Flight], "Device"], flight: Flight, job: Job,
     device: Device | None = None
     begun = Begun()
     for group in groups:
-        if not has_references(flight, job.changes(values[group[0]].tolist())):
+        try:
+            flight.drive(flight.load(), job.changes(values[group[0]].tolist()))
+        except MaglevError:   # there are no such references
+            flight.close()
             continue
         if device is None or device.meter is not flight.metering():
             if device is not None:
                 yield device, begun
-            device, begun = device_for(flight), Begun()
+            device, begun = Device(kernel, flight), Begun()
         signals = device.signals()
         for sample in group:
             if not device.takes(begun, signals):
                 yield device, begun
                 begun = Begun()
-            if begin(flight, job, values[sample].tolist(), sample, begun):
-                device.add(begun, signals)
+            changes = job.changes(values[sample].tolist())
+            if beginning := flight.beginning(changes):
+                resistances = flight.resistances(changes)
+                begun.samples.append(sample)
+                begun.beginnings.append(beginning)
+                begun.resistances.append([resistances.get(motor, np.nan) for motor in job.experiment.plan.motors])
+                begun.size += device.size_of(begun, signals)
+                begun.signals.append(signals)
     if device is not None:
         yield device, begun
-
-
-def has_references(flight: Flight, changes: Changes) -> bool:
-    """Put the references of a run into the rows of its signals; False where there are none such."""
-    try:
-        flight.drive(flight.load(), changes)
-    except MaglevError:
-        flight.close()
-        return False
-    return True
-
-
-def begin(flight: Flight, job: Job, values: Sequence[float], sample: int, begun: Begun) -> bool:
-    """Begin a sample here, after others; False where something is refused."""
-    changes = job.changes(values)
-    beginning = flight.beginning(changes)
-    if beginning:
-        resistances = flight.resistances(changes)
-        begun.samples.append(sample)
-        begun.beginnings.append(beginning)
-        begun.resistances.append([resistances.get(motor, np.nan) for motor in job.experiment.plan.motors])
-    return bool(beginning)
 
 
 class Kernel:
@@ -267,13 +246,8 @@ class Device:
                               f"memory, expected as much to be free, or {option('device', 'cpu')}")
         return len(begun.samples) < MOST and begun.size + size <= self.kernel.room
 
-    def add(self, begun: Begun, signals: Signals) -> None:
-        """Have a sample that has begun run with signals, which those before it may have, too."""
-        begun.size += self.size_of(begun, signals)
-        begun.signals.append(signals)
-
-    def launch(self, begun: Begun) -> Running:
-        """Send samples, and begin to run them; MaglevError if memory is short."""
+    def launch(self, begun: Begun) -> dict[str, Any]:
+        """Send samples, and begin to run them: arrays, shape (samples, bytes); MaglevError if memory is short."""
         count = len(begun.samples)
         with self.memory_for(count):
             arrays = {name: self.cupy.zeros((count, size), np.uint8) for name, size in self.own.items()
@@ -291,7 +265,7 @@ class Device:
                 arrays["rows"].data.ptr, len(self.tracks), arrays["returned"].data.ptr, observer))
         if count:
             launch(self.kernel.function, count, batch)
-        return Running(begun, arrays)
+        return arrays
 
     @contextmanager
     def memory_for(self, count: int) -> Iterator[None]:
@@ -304,17 +278,17 @@ class Device:
                               "not fit into the memory of the graphics processor, which others use too: expected a "
                               f"batch of at most {int(free(self.cupy) / size):,}") from error
 
-    def completed(self, job: Job, running: Running) -> Iterator[tuple[int, Sample]]:
+    def completed(self, job: Job, begun: Begun, arrays: Mapping[str, Any]) -> Iterator[tuple[int, Sample]]:
         """Samples that were completed, as soon as all have ended, with their numbers."""
-        returned = self.cupy.asnumpy(running.arrays["returned"]).view(np.int64)[:, 0]
-        found = {name: self.cupy.asnumpy(running.arrays[name]).view(form).reshape(len(returned), *shape)
+        returned = self.cupy.asnumpy(arrays["returned"]).view(np.int64)[:, 0]
+        found = {name: self.cupy.asnumpy(arrays[name]).view(form).reshape(len(returned), *shape)
                  for name, (form, shape) in self.measured.items()}
         done = np.flatnonzero((returned == DONE) & complete(found["whole"]))
         if len(done):
             rows = rows_of(job, self.meter.metrics(*(found[name][done] for name in FOUND)))
             kept = found["kept"][done] if "kept" in found else [None] * len(done)
             for k, values, trajectories in zip(done.tolist(), rows, kept, strict=True):
-                yield running.begun.samples[k], Sample(values, None, trajectories)
+                yield begun.samples[k], Sample(values, None, trajectories)
 
 
 def free(cupy: Any) -> int:
