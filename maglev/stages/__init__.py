@@ -87,10 +87,9 @@ class Made(NamedTuple):
     function: str   # as "plant_fmu.definition.plant"
     arguments: tuple["str | Made", ...]
 
-    def value(self) -> FmuDefinition:
-        made: FmuDefinition = imported(self.function)(*(
+    def value(self) -> Any:
+        return imported(self.function)(*(
             argument.value() if isinstance(argument, Made) else imported(argument) for argument in self.arguments))
-        return made
 
     def text(self) -> str:
         """The same as Python, which an FMU runs to have its DEFINITION."""

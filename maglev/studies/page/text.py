@@ -28,7 +28,9 @@ def show_study(console: Console, table: pa.Table, about: Mapping[str, Any]) -> N
     console.print(f"[bold]{about['name']}[/bold]: {about['title']}", highlight=False)
     console.print(f"{passing:,} of {count:,} samples pass"
                   + (f", {len(failures)} were not completed" if failures else ""), highlight=False)
-    console.print(sample_table(table, about) if count <= MOST_ROWS else quantile_table(table, about))
+    console.print(sample_table(table, about) if count <= MOST_ROWS else result_table("", (*QUANTILES, "limits"), (
+        [*quantiles(name, unit, values), limits_text(about, name, unit)]
+        for name, unit, values in metrics_of(table) if len(values))))
     for row, why in failures[:MOST_SHOWN]:
         console.print(f"sample {row}: {why}\n  {command_of(about, table.slice(row, 1).to_pylist()[0])}",
                       highlight=False, soft_wrap=True)
@@ -47,13 +49,6 @@ def sample_table(table: pa.Table, about: Mapping[str, Any]) -> Table:
         [*(f"{row[name]:g} {units[name]}".strip() for name in varied),
          *("–" if row[name] is None else metric_text(name, row[name], units[name]) for name in metrics)]
         for row in table.select([*varied, *metrics]).to_pylist()), left=0)
-
-
-def quantile_table(table: pa.Table, about: Mapping[str, Any]) -> Table:
-    """A row for each metric: least, median and largest value, and limits."""
-    return result_table("", (*QUANTILES, "limits"), (
-        [*quantiles(name, unit, values), limits_text(about, name, unit)]
-        for name, unit, values in metrics_of(table) if len(values)))
 
 
 def quantiles(name: str, unit: str, values: Array) -> list[str]:
