@@ -144,12 +144,12 @@ def run_metrics(plan: RunPlan, time: Array, columns: Mapping[str, Array],
     fail_errors = {axis: settings.fail_error_of(names) for axis, names in plan.axes.items()}
     errors = {axis: positions[axis] - references[axis] for axis in plan.axes}
     end_errors = {axis: float(abs(error[-1])) for axis, error in errors.items()}
-    stop_contact = first_time(time, columns, plan.stop_flag)
-    tripped = first_time(time, columns, plan.trip_flag)
-    flags = [column(columns, flag, len(time)) for flag in (plan.stop_flag, plan.trip_flag) if flag is not None]
+    flags = {flag: column(columns, flag, len(time)) != 0.0 for flag in (plan.stop_flag, plan.trip_flag) if flag}
+    first_times = {flag: float(time[np.argmax(is_set)]) for flag, is_set in flags.items() if is_set.any()}
+    stop_contact, tripped = first_times.get(plan.stop_flag or ""), first_times.get(plan.trip_flag or "")
     return Metrics(
         steps=step_responses(time, positions, references, bands),
-        lost=lost_setpoints(time, positions, references, flags, fail_errors),
+        lost=lost_setpoints(time, positions, references, [*flags.values()], fail_errors),
         tracking=() if settings.tracking_from is None else tuple(
             tracking_error(axis, time, positions[axis], references[axis], settings.tracking_from)
             for axis in plan.axes),
@@ -178,10 +178,9 @@ def columns_needed(plan: RunPlan) -> set[str]:
 
 def extremes_of(columns: Mapping[str, Array]) -> dict[str, tuple[float, float]]:
     """Lowest and highest value of each column of finite numbers; one that is not finite shows in them."""
-    both = ((name, float(values.min()), float(values.max())) for name, values in columns.items()
-            if values.dtype == np.float64 and len(values))
-    return {name: (lowest, highest) for name, lowest, highest in both
-            if math.isfinite(lowest) and math.isfinite(highest)}
+    ends = {name: (float(values.min()), float(values.max())) for name, values in columns.items()
+            if values.dtype == np.float64 and len(values)}
+    return {name: both for name, both in ends.items() if all(map(math.isfinite, both))}
 
 
 def column(columns: Mapping[str, Array], name: str, length: int) -> Array:
@@ -195,13 +194,6 @@ def column(columns: Mapping[str, Array], name: str, length: int) -> Array:
     if not np.isfinite(values).all():
         raise MeasurementError(f"column {name!r} is not finite at sample {int(np.argmin(np.isfinite(values)))}")
     return values
-
-
-def first_time(time: Array, columns: Mapping[str, Array], flag: str | None) -> float | None:
-    if flag is None:
-        return None
-    is_set = column(columns, flag, len(time)) != 0.0
-    return float(time[np.argmax(is_set)]) if is_set.any() else None
 
 
 def peak_and_mean(signals: Sequence[Array]) -> tuple[float, float]:
