@@ -16,7 +16,7 @@ from typing import Any
 import fmpy
 from fmpy.model_description import ModelDescription, ScalarVariable
 
-from fmi_export.units import exponents
+from fmi_export.units import BASE_UNITS, exponents
 from maglev.copies import original
 from maglev.cosim.port_map import Scale
 from maglev.cosim.versions.clocks import PERIODIC, Ticking, clocks_of
@@ -33,7 +33,6 @@ COUNT = count(1)   # makes instance names unique
 OWN_TOOL = "Maglev FMUs"   # generationTool of this project
 IDENTIFIER = re.compile(r"\w[\w.+-]*")   # as lenient as a name that is no path can be
 
-BASE_UNITS = ("kg", "m", "s", "A", "K", "mol", "cd")   # and rad, which some leave out
 UNIT_TOLERANCE = 1e-3   # of a factor: some write 0.01745 for a degree
 
 NOT_NEEDED = ("binaries/", "documentation/", "extra/", "sources/", "terminalsAndIcons/")   # to run it, but for those
@@ -56,7 +55,6 @@ class Buffer:
         self.values = (fmi.types[kind].value * len(variables))()
 
     def arguments(self) -> tuple[c_void_p, c_size_t, c_void_p]:
-        """Value references, their number and the values, as the C functions take them."""
         return (c_void_p(ctypes.addressof(self.references)), c_size_t(len(self.names)),
                 c_void_p(ctypes.addressof(self.values)))
 
@@ -134,7 +132,7 @@ def require_known_units(place: str, description: ModelDescription) -> None:
             continue
         powers = dict.fromkeys(BASE_UNITS, 0) | exponents(known.si)
         for key, expected in {"factor": known.factor, "offset": 0.0, **powers}.items():
-            given = getattr(unit.baseUnit, key)
+            given = getattr(unit.baseUnit, key)   # some leave out the radian
             if key != "rad" and not abs(given - expected) <= UNIT_TOLERANCE * abs(expected):
                 raise FmuError(f"{place} defines the unit {unit.name!r} with {key} = {given:g}, expected {expected:g}")
 
@@ -202,7 +200,6 @@ class Fmu:
         self.close()
 
     def close(self) -> None:
-        """Free the instance and remove what was unpacked."""
         # After fmi2Fatal FMI forbids every call. The FMUs of this project can be freed all the same, and should be:
         # pythonfmu's binary reads freed memory at the end of a process in which it is still loaded.
         if self.instance is not None and (not self.fatal or built_here(self.path)):

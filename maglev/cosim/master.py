@@ -309,7 +309,6 @@ class Master:
         return replace(recording, notes=self.notes())
 
     def notes(self) -> tuple[str, ...]:
-        """What the FMUs said, one sentence each."""
         return tuple(filter(None, (fmu.note() for fmu in self.fmus.values())))
 
     def steps_to(self, stop_time: float) -> int:

@@ -24,6 +24,5 @@ def read_description(name: str, path: Path, timeout: float = 0.0) -> ModelDescri
 
 
 def open_fmu(name: str, path: Path, description: ModelDescription, scales: Mapping[str, Scale]) -> Fmu:
-    """Load an FMU, or make an object of a user's class."""
     kind = WrittenController if is_written(path) else Fmu
     return kind(name, path, description, scales)

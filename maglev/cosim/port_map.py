@@ -93,7 +93,6 @@ def read_port_maps(path: Path) -> dict[str, PortMap]:
 
 
 def read_port(key: str, value: object) -> Port:
-    """Read one line: a name, or a table of a name and a unit."""
     entries = {"port": value} if isinstance(value, str) else value
     if not isinstance(entries, dict) or not all(isinstance(entry, str) for entry in entries.values()):
         raise ScenarioError(f"{key} = {shortened(value)}: expected the name of a port, or a table such as "

@@ -59,13 +59,8 @@ class StepLoop:
             status = call.function.discarded(status == END, reached.value, call.base + k * call.stride + size)
         return k, call, status
 
-    def warnings(self) -> list[tuple[Call, int]]:
-        """Calls that have returned a warning, and how often."""
-        return [(call, ready.warnings) for call, ready in zip(self.calls, self.prepared, strict=True) if ready.warnings]
-
 
 def prepared(call: Call) -> Prepared:
-    """A call of a C function as the C loop takes it."""
     function, instance = ctypes.cast(c_function(call), c_void_p).value, call.arguments[0].value
     fmi3 = c_function(call) is not call.function
     if isinstance(call.moving, c_double):
@@ -193,6 +188,7 @@ class Stepper:
             raise StepFailed(k, error) from None
 
     def tell_warnings(self) -> None:
-        for call, number in self.loop.warnings() if self.loop is not None else ():
+        for call, ready in zip(self.loop.calls, self.loop.prepared, strict=True) if self.loop is not None else ():
             fmu, what = call.what
-            fmu.messages.warned(what, number)
+            if ready.warnings:
+                fmu.messages.warned(what, ready.warnings)

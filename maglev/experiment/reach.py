@@ -58,5 +58,4 @@ def require_between(what: str, times: Array, values: Array, place: str, start: S
 
 
 def millimetres(value: float) -> str:
-    """A length (m) as a person writes it."""
     return f"{1e3 * value:g} mm"

@@ -89,7 +89,6 @@ def require_live(plan: RunPlan) -> Rig:
 
 
 def live_runs() -> list[RunPlan]:
-    """Packaged runs that the page can run."""
     return [plan for name in packaged_files() for plan in load_plans(name) if flies_live(plan)]
 
 

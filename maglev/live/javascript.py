@@ -36,25 +36,24 @@ def law_text(rig: Rig) -> str:
 def parts_text(texts: Iterable[str]) -> str:
     """The parts that Python texts import, and what these import, each once and after what it needs."""
     modules: dict[str, str] = {}
+
+    def collect(text: str) -> None:
+        for node in ast.parse(text).body:
+            if isinstance(node, ast.ImportFrom) and node.module and node.module not in ("math", *modules):
+                spec = find_spec(node.module)
+                assert spec is not None and spec.origin is not None
+                source = Path(spec.origin).read_text(encoding="utf-8")
+                collect(source)
+                modules[node.module] = translated(source)
+
     for text in texts:
-        collect(text, modules)
+        collect(text)
     return "\n".join(modules.values())
 
 
 def python_law(rig: Rig) -> str:
     """What a user of a rig begins with."""
     return written_class("controller", rig, "Law", "law.py")
-
-
-def collect(text: str, modules: dict[str, str]) -> None:
-    """Add the modules of this project that a text imports, in JavaScript."""
-    for node in ast.parse(text).body:
-        if isinstance(node, ast.ImportFrom) and node.module and node.module != "math" and node.module not in modules:
-            spec = find_spec(node.module)
-            assert spec is not None and spec.origin is not None
-            source = Path(spec.origin).read_text(encoding="utf-8")
-            collect(source, modules)
-            modules[node.module] = translated(source)
 
 
 def translated(source: str) -> str:
@@ -110,7 +109,6 @@ class Writer:
             after = statement.end_lineno or after
 
     def block(self, head: str, statements: list[ast.stmt], after: int) -> Iterator[str]:
-        """A head, statements in braces."""
         yield f"{head} {{"
         yield from self.body(statements, after, INDENT)
         yield "}"
@@ -148,7 +146,6 @@ class Writer:
                 raise not_of_blocks(node)
 
     def function(self, node: ast.FunctionDef) -> Iterator[str]:
-        """A function, or a method of a class."""
         names = [argument.arg for argument in node.args.args]
         method = names[:1] == ["self"]
         counted = {expression(loop.target) for loop in ast.walk(node) if isinstance(loop, ast.For)}
@@ -167,7 +164,6 @@ class Writer:
         self.locals = set()
 
     def condition(self, node: ast.If, head: str = "if") -> Iterator[str]:
-        """An if with what belongs to it."""
         lines = [*self.block(f"{head} ({expression(node.test)})", node.body, node.lineno)]
         yield from lines[:-1]
         match node.orelse:
@@ -197,7 +193,6 @@ class Writer:
 
 
 def stored(node: ast.AST) -> list[str]:
-    """Names of variables that are set."""
     return [name.id for name in ast.walk(node) if isinstance(name, ast.Name) and isinstance(name.ctx, ast.Store)]
 
 
@@ -214,7 +209,6 @@ def documented(node: ast.ClassDef | ast.FunctionDef) -> Iterator[str]:
 
 
 def undocumented(node: ast.ClassDef | ast.FunctionDef) -> list[ast.stmt]:
-    """The body without its docstring."""
     return node.body[1:] if ast.get_docstring(node) is not None else node.body
 
 

@@ -71,7 +71,6 @@ class Emulated:
         self.answers.append(answer)
 
     def set_real(self, references: list[int], values: list[float]) -> None:
-        """Set inputs and parameters, for the next sample."""
         for reference, value in zip(references, values, strict=True):
             self.values[self.settable[reference]] = value
 

@@ -100,7 +100,6 @@ class Beside:
         self.send(pickle.dumps(task and (os.getcwd(), spelling.get(), task)))
 
     def send(self, frame: object) -> None:
-        """Send what the process reads."""
         assert self.process.stdin is not None
         try:
             pickle.dump(frame, self.process.stdin)

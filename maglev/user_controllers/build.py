@@ -79,7 +79,6 @@ def buildable(path: Path, parts: tuple[str, ...], native: bool) -> Iterator[Buil
 
 @contextmanager
 def importable(texts: Mapping[str, str]) -> Iterator[Path]:
-    """Folder with modules that can be imported in this block."""
     with scratch() as folder:
         for module, text in texts.items():
             (folder / f"{module}.py").write_text(text, encoding="utf-8", newline="\n")

@@ -1,7 +1,6 @@
 """The file of a user's controller and the modules beside it, as an FMU carries them: under names of their own."""
 
 import ast
-import hashlib
 import sys
 from dataclasses import dataclass
 from pathlib import Path
@@ -10,6 +9,7 @@ from fmi_export.sources import parsed
 from fmi_export.user_classes.trouble import OWN
 from maglev.errors import ControllerError
 from maglev.packages import HERE, OURS, PACKAGES
+from maglev_files.cache import digest_of
 
 
 @dataclass(frozen=True)
@@ -31,8 +31,7 @@ class OwnModules:
 
     @property
     def sha256(self) -> tuple[tuple[str, str], ...]:
-        return tuple((module.file.name, hashlib.sha256(module.file.read_bytes()).hexdigest())
-                     for module in self.modules.values())
+        return tuple((module.file.name, digest_of(module.file)) for module in self.modules.values())
 
 
 def own_modules(file: Path) -> OwnModules:

@@ -50,7 +50,6 @@ INSTANCE = {"instance.h", "model.h"}   # what an instance is
 DEFINED = re.compile(r"^(?:struct (\w+) \{|BLOCK_FUNCTION .*?\b((?!\w+__)\w+)\()", re.MULTILINE)   # of a user's module
 CONSTANT = re.compile(r"^static const \w+ (\w+) = ", re.MULTILINE)   # of a module, in its header
 
-
 Words = npt.NDArray[np.uint64]
 WORD = np.dtype(np.uint64).itemsize
 
@@ -167,7 +166,6 @@ class BlockLoop:
 
 
 def function_of(library: CDLL) -> Any:
-    """The function of a library for a run."""
     function = library[FUNCTION]
     function.restype = c_int64
     function.argtypes = [POINTER(c_void_p), POINTER(Moved), POINTER(c_void_p), c_int64, POINTER(c_int64), c_void_p]
@@ -292,7 +290,6 @@ def value_at(place: Place, tracks: Sequence[Track]) -> str:
 
 
 def place_of(call: Call, tracks: Sequence[Track]) -> Place:
-    """Where the values of a call begin."""
     number, track = next((number, track) for number, track in enumerate(tracks)
                          if 0 <= call.base - track.address < track.array.nbytes)
     ahead, within = divmod(int(call.base) - track.address, track.stride)
@@ -329,9 +326,7 @@ def with_own_names(part: Part, others: Collection[str]) -> dict[str, str]:
     """Files of an FMU in which those that it alone has call their constants by names that it alone has."""
     own = {name: text for name, text in part.files.items() if name not in others}
     names = [name for text in own.values() for name in CONSTANT.findall(text)]
-    if not names:
-        return dict(part.files)
-    pattern = re.compile(rf"\b({'|'.join(names)})\b")
+    pattern = re.compile(rf"\b({'|'.join(names) or '(?!)'})\b")
     return {**part.files, **{name: pattern.sub(rf"\1_OF_{part.number}", text) for name, text in own.items()}}
 
 

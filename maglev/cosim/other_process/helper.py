@@ -86,5 +86,4 @@ def read_apart(path: Path, timeout: float = 0.0) -> bytes:
 
 
 def describe(path: Path, _send: Send) -> bytes:
-    """Read a Python file in this process."""
     return description_text(path)

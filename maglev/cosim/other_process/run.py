@@ -19,7 +19,7 @@ import numpy.typing as npt
 from maglev.cosim import Order
 from maglev.cosim.master import PROGRESS_STEPS, FmuSetup, Master, Observer, Recording, RunFailed, countable, ended
 from maglev.cosim.other_process.helper import other_process
-from maglev.cosim.wires.wiring import Drives, Track, Wiring
+from maglev.cosim.wires.wiring import Call, Drives, Wiring
 from maglev.errors import FmuError, Interrupted, name_of, signal_of
 from maglev.own_fmus import built_here
 from maglev.processes.beside import PATIENCE, Beside, Gone, Said, Send, Silent
@@ -68,8 +68,6 @@ class Wired(NamedTuple):
 
 
 class Stepped(NamedTuple):
-    """Report: progress."""
-
     done: int
     steps: int
 
@@ -118,16 +116,12 @@ class Reporter(Observer):
         return self.arrays[-1]
 
     def wired(self, wiring: Wiring) -> None:
-        def named(fmu: Any, what: str) -> Stage:
-            return Stage(fmu.name, what)
+        def named(calls: Sequence[Call]) -> list[Stage]:
+            return [Stage(fmu.name, what) for fmu, what in (call.what for call in calls)]
 
-        self.send(Wired([named(*call.what) for call in wiring.initial],
-                        [[named(*call.what) for call in phase] for phase in wiring.phases],
-                        [named(*call.what) for call in wiring.final],
-                        [track.names for track in sorted(wiring.tracks, key=self.number)]))
-
-    def number(self, track: Track) -> int:
-        return next(i for i, array in enumerate(self.arrays) if array is track.array)
+        names = {id(track.array): track.names for track in wiring.tracks}
+        self.send(Wired(named(wiring.initial), [*map(named, wiring.phases)], named(wiring.final),
+                        [names[id(array)] for array in self.arrays]))
 
 
 def run_and_report(folder: Path, job: Job, send: Send) -> None:
@@ -175,7 +169,6 @@ class Follower:
         self.cut = False   # whether somebody has cut the file with the number of calls
 
     def follow(self, progress: Progress | None, complete: Complete) -> Recording:
-        """Recording of the run at its end."""
         while True:
             try:
                 report = self.said().what
@@ -231,7 +224,6 @@ class Follower:
                 if self.flying.left else "")
 
     def calls(self) -> int:
-        """Number of calls that were begun."""
         # Read as a file, not mapped: what runs could cut it, and this process would end by SIGBUS.
         with (self.folder / COUNTER).open("rb") as file:
             count = file.read(8)

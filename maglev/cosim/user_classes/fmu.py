@@ -94,7 +94,6 @@ class InProcessFmu(Fmu):
         return OK
 
     def words(self, error: BaseException) -> str:
-        """What an error says that is no refusal."""
         return str(error)
 
     def given(self, kind: str, _component: int, references: int, count: int, values: int) -> None:
@@ -103,7 +102,6 @@ class InProcessFmu(Fmu):
         (C_TYPES[kind] * count).from_address(values)[:] = get(names)
 
     def taken(self, kind: str, _component: int, references: int, count: int, values: int) -> None:
-        """Take values of variables: fmi2SetReal, fmi2SetBoolean."""
         names, numbers = list((c_uint32 * count).from_address(references)), (C_TYPES[kind] * count).from_address(values)
         if kind == "Real":
             self.slave.set_real(names, list(numbers))

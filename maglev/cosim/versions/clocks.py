@@ -85,7 +85,6 @@ class Values:
         return list(values)
 
     def pass_on(self, function: Any, handle: c_void_p, references: list[int], values: Any) -> None:
-        """Call the FMU's function."""
         if references:
             status = function(handle, (c_uint32 * len(references))(*references), c_size_t(len(references)),
                               c_void_p(addressof(values)))
@@ -132,7 +131,6 @@ class Ticking:
         return not self.stepping
 
     def reset(self) -> None:
-        """The instance is as new."""
         self.stepping = False
         for values in self.values.values():
             values.waiting.clear()

@@ -78,7 +78,6 @@ class Fmi:
 
     def initialised(self, instance: Any, start_time: float, stop_time: float, set_values: Callable[[], None],
                     give_inputs: Callable[[], None], ticking: Ticking | None) -> None:
-        """Go through the initialization."""
         instance.setupExperiment(startTime=start_time, stopTime=stop_time)
         set_values()
         instance.enterInitializationMode()

@@ -149,7 +149,6 @@ def known_start(name: str, file: Path, variable: str) -> float | None:
 
 
 def known_participant(plan: RunPlan, key: str, name: str) -> None:
-    """Refuse an FMU that the plan does not have."""
     if name not in plan.fmus:
         raise ScenarioError(f"{key}: scenario {plan.name} has no FMU {name}, expected one of "
                             f"{', '.join(plan.fmus)}; nearest is {nearest(name, plan.fmus)}")
