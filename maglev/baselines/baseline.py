@@ -23,7 +23,7 @@ from maglev.errors import BaselineError, nearest, shortened
 from maglev.schema.run_plan import RunPlan
 from maglev.time_grid import ON_GRID, whole_steps
 from maglev.units import refused_as
-from maglev_files.whole_file import whole_file
+from maglev_files.whole_file import whole_file, write_whole
 
 LARGEST_FILE = 1_000_000   # bytes: baselines are committed
 
@@ -75,9 +75,7 @@ def write_digest(folder: Path, name: str, digest: Digest | None) -> None:
     if digest is None:
         path.unlink(missing_ok=True)
         return
-    with whole_file(path) as unfinished:
-        unfinished.write_text(f"{digest.sha256}  {digest.signals} signals at {digest.samples} samples\n",
-                              encoding="ascii", newline="\n")
+    write_whole(path, f"{digest.sha256}  {digest.signals} signals at {digest.samples} samples\n")
 
 
 def read_digest(folder: Path, name: str) -> Digest | None:

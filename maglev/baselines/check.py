@@ -8,7 +8,7 @@ from pathlib import Path
 
 from maglev.arrays import Array
 from maglev.baselines.baseline import Baseline, Tolerance, baseline_files, digest_of, read_baseline, rows_before_contact
-from maglev.baselines.deviation import Closest, Deviation, closest, first_deviation, samples_of, worst
+from maglev.baselines.deviation import Deviation, closest, first_deviation, samples_of, worst
 from maglev.baselines.outcome import CheckResult
 from maglev.cosim.master import Recording, RunFailed
 from maglev.errors import FAILURES, BaselineError, in_one_line
@@ -79,20 +79,17 @@ def check_run(baselines: Path, experiment: Experiment, ends: Ends, progress: Pro
         return result("passed", f"passed, {extent} equal the baseline bit for bit") if same else result(
             "deviated", f"deviates: {extent} do not have the bits of the baseline, though those of its table do")
     message = f"passed, {len(differences)} signals at {len(baseline.time)} samples to t = {baseline.stop_time:.9g} s "
-    message += "equal the baseline" if nearest is None else (
-        f"are within their tolerances, the closest is {nearest.signal}, off by "
-        f"{of_allowed(nearest, units[nearest.signal])}")
+    if nearest is None:
+        message += "equal the baseline"
+    else:
+        signal, *sizes = nearest
+        unit = common_unit(sizes[1:], units[signal])   # in which what is allowed reads well
+        difference, allowed = (f"{size / factor(unit):.3g}" if unit else f"{size:.3g}" for size in sizes)
+        message += (f"are within their tolerances, the closest is {signal}, off by "
+                    f"{difference} of {allowed} {unit}".rstrip())
     if experiment.not_compared:
         message += f"; not compared, for the FMU has no such signals: {', '.join(experiment.not_compared)}"
     return result("passed", message)
-
-
-def of_allowed(nearest: Closest, unit: str) -> str:
-    """What a sample is off by, of what is allowed, in the unit in which the latter reads well."""
-    chosen = common_unit([nearest.allowed], unit)
-    difference, allowed = (f"{value / factor(chosen):.3g}" if chosen else f"{value:.3g}"
-                           for value in (nearest.difference, nearest.allowed))
-    return f"{difference} of {allowed} {chosen}".rstrip()
 
 
 def recorded_to(experiment: Experiment, end: float, progress: Progress | None) -> Recording:

@@ -65,16 +65,11 @@ def worst(times: Array, columns: Mapping[str, Array], samples: Mapping[str, Arra
     return largest
 
 
-class Closest(NamedTuple):
-    """Sample of a run within its tolerances that comes closest to one."""
+def closest(baseline: Baseline, samples: Mapping[str, Array]) -> tuple[str, float, float] | None:
+    """Signal, difference and what is allowed (SI) of the sample that comes closest to its tolerance.
 
-    signal: str
-    difference: float   # SI
-    allowed: float      # SI
-
-
-def closest(baseline: Baseline, samples: Mapping[str, Array]) -> Closest | None:
-    """Largest share of a tolerance that a sample uses; None where all samples equal the baseline."""
+    None where all samples equal the baseline.
+    """
     nearest, largest_share = None, 0.0
     for name, got in samples.items():
         differing = difference(baseline.columns[name], got)
@@ -82,7 +77,7 @@ def closest(baseline: Baseline, samples: Mapping[str, Array]) -> Closest | None:
         shares = np.divide(differing, allowed, out=np.where(differing > 0.0, np.inf, 0.0), where=allowed > 0.0)
         i = int(np.argmax(shares))
         if shares[i] > largest_share:
-            nearest, largest_share = Closest(name, float(differing[i]), float(allowed[i])), float(shares[i])
+            nearest, largest_share = (name, float(differing[i]), float(allowed[i])), float(shares[i])
     return nearest
 
 

@@ -95,11 +95,8 @@ def in_manifest(path: Path, files: Mapping[str, bytes]) -> Iterator[CarriedExper
         source = related.get("source")
         if source is None:
             raise FmuError(f"{path}: {MANIFEST}: an element Related has no source, expected the name of a file")
-        if role.partition("/")[0] in listed and role != "experiment/uncertainty-analysis":
-            if role == "result" and kind != CSV_TYPE:
-                continue
-            if role != "result" and kind not in EXPERIMENT_TYPES and not source.endswith(".exp"):
-                continue
+        fits = kind == CSV_TYPE if role == "result" else kind in EXPERIMENT_TYPES or source.endswith(".exp")
+        if fits and role.partition("/")[0] in listed and role != "experiment/uncertainty-analysis":
             listed[role.partition("/")[0]].append((source, related))
     used: set[str | None] = set()
     for source, _ in listed["experiment"]:

@@ -3,8 +3,8 @@
 import functools
 import io
 import time
-from collections.abc import Callable, Iterable, Mapping, Sequence
-from contextlib import AbstractContextManager, nullcontext, redirect_stdout
+from collections.abc import Iterable, Mapping, Sequence
+from contextlib import redirect_stdout
 from pathlib import Path
 from typing import Any, NamedTuple
 
@@ -27,7 +27,7 @@ from maglev.fmu_experiments import tables
 from maglev.fmu_experiments.carried import CarriedExperiment, File, carried_experiments
 from maglev.parameter import REALS
 from maglev.processes import processors
-from maglev.processes.side_by_side import Progress, Watcher
+from maglev.processes.side_by_side import Progress, Watch, Watcher, unwatched
 from maglev.time_grid import ON_GRID
 from maglev_files.scratch import remove_scratch
 
@@ -103,8 +103,7 @@ def named(paths: Sequence[Path]) -> dict[str, tuple[Path, CarriedExperiment]]:
 
 
 def check_fmus(paths: Iterable[str | Path], *, jobs: int | None = None, junit: str | Path | None = None,
-               timeout: float = TIMEOUT, partial: bool = False,
-               watch: Callable[[Sequence[str]], AbstractContextManager[Watcher]] | None = None) -> list[CheckResult]:
+               timeout: float = TIMEOUT, partial: bool = False, watch: Watch | None = None) -> list[CheckResult]:
     """Run the experiments that FMUs carry, ours or third-party, and compare with the results that they carry.
 
     These are experiments by the layered standard FMI-LS-REF (1.0.0-beta.1), or files NAME_ref.csv, NAME_in.csv and
@@ -133,7 +132,7 @@ def check_fmus(paths: Iterable[str | Path], *, jobs: int | None = None, junit: s
         One for each experiment, with the status "passed", "deviated" or "error".
     """
     experiments = named([Path(path) for path in paths])
-    with watch(list(experiments)) if watch else nullcontext(lambda name, done, steps: None) as watcher:
+    with (watch or unwatched)(list(experiments)) as watcher:
         results = check_all(experiments, processors(jobs), watcher, timeout, partial)
     if junit is not None:
         write_junit(Path(junit), results)

@@ -25,7 +25,6 @@ from maglev.fmu_experiments.carried import carried_experiments
 from maglev.fmu_experiments.check import check_all
 from maglev.processes.side_by_side import Watcher
 from maglev.schema.loading import load_plan
-from maglev.schema.run_plan import RunPlan
 from maglev_files.whole_file import whole_file
 
 LARGEST = 5_000_000   # bytes of an experiment: it goes with every copy of the FMU
@@ -83,9 +82,14 @@ def pack_reference(fmu: str | Path, scenario: str | Path, *, name: str | None = 
     experiment.require_current()
     recording = experiment.run(lambda done, steps: watch(plan.name, min(done, steps - 1), steps))
     every = max(1, round(plan.check.interval / experiment.step)) if plan.check.signals else experiment.output_every()
-    files = as_in_baseline(recorded(experiment, recording, place, plan.name, VALIDATION,
-                                    f"As {place} in the scenario {plan.name}: {plan.title}", every),
-                           plan, place).files()
+    made = recorded(experiment, recording, place, plan.name, VALIDATION,
+                    f"As {place} in the scenario {plan.name}: {plan.title}", every)
+    compared = {signal.removeprefix(f"{place}."): tolerance for signal, tolerance in plan.check.signals.items()
+                if signal.removeprefix(f"{place}.") in made.results and signal.startswith(f"{place}.")}
+    if compared:   # as a baseline of the scenario has them of the FMU
+        made = replace(made, results={key: made.results[key] for key in ("time", *compared)},
+                       tolerances={key: (value.absolute, value.relative) for key, value in compared.items()})
+    files = made.files()
     size = sum(map(len, files.values()))
     if size > LARGEST:
         raise ScenarioError(f"{plan.path}: stop_time = {plan.stop_time} s: the experiment takes {1e-6 * size:.1f} MB, "
@@ -98,16 +102,6 @@ def pack_reference(fmu: str | Path, scenario: str | Path, *, name: str | None = 
             raise FmuError(f"{path}: run alone with what it got in {plan.name} it {result.message}; expected what it "
                            "gave there, and nothing is written")
     return result
-
-
-def as_in_baseline(experiment_files: ExperimentFiles, plan: RunPlan, place: str) -> ExperimentFiles:
-    """The experiment with the results and tolerances that a baseline of the scenario has of the FMU, if it has any."""
-    wanted = {signal.removeprefix(f"{place}."): tolerance for signal, tolerance in plan.check.signals.items()
-              if signal.removeprefix(f"{place}.") in experiment_files.results and signal.startswith(f"{place}.")}
-    if not wanted:
-        return experiment_files
-    return replace(experiment_files, results={key: experiment_files.results[key] for key in ("time", *wanted)},
-                   tolerances={key: (value.absolute, value.relative) for key, value in wanted.items()})
 
 
 def with_experiment(path: Path, destination: Path, name: str, files: Mapping[str, bytes]) -> None:
