@@ -175,10 +175,7 @@ def recorded(recording: Recording, name: str) -> npt.NDArray[Any]:
 
 
 def write_baseline(folder: Path, baseline: Baseline) -> None:
-    """Write the files of a baseline; each appears under its name when it is complete.
-
-    BaselineError if the samples take more room than a committed file should.
-    """
+    """Write the files of a baseline; BaselineError if the samples are larger than a committed file should be."""
     samples = io.StringIO()
     csv.writer(samples, quoting=csv.QUOTE_ALL, lineterminator="\n").writerow(["time", *baseline.columns])
     for row in zip(baseline.time.tolist(), *(values.tolist() for values in baseline.columns.values()), strict=True):
@@ -201,11 +198,7 @@ def write_baseline(folder: Path, baseline: Baseline) -> None:
 
 
 def read_baseline(folder: Path, name: str) -> Baseline:
-    """Read the baseline of a run, and check it.
-
-    BaselineError or CsvError if a file is missing, or something in it is not as expected; OSError if a file cannot be
-    read.
-    """
+    """Read and check the baseline of a run; BaselineError, CsvError or OSError of what is not as it should be."""
     samples_file, options_file = baseline_files(folder, name)
     for file in (samples_file, options_file):
         if not file.is_file():

@@ -66,10 +66,7 @@ def worst(times: Array, columns: Mapping[str, Array], samples: Mapping[str, Arra
 
 
 def closest(baseline: Baseline, samples: Mapping[str, Array]) -> tuple[str, float, float] | None:
-    """Signal, difference and what is allowed (SI) of the sample that comes closest to its tolerance.
-
-    None where all samples equal the baseline.
-    """
+    """Signal, difference and allowance (SI) of the sample closest to its tolerance; None where all are as expected."""
     nearest, largest_share = None, 0.0
     for name, got in samples.items():
         differing = difference(baseline.columns[name], got)
@@ -82,10 +79,7 @@ def closest(baseline: Baseline, samples: Mapping[str, Array]) -> tuple[str, floa
 
 
 def changes(old: Baseline, new: Baseline) -> dict[str, WorstDifference]:
-    """Largest difference of each signal that two baselines share, over the communication points that they share.
-
-    BaselineError if the communication steps differ or no communication point is shared.
-    """
+    """Largest changes of signals that two baselines share; BaselineError if steps differ or no point is shared."""
     if abs(old.step - new.step) > ON_GRID * new.step:
         raise BaselineError(f"the communication step was {old.step} s and is {new.step} s")
     _, was, now = np.intersect1d(communication_points(old), communication_points(new), return_indices=True)
@@ -100,10 +94,7 @@ def communication_points(baseline: Baseline) -> Array:
 
 
 def samples_of(baseline: Baseline, recording: Recording) -> dict[str, Array]:
-    """Values of the recording at the samples of the baseline, by signal.
-
-    BaselineError if it lacks a signal, is too short, or has other communication points.
-    """
+    """Values of the recording at the samples of the baseline, by signal; BaselineError if it has none there."""
     points = communication_points(baseline)
     if points[-1] >= len(recording.time):
         raise BaselineError(f"{baseline.name}: the run ended at t = {recording.time[-1]:.9g} s, expected "

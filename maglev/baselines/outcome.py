@@ -65,10 +65,7 @@ def exit_code(results: Sequence[CheckResult | UpdateResult]) -> int:
 
 
 def write_junit(path: Path, results: Sequence[CheckResult]) -> None:
-    """Write one test case for each run; a deviation is a failure, what could not be checked an error.
-
-    The file appears under its name when it is complete.
-    """
+    """Write a test case for each run; a deviation is a failure, what could not be checked an error."""
     statuses = [result.status for result in results]
     suite = ElementTree.Element("testsuite", {
         "name": "maglev check", "tests": str(len(results)), "failures": str(statuses.count("deviated")),

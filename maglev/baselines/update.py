@@ -18,10 +18,7 @@ from maglev.processes.side_by_side import Progress, Watcher
 
 
 def renewed(baselines: Path, experiment: Experiment, ends: Ends, progress: Progress | None = None) -> UpdateResult:
-    """Run a whole experiment, make its baseline with the plan's tolerances, and say what moves against the old one.
-
-    Parameters as of `check_run`. Nothing is written yet.
-    """
+    """Run a whole experiment and make its baseline, not yet written; says what moved against the old one."""
     plan = experiment.plan
     begin = time.perf_counter()
     try:

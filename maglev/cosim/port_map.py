@@ -161,10 +161,7 @@ def declared_unit(variable: ScalarVariable) -> str | None:
 
 
 def to_si_units(variable: ScalarVariable, declared: Mapping[str, Unit]) -> Scale | None:
-    """Give a variable the SI unit and its start value in it; returns the conversion, None if there is none.
-
-    Units that are not known here are `declared` by the FMU.
-    """
+    """Give a variable its SI unit, of one known here or `declared`, and its start value in it; the conversion."""
     unit = known_unit(variable.unit) or declared.get(variable.unit or "")
     if variable.type != "Real" or unit is None:
         return None

@@ -106,10 +106,7 @@ def key() -> str:
 
 @cache
 def step_function(loop: Kept) -> Any:
-    """C function of a library, whose content is looked at first; None if it is of another version.
-
-    FmuError if it is another content than when the run was made ready.
-    """
+    """C function of a library; None of another version, FmuError if it has changed since the run was made ready."""
     if not loop.intact:
         raise FmuError(f"{loop.path}: is not the step loop that the run was made ready with, expected nobody to change "
                        "it: `maglev build --kind native` builds it anew")

@@ -79,10 +79,7 @@ class Experiment:
                           parameter_sets=self.parameter_sets)
 
     def check(self) -> dict[str, ModelDescription]:
-        """Check every name of the plan against the FMUs; returns their model descriptions.
-
-        FmuError or ScenarioError if an FMU is missing or unfit, or lacks a port, parameter or unit that the plan names.
-        """
+        """Model descriptions, which have all that the plan names; FmuError or ScenarioError of what is missing."""
         know_stage_of(self.plan)   # also in another process than that which made it ready
         descriptions = {name: read_description(name, path, self.timeout) for name, path in self.files.items()}
         for name, ports in self.ports.items():

@@ -17,8 +17,7 @@ Scenarios = Scenario | Iterable[Scenario]
 def select(names: Scenarios | None) -> list[RunPlan]:
     """Runs of scenarios, variants or files by name, or of tables, each once; all of the package if none is named.
 
-    ScenarioError if a name does not exist, or two runs have one name, or a procedure that of a run or of another
-    file's.
+    ScenarioError if a name does not exist, or results of two runs or procedures would have one name.
     """
     runs: dict[str, RunPlan] = {}
     for name in packaged_files() if names is None else [names] if isinstance(names, str | Path | Mapping) else names:
@@ -43,13 +42,9 @@ def compared(runs: Sequence[RunPlan]) -> list[RunPlan]:
     names = {run.name for run in runs}
     named = [name for run in runs for claim in run.claims for name in claim.other_runs]
     missing = dict.fromkeys(name for name in named if name not in names)
-    plans = []
-    for run in runs:
-        siblings = {sibling.name: sibling for sibling in load_plans(run.path)} if missing else {}
-        for name in [name for name in missing if name in siblings]:
-            plans.append(siblings[name])
-            del missing[name]
-    return plans + [other for name in missing for other in load_plans(name)]
+    siblings = {sibling.name: sibling for run in runs for sibling in load_plans(run.path)} if missing else {}
+    return [*(siblings[name] for name in missing if name in siblings),
+            *(other for name in missing if name not in siblings for other in load_plans(name))]
 
 
 def needed(runs: Sequence[RunPlan]) -> list[RunPlan]:

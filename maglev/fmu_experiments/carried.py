@@ -47,10 +47,7 @@ class CarriedExperiment:
 
 
 def carried_experiments(path: Path) -> list[CarriedExperiment]:
-    """Experiments of an FMU; FmuError if the file cannot be read, or if it carries none.
-
-    What is wrong with one experiment is in its `problem`: the others can be run.
-    """
+    """Experiments of an FMU, also with a `problem`; FmuError if it carries none, or cannot be read."""
     try:
         with ZipFile(path) as archive:
             sizes = {entry.filename: entry.file_size for entry in archive.infolist()}

@@ -190,10 +190,7 @@ def check_experiment(name: str, path: Path, experiment: CarriedExperiment,
 
 def expected_results(file: File, variables: Mapping[str, ScalarVariable],
                      given: Mapping[str, Tolerance]) -> Expected:
-    """Results of a file: those that are numbers of a variable of the FMU.
-
-    Without a tolerance a Real may be `tables.TOLERANCE` of its largest value apart, the rest not at all.
-    """
+    """Results of a file that are numbers of a variable of the FMU, with tolerances as of `check_fmus`."""
     columns = tables.read_table(file)
     left_out = [name for name in columns if name != "time" and
                 (name not in variables or variables[name].type in tables.TEXTS)]

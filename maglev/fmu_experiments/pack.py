@@ -133,8 +133,7 @@ def recorded(experiment: Experiment, recording: Recording, fmu: str, name: str, 
 
     def own(variable: str, values: Any) -> Any:
         """Values in the unit of the FMU."""
-        scale = scales.get(variable)
-        return values if scale is None else values * scale.up / scale.down
+        return scales[variable].to_own(values) if variable in scales else values
 
     results = {"time": recording.time[::every].tolist()}
     for variable in variables.values():

@@ -20,12 +20,9 @@ def judge_run(claims: Sequence[RunClaim], metrics: Metrics | None,
 
 
 def require_judgeable(claims: Sequence[RunClaim], expected: Metrics, others: Mapping[str, Metrics | None]) -> None:
-    """Refuse a claim that nothing can be judged on in a run with the metrics that are expected; as of `judge_run`.
-
-    Columns are recorded or not, which these do not know.
-    """
+    """Refuse a claim that nothing can be judged on in a run with the metrics that are expected; as of `judge_run`."""
     for claim in claims:
-        if claim.columns is None:
+        if claim.columns is None:   # of which these do not know whether they are recorded
             measured(claim, expected, others)
 
 

@@ -165,10 +165,7 @@ def judge(claim: Claim, here: Sequence[MeasuredValue] | None,
 
 
 def of_modified_runs(results: Iterable[ClaimResult]) -> list[ClaimResult]:
-    """Results without verdicts on the thesis, for runs that are others than the thesis's; what was measured stays.
-
-    A user's own claims are not the thesis's, and keep theirs.
-    """
+    """Results without verdicts on the thesis, for runs that are not the thesis's; a user's own claims keep theirs."""
     return [result if result.claim.own or result.verdict in ("not testable", "not run")
             else replace(result, verdict="modified run") for result in results]
 

@@ -100,10 +100,7 @@ def live_address(run: str, settings: Mapping[str, float | bool] | None = None) -
 
 
 def page_data(fmus: Path, plans: Iterable[RunPlan]) -> dict[str, Any]:
-    """Everything but the modules, for JSON; the descriptions of the modules are in a folder.
-
-    FmuError if a run cannot run in a page, or a module is missing or of another description.
-    """
+    """Everything but the modules, for JSON; FmuError if a run cannot run in a page, or a module is unfit."""
     data: dict[str, Any] = {"fmus": {}, "runs": {}, "gravity": GRAVITY, "colours": LAW_COLOURS, "rigs": {}}
     flown: list[Rig] = []
     for plan in plans:

@@ -57,10 +57,7 @@ def python_law(rig: Rig) -> str:
 
 
 def translated(source: str) -> str:
-    """Text of a module in the blocks' subset of Python, as JavaScript; imports are left out.
-
-    ControllerError if it has what blocks do not have.
-    """
+    """A module in the blocks' subset of Python as JavaScript, without imports; ControllerError of anything else."""
     text = "\n".join(fitted(line.rstrip()) for line in Writer(source).lines) + "\n"
     return text.replace("{\n\n", "{\n")
 

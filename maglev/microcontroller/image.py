@@ -65,10 +65,7 @@ class Image:
 
 
 def linked(name: str, files: Mapping[str, str], folder: Path) -> Image:
-    """Compile and link the files of `freestanding` of a controller of this name in a folder.
-
-    ExportError if ziglang is not installed, or refuses the sources.
-    """
+    """Compile and link the files of a controller in a folder; ExportError without ziglang, or where it refuses them."""
     require_zig()
     for file, text in files.items():
         place = folder / file

@@ -198,10 +198,7 @@ def existing(path: Path) -> Path:
 
 
 def copy_of(path: Path) -> Path:
-    """The same for copies of the file that a path names and of the modules beside it; errors as of `load`.
-
-    A class has no file, and stays as it is.
-    """
+    """Path of copies of the file and of the modules beside it, errors as of `load`; of a class its own."""
     if is_class(path):
         return path
     file, name = existing(path), file_of(path)[1]

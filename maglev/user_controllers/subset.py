@@ -31,10 +31,7 @@ CALLS = {"min", "max", "abs", "round", "pow", "sum", "divmod", "dict", "list", "
 
 
 def misfits(text: str, tables: str = "") -> Iterator[tuple[int, str]]:
-    """Lines and descriptions of all in a module's text that a native FMU cannot have.
-
-    `tables` is the class whose tables of ports and parameters stay out of the FMU.
-    """
+    """Lines, and what in each no native FMU can have; the tables of the class `tables` stay out of one."""
     tree = parsed(text)
     left_out = {line for first, last in table_lines(tree, tables) for line in range(first, last + 1)}
     # Neither documentation nor types get into C.

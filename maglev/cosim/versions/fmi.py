@@ -175,10 +175,7 @@ def function_of(instance: Any, name: str) -> Any:
 
 
 def take_message(_environment: object, instance: bytes, status: int, _category: bytes, message: bytes) -> None:
-    """Pass a message on to its listener.
-
-    fmpy's proxy, which formats messages, passes those of all FMUs of FMI 2.0 to one function.
-    """
+    """Pass a message on to its listener: fmpy's proxy, which formats messages, passes those of all FMUs to here."""
     if (listener := LISTENERS.get(instance)) is not None:
         listener(status, message)
 

@@ -170,10 +170,7 @@ def expected_start(start: StartValue, variable: Described) -> str:
 
 
 def check_names(plan: RunPlan, descriptions: Descriptions, files: Mapping[str, Path]) -> None:
-    """Check a run against the FMUs it runs: by name in the plan, their variables by name and their files.
-
-    ScenarioError if a port is missing, of another causality, type or unit than needed, or an input is fed twice.
-    """
+    """Check a run against the variables, by FMU and name, and the files of its FMUs; ScenarioError of what misfits."""
     check = PortCheck(plan, descriptions, files)
     check.connections()
     check.signals()

@@ -25,10 +25,7 @@ SETTING = "it is a setting of"   # and the model's name
 
 @dataclass(frozen=True)
 class Replacement:
-    """An FMU file that takes the place of a run's, and what it calls its ports.
-
-    With `keep_settings` it gets the settings of the model whose place it takes.
-    """
+    """An FMU file in the place of a run's, what it calls its ports, and whether it gets the settings of that one."""
 
     path: Path
     ports: PortMap = field(default_factory=PortMap)

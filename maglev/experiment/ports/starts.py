@@ -48,10 +48,7 @@ class Following:
 
 
 def following(rig: Rig | None, plant: Own, controller: Own, asked: Collection[str]) -> Following:
-    """How the model of a run's controller follows its plant; what of it was asked for, `controller.C1`, does not.
-
-    ScenarioError if plant or controller have no such parameters.
-    """
+    """How a controller's model follows its plant, but for what was asked for; ScenarioError if they have none."""
     if rig is None:
         raise ScenarioError(f"{option('model', 'plant')}: expected runs of a stage that is described, by whose "
                             "nominal masses it follows")
