@@ -10,7 +10,6 @@ R. Pintelon, J. Schoukens, System Identification: A Frequency Domain Approach, 2
 from collections.abc import Mapping, Sequence
 from math import ceil
 from pathlib import Path
-from typing import NamedTuple
 
 import numpy as np
 
@@ -85,53 +84,37 @@ def frequency_response(plant: str | Path, controller: Given, at: Mapping[str, Qu
                                "differ by is the error")
     asked = AskedPair(plant, controller, at, fmus_named((plant, controller), stage, fmus, kind, fmi), ports,
                       plant_parameters, controller_parameters, sample_time, stage)
-    plan = Plan(amplitude, lowest, highest, lines, realisations, periods, seed, settle, smooth, linear)
-    return apart(responses_here, asked.files, timeout, asked,
-                 (signals,) if isinstance(signals, str) else tuple(signals), plan)
+    signals = (signals,) if isinstance(signals, str) else tuple(signals)
+    return apart(responses_here, asked.files, timeout, asked, signals, amplitude, (lowest, highest, lines),
+                 range(seed, seed + realisations), periods, settle, smooth, linear)
 
 
-class Plan(NamedTuple):
-    """How a response is measured, as of `frequency_response`."""
-
-    amplitude: Quantity
-    lowest: float
-    highest: float
-    lines: int
-    realisations: int
-    periods: int
-    seed: int
-    settle: float
-    smooth: bool
-    linear: bool
-
-
-def responses_here(asked: AskedPair, signals: tuple[str, ...], plan: Plan) -> dict[str, FrequencyResponse]:
-    pair = make_pair(asked, plan.smooth)
+def responses_here(asked: AskedPair, signals: tuple[str, ...], amplitude: Quantity, lines: tuple[float, float, int],
+                   seeds: range, periods: int, settle: float, smooth: bool, linear: bool
+                   ) -> dict[str, FrequencyResponse]:
+    pair = make_pair(asked, smooth)
     names = [pair.opening(signal) for signal in signals or pair.rig.axis_names]
-    grid = make_grid(plan.lowest, plan.highest, plan.lines, pair.step)
-    peaks = [read_amplitude(pair, name, plan.amplitude) for name in names]
-    loop, why_not = (linear_loop_of(asked, plan.settle) if plan.linear else
-                     (None, "it was not asked for"))
-    with at_rest(pair, plan.settle, strict=False) as rest:
-        return {name: measured_at(rest, name, peak, grid, plan, loop, why_not)
+    grid = make_grid(*lines, pair.step)
+    peaks = [read_amplitude(pair, name, amplitude) for name in names]
+    loop, why_not = linear_loop_of(asked, settle) if linear else (None, "it was not asked for")
+    with at_rest(pair, settle, strict=False) as rest:
+        return {name: measured_at(rest, name, peak, grid, seeds, periods, loop, why_not)
                 for name, peak in zip(names, peaks, strict=True)}
 
 
-def measured_at(rest: Rest, name: str, peak: float, grid: Grid, plan: Plan, loop: Loop | None,
+def measured_at(rest: Rest, name: str, peak: float, grid: Grid, seeds: range, periods: int, loop: Loop | None,
                 why_not: str) -> FrequencyResponse:
-    """Response of a loop that rests, opened at a signal."""
-    signals = [multisine(grid, peak, plan.seed + k) for k in range(plan.realisations)]
+    signals = [multisine(grid, peak, seed) for seed in seeds]
     lead = max(1, ceil(LEAD / grid.period))
-    added = np.concatenate([np.tile(signal, lead + plan.periods) for signal in signals])
-    returned, measured = spectra(grid, *injected(rest, name, added), lead, plan.periods)
+    added = np.concatenate([np.tile(signal, lead + periods) for signal in signals])
     reference = np.array([np.fft.rfft(signal)[list(grid.harmonics)] for signal in signals])[:, None]
-    answers = returned.reshape(plan.realisations, plan.periods, -1) / reference
+    answers, seen = (spectra(grid, signal, lead, periods).reshape(len(signals), periods, -1) / reference
+                     for signal in injected(rest, name, added))
     power = (np.abs(answers) ** 2).mean(axis=(0, 1))
     coherence = np.abs(answers.mean(axis=(0, 1))) ** 2 / np.where(power > 0.0, power, 1.0)
-    seen = (measured.reshape(plan.realisations, plan.periods, -1) / reference).mean(axis=1)
     return FrequencyResponse(rest.pair.name, name, rest.equilibrium, grid, peak,
-                             float(np.mean([crest_factor(signal) for signal in signals])), plan.periods,
-                             answers.mean(axis=1), seen, coherence, loop, why_not)
+                             float(np.mean([crest_factor(signal) for signal in signals])), periods,
+                             answers.mean(axis=1), seen.mean(axis=1), coherence, loop, why_not)
 
 
 def read_amplitude(pair: Pair, name: str, amplitude: Quantity) -> float:
@@ -173,10 +156,7 @@ def injected(rest: Rest, name: str, added: Array) -> tuple[Array, Array]:
     return -true, true + added * float(read @ changed)
 
 
-def spectra(grid: Grid, returned: Array, measured: Array, lead: int, periods: int) -> tuple[Complex, Complex]:
+def spectra(grid: Grid, signal: Array, lead: int, periods: int) -> Complex:
     """Spectra at the lines, shape (multisines · periods, lines), of the periods after the lead of each multisine."""
-    of_both = []
-    for signal in (returned, measured):
-        parts = signal.reshape(-1, lead + periods, grid.samples)[:, lead:].reshape(-1, grid.samples)
-        of_both.append(np.fft.rfft(parts, axis=1)[:, list(grid.harmonics)])
-    return of_both[0], of_both[1]
+    parts = signal.reshape(-1, lead + periods, grid.samples)[:, lead:].reshape(-1, grid.samples)
+    return np.asarray(np.fft.rfft(parts, axis=1)[:, list(grid.harmonics)])

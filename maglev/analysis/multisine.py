@@ -16,8 +16,6 @@ DIGITS = 9           # of a phase in rad: beyond them it is a library's, and ano
 
 @dataclass(frozen=True)
 class Grid:
-    """Lines of a multisine."""
-
     samples: int                 # of a period
     harmonics: tuple[int, ...]   # numbers of the lines: periods of each in a period
     step: float                  # sample time, s

@@ -22,7 +22,7 @@ from maglev.errors import ControllerError, FmuError, LinearModelError, nearest, 
 from maglev.experiment.preparation import as_it_is, runs_apart
 from maglev.linear.equilibrium import read_positions
 from maglev.linear.model import Equilibrium
-from maglev.linear.parameters import Quantity, controllers, number, plants
+from maglev.linear.parameters import Quantity, controllers, plants
 from maglev.linear.places import MotorPlaces
 from maglev.own_fmus import current_fmu
 from maglev.own_stage.adoption import know_stage
@@ -254,7 +254,7 @@ def sample_time_of(rig: Rig, name: str, variables: Mapping[str, object], setup: 
                    given: Quantity | None) -> float:
     """Sample time of a controller, s."""
     if given is not None:
-        sample_time = number(name, "sample time", given, "s")
+        sample_time = Parameter("s").read(given, f"{name}: sample time", LinearModelError)
     elif setup.ports is not None and setup.ports.step is not None:
         sample_time = setup.ports.step
     elif "sample_time" in setup.start:
@@ -313,8 +313,7 @@ def equilibrium_from(pair: Pair, positions: dict[str, float], commands: Array) -
     return Equilibrium(positions, tuple(d for d, _ in dq), tuple(q for _, q in dq), pair.rig, along, geometries)
 
 
-def apart(function: Callable[..., Found], files: Sequence[Path], timeout: float, *arguments: Any,
-          **options: Any) -> Found:
+def apart(function: Callable[..., Found], files: Sequence[Path], timeout: float, *arguments: Any) -> Found:
     """Call a function here, or where one of the files that it runs is not of this project, in another process.
 
     `timeout` is the longest time without a step, s, `TIMEOUT` at least. FmuError if the process dies, or a step takes
@@ -323,13 +322,13 @@ def apart(function: Callable[..., Found], files: Sequence[Path], timeout: float,
     """
     foreign = [path for path in files if runs_apart(path)]
     if not foreign:
-        return function(*arguments, **options)
+        return function(*arguments)
     for path in files:
         if is_class(path):
             raise ControllerError(f"{path}: was given as a class, which runs in this process alone, but "
                                   f"{foreign[0].name} runs in another; expected the file of the class")
     with other_process() as (beside, _):
-        beside.ask(partial(work, function, arguments, options))
+        beside.ask(partial(work, function, arguments))
         try:
             while not (said := beside.next(max(timeout, TIMEOUT))).last:
                 pass
@@ -339,7 +338,7 @@ def apart(function: Callable[..., Found], files: Sequence[Path], timeout: float,
         return answer
 
 
-def work(function: Callable[..., Any], arguments: Sequence[Any], options: dict[str, Any], send: Send) -> Any:
+def work(function: Callable[..., Any], arguments: Sequence[Any], send: Send) -> Any:
     """Call the function in this process; each step of what it runs is a sign of life."""
     participant.SIGN_OF_LIFE[:] = [partial(send, "alive")]
-    return function(*arguments, **options)
+    return function(*arguments)

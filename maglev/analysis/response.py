@@ -85,14 +85,13 @@ class FrequencyResponse:
     @property
     def error(self) -> Array:
         """Standard error of L, shape (lines,): of its mean over the multisines, by leaving out one at a time."""
-        left_out = np.array([returned.mean(axis=0) / measured.mean(axis=0) for returned, measured in self.rest()])
-        errors: Array = jackknife(left_out)
+        errors: Array = jackknife(np.array([returned / measured for returned, measured in self.left_out()]))
         return errors
 
-    def rest(self) -> list[tuple[Complex, Complex]]:
-        """What came back and was measured without each of the multisines in turn."""
-        several = range(len(self.returned))
-        return [(np.delete(self.returned, k, axis=0), np.delete(self.measured, k, axis=0)) for k in several]
+    def left_out(self) -> list[tuple[Complex, Complex]]:
+        """Means of what came back and was measured without each of the multisines in turn."""
+        return [(np.delete(self.returned, k, axis=0).mean(axis=0), np.delete(self.measured, k, axis=0).mean(axis=0))
+                for k in range(len(self.returned))]
 
     @property
     def linear_loop(self) -> Complex | None:
@@ -120,8 +119,7 @@ class FrequencyResponse:
 
         NaN where a margin is, and infinite where it is not always found.
         """
-        left_out = [vars(self.between(returned.mean(axis=0), measured.mean(axis=0))[0])
-                    for returned, measured in self.rest()]
+        left_out = [vars(self.between(*means)[0]) for means in self.left_out()]
         errors = {}
         for name, value in vars(self.margins).items():
             if isinstance(value, float):
@@ -259,7 +257,6 @@ def heading(response: FrequencyResponse) -> str:
 
 
 def lines_text(response: FrequencyResponse) -> str:
-    """Gain and phase at each line with their standard errors, coherence, and those of the linear loop."""
     loop, error, linear = response.loop, response.error, response.linear_loop
     rows = [["rad/s", "|L|", "±", "phase (°)", "±", "coherence"]]
     if linear is not None:
@@ -275,7 +272,6 @@ def lines_text(response: FrequencyResponse) -> str:
 
 
 def margins_text(response: FrequencyResponse) -> str:
-    """Measured margins, with their standard errors, and those of the linear loop."""
     measured, errors, linear = vars(response.margins), response.margin_errors, response.linear_margins
     rows = [["margins", "measured", "±", *(["linear"] if linear is not None else [])]]
     for name, title in TITLES.items():

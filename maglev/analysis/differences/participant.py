@@ -38,16 +38,12 @@ class Participant:
         self.means = ""
         self.past: list[list[float]] = []   # inputs of every step until the point
         self.saved: Any = None
-        self.count = 0                      # steps since the initialization
         self.begin()
 
     def __enter__(self) -> "Participant":
         return self
 
     def __exit__(self, *_: object) -> None:
-        self.close()
-
-    def close(self) -> None:
         self.fmu.close()
 
     def begin(self) -> None:
@@ -59,7 +55,7 @@ class Participant:
         self.time = c_double()
         self.stepping = (self.fmu.handle(), self.time, c_double(self.size), c_int(1))
         self.fmu.initialise(self.setup.start, 0.0, FOREVER)
-        self.count = 0
+        self.count = 0   # steps since then
 
     def buffer(self, names: Sequence[str]) -> Buffer:
         variables = [self.fmu.variable(name) for name in names]
@@ -125,7 +121,7 @@ class Participant:
         """Return to the point that was marked."""
         fmu = self.fmu
         if self.saved is None:
-            self.close()
+            fmu.close()
             self.begin()
             answer = self.last
             for inputs in self.past:
