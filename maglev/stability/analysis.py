@@ -115,17 +115,17 @@ class StepRuns(Flight):
 
     def largest(self, gains: Mapping[str, float | bool]) -> float:
         """Largest step, m, up to which halving finds every run held in both directions, within the stops."""
-        return min(self.largest_of(sign, reach, gains) for sign, reach in zip((-1.0, 1.0), self.room(), strict=True))
-
-    def largest_of(self, sign: float, reach: float, gains: Mapping[str, float | bool]) -> float:
-        """Largest step of one sign, m."""
-        low, high = 0.0, abs(reach)
-        if self.respond(sign * high, gains)[1]:
-            return high
-        for _ in range(HALVINGS):
-            middle = 0.5 * (low + high)
-            low, high = (middle, high) if self.respond(sign * middle, gains)[1] else (low, middle)
-        return low
+        found = []
+        for reach in self.room():
+            low, high = 0.0, reach
+            if self.respond(reach, gains)[1]:
+                low = reach
+            else:
+                for _ in range(HALVINGS):
+                    middle = 0.5 * (low + high)
+                    low, high = (middle, high) if self.respond(middle, gains)[1] else (low, middle)
+            found.append(abs(low))
+        return min(found)
 
 
 @formerly(stage="rig")
@@ -183,14 +183,18 @@ def region(stage: str, axis: str, gap: Quantity, *, controller: str | None = Non
     settings = by_part(set or {}, StabilityError)
     loop = axis_loop(stage, axis, gap, controller=controller, plant_parameters=settings["plant"],
                      controller_parameters=settings["controller"])
-    asked = None if step is None else size_of(step, loop.unit)
+    if step is not None:
+        with refused_as(StabilityError, "step"):
+            step = parse_quantity(step, loop.unit)
+        if step <= 0.0:
+            raise StabilityError(f"step = {step:g} {loop.unit}, expected one above 0 {loop.unit}")
     choices = {WITHOUT: np.zeros(3)}
     if loop.gains.any():
         choices = {AS_SET: loop.gains, **choices}
     if synthesise:
         choices[SYNTHESISED] = synthesised_gains(loop, decay)
     certificates = {name: certify(loop, gains) for name, gains in choices.items()}
-    shown = next(iter(certificates.values())).step if asked is None else asked
+    shown = next(iter(certificates.values())).step if step is None else step
     with ExitStack() as stack:
         runs: list[StepRuns] = []
         if run:
@@ -201,7 +205,7 @@ def region(stage: str, axis: str, gap: Quantity, *, controller: str | None = Non
             gaps = [False] if axis == described.vertical.name or loop.axes[1:] else [False, True]
             runs = [stack.enter_context(StepRuns(stage, axis, gap, name, settings["plant"], settings["controller"],
                                                  folder, locked)) for locked in gaps]
-            if asked is None:
+            if step is None:
                 shown = min(shown, runs[0].room()[1])
         return Region(loop, shown, tuple(
             Candidate(name, loop.unit, certificate, largest_step(loop, certificate),
@@ -217,12 +221,3 @@ def run_steps(runs: list[StepRuns], axis: str, gains: Array, step: float) -> Run
     response, held = runs[0].respond(step, values)
     return RunSteps(response, held, runs[0].largest(values), runs[1].largest(values) if runs[1:] else None,
                  min(map(abs, runs[0].room())))
-
-
-def size_of(step: Quantity, unit: str) -> float:
-    """Size of a step, m or rad; StabilityError if it is none."""
-    with refused_as(StabilityError, "step"):
-        size = parse_quantity(step, unit)
-    if size <= 0.0:
-        raise StabilityError(f"step = {size:g} {unit}, expected one above 0 {unit}")
-    return size

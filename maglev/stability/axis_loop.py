@@ -63,11 +63,6 @@ class AxisLoop:
         """The first command at rest, A."""
         return float(-0.5 * (self.lower[0] + self.upper[0]))
 
-    @property
-    def moving(self) -> list[int]:
-        """Places of positions and velocities among the states."""
-        return list(range(2 * len(self.axes)))
-
     def injected(self, gains: Array) -> Array:
         """B + E Ec wᵀ with antiwindup gains Ec, shape (n, m)."""
         return np.asarray(self.B + np.outer(self.E @ gains, self.w))
@@ -158,7 +153,8 @@ def coupled(loop: Loop, rig: Rig, axis: str, commanded: Array) -> tuple[list[str
     pushed = plant.B[[plant.index("state", f"{axis}.velocity") for axis in rig.axis_names]]
     moving = [axis]
     while True:
-        rows = commanded[:, [k for k, state in enumerate(closed.states) if axis_of(state) in moving]]
+        rows = commanded[:, [k for k, state in enumerate(closed.states)
+                             if state.removeprefix("controller.").partition(".")[0] in moving]]
         alike: list[list[int]] = []
         for k in np.flatnonzero(np.abs(rows).max(axis=1) > ALIKE * np.abs(rows).max()).tolist():
             same = next((group for group in alike if np.abs(rows[k] - rows[group[0]]).max()
@@ -175,11 +171,6 @@ def coupled(loop: Loop, rig: Rig, axis: str, commanded: Array) -> tuple[list[str
             sets = [[plant.inputs[k].removesuffix("_cmd") for k in group] for group in alike]
             return moving, sorted(sets, key=lambda group: first not in group)
         moving += more
-
-
-def axis_of(state: str) -> str:
-    """Axis of a state of a closed loop; the motor, of a current."""
-    return state.removeprefix("controller.").partition(".")[0]
 
 
 def close(name: str, rig: Rig, axis: str, loop: Loop, rest: Mapping[str, float], block: Any) -> AxisLoop:

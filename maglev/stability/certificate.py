@@ -64,7 +64,7 @@ def certify(loop: AxisLoop, gains: Array, decay: float = 0.0) -> Certificate:
     best = inequalities.largest_step()
     for share in SHARES:
         inequalities.most_room(share * best)
-        certified = certificate(loop, scaled, gains, inequalities.values(), decay)
+        certified = certificate(loop, scaled, gains, inequalities, decay)
         if certified is not None:
             return certified
     raise StabilityError(f"{loop.name}: the solver's solution does not hold, expected a certificate; try a smaller "
@@ -182,14 +182,11 @@ class Inequalities:
         """Ec of the solution, where they were looked for."""
         return np.asarray(self.Z.value[:, 0] / self.sizes / self.S.value[np.argmax(np.abs(self.scaled.w))])
 
-    def values(self) -> tuple[Array, Array, Array]:
-        return np.asarray(self.Q.value), np.asarray(self.Y.value), np.asarray(self.S.value)
 
-
-def certificate(loop: AxisLoop, scaled: Scaled, gains: Array, solution: tuple[Array, Array, Array], decay: float
+def certificate(loop: AxisLoop, scaled: Scaled, gains: Array, solved: Inequalities, decay: float
                 ) -> Certificate | None:
     """Certificate of a solution if it is one, by eigenvalues and without the solver's word."""
-    q, y, s = solution
+    q, y, s = (np.asarray(unknown.value) for unknown in (solved.Q, solved.Y, solved.S))
     if s.min() <= 0.0 or np.linalg.eigvalsh(q)[0] <= 0.0:
         return None
     p: Array = np.asarray(np.linalg.inv(q), dtype=np.float64)

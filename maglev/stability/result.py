@@ -180,13 +180,11 @@ def response_cells(response: Response) -> tuple[str, str]:
 
 
 def response_data(response: Response) -> dict[str, Any]:
-    """Overshoot and settling as plain data."""
     settling = response.settling
     return {"overshoot": response.overshoot, "settling": settling if settling < float("inf") else None}
 
 
 def draw_plane(panel: Any, loop: AxisLoop, certificate: Certificate, color: str) -> None:
-    """Draw simulated states and the ellipsoid of one candidate."""
     plane = np.column_stack([loop.at_step, loop.in_motion])
     section, shadow = ellipse(certificate.section(plane)), ellipse(certificate.shadow())
     reach = WIDER * np.abs(section).max(axis=1)

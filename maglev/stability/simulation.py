@@ -64,9 +64,10 @@ def comes_back(loop: AxisLoop, certificate: Certificate, states: Array) -> Bools
     back = np.zeros(states.shape[1], bool)
     going = np.arange(states.shape[1])
     for _ in range(int(np.ceil(HORIZON / (LOOK * loop.sample_time)))):
+        # Positions and velocities are the first states.
         inside = certificate.level(states) <= 1.0
         back[going[inside]] = True
-        stay = ~inside & (np.abs(states[loop.moving]) < LOST).all(axis=0)
+        stay = ~inside & (np.abs(states[:2 * len(loop.axes)]) < LOST).all(axis=0)
         going, states = going[stay], states[:, stay]
         if len(going) == 0:
             break
@@ -95,7 +96,6 @@ def largest_step(loop: AxisLoop, certificate: Certificate) -> float:
 
 
 def respond(loop: AxisLoop, gains: Array, step: float) -> Response:
-    """Response of a loop to a step of its reference (m)."""
     samples, count = Samples(loop, gains), int(SHOWN / loop.sample_time)
     state = -step * loop.at_step[:, None]
     position, command = np.zeros(count), np.zeros(count)
