@@ -25,7 +25,6 @@ def table_of(identified: Identification) -> tuple[list[str], Array]:
 
 
 def write_convergence(path: Path, identified: Identification) -> None:
-    """Write the estimates over time as CSV."""
     header, rows = table_of(identified)
     text = [",".join(header), *(",".join(map(repr, row)) for row in rows.tolist())]
     write_whole(path, "\n".join(text) + "\n")

@@ -25,8 +25,6 @@ GROWTH = 1.1       # of the first sample's parts, one to the next
 
 @dataclass(frozen=True)
 class Estimate:
-    """Estimates of the constants over time."""
-
     method: str
     epsilon: float
     gamma: float

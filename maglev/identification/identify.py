@@ -55,24 +55,12 @@ class Identification:
 def identify(recording: MotionRecording, method: str = "reduced", epsilon: float = EPSILON, gamma: float = GAMMA,
              guess: Mapping[str, float] | None = None, match: bool = False, velocities: Array | None = None,
              q0: float | None = None) -> Identification:
-    """Estimate the constants of a rig from a recording.
+    """Estimate the constants of a rig from a recording; see `estimate` for method, ε, γ and Q0.
 
-    Parameters
-    ----------
-    recording : MotionRecording
-    method, epsilon, gamma, q0
-        See `estimate`.
-    guess : mapping of str to float, optional
-        Initial values; those of the estimator FMU for constants that are not named.
-    match : bool
-        Put positions and currents through the filters that the observer's velocity has gone through.
-    velocities : ndarray, shape (n, axes), optional
-        m/s; by default those of the high-gain observer.
-
-    Raises
-    ------
-    IdentificationError
-        If no axis is excited, or see `estimate`.
+    A `guess` has initial values; those of the estimator FMU are for constants that it does not name. `match` puts
+    positions and currents through the filters that the observer's velocity has gone through. `velocities` are in m/s,
+    shape (n, axes), by default those of the high-gain observer. IdentificationError if no axis is excited, or as of
+    `estimate`.
     """
     rig, dt = recording.rig, recording.dt
     start = {**rig.guess, **(guess or {})}
@@ -180,7 +168,6 @@ def replay(recording: MotionRecording, constants: Mapping[str, float]) -> tuple[
 
 
 def rms(values: Array) -> Array:
-    """Root mean square over the first axis."""
     return np.asarray(np.sqrt(np.mean(values**2, axis=0)))
 
 

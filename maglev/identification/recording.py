@@ -91,7 +91,7 @@ def chosen_rig(table: CsvTable, rig_name: str | None) -> Rig:
     if present[best] == 0:
         axes = " or ".join(f"{', '.join(rig.axes)} ({rig.name})" for rig in RIGS.values())
         raise IdentificationError(f"{table.path}: no column of a position, expected {axes}; its columns are "
-                                  f"{few(table.names)}")
+                                  f"{', '.join(table.names[:8])}{' …' if len(table.names) > 8 else ''}")
     return RIGS[whole[0] if whole else best]
 
 
@@ -130,11 +130,6 @@ def find(table: CsvTable, names: Sequence[str]) -> str:
         raise IdentificationError(f"{table.path}: no column {names[0]}, expected {' or '.join(dict.fromkeys(names))}; "
                                   f"nearest is {nearest(names[0], table.names)}")
     return name
-
-
-def few(names: Sequence[str]) -> str:
-    """Names in a row, not too many."""
-    return ", ".join(names[:8]) + (" …" if len(names) > 8 else "")
 
 
 def even_part(table: CsvTable, time: Array) -> int:

@@ -178,11 +178,6 @@ def thrust_shape(rig: Rig, gaps: Array) -> Array:
     return np.asarray(shape_functions(rig.motor, gaps)[0])
 
 
-def thrust_factor(rig: Rig, axis: str) -> float:
-    """Acceleration of a horizontal axis over −L i_q: the number of motors that drive it."""
-    return rig.described.sharing * len(rig.described.motors_of(axis))
-
-
 def fitted_parabola(time: Array, position: Array) -> tuple[float, float]:
     """Start (m) and acceleration (m/s²) of x(t) = x(0) + ½ x'' t², from rest, by least squares; shape (n,) each."""
     columns = np.stack([np.ones_like(time), 0.5 * time**2], axis=1)
@@ -198,7 +193,7 @@ def thrust_of_parabola(rig: Rig, axis: str, time: Array, position: Array, i_q: f
     if i_q == 0.0:
         raise IdentificationError(f"axis {axis}: i_q = 0 A, expected a current that drives it")
     _, acceleration = fitted_parabola(time, position)
-    return -acceleration / (thrust_factor(rig, axis) * i_q)
+    return -acceleration / (rig.described.sharing * len(rig.described.motors_of(axis)) * i_q)
 
 
 def equilibrium_currents(rig: Rig, gaps: Array, constants: Mapping[str, float]) -> Array:

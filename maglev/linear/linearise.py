@@ -9,7 +9,8 @@ from maglev.linear.blocks.measurement import linear_measurement
 from maglev.linear.blocks.plant import linear_plant
 from maglev.linear.equilibrium import check_limit, equilibrium_of, read_positions
 from maglev.linear.model import Equilibrium, LinearModel
-from maglev.linear.parameters import Quantity, block_of, controllers, linear_names, measurements, number, rig_of
+from maglev.linear.parameters import Quantity, block_of, controllers, linear_names, measurements, rig_of
+from maglev.parameter import Parameter
 
 Currents = Literal["dq", "phases"]
 
@@ -88,7 +89,7 @@ def linearise(name: str, at: Mapping[str, Quantity] | Equilibrium, *, currents: 
     if name in controllers():
         return linear_controller(name, rig, block, resting(name, block, at), currents == "phases")
     return linear_plant(name, rig, block, resting(name, block, at), currents == "phases", amplifier, forces,
-                        None if hold is None else number(name, "hold", hold, "s"))
+                        None if hold is None else Parameter("s").read(hold, f"{name}: hold", LinearModelError))
 
 
 def resting(name: str, block: Any, at: Mapping[str, Quantity] | Equilibrium) -> Equilibrium:

@@ -24,17 +24,14 @@ def linear_names(rig: Rig) -> list[str]:
 
 
 def plants() -> dict[str, Rig]:
-    """Plants that can be linearised, with their rigs."""
     return {linear_names(rig)[0]: rig for rig in STAGES.rigs.values()}
 
 
 def controllers() -> dict[str, Rig]:
-    """Controllers that can be linearised, with their rigs."""
     return {name: rig for rig in STAGES.rigs.values() for name in linear_names(rig)[1:]}
 
 
 def measurements() -> dict[str, Rig]:
-    """Measurements that can be linearised, with their rigs."""
     return {f"Measurement{rig.suffix}": rig for rig in STAGES.rigs.values()}
 
 
@@ -85,11 +82,6 @@ def by_part(settings: Mapping[str, Quantity | bool], error: type[MaglevError], *
                         "as plant.y.mass=7.2kg")
         parts[part][variable] = value
     return parts
-
-
-def number(name: str, key: str, given: Quantity, unit: str) -> float:
-    """SI value of a quantity; LinearModelError that begins with the FMU and the key."""
-    return Parameter(unit).read(given, f"{name}: {key}", LinearModelError)
 
 
 def prepare(name: str, block: Any) -> None:

@@ -45,7 +45,6 @@ def write_nyquist(path: Path, loop: Loop, signals: tuple[str, ...]) -> None:
     figure = new_figure(7, 7)
     from matplotlib.patches import Circle  # an extra: only who plots needs it
 
-
     panel = figure.subplots()
     figure.suptitle(loop.closed.name)
     for signal in signals:

@@ -45,7 +45,6 @@ def linear_controller(name: str, rig: Rig, block: Any, at: Equilibrium, phases: 
 
 
 def states_of(rig: Rig, block: Any) -> dict[str, str]:
-    """States of a controller, with their units."""
     return {f"{axis.name}.{state}": f"rad{unit[1:]}" if axis.rotation else unit
             for axis in rig.axes for state, unit in STATES.items() if has(getattr(block, axis.name), state)}
 

@@ -17,7 +17,6 @@ from maglev.identification.rigs import (
     attraction_force,
     equilibrium_currents,
     row_of,
-    thrust_factor,
     thrust_of_parabola,
     thrust_shape,
 )
@@ -145,8 +144,10 @@ def direct_current(name: str) -> float:
 
 @pytest.mark.parametrize(("name", "axis", "constant", "factor"), [
     ("2dof", "h", "C1", 1.0), ("3dof", "x", "C1", 2.0), ("3dof", "z", "C2", 2.0)])
-def test_thrust_factor_is_the_number_of_motors(name: str, axis: str, constant: str, factor: float) -> None:
-    assert thrust_factor(RIGS[name], axis) == factor
+def test_an_axis_is_driven_by_so_many_motors(name: str, axis: str, constant: str, factor: float) -> None:
+    time = np.linspace(0.0, 0.5, 50)
+    position = 0.02 - 0.5 * factor * 3.0 * 2.0 * time**2   # at 2 A, and an L of 3 m/(s² A)
+    assert thrust_of_parabola(RIGS[name], axis, time, position, 2.0) == pytest.approx(3.0)
     assert row_of(RIGS[name], axis).constants == (constant,)
 
 
