@@ -127,7 +127,6 @@ def current_errors(model: Identification, gaps: Array, constants: Mapping[str, f
 
 
 def convergence_chart(flown: RunResult, rig: Rig) -> Chart:
-    """Every estimate over time, with every ε."""
     rows = np.unique(np.linspace(0, len(flown.time) - 1, CONVERGENCE).astype(int))
     panels = tuple(Panel("time (s)", constant, tuple(
         Curve(f"ε = {epsilon:g}", flown.time[rows], column(flown, f"{name}.{constant}")[rows])

@@ -65,8 +65,6 @@ class ValueTable:
 
 @dataclass(frozen=True)
 class Outcome:
-    """Everything that a procedure finds."""
-
     settings: ProcedureSettings
     runs: tuple[str, ...]           # names of those that it rests on
     values: tuple[ProcedureValue, ...] = ()

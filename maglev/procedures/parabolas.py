@@ -1,7 +1,7 @@
 """Procedure 1: the thrust L at held air gaps, by parabola fit and by the estimator (sections 4.4.1, 5.4.1)."""
 
 import math
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from typing import NamedTuple
 
 import numpy as np
@@ -85,17 +85,18 @@ def evaluate(settings: ProcedureSettings, runs: Runs) -> Outcome:
     if not thrusts:
         return Outcome(settings, ())
     rig = rig_of(thrusts[0].run.plan)
-    alone = [thrust for thrust in thrusts if thrust.alone]
+    alone: dict[str, list[Thrust]] = {}
+    for thrust in thrusts:
+        if thrust.alone:
+            alone.setdefault(thrust.axis, []).append(thrust)
     together = [thrust for thrust in thrusts if not thrust.alone]
-    axes = list(dict.fromkeys(thrust.axis for thrust in alone))
-    values = [value for thrust in alone for value in thrust_values(thrust)]
-    for axis in axes:
-        constant = row_of(rig, axis).constants[0]
-        of_axis = [thrust for thrust in alone if thrust.axis == axis]
+    values = [value for thrust in thrusts if thrust.alone for value in thrust_values(thrust)]
+    for axis, of_axis in alone.items():
         shapes = thrust_shape(rig, np.array([thrust.gap for thrust in of_axis]))
         average = np.mean(np.array([thrust.by_parabola for thrust in of_axis]) / shapes)
-        values.append(ProcedureValue("average_constant", float(average), constant=constant, axis=axis))
-    single = {(thrust.axis, millimetres(thrust.gap)): thrust for thrust in alone}
+        values.append(ProcedureValue("average_constant", float(average), constant=row_of(rig, axis).constants[0],
+                                     axis=axis))
+    single = {(thrust.axis, millimetres(thrust.gap)): thrust for thrust in thrusts if thrust.alone}
     for thrust in together:
         other = single.get((thrust.axis, millimetres(thrust.gap)))
         if other is not None:
@@ -105,8 +106,8 @@ def evaluate(settings: ProcedureSettings, runs: Runs) -> Outcome:
     every = load_plans(thrusts[0].run.plan.path)
     notes = (f"this rests on {len(names)} of {len(every)} runs",) if len(names) < len(every) else ()
     return Outcome(settings, names, tuple(values),
-                   tuple(table(axis, [thrust for thrust in alone if thrust.axis == axis]) for axis in axes),
-                   tuple(charts(settings, axes, alone, together)), notes)
+                   tuple(table(axis, of_axis) for axis, of_axis in alone.items()),
+                   tuple(charts(settings, alone, together)), notes)
 
 
 def deviation(value: float, other: float) -> float:
@@ -115,7 +116,6 @@ def deviation(value: float, other: float) -> float:
 
 
 def thrust_values(thrust: Thrust) -> list[ProcedureValue]:
-    """What claims may be about."""
     return [ProcedureValue("thrust", thrust.by_parabola, axis=thrust.axis, gap=thrust.gap),
             *(ProcedureValue("estimated_thrust", by_estimator, axis=thrust.axis, epsilon=epsilon, gap=thrust.gap)
               for epsilon, by_estimator in thrust.by_estimator.items()),
@@ -124,7 +124,6 @@ def thrust_values(thrust: Thrust) -> list[ProcedureValue]:
 
 
 def table(axis: str, thrusts: Sequence[Thrust]) -> ValueTable:
-    """L over the air gap."""
     epsilons = list(thrusts[0].by_estimator)
     return ValueTable(
         f"Thrust of the {axis}-axis, m/(s² A)",
@@ -133,41 +132,30 @@ def table(axis: str, thrusts: Sequence[Thrust]) -> ValueTable:
                *(f"{thrust.by_estimator[epsilon]:.4g}" for epsilon in epsilons)) for thrust in thrusts))
 
 
-def charts(settings: ProcedureSettings, axes: Sequence[str], alone: Sequence[Thrust],
-           together: Sequence[Thrust]) -> list[Chart]:
+def charts(settings: ProcedureSettings, alone: Mapping[str, Sequence[Thrust]], together: Sequence[Thrust]
+           ) -> list[Chart]:
     """The figures: motion and parabolas of each axis, L by every method, and L with all axes moving."""
-    drawn = []
-    for axis in axes:
-        number = settings.figures.get(f"motion {axis}")
-        # The thesis draws every second air gap.
-        shown = [thrust for thrust in alone if thrust.axis == axis][::2]
-        drawn.append(Chart(number, f"Displacement of the {axis}-axis under a constant current at held air gaps, and "
-                           "the parabolas that were fitted to it.",
-                           (Panel("time (s)", f"{axis} (mm)", tuple(c for thrust in shown for c in motion(thrust))),)))
-    panels = []
-    for axis in axes:
-        of_axis = [thrust for thrust in alone if thrust.axis == axis]
-        curves = [Curve("parabola", *over_gap(of_axis, [thrust.by_parabola for thrust in of_axis]), marked=True)]
-        curves += [Curve(f"NPFSI, ε = {epsilon:g}",
-                         *over_gap(of_axis, [thrust.by_estimator[epsilon] for thrust in of_axis]))
-                   for epsilon in of_axis[0].by_estimator]
-        panels.append(Panel("air gap (mm)", f"L of {axis} (m/(s² A))", tuple(curves)))
+    drawn, by_method, compared = [], [], []
+    for axis, thrusts in alone.items():
+        moved = [curve for thrust in thrusts[::2] for curve in motion(thrust)]   # the thesis draws every second air gap
+        drawn.append(Chart(settings.figures.get(f"motion {axis}"), f"Displacement of the {axis}-axis under a constant "
+                           "current at held air gaps, and the parabolas that were fitted to it.",
+                           (Panel("time (s)", f"{axis} (mm)", tuple(moved)),)))
+        titles = "air gap (mm)", f"L of {axis} (m/(s² A))"
+        by_method.append(Panel(*titles, (
+            Curve("parabola", *over_gap(thrusts, [thrust.by_parabola for thrust in thrusts]), marked=True),
+            *(Curve(f"NPFSI, ε = {epsilon:g}",
+                    *over_gap(thrusts, [thrust.by_estimator[epsilon] for thrust in thrusts]))
+              for epsilon in thrusts[0].by_estimator))))
+        kinds = {"one axis": thrusts, "both axes": [thrust for thrust in together if thrust.axis == axis]}
+        compared.append(Panel(*titles, tuple(Curve(label, *over_gap(some, [thrust.estimated for thrust in some]))
+                                             for label, some in kinds.items())))
     drawn.append(Chart(settings.figures.get("thrust"), "Thrust over the air gap: by parabola fit, and by the estimator "
-                       "with three values of ε.", tuple(panels)))
+                       "with three values of ε.", tuple(by_method)))
     if together:
         drawn.append(Chart(settings.figures.get("simultaneous"), "Thrust over the air gap with one axis moving, and "
-                           f"with both at once; by the estimator, ε = {EPSILON:g}.",
-                           tuple(comparison(axis, alone, together) for axis in axes)))
+                           f"with both at once; by the estimator, ε = {EPSILON:g}.", tuple(compared)))
     return drawn
-
-
-def comparison(axis: str, alone: Sequence[Thrust], together: Sequence[Thrust]) -> Panel:
-    """L of an axis that moves alone, and of one that moves with the other."""
-    kinds = {"one axis": [thrust for thrust in alone if thrust.axis == axis],
-             "both axes": [thrust for thrust in together if thrust.axis == axis]}
-    return Panel("air gap (mm)", f"L of {axis} (m/(s² A))", tuple(
-        Curve(label, *over_gap(thrusts, [thrust.estimated for thrust in thrusts]))
-        for label, thrusts in kinds.items()))
 
 
 def motion(thrust: Thrust) -> list[Curve]:
