@@ -42,7 +42,6 @@ def differing(samples: int) -> dict[str, Any]:
 
 
 def same_bits(samples: int) -> bool:
-    """Compare short runs on both processors."""
     with tempfile.TemporaryDirectory() as name:
         path = Path(name) / "short.toml"
         path.write_text(SHORT, encoding="utf-8")
@@ -55,7 +54,6 @@ def same_bits(samples: int) -> bool:
 
 
 def environments(count: int, device: str, **options: Any) -> Stages:
-    """Environments of the 3-DOF stage."""
     return Stages(count, "3dof", device=device, reference="hold", **options)
 
 

@@ -183,7 +183,6 @@ def reference_loop(pair: Pair, steps: int) -> Callable[[], float]:
 
 
 def options(about: str | None, gates: Mapping[str, float]) -> argparse.Namespace:
-    """Options of a benchmark: gate, record, fmus."""
     parser = argparse.ArgumentParser(description=about)
     parser.add_argument("--gate", action="store_true", help=f"only what is gated; fail if a ratio exceeds {gates}")
     parser.add_argument("--record", action="store_true", help="add the ratios to the history of this commit")

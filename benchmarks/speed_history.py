@@ -66,7 +66,6 @@ def record(group: str, ratios: Mapping[str, float]) -> None:
 
 
 def names(entries: list[Measured]) -> dict[str, list[str]]:
-    """Names of the ratios of each group."""
     rows: dict[str, list[str]] = {group: [] for group in (STEP, PYTHON, WHOLE)}
     for entry in entries:
         for group, ratios in entry.ratios.items():
@@ -75,7 +74,6 @@ def names(entries: list[Measured]) -> dict[str, list[str]]:
 
 
 def page(entries: list[Measured]) -> str:
-    """The page, with a table of the commits that were measured."""
     lines = [f"| | {' | '.join(f'{entry.commit}, {entry.date[:10]}' for entry in entries)} |",
              "|---" * (len(entries) + 1) + "|"]
     for group, members in names(entries).items():

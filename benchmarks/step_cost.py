@@ -36,7 +36,6 @@ LARGEST_GROWTH = 2**20   # bytes
 
 
 def too_large(times: Mapping[str, float]) -> dict[str, float]:
-    """Ratios above their limits, by way."""
     reference = {way: times.get("bare Python loop" if way == "FMUs, master" else FROZEN, inf) for way in GATES}
     return {way: times[way] / reference[way] for way, largest in GATES.items()
             if way in times and times[way] > largest * reference[way]}

@@ -77,7 +77,6 @@ def whole(experiment: Experiment) -> Recording:
 
 
 def ways(experiment: Experiment, folder: Path) -> dict[str, Callable[[], float]]:
-    """Measurements, by what is measured."""
     pair = PAIRS[1]
     c_step = reference_loop(pair, experiment.plan.steps)
     descriptions = experiment.check()
@@ -96,7 +95,6 @@ def ways(experiment: Experiment, folder: Path) -> dict[str, Callable[[], float]]
 
 
 def too_large(times: Mapping[str, float]) -> dict[str, float]:
-    """Multiples of the frozen C loop above their limits, by way."""
     return {way: times[way] / times[FROZEN] for way, largest in GATES.items()
             if times[way] > largest * times[FROZEN]}
 

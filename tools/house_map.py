@@ -61,7 +61,6 @@ def room_of(module: str) -> str:
 
 
 def box_of(module: str) -> str:
-    """Box of a module: its package, or its room in the tool."""
     package = module.split(".")[0]
     return room_of(module) if package == TOOL else package
 

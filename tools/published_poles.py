@@ -64,7 +64,6 @@ def difference(gain_set: GainSet) -> float:
 
 
 def verdict(share: float) -> str:
-    """What a difference means."""
     return "the same" if share < SAME else "nearly" if share < NEARLY else "**not these**"
 
 
@@ -129,7 +128,6 @@ TABLES = {"design": design_table, "loop": loop_table}
 
 
 def main() -> None:
-    """Put the tables between their marks."""
     for name, table in TABLES.items():
         PAGE.write_text(with_part(PAGE, name, "\n".join(table())), encoding="utf-8")
 

@@ -63,7 +63,6 @@ def early(plan: RunPlan, stop_time: float) -> RunPlan:
 
 
 def main() -> None:
-    """Write the files of each FMU that is named, or of all."""
     FOLDER.mkdir(exist_ok=True)
     for name in sys.argv[1:] or DEFINITIONS:
         found_run = flown_in(name)

@@ -36,7 +36,6 @@ class Cost(NamedTuple):
 
 
 def laws() -> dict[str, str]:
-    """Usual runs of all laws, by the names of their FMUs."""
     runs = {}
     for name in DEFINITIONS:
         try:

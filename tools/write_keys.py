@@ -12,28 +12,18 @@ from pydantic.fields import FieldInfo
 from pydantic_core import PydanticUndefined
 
 from maglev.quantities import METRICS, PROCEDURE_VALUES
+from maglev.schema import run_plan
 from maglev.schema.judged.claims import Claim, Elsewhere, ProcedureClaim, RunClaim
 from maglev.schema.judged.procedure import ProcedureSettings
-from maglev.schema.run_plan import (
-    Axis,
-    CheckSettings,
-    Event,
-    FmuTable,
-    MetricSettings,
-    Motor,
-    RunOutput,
-    RunPlan,
-    SignalTolerance,
-    StartValue,
-)
 from maglev.schema.signals.kinds import Constant, Csv, SignalTable, Sinusoids, Steps, Term
 from maglev.schema.toml_table import Table, ValueKind
 from maglev.units import markdown as markdown_of_units
 from maglev_files.marked import with_part
 
 TABLES: tuple[type[Table], ...] = (
-    RunPlan, FmuTable, RunOutput, SignalTable, Constant, Steps, Sinusoids, Term, Csv, Axis, Motor, MetricSettings,
-    Event, CheckSettings, SignalTolerance, RunClaim, ProcedureSettings, ProcedureClaim, Elsewhere)
+    run_plan.RunPlan, run_plan.FmuTable, run_plan.RunOutput, SignalTable, Constant, Steps, Sinusoids, Term, Csv,
+    run_plan.Axis, run_plan.Motor, run_plan.MetricSettings, run_plan.Event, run_plan.CheckSettings,
+    run_plan.SignalTolerance, RunClaim, ProcedureSettings, ProcedureClaim, Elsewhere)
 
 # What keys name that stand for many things.
 NAMES: dict[tuple[type[Table], str], Iterable[str]] = {
@@ -71,7 +61,7 @@ def keys_of(table: type[Table]) -> list[Key]:
         if field.description and name not in shared:
             named = f": {', '.join(f'`{name}`' for name in NAMES[table, key])}" if (table, key) in NAMES else ""
             own.append(Key(key, kind_of(field), without(key, field), field.description + named))
-    return [*OF_FILES, *own] if table is RunPlan else own
+    return [*OF_FILES, *own] if table is run_plan.RunPlan else own
 
 
 def kind_of(field: FieldInfo) -> str:
@@ -103,7 +93,6 @@ def words(annotation: Any) -> str:
 
 
 def plural(text: str) -> str:
-    """The plural of what `words` gives."""
     return {"quantity": "quantities"}.get(text, text if text.startswith(("text", "list")) else f"{text}s")
 
 
@@ -114,7 +103,7 @@ def without(key: str, field: FieldInfo) -> str:
     if field.is_required():
         return "required"
     default = field.get_default()
-    if isinstance(default, StartValue):
+    if isinstance(default, run_plan.StartValue):
         default = default.value
     if default in (None, PydanticUndefined, "") or isinstance(default, (list, dict, Table)):
         return ""
@@ -125,7 +114,6 @@ def without(key: str, field: FieldInfo) -> str:
 
 
 def markdown() -> str:
-    """The tables of all keys, for docs/scenarios.md."""
     return "\n".join(line for table in TABLES for line in table_lines(table)) + "\n"
 
 

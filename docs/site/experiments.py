@@ -38,13 +38,13 @@ def picture_of(name: str, path: Path) -> str:
     return f"![{name}: positions, errors and currents]({path.name})"
 
 
-def write_pages(folder: Path, live: set[str], names: set[str] | None = None) -> None:
-    """Write `SCENARIO.md` for each scenario, all or those that are named, with a picture of its first run."""
+def write_pages(folder: Path, live: set[str]) -> None:
+    """Write `SCENARIO.md` for each scenario, with a picture of its first run."""
     shutil.rmtree(folder, ignore_errors=True)
     folder.mkdir(parents=True)
     runs: dict[str, list[RunEntry]] = {}
     for run in maglev.scenarios():
-        if run.name in packaged_runs() and (names is None or run.scenario in names):
+        if run.name in packaged_runs():
             runs.setdefault(run.scenario, []).append(run)
     for scenario, entries in runs.items():
         picture = picture_of(entries[0].name, folder / f"{scenario}.png")

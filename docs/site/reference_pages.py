@@ -83,7 +83,6 @@ def live_first_page(app: Any, page: str, source: list[str]) -> None:
 
 
 def make_pages(app: Any) -> None:
-    """Write the pages before Sphinx reads."""
     folder = Path(app.srcdir) / MADE
     folder.mkdir(exist_ok=True)
     pages = {"command_line.md": command_line_page(), "functions.md": functions_page(),

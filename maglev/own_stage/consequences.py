@@ -194,7 +194,6 @@ def stage(path: str | Path) -> Consequences:
 
 
 def consequences(rig: Rig) -> Consequences:
-    """What follows from a stage that this process knows, and that can run."""
     gap, *ends = design.travel(rig)
     inward = 1e-6 * (ends[1] - ends[0])   # a stop itself is touched
     forces = {f"thrust {axis.name}": axis.mass * rig.sharing * rig.model.thrust[axis.name] * sum(
@@ -209,7 +208,6 @@ def consequences(rig: Rig) -> Consequences:
 
 
 def place(rig: Rig, gap: float) -> Place:
-    """The stage at a gap (m)."""
     at = design.held(rig, gap)
     closing, opening = (rig.vertical.mass * acceleration for acceleration in design.accelerations(rig, gap))
     if at is None:
@@ -284,7 +282,6 @@ def flyable(path: str | Path) -> Rig:
 
 
 def require_field(rig: Rig) -> None:
-    """Refuse stops between which the field of the magnets is not known."""
     stop, fields = rig.gap_stop, [rig.motor(motor).field for motor in rig.motors]
     lower, upper = max(field.lower for field in fields), min(field.upper for field in fields)
     if not lower <= stop.lower < stop.upper <= upper:
@@ -304,7 +301,6 @@ def require_within_ranges(rig: Rig) -> None:
 
 
 def require_thrust(rig: Rig, axis: RigAxis) -> None:
-    """Refuse motors that cannot overcome what holds their axis."""
     needed, given = abs(axis.bias) + axis.friction.coulomb / axis.mass, design.strongest(rig, axis.name)
     if given <= needed:
         raise RigError(f"axes.{axis.name}: its motors give {axis.mass * given:.3g} N at their limit and the start gap, "

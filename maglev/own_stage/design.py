@@ -329,11 +329,8 @@ def axis_design(rig: Rig, axis: RigAxis, rate: float) -> dict[str, Any]:
 def designed_rates(rig: Rig, axes: Sequence[str], observer_time: float | None) -> tuple[float, dict[str, float], float]:
     """What the gains of axes follow from, by the disk margin that they leave over the travel of the air gap.
 
-    Returns
-    -------
-    time, rates, margin
-        Time constant of the observers (s): a given one, or the longest that leaves enough; rates (rad/s) of the fast
-        poles by axis; the smallest disk margin.
+    Time constant of the observers (s), a given one or the longest that leaves enough; rates (rad/s) of the fast poles
+    by axis; the smallest disk margin.
     """
     z = frequencies(rig.sample_time)
     loops = {axis: delayed(rig, rig.axis(axis), z) for axis in axes}

@@ -49,17 +49,14 @@ def number(factor: float) -> str:
 
 
 def axis(name: str) -> str:
-    """Name of an axis in TeX."""
     return name if len(name) == 1 else rf"{{\mathrm{{{name.replace('_', '')}}}}}"
 
 
 def constant(name: str) -> str:
-    """Name of a constant in TeX."""
     return f"C_{{{name[1:]}}}" if len(name) > 2 else f"C_{name[1:]}"
 
 
 def current(rig: Rig, component: str, motor: str) -> str:
-    """Direct or quadrature current of a motor in TeX."""
     if len(rig.motors) == 1:
         return f"i_{component}"
     name = rf"\{motor}" if motor in GREEK.split(", ") else rf",\mathrm{{{motor.replace('_', '')}}}"

@@ -6,7 +6,7 @@ from dataclasses import MISSING, fields, is_dataclass
 from itertools import accumulate
 from typing import Any
 
-from pmlsm.rig import Mode, RigAxis, Ripple, Roughness, Stop
+from pmlsm.rig import Mode, Ripple, Roughness, Stop
 
 LONGEST = 120   # characters of a line
 BREAKS = re.compile(r" (?=(?:and|or) )"), re.compile(r" (?=[+-] )"), re.compile(", ")   # the best first
@@ -26,7 +26,6 @@ def total(items: Sequence[str], text: str = "{0}") -> str:
 
 
 def mean(items: Sequence[str], text: str) -> str:
-    """Mean of the text for each item."""
     return factor(1.0 / len(items)) + total(items, text)
 
 
@@ -38,11 +37,6 @@ def factor(value: float) -> str:
 def unit_words(unit: str) -> str:
     """Unit as a comment has it, "m/(s² T²)" for "m/(s2.T2)"."""
     return unit.replace(".", " ").replace("2", "²").replace("4", "⁴")
-
-
-def stop_of(axis: RigAxis) -> Stop:
-    """Stops of an axis; without stiffness where they are at the motors."""
-    return axis.stop or NO_STOP
 
 
 def said(part: Any) -> dict[str, Any]:

@@ -54,7 +54,8 @@ def environment() -> "Environment":
     made.filters |= {
         "aligned": text.aligned, "cited": tex.cited, "each": text.each,
         "imports": text.imports, "literal": text.literal, "mean": text.mean, "not_default": text.not_default,
-        "sentence": tex.sentence, "stop": text.stop_of, "total": text.total, "unit": text.unit_words}
+        "sentence": tex.sentence, "stop": lambda axis: axis.stop or text.NO_STOP, "total": text.total,
+        "unit": text.unit_words}
     return made
 
 
@@ -145,7 +146,6 @@ def words(rig: Rig) -> dict[str, Any]:
 
 
 def paths(rig: Rig) -> tuple[str, ...]:
-    """Paths of what is written of a rig."""
     return MODULES if rig.rotations else (*(path for path in MODULES if path != PLATFORM), *PAGES)
 
 
@@ -156,7 +156,6 @@ def template(path: str, tilting: bool) -> str:
 
 
 def module(path: str, rig: Rig) -> str:
-    """Text of a module of a rig, by its path."""
     content = render(template(path, bool(rig.rotations)), rig)
     return text.fitted(content) if path.endswith(".py") else content
 
