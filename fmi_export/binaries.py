@@ -58,7 +58,6 @@ def binaries(name: str) -> dict[str, bytes]:
 
 
 def corrected(library: bytes) -> bytes:
-    """Linux binary with every correction."""
     result = bytearray(library)
     for code, place, instead in CORRECTIONS:
         if library.count(code) != 1:

@@ -124,7 +124,6 @@ def common_attributes(variable: Variable, reference: int) -> dict[str, str]:
 
 
 def typed_attributes(definition: FmuDefinition, variable: Variable) -> dict[str, str]:
-    """Start value, unit and range."""
     typed: dict[str, str] = {}
     if variable.causality in ("input", "parameter"):
         start = definition.start_value(variable)

@@ -99,7 +99,6 @@ class BlockSlave(Fmi2Slave):
         self.stop_time = inf                 # s, beyond which no step may go, if the importer says so
 
     def slots(self) -> list[Slot]:
-        """Where the state of the block lies."""
         return scalar_slots(self.block, self.definition.new_block())
 
     def refused(self, message: str) -> Refused:
@@ -115,7 +114,6 @@ class BlockSlave(Fmi2Slave):
         return Refused(message)
 
     def allow(self, call: str, *phases: str) -> None:
-        """Refuse a call in another phase."""
         if self.phase not in phases:
             raise self.refused(f"{call} {self.phase}, expected {' or '.join(phases)}")
 
@@ -130,7 +128,6 @@ class BlockSlave(Fmi2Slave):
         self.stop_time = inf if stop_time is None else stop_time
 
     def enter_initialization_mode(self) -> None:
-        """From here on values can be read."""
         self.allow("fmi2EnterInitializationMode", INSTANTIATED)
         self.phase = INITIALIZING
 
@@ -220,7 +217,6 @@ class BlockSlave(Fmi2Slave):
     # Variables
 
     def variable(self, vr: int, boolean: bool) -> Variable:
-        """Variable of a value reference and type."""
         if not 0 <= vr < len(self.variables):
             raise self.refused(f"value reference = {vr}, expected 0 to {len(self.variables) - 1}")
         variable = self.variables[vr]
@@ -278,7 +274,6 @@ class BlockSlave(Fmi2Slave):
             self.stale = True
 
     def get_real(self, vrs: list[int]) -> list[float]:
-        """Values of Real variables."""
         if self.stale:
             self.allow("fmi2GetReal", INITIALIZING, RUNNING, TERMINATED)
             self.refresh()
@@ -287,7 +282,6 @@ class BlockSlave(Fmi2Slave):
         return list(getter(self.block))
 
     def get_boolean(self, vrs: list[int]) -> list[bool]:
-        """Values of Boolean variables."""
         if self.stale:
             self.allow("fmi2GetBoolean", INITIALIZING, RUNNING, TERMINATED)
             self.refresh()

@@ -96,7 +96,6 @@ def add_connectors(connectors: Element, variables: Sequence[Variable], fmi: int)
 
 
 def type_of(variable: Variable, fmi: int) -> str:
-    """Type of a variable as SSP calls it."""
     return "Boolean" if variable.boolean else "Real" if fmi == 2 else "Float64"
 
 

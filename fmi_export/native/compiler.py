@@ -95,7 +95,6 @@ def in_one_unit(sources: Mapping[str, str], name: str) -> Iterator[Path]:
 
 
 def compiled(root: Path, arguments: list[str]) -> None:
-    """Run zig's C compiler in a folder."""
     place = {}
     if "HOME" not in os.environ:   # where zig keeps what it has compiled of the C libraries; not every service has one
         shared = Path(tempfile.gettempdir()) / "maglev_zig"

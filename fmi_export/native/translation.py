@@ -90,7 +90,8 @@ def translated(texts: Mapping[str, str]) -> dict[str, str]:
         raise ExportError(missing)
     files = {PRELUDE_FILE: (TEMPLATES / PRELUDE_FILE).read_text(encoding="utf-8")}
     with scratch() as root:
-        names = in_order(texts)
+        names = in_order({name: [other for other in imported_modules(name, text) if other in texts]
+                          for name, text in texts.items()})
         for name in names:
             path = root / f"{name.replace('.', '/')}.py"
             path.parent.mkdir(parents=True, exist_ok=True)
@@ -117,10 +118,9 @@ def files_of(modules: Iterable[str], translation: Mapping[str, str]) -> dict[str
     return {name: translation[name] for name in names}
 
 
-def in_order(texts: Mapping[str, str]) -> list[str]:
-    """Names of modules, each after those that it imports."""
-    sorter = TopologicalSorter({name: [other for other in imported_modules(name, text) if other in texts]
-                                for name, text in texts.items()})
+def in_order(imports: Mapping[str, Iterable[str]]) -> list[str]:
+    """Names of modules or headers, each after those that it imports."""
+    sorter = TopologicalSorter(imports)
     try:
         sorter.prepare()
     except CycleError as error:
@@ -164,7 +164,6 @@ def translate(root: Path, paths: Iterable[str]) -> None:
 
 
 def run_pyccel(root: Path, paths: Iterable[str]) -> None:
-    """Translate files below a folder, in their order."""
     # pyccel names its output folder after the worker of a parallel test run, and writes some things in the order of a
     # set, which depends on the hash seed.
     environment = {name: value for name, value in os.environ.items() if name != "PYTEST_XDIST_WORKER"}

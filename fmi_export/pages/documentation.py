@@ -27,7 +27,6 @@ def external_dependencies(definition: FmuDefinition) -> str:
 
 
 def icon_of(definition: FmuDefinition) -> tuple[Shape, ...]:
-    """Shapes of the icon; none if the definition has no icon."""
     return () if definition.icon is None else tuple(definition.icon.drawn())
 
 

@@ -23,7 +23,6 @@ def rectangle(x: float, y: float, width: float, height: float, colour: str) -> S
 
 
 def disc(x: float, y: float, radius: float, colour: str) -> Shape:
-    """Disc about a point."""
     turns = [2.0 * math.pi * k / 24 for k in range(24)]
     return colour, tuple((round(x + radius * math.cos(turn), 3), round(y + radius * math.sin(turn), 3))
                          for turn in turns)

@@ -41,7 +41,6 @@ def sketch(title: str, *pictures: str) -> str:
 
 
 def picture(height: float, *parts: str, width: float = WIDTH) -> str:
-    """A picture of parts."""
     return (f'<svg width="{width:g}" height="{height:g}" viewBox="0 0 {width:g} {height:g}" aria-hidden="true">'
             f'{"".join(parts)}</svg>')
 

@@ -13,7 +13,7 @@ from typing import NamedTuple
 
 from fmi_export.definition import SAMPLE_TIME, FmuDefinition, Variable
 from fmi_export.errors import ExportError
-from fmi_export.native.translation import PRELUDE_FILE, files_of, literal
+from fmi_export.native.translation import PRELUDE_FILE, files_of, in_order, literal
 from fmi_export.templates import filled
 
 # What pyccel writes.
@@ -118,9 +118,10 @@ def code_of(definition: FmuDefinition, modules: Iterable[str],
     """
     name, block = definition.name, definition.block.__name__
     parts = {file: text for file, text in files_of(modules, translation).items() if file != PRELUDE_FILE}
-    texts = [without_unread(FREED.sub("", text)) for text in (
-        *in_order({file: text for file, text in parts.items() if file.endswith(".h")}),
-        *(parts[file] for file in sorted(parts) if file.endswith(".c")))]
+    headers = in_order({file: [other for other in INCLUDED.findall(text) if other in parts]
+                        for file, text in parts.items() if file.endswith(".h")})
+    texts = [without_unread(FREED.sub("", parts[file]))
+             for file in (*headers, *sorted(file for file in parts if file.endswith(".c")))]
     structs = {match[1]: match[0] for text in texts for match in STRUCT.finditer(text)}
     functions = called({match[1]: match[0] for text in texts for match in FUNCTION.finditer(text)},
                        [f"{block}__init__", f"{block}__start", f"{block}__step"])
@@ -139,21 +140,6 @@ def code_of(definition: FmuDefinition, modules: Iterable[str],
     constants = "".join(match[0] for text in texts for match in CONSTANT.finditer(text) if match[1] in used)
     return ("\n".join(map(own, structs.values())), constants,
             "\n".join([own("".join(prototypes)), *map(own, functions.values())]))
-
-
-def in_order(headers: Mapping[str, str]) -> list[str]:
-    """Texts of headers, each after those that it includes."""
-    ordered: dict[str, str] = {}
-
-    def add(name: str) -> None:
-        for other in INCLUDED.findall(headers[name]):
-            if other in headers and other not in ordered:
-                add(other)
-        ordered.setdefault(name, headers[name])
-
-    for name in headers:
-        add(name)
-    return list(ordered.values())
 
 
 def without_unread(text: str) -> str:

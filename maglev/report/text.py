@@ -163,16 +163,15 @@ def claim_table(title: str, results: Sequence[ClaimResult]) -> Table:
 def study_tables(results: Sequence[RunResult], verdicts: Judgements, outcomes: Sequence[Outcome] = ()) -> list[Table]:
     """Tables of many runs and of procedures: a user's own first, then those of the package."""
     own, packaged = apart(results, outcomes)
-    return [*([own_table(*own, verdicts)] if own else []),
-            *([study_table(packaged.results, verdicts, packaged.outcomes)] if packaged or not own else [])]
-
-
-def own_table(results: Sequence[RunResult], outcomes: Sequence[Outcome], verdicts: Judgements) -> Table:
-    """Table of a user's own runs and procedures: how each ended, and how many of the user's claims are met."""
-    rows = [*((run.plan.name, short_outcome(run)) for run in results),
-            *((outcome.settings.name, counted(outcome.values, "value")) for outcome in outcomes)]
-    return result_table("Your runs", ("run", "outcome", "met"), (
-        [name, said, met_of(specification(verdicts[name])) or "no claims"] for name, said in rows), left=2)
+    tables = []
+    if own:
+        rows = [*((run.plan.name, short_outcome(run)) for run in own.results),
+                *((outcome.settings.name, counted(outcome.values, "value")) for outcome in own.outcomes)]
+        tables.append(result_table("Your runs", ("run", "outcome", "met"), (
+            [name, said, met_of(specification(verdicts[name])) or "no claims"] for name, said in rows), left=2))
+    if packaged or not own:
+        tables.append(study_table(packaged.results, verdicts, packaged.outcomes))
+    return tables
 
 
 def study_table(results: Sequence[RunResult], verdicts: Judgements, outcomes: Sequence[Outcome] = ()) -> Table:
