@@ -8,7 +8,7 @@ from typing import NamedTuple
 from maglev.experiment.execution import RunResult
 from maglev.experiment.preparation import Experiment
 from maglev.judging.run_claims import judge_run
-from maglev.judging.verdicts import ClaimResult, Judgements, blames
+from maglev.judging.verdicts import Judgements, blames
 from maglev.procedures.evaluate import judge_procedure
 from maglev.procedures.outcome import Outcome
 from maglev.schema.run_plan import StartValue
@@ -42,8 +42,10 @@ def run_frictionless(experiments: Sequence[Experiment], verdicts: Judgements,
     judged = {result.plan.name: judge_run(result.plan.claims, result.metrics, metrics) for result in runs
               if result.plan.name in blamed}
     judged |= {outcome.settings.name: judge_procedure(outcome) for outcome in outcomes}
-    return Again(runs, outcomes, {name: [beside(*pair) for pair in zip(claims, judged[name], strict=True)]
-                                         if name in judged else claims for name, claims in verdicts.items()})
+    return Again(runs, outcomes, {
+        name: [replace(claim, without=without) if blames([claim], "friction") else claim
+               for claim, without in zip(claims, judged[name], strict=True)] if name in judged else claims
+        for name, claims in verdicts.items()})
 
 
 def without_friction(experiment: Experiment) -> Experiment:
@@ -56,11 +58,6 @@ def without_friction(experiment: Experiment) -> Experiment:
     changes = tuple(f"{full} = 0 instead of {value:g}" for full, value in friction.items())
     return replace(experiment, plan=plan.model_copy(update={"fmus": fmus, "title": f"{plan.title}, without friction"}),
                    changes=(*experiment.changes, *changes))
-
-
-def beside(result: ClaimResult, without: ClaimResult) -> ClaimResult:
-    """The result with that of the same claim without friction, if its reason blames this."""
-    return replace(result, without=without) if blames([result], "friction") else result
 
 
 def with_needed(experiments: Sequence[Experiment], blamed: Judgements) -> list[Experiment]:

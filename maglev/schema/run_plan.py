@@ -72,12 +72,7 @@ class RunOutput(Table):
 
 
 class FmuTable(Table):
-    """One FMU: a model that this project builds, or a file.
-
-    `start` has its start values by variable name, `start_from` those that are results of other runs, and `inputs` the
-    outputs, `fmu.variable`, that feed its inputs. `inherited` has those of the model or file whose place it takes in a
-    file that extends another.
-    """
+    """One FMU: a model that this project builds, or a file."""
 
     PLACE = "[fmus.NAME]"
 
@@ -85,7 +80,7 @@ class FmuTable(Table):
     file: str | None = Field(default=None, description="path of another FMU, or of a Python file with a class, from "
                              "the folder of the scenario; it takes the place of the model of a file below")
     start: dict[str, Start] = Field(default={}, description="start values of parameters and inputs, by variable")
-    inherited: dict[str, Start] = {}
+    inherited: dict[str, Start] = {}   # start values of what it takes the place of in a file that extends another
     start_from: dict[str, RunOutput] = Field(default={}, description="start values that are results of other runs, by "
                                              "variable")
     inputs: dict[str, str] = Field(default={}, description="what feeds inputs: an output `fmu.variable` by the name of "
@@ -134,10 +129,7 @@ class Motor(Table):
 
 
 class MetricSettings(Table):
-    """What is measured: settling bands, the start of steady tracking, and the end error that is a failure.
-
-    `tilt_bands` and `fail_tilt` are those of rotations.
-    """
+    """What is measured: settling bands, the start of steady tracking, and the end error that is a failure."""
 
     PLACE = "[metrics]"
 
@@ -160,10 +152,7 @@ class MetricSettings(Table):
 
 
 class Event(Table):
-    """Something that happens to a run, such as a push: what is measured in the window from its time to its end.
-
-    Without `end` the window goes to the next event, that of the last one to the end of the run.
-    """
+    """Something that happens to a run, such as a push: what is measured in the window from its time to its end."""
 
     PLACE = "[[events]]"
 
@@ -190,10 +179,7 @@ class SignalTolerance(Table):
 
 
 class CheckSettings(Table):
-    """Which signals a baseline holds, how often, and how closely a run must follow them.
-
-    `through_contact` says that it does not end where a stop is touched or the controller trips.
-    """
+    """Which signals a baseline holds, how often, and how closely a run must follow them."""
 
     PLACE = "[check]"
 

@@ -45,17 +45,12 @@ def shown_charts(outcomes: Iterable[Outcome]) -> list[ShownChart]:
 
 
 def in_order(figures: Iterable[Shown], charts: Iterable[ShownChart]) -> list[Shown | ShownChart]:
-    """Figures and charts by number, of the same number the figures first; then those that have no number.
+    """Figures of a user's own runs, then figures and charts by number, figures first, then those that have none."""
+    def place(shown: Shown | ShownChart) -> tuple[bool, bool, list[int]]:
+        packaged = isinstance(shown, ShownChart) or not any(run.plan.own for run in shown.runs)
+        return packaged, shown.number is None, [int(part) for part in re.findall(r"\d+", shown.number or "")]
 
-    Figures of a user's own runs go before all.
-    """
     return sorted([*figures, *charts], key=place)
-
-
-def place(shown: Shown | ShownChart) -> tuple[bool, bool, list[int]]:
-    """Sort key of a figure: whose it is, chapter and number within it."""
-    packaged = isinstance(shown, ShownChart) or not any(run.plan.own for run in shown.runs)
-    return packaged, shown.number is None, [int(part) for part in re.findall(r"\d+", shown.number or "")]
 
 
 def chart_data(shown: ShownChart) -> dict[str, Any]:

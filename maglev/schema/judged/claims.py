@@ -45,13 +45,8 @@ def ascending(gaps: tuple[float, float]) -> tuple[float, float]:
 class Claim(Table):
     """What every claim has: words, where they stand, and a relation between what is measured and what is claimed.
 
-    A claim with the number of a `figure` is a bound instead of words: what is measured lies "in" the range between two
-    neighbouring ticks where the axis of that figure ends.
-
-    "<" and ">" compare with the target, or with `factor` times what is measured elsewhere. "is" compares a yes-or-no
-    quantity. "about" means that the measured value differs from the target by at most 5 %, with however many
-    significant `digits` that is printed: these weigh it where parameters are estimated. Of several values the one that
-    meets the claim worst decides ("all"), the one that meets it best ("any"), their mean, or their median.
+    "<" and ">" compare with the target, or with `factor` times what is measured elsewhere, "is" a yes-or-no quantity.
+    What is measured is "in" the range of a `figure` if it lies between the two ticks where the axis of that ends.
     """
 
     NOUN: ClassVar[str]                               # what a file calls the quantity
@@ -377,8 +372,6 @@ class ProcedureClaim(Claim):
     """One claim about a procedure: that a value, or its mean, has a relation to a target, or to the same elsewhere.
 
     Of the values of that name those count that fit: of the constant, at ε, of the axes, in the range of air gaps.
-    With `than` the mean is compared with `factor` times the mean of those that fit when what `than` gives is
-    changed.
     """
 
     NOUN = "value"

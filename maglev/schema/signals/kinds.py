@@ -16,6 +16,7 @@ from pydantic import BeforeValidator, Field, PrivateAttr, ValidationInfo, field_
 from maglev.arrays import Array
 from maglev.csv_table import read_csv
 from maglev.errors import CsvError, QuantityError, nearest
+from maglev.schema.layers import items
 from maglev.schema.toml_table import Radians, Seconds, Table, ValueKind, key_refused
 from maglev.units import Unit, known_unit, parse_quantity, read_quantity, scaled, si_unit, split_text
 from maglev.waves import sines_cosines
@@ -31,11 +32,7 @@ InUnit = Annotated[float, BeforeValidator(lambda value, info: in_unit(value, inf
 
 
 class SignalTable(Table):
-    """What all signals have: the inputs they feed, and a unit for plain numbers.
-
-    Text carries its own unit, of the same dimension. Without `unit` plain numbers are SI, and the first text
-    decides the dimension.
-    """
+    """What all signals have: the inputs they feed, and a unit for plain numbers; text carries its own."""
 
     PLACE = "[[signals]]"
 
@@ -256,10 +253,8 @@ Signal = Annotated[Constant | Steps | Sinusoids | Csv, Field(discriminator="kind
 
 def numbers_in(table: dict[str, Any]) -> list[Any]:
     """Return all that `unit` applies to in the table of a signal."""
-    values = table.get("values")
-    terms = table.get("terms")
-    return [table.get("value"), table.get("offset"), *(values if isinstance(values, list) else []),
-            *(term.get("amplitude") for term in (terms if isinstance(terms, list) else []) if isinstance(term, dict))]
+    return [table.get("value"), table.get("offset"), *items(table.get("values")),
+            *(term.get("amplitude") for term in items(table.get("terms")) if isinstance(term, dict))]
 
 
 def in_unit(value: object, unit: str | None) -> float:
