@@ -60,14 +60,19 @@ def write_ssp(path: Path, components: Mapping[str, tuple[FmuDefinition, Path]], 
     for name, (definition, file) in components.items():
         sides = [sum(v.causality == side for v in definition.variables) for side in ("input", "output")]
         box = {"x1": repr(left), "y1": "0.0", "x2": repr(left + WIDTH), "y2": repr(PITCH * (max(sides) + 1))}
+        component = SubElement(elements, f"{{{SSD}}}Component", {"name": name, "description": definition.description,
+                                                                 "type": FMU_TYPE, "source": f"resources/{file.name}"})
+        add_connectors(SubElement(component, f"{{{SSD}}}Connectors"), definition.variables, fmi)
+        SubElement(component, f"{{{SSD}}}ElementGeometry", box)
         starts = start_values(definition, (start or {}).get(name, {}))
         values = parameter_set(name, starts)
-        source = None
+        binding = SubElement(SubElement(component, f"{{{SSD}}}ParameterBindings"), f"{{{SSD}}}ParameterBinding")
         if fmi == 3:
-            source = f"resources/{name}.ssv"
+            binding.set("source", f"resources/{name}.ssv")
             add_units(values, SSV, {value.unit for value in starts if value.unit})
-            contents[source] = xml_file(values)
-        add_component(elements, name, definition, file, box, values, source)
+            contents[f"resources/{name}.ssv"] = xml_file(values)
+        else:
+            SubElement(binding, f"{{{SSD}}}ParameterValues").append(values)
         left, height = left + WIDTH + GAP, max(height, PITCH * (max(sides) + 1))
     links = SubElement(system, f"{{{SSD}}}Connections")
     for source, target in connections:
@@ -103,21 +108,6 @@ def start_values(definition: FmuDefinition, others: Mapping[str, float | bool]) 
     """Every start value, those of an FMU and `others` by name: not every tool takes those of the FMU."""
     return [Value(variable.name, type_of(variable, 2), others.get(variable.name, definition.start_value(variable)),
                   variable.unit) for variable in definition.variables if variable.causality != "output"]
-
-
-def add_component(elements: Element, name: str, definition: FmuDefinition, file: Path, box: dict[str, str],
-                  values: Element, source: str | None) -> None:
-    """Add an FMU with its ports, its place, and its parameter set: in it, or in the file of that name."""
-    component = SubElement(elements, f"{{{SSD}}}Component", {
-        "name": name, "description": definition.description, "type": FMU_TYPE, "source": f"resources/{file.name}"})
-    connectors = SubElement(component, f"{{{SSD}}}Connectors")
-    add_connectors(connectors, definition.variables, 2 if source is None else 3)
-    SubElement(component, f"{{{SSD}}}ElementGeometry", box)
-    bindings = SubElement(component, f"{{{SSD}}}ParameterBindings")
-    if source is not None:
-        SubElement(bindings, f"{{{SSD}}}ParameterBinding", {"source": source})
-        return
-    SubElement(SubElement(bindings, f"{{{SSD}}}ParameterBinding"), f"{{{SSD}}}ParameterValues").append(values)
 
 
 def add_connection(links: Element, source: Sequence[str | None], target: Sequence[str | None]) -> None:

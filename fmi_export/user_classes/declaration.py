@@ -44,15 +44,14 @@ class WrittenDefinition(FmuDefinition):
         return self.starts[variable.name]
 
 
-def definition_of(written: type, clock: type, icon: Drawing | None = None, sketch: Drawing | None = None,
-                  requires: tuple[str, ...] = ()) -> WrittenDefinition:
+def definition_of(written: type, clock: type, icon: Drawing, sketch: Drawing) -> WrittenDefinition:
     """Definition of the FMU that steps a class at its samples.
 
     The class has tables `inputs`, `outputs` and, if it has any, `parameters`, from a name to a unit, "" for none;
     `step(self, t)` with an attribute `sample_time` (s), or `step(self, t, dt)`, called at every communication step;
     perhaps `start(self)`, called when the parameters are set. ExportError if it lacks something, or these do not fit
     each other. The `clock` of the samples has `fits` and `due`; the sketch is drawn for whether the class has samples,
-    0 or 1; `requires` are packages of the importer's Python.
+    0 or 1.
     """
     name = written.__name__
     require_steps(written)
@@ -100,11 +99,10 @@ def definition_of(written: type, clock: type, icon: Drawing | None = None, sketc
         variable_step=not sampled,
         sampled=sampled,
         icon=icon,
-        sketch=None if sketch is None else replace(sketch, arguments=(int(sampled),)),
+        sketch=replace(sketch, arguments=(int(sampled),)),
         arguments=(written, clock, tuple(v.place for v in ports), sampled),
         slave=("fmi_export.user_classes.slave", "WrittenSlave"),
         author="",
-        requires=requires,
         starts=starts)
 
 
@@ -169,13 +167,13 @@ def read_table(written: type, table: str) -> dict[str, str]:
 
 def attribute_path(law: Any, port: str, place: str) -> str:
     """Attribute path of a port: its name, or its name with underscores for dots."""
-    for path in (port, port.replace(".", "_")):
+    flat = port.replace(".", "_")
+    for path in (port, flat):
         try:
             attrgetter(path)(law)
         except AttributeError:
             continue
         return path
-    flat = port.replace(".", "_")
     either = f"self.{port}" + (f" or self.{flat}" if flat != port else "")
     raise Undeclared(f"{place}, expected an attribute {either} that __init__ sets", port)
 
