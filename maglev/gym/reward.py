@@ -30,26 +30,14 @@ class Seen(NamedTuple):
 
 
 class Reward:
-    """The reward of a sample.
+    """The reward of a sample, with travels of the axes between their stops (m, rad) and the peak of the currents (A).
 
-    Parameters
-    ----------
-    given : mapping of str to float, or callable
-        Weights by term: "alive", 1; "error", the mean over axes of ((reference − position) / travel)²; "y.error", that
-        of one axis; "current", the mean of (current / peak)²; "speed", the mean over axes of (velocity · 1 s
-        / travel)²; "stop", 1 where an axis is beyond an end stop. Or a function of signals by name, such as
-        "y.position", "y.reference", "y.velocity", "alpha.i_d" and "at_stop", each of shape (environments,), which gives
-        their rewards.
-    rig : Rig
-    travels : sequence of float, shape (axes,)
-        Of the axes between their stops, m and rad.
-    peak : float
-        Of the currents, A.
+    Given are weights by term: "alive", 1; "error", the mean over axes of ((reference − position) / travel)²; "y.error",
+    that of one axis; "current", the mean of (current / peak)²; "speed", the mean over axes of (velocity · 1 s
+    / travel)²; "stop", 1 where an axis is beyond an end stop. Or a function of signals by name, such as "y.position",
+    "y.reference", "y.velocity", "alpha.i_d" and "at_stop", each of shape (environments,), which gives their rewards.
 
-    Raises
-    ------
-    ScenarioError
-        If a term is unknown, a weight is no number, or the function does not give a number for each environment.
+    ScenarioError if a term is unknown, a weight is no number, or the function gives none for an environment.
     """
 
     def __init__(self, given: Weights | Function, rig: Rig, travels: Sequence[float], peak: float):

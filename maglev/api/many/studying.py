@@ -14,16 +14,7 @@ from maglev.api.running import run as rerun
 from maglev.api.running import say_notes
 from maglev.catalogue import HOST, Kind, build_written
 from maglev.catalogue.for_runs import compiles
-from maglev.errors import (
-    BuildError,
-    MaglevError,
-    ScenarioError,
-    UnknownName,
-    extra,
-    key_path,
-    option,
-    shortened,
-)
+from maglev.errors import BuildError, MaglevError, ScenarioError, UnknownName, extra, key_path, option, shortened
 from maglev.experiment.preparation import Experiment
 from maglev.processes import processors
 from maglev.processes.side_by_side import Say, Watch, unwatched, warn

@@ -21,17 +21,7 @@ from maglev.cosim.blocks.block_loop import Common, words_of
 from maglev.errors import MaglevError, extra, option
 from maglev.processes.side_by_side import Idle, Progress, Stopped, kept_processes, side_by_side, warn
 from maglev.studies.flying.graphics_processor import fly_on_graphics_processor
-from maglev.studies.flying.samples import (
-    Batch,
-    Flown,
-    Job,
-    Store,
-    each_flown,
-    each_flown_apart,
-    flown_batch,
-    gathered,
-    until_interrupted,
-)
+from maglev.studies.flying.samples import Batch, Flown, Job, Store, each_flown_apart, flown_batch, gathered
 
 STEPS_OF_A_BATCH = 2_500_000      # communication steps of native FMUs, which take some seconds
 PYTHON_COST = 20                  # steps of native FMUs in one of those that run Python inside
@@ -150,8 +140,7 @@ def fly_in_threads(jobs: int, job: Job, batches: list[Batch], values: Array, sto
     ended = c_int64()
 
     def fly(batch: Batch) -> tuple[int, Flown]:
-        samples = each_flown(job, values[batch.first:batch.last], ended=ended)
-        return batch.number, gathered(job, batch.first, until_interrupted(samples))
+        return batch.number, flown_batch(job, batch.first, values[batch.first:batch.last], ended)
 
     with ThreadPoolExecutor(jobs) as pool:
         waiting = {pool.submit(fly, batch) for batch in batches}

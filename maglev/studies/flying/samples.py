@@ -178,19 +178,17 @@ def gathered(job: Job, first: int, samples: Iterable[Sample | Found]) -> Flown:
     return Flown(first, rows, tuple(sample.failure for sample in done), kept)
 
 
-def flown_batch(job: Job, first: int, values: Array) -> Flown:
+def flown_batch(job: Job, first: int, values: Array, ended: c_int64 | None = None) -> Flown:
     """Fly a batch here, or beside this process where samples have a limit of time; MaglevError if it cannot begin.
 
-    After Ctrl-C or SIGTERM it is the first samples, those that were done.
+    After Ctrl-C or SIGTERM, and where `ended` is not 0, it is the first samples, those that were done.
     """
-    return gathered(job, first, until_interrupted(each_flown(job, values) if job.limit is None else
-                                                  each_flown_apart(job, values, job.limit)))
+    def until_interrupted() -> Iterator[Sample | Found]:
+        with suppress(KeyboardInterrupt):
+            yield from (each_flown(job, values, ended=ended) if job.limit is None else
+                        each_flown_apart(job, values, job.limit))
 
-
-def until_interrupted(samples: Iterable[Sample | Found]) -> Iterator[Sample | Found]:
-    """Samples that are done before Ctrl-C or SIGTERM."""
-    with suppress(KeyboardInterrupt):
-        yield from samples
+    return gathered(job, first, until_interrupted())
 
 
 def each_flown_apart(job: Job, values: Array, limit: float) -> Iterator[Sample]:
