@@ -22,10 +22,6 @@ FLAGS = ("-std=c99", "-O2", "-ffp-contract=off", "-fno-math-errno", "-DBLOCKS_IN
          "-fno-sanitize=all", "-g0", "-s", "-DFMI2_OVERRIDE_FUNCTION_PREFIX",
          "-DFMI3_OVERRIDE_FUNCTION_PREFIX")
 
-# Functions of blocks become part of their callers up to this size: a step takes what it takes with all of them, and
-# the compiler a fifteenth of that.
-SHARED = ("-shared", "-mllvm", "-inline-threshold=1000")
-
 FAT_MAGIC = 0xCAFEBABE     # of a universal binary, whose header is big-endian
 MACH_MAGIC = 0xFEEDFACF    # of a 64-bit library of macOS, in its own byte order
 ALIGNMENT = 14             # power of two, by which libraries are placed in a universal binary: a page of arm64
@@ -44,12 +40,12 @@ class Platform(NamedTuple):
 # By the names that FMI 3.0 has for them. Those of Linux are linked against the oldest C library that zig has for both
 # processors; newer ones run it.
 PLATFORMS = {
-    "x86_64-linux": Platform(("x86_64-linux-gnu.2.17",), ".so", (*SHARED, "-fPIC")),
-    "aarch64-linux": Platform(("aarch64-linux-gnu.2.17",), ".so", (*SHARED, "-fPIC")),
-    "x86_64-windows": Platform(("x86_64-windows-gnu",), ".dll", SHARED),
-    "aarch64-windows": Platform(("aarch64-windows-gnu",), ".dll", SHARED),
-    "x86_64-darwin": Platform(("x86_64-macos.11.0",), ".dylib", (*SHARED, "-fPIC")),
-    "aarch64-darwin": Platform(("aarch64-macos.11.0",), ".dylib", (*SHARED, "-fPIC"))}
+    "x86_64-linux": Platform(("x86_64-linux-gnu.2.17",), ".so", ("-shared", "-fPIC")),
+    "aarch64-linux": Platform(("aarch64-linux-gnu.2.17",), ".so", ("-shared", "-fPIC")),
+    "x86_64-windows": Platform(("x86_64-windows-gnu",), ".dll", ("-shared",)),
+    "aarch64-windows": Platform(("aarch64-windows-gnu",), ".dll", ("-shared",)),
+    "x86_64-darwin": Platform(("x86_64-macos.11.0",), ".dylib", ("-shared", "-fPIC")),
+    "aarch64-darwin": Platform(("aarch64-macos.11.0",), ".dylib", ("-shared", "-fPIC"))}
 MACOS = PLATFORMS["x86_64-darwin"]._replace(targets=("x86_64-macos.11.0", "aarch64-macos.11.0"))
 
 # One module with the C library in it that asks its host for nothing: whoever reserves memory in it needs its malloc. It

@@ -38,6 +38,8 @@ from maglev_files.cache import BLOCK_LOOPS, Kept, keep, kept, key_of
 HERE = Path(__file__).parent   # with the C around the blocks
 LIBRARY = f"maglev_block_loop{sharedLibraryExtension}"
 FUNCTION = "maglev_whole_run"
+# Parts of blocks become part of their callers up to this size; an FMU's step takes no longer without it.
+PARTS_INLINED = ("-mllvm", "-inline-threshold=1000")
 # A call would put blocks into memory, and a place that is computed where branches are merged.
 INLINED = ("-Dnoinline=always_inline", "-mllvm", "-inline-threshold=1000000", "-mllvm", "-sink-common-insts=false")
 # The run, which needs no FMU, over it how it begins with FMUs' instances, and the function that does both.
@@ -193,7 +195,7 @@ def block_loop(wiring: Wiring, observer: str, seen: Mapping[str, str], build: bo
     return None if path is None else BlockLoop(path, wiring, sources)
 
 
-def loop_of(sources: Mapping[str, str], build: bool, flags: Sequence[str] = ()) -> Kept | None:
+def loop_of(sources: Mapping[str, str], build: bool, flags: Sequence[str] = PARTS_INLINED) -> Kept | None:
     """Library of C files, compiled now if it was not before and `build` asks for it; errors as of `block_loop`."""
     platform, = host_platform().values()
     platform = platform._replace(flags=(*platform.flags, *flags))
