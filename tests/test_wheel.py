@@ -134,6 +134,7 @@ def test_an_edited_installation_flies_no_run_of_the_package(installed: Path, hom
     assert len({each["code"] for each in found}) == 2   # data are no code
 
 
+@pytest.mark.thorough
 def test_a_stage_of_ones_own(installed: Path, home: Path) -> None:
     """Its modules are written by the templates that are installed, and its FMUs are known as made here."""
     command(installed, home, "new", "stage", "mine.toml", "--like", "3dof")

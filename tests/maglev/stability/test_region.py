@@ -27,6 +27,7 @@ def found() -> Region:
     return region("3dof", "x", "25 mm", synthesise=True, step="20 mm", run=False)
 
 
+@pytest.mark.thorough
 def test_a_region_has_what_was_asked_for(found: Region) -> None:
     assert [each.name for each in found.candidates] == ["as set", "without", "synthesised"]
     assert found["as set"].gains == pytest.approx([1.1e-4] * 3)
@@ -52,6 +53,7 @@ def test_pictures_text_and_data(found: Region, tmp_path: Path) -> None:
     assert start @ np.array(candidate["P"]) @ start == pytest.approx(1.0)
 
 
+@pytest.mark.thorough
 def test_section_and_shadow_of_the_ellipsoid(found: Region) -> None:
     """No state of the section is outside the shadow, and steps end where the section does."""
     certified = found["as set"].certificate

@@ -30,6 +30,7 @@ def flown(study: PlannedStudy, out: Path, **options: Any) -> bytes:
     return run_study(study, out, 2, None, **options).read_bytes()
 
 
+@pytest.mark.few(1)
 @pytest.mark.parametrize("end", ["kill", "terminate"])
 def test_a_dead_process_costs_its_batch(fastest_fmus: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch,
                                         end: str) -> None:
