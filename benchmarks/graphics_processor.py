@@ -22,7 +22,7 @@ from maglev.cosim.blocks.graphics_processor import require_device
 from maglev.gym.stages import Stages
 from maglev.schema.loading import load_plan
 from maglev.studies.flying import graphics_processor
-from maglev.studies.flying.graphics_processor import Begun, Device, Running
+from maglev.studies.flying.graphics_processor import Begun, Device
 
 RUN = "3dof-setpoints-improved"
 SHORT = """\
@@ -97,12 +97,12 @@ def speed(samples: int) -> None:
     steps = samples * round(plan.stop_time / plan.step)
     kernel, launch = [], Device.launch
 
-    def timed(device: Device, begun: Begun) -> Running:
+    def timed(device: Device, begun: Begun) -> dict[str, Any]:
         start = perf_counter()
-        running = launch(device, begun)
+        arrays = launch(device, begun)
         device.cupy.cuda.Device().synchronize()
         kernel.append(perf_counter() - start)
-        return running
+        return arrays
 
     start = perf_counter()
     maglev.batch(RUN, differing(samples), device="gpu")
