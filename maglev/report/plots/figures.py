@@ -68,25 +68,11 @@ class Shown(NamedTuple):
     figure: Figure
     runs: list[RunResult]
     panels: list[Panel]
+    id: str                                    # its anchor in the page
+    number: str | None                         # in the thesis
+    title: str
+    caption: str
     colours: Mapping[str, int] | None = None   # by name of the run, where a legend of all plots names the runs
-
-    @property
-    def id(self) -> str:
-        return self.figure.id
-
-    @property
-    def number(self) -> str | None:
-        return self.figure.number
-
-    @property
-    def title(self) -> str:
-        figure = self.figure
-        heading = f"Figure {figure.number}" if figure.number else f"Run {next(iter(figure.runs))}"
-        return f"{heading}: {figure.variant}" if figure.variant else heading
-
-    @property
-    def caption(self) -> str:
-        return self.figure.caption
 
     @property
     def names(self) -> list[str]:
@@ -130,7 +116,9 @@ def with_data(figures: Iterable[Figure], results: Sequence[RunResult], more: Seq
         runs = [by_name[run] for run in figure.runs if run in by_name]
         panels = list(dict.fromkeys(panel for text in [*figure.panels, *more] for panel in expand(text, runs)))
         if panels:
-            yield Shown(figure, runs, panels)
+            heading = f"Figure {figure.number}" if figure.number else f"Run {next(iter(figure.runs))}"
+            title = f"{heading}: {figure.variant}" if figure.variant else heading
+            yield Shown(figure, runs, panels, figure.id, figure.number, title, figure.caption)
 
 
 def expand(text: str, runs: Iterable[RunResult]) -> Iterator[Panel]:
