@@ -22,10 +22,11 @@ class Value(NamedTuple):
 def parameter_set(name: str, values: Iterable[Value]) -> Element:
     root = Element(f"{{{SSV}}}ParameterSet", {"version": "1.0", "name": name})
     parameters = SubElement(root, f"{{{SSV}}}Parameters")
-    for value in values:
-        parameter = SubElement(parameters, f"{{{SSV}}}Parameter", {"name": value.name})
-        SubElement(parameter, f"{{{SSV}}}{value.kind}",
-                   {"value": written(value)} | ({"unit": value.unit} if value.unit else {}))
+    for called, kind, value, unit in values:
+        number = int(value) if kind == "Integer" else float(value)
+        text = str(bool(value)).lower() if kind == "Boolean" else repr(number)
+        parameter = SubElement(parameters, f"{{{SSV}}}Parameter", {"name": called})
+        SubElement(parameter, f"{{{SSV}}}{kind}", {"value": text} | ({"unit": unit} if unit else {}))
     return root
 
 
@@ -33,12 +34,6 @@ def parameters_in(root: Element) -> Iterator[tuple[str, Element | None]]:
     """Names of the parameters of a set, each with the element that has type, value and unit, if there is a value."""
     for parameter in root.iter(f"{{{SSV}}}Parameter"):
         yield parameter.get("name", ""), next((child for child in parameter if child.get("value") is not None), None)
-
-
-def written(value: Value) -> str:
-    if value.kind == "Boolean":
-        return "true" if value.value else "false"
-    return str(int(value.value)) if value.kind == "Integer" else repr(float(value.value))
 
 
 def xml_file(root: Element) -> bytes:

@@ -19,6 +19,7 @@ from urllib.parse import quote
 from maglev_files.whole_file import write_whole
 
 FOLDER = Path(__file__).parent
+TOKENS = "tokens.css"   # colours of all pages, light and dark, and the way to the others
 INDEX = "index.html"
 SCENE = ("camera.js", "scene.js", "space.js", "gap.js")
 PLACE = "<!--shell-->"
@@ -49,21 +50,16 @@ def read(name: str, folder: Path = FOLDER) -> str:
     return (folder / name).read_text(encoding="utf-8")
 
 
-def tokens() -> str:
-    """Style sheet of the colours of all pages, light and dark, and of the way to the others."""
-    return read("tokens.css")
-
-
 def page(kind: str, title: str, about: str, style: str, body: str, policy: str = PLOTS, **parts: str) -> str:
-    """Text of a page: its head, with a style sheet over `tokens`, and a body, which is a template for parts.
+    """Text of a page: its head, with a style sheet over that of all, and a body, which is a template for parts.
 
     The title, what the page is about and the parts are HTML. The policy says what the page may have beside its text:
     nothing of a network.
     """
     said = re.sub(r" (?=[.,:;])", "", " ".join(re.sub("<[^>]*>", " ", about).replace('"', "&quot;").split()))
     return Template(read("page.html")).substitute(
-        kind=kind, title=title, about=said, icon=quote(read("icon.svg").strip()), style=tokens() + style, policy=policy,
-        body=Template(body).substitute(parts).rstrip("\n"))
+        kind=kind, title=title, about=said, icon=quote(read("icon.svg").strip()), style=read(TOKENS) + style,
+        policy=policy, body=Template(body).substitute(parts).rstrip("\n"))
 
 
 def scripts(*texts: str) -> str:
@@ -83,7 +79,7 @@ def packed(data: bytes) -> str:
 
 def colour(name: str) -> str:
     """A colour on light paper, such as "#0b5cad" of "run-0": that of the pages, for pictures."""
-    return str(re.findall(rf"--{name}: (#[0-9a-f]{{6}})", tokens())[0])
+    return str(re.findall(rf"--{name}: (#[0-9a-f]{{6}})", read(TOKENS))[0])
 
 
 def publish(path: Path, text: str) -> None:

@@ -6,7 +6,7 @@ from pathlib import Path
 
 import pytest
 
-from maglev.pages.shell import HEAD, INDEX, KINDS, PLACE, SAYS, TITLE, colour, page, publish, tokens
+from maglev.pages.shell import HEAD, INDEX, KINDS, PLACE, SAYS, TITLE, colour, page, publish, read
 
 
 def a_page(kind: str, title: str) -> str:
@@ -70,7 +70,7 @@ def test_an_index_of_somebody_else_stays(tmp_path: Path) -> None:
 
 def test_colours_are_those_of_the_light_pages() -> None:
     light, dark = (dict(re.findall(r"--([\w-]+): (#[0-9a-f]{6})", part))
-                   for part in tokens().split("@media screen")[:2])
+                   for part in read("tokens.css").split("@media screen")[:2])
     assert light.keys() == dark.keys(), "a colour of one scheme is missing in the other"
     assert colour("run-0") == light["run-0"] != dark["run-0"]
     with pytest.raises(IndexError):

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from maglev.live.content import LAW_COLOURS, LAWS
-from maglev.pages.shell import tokens
+from maglev.pages.shell import read
 from maglev.report.plots import lines as plot_lines
 from maglev.report.plots.figures import COLOURS
 from maglev.report.plots.picture import STYLES
@@ -48,7 +48,7 @@ def luminance(colour: str) -> float:
 @pytest.fixture(params=["light", "dark"])
 def scheme(request) -> dict[str, str]:
     """Colours of a scheme by name."""
-    first, second = re.findall(r":root \{(.*?)\}", tokens(), re.DOTALL)[:2]
+    first, second = re.findall(r":root \{(.*?)\}", read("tokens.css"), re.DOTALL)[:2]
     return dict(re.findall(r"--([\w-]+): (#[0-9a-f]{6})", first if request.param == "light" else second))
 
 
