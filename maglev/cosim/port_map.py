@@ -142,13 +142,10 @@ def apply(ports: PortMap, description: ModelDescription) -> dict[str, Scale]:
             raise ports.refuse(ours, f"the FMU declares {own}, expected a unit that converts to {declared.si}")
         variable.name, variable.unit = ours, port.unit or own
         seen.append(variable)
-    for name, variable in theirs.items():   # those that keep their names
-        if name not in {*first, *ports.ports}:
-            variable = copy(variable)
-            variable.unit = declared_unit(variable)
-            seen.append(variable)
+    seen += [copy(variable) for name, variable in theirs.items() if name not in {*first, *ports.ports}]
     description.modelVariables = seen
     for variable in seen:
+        variable.unit = declared_unit(variable)
         if variable.type == "Real":
             variable.unit = variable.unit or ports.units.get(variable.name)
     declared_here = declared_units(description)

@@ -96,14 +96,6 @@ class Moved(Structure):
     _fields_ = (("time", c_double), ("time_stride", c_double), ("size", c_double))
 
 
-class Place(NamedTuple):
-    """Where a value is: the number of its track, its column there, and the number of the row after point k."""
-
-    track: int
-    column: int
-    ahead: int = 0
-
-
 class Part(NamedTuple):
     """An FMU in the loop: its place among the instances, its block, and the files of this by name."""
 
@@ -132,7 +124,9 @@ class BlockLoop:
         calls, = wiring.phases
         fmus = fmus_of(calls)
         self.instances = (c_void_p * len(fmus))(*(fmu.handle() for fmu in fmus))
-        self.moved = (Moved * len(calls))(*map(moved, calls))
+        self.moved = (Moved * len(calls))(*(
+            Moved(call.base, call.stride, call.arguments[2].value) if isinstance(call.moving, c_double) else Moved()
+            for call in calls))
         self.tracks = wiring.tracks
 
     def run(self, steps: int, ended: c_int64, observer: Structure) -> int:
@@ -174,10 +168,6 @@ def function_of(library: CDLL) -> Any:
     return function
 
 
-def moved(call: Call) -> Moved:
-    return Moved(call.base, call.stride, call.arguments[2].value) if isinstance(call.moving, c_double) else Moved()
-
-
 def block_loop(wiring: Wiring, observer: str, seen: Mapping[str, str], build: bool = False,
                written: Mapping[str, Block] | None = None) -> BlockLoop | None:
     """The loop for a wiring, compiled now if it was not before and `build` asks for it.
@@ -217,7 +207,7 @@ def sources_of(wiring: Wiring, observer: str, seen: Mapping[str, str],
     if len(wiring.phases) != 1 or not in_c(wiring.phases):
         return None
     calls, = wiring.phases
-    places = {name: Place(number, column) for number, track in enumerate(wiring.tracks)
+    places = {name: (number, column) for number, track in enumerate(wiring.tracks)
               for column, name in enumerate(track.names)}
     if not {*seen.values()} <= {*places}:
         return None
@@ -233,7 +223,7 @@ def sources_of(wiring: Wiring, observer: str, seen: Mapping[str, str],
         HERE / RUN_FILE, observer=observer, step=indented(steps, 8), members=indented(members, 4),
         includes="\n".join(sorted({f'#include "{part.what.header}"' for part in parts.values()})),
         begin=indented((*begin, *signals), 4),
-        see=indented((f"seen.{member} = (double){value_at(places[name], wiring.tracks)};"
+        see=indented((f"seen.{member} = (double){value_at(*places[name], wiring.tracks)};"
                       for member, name in seen.items()), 8))
     ready = " || ".join(f"!ready(&instances[{part.number}]->state->progress)" for part in parts.values())
     return {**files, RUN_FILE: run, LOOP_FILE: filled(HERE / LOOP_FILE, copy=indented(copy, 8), ready=ready),
@@ -284,18 +274,12 @@ def item_of(track: Track) -> str:
     return {8: "double", 4: "int32_t", 1: "bool"}[track.item]
 
 
-def value_at(place: Place, tracks: Sequence[Track]) -> str:
-    """C expression of a value at the present point: one row of outputs is enough, for who steps later sets from it."""
-    if tracks[place.track].signals is None:
-        return f"row{place.track}[{place.column}]"
-    return f"row{place.track}[{place.column} * points + k]"
+def value_at(number: int, column: int, tracks: Sequence[Track]) -> str:
+    """C expression of a value of a track at the present point.
 
-
-def place_of(call: Call, tracks: Sequence[Track]) -> Place:
-    number, track = next((number, track) for number, track in enumerate(tracks)
-                         if 0 <= call.base - track.address < track.array.nbytes)
-    ahead, within = divmod(int(call.base) - track.address, track.stride)
-    return Place(number, within // track.item, ahead)
+    One row of outputs is enough, for who steps later sets from it.
+    """
+    return f"row{number}[{column}]" if tracks[number].signals is None else f"row{number}[{column} * points + k]"
 
 
 def files_of_block(path: Path) -> dict[str, str]:
@@ -339,11 +323,13 @@ def call_lines(number: int, call: Call, parts: Mapping[int, Part], tracks: Seque
                f"(double)k * calls[{number}].time_stride, calls[{number}].size) != 0;")
         return
     _, references, count, _ = call.arguments
-    place = place_of(call, tracks)
+    where, track = next((where, track) for where, track in enumerate(tracks)
+                        if 0 <= call.base - track.address < track.array.nbytes)
+    first = (int(call.base) - track.address) % track.stride // track.item
     getting = any(call.function is function for function in fmu.get_functions.values())
-    for column, reference in enumerate(references[:count.value], place.column):
+    for column, reference in enumerate(references[:count.value], first):
         variable = part.what.variables[reference]
-        value = value_at(place._replace(column=column), tracks)
+        value = value_at(where, column, tracks)
         if getting:
             yield f"{value} = {part.value(variable)};"
             continue

@@ -22,7 +22,7 @@ from maglev.cosim.other_process.helper import other_process
 from maglev.cosim.wires.wiring import Call, Drives, Wiring
 from maglev.errors import FmuError, Interrupted, name_of, signal_of
 from maglev.own_fmus import built_here
-from maglev.processes.beside import PATIENCE, Beside, Gone, Said, Send, Silent
+from maglev.processes.beside import PATIENCE, Beside, Gone, Send, Silent
 from maglev.processes.side_by_side import Progress
 from maglev.time_grid import whole_steps
 from maglev.user_controllers.source import is_written
@@ -171,7 +171,9 @@ class Follower:
     def follow(self, progress: Progress | None, complete: Complete) -> Recording:
         while True:
             try:
-                report = self.said().what
+                # No FMU is to blame for a machine that takes its time to start a process.
+                limit = max(self.timeout, TIMEOUT) if self.stage == STARTING else self.timeout
+                report = self.flying.next(limit, self.calls).what
             except KeyboardInterrupt as error:
                 if not self.calls():
                     raise
@@ -196,11 +198,6 @@ class Follower:
                 complete(recording)
                 note = self.end()
                 return Recording(recording.time, recording.columns, (*recording.notes, note)) if note else recording
-
-    def said(self) -> Said:
-        """What the process says next; an FMU that is called gives a sign of life, too."""
-        # No FMU is to blame for a machine that takes its time to start a process.
-        return self.flying.next(max(self.timeout, TIMEOUT) if self.stage == STARTING else self.timeout, self.calls)
 
     def end(self) -> str:
         """Let the process end after a complete run, if it does so soon; what is to be said if it does not end well."""
