@@ -39,17 +39,6 @@ class RowDiagnostics:
     motion: float   # RMS of velocity' behind the same lag, m/s²
 
 
-def filtered_row(data: RowData, dt: float, epsilon: float) -> tuple[Array, Array, Array]:
-    """A, velocity' − b and the friction terms behind a lag of ε, at all samples but the first.
-
-    Differences of a velocity are noise; behind the lag they are what the estimators compare.
-    """
-    friction = np.stack([data.velocity, np.tanh(data.velocity / CREEP)], axis=1)
-    a, c, terms = (behind_lag(held, dt, epsilon)[1:] for held in (
-        between(data.a), np.diff(data.velocity) / dt - between(data.b), between(friction)))
-    return a, c, terms
-
-
 def diagnose(data: RowData, motion: float, time: Array, estimate: Estimate) -> RowDiagnostics:
     """Diagnostics of a row, whose axis moves over a range `motion` (m)."""
     dt = float(time[-1] - time[0]) / (len(time) - 1)
@@ -64,7 +53,10 @@ def diagnose(data: RowData, motion: float, time: Array, estimate: Estimate) -> R
     excited = present and motion >= SMALLEST_MOTION and bool(curve[-1] >= SMALLEST_EXCITATION)
     # A recording may begin in motion, but the observer and the lag begin at rest.
     settled = min(round((SETTLING * estimate.epsilon + OBSERVER_SETTLING) / dt), len(data.velocity) // 2)
-    a, c, friction = (signal[settled:] for signal in filtered_row(data, dt, estimate.epsilon))
+    # Differences of a velocity are noise; behind a lag of ε they are what the estimators compare.
+    terms = np.stack([data.velocity, np.tanh(data.velocity / CREEP)], axis=1)
+    a, c, friction = (behind_lag(held, dt, estimate.epsilon)[1 + settled:] for held in (
+        between(data.a), np.diff(data.velocity) / dt - between(data.b), between(terms)))
     left = c - a @ theta
     correlation, covariance = np.eye(count), np.full((count, count), np.inf)
     other = np.full(count, np.nan)
@@ -72,7 +64,8 @@ def diagnose(data: RowData, motion: float, time: Array, estimate: Estimate) -> R
         # The estimators give late data more weight, in proportion to Σ^(1/κ − 1): the variance grows by this.
         weighting = 1.0 - estimate.gamma**-2
         lateness = 1.0 / (weighting * (2.0 - weighting))
-        correlation = correlated(np.linalg.inv(information[-1] * np.outer(scale, scale)))
+        inverse = np.linalg.inv(information[-1] * np.outer(scale, scale))
+        correlation = inverse / np.sqrt(np.outer(np.diag(inverse), np.diag(inverse)))
         covariance = lateness * block_covariance(a, c, max(1, round(BLOCK / dt)))
         other = least_squares(np.concatenate([a, friction], axis=1), c)[:count]
     return RowDiagnostics(excited, time[points + 1], curve, correlation, covariance, np.sqrt(np.diag(covariance)),
@@ -99,11 +92,6 @@ def block_covariance(a: Array, c: Array, block: int) -> Array:
     scores = (scaled * residual[:, None])[:blocks * block].reshape(blocks, -1, a.shape[1]).sum(axis=1)
     inverse = np.linalg.inv(scaled.T @ scaled)
     return np.asarray(inverse @ scores.T @ scores @ inverse / np.outer(scale, scale))
-
-
-def correlated(covariance: Array) -> Array:
-    deviation = np.sqrt(np.diag(covariance))
-    return np.asarray(covariance / np.outer(deviation, deviation))
 
 
 def unidentified(data: RowData, diagnostics: RowDiagnostics, estimate: Estimate) -> list[str]:

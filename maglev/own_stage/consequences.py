@@ -190,10 +190,7 @@ def stage(path: str | Path) -> Consequences:
     >>> found.places[0].margins["v"][0] > 35.0
     True
     """
-    return consequences(flyable(path))
-
-
-def consequences(rig: Rig) -> Consequences:
+    rig = flyable(path)
     gap, *ends = design.travel(rig)
     inward = 1e-6 * (ends[1] - ends[0])   # a stop itself is touched
     forces = {f"thrust {axis.name}": axis.mass * rig.sharing * rig.model.thrust[axis.name] * sum(

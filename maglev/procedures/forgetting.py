@@ -3,8 +3,6 @@
 The thesis leaves constants that change to future work; nothing here is a claim of its.
 """
 
-from typing import NamedTuple
-
 import numpy as np
 
 from maglev.errors import ScenarioError
@@ -17,23 +15,12 @@ from maglev.schema.signals.kinds import Steps
 BEFORE = 5.0     # s before the jump over which the scatter is taken
 AFTER = 5.0      # s after the jump at which what is left of it is taken
 POINTS = 400     # of a curve, at most
-PLANT = "plant."
 
 
-class Jump(NamedTuple):
-    """A constant of the plant that jumps: name, time (s), values before and after."""
-
-    constant: str
-    time: float
-    before: float
-    after: float
-
-
-def jumps(result: RunResult) -> list[Jump]:
-    """Jumps of the plant's constants, by the scenario's signals."""
-    return [Jump(signal.to.removeprefix(PLANT), signal.times[-1], signal.values[-2], signal.values[-1])
-            for signal in result.plan.signals
-            if isinstance(signal, Steps) and signal.to.startswith(f"{PLANT}C") and len(signal.values) > 1
+def jumps(result: RunResult) -> list[Steps]:
+    """Signals of the scenario by which constants of the plant jump."""
+    return [signal for signal in result.plan.signals
+            if isinstance(signal, Steps) and signal.to.startswith("plant.C") and len(signal.values) > 1
             and result.time[0] < signal.times[-1] <= result.time[-1] - AFTER
             and 0.0 != signal.values[-2] != signal.values[-1]]
 
@@ -50,19 +37,20 @@ def evaluate(settings: ProcedureSettings, runs: Runs) -> Outcome:
     by_forgetting = estimators(result, "forgetting")
     rows, panels = [], []
     kept = np.unique(np.linspace(0, len(result.time) - 1, POINTS).astype(int))
-    for jump in of_run:
+    for signal in of_run:
+        constant, time, (before, after) = signal.to.removeprefix("plant."), signal.times[-1], signal.values[-2:]
         curves = []
         for forgetting, name in by_forgetting.items():
-            path = column(result, f"{name}.{jump.constant}")
-            earlier = path[(result.time >= jump.time - BEFORE) & (result.time < jump.time)]
-            later = float(path[np.searchsorted(result.time, jump.time + AFTER) - 1])
-            left = (later - jump.after) / (jump.before - jump.after)
-            rows.append((jump.constant, f"{forgetting:g}", percent(earlier.mean() / jump.before - 1.0),
-                         percent(earlier.std() / jump.before), percent(left)))
+            path = column(result, f"{name}.{constant}")
+            earlier = path[(result.time >= time - BEFORE) & (result.time < time)]
+            later = float(path[np.searchsorted(result.time, time + AFTER) - 1])
+            left = (later - after) / (before - after)
+            rows.append((constant, f"{forgetting:g}", percent(earlier.mean() / before - 1.0),
+                         percent(earlier.std() / before), percent(left)))
             curves.append(Curve(f"forgetting {forgetting:g} 1/s", result.time[kept], path[kept]))
-        true = np.where(result.time[kept] < jump.time, jump.before, jump.after)
+        true = np.where(result.time[kept] < time, before, after)
         curves.append(Curve("of the plant", result.time[kept], true))
-        panels.append(Panel("time (s)", jump.constant, tuple(curves)))
+        panels.append(Panel("time (s)", constant, tuple(curves)))
     header = ("constant", "forgetting (1/s)", f"mean error, {BEFORE:g} s before", "scatter in this time",
               f"left of the jump {AFTER:g} s after")
     table = ValueTable("Constants that jump", header, tuple(rows))
