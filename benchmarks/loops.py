@@ -62,12 +62,6 @@ class Pair(NamedTuple):
         """From outputs to inputs."""
         return [(source, to) for source, to in loop_table(self.rig)["connections"]]
 
-    @property
-    def measured(self) -> list[tuple[str, str]]:
-        """Encoders of the plant and what they are to the controller; with tilts the gaps are measured at the motors."""
-        return [(source.removeprefix("plant."), to.removeprefix("controller.")) for source, to in self.connections
-                if source.startswith("plant.")]
-
 
 PAIRS = tuple(Pair(rig.suffix.replace("DOF", "-DOF"), f"Regulator{rig.suffix}", f"Plant{rig.suffix}",
                    f"ClosedLoop{rig.suffix}", rig) for rig in RIGS.values())
@@ -78,19 +72,17 @@ def outputs(fmu: FmuDefinition) -> list[str]:
     return [v.place for v in fmu.variables if v.causality == "output"]
 
 
-def place(fmu: FmuDefinition, name: str) -> str:
-    """Attribute path of a variable in its block."""
-    return next(v.place for v in fmu.variables if v.name == name)
-
-
 def bare_loop(pair: Pair, steps: int) -> float:
     """The blocks called directly in Python: no layer between them."""
-    controller, plant = definition(pair.controller).new_block(), definition(pair.plant).new_block()
+    of_controller, of_plant = definition(pair.controller), definition(pair.plant)
+    controller, plant = of_controller.new_block(), of_plant.new_block()
     controller.start()
     plant.start()
-    of_controller, of_plant = definition(pair.controller), definition(pair.plant)
-    places = [(place(of_controller, to).rpartition("."), place(of_plant, source).rpartition("."))
-              for source, to in pair.measured]
+    known = {f"{role}.{v.name}": v.place for role, of in (("controller", of_controller), ("plant", of_plant))
+             for v in of.variables}
+    # With tilts the gaps are measured at the motors.
+    places = [(known[to].rpartition("."), known[source].rpartition(".")) for source, to in pair.connections
+              if source.startswith("plant.")]
     axes, gaps = ([(attrgetter(to[0])(controller), attrgetter(source[0])(plant)) for to, source in places
                    if to[2] == leaf] for leaf in ("measured", "gap_measured"))
     commands = [(getattr(plant, motor), getattr(controller, motor)) for motor in pair.rig.motor_names]
