@@ -5,7 +5,6 @@ from dataclasses import dataclass
 import numpy as np
 
 from maglev.arrays import Array, Bools
-from maglev.errors import StabilityError
 from maglev.stability.axis_loop import AxisLoop
 from maglev.stability.certificate import LARGEST_STEP, Certificate
 
@@ -44,8 +43,6 @@ class Samples:
     """One sample of a loop after the other, of many states at a time."""
 
     def __init__(self, loop: AxisLoop, gains: Array):
-        if loop.sample_time <= 0.0:
-            raise StabilityError(f"{loop.name}: sample_time = {loop.sample_time:g} s, expected a sampled loop")
         self.K, self.lower, self.upper = loop.K, loop.lower[:, None], loop.upper[:, None]
         self.A: Array = np.eye(len(loop.A)) + loop.sample_time * loop.A
         self.B: Array = loop.sample_time * loop.injected(gains)
