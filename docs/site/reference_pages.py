@@ -12,7 +12,6 @@ from typer.main import get_command
 import maglev
 from maglev.api.catalogue import RunEntry
 from maglev.cli.app import app as command_line
-from maglev.report.plots.figures import MOVING
 
 ROOT = Path(__file__).parents[2]
 MADE = "_made"   # folder in docs, not committed
@@ -54,23 +53,17 @@ def functions_page() -> str:
 
 
 def experiments_page(pages: Path) -> str:
-    """List of the experiments, with a link to the page of each that `docs/site/experiments.py` has made, and pictures.
-
-    The pictures are those of the runs that the report shows moving.
-    """
+    """List of the experiments, with a link to the page of each that `docs/site/experiments.py` has made."""
     runs: dict[str, RunEntry] = {}
     for run in maglev.scenarios():
         runs.setdefault(run.scenario, run)
-    made = {scenario: pages / f"{scenario}.md" for scenario in runs if (pages / f"{scenario}.md").is_file()}
+    made = [scenario for scenario in runs if (pages / f"{scenario}.md").is_file()]
     if not made:
         return "# Experiments\n\nTheir pages are made by `make docs`; `maglev list` lists them.\n"
-    shown = dict.fromkeys(run.scenario for name in MOVING for run in maglev.scenarios() if run.name == name)
-    pictures = "".join(f"## [{name}]({pages.name}/{name}.md)\n\n{figure}\n\n" for name in shown if name in made
-                       for figure in re.findall(r"```\{raw\} html\n.*?\n```", made[name].read_text("utf-8"), re.DOTALL))
     rows = "".join(f"| [{scenario}]({pages.name}/{scenario}.md) | {runs[scenario].title.replace('|', ',')} | "
                    f"{', '.join(runs[scenario].figures)} |\n" for scenario in made)
     return ("# Experiments\n\nEvery experiment has a page with its picture and its commands, most a link that runs it "
-            f"live.\n\n{pictures}## All of them\n\n| experiment | what it is | figures of the thesis |\n"
+            f"live.\n\n| experiment | what it is | figures of the thesis |\n"
             f"|---|---|---|\n{rows}\n```{{toctree}}\n:hidden:\n:glob:\n\n{pages.name}/*\n```\n")
 
 
