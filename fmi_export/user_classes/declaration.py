@@ -44,14 +44,15 @@ class WrittenDefinition(FmuDefinition):
         return self.starts[variable.name]
 
 
-def definition_of(written: type, clock: type, icon: Drawing, sketch: Drawing) -> WrittenDefinition:
+def definition_of(written: type, clock: type, icon: Drawing, sketch: Drawing,
+                  requires: tuple[str, ...] = ()) -> WrittenDefinition:
     """Definition of the FMU that steps a class at its samples.
 
     The class has tables `inputs`, `outputs` and, if it has any, `parameters`, from a name to a unit, "" for none;
     `step(self, t)` with an attribute `sample_time` (s), or `step(self, t, dt)`, called at every communication step;
     perhaps `start(self)`, called when the parameters are set. ExportError if it lacks something, or these do not fit
     each other. The `clock` of the samples has `fits` and `due`; the sketch is drawn for whether the class has samples,
-    0 or 1.
+    0 or 1; `requires`, which the FMU of a class gives itself, are packages of the importer's Python.
     """
     name = written.__name__
     require_steps(written)
@@ -103,6 +104,7 @@ def definition_of(written: type, clock: type, icon: Drawing, sketch: Drawing) ->
         arguments=(written, clock, tuple(v.place for v in ports), sampled),
         slave=("fmi_export.user_classes.slave", "WrittenSlave"),
         author="",
+        requires=requires,
         starts=starts)
 
 
