@@ -38,11 +38,6 @@ class ResultFiles:
     def file(self, ending: str) -> Path:
         return self.folder / f"{self.name}.{ending}"
 
-    @property
-    def lock(self) -> Path:
-        """What keeps others from writing them, see `only_writer`."""
-        return self.folder / f".{self.name}.lock"
-
     def set_aside(self) -> None:
         """Give the results of an earlier run a name that says so; a picture and metrics without a run go."""
         for form in get_args(Format):
@@ -75,7 +70,7 @@ def alone(folder: Path, runs: Iterable[str]) -> Iterator[None]:
         for name in dict.fromkeys(runs):
             try:
                 with suppress(NoLock):
-                    held.enter_context(only_writer(ResultFiles(folder, name).lock))
+                    held.enter_context(only_writer(folder / f".{name}.lock"))
             except Busy:
                 raise ScenarioError(f"{folder / name}: another process is writing the files of this run, expected one "
                                     f"at a time: wait for it, or give another {option('out')}") from None

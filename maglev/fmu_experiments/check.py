@@ -158,11 +158,12 @@ def check_experiment(name: str, path: Path, experiment: CarriedExperiment,
         description = checked_description(f"{path}:", path)
         variables = {v.name: v for v in description.modelVariables}
         run, tolerances = tables.options(experiment.options)
-        expected = expected_results(experiment.results, variables, tolerances)
+        expected = expected_results(experiment.results, variables, tolerances, partial)
         flight = times_of(experiment, description, run, expected.time)
         lacking = missing_times(expected.time, flight)
-        if not partial:
-            require_whole(experiment.results, expected, lacking, variables)
+        if lacking and not partial:
+            raise FmuError(f"{experiment.results.place}: no results from {lacking[0]}, expected some for the whole "
+                           "experiment; with `partial` those are compared that there are")
         result, said = simulate(path, description, flight,
                            tables.start_values(experiment.parameters, variables) if experiment.parameters else {},
                            tables.input_array(experiment.inputs, variables) if experiment.inputs else None,
@@ -189,8 +190,8 @@ def check_experiment(name: str, path: Path, experiment: CarriedExperiment,
 
 
 def expected_results(file: File, variables: Mapping[str, ScalarVariable],
-                     given: Mapping[str, Tolerance]) -> Expected:
-    """Results of a file that are numbers of a variable of the FMU, with tolerances as of `check_fmus`."""
+                     given: Mapping[str, Tolerance], partial: bool) -> Expected:
+    """Results of a file that are numbers of a variable of the FMU; tolerances and `partial` as of `check_fmus`."""
     columns = tables.read_table(file)
     left_out = [name for name in columns if name != "time" and
                 (name not in variables or variables[name].type in tables.TEXTS)]
@@ -204,6 +205,10 @@ def expected_results(file: File, variables: Mapping[str, ScalarVariable],
         for known, where in ((columns, f"{file.place}: there is no column"), (variables, "the FMU has no variable")):
             if name not in known:
                 raise FmuError(f"{where} {name}, for which there is a tolerance; nearest is {nearest(name, known)}")
+    absent = next((name for name in left_out if name not in variables), None)
+    if absent is not None and not partial:
+        raise FmuError(f"{file.place}: column {absent}: the FMU has no such variable, nearest is "
+                       f"{nearest(absent, variables)}; with `partial` the others are compared")
     tolerances = {name: given.get(name, Tolerance(
         tables.TOLERANCE * float(np.max(np.abs(column))) if variables[name].type in REALS else 0.0, 0.0))
         for name, column in values.items()}
@@ -215,18 +220,6 @@ def missing_times(given: Array, flight: Times) -> list[str]:
     most = float(np.diff(given).max(initial=0.0)) * (1.0 - ON_GRID)
     return [f"t = {begin:.9g} s to {end:.9g} s" for begin, end in ((flight.start, given[0]), (given[-1], flight.stop))
             if end - begin > ON_GRID * flight.step and end - begin >= most]
-
-
-def require_whole(file: File, expected: Expected, lacking: Sequence[str],
-                  variables: Mapping[str, ScalarVariable]) -> None:
-    """Refuse results of which a part cannot be compared."""
-    absent = next((name for name in expected.left_out if name not in variables), None)
-    if absent is not None:
-        raise FmuError(f"{file.place}: column {absent}: the FMU has no such variable, nearest is "
-                       f"{nearest(absent, variables)}; with `partial` the others are compared")
-    if lacking:
-        raise FmuError(f"{file.place}: no results from {lacking[0]}, expected some for the whole experiment; "
-                       "with `partial` those are compared that there are")
 
 
 def times_of(experiment: CarriedExperiment, description: ModelDescription, run: Mapping[str, float],

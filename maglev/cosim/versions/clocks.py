@@ -118,7 +118,8 @@ class Ticking:
         self.stepping = False
         self.following = float("inf")   # s, time of an event that the FMU has announced
         variables = {v.valueReference: v for v in description.modelVariables}
-        self.values = {kind: Values(getters[kind], setters[kind], types[kind].value, variables, self.free)
+        self.values = {kind: Values(getters[kind], setters[kind], types[kind].value, variables,
+                                     lambda: not self.stepping)
                        for kind in types}
         for kind, values in self.values.items():
             of_kind = {v.valueReference for v in variables.values()
@@ -126,9 +127,6 @@ class Ticking:
             values.outputs = [r for r in values.outputs if r in of_kind]
         self.getters = {kind: values.get for kind, values in self.values.items()}
         self.setters = {kind: values.put for kind, values in self.values.items()}
-
-    def free(self) -> bool:
-        return not self.stepping
 
     def reset(self) -> None:
         self.stepping = False

@@ -14,10 +14,9 @@ import maglev
 from maglev.api import running
 from maglev.errors import CsvError, MaglevError
 from maglev.experiment import execution
-from maglev.experiment.results import ResultFiles
+from maglev.experiment.results import alone
 from maglev.schema.loading import load_plan
 from maglev_files.cache import digest_of
-from maglev_files.one_writer import only_writer
 
 EXCITED = """
 extends = ["loops/2dof.toml", "references/2dof-excitation.toml"]
@@ -128,7 +127,7 @@ def test_a_run_that_ends_between_its_files_leaves_no_record_of_another(fastest_f
 def test_comparisons_of_one_name_wait_for_each_other(fastest_fmus: Path, excited: Path) -> None:
     comparison = maglev.compare("excited.toml", ["Regulator2DOF"], fmus=fastest_fmus)
     shutil.rmtree("results", ignore_errors=True)
-    with only_writer(ResultFiles(Path("results"), "excited@Regulator2DOF").lock):   # that of a run is another one
+    with alone(Path("results"), ["excited@Regulator2DOF"]):   # the lock of a run is another one
         files = comparison.write(picture=False, page=False)
     assert all(path.is_file() for path in files)
     assert not list(Path("results").glob(".*"))
