@@ -29,13 +29,18 @@ def model_table(definition: FmuDefinition, guid: str, timed: bool) -> str:
         for name in re.findall(r"\{([\w.]+)\}", text):
             if name not in known:
                 raise ValueError(f"{definition.name}: the refusal {text!r} names {name}, expected a variable")
+    sampling = ""   # what the layer knows of the grid of samples
+    if timed and definition.sampled:
+        interval, = (v.place for v in definition.variables if v.name == SAMPLE_TIME)
+        clock = len(definition.native_variables) + 1   # after the time
+        sampling = (f"static const struct Sampling SAMPLING = {{.interval = AT({interval}), "
+                    f".clocked = {'true' if definition.clocked else 'false'}, .clock = {clock}}};\n\n")
     return filled(SOURCE, {
         "NAME": definition.name, "HEADER": f"{header}.h", "BLOCK": block.__name__,
         "MORE_HEADERS": f'#include "{tangent_name(header)}.h"\n' if definition.continuous else "",
         "CONTINUOUS_TABLES": continuous_tables(definition),
         "CONTINUOUS": "&CONTINUOUS" if definition.continuous else "NULL",
-        "SAMPLING_TABLE": sampling_table(definition) if timed else "",
-        "SAMPLING": "&SAMPLING" if timed and definition.sampled else "NULL",
+        "SAMPLING_TABLE": sampling, "SAMPLING": "&SAMPLING" if sampling else "NULL",
         "ARGUMENTS": arguments, "NAME_TEXT": text_literal(definition.name), "GUID": text_literal(guid),
         "VARIABLES": "\n".join([*map(variable_row, definition.native_variables), *([TIME] if timed else [])]),
         "REFUSALS": "\n".join(f"    {{{literal(status)}, {text_literal(text)}}},"
@@ -61,16 +66,6 @@ def continuous_tables(definition: FmuDefinition) -> str:
         "STATES": references(states), "RATES": references(rates), "INDICATORS": references(model.indicators),
         "NOMINALS": wrapped(literal(nominal[name]) for name in states),
         "UNKNOWNS": references(dict.fromkeys([*rates, *outputs]))})
-
-
-def sampling_table(definition: FmuDefinition) -> str:
-    """C source of what the layer knows of the grid of samples; nothing of a block without."""
-    if not definition.sampled:
-        return ""
-    interval, = (v.place for v in definition.variables if v.name == SAMPLE_TIME)
-    clock = len(definition.native_variables) + 1   # after the time
-    return (f"static const struct Sampling SAMPLING = {{.interval = AT({interval}), "
-            f".clocked = {'true' if definition.clocked else 'false'}, .clock = {clock}}};\n\n")
 
 
 def wrapped(cells: Iterable[str]) -> str:
