@@ -21,8 +21,8 @@ import maglev
 from maglev.cosim.blocks.graphics_processor import require_device
 from maglev.gym.stages import Stages
 from maglev.schema.loading import load_plan
-from maglev.studies.flying import graphics_processor
-from maglev.studies.flying.graphics_processor import Begun, Device
+from maglev.studies.batch import graphics_processor
+from maglev.studies.batch.graphics_processor import Begun, Device
 
 RUN = "3dof-setpoints-improved"
 SHORT = """\

@@ -29,9 +29,9 @@ from maglev.experiment.execution import completed, measured
 from maglev.experiment.preparation import Experiment, prepare, runs_apart
 from maglev.experiment.results import write_csv, write_parquet
 from maglev.schema.loading import load_plan
-from maglev.studies.flying import batches
-from maglev.studies.flying.batches import flyers
-from maglev.studies.flying.samples import Flown, Job, each_flown, gathered
+from maglev.studies.batch import batches
+from maglev.studies.batch.batches import runners
+from maglev.studies.batch.samples import BatchResult, Job, gathered, run_samples
 from maglev.studies.planning import PlannedStudy, plan_study
 from maglev.studies.schema import read_study
 
@@ -107,17 +107,17 @@ def planned(fmus: Path, folder: Path) -> PlannedStudy:
     return plan_study(study, experiment, "cost", folder, {})
 
 
-def flown(study: PlannedStudy, samples: int, job: Job | None = None) -> Flown:
+def flown(study: PlannedStudy, samples: int, job: Job | None = None) -> BatchResult:
     job = job or study.job
-    return gathered(job, 0, each_flown(job, study.values[:samples]))
+    return gathered(job, 0, run_samples(job, study.values[:samples]))
 
 
 def side_by_side(study: PlannedStudy, jobs: int) -> float:
     """Wall time of a study in so many threads, s."""
-    with flyers(None, jobs) as fly:
-        fly(study.job, study.batches[:2 * jobs], study.values, lambda _number, _flown: None)
+    with runners(None, jobs) as run_all:
+        run_all(study.job, study.batches[:2 * jobs], study.values, lambda _number, _flown: None)
         begin = perf_counter()
-        fly(study.job, study.batches, study.values, lambda _number, _flown: None)
+        run_all(study.job, study.batches, study.values, lambda _number, _flown: None)
         return perf_counter() - begin
 
 

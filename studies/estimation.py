@@ -12,7 +12,7 @@ from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 
-from maglev.api.comparing import fly_each
+from maglev.api.comparing import run_compared
 from maglev.api.options import experiments_of
 from maglev.experiment.execution import RunResult
 from maglev.experiment.selection import compared, needed, select
@@ -99,7 +99,7 @@ def row(settings: Settings, scale: float, ripple: Defaults | None = None) -> Wei
     defaults = {**times(scale, settings.assumed), **(ripple or {})}
     experiments = [replace(experiment, plan=with_defaults(experiment.plan, defaults, times(scale, settings.follows)))
                    for experiment in experiments_of([*plans, *needed(plans)], {})]
-    return split(settings, scale, ripple is not None, judge(list(fly_each(experiments, unwatched).values())))
+    return split(settings, scale, ripple is not None, judge(list(run_compared(experiments, unwatched).values())))
 
 
 def judge(results: Sequence[RunResult]) -> list[Judged]:

@@ -75,7 +75,7 @@ def one_at_a_time() -> Iterator[None]:
 def processes_kept(slow: None) -> Iterator[None]:
     """Processes that have flown the runs, or the study, of one command of a file fly those of the next."""
     with kept_processes() as idle, pytest.MonkeyPatch.context() as patch:
-        for module in ("maglev.experiment.chain", "maglev.studies.flying.batches"):
+        for module in ("maglev.experiment.chain", "maglev.studies.batch.batches"):
             patch.setattr(f"{module}.kept_processes", lambda: nullcontext(idle))
         yield
 

@@ -146,7 +146,7 @@ def compare(runs: Scenario | Sequence[Run] | Mapping[str, Run], controllers: Con
     for experiment in experiments.values():
         experiment.drives(experiment.check())   # what these refuse shows before the others run
     say_notes([*first, *experiments.values()], say)
-    results = fly_each([*first, *experiments.values()], watch)
+    results = run_compared([*first, *experiments.values()], watch)
     for note in dict.fromkeys(f"{name}: {note}" for name, result in results.items() for note in result.recording.notes):
         say(note)
     by_label = {label: results[experiment.plan.name] for label, experiment in experiments.items()}
@@ -206,9 +206,9 @@ def put_in(plan: RunPlan, label: str, controller: Given, options: RunOptions, sa
     return replace(experiment, plan=experiment.plan.model_copy(update={"name": f"{plan.name}@{label}"}))
 
 
-def fly_each(experiments: Sequence[Experiment], watch: Watch) -> dict[str, RunResult]:
+def run_compared(experiments: Sequence[Experiment], watch: Watch) -> dict[str, RunResult]:
     """Make runs here, one after the other; results by name, also of one that fails."""
-    def fly_or_fail(experiment: Experiment, ends: Ends, progress: Progress) -> RunResult:
+    def run_or_fail(experiment: Experiment, ends: Ends, progress: Progress) -> RunResult:
         try:
             return simulate(replace(experiment, plan=started(experiment.plan, ends)), progress)
         except RunFailed as error:   # what was recorded until then can be drawn
@@ -219,7 +219,7 @@ def fly_each(experiments: Sequence[Experiment], watch: Watch) -> dict[str, RunRe
 
     with watch([experiment.plan.name for experiment in experiments]) as watcher:
         return {result.plan.name: result
-                for result in run_each(experiments, fly_or_fail, failed, 1, watcher, here=True)}
+                for result in run_each(experiments, run_or_fail, failed, 1, watcher, here=True)}
 
 
 def comparison_of(runs: Sequence[Run] | Mapping[str, Run]) -> Comparison:

@@ -267,24 +267,24 @@ def run_all(names: Scenarios | None = None, *, out: str | Path = "results", plot
     folder, by_name = Path(out), {experiment.plan.name: experiment for experiment in experiments}
     folder.mkdir(parents=True, exist_ok=True)
     with alone(folder, [*by_name]):
-        flown = run_experiments(experiments, folder, format, jobs, watch)
-        for note in dict.fromkeys(f"{result.plan.name}: {note}" for result in flown for note in result.recording.notes):
+        runs = run_experiments(experiments, folder, format, jobs, watch)
+        for note in dict.fromkeys(f"{result.plan.name}: {note}" for result in runs for note in result.recording.notes):
             say(note)
-        outcomes = outcomes_of(flown, asked)
-        verdicts = {**judge_all(flown), **judge_outcomes(outcomes, [run.plan.name for run in flown if run.modified])}
-        files = [*write_runs(flown, verdicts, folder, format, plot), *write_outcomes(outcomes, verdicts, folder)]
+        outcomes = outcomes_of(runs, asked)
+        verdicts = {**judge_all(runs), **judge_outcomes(outcomes, [run.plan.name for run in runs if run.modified])}
+        files = [*write_runs(runs, verdicts, folder, format, plot), *write_outcomes(outcomes, verdicts, folder)]
         if any(verdicts.values()):
             files.append(folder / "claims.md")
-            write_whole(files[-1], claims_markdown(flown, verdicts, outcomes))
+            write_whole(files[-1], claims_markdown(runs, verdicts, outcomes))
         if page:
             again = run_frictionless(
                 experiments, verdicts if what_if and page != "run" else {},
                 lambda runs: run_experiments(runs, folder / "without-friction", format, jobs, watch),
                 lambda runs: outcomes_of(runs, asked))
             files.append(folder / (f"{asked[0].name}.html" if page == "run" and len(asked) == 1 else "report.html"))
-            write_report(files[-1], flown, {**verdicts, **again.verdicts}, outcomes, again)
-    return Results(tuple(plan.name for plan in asked), tuple(flown), tuple(outcomes), verdicts, tuple(files),
-                   {run.plan.name: by_name[run.plan.name].units(run.columns) for run in flown if not run.failure})
+            write_report(files[-1], runs, {**verdicts, **again.verdicts}, outcomes, again)
+    return Results(tuple(plan.name for plan in asked), tuple(runs), tuple(outcomes), verdicts, tuple(files),
+                   {run.plan.name: by_name[run.plan.name].units(run.columns) for run in runs if not run.failure})
 
 
 def keeping(experiments: Sequence[Experiment], every: int | None) -> list[Experiment]:

@@ -217,7 +217,7 @@ class Master:
             After Ctrl-C or SIGTERM, likewise.
         """
         self.wire(stop_time, drives or {})
-        return self.terminated(self.fly({}, progress))
+        return self.terminated(self.run_again({}, progress))
 
     def wire(self, stop_time: float, drives: Drives) -> None:
         """Prepare runs from 0 to the stop time (s); parameters and errors as of `run`."""
@@ -240,7 +240,7 @@ class Master:
                 if name in drives:
                     row[:] = drives[name]
 
-    def fly(self, start: Mapping[str, Mapping[str, float | bool]], progress: Progress | None = None,
+    def run_again(self, start: Mapping[str, Mapping[str, float | bool]], progress: Progress | None = None,
             columns: Columns | None = None) -> Recording:
         """Run as prepared by `wire`, again after fmi2Reset; errors as of `run`.
 
@@ -278,7 +278,7 @@ class Master:
             return columns.recording(self.step, self.notes())
 
     def initialise(self, start: Mapping[str, Mapping[str, float | bool]]) -> None:
-        """Make the FMUs ready for a run, as new; `start` as of `fly`. FmuError if one refuses it."""
+        """Make the FMUs ready for a run, as new; `start` as of `run_again`. FmuError if one refuses it."""
         own = {setup.name: setup.start for setup in self.setups}
         for track in self.wiring.tracks:
             track.begin(0)

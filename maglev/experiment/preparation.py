@@ -23,7 +23,7 @@ from maglev.experiment.ports.parameter_file import without_fed
 from maglev.experiment.ports.port_check import check_names
 from maglev.experiment.ports.replacement import Replacement, few, fit, known_ports, require_essential
 from maglev.experiment.ports.starts import Following, Starts, in_declared_units, known_participant, known_start
-from maglev.experiment.provenance import FlownFmu, Provenance, departures_of
+from maglev.experiment.provenance import Provenance, UsedFmu, departures_of
 from maglev.experiment.reach import require_reachable
 from maglev.own_fmus import built_here, own_fmu, stale
 from maglev.own_stage.adoption import know_stage
@@ -69,7 +69,7 @@ class Experiment:
     def provenance(self) -> Provenance:
         """What a result of it rests on."""
         descriptions = self.check()
-        fmus = tuple(FlownFmu.of(
+        fmus = tuple(UsedFmu.of(
             name, path, descriptions[name], put_in=name in self.put_in,
             start={variable: value.value for variable, value in self.plan.fmus[name].start.items()},
             left_out={full.partition(".")[2]: reason for full, reason in self.left_out.items()

@@ -48,7 +48,7 @@ def checked_out() -> str | None:
 
 
 @dataclass(frozen=True)
-class FlownFmu:
+class UsedFmu:
     name: str   # in the run, such as "plant"
     file: str   # its name
     model: str   # as its model description says, like the next two
@@ -68,7 +68,7 @@ class FlownFmu:
     libraries: dict[str, str] = field(default_factory=dict)
 
     @classmethod
-    def of(cls, name: str, path: Path, description: ModelDescription, **given: Any) -> "FlownFmu":
+    def of(cls, name: str, path: Path, description: ModelDescription, **given: Any) -> "UsedFmu":
         """That of a file; what a run does with it is `given`."""
         written, build = is_written(path), None if is_written(path) else own_build(path)
         kind = ("Python class" if is_class(path) else "Python file" if written else "foreign" if build is None else
@@ -94,7 +94,7 @@ class Provenance:
     commit: str | None = field(default_factory=checked_out)
     command: str = field(default_factory=typed)   # as it was typed; "Python" for a function call
     python: str = f"{platform.python_version()} on {platform.system()} {platform.machine()}"   # version, and machine
-    fmus: tuple[FlownFmu, ...]   # in the order of stepping
+    fmus: tuple[UsedFmu, ...]   # in the order of stepping
     # every value that differs from the plan's, "plant.y.mass = 8 instead of 6.9", and a step or order of its own
     changes: tuple[str, ...]
     scenario: str   # SHA-256 of the scenario with what it extends

@@ -23,7 +23,7 @@ from maglev.stability.certificate import certify
 from maglev.stability.certificate import synthesise as synthesised_gains
 from maglev.stability.result import Candidate, Region, RunSteps
 from maglev.stability.simulation import SHOWN, Response, largest_step, respond
-from maglev.studies.flying.flight import Flight
+from maglev.studies.batch.repeated_run import RepeatedRun
 from maglev.units import parse_quantity, refused_as
 
 DECAY = 1.0   # 1/s, that synthesised gains are to keep: half of the slowest poles of the thesis's faster gains
@@ -35,7 +35,7 @@ NEAR_STOP = 0.5e-3      # m, that a run begins away from a stop
 HALVINGS = 7
 
 
-class StepRuns(Flight):
+class StepRuns(RepeatedRun):
     """Steps of one axis of a stage, run one by one; a context manager that frees the FMUs.
 
     A horizontal axis steps from one side of the middle to the other, so that the stops are as far away as can be; the
@@ -104,7 +104,7 @@ class StepRuns(Flight):
         for axis in self.middle:
             changes |= {f"plant.{axis}.position_start": start[axis], f"reference.{axis}.start": start[axis],
                         f"reference.{axis}.end": end[axis]}
-        time, columns = self.fly(changes)
+        time, columns = self.run(changes)
         shown = slice(self.before, None)
         response = Response(step, time[shown] - time[self.before],
                             columns[f"plant.{self.axis}.position"][shown] - start[self.axis],

@@ -15,8 +15,8 @@ import pyarrow.parquet as pq
 
 from maglev.arrays import Array
 from maglev.errors import MaglevError, in_one_line
+from maglev.studies.batch.samples import BatchResult, Job
 from maglev.studies.columns import METADATA
-from maglev.studies.flying.samples import Flown, Job
 from maglev_files.whole_file import whole_file
 
 ROWS_OF_A_GROUP = 10_000
@@ -99,13 +99,13 @@ def trajectories_schema(job: Job, about: Mapping[str, Any]) -> pa.Schema:
     return pa.schema(fields, metadata={METADATA: json.dumps(about, ensure_ascii=False).encode()})
 
 
-def trajectories_table(job: Job, flown: Flown, times: Array, schema: pa.Schema) -> pa.Table:
+def trajectories_table(job: Job, result: BatchResult, times: Array, schema: pa.Schema) -> pa.Table:
     """Trajectories of a batch, a row for each sample and time; none of a sample that was not completed."""
-    if flown.trajectories is None:
+    if result.trajectories is None:
         return schema.empty_table()
-    whole = [i for i, failure in enumerate(flown.failures) if failure is None]
-    kept = flown.trajectories[whole].reshape(-1, len(job.kept))
-    columns: Sequence[Any] = [np.repeat(flown.first + np.array(whole, dtype=np.int64), len(times)),
+    whole = [i for i, failure in enumerate(result.failures) if failure is None]
+    kept = result.trajectories[whole].reshape(-1, len(job.kept))
+    columns: Sequence[Any] = [np.repeat(result.first + np.array(whole, dtype=np.int64), len(times)),
                               np.tile(times, len(whole)), *kept.T]
     return pa.table([pa.array(column, field.type) for column, field in zip(columns, schema, strict=True)],
                     schema=schema)

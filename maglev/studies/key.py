@@ -14,7 +14,7 @@ from maglev.arrays import Array
 from maglev.experiment.preparation import Experiment
 from maglev.schema.run_plan import FmuTable, RunPlan, StartValue
 from maglev.schema.signals.kinds import Csv
-from maglev.studies.flying.samples import Job, digest, files_of
+from maglev.studies.batch.samples import Job, digest, files_of
 
 # All that is left out, by what has it: words for readers, what is judged elsewhere, and where files lie, whose content
 # counts. What is added to a plan counts for as long as it is not listed here.

@@ -17,10 +17,10 @@ from maglev.arrays import Array
 from maglev.errors import QuantityError, ScenarioError, nearest
 from maglev.experiment.execution import expected
 from maglev.experiment.preparation import Experiment, is_foreign
+from maglev.studies.batch.batches import batches_of
+from maglev.studies.batch.samples import Batch, BatchResult, Job, code_of_package
 from maglev.studies.columns import METADATA, Column, columns_of, named_values, passed
 from maglev.studies.design import number_of_samples, samples
-from maglev.studies.flying.batches import batches_of
-from maglev.studies.flying.samples import Batch, Flown, Job, code_of_package
 from maglev.studies.key import key_of
 from maglev.studies.schema import StudyFile
 from maglev.studies.targets import Target, target_values, targets_of
@@ -71,19 +71,19 @@ class PlannedStudy:
         fields += [field("passed", pa.bool_(), "", "verdict"), field("failure", pa.string(), "", "verdict")]
         return pa.schema(fields, metadata={METADATA: json.dumps(self.about, ensure_ascii=False).encode()})
 
-    def table(self, flown: Flown) -> "pa.Table":
+    def table(self, result: BatchResult) -> "pa.Table":
         """Rows of a batch."""
         import pyarrow as pa
 
-        last = flown.first + len(flown.failures)
+        last = result.first + len(result.failures)
         schema = self.schema()
-        columns: list[Any] = [np.arange(flown.first, last)]
-        columns += [self.design[flown.first:last, i] for i in range(len(self.varied))]
-        columns += [self.values[flown.first:last, i] for i in self.settings]
-        columns += [flown.values[:, i] for i in range(len(self.job.columns))]
+        columns: list[Any] = [np.arange(result.first, last)]
+        columns += [self.design[result.first:last, i] for i in range(len(self.varied))]
+        columns += [self.values[result.first:last, i] for i in self.settings]
+        columns += [result.values[:, i] for i in range(len(self.job.columns))]
         columns += [[passed(self.job.columns, row, failure, bool(self.study.limits))
-                     for row, failure in zip(flown.values.tolist(), flown.failures, strict=True)],
-                    list(flown.failures)]
+                     for row, failure in zip(result.values.tolist(), result.failures, strict=True)],
+                    list(result.failures)]
         return pa.table([array(column, field.type) for column, field in zip(columns, schema, strict=True)],
                         schema=schema)
 

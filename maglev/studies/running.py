@@ -5,9 +5,9 @@ from pathlib import Path
 
 from maglev.errors import Interrupted, ScenarioError, name_of, option, signal_of
 from maglev.processes.side_by_side import Progress, Say
+from maglev.studies.batch.batches import runners
+from maglev.studies.batch.samples import Batch, BatchResult
 from maglev.studies.dataset import as_bytes, is_as_written, merge, metadata_of, trajectories_schema, trajectories_table
-from maglev.studies.flying.batches import flyers
-from maglev.studies.flying.samples import Batch, Flown
 from maglev.studies.parts import Parts
 from maglev.studies.planning import PlannedStudy
 
@@ -54,21 +54,21 @@ def run_study(planned: PlannedStudy, out: Path, jobs: int, scheduler: str | None
             say(f"{parts.folder}: missing, or not as it was written: {lost + others} of the parts; {kept_samples} of "
                 f"{samples} samples are whole, the others are run again")
 
-        def store(number: int, flown: Flown) -> None:
+        def store(number: int, result: BatchResult) -> None:
             nonlocal kept_samples
-            if not by_number[number].is_whole(flown):
+            if not by_number[number].is_whole(result):
                 return   # parts are whole
             if schema is not None:
-                kept = trajectories_table(planned.job, flown, planned.times, schema)
+                kept = trajectories_table(planned.job, result, planned.times, schema)
                 parts.write(part("trajectories", number), as_bytes(kept))
-            parts.write(part("samples", number), as_bytes(planned.table(flown)))
-            kept_samples += len(flown.failures)
+            parts.write(part("samples", number), as_bytes(planned.table(result)))
+            kept_samples += len(result.failures)
             watch(kept_samples, samples)
 
         waiting = [batch for batch in planned.batches if batch not in done]
         try:
             if waiting:
-                with flyers(scheduler, jobs, device) as run_batches:
+                with runners(scheduler, jobs, device) as run_batches:
                     parts.begin()
                     watch(kept_samples, samples)
                     run_batches(planned.job, waiting, planned.values, store)

@@ -12,9 +12,9 @@ from maglev.errors import ScenarioError
 from maglev.experiment.execution import expected
 from maglev.experiment.preparation import Experiment
 from maglev.linear.design import gains_of
+from maglev.studies.batch.samples import Job
 from maglev.studies.columns import Column, columns_of, metric_names, named_values
 from maglev.studies.design import samples
-from maglev.studies.flying.samples import Job
 from maglev.studies.key import key_of
 from maglev.studies.planning import job_of, require_alone
 from maglev.studies.schema import StudyFile, Varied
@@ -37,10 +37,10 @@ class Cost:
     times_before: Mapping[int, float]
     over: str                           # "worst" or "mean" of the plants
 
-    def excess(self, flown: Array, before: Array) -> Array:
+    def excess(self, metrics: Array, before: Array) -> Array:
         """How far runs are beyond the limits, 0 if within all, shape (candidates, plants).
 
-        `flown` has the shape (candidates, plants, columns), NaN where a sample was not completed; `before`,
+        `metrics` has the shape (candidates, plants, columns), NaN where a sample was not completed; `before`,
         those with the scenario's own values, (plants, columns).
         """
         lows, highs = (np.array([getattr(column, end) for column in self.columns]) for end in ("min", "max"))
@@ -48,22 +48,22 @@ class Cost:
         for column, times in self.times_before.items():
             highs[:, column] = np.minimum(highs[:, column], times * before[:, column])
         with np.errstate(invalid="ignore"):   # of infinite limits, and of metrics without an end
-            beyond = np.fmax((flown - highs) / np.maximum(np.abs(highs), SMALLEST),
-                             (lows - flown) / np.maximum(np.abs(lows), SMALLEST))
+            beyond = np.fmax((metrics - highs) / np.maximum(np.abs(highs), SMALLEST),
+                             (lows - metrics) / np.maximum(np.abs(lows), SMALLEST))
         beyond = np.where(np.isnan(beyond), 0.0, beyond)
-        beyond[np.isnan(flown)] = LARGEST_EXCESS
+        beyond[np.isnan(metrics)] = LARGEST_EXCESS
         # What is minimised and never ends, such as settling, is beyond all limits.
         minimised = list(self.minimised)
-        beyond[..., minimised] = np.where(np.isfinite(flown[..., minimised]), beyond[..., minimised], LARGEST_EXCESS)
+        beyond[..., minimised] = np.where(np.isfinite(metrics[..., minimised]), beyond[..., minimised], LARGEST_EXCESS)
         return np.asarray(np.clip(beyond, 0.0, LARGEST_EXCESS).sum(axis=-1))
 
-    def of(self, flown: Array, before: Array) -> Array:
+    def of(self, metrics: Array, before: Array) -> Array:
         """Cost of each candidate, shape (candidates,); arguments as of `excess`.
 
         Among candidates that break limits, the one that breaks them less costs less (Deb's rules).
         """
-        excess = self.excess(flown, before).mean(axis=1)
-        largest = flown[..., list(self.minimised)].max(axis=-1)
+        excess = self.excess(metrics, before).mean(axis=1)
+        largest = metrics[..., list(self.minimised)].max(axis=-1)
         with np.errstate(invalid="ignore"):
             cost = largest.max(axis=1) if self.over == "worst" else largest.mean(axis=1)
         return np.asarray(np.where(excess > 0.0, REFUSED * (1.0 + excess), cost))

@@ -17,9 +17,9 @@ from maglev.errors import Interrupted, MaglevError, ScenarioError, name_of, opti
 from maglev.processes.side_by_side import Progress, Say
 from maglev.quantities import metric_text
 from maglev.report.plain import result_table
+from maglev.studies.batch.batches import RunBatches, batches_of
+from maglev.studies.batch.samples import BatchResult
 from maglev.studies.columns import EVENTS
-from maglev.studies.flying.batches import Fly, batches_of
-from maglev.studies.flying.samples import Flown
 from maglev.studies.parts import Parts
 from maglev.tuning.planning import Cost, PlannedTuning
 from maglev.tuning.schema import TuneFile
@@ -35,7 +35,7 @@ class SearchResult:
     after: Array
     fresh_before: Array            # on plants that were not, shape (fresh plants, columns)
     fresh_after: Array
-    flights: int                   # number that were run
+    runs: int                   # number that were run
 
 
 @dataclass
@@ -43,35 +43,35 @@ class Search:
     """A planned tuning; `parts` keep the metrics of all runs by what was run."""
 
     planned: PlannedTuning
-    fly_batches: Fly
+    run_batches: RunBatches
     parts: Parts
     watch: Progress
-    flights: int = 0
+    runs: int = 0
     failure: str | None = None   # why the last one that was not completed was not
 
     @property
-    def all_flights(self) -> int:
+    def all_runs(self) -> int:
         tuning, planned = self.planned.tuning, self.planned
         return (len(planned.plants) * (tuning.population * (tuning.generations + 1) + 2)
                 + 2 * len(planned.fresh) * (tuning.fresh > 0))
 
-    def fly(self, candidates: Array, plants: Array) -> Array:
+    def metrics(self, candidates: Array, plants: Array) -> Array:
         """Metrics, shape (candidates, plants, columns), of candidates with their parameters."""
         values = self.planned.values(candidates, plants)
-        kept = f"flights-{hashlib.sha256(values.tobytes()).hexdigest()}.npy"
+        kept = f"runs-{hashlib.sha256(values.tobytes()).hexdigest()}.npy"
         if kept in self.parts.files:
-            self.flights += len(values)
+            self.runs += len(values)
             rows = np.load(BytesIO(self.parts.read(kept)))
             return np.asarray(rows).reshape(len(candidates), len(plants), -1)
         rows = np.full((len(values), len(self.planned.job.columns)), np.nan)
 
-        def store(_: int, flown: Flown) -> None:
-            rows[flown.first:flown.first + len(flown.values)] = flown.values
-            self.failure = next(filter(None, flown.failures), self.failure)
-            self.flights += len(flown.values)
-            self.watch(min(self.flights, self.all_flights - 1), self.all_flights)
+        def store(_: int, result: BatchResult) -> None:
+            rows[result.first:result.first + len(result.values)] = result.values
+            self.failure = next(filter(None, result.failures), self.failure)
+            self.runs += len(result.values)
+            self.watch(min(self.runs, self.all_runs - 1), self.all_runs)
 
-        self.fly_batches(self.planned.job, batches_of(self.planned.job, len(values), 0), values, store)
+        self.run_batches(self.planned.job, batches_of(self.planned.job, len(values), 0), values, store)
         content = BytesIO()
         np.save(content, rows)
         self.parts.write(kept, content.getvalue())
@@ -80,31 +80,31 @@ class Search:
     def run(self) -> SearchResult:
         """Search, and run what was found on fresh plants."""
         planned, tuning = self.planned, self.planned.tuning
-        before, = self.fly(planned.nominal[None, :], planned.plants)
+        before, = self.metrics(planned.nominal[None, :], planned.plants)
         if np.isnan(before[:, 0]).all():   # even `failed`
             raise MaglevError(f"{tuning.name}: with the scenario's own values no run is completed"
                               + (f": {self.failure}" if self.failure else ""))
 
         def costs(numbers: Array, /) -> Any:
             candidates = np.array([planned.unknowns.parameters(column) for column in numbers.T])
-            return planned.cost.of(self.fly(candidates, planned.plants), before)
+            return planned.cost.of(self.metrics(candidates, planned.plants), before)
 
         lows, highs = np.array(planned.unknowns.bounds).T
         first = lows + (highs - lows) * qmc.LatinHypercube(len(lows), rng=tuning.seed).random(tuning.population)
         result = differential_evolution(costs, Bounds(lows, highs), init=first, maxiter=tuning.generations, tol=0.0,
                                         atol=0.0, polish=False, vectorized=True, updating="deferred", rng=tuning.seed)
         parameters = planned.unknowns.parameters(result.x)
-        after, = self.fly(parameters[None, :], planned.plants)
+        after, = self.metrics(parameters[None, :], planned.plants)
         both = np.array([planned.nominal, parameters])
-        fresh_before, fresh_after = self.fly(both, planned.fresh) if tuning.fresh else (before, after)
-        self.watch(self.all_flights, self.all_flights)
+        fresh_before, fresh_after = self.metrics(both, planned.fresh) if tuning.fresh else (before, after)
+        self.watch(self.all_runs, self.all_runs)
         cost_before, cost = planned.cost.of(np.array([before, after]), before)
         return SearchResult(dict(zip(planned.unknowns.names, parameters.tolist(), strict=True)),
                             tuple(result.x.tolist()), float(cost_before), float(cost), before, after, fresh_before,
-                            fresh_after, self.flights)
+                            fresh_after, self.runs)
 
 
-def search(planned: PlannedTuning, parts: Parts, who: Callable[[], AbstractContextManager[Fly]], resume: bool,
+def search(planned: PlannedTuning, parts: Parts, who: Callable[[], AbstractContextManager[RunBatches]], resume: bool,
            watch: Progress, say: Say) -> SearchResult:
     """Search, with the samples run by `who`; errors, and what `say` is told, as of `run_study`.
 
@@ -119,9 +119,9 @@ def search(planned: PlannedTuning, parts: Parts, who: Callable[[], AbstractConte
         if others:
             say(f"{parts.folder}: not as it was written: {others} of the parts, run again")
         try:
-            with who() as fly_batches:
+            with who() as run_batches:
                 parts.begin()
-                result = Search(planned, fly_batches, parts, watch).run()
+                result = Search(planned, run_batches, parts, watch).run()
         except KeyboardInterrupt as error:
             raise Interrupted(f"{name_of(error)}: generations that are done are kept in {parts.folder}, "
                               f"{option('resume', True)} goes on with them", signal_of(error)) from error
@@ -133,7 +133,7 @@ def gains_toml(tuning: TuneFile, result: SearchResult) -> str:
     """The parameters that were found, as a file that a scenario extends."""
     lines = [f"# {line}" for line in (tuning.title or tuning.name, f"Found by maglev tune {tuning.name}: "
                                       f"{tuning.population} candidates, {tuning.generations} generations, "
-                                      f"{result.flights} runs of {tuning.scenario}.")]
+                                      f"{result.runs} runs of {tuning.scenario}.")]
     by_fmu: dict[str, list[str]] = {}
     for name, value in result.parameters.items():
         fmu, _, own = name.partition(".")

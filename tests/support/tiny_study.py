@@ -9,7 +9,7 @@ from faulty_fmus import faulty, faulty_run
 from maglev.arrays import Array
 from maglev.experiment.preparation import Experiment, prepare
 from maglev.schema.loading import load_plan
-from maglev.studies.flying.samples import Flown, Job, each_flown, gathered
+from maglev.studies.batch.samples import BatchResult, Job, gathered, run_samples
 from maglev.studies.planning import PlannedStudy, plan_study
 from maglev.studies.schema import StudyFile, read_study
 
@@ -64,9 +64,9 @@ def planned(folder: Path, fmus: Path, **table: object) -> PlannedStudy:
     return plan_study(tiny(**table), experiment(folder, fmus), "study.toml", folder, UNCHANGED)
 
 
-def fly_samples(job: Job, first: int, values: Array) -> Flown:
+def fly_samples(job: Job, first: int, values: Array) -> BatchResult:
     """Fly samples in this process, whatever their limit of time."""
-    return gathered(job, first, each_flown(job, values))
+    return gathered(job, first, run_samples(job, values))
 
 
 def of_a_crash(fmus: Path, folder: Path, **changed: Any) -> PlannedStudy:

@@ -153,8 +153,8 @@ def batch(scenario: str | Path, values: Mapping[str, Sequence[Any] | npt.NDArray
     (3,)
     """
     from maglev.cosim.blocks.graphics_processor import require_device
-    from maglev.studies.flying.batches import flyers
-    from maglev.studies.flying.samples import Flown
+    from maglev.studies.batch.batches import runners
+    from maglev.studies.batch.samples import BatchResult
     from maglev.studies.planning import plan_study
     from maglev.studies.schema import read_study
 
@@ -181,22 +181,22 @@ def batch(scenario: str | Path, values: Mapping[str, Sequence[Any] | npt.NDArray
                          {column.name: column.unit for column in job.columns}, failures,
                          {name: signals[:, :, i] for i, name in enumerate(job.kept)}, planned.times)
 
-        with (watch or unwatched)([study.scenario]) as watcher, flyers(None, processors(jobs), device) as fly_batches:
+        with (watch or unwatched)([study.scenario]) as watcher, runners(None, processors(jobs), device) as run_batches:
             tell = partial(watcher, study.scenario)
             done = 0
 
-            def store(_number: int, flown: Flown) -> None:
+            def store(_number: int, result: BatchResult) -> None:
                 nonlocal done
-                rows = slice(flown.first, flown.first + len(flown.failures))
-                columns[rows] = flown.values
-                if flown.trajectories is not None:
-                    signals[rows] = flown.trajectories
-                failures[rows] = flown.failures
-                done += len(flown.failures)
+                rows = slice(result.first, result.first + len(result.failures))
+                columns[rows] = result.values
+                if result.trajectories is not None:
+                    signals[rows] = result.trajectories
+                failures[rows] = result.failures
+                done += len(result.failures)
                 tell(done, count)
 
             try:
-                fly_batches(job, planned.batches, planned.values, store)
+                run_batches(job, planned.batches, planned.values, store)
             except KeyboardInterrupt as error:
                 raise BatchInterrupted(f"{name_of(error)}: {done} of {count} samples were done, and are in the batch "
                                        "of this exception", made(), signal_of(error)) from None

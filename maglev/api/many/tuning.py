@@ -77,7 +77,7 @@ def tune(file: str | Path, *, out: str | Path = "results", jobs: int | None = No
         If something in it cannot be used: before the first run.
     """
     from maglev.cosim.blocks.graphics_processor import require_device
-    from maglev.studies.flying.batches import flyers
+    from maglev.studies.batch.batches import runners
     from maglev.studies.parts import Parts
     from maglev.tuning.planning import plan_tuning
     from maglev.tuning.schema import load_tuning
@@ -89,7 +89,7 @@ def tune(file: str | Path, *, out: str | Path = "results", jobs: int | None = No
         planned = plan_tuning(tuning, experiment, str(path))
         with (watch or unwatched)([tuning.name]) as watcher:
             found = search(planned, Parts(Path(out) / f"{tuning.name}.parts", planned.job.key),
-                           partial(flyers, scheduler, processors(jobs), device), resume,
+                           partial(runners, scheduler, processors(jobs), device), resume,
                            partial(watcher, tuning.name), say or warn)
     written = Path(out) / f"{tuning.name}.toml"
     write_whole(written, gains_toml(tuning, found))

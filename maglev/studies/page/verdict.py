@@ -97,8 +97,8 @@ def where(table: pa.Table, about: Mapping[str, Any]) -> str:
 def edges(values: Array, passed: Bools, unit: str) -> tuple[str, str, str]:
     """Range of values that were run, at which values all samples pass, and at which all fail; in one unit."""
     shown, scale = shown_in(values.tolist(), unit)
-    flown, place, samples = np.unique(values, return_inverse=True, return_counts=True)
-    passing = np.bincount(place[passed], minlength=len(flown))
+    tested, place, samples = np.unique(values, return_inverse=True, return_counts=True)
+    passing = np.bincount(place[passed], minlength=len(tested))
 
     def text(low: float, high: float) -> str:
         return (f"{scale * low:.4g}" if low == high else f"{scale * low:.4g} to {scale * high:.4g}") + (
@@ -106,13 +106,13 @@ def edges(values: Array, passed: Bools, unit: str) -> tuple[str, str, str]:
 
     def runs(inside: Bools) -> str:
         ends = np.flatnonzero(np.diff(inside, prepend=False, append=False)).reshape(-1, 2)
-        return ", ".join(text(flown[start], flown[end - 1]) for start, end in ends.tolist()) or NOWHERE
+        return ", ".join(text(tested[start], tested[end - 1]) for start, end in ends.tolist()) or NOWHERE
 
     every_passes, every_fails = passing == samples, passing == 0
-    if len(flown) == len(values) and len(flown) > MOST_VALUES:
+    if len(tested) == len(values) and len(tested) > MOST_VALUES:
         # At random: from the end of the range to the first that does otherwise.
         every_passes, every_fails = outer(every_passes), outer(every_fails)
-    return text(flown[0], flown[-1]), runs(every_passes), runs(every_fails)
+    return text(tested[0], tested[-1]), runs(every_passes), runs(every_fails)
 
 
 NOWHERE = "nowhere"

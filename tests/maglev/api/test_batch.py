@@ -14,9 +14,9 @@ import maglev
 from fmi_export.errors import ExportError
 from maglev.cosim.blocks import block_loop
 from maglev.cosim.blocks.block_loop import DONE, OTHERWISE
-from maglev.studies.flying import batches
-from maglev.studies.flying.measuring import Meter
-from maglev.studies.flying.samples import Batch
+from maglev.studies.batch import batches
+from maglev.studies.batch.measuring import Meter
+from maglev.studies.batch.samples import Batch
 
 RUN = "2dof-step-1-nonlinear"
 MASSES = np.array([4.0, 4.35, 9.0])
@@ -26,7 +26,7 @@ MASSES = np.array([4.0, 4.35, 9.0])
 def way(request: pytest.FixtureRequest, monkeypatch: pytest.MonkeyPatch) -> str:
     """Who flies, and nobody else."""
     monkeypatch.setattr(batches, "WORTH_COMPILING", 1 if request.param == "threads" else np.inf)
-    monkeypatch.setattr(batches, "side_by_side" if request.param == "threads" else "fly_in_threads", None)
+    monkeypatch.setattr(batches, "side_by_side" if request.param == "threads" else "run_in_threads", None)
     # Whether a loop was kept of another test does not count.
     monkeypatch.setattr("maglev.cosim.blocks.block_loop.kept", lambda *_: None)
     return str(request.param)

@@ -11,8 +11,8 @@ from maglev.cosim.blocks import block_loop
 from maglev.cosim.master import Observer
 from maglev.experiment.preparation import prepare
 from maglev.schema.loading import load_plan
-from maglev.studies.flying.flight import Flight
-from maglev.studies.flying.measuring import Measuring
+from maglev.studies.batch.measuring import Measuring
+from maglev.studies.batch.repeated_run import RepeatedRun
 
 ARENA = 10_000_000
 
@@ -37,6 +37,6 @@ def test_its_c_is_the_same_wherever_memory_lies(native_fmus: Path, monkeypatch: 
     experiment = prepare(load_plan("3dof-push"), native_fmus, {}, {})
     for step in (1, -1):
         monkeypatch.setattr(Observer, "allocate", upwards_or_downwards(step))
-        with Flight(experiment, measuring=Measuring(experiment.plan, experiment.times)) as flight:
+        with RepeatedRun(experiment, measuring=Measuring(experiment.plan, experiment.times)) as flight:
             flight.load()
     assert taken[0] == taken[1]

@@ -14,9 +14,9 @@ from distributed.security import Security
 from tiny_study import fly_samples, of_a_crash, planned
 
 from maglev.errors import ScenarioError
-from maglev.studies.flying import dask_workers
-from maglev.studies.flying.batches import flyers
-from maglev.studies.flying.samples import Flown
+from maglev.studies.batch import dask_workers
+from maglev.studies.batch.batches import runners
+from maglev.studies.batch.samples import BatchResult
 from maglev.studies.planning import PlannedStudy
 from maglev.studies.running import run_study
 
@@ -46,16 +46,16 @@ def test_it_gives_the_bytes_of_this_machine(cluster: LocalCluster, fastest_fmus:
 
 def test_a_dead_worker_costs_its_batch(cluster: LocalCluster, fastest_fmus: Path, tmp_path: Path) -> None:
     study = planned(tmp_path, fastest_fmus)
-    found: dict[int, Flown] = {}
+    found: dict[int, BatchResult] = {}
 
-    def store(number: int, batch: Flown) -> None:
+    def store(number: int, batch: BatchResult) -> None:
         if not found:   # batches are under way on both
             with Client(cluster) as client:
                 victim = next(iter(client.run(os.getpid).values()))
             os.kill(victim, signal.SIGKILL)
         found[number] = batch
 
-    with flyers(str(cluster.scheduler_address), 2) as fly:
+    with runners(str(cluster.scheduler_address), 2) as fly:
         fly(study.job, study.batches, study.values, store)
     assert sorted(found) == list(range(len(study.batches)))
     assert np.array_equal(np.concatenate([found[number].values for number in sorted(found)]),
@@ -65,9 +65,9 @@ def test_a_dead_worker_costs_its_batch(cluster: LocalCluster, fastest_fmus: Path
 def test_a_sample_that_takes_its_workers_with_it(cluster: LocalCluster, fastest_fmus: Path, tmp_path: Path) -> None:
     scheduler: Any = cluster.scheduler
     scheduler.allowed_failures = 0   # the first death is enough
-    found: list[Flown] = []
+    found: list[BatchResult] = []
     study = of_a_crash(fastest_fmus, tmp_path, limit=None)
-    with flyers(str(cluster.scheduler_address), 2) as fly:
+    with runners(str(cluster.scheduler_address), 2) as fly:
         fly(study.job, study.batches, study.values, lambda _, batch: found.append(batch))
     assert found[0].failures == ("the process that ran it ended (SIGSEGV)",)
 
@@ -83,7 +83,7 @@ def test_workers_of_another_version_are_refused(cluster: LocalCluster, fastest_f
 def test_an_unreachable_scheduler_is_refused(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(dask_workers, "REACHED_WITHIN", 0.5)
     with pytest.raises(ScenarioError, match="scheduler='tcp://127.0.0.1:9': cannot be reached"), \
-            flyers("tcp://127.0.0.1:9", 1):
+            runners("tcp://127.0.0.1:9", 1):
         pass
 
 
@@ -91,6 +91,6 @@ def test_without_a_certificate_one_line_says_so(cluster: LocalCluster) -> None:
     with dask.config.set({"distributed.comm.tls.ca-file": None, "distributed.comm.tls.client.cert": None,
                           "distributed.comm.tls.client.key": None}), \
             pytest.raises(ScenarioError, match=r"scheduler='tls://.*: cannot be reached .*TLS") as refusal, \
-            flyers(str(cluster.scheduler_address), 1):
+            runners(str(cluster.scheduler_address), 1):
         pass
     assert "\n" not in str(refusal.value)

@@ -13,14 +13,14 @@ from tiny_study import fly_samples, of_a_crash, planned, scenario
 
 import maglev
 from maglev.errors import Interrupted, MaglevError, ScenarioError
-from maglev.studies.flying import batches
-from maglev.studies.flying.batches import flyers
-from maglev.studies.flying.samples import Flown
+from maglev.studies.batch import batches
+from maglev.studies.batch.batches import runners
+from maglev.studies.batch.samples import BatchResult
 from maglev.studies.planning import PlannedStudy
 from maglev.studies.running import run_study
 
 
-def in_this_process(study: PlannedStudy) -> Flown:
+def in_this_process(study: PlannedStudy) -> BatchResult:
     return fly_samples(study.job, 0, study.values)
 
 
@@ -38,16 +38,16 @@ def test_a_dead_process_costs_its_batch(fastest_fmus: Path, tmp_path: Path, monk
     # Threads, where a loop of another test was kept, are no processes.
     monkeypatch.setattr(batches, "loop_for", lambda *_: None)
     study = planned(tmp_path, fastest_fmus)
-    found: dict[int, Flown] = {}
+    found: dict[int, BatchResult] = {}
 
-    def store(number: int, batch: Flown) -> None:
+    def store(number: int, batch: BatchResult) -> None:
         if not found:
             victim = next(each for each in Process().children(recursive=True)
                           if each.status() != STATUS_ZOMBIE and "beside" in " ".join(each.cmdline()))
             getattr(victim, end)()
         found[number] = batch
 
-    with flyers(None, 2) as fly:
+    with runners(None, 2) as fly:
         fly(study.job, study.batches, study.values, store)
     assert sorted(found) == list(range(len(study.batches)))
     expected = in_this_process(study)

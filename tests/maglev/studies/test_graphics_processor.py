@@ -28,11 +28,11 @@ from maglev.cosim.blocks.graphics_processor import require_device
 from maglev.errors import Interrupted
 from maglev.experiment.preparation import prepare
 from maglev.schema.loading import load_plan
-from maglev.studies.flying import graphics_processor
-from maglev.studies.flying.flight import Flight
-from maglev.studies.flying.graphics_processor import FUNCTION, code_of
-from maglev.studies.flying.measuring import Found, Measuring
-from maglev.studies.flying.samples import Job, Sample, each_flown
+from maglev.studies.batch import graphics_processor
+from maglev.studies.batch.graphics_processor import FUNCTION, code_of
+from maglev.studies.batch.measuring import Found, Measuring
+from maglev.studies.batch.repeated_run import RepeatedRun
+from maglev.studies.batch.samples import Job, Sample, run_samples
 
 RUNS = ("2dof-push", *(pytest.param(name, marks=pytest.mark.thorough) for name in ("3dof-push", "5dof-setpoints")))
 
@@ -54,7 +54,7 @@ def code(fmus: Path, name: str) -> str:
     """PTX of a run, with its metrics."""
     experiment = prepare(load_plan(name), fmus, {}, {})
     taken: list[Mapping[str, str]] = []
-    with pytest.MonkeyPatch.context() as patch, Flight(
+    with pytest.MonkeyPatch.context() as patch, RepeatedRun(
             experiment, measuring=Measuring(experiment.plan, experiment.times)) as flight:
         patch.setattr(block_loop, "loop_of", lambda sources, _: taken.append(sources))
         flight.load()
@@ -69,7 +69,7 @@ def test_it_rounds_as_other_processors_do(native_fmus: Path, name: str) -> None:
 
 def test_what_is_common_is_left_out_and_the_rest_rounds_as_before(native_fmus: Path) -> None:
     experiment = prepare(load_plan("2dof-push"), native_fmus, {}, {})
-    with Flight(experiment, measuring=Measuring(experiment.plan, experiment.times)) as flight:
+    with RepeatedRun(experiment, measuring=Measuring(experiment.plan, experiment.times)) as flight:
         flight.load(build=True)
         assert flight.loop is not None
         masses = [flight.beginning({"plant.v.mass": mass}) for mass in (4.0, 5.0)]
@@ -109,9 +109,9 @@ def test_samples_have_the_bits_of_this_processor(native_fmus: Path, tmp_path: Pa
 
     def flown_here(job: Job, values: Array) -> Iterator[Sample | Found]:
         left.extend(values[:, 0])
-        return each_flown(job, values)
+        return run_samples(job, values)
 
-    monkeypatch.setattr(graphics_processor, "each_flown", flown_here)
+    monkeypatch.setattr(graphics_processor, "run_samples", flown_here)
     there, here = (judged(tmp_path, native_fmus, device) for device in ("gpu", "cpu"))
     assert len(cupy.launches) == 3 and {threads for _, threads in cupy.launches} == {(32,)}
     assert left == VALUES["plant.v.mass"][3:4]
@@ -152,8 +152,8 @@ def test_a_study_has_the_bytes_of_this_processor(native_fmus: Path, tmp_path: Pa
 
     monkeypatch.setattr(graphics_processor, "MOST", 1)   # batches are stored one by one
     with monkeypatch.context() as patch:
-        finish, left = graphics_processor.flown_together, iter(range(3))
-        patch.setattr(graphics_processor, "flown_together",
+        finish, left = graphics_processor.run_together, iter(range(3))
+        patch.setattr(graphics_processor, "run_together",
                       lambda *given: finish(*given) if next(left, None) is not None else interrupted())
         with pytest.raises(Interrupted, match="6 of 9 samples are kept"):
             study("resumed", "gpu")

@@ -21,8 +21,8 @@ from maglev.judging.metrics import phase_resistances, run_metrics
 from maglev.schema.layers import merged, run_layers
 from maglev.schema.loading import load_plan
 from maglev.schema.run_plan import RunPlan
+from maglev.studies.batch.samples import Job
 from maglev.studies.columns import columns_of, named_values
-from maglev.studies.flying.samples import Job
 from maglev.studies.key import LEFT_OUT, canonical, key_of
 from maglev.studies.targets import Target
 

@@ -18,9 +18,9 @@ from maglev.experiment.preparation import Experiment, prepare
 from maglev.judging.metrics import phase_resistances, run_metrics
 from maglev.schema.layers import packaged_runs
 from maglev.schema.loading import load_plan
+from maglev.studies.batch.measuring import Measuring
+from maglev.studies.batch.repeated_run import Changes, RepeatedRun
 from maglev.studies.columns import named_values
-from maglev.studies.flying.flight import Changes, Flight
-from maglev.studies.flying.measuring import Measuring
 from maglev.user_controllers.blocks import built_blocks
 
 LIMITS = '''class Limits:
@@ -34,21 +34,21 @@ LIMITS = '''class Limits:
 
 
 def flight_of(experiment: Experiment, kept: tuple[str, ...] = (), every: int = 1,
-              ended: c_int64 | None = None) -> Flight:
+              ended: c_int64 | None = None) -> RepeatedRun:
     """A flight with the loop for it, compiled now."""
-    found = Flight(experiment, None, Measuring(experiment.plan, experiment.times, kept, every), ended)
+    found = RepeatedRun(experiment, None, Measuring(experiment.plan, experiment.times, kept, every), ended)
     found.load(build=True)
     assert found.loop is not None
     return found
 
 
-def require_same(flight: Flight, changes: Changes) -> None:
+def require_same(flight: RepeatedRun, changes: Changes) -> None:
     """The same metrics, and the same of what is kept, of both ways."""
     measured = flight.measure(changes)
     assert measured is not None
     meter, *forms, rows = measured
     plan = flight.experiment.plan
-    time, columns = flight.fly(changes)
+    time, columns = flight.run(changes)
     expected = named_values(plan, run_metrics(plan, time, columns, phase_resistances(plan)(changes)))
     found = named_values(plan, meter.metrics(*forms))
     assert list(found) == list(expected)
@@ -98,8 +98,8 @@ def test_metrics_of_every_run(native_fmus: Path, name: str) -> None:
 @settings(max_examples=25, deadline=None, suppress_health_check=[HealthCheck.function_scoped_fixture])
 @given(mass=st.floats(3.0, 6.0), amplitude=st.floats(-0.03, 0.03), start=st.floats(0.012, 0.026),
        limit=st.floats(0.5, 9.0), friction=st.floats(0.0, 3.0))
-def test_metrics_of_random_flights(random_flight: Flight, mass: float, amplitude: float, start: float, limit: float,
-                                   friction: float) -> None:
+def test_metrics_of_random_flights(random_flight: RepeatedRun, mass: float, amplitude: float, start: float,
+                                   limit: float, friction: float) -> None:
     """Some settle, some hit a stop, some fall: also with other references, which move the windows of steps."""
     require_same(random_flight, {
         "plant.v.mass": mass, "reference.h.amplitude": 1.0 + 10.0 * amplitude, "plant.v.position_start": start,
@@ -107,7 +107,7 @@ def test_metrics_of_random_flights(random_flight: Flight, mass: float, amplitude
 
 
 @pytest.fixture(scope="module")
-def random_flight(native_fmus: Path) -> Flight:
+def random_flight(native_fmus: Path) -> RepeatedRun:
     return flight_of(experiment_of(native_fmus, "2dof-setpoints", 7.0))
 
 
@@ -147,7 +147,7 @@ def test_translated_classes_are_taken(native_fmus: Path, tmp_path: Path, shared:
     written = built_blocks(experiment.files)
     assert [*written] == ["controller"]
     measuring = Measuring(experiment.plan, experiment.times, ["plant.v.position"], 3)
-    with Flight(experiment, None, measuring, written=written) as flight:
+    with RepeatedRun(experiment, None, measuring, written=written) as flight:
         flight.load(build=True)
         assert (flight.loop is None) == shared
         if not shared:
@@ -158,7 +158,7 @@ def test_translated_classes_are_taken(native_fmus: Path, tmp_path: Path, shared:
 def test_only_native_fmus_of_this_installation_are_taken(fmus: Path, clocked_fmus: Path) -> None:
     for folder in (fmus, clocked_fmus):
         experiment = experiment_of(folder, "3dof-setpoints", 1.5)
-        with Flight(experiment, None, Measuring(experiment.plan, experiment.times)) as flight:
+        with RepeatedRun(experiment, None, Measuring(experiment.plan, experiment.times)) as flight:
             flight.load(build=True)
             assert flight.loop is None
             assert flight.measure({}) is None

@@ -14,25 +14,25 @@ from numpy.typing import NDArray
 from tiny_study import planned
 
 from maglev.studies import dataset, running
-from maglev.studies.flying import batches as batches_module
-from maglev.studies.flying.batches import Fly
-from maglev.studies.flying.samples import Batch, Flown, Job
+from maglev.studies.batch import batches as batches_module
+from maglev.studies.batch.batches import RunBatches
+from maglev.studies.batch.samples import Batch, BatchResult, Job
 
 FEW, MANY = 2_000, 8_000
 BATCH = 100   # samples
 
 
 @contextmanager
-def nobody(*_: object) -> Iterator[Fly]:
+def nobody(*_: object) -> Iterator[RunBatches]:
     yield zeros
 
 
 def zeros(job: Job, batches: list[Batch], _values: NDArray[np.float64],
-          store: Callable[[int, Flown], None]) -> None:
+          store: Callable[[int, BatchResult], None]) -> None:
     """Flights that take no time: results of the right shape."""
     for batch in batches:
         count = batch.last - batch.first
-        store(batch.number, Flown(batch.first, np.zeros((count, len(job.columns))), (None,) * count,
+        store(batch.number, BatchResult(batch.first, np.zeros((count, len(job.columns))), (None,) * count,
                                   np.zeros((count, 41, len(job.kept)))))
 
 
@@ -59,7 +59,7 @@ def most_memory(folder: Path, fmus: Path, samples: int) -> float:
 @pytest.mark.thorough
 def test_planning_and_writing_take_no_more_memory_for_more_samples(fastest_fmus: Path, tmp_path: Path,
                                                                    monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(running, "flyers", nobody)
+    monkeypatch.setattr(running, "runners", nobody)
     # Of both as large: a batch, and a group of rows.
     monkeypatch.setattr(batches_module, "STEPS_OF_A_BATCH", BATCH * 400)
     monkeypatch.setattr(dataset, "ROWS_OF_A_GROUP", 1000)

@@ -17,7 +17,7 @@ from written_controllers import controller, flight
 import maglev
 from maglev.errors import MaglevError
 from maglev.studies import planning
-from maglev.studies.flying.samples import each_flown_apart, gathered
+from maglev.studies.batch.samples import gathered, run_samples_apart
 from maglev.studies.planning import PlannedStudy, plan_study
 
 pytestmark = pytest.mark.usefixtures("processes_kept")
@@ -34,7 +34,7 @@ def of_a_fault(fault: str, fmus: Path, folder: Path) -> PlannedStudy:
 def test_the_same_samples_as_in_this_process(fastest_fmus: Path, tmp_path: Path) -> None:
     study = planned(tmp_path, fastest_fmus, keep=["plant.v.position"])
     expected = fly_samples(study.job, 0, study.values)
-    found = gathered(study.job, 0, each_flown_apart(study.job, study.values, 60.0))
+    found = gathered(study.job, 0, run_samples_apart(study.job, study.values, 60.0))
     assert np.array_equal(found.values, expected.values, equal_nan=True)
     assert found.trajectories is not None and expected.trajectories is not None
     assert np.array_equal(found.trajectories, expected.trajectories)
@@ -49,7 +49,7 @@ def test_a_foreign_fmu_that_hangs(fastest_fmus: Path, tmp_path: Path, monkeypatc
     unpacked.mkdir()
     monkeypatch.setattr("tempfile.tempdir", str(unpacked))
     assert study.job.limit == 1.0
-    found = list(each_flown_apart(study.job, study.values, study.job.limit))
+    found = list(run_samples_apart(study.job, study.values, study.job.limit))
     assert [sample.failure for sample in found] == ["took longer than 1 s"] * 2
     assert all(np.isnan(sample.values).all() for sample in found)
     assert list(unpacked.iterdir()) == []
@@ -58,7 +58,7 @@ def test_a_foreign_fmu_that_hangs(fastest_fmus: Path, tmp_path: Path, monkeypatc
 def test_fmus_that_cannot_be_loaded_are_no_sample_s_fault(fastest_fmus: Path, tmp_path: Path) -> None:
     study = of_a_fault("crash when loaded", fastest_fmus, tmp_path)
     with pytest.raises(MaglevError, match=r"the FMUs cannot be loaded: .* ended \(SIGSEGV\)"):
-        list(each_flown_apart(study.job, study.values, 60.0))
+        list(run_samples_apart(study.job, study.values, 60.0))
 
 
 def test_a_sample_that_hangs_costs_none_of_the_others(fmus: Path, tmp_path: Path) -> None:
@@ -104,10 +104,10 @@ sys.path[:] = {path!r}
 import pickle
 from functools import partial
 from maglev.cosim.other_process.helper import other_process
-from maglev.studies.flying.samples import fly
+from maglev.studies.batch.samples import send_samples
 job, values = pickle.loads(open({job!r}, "rb").read())
 with other_process() as (beside, _):
-    beside.ask(partial(fly, job, values))
+    beside.ask(partial(send_samples, job, values))
     beside.next(600.0)
     print(beside.process.pid, flush=True)
     beside.next(600.0)

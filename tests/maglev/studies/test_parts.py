@@ -19,7 +19,7 @@ from tiny_study import fly_samples, planned, scenario
 
 from maglev.errors import Interrupted, ScenarioError
 from maglev.studies import running
-from maglev.studies.flying.samples import Batch, Flown, Job
+from maglev.studies.batch.samples import Batch, BatchResult, Job
 from maglev.studies.parts import Parts
 from maglev.studies.planning import PlannedStudy
 
@@ -108,10 +108,10 @@ class Here:
     def __init__(self, monkeypatch: pytest.MonkeyPatch):
         self.flown = 0
         self.said: list[str] = []
-        monkeypatch.setattr(running, "flyers", lambda *_: nullcontext(self.fly))
+        monkeypatch.setattr(running, "runners", lambda *_: nullcontext(self.fly))
 
     def fly(self, job: Job, batches: list[Batch], values: NDArray[Any],
-                store: Callable[[int, Flown], None]) -> None:
+                store: Callable[[int, BatchResult], None]) -> None:
         for batch in batches:
             store(batch.number, fly_samples(job, batch.first, values[batch.first:batch.last]))
             self.flown += batch.last - batch.first

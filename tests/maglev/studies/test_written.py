@@ -11,7 +11,7 @@ from written_controllers import PD, blocks, controller, flight
 
 import maglev
 from maglev.errors import ControllerError
-from maglev.studies.flying import batches
+from maglev.studies.batch import batches
 
 pytestmark = pytest.mark.usefixtures("processes_kept")
 
@@ -63,7 +63,7 @@ def test_what_is_translated_flies_in_the_loop(native_fmus: Path, tmp_path: Path,
     (tmp_path / "fmus").mkdir()
     (tmp_path / "fmus" / "native").symlink_to(native_fmus)
     monkeypatch.setattr(batches, "WORTH_COMPILING", 1)
-    monkeypatch.setattr(batches, "side_by_side" if ends else "fly_in_threads", None)
+    monkeypatch.setattr(batches, "side_by_side" if ends else "run_in_threads", None)
     found = maglev.batch(flight(tmp_path), {"controller.bandwidth": [50.0, 60.0]}, controller=path, kind="native",
                          fmus=tmp_path / "fmus", jobs=1, say=lambda _: None)
     assert found.failures == (None, None)

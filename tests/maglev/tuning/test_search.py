@@ -156,7 +156,7 @@ def test_a_search_finds_the_least_whoever_flies(fastest_fmus: Path, searched: Se
 def test_an_interrupted_search_goes_on_to_the_same_file(fastest_fmus: Path, searched: Searched, tmp_path: Path) -> None:
     """It flies nothing again; and it goes on with more generations."""
     shutil.copytree(searched.parts, tmp_path / "tuned.parts")
-    assert len(list(searched.parts.glob("flights-*.npy"))) == 3   # the scenario's own, and two generations
+    assert len(list(searched.parts.glob("runs-*.npy"))) == 3   # the scenario's own, and two generations
     with pytest.raises(ScenarioError, match="a part is done, expected resume=True"):
         maglev.tune(searched.file, out=tmp_path, fmus=fastest_fmus, jobs=1)
     shown: list[int] = []
@@ -192,7 +192,7 @@ def test_tuning_files_of_the_package(path: Path, fastest_fmus: Path) -> None:
 def test_a_broken_generation_is_flown_again(fastest_fmus: Path, searched: Searched, tmp_path: Path) -> None:
     parts = tmp_path / "tuned.parts"
     shutil.copytree(searched.parts, parts)   # with the times of the files
-    _, first, second = sorted(parts.glob("flights-*.npy"), key=lambda path: path.stat().st_mtime_ns)
+    _, first, second = sorted(parts.glob("runs-*.npy"), key=lambda path: path.stat().st_mtime_ns)
     first.write_bytes(second.read_bytes())   # of the right shape
     said: list[str] = []
     resumed = maglev.tune(searched.file, out=tmp_path, fmus=fastest_fmus, jobs=1, resume=True, say=said.append)

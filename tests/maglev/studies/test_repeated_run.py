@@ -11,8 +11,8 @@ import maglev
 from maglev.arrays import Array
 from maglev.cosim.master import RunFailed
 from maglev.schema.signals.kinds import Steps
-from maglev.studies.flying.flight import Changes, Flight
-from maglev.studies.flying.measuring import Measuring
+from maglev.studies.batch.measuring import Measuring
+from maglev.studies.batch.repeated_run import Changes, RepeatedRun
 
 CHANGES: list[Changes] = [
     {}, {"plant.v.mass": 5.0}, {"controller.antiwindup": True, "controller.current_limit": 1.5},
@@ -29,9 +29,9 @@ values = [14.2, 14.2]
 
 
 def test_flights_are_runs(either_kind: Path, tmp_path: Path) -> None:
-    with Flight(experiment(tmp_path, either_kind)) as flight:
+    with RepeatedRun(experiment(tmp_path, either_kind)) as flight:
         for changes in CHANGES:
-            time, columns = flight.fly(changes)
+            time, columns = flight.run(changes)
             run = maglev.run(scenario(tmp_path), fmus=either_kind, set=changes)
             every = len(time) // (len(run.time) - 1)
             assert set(columns) == set(run.columns)
@@ -48,16 +48,16 @@ def test_signals_that_stay_are_made_once(fastest_fmus: Path, tmp_path: Path, mon
         return values_at(signal, times)
 
     monkeypatch.setattr(Steps, "values_at", counting)
-    with Flight(experiment(tmp_path, fastest_fmus)) as flight:
+    with RepeatedRun(experiment(tmp_path, fastest_fmus)) as flight:
         for amplitude in (2.0, 3.0):
-            flight.fly({"reference.h.amplitude": amplitude})
+            flight.run({"reference.h.amplitude": amplitude})
     assert made == {"controller.h.reference": 3, "controller.v.reference": 1}
 
 
 def test_what_measures_stays_while_the_references_of_axes_do(native_fmus: Path, tmp_path: Path) -> None:
     """And what was found on a run stays what it was when the next one has other references in their place."""
     own = experiment(tmp_path, native_fmus, WEAKER)
-    with Flight(own, measuring=Measuring(own.plan, own.times)) as flight:
+    with RepeatedRun(own, measuring=Measuring(own.plan, own.times)) as flight:
         flight.load(build=True)
         first, weaker, larger = (flight.measure(changes) for changes in (
             {}, {"reference.plant.C1.end": 12.0}, {"reference.h.amplitude": 2.0}))
@@ -68,11 +68,11 @@ def test_what_measures_stays_while_the_references_of_axes_do(native_fmus: Path, 
 
 
 def test_a_refusal_leaves_the_next_flight_alone(fastest_fmus: Path, tmp_path: Path) -> None:
-    with Flight(experiment(tmp_path, fastest_fmus)) as flight:
-        before = {name: values.copy() for name, values in flight.fly({})[1].items()}
+    with RepeatedRun(experiment(tmp_path, fastest_fmus)) as flight:
+        before = {name: values.copy() for name, values in flight.run({})[1].items()}
         with pytest.raises(RunFailed, match="sample_time"):
-            flight.fly({"controller.sample_time": 0.7e-3})
-        _, after = flight.fly({})
+            flight.run({"controller.sample_time": 0.7e-3})
+        _, after = flight.run({})
         assert all(np.array_equal(after[name], values) for name, values in before.items())
 
 

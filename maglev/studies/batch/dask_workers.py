@@ -14,17 +14,17 @@ from distributed import Client, Future, KilledWorker, Worker, WorkerPlugin, as_c
 from maglev.arrays import Array
 from maglev.cosim.step_loop import LIBRARY
 from maglev.errors import MaglevError, ScenarioError, in_one_line, option
-from maglev.studies.flying.samples import (
+from maglev.studies.batch.samples import (
     Batch,
-    Flown,
+    BatchResult,
     Job,
     Store,
     code_of_package,
     digest,
     failed,
     files_of,
-    flown_batch,
     gathered,
+    run_batch,
 )
 
 AHEAD = 2                # batches under way or waiting for each thread of the cluster
@@ -34,11 +34,11 @@ WORKERS_WITHIN = 60.0    # s
 
 @contextmanager
 def connected(scheduler: str) -> Iterator[Client]:
-    """Client of the scheduler at an address; errors as of `flyers`."""
+    """Client of the scheduler at an address; errors as of `runners`."""
     def version_there() -> str:
         # Sent as code, not by name: a worker may know nothing of this module.
         try:
-            from maglev.studies.flying.samples import code_of_package as code
+            from maglev.studies.batch.samples import code_of_package as code
         except ImportError as error:
             return f"no maglev-fmus with the extra study ({error})"
         return code()
@@ -94,23 +94,23 @@ class StudyFiles(WorkerPlugin):
         return replace(self.job, experiment=replace(experiment, files=files, loop=loop))
 
 
-def fly_batch(plugin: str, first: int, values: Array, apart: bool) -> Flown:
-    """Fly the samples from number `first` on, as of `flown_batch`, on a worker, or `apart`: beside it."""
+def run_on_worker(plugin: str, first: int, values: Array, apart: bool) -> BatchResult:
+    """Run the samples from number `first` on, as of `run_batch`, on a worker, or `apart`: beside it."""
     files = get_worker().plugins[plugin]
     assert isinstance(files, StudyFiles)
     if files.job.code != code_of_package():
         raise MaglevError(f"a worker has maglev-fmus {code_of_package()}, expected {files.job.code}")
     job = files.local_job()
-    return flown_batch(replace(job, limit=job.limit or inf) if apart else job, first, values)
+    return run_batch(replace(job, limit=job.limit or inf) if apart else job, first, values)
 
 
-def fly_there(client: Client, job: Job, batches: list[Batch], values: Array, store: Store) -> None:
-    """Fly batches as `fly_here` does: one that took several workers with it is run beside a worker."""
+def run_there(client: Client, job: Job, batches: list[Batch], values: Array, store: Store) -> None:
+    """Run batches as `run_here` does: one that took several workers with it is run beside a worker."""
     plugin = StudyFiles(job, files_of(job.experiment))
     client.register_plugin(plugin)
     try:
-        deadly = list(fly_in_turn(client, plugin.name, batches, values, store))
-        for batch in fly_in_turn(client, plugin.name, deadly, values, store, apart=True):
+        deadly = list(run_in_turn(client, plugin.name, batches, values, store))
+        for batch in run_in_turn(client, plugin.name, deadly, values, store, apart=True):
             store(batch.number, gathered(job, batch.first, [
                 failed(job, "every process that ran it died") for _ in batch.samples]))
     finally:
@@ -118,16 +118,16 @@ def fly_there(client: Client, job: Job, batches: list[Batch], values: Array, sto
             client.unregister_worker_plugin(plugin.name)
 
 
-def fly_in_turn(client: Client, plugin: str, batches: list[Batch], values: Array, store: Store,
+def run_in_turn(client: Client, plugin: str, batches: list[Batch], values: Array, store: Store,
                 apart: bool = False) -> Iterator[Batch]:
-    """Fly batches, a bounded number at a time; gives those whose workers died again and again."""
+    """Run batches, a bounded number at a time; gives those whose workers died again and again."""
     waiting = iter(batches)
-    under_way: dict[Future[Flown], Batch] = {}
+    under_way: dict[Future[BatchResult], Batch] = {}
 
-    def more() -> list[Future[Flown]]:
+    def more() -> list[Future[BatchResult]]:
         room = AHEAD * max(1, sum(client.nthreads().values())) - len(under_way)
         # Not pure: a batch that was cancelled is not to be found again.
-        futures = {client.submit(fly_batch, plugin, batch.first, values[batch.first:batch.last], apart, pure=False,
+        futures = {client.submit(run_on_worker, plugin, batch.first, values[batch.first:batch.last], apart, pure=False,
                                  retries=1): batch for batch in islice(waiting, max(0, room))}
         under_way.update(futures)
         return list(futures)
@@ -137,13 +137,13 @@ def fly_in_turn(client: Client, plugin: str, batches: list[Batch], values: Array
         for future in done:
             batch = under_way.pop(future)
             try:
-                flown = future.result()
+                result = future.result()
             except KilledWorker:
                 yield batch
             except OSError as error:
                 raise MaglevError(f"a worker cannot go on: {in_one_line(error)}") from error
             else:
-                store(batch.number, flown)
+                store(batch.number, result)
             future.release()
             for another in more():
                 done.add(another)

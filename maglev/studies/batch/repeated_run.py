@@ -15,13 +15,13 @@ from maglev.errors import MaglevError
 from maglev.experiment.preparation import Experiment, is_foreign
 from maglev.judging.metrics import phase_resistances
 from maglev.schema.settings import REFERENCE, start_values, with_references
-from maglev.studies.flying.measuring import Found, Measuring, Meter
+from maglev.studies.batch.measuring import Found, Measuring, Meter
 from maglev.user_controllers.blocks import Block
 
 Changes = Mapping[str, float | bool]   # start values `fmu.variable`, and references `reference.AXIS.amplitude`
 
 
-class Flight:
+class RepeatedRun:
     """An experiment to be run many times with other start values; a context manager that frees its FMUs.
 
     Of what is recorded the columns `wanted` are kept, all without it. What is to be measured, `measuring`, can be so
@@ -88,8 +88,8 @@ class Flight:
             self.asked = {}
         return self.master
 
-    def fly(self, changes: Changes) -> tuple[Array, Mapping[str, Array]]:
-        """Fly with other values.
+    def run(self, changes: Changes) -> tuple[Array, Mapping[str, Array]]:
+        """Run with other values.
 
         Time (s) and columns by name as of a `Recording`, shape (n,) each, which the next run overwrites. MaglevError
         if an FMU refuses a value or a step; the message says when.
@@ -100,7 +100,7 @@ class Flight:
             assert master.wiring is not None
             if self.columns is None:
                 self.columns = Columns(master.wiring.tracks, master.steps + 1, np.float64, self.wanted)
-            recording = master.fly(self.start(changes), columns=self.columns)
+            recording = master.run_again(self.start(changes), columns=self.columns)
         except BaseException:
             self.close()
             raise
@@ -109,9 +109,9 @@ class Flight:
         return recording.time, recording.columns
 
     def measure(self, changes: Changes) -> Found | None:
-        """What is found on a run with other values, without a recording; errors as of `fly`.
+        """What is found on a run with other values, without a recording; errors as of `run`.
 
-        None where there is no loop for it, something is refused, or is no number: `fly` says what. KeyboardInterrupt
+        None where there is no loop for it, something is refused, or is no number: `run` says what. KeyboardInterrupt
         where `ended` is no longer 0.
         """
         if not self.begin(changes):
@@ -128,7 +128,7 @@ class Flight:
         return meter.found() if ending == DONE else None
 
     def begin(self, changes: Changes) -> bool:
-        """Make ready a run with other values, for the loop; False where there is none. Errors as of `fly`."""
+        """Make ready a run with other values, for the loop; False where there is none. Errors as of `run`."""
         try:
             master = self.load()
             if self.loop is not None:

@@ -21,14 +21,14 @@ from maglev.experiment.preparation import Experiment
 from maglev.judging.metrics import ManyMetrics, Metrics, columns_needed, run_metrics
 from maglev.packages.installed import code
 from maglev.processes.beside import Gone, Send, Silent
+from maglev.studies.batch.measuring import Found, Measuring, Meter
+from maglev.studies.batch.repeated_run import RepeatedRun
 from maglev.studies.columns import Column, named_values
-from maglev.studies.flying.flight import Flight
-from maglev.studies.flying.measuring import Found, Measuring, Meter
 from maglev.studies.targets import Target
 from maglev.user_controllers.blocks import Block
 
 STARTED_WITHIN = 60.0   # s, of the process, at least: no sample is to blame for a machine that takes its time
-FLIGHTS = 2             # of a sample whose process dies: the first time it may be want of memory
+ATTEMPTS = 2             # of a sample whose process dies: the first time it may be want of memory
 
 
 def code_of_package() -> str:
@@ -72,14 +72,14 @@ class Job:
         return {target.name: bool(value) if target.boolean else value
                 for target, value in zip(self.targets, sample, strict=True)}
 
-    def flight(self, wanted: Collection[str] | None = None, ended: c_int64 | None = None) -> Flight:
-        """What runs samples in this process, see `Flight`."""
+    def repeated_run(self, wanted: Collection[str] | None = None, ended: c_int64 | None = None) -> RepeatedRun:
+        """What runs samples in this process, see `RepeatedRun`."""
         measuring = Measuring(self.experiment.plan, self.experiment.times, self.kept, self.every)
-        return Flight(self.experiment, wanted, measuring, ended, self.written, self.common)
+        return RepeatedRun(self.experiment, wanted, measuring, ended, self.written, self.common)
 
 
 @dataclass(frozen=True)
-class Flown:
+class BatchResult:
     """A batch that was run."""
 
     first: int                          # number of its first sample
@@ -100,13 +100,13 @@ class Batch(NamedTuple):
     def samples(self) -> range:
         return range(self.first, self.last)
 
-    def is_whole(self, flown: Flown) -> bool:
+    def is_whole(self, result: BatchResult) -> bool:
         """Whether all samples were run."""
-        return len(flown.failures) == len(self.samples)
+        return len(result.failures) == len(self.samples)
 
 
 # What is done with a batch by its number; after Ctrl-C there may be but its first samples, those that were done.
-Store = Callable[[int, Flown], None]
+Store = Callable[[int, BatchResult], None]
 
 
 class Sample(NamedTuple):
@@ -121,25 +121,25 @@ def failed(job: Job, why: str) -> Sample:
     return Sample(np.full(len(job.columns), nan), why)
 
 
-def each_flown(job: Job, values: Array, loaded: Callable[[], None] | None = None,
+def run_samples(job: Job, values: Array, loaded: Callable[[], None] | None = None,
                ended: c_int64 | None = None) -> Iterator[Sample | Found]:
-    """Fly samples in this process, with values of the targets, shape (samples, targets); `sampled` has their metrics.
+    """Run samples in this process, with values of the targets, shape (samples, targets); `sampled` has their metrics.
 
     `loaded` is called when the FMUs are loaded. KeyboardInterrupt as soon as `ended` is not 0, where there is a loop
     with the FMUs' blocks.
     """
     plan = job.experiment.plan
-    with job.flight(columns_needed(plan) | set(job.kept), ended) as flight:
-        flight.load()   # what fails here is no sample's fault
+    with job.repeated_run(columns_needed(plan) | set(job.kept), ended) as repeated:
+        repeated.load()   # what fails here is no sample's fault
         if loaded is not None:
             loaded()
         for sample in values.tolist():
             changes = job.changes(sample)
             try:
-                found = flight.measure(changes)
+                found = repeated.measure(changes)
                 if found is None:
-                    time, columns = flight.fly(changes)
-                    metrics = run_metrics(plan, time, columns, flight.resistances(changes))
+                    time, columns = repeated.run(changes)
+                    metrics = run_metrics(plan, time, columns, repeated.resistances(changes))
                     kept = np.column_stack([columns[name][::job.every] for name in job.kept]) if job.kept else None
             except MaglevError as error:
                 yield failed(job, in_one_line(error))
@@ -147,15 +147,15 @@ def each_flown(job: Job, values: Array, loaded: Callable[[], None] | None = None
             yield Sample(rows_of(job, metrics)[0], None, kept) if found is None else found
 
 
-def sampled(job: Job, flown: Sequence[Sample | Found]) -> list[Sample]:
+def sampled(job: Job, ran: Sequence[Sample | Found]) -> list[Sample]:
     """Samples that were run, in their order; what was found by the same meter becomes metrics at once."""
     together: dict[Meter, list[Found]] = {}
-    for one in flown:
+    for one in ran:
         if isinstance(one, Found):
             together.setdefault(one.meter, []).append(one)
     rows = {meter: iter(rows_of(job, meter.metrics(*map(np.concatenate, [*zip(*found, strict=True)][1:4]))))
             for meter, found in together.items()}
-    return [Sample(next(rows[one.meter]), None, one.kept) if isinstance(one, Found) else one for one in flown]
+    return [Sample(next(rows[one.meter]), None, one.kept) if isinstance(one, Found) else one for one in ran]
 
 
 def rows_of(job: Job, metrics: Metrics | ManyMetrics) -> Array:
@@ -165,7 +165,7 @@ def rows_of(job: Job, metrics: Metrics | ManyMetrics) -> Array:
     return np.column_stack(np.broadcast_arrays(*columns)) if columns else np.empty((np.size(metrics.failed), 0))
 
 
-def gathered(job: Job, first: int, samples: Iterable[Sample | Found]) -> Flown:
+def gathered(job: Job, first: int, samples: Iterable[Sample | Found]) -> BatchResult:
     """A batch of samples from the number `first` on; a sample that fails has a row that says why."""
     done = sampled(job, list(samples))
     rows = np.array([sample.values for sample in done]).reshape(len(done), len(job.columns))
@@ -175,24 +175,24 @@ def gathered(job: Job, first: int, samples: Iterable[Sample | Found]) -> Flown:
         kept = np.full((len(done), *next(iter(given.values())).shape), nan)
         for row, trajectories in given.items():
             kept[row] = trajectories
-    return Flown(first, rows, tuple(sample.failure for sample in done), kept)
+    return BatchResult(first, rows, tuple(sample.failure for sample in done), kept)
 
 
-def flown_batch(job: Job, first: int, values: Array, ended: c_int64 | None = None) -> Flown:
-    """Fly a batch here, or beside this process where samples have a limit of time; MaglevError if it cannot begin.
+def run_batch(job: Job, first: int, values: Array, ended: c_int64 | None = None) -> BatchResult:
+    """Run a batch here, or beside this process where samples have a limit of time; MaglevError if it cannot begin.
 
     After Ctrl-C or SIGTERM, and where `ended` is not 0, it is the first samples, those that were done.
     """
     def until_interrupted() -> Iterator[Sample | Found]:
         with suppress(KeyboardInterrupt):
-            yield from (each_flown(job, values, ended=ended) if job.limit is None else
-                        each_flown_apart(job, values, job.limit))
+            yield from (run_samples(job, values, ended=ended) if job.limit is None else
+                        run_samples_apart(job, values, job.limit))
 
     return gathered(job, first, until_interrupted())
 
 
-def each_flown_apart(job: Job, values: Array, limit: float) -> Iterator[Sample]:
-    """Fly samples in a process beside this one, and in another after each that takes longer than `limit`, s.
+def run_samples_apart(job: Job, values: Array, limit: float) -> Iterator[Sample]:
+    """Run samples in a process beside this one, and in another after each that takes longer than `limit`, s.
 
     MaglevError if the FMUs cannot be loaded.
     """
@@ -200,7 +200,7 @@ def each_flown_apart(job: Job, values: Array, limit: float) -> Iterator[Sample]:
     while done < len(values):
         loaded = False
         with other_process() as (beside, _):
-            beside.ask(partial(fly, job, values[done:]))
+            beside.ask(partial(send_samples, job, values[done:]))
             try:
                 beside.next(patience)
                 loaded = True
@@ -209,7 +209,7 @@ def each_flown_apart(job: Job, values: Array, limit: float) -> Iterator[Sample]:
                     done, deaths = done + 1, 0
             except Gone as gone:
                 deaths += bool(gone.how)
-                if gone.how and deaths < FLIGHTS:
+                if gone.how and deaths < ATTEMPTS:
                     continue
                 why = (f"took longer than {limit:g} s" if isinstance(gone, Silent) else
                        f"the process that ran it ended ({gone.how})" if gone.how else f"what ran {gone}")
@@ -220,7 +220,7 @@ def each_flown_apart(job: Job, values: Array, limit: float) -> Iterator[Sample]:
                 done, deaths = done + 1, 0
 
 
-def fly(job: Job, values: Array, send: Send) -> None:
-    """Fly samples in this process, and send first that the FMUs are loaded, then each sample."""
-    for flown in each_flown(job, values, partial(send, None)):
-        send(sampled(job, [flown])[0])
+def send_samples(job: Job, values: Array, send: Send) -> None:
+    """Run samples in this process, and send first that the FMUs are loaded, then each sample."""
+    for one in run_samples(job, values, partial(send, None)):
+        send(sampled(job, [one])[0])

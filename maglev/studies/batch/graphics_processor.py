@@ -19,9 +19,9 @@ from maglev.cosim.blocks.block_loop import DONE, FUNCTION_FILE, LOOP_FILE, RUN_F
 from maglev.cosim.blocks.graphics_processor import driver, kernels, launch, sent
 from maglev.errors import MaglevError, ScenarioError, option
 from maglev.schema.settings import REFERENCE
-from maglev.studies.flying.flight import Flight
-from maglev.studies.flying.measuring import Found, Observer, complete
-from maglev.studies.flying.samples import Batch, Job, Sample, Store, each_flown, gathered, rows_of
+from maglev.studies.batch.measuring import Found, Observer, complete
+from maglev.studies.batch.repeated_run import RepeatedRun
+from maglev.studies.batch.samples import Batch, Job, Sample, Store, gathered, rows_of, run_samples
 
 KERNEL = Path(__file__).with_name("kernel.c")
 FUNCTION = "maglev_samples"
@@ -66,13 +66,13 @@ class Begun:
     size: int = 0   # bytes of all of them, there
 
 
-def fly_on_graphics_processor(job: Job, batches: list[Batch], values: Array, store: Store) -> None:
-    """Fly batches as `fly_here` does, many samples at a time; MaglevError without a loop, or where memory is short."""
+def run_on_graphics_processor(job: Job, batches: list[Batch], values: Array, store: Store) -> None:
+    """Run batches as `run_here` does, many samples at a time; MaglevError without a loop, or where memory is short."""
     asked = option("device", "gpu")
-    with job.flight() as flight:
+    with job.repeated_run() as repeated:
         try:
-            flight.load(build=True)
-            if flight.loop is None:
+            repeated.load(build=True)
+            if repeated.loop is None:
                 raise ScenarioError(f"{asked} needs native FMUs of this installation, with steps of one length, and a "
                                     f"reference for each axis, expected them, or {option('device', 'cpu')}")
             if job.limit is not None:
@@ -80,10 +80,10 @@ def fly_on_graphics_processor(job: Job, batches: list[Batch], values: Array, sto
                                     f"samples side by side, expected none with {asked}, or {option('device', 'cpu')}")
         except (ExportError, OSError) as error:
             raise MaglevError(f"{asked}: {error}") from error
-        kernel = Kernel(driver(), flight.loop, sum(len(batch.samples) for batch in batches)
+        kernel = Kernel(driver(), repeated.loop, sum(len(batch.samples) for batch in batches)
                         * job.experiment.plan.stop_time / job.experiment.step >= WORTH_SPECIALISING)
         for together in at_once(batches):
-            done = flown_together(kernel, flight, job, values, together)
+            done = run_together(kernel, repeated, job, values, together)
             for batch in together:
                 store(batch.number, gathered(job, batch.first, map(done.__getitem__, batch.samples)))
 
@@ -102,9 +102,9 @@ def at_once(batches: Iterable[Batch]) -> Iterator[list[Batch]]:
         yield together
 
 
-def flown_together(kernel: "Kernel", flight: Flight, job: Job, values: Array, batches: Sequence[Batch]
+def run_together(kernel: "Kernel", repeated: RepeatedRun, job: Job, values: Array, batches: Sequence[Batch]
                    ) -> dict[int, Sample | Found]:
-    """Fly samples, by their numbers; as the processor runs some, the next begin here."""
+    """Run samples, by their numbers; as the processor runs some, the next begin here."""
     done: dict[int, Sample | Found] = {}
     under_way: list[tuple[Device, Begun, dict[str, Any]]] = []
 
@@ -113,16 +113,16 @@ def flown_together(kernel: "Kernel", flight: Flight, job: Job, values: Array, ba
             device, begun, arrays = under_way.pop()
             done.update(device.completed(job, begun, arrays))
 
-    for device, begun in launches(kernel, flight, job, values, with_same_references(flight, job, values, batches)):
+    for device, begun in launches(kernel, repeated, job, values, with_same_references(repeated, job, values, batches)):
         complete()
         under_way.append((device, begun, device.launch(begun)))
     complete()
     if rest := [sample for batch in batches for sample in batch.samples if sample not in done]:
-        done |= dict(zip(rest, each_flown(job, values[rest]), strict=True))
+        done |= dict(zip(rest, run_samples(job, values[rest]), strict=True))
     return done
 
 
-def with_same_references(flight: Flight, job: Job, values: Array, batches: Iterable[Batch]) -> list[list[int]]:
+def with_same_references(repeated: RepeatedRun, job: Job, values: Array, batches: Iterable[Batch]) -> list[list[int]]:
     """Numbers of the samples of batches, those with the same signals together, beside those with the same references.
 
     They keep their order where nothing tells them apart.
@@ -130,7 +130,7 @@ def with_same_references(flight: Flight, job: Job, values: Array, batches: Itera
     def about_axes(name: str) -> bool:
         return name.removeprefix(f"{REFERENCE}.").rpartition(".")[0] in job.experiment.plan.axes
 
-    columns = [column for column, target in enumerate(job.targets) if target.name in flight.drives
+    columns = [column for column, target in enumerate(job.targets) if target.name in repeated.drives
                or target.name.startswith(f"{REFERENCE}.")]
     columns.sort(key=lambda column: not about_axes(job.targets[column].name))
     groups: dict[tuple[float, ...], list[int]] = {}
@@ -140,7 +140,7 @@ def with_same_references(flight: Flight, job: Job, values: Array, batches: Itera
     return [groups[key] for key in sorted(groups)]
 
 
-def launches(kernel: "Kernel", flight: Flight, job: Job, values: Array, groups: Iterable[list[int]]
+def launches(kernel: "Kernel", repeated: RepeatedRun, job: Job, values: Array, groups: Iterable[list[int]]
              ) -> Iterator[tuple["Device", Begun]]:
     """Samples that begin, as many together as there is memory for, and what runs them; groups have the same signals.
 
@@ -150,22 +150,22 @@ def launches(kernel: "Kernel", flight: Flight, job: Job, values: Array, groups: 
     begun = Begun()
     for group in groups:
         try:
-            flight.drive(flight.load(), job.changes(values[group[0]].tolist()))
+            repeated.drive(repeated.load(), job.changes(values[group[0]].tolist()))
         except MaglevError:   # there are no such references
-            flight.close()
+            repeated.close()
             continue
-        if device is None or device.meter is not flight.metering():
+        if device is None or device.meter is not repeated.metering():
             if device is not None:
                 yield device, begun
-            device, begun = Device(kernel, flight), Begun()
+            device, begun = Device(kernel, repeated), Begun()
         signals = device.signals()
         for sample in group:
             if not device.takes(begun, signals):
                 yield device, begun
                 begun = Begun()
             changes = job.changes(values[sample].tolist())
-            if beginning := flight.beginning(changes):
-                resistances = flight.resistances(changes)
+            if beginning := repeated.beginning(changes):
+                resistances = repeated.resistances(changes)
                 begun.samples.append(sample)
                 begun.beginnings.append(beginning)
                 begun.resistances.append([resistances.get(motor, np.nan) for motor in job.experiment.plan.motors])
@@ -210,11 +210,11 @@ class Kernel:
 
 
 class Device:
-    """The kernel on a graphics processor, with what samples have in common that are measured as a flight is now."""
+    """The kernel on a graphics processor, and what samples have in common that are measured by its references now."""
 
-    def __init__(self, kernel: Kernel, flight: Flight):
-        assert flight.loop is not None
-        loop, meter, cupy = flight.loop, flight.metering(), kernel.cupy
+    def __init__(self, kernel: Kernel, repeated: RepeatedRun):
+        assert repeated.loop is not None
+        loop, meter, cupy = repeated.loop, repeated.metering(), kernel.cupy
         self.cupy, self.kernel, self.meter = cupy, kernel, meter
         self.shared = {name: cupy.asarray(meter.arrays[name]) for name in SHARED}
         self.calls = sent(cupy, loop.moved)
@@ -226,7 +226,7 @@ class Device:
         self.own |= dict(zip(AROUND, (loop.size, 8, 8 * len(loop.tracks)), strict=True))   # bytes of a sample
 
     def signals(self) -> Signals:
-        """Send the signals of the flight as they are now."""
+        """Send the signals as they are now."""
         with self.memory_for(1):
             there = {number: self.cupy.asarray(track.signals) for number, track in enumerate(self.tracks)
                      if track.signals is not None}

@@ -20,8 +20,8 @@ from maglev.catalogue.for_runs import has_compiler
 from maglev.cosim.blocks.block_loop import Common, words_of
 from maglev.errors import MaglevError, extra, option
 from maglev.processes.side_by_side import Idle, Progress, Stopped, kept_processes, side_by_side, warn
-from maglev.studies.flying.graphics_processor import fly_on_graphics_processor
-from maglev.studies.flying.samples import Batch, Flown, Job, Store, each_flown_apart, flown_batch, gathered
+from maglev.studies.batch.graphics_processor import run_on_graphics_processor
+from maglev.studies.batch.samples import Batch, BatchResult, Job, Store, gathered, run_batch, run_samples_apart
 
 STEPS_OF_A_BATCH = 2_500_000      # communication steps of native FMUs, which take some seconds
 PYTHON_COST = 20                  # steps of native FMUs in one of those that run Python inside
@@ -32,7 +32,7 @@ WORTH_SPECIALISING = 1_000_000_000   # steps, which take some ten minutes: the c
 LOOKED_AT = 32                     # samples, for what they have in common: one that has it otherwise takes longer
 WORTH_COMPILING = 10_000_000   # steps, which take longer by calls of FMUs than the compiler for a loop without
 
-Fly = Callable[[Job, list[Batch], Array, Store], None]   # runs batches with values of the targets by sample
+RunBatches = Callable[[Job, list[Batch], Array, Store], None]   # runs batches with values of the targets by sample
 
 
 def batches_of(job: Job, samples: int, rows: int) -> list[Batch]:
@@ -47,57 +47,57 @@ def batches_of(job: Job, samples: int, rows: int) -> list[Batch]:
 
 
 @contextmanager
-def flyers(scheduler: str | None, jobs: int, device: str = "cpu") -> Iterator[Fly]:
+def runners(scheduler: str | None, jobs: int, device: str = "cpu") -> Iterator[RunBatches]:
     """Who runs batches: a scheduler's workers, the graphics processor here, or so many processes until the block ends.
 
     A batch whose process dies is run again; a sample that takes a process with it again has a row that says so.
     ScenarioError if the scheduler cannot be reached, has no worker, or a worker has another version of this package.
     """
     if device == "gpu":
-        yield fly_on_graphics_processor
+        yield run_on_graphics_processor
         return
     if scheduler is None:
         with kept_processes() as idle:
-            yield partial(fly_here, jobs, idle)
+            yield partial(run_here, jobs, idle)
         return
     extra("distributed", "cluster", option("scheduler"))
-    from maglev.studies.flying.dask_workers import connected, fly_there
+    from maglev.studies.batch.dask_workers import connected, run_there
 
     with connected(scheduler) as client:
-        yield partial(fly_there, client)
+        yield partial(run_there, client)
 
 
-def fly_here(jobs: int, idle: Idle, job: Job, batches: list[Batch], values: Array, store: Store) -> None:
-    """Fly batches in so many threads or processes, and store each as it is done; `values` of the targets are by sample.
+def run_here(jobs: int, idle: Idle, job: Job, batches: list[Batch], values: Array, store: Store) -> None:
+    """Run batches in so many threads or processes, and store each as it is done; `values` of the targets are by sample.
 
     MaglevError if a batch cannot be run at all; KeyboardInterrupt after Ctrl-C or SIGTERM: what was done until then is
     stored.
     """
     with_loop = loop_for(job, batches, values)
     if with_loop is not None:
-        fly_in_threads(jobs, with_loop, batches, values, store)
+        run_in_threads(jobs, with_loop, batches, values, store)
         return
     by_name = {str(batch.number): batch for batch in batches}
     deadly: list[Batch] = []   # whose process died, or was told to end by somebody else
 
-    def take(name: str, flown: Flown | MaglevError | None) -> None:
-        if isinstance(flown, MaglevError):
-            raise flown
-        if flown is None or not by_name[name].is_whole(flown):
+    def take(name: str, result: BatchResult | MaglevError | None) -> None:
+        if isinstance(result, MaglevError):
+            raise result
+        if result is None or not by_name[name].is_whole(result):
             deadly.append(by_name[name])
         else:
-            store(by_name[name].number, flown)
+            store(by_name[name].number, result)
 
     try:   # batches are reported as they are stored
-        side_by_side({name: partial(fly_task, job, batch.first, values[batch.first:batch.last])
+        side_by_side({name: partial(run_task, job, batch.first, values[batch.first:batch.last])
                       for name, batch in by_name.items()}, jobs, lambda *_: None, lambda *_: None, idle, take=take)
     except Stopped as stopped:
-        for name, flown in stopped.results.items():   # of those that were under way
-            if isinstance(flown, Flown):
-                store(by_name[name].number, flown)
+        for name, result in stopped.results.items():   # of those that were under way
+            if isinstance(result, BatchResult):
+                store(by_name[name].number, result)
         raise
     for batch in deadly:
-        samples = each_flown_apart(job, values[batch.first:batch.last], job.limit or inf)
+        samples = run_samples_apart(job, values[batch.first:batch.last], job.limit or inf)
         store(batch.number, gathered(job, batch.first, samples))
 
 
@@ -111,16 +111,16 @@ def loop_for(job: Job, batches: list[Batch], values: Array) -> Job | None:
     if job.limit is not None:
         return None
     with said_if_slower("calls of the FMUs"):
-        with job.flight() as flight:
-            flight.load(build=steps >= WORTH_COMPILING)
-            if flight.loop is None or steps < WORTH_SPECIALISING:
-                return None if flight.loop is None else job
+        with job.repeated_run() as repeated:
+            repeated.load(build=steps >= WORTH_COMPILING)
+            if repeated.loop is None or steps < WORTH_SPECIALISING:
+                return None if repeated.loop is None else job
             looked_at = np.linspace(0, len(samples) - 1, LOOKED_AT).astype(int)
-            begun = [flight.beginning(job.changes(values[samples[k]].tolist())) for k in looked_at]
+            begun = [repeated.beginning(job.changes(values[samples[k]].tolist())) for k in looked_at]
         if begun := [beginning for beginning in begun if beginning]:
             job = replace(job, common=Common.of(words_of(begun)))
-            with said_if_slower("the loop for all samples"), job.flight() as flight:
-                flight.load(build=True)
+            with said_if_slower("the loop for all samples"), job.repeated_run() as repeated:
+                repeated.load(build=True)
         return job
     return None
 
@@ -135,15 +135,15 @@ def said_if_slower(instead: str) -> Iterator[None]:
             warn(f"{error}; samples run by {instead}: the same results, slower")
 
 
-def fly_in_threads(jobs: int, job: Job, batches: list[Batch], values: Array, store: Store) -> None:
-    """Fly batches in so many threads, each with FMUs of its own, and store each here as it is done."""
+def run_in_threads(jobs: int, job: Job, batches: list[Batch], values: Array, store: Store) -> None:
+    """Run batches in so many threads, each with FMUs of its own, and store each here as it is done."""
     ended = c_int64()
 
-    def fly(batch: Batch) -> tuple[int, Flown]:
-        return batch.number, flown_batch(job, batch.first, values[batch.first:batch.last], ended)
+    def run(batch: Batch) -> tuple[int, BatchResult]:
+        return batch.number, run_batch(job, batch.first, values[batch.first:batch.last], ended)
 
     with ThreadPoolExecutor(jobs) as pool:
-        waiting = {pool.submit(fly, batch) for batch in batches}
+        waiting = {pool.submit(run, batch) for batch in batches}
         try:
             for future in as_completed([*waiting]):
                 waiting.remove(future)   # what is stored is not kept
@@ -160,9 +160,9 @@ def fly_in_threads(jobs: int, job: Job, batches: list[Batch], values: Array, sto
             pool.shutdown(cancel_futures=True)
 
 
-def fly_task(job: Job, first: int, values: Array, _progress: Progress) -> Flown | MaglevError | None:
-    """Fly a batch in this process; an error that stops a study is what it returns."""
+def run_task(job: Job, first: int, values: Array, _progress: Progress) -> BatchResult | MaglevError | None:
+    """Run a batch in this process; an error that stops a study is what it returns."""
     try:
-        return flown_batch(job, first, values)
+        return run_batch(job, first, values)
     except MaglevError as error:
         return error
