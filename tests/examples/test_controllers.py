@@ -118,6 +118,7 @@ def test_map_without_an_fmu(fmus: Path, step: Path) -> None:
     assert "[controller]: expected --controller with it" in line
 
 
+@pytest.mark.thorough
 def test_check_says_where_it_leaves_the_baseline(fastest_fmus: Path, step: Path, c_controller: Path,
                                                  python_controller: Path, tmp_path: Path) -> None:
     common: list[str | Path] = ["check", step, "--fmus", fastest_fmus, "--baselines", tmp_path / "baselines"]

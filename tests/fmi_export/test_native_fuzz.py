@@ -59,7 +59,7 @@ def test_many_random_programs_of_fmi_3(fmi3_fmus: Path, tmp_path: Path) -> None:
     assert count == 3000 and refusals > 10000
 
 
-@pytest.mark.few(1)
+@pytest.mark.thorough
 @pytest.mark.usefixtures("slow")
 @pytest.mark.parametrize("kind", ["fmi3_fmus", "clocked_fmus"])
 def test_many_random_programs_of_event_mode(request: pytest.FixtureRequest, tmp_path: Path, kind: str) -> None:
@@ -72,7 +72,7 @@ def test_many_random_programs_of_event_mode(request: pytest.FixtureRequest, tmp_
     assert count == 500 and refusals > 10000
 
 
-@pytest.mark.few(1)
+@pytest.mark.thorough
 @pytest.mark.usefixtures("slow")
 @pytest.mark.parametrize("kind", ["fmi3_fmus", "clocked_fmus"])
 def test_outputs_are_read_before_inputs_are_set(request: pytest.FixtureRequest, tmp_path: Path, kind: str) -> None:

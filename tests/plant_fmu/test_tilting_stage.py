@@ -83,7 +83,7 @@ CASES: dict[str, tuple[Reference5DOF, tuple[float, ...], Commands]] = {
     "into the stops": (Reference5DOF(), (29e-3, 0.0, 0.0, 8e-3, -5e-3), lambda k: np.zeros((4, 3)))}
 
 
-@pytest.mark.few(2)
+@pytest.mark.few(1)
 @pytest.mark.parametrize("name", CASES)
 def test_motion_is_that_of_the_equations(name: str) -> None:
     reference, start, commands = CASES[name]

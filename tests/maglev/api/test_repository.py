@@ -61,6 +61,7 @@ def test_the_repository_of_a_user(tmp_path: Path, monkeypatch: pytest.MonkeyPatc
     assert not Path("results/experiment.check.png").exists(), "that of an earlier check goes"
 
 
+@pytest.mark.thorough
 def test_a_specification_that_is_missed_fails(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.chdir(tmp_path)
     folder = tool.new_repository("levitate", "2dof")

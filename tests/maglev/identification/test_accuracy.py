@@ -99,6 +99,7 @@ def test_real_2dof_stage_hides_c4() -> None:
     assert [text for text in found.warnings if text.startswith("C1: friction may be counted in")]
 
 
+@pytest.mark.thorough
 def test_real_3dof_stage() -> None:
     found, truth = real("3dof"), flight("3dof", "real").truth
     assert not [text for text in found.warnings if "cannot be identified" in text]

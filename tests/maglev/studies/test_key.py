@@ -186,6 +186,7 @@ def for_readers(keys: Keys) -> bool:
     return keys[:1] in FOR_READERS or keys[0] in ("claims", "check", "procedure")
 
 
+@pytest.mark.thorough
 def test_whatever_changes_a_flight_changes_the_key(table: dict[str, Any], two_fmus: Path) -> None:
     """Each value of a rich scenario changed, dropped or put in another place: of some hundred that can be flown."""
     base = experiment(table, two_fmus)
