@@ -19,7 +19,7 @@ def test_cells_are_of_the_commits_that_have_them() -> None:
     entries = [Measured("aaaaaaa", "2026-01-01", "0.1", {speed_history.WHOLE: {"in memory": 3.0}}),
                Measured("bbbbbbb", "2026-01-02", "0.1", {speed_history.STEP: {"x": 1.5}}),
                Measured("ccccccc", "2026-01-03", "0.2", {speed_history.WHOLE: {"in memory": 2.0}})]
-    assert f"| in memory: {speed_history.WHOLE} | 3.00 |  | 2.00 |" in page(entries)
+    assert f"| in memory: {speed_history.WHOLE} | 2.00 |  | 3.00 |" in page(entries)
 
 
 def test_ratios_are_added_to_the_file_of_the_commit(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
