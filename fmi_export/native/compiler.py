@@ -1,15 +1,15 @@
 """Libraries for several platforms from one machine, by zig's C compiler."""
 
 import os
-import struct
 import sys
 import tempfile
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterator, Mapping
 from contextlib import contextmanager
 from pathlib import Path
 from typing import NamedTuple
 
 from fmi_export.errors import ExportError
+from fmi_export.native.mach_o import universal
 from maglev_files.cache import is_private
 from maglev_files.extras import lacking
 from maglev_files.programs import output_of
@@ -21,10 +21,6 @@ from maglev_files.scratch import scratch
 FLAGS = ("-std=c99", "-O2", "-ffp-contract=off", "-fno-math-errno", "-DBLOCKS_IN_ONE_UNIT", "-fvisibility=hidden",
          "-fno-sanitize=all", "-g0", "-s", "-DFMI2_OVERRIDE_FUNCTION_PREFIX",
          "-DFMI3_OVERRIDE_FUNCTION_PREFIX")
-
-FAT_MAGIC = 0xCAFEBABE     # of a universal binary, whose header is big-endian
-MACH_MAGIC = 0xFEEDFACF    # of a 64-bit library of macOS, in its own byte order
-ALIGNMENT = 14             # power of two, by which libraries are placed in a universal binary: a page of arm64
 
 UNIT = "{}_in_one.c"   # a name of its own: zig locks what it keeps of a file by its name
 
@@ -100,18 +96,3 @@ def compiled(root: Path, arguments: list[str]) -> None:
                               {**place, **os.environ, "SOURCE_DATE_EPOCH": "0"})
     if code != 0:
         raise ExportError(f"the C compiler refuses the sources: {' '.join(printed.split())[-1000:]}")
-
-
-def universal(libraries: Sequence[bytes]) -> bytes:
-    """Universal binary of macOS: 64-bit libraries, little-endian, each for one processor, behind a common header."""
-    header = struct.pack(">II", FAT_MAGIC, len(libraries))
-    result = bytearray(1 << ALIGNMENT)   # in which the header has its place
-    for library in libraries:
-        magic, processor, variant = struct.unpack_from("<III", library)
-        if magic != MACH_MAGIC:
-            raise ValueError(f"library begins with {magic:#x}, expected a 64-bit Mach-O library, {MACH_MAGIC:#x}")
-        result += bytes(-len(result) % (1 << ALIGNMENT))
-        header += struct.pack(">IIIII", processor, variant, len(result), len(library), ALIGNMENT)
-        result += library
-    result[:len(header)] = header
-    return bytes(result)

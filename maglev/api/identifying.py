@@ -85,7 +85,13 @@ def path_of(data: Data) -> Path:
 def write_identification(found: Identification, data: Data, out: str | Path = "results") -> list[Path]:
     """Write `NAME.identified.toml`, for `run(…, model=…)`, and `NAME.convergence.csv` with a picture of it.
 
-    They go into the folder `out`, and have the name of the recording, or "data" if it has none.
+    Parameters
+    ----------
+    found : Identification
+    data : path, Run, mapping or DataFrame
+        The recording, whose name the files have; "data" if it has none.
+    out : path
+        Folder for the files.
     """
     folder, name = Path(out), path_of(data).stem
     model, convergence = folder / f"{name}.identified.toml", folder / f"{name}.convergence.csv"

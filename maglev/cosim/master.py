@@ -241,7 +241,7 @@ class Master:
                     row[:] = drives[name]
 
     def run_again(self, start: Mapping[str, Mapping[str, float | bool]], progress: Progress | None = None,
-            columns: Columns | None = None) -> Recording:
+                  columns: Columns | None = None) -> Recording:
         """Run as prepared by `wire`, again after fmi2Reset; errors as of `run`.
 
         Start values `start`, by the name of an FMU, go before those of its setup. `columns` is where the recording is,

@@ -70,11 +70,9 @@ class UsedFmu:
     @classmethod
     def of(cls, name: str, path: Path, description: ModelDescription, **given: Any) -> "UsedFmu":
         """That of a file; what a run does with it is `given`."""
-        written, build = is_written(path), None if is_written(path) else own_build(path)
-        kind = ("Python class" if is_class(path) else "Python file" if written else "foreign" if build is None else
-                build.kind)
+        written = is_written(path)
         return cls(name, path.name, description.modelName or "", description.guid or "",
-                   description.generationTool or "", kind, built_here=built_here(path),
+                   description.generationTool or "", kind(path), built_here=built_here(path),
                    sha256=dict(digests(path)) if written else {path.name: digest_of(path)},
                    libraries=versions(requirements(path)) if written else libraries_in(path), **given)
 
@@ -129,6 +127,14 @@ def departures_of(plan: RunPlan, files: Mapping[str, Path], put_in: Iterable[str
         yield f"the scenario is {plan.path}, not the package's {plan.name}"
     for changed in edited():
         yield f"{changed} is not as it was installed"
+
+
+def kind(path: Path) -> str:
+    """Kind of an FMU, or of what ran in its place."""
+    if is_written(path):
+        return "Python class" if is_class(path) else "Python file"
+    build = own_build(path)
+    return "foreign" if build is None else build.kind
 
 
 def libraries_in(path: Path) -> dict[str, str]:

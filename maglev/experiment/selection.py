@@ -42,7 +42,8 @@ def compared(runs: Sequence[RunPlan]) -> list[RunPlan]:
     names = {run.name for run in runs}
     named = [name for run in runs for claim in run.claims for name in claim.other_runs]
     missing = dict.fromkeys(name for name in named if name not in names)
-    siblings = {sibling.name: sibling for run in runs for sibling in load_plans(run.path)} if missing else {}
+    paths = dict.fromkeys(run.path for run in runs) if missing else ()
+    siblings = {sibling.name: sibling for path in paths for sibling in load_plans(path)}
     return [*(siblings[name] for name in missing if name in siblings),
             *(other for name in missing if name not in siblings for other in load_plans(name))]
 

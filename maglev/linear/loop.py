@@ -23,10 +23,19 @@ class Loop:
 
     A controller of one's own is a `LinearModel` as well: sampled as the plant, with inputs "<axis>.measured", or where
     the platform tilts "<motor>.gap_measured", and any others, and outputs that are called like the plant's inputs.
-    LinearModelError if they do not fit: sample times differ, or a measurement or command has no counterpart.
+
+    Attributes
+    ----------
+    plant, controller : LinearModel
+        The plant's outputs are the positions of its axes, and where the platform tilts, the gaps at the motors.
+
+    Raises
+    ------
+    LinearModelError
+        If they do not fit: sample times differ, or a measurement or command has no counterpart.
     """
 
-    plant: LinearModel   # its outputs: positions of its axes, and where the platform tilts, the gaps at the motors
+    plant: LinearModel
     controller: LinearModel
 
     def __post_init__(self) -> None:
@@ -105,10 +114,18 @@ class Loop:
     def opened(self, at: str) -> LinearModel:
         """Return the loop opened at one signal, all others closed, as the L of 1 + L.
 
-        It is a measured position such as "y.measured", or just the axis: all that takes the measurement is opened, the
-        law and the commutation of its commands. Where it is in the gaps at the motors, such as "roll.measured", these
-        are opened together, each as far as the axis moves it; "alpha1.gap_measured" opens one alone. Or a command such
-        as "alpha.i_q_cmd", before the commutation, which keeps the true displacement. LinearModelError if neither.
+        Parameters
+        ----------
+        at : str
+            A measured position such as "y.measured", or just the axis: all that takes the measurement is opened, the
+            law and the commutation of its commands. Where it is in the gaps at the motors, such as "roll.measured",
+            these are opened together, each as far as the axis moves it; "alpha1.gap_measured" opens one alone. Or a
+            command such as "alpha.i_q_cmd", before the commutation, which keeps the true displacement.
+
+        Raises
+        ------
+        LinearModelError
+            If there is no such signal.
         """
         name = self.opening(at)
         plant, closed, sensed = self.plant, self.closed, self.sensed

@@ -20,20 +20,38 @@ AT_REST = 1e-6         # distance from z = 1 within which a pole is taken for an
 
 @dataclass(frozen=True)
 class Margins:
-    """How far a stable loop L, opened at one signal, is from instability."""
+    """How far a stable loop L, opened at one signal, is from instability.
 
-    at: str   # the signal
-    # The loop stays stable while its gain is multiplied by a factor between these; 0 and inf where there is no end. An
-    # unstable plant has a lower end: it needs feedback.
+    Attributes
+    ----------
+    at : str
+        The signal.
+    gain_down, gain_up : float
+        The loop stays stable while its gain is multiplied by a factor between these; 0 and inf where there is no end.
+        An unstable plant has a lower end: it needs feedback.
+    phase : float
+        Smallest angle of L from −1 where |L| = 1, rad; inf if |L| is never 1.
+    phase_frequency : float
+        Where that is, rad/s.
+    delay : float
+        Smallest delay that, added to the loop, brings it to the limit, s; of a lag of phase, not of an advance.
+    sensitivity_peak : float
+        Ms, the peak of |S|, S = 1/(1 + L): its inverse is the smallest distance of L from −1.
+    sensitivity_frequency : float
+        Where that is, rad/s.
+    disk : float
+        Disk margin α = 1/max |S − 1/2|: the loop stays stable while its gain and phase are changed together, by a
+        factor (1 + δ/2)/(1 − δ/2) with any complex |δ| < α.
+    """
+
+    at: str
     gain_down: float
     gain_up: float
-    phase: float   # smallest angle of L from −1 where |L| = 1, rad; inf if |L| is never 1
-    phase_frequency: float   # where that is, rad/s
-    delay: float   # smallest that, added to the loop, brings it to the limit, s; of a lag of phase, not of an advance
-    sensitivity_peak: float   # Ms, the peak of |S|, S = 1/(1 + L): its inverse is the smallest distance of L from −1
-    sensitivity_frequency: float   # where that is, rad/s
-    # Disk margin α = 1/max |S − 1/2|: the loop stays stable while its gain and phase are changed together, by a factor
-    # (1 + δ/2)/(1 − δ/2) with any complex |δ| < α.
+    phase: float
+    phase_frequency: float
+    delay: float
+    sensitivity_peak: float
+    sensitivity_frequency: float
     disk: float
 
     @property

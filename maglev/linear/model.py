@@ -60,23 +60,36 @@ class Equilibrium:
 class LinearModel:
     """Deviations from an equilibrium: x' = A x + B u, y = C x + D u, or x[k+1] = A x[k] + B u[k] if it is sampled.
 
-    States, inputs and outputs have names such as "y.velocity": what a block has as a variable is called what the block
-    calls it.
+    Attributes
+    ----------
+    name : str
+        What was linearised.
+    states, inputs, outputs : tuple of str
+        Names, such as "y.velocity"; what a block has as a variable is called what the block calls it.
+    A, B, C, D : ndarray
+        Shapes (n, n), (n, m), (p, n), (p, m) for n states, m inputs and p outputs, SI units.
+    units : dict of str to str
+        Unit of every state, input and output.
+    sample_time : float or None
+        s; None for a continuous-time model.
+    equilibrium : Equilibrium
+        Positions and currents that the model holds about.
+    commutation : ndarray or None
+        Of a plant whose held inputs in d and q are commutated with its sampled outputs: what an output adds to each
+        input, shape (m, p), A/m; B commutation C is part of A. None where nothing is commutated by a measurement.
     """
 
-    name: str   # what was linearised
-    states: tuple[str, ...]    # n names
-    inputs: tuple[str, ...]    # m
-    outputs: tuple[str, ...]   # p
-    A: Array   # SI; shape (n, n)
-    B: Array   # shape (n, m)
-    C: Array   # shape (p, n)
-    D: Array   # shape (p, m)
-    units: dict[str, str]   # of every state, input and output
-    sample_time: float | None   # s; None for a continuous-time model
-    equilibrium: Equilibrium   # positions and currents that the model holds about
-    # Of a plant whose held inputs in d and q are commutated with its sampled outputs: what an output adds to each
-    # input, shape (m, p), A/m; B commutation C is part of A. None where nothing is commutated by a measurement.
+    name: str
+    states: tuple[str, ...]
+    inputs: tuple[str, ...]
+    outputs: tuple[str, ...]
+    A: Array
+    B: Array
+    C: Array
+    D: Array
+    units: dict[str, str]
+    sample_time: float | None
+    equilibrium: Equilibrium
     commutation: Array | None = None
 
     def __post_init__(self) -> None:

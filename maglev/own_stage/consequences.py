@@ -29,16 +29,26 @@ LONGEST_FALL = 10.0  # s, beyond which a mover without current counts as balance
 
 @dataclass(frozen=True)
 class Place:
-    """A stage at one air gap."""
+    """A stage at one air gap.
 
-    gap: float   # m
-    currents: dict[str, float]   # i_d that hold the mover, A, by motor, as the controllers' model has it, or none
-    # Net force on the mover at the limits of i_d, N: the most that closes the gap, and that opens it. What is left over
-    # to hold it is the smaller one; one below 0 N is missing.
+    Attributes
+    ----------
+    gap : float
+        m.
+    currents : dict of str to float
+        i_d that hold the mover, A, by motor, as the controllers' model has it; none where none do.
+    closing, opening : float
+        Net force on the mover at the limits of i_d, N: the most that closes the gap, and that opens it. What is left
+        over to hold it is the smaller one; one below 0 N is missing.
+    margins : dict of str to (float, float)
+        Of the measurement of each axis, all others closed, exact for plant, hold, lag, observer and law: phase
+        (degrees), and gain (dB), the smaller of that upwards and that downwards.
+    """
+
+    gap: float
+    currents: dict[str, float]
     closing: float
     opening: float
-    # Of the measurement of each axis, all others closed, exact for plant, hold, lag, observer and law: phase (degrees),
-    # and gain (dB), the smaller of that upwards and that downwards.
     margins: dict[str, tuple[float, float]]
 
 

@@ -312,7 +312,9 @@ def with_own_names(part: Part, others: Collection[str]) -> dict[str, str]:
     """Files of an FMU in which those that it alone has call their constants by names that it alone has."""
     own = {name: text for name, text in part.files.items() if name not in others}
     names = [name for text in own.values() for name in CONSTANT.findall(text)]
-    pattern = re.compile(rf"\b({'|'.join(names) or '(?!)'})\b")
+    if not names:
+        return dict(part.files)
+    pattern = re.compile(rf"\b({'|'.join(names)})\b")
     return {**part.files, **{name: pattern.sub(rf"\1_OF_{part.number}", text) for name, text in own.items()}}
 
 

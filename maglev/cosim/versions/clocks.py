@@ -186,8 +186,8 @@ class Ticking:
         """Make the event at a time (s), if there is one."""
         ticking = [clock for clock in self.clocks if abs(clock.due - now) <= PUNCTUAL * clock.interval]
         asked = bool(getattr(self.step, "event", False)) or now >= self.following
-        pending = any(not values.clocks[r] for values in self.values.values() for r in values.waiting)
-        if not (ticking or asked or pending):
+        if not (ticking or asked or any(not values.clocks[r] for values in self.values.values()
+                                        for r in values.waiting)):   # for any event
             return
         active = {clock.reference for clock in ticking}
         self.instance.enterEventMode()

@@ -103,7 +103,7 @@ def at_once(batches: Iterable[Batch]) -> Iterator[list[Batch]]:
 
 
 def run_together(kernel: "Kernel", repeated: RepeatedRun, job: Job, values: Array, batches: Sequence[Batch]
-                   ) -> dict[int, Sample | Found]:
+                 ) -> dict[int, Sample | Found]:
     """Run samples, by their numbers; as the processor runs some, the next begin here."""
     done: dict[int, Sample | Found] = {}
     under_way: list[tuple[Device, Begun, dict[str, Any]]] = []

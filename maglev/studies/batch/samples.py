@@ -28,7 +28,7 @@ from maglev.studies.targets import Target
 from maglev.user_controllers.blocks import Block
 
 STARTED_WITHIN = 60.0   # s, of the process, at least: no sample is to blame for a machine that takes its time
-ATTEMPTS = 2             # of a sample whose process dies: the first time it may be want of memory
+ATTEMPTS = 2            # of a sample whose process dies: the first time it may be want of memory
 
 
 def code_of_package() -> str:
