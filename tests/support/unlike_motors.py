@@ -9,6 +9,8 @@ import pytest
 
 from maglev.own_fmus import definition
 from maglev.own_stage.loop import setpoints
+from maglev.user_controllers.new import new_controller, new_plant
+from maglev.user_controllers.source import load
 from pmlsm.rig import Rig
 
 THOROUGH = [pytest.param(law, marks=pytest.mark.thorough) for law in ("Linear", "PID")]
@@ -45,3 +47,30 @@ def flown(rig: Rig, law: str, samples: int, side: float = 1.0, **plant: float) -
             rows.append([getattr(loop.plant, axis).position for axis in rig.axis_names])
             assert not loop.plant.at_stop
     return np.array(rows), loop
+
+
+def first_files(stage: Path, rig: Rig, at: list[float], off: list[float]) -> tuple[np.ndarray, ...]:
+    """What a stage's first controller demands at a place, how far off its references, and what comes of it.
+
+    Accelerations that it demands, its currents (motors, 2), and accelerations of the first plant under these.
+    """
+    controller, plant = (load(make(stage.with_name(file), str(stage))).definition.new_block().law
+                         for make, file in ((new_controller, "law.py"), (new_plant, "mover.py")))
+    for axis, position, error in zip(rig.axis_names, at, off, strict=True):
+        getattr(controller, axis).measured = getattr(plant, axis).position_start = position
+        getattr(controller, axis).reference = position - error
+    for motor in rig.motor_names:
+        setattr(controller, f"{motor}_gap_measured", at[0])   # of a platform that is level
+    for law in (controller, plant):
+        law.start()
+    controller.step(0.0)
+    demands = [-2.8 * getattr(controller, axis).bandwidth**2 * error
+               for axis, error in zip(rig.axis_names, off, strict=True)]
+    currents = []
+    for motor in rig.motor_names:
+        command, of = getattr(controller, motor), getattr(plant, motor)
+        of.i_a_cmd, of.i_b_cmd, of.i_c_cmd = command.i_a_cmd, command.i_b_cmd, command.i_c_cmd
+        currents.append([command.i_d_cmd, command.i_q_cmd])
+    plant.step(0.0, 1e-6)
+    return (np.array(demands), np.array(currents),
+            np.array([1e6 * getattr(plant, axis).velocity for axis in rig.axis_names]))

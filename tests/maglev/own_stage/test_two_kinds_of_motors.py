@@ -9,7 +9,7 @@ import pytest
 from described_stages import written
 from reference_pair import ReferenceMotor, lagrangian_motion, sheet_forces
 from reference_stage import G
-from unlike_motors import THOROUGH, flown, given_separately, tables
+from unlike_motors import THOROUGH, first_files, flown, given_separately, tables
 
 import maglev
 from maglev.errors import RigError
@@ -169,6 +169,15 @@ def test_swapped_motors_tilt_to_the_other_side(tmp_path: Path) -> None:
                      CURRENTS[::-1])
     assert mirrored * [1.0, 1.0, -1.0] == pytest.approx(found, abs=1e-13)
     assert flown(other, "", 10, -1.0)[0] * [1.0, 1.0, -1.0] == pytest.approx(flown(rig, "", 10)[0], abs=1e-9)
+
+
+def test_the_first_files_know_both_motors(tmp_path: Path) -> None:
+    """A controller to begin with gets the accelerations that it demands, and a plant to begin with has them."""
+    path, at = described(tmp_path / "unlike.toml"), [0.0195, 4e-3, 0.0]
+    rig = know_stage(path)
+    demands, currents, of_plant = first_files(path, rig, at, [1e-4, -5e-4, 3e-4])
+    assert accelerations(rig, np.array(at), currents) == pytest.approx(demands, rel=1e-5)
+    assert of_plant == pytest.approx(demands, rel=1e-4)
 
 
 @pytest.mark.thorough

@@ -9,7 +9,7 @@ from described_stages import written
 from reference_pair import ReferenceMotor, sheet_forces
 from reference_stage import G
 from scipy.integrate import solve_ivp
-from unlike_motors import THOROUGH, flown, given_separately, tables
+from unlike_motors import THOROUGH, first_files, flown, given_separately, tables
 
 import maglev
 from maglev.errors import RigError
@@ -190,6 +190,15 @@ def test_one_motor_given_apart_is_that_of_its_stage(tmp_path: Path) -> None:
     assert [rig.motors[0].kind is None for rig in rigs] == [True, False]
     common_rows, apart_rows = (flown(rig, "", 20)[0] for rig in rigs)
     assert apart_rows == pytest.approx(common_rows, abs=1e-11)
+
+
+def test_the_first_files_know_both_motors(tmp_path: Path) -> None:
+    """A controller to begin with gets the accelerations that it demands, and a plant to begin with has them."""
+    path, at = described(tmp_path / "unlike.toml"), [0.0245, 0.0, 3e-3]   # x between the slots: no modulation
+    rig = know_stage(path)
+    demands, currents, of_plant = first_files(path, rig, at, [1e-4, -5e-4, 3e-4])
+    assert accelerations(rig, np.array(at), currents) == pytest.approx(demands, rel=1e-5)
+    assert of_plant == pytest.approx(demands, rel=1e-4)
 
 
 @pytest.mark.thorough
