@@ -223,7 +223,7 @@ def place(rig: Rig, gap: float) -> Place:
               for key, value in (("peak", 1e3), ("continuous", 0.0))}
     try:
         loop = linearise_loop(f"Plant{rig.suffix}", f"Regulator{rig.suffix}", {rig.vertical.name: gap, **{
-            axis.name: axis.start for axis in rig.axes[1:]}}, plant_parameters=lifted,
+            axis.name: axis.start for axis in rig.horizontal}}, plant_parameters=lifted,
             controller_parameters={"current_limit": 0.0})
     except LinearModelError:   # the stage itself is not held where its model is
         return Place(gap, {}, closing, opening, {})
