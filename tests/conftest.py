@@ -71,9 +71,9 @@ def one_at_a_time() -> Iterator[None]:
         yield
 
 
-@pytest.fixture(scope="module")
-def processes_kept(slow: None) -> Iterator[None]:
-    """Processes that have flown the runs, or the study, of one command of a file fly those of the next."""
+@pytest.fixture(scope="module", autouse=True)
+def processes_kept() -> Iterator[None]:
+    """Processes that have done the runs, or the study, of one command of a file do those of the next."""
     with kept_processes() as idle, pytest.MonkeyPatch.context() as patch:
         for module in ("maglev.experiment.chain", "maglev.studies.batch.batches"):
             patch.setattr(f"{module}.kept_processes", lambda: nullcontext(idle))
@@ -278,7 +278,7 @@ def load_either(slow: None, request: pytest.FixtureRequest) -> Load:
     return function
 
 
-@pytest.fixture(params=["fmus", "native_fmus"], ids=["python", "native"])
+@pytest.fixture(params=["native_fmus", "fmus"], ids=["native", "python"])
 def either_kind(slow: None, request: pytest.FixtureRequest) -> Path:
     """Folder with every FMU, once for each kind."""
     folder: Path = request.getfixturevalue(request.param)

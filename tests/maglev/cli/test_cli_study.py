@@ -10,7 +10,7 @@ from report_outcomes import outcome
 
 import maglev as package
 
-pytestmark = pytest.mark.usefixtures("processes_kept")
+pytestmark = pytest.mark.usefixtures("slow")
 
 LOOPS = Path(__file__).parents[3] / "scenarios" / "loops"
 
@@ -121,7 +121,7 @@ def test_a_run_ends_with_what_its_reader_wants(fastest_fmus: Path, tmp_path: Pat
     assert "maglev run" not in done.stderr
 
 
-@pytest.mark.usefixtures("processes_kept")
+@pytest.mark.usefixtures("slow")
 def test_a_study_without_a_file_shows_each_of_its_values(fastest_fmus: Path, hold: Path, tmp_path: Path) -> None:
     """By its name before no more, which says the one of now."""
     path = tmp_path / "short.toml"

@@ -118,7 +118,7 @@ def test_a_stage_of_ones_own_follows(tmp_path: Path, monkeypatch: pytest.MonkeyP
     assert abs(positions(unknown, rig) - positions(nominal, rig)).max() > 1e-4
 
 
-@pytest.mark.usefixtures("processes_kept")
+@pytest.mark.usefixtures("slow")
 def test_every_sample_of_a_study_follows(fastest_fmus: Path, tmp_path: Path) -> None:
     """Each has the masses that are drawn for it; what is set is as it is set."""
     path = scenario(tmp_path, RIGS["2dof"], "Regulator", steps=True)

@@ -98,7 +98,7 @@ def test_what_was_there_stays(fmus: Path, tmp_path: Path) -> None:
     assert json.loads(before[tmp_path / "short.json"])["name"] == "short"
 
 
-@pytest.mark.usefixtures("processes_kept")
+@pytest.mark.usefixtures("slow")
 def test_a_study_may_vary_what_is_within_reach(fmus: Path, tmp_path: Path) -> None:
     """Its samples are simulated as it asks, as maps of the operating range do; which touch a stop is what it finds."""
     path = tmp_path / "short.toml"

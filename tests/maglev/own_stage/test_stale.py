@@ -17,7 +17,7 @@ from maglev.own_fmus import stale
 from maglev.own_stage.adoption import know_stage
 from maglev.stages import STAGES
 
-pytestmark = pytest.mark.usefixtures("slow", "processes_kept")
+pytestmark = pytest.mark.usefixtures("slow")
 
 SHORT = """
 extends = "mine-setpoints.toml"
@@ -109,7 +109,7 @@ def test_no_command_is_left_out() -> None:
     assert set(with_fmus(typer.main.get_command(app))) == {*COMMANDS, *BUILDS, *EMULATED}
 
 
-@pytest.mark.few(3)
+@pytest.mark.few(1)
 @pytest.mark.parametrize("name", COMMANDS)
 def test_every_command_says_it(folder: Path, monkeypatch: pytest.MonkeyPatch, name: str) -> None:
     monkeypatch.chdir(folder)
@@ -144,6 +144,7 @@ def test_an_environment_and_the_functions_say_it(folder: Path, monkeypatch: pyte
         gymnasium.make("maglev.gym:maglev/Stage-v0", stage="mine.toml", fmus="fmus")
 
 
+@pytest.mark.thorough
 def test_a_build_makes_it_current(folder: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     """Last: the folder is then as a user has it."""
     monkeypatch.chdir(folder)

@@ -9,7 +9,7 @@ import maglev
 from maglev.own_stage.new import new_stage
 from maglev.stages import STAGES
 
-pytestmark = pytest.mark.usefixtures("processes_kept")
+pytestmark = pytest.mark.usefixtures("slow")
 
 # With gains that leave a tuning something to find: those designed for the stage do not.
 SHORT = """extends = ["kite-setpoints.toml", "gains/2dof.toml"]

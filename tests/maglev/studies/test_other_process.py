@@ -20,7 +20,7 @@ from maglev.studies import planning
 from maglev.studies.batch.samples import gathered, run_samples_apart
 from maglev.studies.planning import PlannedStudy, plan_study
 
-pytestmark = pytest.mark.usefixtures("processes_kept")
+pytestmark = pytest.mark.usefixtures("slow")
 
 HANGS = ("        w = self.bandwidth\n", "        while self.bandwidth > 65.0:\n            pass\n"
                                           "        w = self.bandwidth\n")

@@ -13,7 +13,7 @@ import maglev
 from maglev.errors import ControllerError
 from maglev.studies.batch import batches
 
-pytestmark = pytest.mark.usefixtures("processes_kept")
+pytestmark = pytest.mark.usefixtures("slow")
 
 RANGES = {"plant.v.friction.coulomb,plant.h.friction.coulomb": "±20 %", "controller.bandwidth": "50:70"}
 
@@ -71,6 +71,7 @@ def test_what_is_translated_flies_in_the_loop(native_fmus: Path, tmp_path: Path,
         assert found["rms error of v"][sample] == found.run(sample).metrics.rms_errors["v"]
 
 
+@pytest.mark.thorough
 def test_names_of_ours_are_a_users_to_have(native_fmus: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     """A class Axis and a function saturate: the plant in the same loop has such, too."""
     path = tmp_path / "named.py"

@@ -20,7 +20,7 @@ from maglev.schema.loading import load_plan
 from maglev.tuning.planning import PlannedTuning, plan_tuning
 from maglev.tuning.schema import FOLDER, load_tuning, read_tuning
 
-pytestmark = pytest.mark.usefixtures("processes_kept")
+pytestmark = pytest.mark.usefixtures("slow")
 
 START = {"set": ["plant.h.position_start"], "low": "-1 mm", "high": "1 mm"}
 POLES = {"of": ["controller.h"], "rate": {"low": 5, "high": 20}, "damping": {"low": 0.5, "high": 1}}
