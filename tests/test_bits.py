@@ -87,6 +87,7 @@ def test_what_is_exact_is_not(text: str) -> None:
     assert inexact(text) == []
 
 
+@pytest.mark.few(2)
 @pytest.mark.usefixtures("slow")
 @pytest.mark.parametrize("number", range(len(tool().QUICK)))
 def test_bits_of_one_run(number: int) -> None:

@@ -32,6 +32,7 @@ MUTATIONS = TOOL.read_mutations()
 plans_of = cache(TOOL.plans_of)
 
 
+@pytest.mark.few(70)
 @pytest.mark.parametrize("mutation", MUTATIONS, ids=str)
 def test_a_mutation_changes_one_place_of_a_block_that_its_runs_fly(mutation: Any) -> None:
     changed = mutation.source()

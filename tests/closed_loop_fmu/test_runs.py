@@ -159,6 +159,7 @@ def test_a_push_moves_the_mover_of_the_loop_as_that_of_the_plant(native_fmus: Pa
     assert np.ptp(recording.columns["loop.plant.x.position"]) > 1e-4
 
 
+@pytest.mark.few(5)
 @pytest.mark.parametrize("name", LOOPS)
 def test_default_experiment_levitates_with_nothing_set(native_fmus: Path, name: str) -> None:
     result = fmpy.simulate_fmu(str(native_fmus / f"{name}.fmu"))

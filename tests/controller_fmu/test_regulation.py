@@ -107,7 +107,7 @@ IDEAL = pytest.mark.parametrize(("rig", "original"), [(2, False), (3, False), (3
 
 
 # To a regulator both are one acceleration.
-@pytest.mark.few(2)
+@pytest.mark.few(1)
 @pytest.mark.parametrize(("rig", "original", "disturbance"), [
     (2, False, "force"), (3, True, "force"), (2, False, "bias"), (3, False, "bias"),
     *(pytest.param(3, original, disturbance, marks=pytest.mark.thorough)

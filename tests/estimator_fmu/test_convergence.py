@@ -50,7 +50,7 @@ def test_other_constants(flight: Flight, rig: int, seed: int, seconds: float) ->
     assert (errors(estimates, truth) < [0.01] * (len(truth) - 1) + [0.03]).all()
 
 
-@pytest.mark.few(1)
+@pytest.mark.thorough
 @pytest.mark.parametrize(("index", "forgetting"), [(0, 0.0), (0, 0.2), (1, 0.2), (2, 0.2)])
 def test_constant_that_jumps(flight: Flight, index: int, forgetting: float) -> None:
     """20 % at 15 s. Four seconds later an estimate that forgets is there, by (1 − γ⁻²)/ρ = 0.87 s; else it is not."""

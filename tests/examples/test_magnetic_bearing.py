@@ -57,6 +57,7 @@ def test_it_moves_as_the_equations_say(slow: None) -> None:
     assert [str(claim.verdict) for claim in run.verdicts] == ["met"]
 
 
+@pytest.mark.thorough
 def test_native_fmus_of_both_have_the_bits_of_the_files(slow: None, tmp_path: Path) -> None:
     require_native_tools()
     built = [maglev.build(FOLDER / name, fmus=tmp_path, kind="native", target="host")[0]

@@ -84,7 +84,7 @@ def responds(run: maglev.Run, settling: list[float], overshoot: list[float]) -> 
 SOME = [REGULATOR, "lqi_kalman", *(pytest.param(name, marks=pytest.mark.thorough) for name in NAMES[1:])]
 
 
-@pytest.mark.few(2)
+@pytest.mark.few(1)
 @pytest.mark.parametrize("name", NAMES)
 @pytest.mark.filterwarnings("ignore:controller .* has no")
 def test_it_flies(name: str, fastest_fmus: Path, tmp_path: Path) -> None:

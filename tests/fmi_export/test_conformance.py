@@ -28,7 +28,7 @@ RATIOS = ("attraction_modulation", "gamma", "seed", "roughness_seed", "convergen
 OF_MODES = (".mode.damping", ".mode.mass_share", ".mode.encoder_share")
 
 
-@pytest.mark.few(20)
+@pytest.mark.few(8)
 @pytest.mark.parametrize("name", DEFINITIONS)
 def test_fmpy_validates(fmus: Path, name: str) -> None:
     assert validate_fmu(str(fmus / f"{name}.fmu")) == []

@@ -181,6 +181,7 @@ def test_users_controllers_have_a_face() -> None:
     assert all("<svg" in written(sampled) for sampled in (0, 1))
 
 
+@pytest.mark.few(12)
 @pytest.mark.parametrize("name", DEFINITIONS)
 def test_both_kinds_have_the_same_face(fmus: Path, native_fmus: Path, name: str) -> None:
     faces = []

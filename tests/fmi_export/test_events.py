@@ -23,6 +23,7 @@ def by_clock(clocked_fmus: Path, tmp_path: Path) -> Instance:
     return Instance(unpacked(clocked_fmus / f"{NAME}.fmu", tmp_path))
 
 
+@pytest.mark.few(1)
 @pytest.mark.parametrize("interval", [SAMPLE, 3.3 * SAMPLE, 20 * SAMPLE])
 def test_fmpy_steps_as_it_likes(fmi3_fmus: Path, interval: float) -> None:
     """With event mode and early return, each sample is what steps on the grid give, whatever the step."""

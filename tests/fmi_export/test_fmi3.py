@@ -48,7 +48,7 @@ def told(variable: ModelVariable) -> tuple[object, ...]:
             variable.max, variable.nominal, variable.description)
 
 
-@pytest.mark.few(20)
+@pytest.mark.few(8)
 @pytest.mark.parametrize("name", DEFINITIONS)
 @pytest.mark.usefixtures("slow")
 def test_description_is_that_of_fmi_2_with_the_time(tmp_path: Path, name: str) -> None:

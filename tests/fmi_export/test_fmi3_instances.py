@@ -43,6 +43,7 @@ def test_a_state_before_each_call(new: partial[Instance]) -> None:
     assert "that this FMU has written" in one.refusal(lambda: one.fmu.deserializeFMUState(altered))
 
 
+@pytest.mark.few(1)
 def test_50_instances_in_four_threads(new: partial[Instance]) -> None:
     """Each does what it does alone; ctypes lets them run at the same time."""
     def flown(one: Instance) -> tuple[list[object], bytes]:

@@ -58,7 +58,7 @@ def compiled(source: Path, output: Path, *flags: str) -> Path:
     return output
 
 
-@pytest.mark.few(4)
+@pytest.mark.few(2)
 @pytest.mark.parametrize("name", NAMES)
 @pytest.mark.parametrize("arithmetic", ["hardware", "portable"])
 def test_it_asks_for_nothing(written: Path, tmp_path: Path, name: str, arithmetic: str) -> None:
@@ -86,7 +86,7 @@ def structure(variables: Iterable[Variable]) -> Any:
     return type("Ports", (ctypes.Structure,), {"_fields_": fields})()
 
 
-@pytest.mark.few(6)
+@pytest.mark.few(3)
 @pytest.mark.parametrize("name", NAMES)
 @pytest.mark.parametrize("arithmetic", ["hardware", "portable"])
 def test_it_has_the_bits_of_the_block(written: Path, tmp_path: Path, name: str, arithmetic: str) -> None:

@@ -72,7 +72,7 @@ class Pair:
         assert python == native
 
 
-@pytest.mark.few(20)
+@pytest.mark.few(10)
 @pytest.mark.parametrize("name", DEFINITIONS)
 @settings(max_examples=6, suppress_health_check=[HealthCheck.function_scoped_fixture, HealthCheck.too_slow])
 @given(data=st.data())
@@ -124,7 +124,7 @@ def run(pair: Pair, data: st.DataObject, name: str) -> None:
             time, count = time + size, count + 1
 
 
-@pytest.mark.few(20)
+@pytest.mark.few(10)
 @pytest.mark.parametrize("name", DEFINITIONS)
 def test_long_run(load: Load, load_native: Load, name: str) -> None:
     """Far from rest: stops, trips, saturation, and regions of a schedule are all passed through."""

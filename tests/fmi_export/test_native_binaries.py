@@ -157,7 +157,7 @@ def test_no_binary_asks_for_a_mathematical_function(native_fmus: Path, tmp_path:
         assert "strlen" in asked and asked <= TAKEN, (name, asked - TAKEN)
 
 
-@pytest.mark.few(4)
+@pytest.mark.few(2)
 @pytest.mark.parametrize("name", [
     *(f"{kind}{stage}DOF" for kind in ("Plant", "ClosedLoop", "Estimator", "Measurement") for stage in (2, 3, 5)),
     "ScheduledRegulator3DOF", "PID5DOF"])

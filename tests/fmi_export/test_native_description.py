@@ -88,6 +88,7 @@ def test_description_is_that_of_the_python_fmu(fmus: Path, native_fmus: Path, na
     assert texts[0] == texts[1]
 
 
+@pytest.mark.few(14)
 @pytest.mark.parametrize("name", DEFINITIONS)
 def test_fmpy_validates(native_fmus: Path, name: str) -> None:
     assert validate_fmu(str(native_fmus / f"{name}.fmu")) == []

@@ -51,6 +51,7 @@ def test_many_random_programs(sanitized: Callable[[str], Path], tmp_path: Path, 
     assert count == 3000 and refusals > 10000
 
 
+@pytest.mark.thorough
 def test_many_random_programs_of_fmi_3(fmi3_fmus: Path, tmp_path: Path) -> None:
     sources = unpacked_sources(fmi3_fmus / "Regulator3DOF.fmu", tmp_path)
     tool = compiled(sources, tmp_path / "fuzz", *SANITIZERS, "-DFMI3", extra=(HERE / "fuzz.c",))

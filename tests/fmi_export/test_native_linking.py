@@ -45,6 +45,7 @@ def objects(native_fmus: Path, headers: Path, tmp_path_factory: pytest.TempPathF
     return built_once(tmp_path_factory, "objects", make)
 
 
+@pytest.mark.thorough
 @pytest.mark.parametrize("name", COMPILED)
 def test_every_name_that_the_linker_sees_is_the_fmus_own(objects: Path, name: str) -> None:
     listing = subprocess.run([require_command("nm"), "--defined-only", "--extern-only", "--format=posix",
@@ -55,6 +56,7 @@ def test_every_name_that_the_linker_sees_is_the_fmus_own(objects: Path, name: st
     assert {each for each in names if not each.startswith(f"{name}_")} == set()
 
 
+@pytest.mark.thorough
 def test_two_fmus_in_one_program(objects: Path, headers: Path, native_fmus: Path, tmp_path: Path) -> None:
     """Plant and regulator fly as they do as shared libraries, bit for bit."""
     program = tmp_path / "two_fmus"

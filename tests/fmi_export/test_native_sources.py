@@ -20,7 +20,7 @@ def compiled_before() -> set[bytes]:
     return set()
 
 
-@pytest.mark.few(13)
+@pytest.mark.few(5)
 @pytest.mark.parametrize("name", DEFINITIONS)
 def test_sources_alone_compile_without_a_warning_and_without_global_variables(
         native_fmus: Path, tmp_path: Path, compiled_before: set[bytes], name: str) -> None:

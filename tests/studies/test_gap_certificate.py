@@ -167,6 +167,7 @@ def test_the_certificate_holds_in_rational_arithmetic(loop: Loop) -> None:
     assert verify(loop, found)
 
 
+@pytest.mark.few(4)
 @pytest.mark.parametrize("loop", LOOPS.values(), ids=LOOPS)
 @pytest.mark.parametrize("change", ["rate", "decay", "sign", "asymmetry", "length"])
 def test_what_is_none_is_refused(change: str, loop: Loop) -> None:

@@ -23,6 +23,7 @@ def commands(folder: Path, name: str) -> list[list[str]]:
     return [shlex.split(line) for line in found if "--update" not in line]
 
 
+@pytest.mark.thorough
 @pytest.mark.parametrize("stage", ["2dof", *(pytest.param(name, marks=pytest.mark.thorough)
                                                            for name in ("mine.toml", "3dof", "5dof"))])
 def test_the_repository_of_a_user(tmp_path: Path, monkeypatch: pytest.MonkeyPatch, stage: str) -> None:

@@ -39,7 +39,7 @@ def test_every_run_has_a_baseline_and_every_baseline_a_run() -> None:
     assert all(file.stat().st_size < 1_000_000 for file in expected)
 
 
-@pytest.mark.few(3)
+@pytest.mark.few(1)
 @every_pair
 def test_an_unchanged_pair_passes(fmus: Path, run: RunPlan) -> None:
     result = checked(run, fmus)

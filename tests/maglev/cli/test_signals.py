@@ -91,7 +91,7 @@ def test_while_the_command_itself_is_imported() -> None:
     assert (done.returncode, done.stdout, done.stderr) == (130, "", "maglev: interrupted\n")
 
 
-@pytest.mark.few(1)
+@pytest.mark.thorough
 @pytest.mark.parametrize(("number", "code", "word"), CODES)
 def test_a_run_of_python_fmus(fmus: Path, tmp_path: Path, long: Callable[[str], Path], number: int, code: int,
                               word: str) -> None:

@@ -23,6 +23,7 @@ def redirected(redirections: str, *command: str) -> subprocess.CompletedProcess[
                           check=False)
 
 
+@pytest.mark.few(2)
 @pytest.mark.parametrize("what", PRINTED)
 @pytest.mark.usefixtures("slow")
 def test_a_reader_that_has_gone_ends_the_command_without_a_word(what: str) -> None:
@@ -35,6 +36,7 @@ def test_a_reader_that_has_gone_ends_the_command_without_a_word(what: str) -> No
     assert command.stderr == b""
 
 
+@pytest.mark.few(2)
 @pytest.mark.parametrize("what", PRINTED)
 @pytest.mark.usefixtures("slow")
 def test_a_full_disk_behind_the_output_is_one_line(what: str) -> None:

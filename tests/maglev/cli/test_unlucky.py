@@ -98,6 +98,7 @@ def test_files_of_a_block_that_fails_do_not_appear(tmp_path: Path) -> None:
     assert list(tmp_path.iterdir()) == []
 
 
+@pytest.mark.thorough
 def test_junit_that_cannot_be_written_hides_no_results(fmus: Path, tmp_path: Path) -> None:
     result = maglev("check", "2dof-smooth-nonlinear", "--fmus", fmus, "--junit", tmp_path)
     assert "2dof-smooth-nonlinear: passed" in result.stdout

@@ -38,6 +38,7 @@ def refusal(fmu: Path, loop: object = None) -> tuple[str, int]:
     return str(failure.value), len(failure.value.recording.time)
 
 
+@pytest.mark.few(4)
 @pytest.mark.parametrize("what", NOT_MADE)
 def test_a_step_counts_only_when_it_was_made(tmp_path: Path, loop: object, what: str) -> None:
     statement, last = NOT_MADE[what]
@@ -47,6 +48,7 @@ def test_a_step_counts_only_when_it_was_made(tmp_path: Path, loop: object, what:
         f"{last} s, expected 0.15 s", 3)
 
 
+@pytest.mark.few(4)
 @pytest.mark.parametrize("statement", ["*early = true; *last = time + step;", "*last = time;", "*last = NAN;",
                                        "*early = true; *last = (time + step) * (1.0 + 1e-15);",
                                        "*event = true; *early = false;"])
@@ -62,6 +64,7 @@ def test_an_fmu_that_asks_for_the_end_says_so(tmp_path: Path, loop: object) -> N
                                   "the end of the simulation", 3)
 
 
+@pytest.mark.few(3)
 @pytest.mark.parametrize("value", [2, 7, 255])
 def test_a_boolean_is_0_or_1(tmp_path: Path, loop: object, value: int) -> None:
     """Refused with what came before it, whatever step of the block it is in."""
@@ -93,6 +96,7 @@ WARNINGS = {
                      "the gap is odd (6 times)")}
 
 
+@pytest.mark.few(5)
 @pytest.mark.parametrize("what", WARNINGS)
 def test_a_warning_is_told_once(tmp_path: Path, loop: object, what: str) -> None:
     holes, said = WARNINGS[what]

@@ -30,6 +30,7 @@ def assert_moves(rows: np.ndarray) -> None:
     assert np.ptp(rows, axis=0).min() > 1e-6, "something has to move for this to mean anything"
 
 
+@pytest.mark.few(1)
 def test_ecos_is_our_jacobi_order(either_kind: Path, tmp_path: Path) -> None:
     plan = loop("Stage3DOF", STOP_TIME)
     rows = foreign("ecos", plan, either_kind, tmp_path)
@@ -37,6 +38,7 @@ def test_ecos_is_our_jacobi_order(either_kind: Path, tmp_path: Path) -> None:
     assert np.array_equal(rows, ours(plan, either_kind, "jacobi"))
 
 
+@pytest.mark.few(1)
 def test_libcosim_is_our_jacobi_order_with_its_clock(either_kind: Path, tmp_path: Path) -> None:
     plan = loop("Stage3DOF", STOP_TIME)
     rows = foreign("libcosim", plan, either_kind, tmp_path)
@@ -63,6 +65,7 @@ def test_system_without_ports(native_fmus: Path, systems: Path, tmp_path: Path, 
     assert np.array_equal(rows, same)
 
 
+@pytest.mark.few(1)
 @pytest.mark.parametrize("system", ["Stage2DOF", "Stage3DOF"])
 def test_fmpy_ssp_is_our_jacobi_order_from_zero(native_fmus: Path, systems: Path, tmp_path: Path, system: str) -> None:
     """fmpy exchanges nothing before the first step: the controller waits for a measurement."""
@@ -81,6 +84,7 @@ def test_fmpy_ssp_with_fmus_in_python(fmus: Path, tmp_path: Path) -> None:
     assert np.array_equal(rows, ours_from_zero(plan, fmus))
 
 
+@pytest.mark.few(1)
 @pytest.mark.parametrize("coupling", ["adaptive", "loose"])
 def test_fmpy_ssp_adapts_as_we_do(fmus: Path, tmp_path: Path, coupling: str) -> None:
     """Two sinusoids under the regulator that adapts, and with constants from an estimator: the same bits."""

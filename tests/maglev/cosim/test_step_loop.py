@@ -238,6 +238,7 @@ def test_it_is_known_by_its_content(native_fmus: Path, own: Path, tmp_path: Path
     assert build_loop() == loop == own_loop()
 
 
+@pytest.mark.thorough
 def test_without_room_for_it_runs_are_stepped_in_python(native_fmus: Path, own: Path, loops: list[bool]) -> None:
     own.write_text("no folder")
     with pytest.warns(UserWarning, match="cache: the step loop cannot be kept there, expected a folder"):

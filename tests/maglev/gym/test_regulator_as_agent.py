@@ -59,7 +59,7 @@ output_interval = "{interval}"
 """
 
 
-@pytest.mark.few(6)
+@pytest.mark.few(3)
 @pytest.mark.parametrize("rig", RIG_NAMES)
 @pytest.mark.parametrize(("action", "measured"), [("dq", False), ("phases", False), ("dq", True), ("phases", True)])
 def test_regulator_flies_as_in_a_run(make: Make, folder: Path, tmp_path: Path, rig: str, action: str,

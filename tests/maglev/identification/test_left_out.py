@@ -38,7 +38,7 @@ def real(rig: str, method: str = "reduced") -> tuple[Identification, Data]:
     return identify(recording, method, match=True), data
 
 
-@pytest.mark.few(1)
+@pytest.mark.thorough
 @pytest.mark.parametrize(("rig", "method"), [("2dof", "reduced"), ("2dof", "fsdi"),
                                              pytest.param("3dof", "reduced", marks=pytest.mark.thorough)])
 def test_the_truth_is_within_the_uncertainty(rig: str, method: str) -> None:

@@ -114,6 +114,7 @@ def sample(block: Any, model: LinearModel, state: Sequence[float] | np.ndarray, 
     return np.array([*read_all(block, model.states), *read_all(block, model.outputs)])
 
 
+@pytest.mark.few(20)
 @pytest.mark.parametrize(("name", "parameters"), CASES)
 @pytest.mark.parametrize("currents", ["dq", "phases"])
 def test_matrices_are_those_of_the_block(name: str, parameters: dict[str, float | str], currents: Currents) -> None:

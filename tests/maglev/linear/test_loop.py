@@ -89,6 +89,7 @@ def test_the_gain_margin_with_a_flexible_mode_is_where_the_flying_loop_begins_to
     assert ends[0] < 0.9 and ends[1] > 1.1
 
 
+@pytest.mark.thorough
 @pytest.mark.usefixtures("slow")
 def test_stage_settles_as_the_slowest_pole_says() -> None:
     """3-DOF, after 10 µm off in the gap: once the fast poles have died out, the error is the slowest pair's decay."""

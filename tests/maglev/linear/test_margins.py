@@ -67,7 +67,7 @@ def test_gain_and_delay_to_the_limit_and_beyond(controller: str, at: str) -> Non
     assert stable[0] < 1.0 < stable[1]
 
 
-@pytest.mark.few(4)
+@pytest.mark.few(2)
 @pytest.mark.parametrize(("controller", "at"), OPENINGS)
 @pytest.mark.usefixtures("slow")
 def test_margins_are_those_of_python_control(controller: str, at: str) -> None:

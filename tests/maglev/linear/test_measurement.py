@@ -62,6 +62,7 @@ def test_what_the_block_does(name: str) -> None:
     assert (pushed - rest)[x] == pytest.approx(slope * pushes[x], rel=1e-6)
 
 
+@pytest.mark.thorough
 @pytest.mark.usefixtures("slow")
 def test_a_loop_loses_its_margin_of_delay() -> None:
     """One that measures without delay is the loop without a measurement, also where the platform tilts."""

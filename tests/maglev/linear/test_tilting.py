@@ -205,7 +205,7 @@ def growth(load: Callable[[str], Fmu], axis: str, factor: float, rest: dict[str,
     return float(np.abs(errors[-round(WINDOW / dt):]).max() / np.abs(errors[:round(BEGINNING / dt)]).max())
 
 
-@pytest.mark.few(1)
+@pytest.mark.thorough
 @pytest.mark.parametrize("axis", ["y", "roll"])
 @pytest.mark.parametrize("side", ["gain_down", "gain_up"])
 def test_native_fmus_within_a_tenth_of_the_margin_and_beyond(load_native: Callable[[str], Fmu], axis: str,

@@ -48,7 +48,7 @@ def fmus(native_fmus: Path, tmp_path: Path) -> Path:
     return tmp_path / "fmus"
 
 
-@pytest.mark.few(1)
+@pytest.mark.thorough
 @pytest.mark.parametrize(("controller", "run"), [
     ("Regulator3DOF", "3dof-setpoints-improved"), ("ScheduledRegulator3DOF", "3dof-setpoints"),
     ("LinearRegulator5DOF", "5dof-setpoints"), ("PID2DOF", "2dof-setpoints")])

@@ -61,6 +61,7 @@ def test_a_real_motor_flies_at_the_first_try(tmp_path: Path, law: str) -> None:
     assert rig.design.current_limit == pytest.approx(6.5 * sqrt(2.0))
 
 
+@pytest.mark.thorough
 @pytest.mark.usefixtures("slow")
 @pytest.mark.parametrize(("motor", "like"), [("small", "2dof"), *(
     pytest.param(*each, marks=pytest.mark.thorough) for each in (("medium", "3dof"), ("large", "5dof")))])

@@ -145,6 +145,7 @@ def test_it_flies(tmp_path: Path, law: str) -> None:
     assert definition("AdaptiveRegulatorUnlike").new_block().start() == 0
 
 
+@pytest.mark.thorough
 @pytest.mark.parametrize("law", ["", *THOROUGH])
 def test_a_linear_loop_is_about_the_currents_that_a_law_comes_to(tmp_path: Path, law: str) -> None:
     """Each law has its own: without friction and with exact encoders a flight comes to them."""

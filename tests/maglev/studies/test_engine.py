@@ -136,6 +136,7 @@ def test_studies_as_data(fastest_fmus: Path, tmp_path: Path) -> None:
         study.command(5)
 
 
+@pytest.mark.thorough
 def test_a_foreign_fmu_that_crashes(fastest_fmus: Path, tmp_path: Path) -> None:
     """The study goes on, and says so; it was flown beside the process of its batch."""
     flown(of_a_crash(fastest_fmus, tmp_path), tmp_path)
