@@ -7,7 +7,7 @@ from typing import NamedTuple, Protocol
 
 from fmi_export.definition import Variable
 from maglev.errors import MaglevError, nearest
-from maglev.units import known_unit, parse_quantity, refused_as
+from maglev.units import known_unit, own_number, parse_quantity, refused_as
 
 REALS = ("Real", "Float64", "Float32")   # types of FMI 2.0 and 3.0
 INTEGERS = ("Integer", *(f"{sign}Int{bits}" for sign in ("", "U") for bits in (8, 16, 32, 64)))
@@ -48,16 +48,14 @@ class Parameter(NamedTuple):
 
     @property
     def expected(self) -> str:
-        if self.boolean:
-            return "true or false"
-        return f"a number{f' of {self.unit}' if self.unit else ''}"
+        return "true or false" if self.boolean else f"a number{f' of {self.unit}' if self.unit else ''}"
 
     def read(self, given: object, place: str, error: type[MaglevError]) -> float | bool:
         """Value in SI of what is given: a Boolean, a number in SI, or text with a unit.
 
         An error in one line that begins with the place, with what is given and what was expected.
         """
-        plain = given.item() if getattr(given, "shape", None) == () else given   # type: ignore[attr-defined]  # numpy's
+        plain = own_number(given)
         if isinstance(plain, bool) or self.boolean:
             if isinstance(plain, bool) and self.boolean:
                 return plain

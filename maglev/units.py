@@ -12,7 +12,7 @@ from contextlib import contextmanager
 from decimal import Decimal
 from difflib import get_close_matches
 from functools import lru_cache
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 from fmi_export.units import UnknownUnit, exponents, factors, written
 from maglev.errors import MaglevError, QuantityError
@@ -88,10 +88,7 @@ def unit_of(unit: str) -> Unit:
         dimension = dimension_of(si)
     except (UnknownUnit, KeyError):
         raise QuantityError(f"unknown unit {unit!r}; {like(spelled)}") from None
-    total = Decimal(1)
-    for (_, by), power in parts:
-        total *= Decimal(repr(by)) ** power
-    return Unit(si, float(total), dimension)
+    return Unit(si, float(math.prod(Decimal(repr(by)) ** power for (_, by), power in parts)), dimension)
 
 
 def like(unit: str, units: Iterable[str] = UNITS) -> str:
@@ -171,6 +168,11 @@ def factor(unit: str) -> float:
     return unit_of(unit).factor
 
 
+def own_number(value: object) -> Any:
+    """A number of NumPy's, or an array without dimensions, as Python has it; anything else as it is."""
+    return value.item() if getattr(value, "shape", None) == () else value   # type: ignore[attr-defined]
+
+
 def read_quantity(value: object, unit: str | None = None) -> Quantity:
     """Read a quantity of a scenario file: its value in SI, and the unit of the text (None for a plain number).
 
@@ -178,6 +180,7 @@ def read_quantity(value: object, unit: str | None = None) -> Quantity:
     `unit`, if there is one; "1.5 pi rad/s" is 1.5 π rad/s. QuantityError if the value is not a finite number, has no or
     an unknown unit, or is of another dimension than `unit`.
     """
+    value = own_number(value)
     if isinstance(value, str):
         quantity = read_text(value)
         if unit is not None and unit_of(str(quantity.unit)).dimension != unit_of(unit).dimension:
@@ -193,10 +196,8 @@ def read_quantity(value: object, unit: str | None = None) -> Quantity:
 def read_text(text: str) -> Quantity:
     """Read a number with its unit."""
     number, unit = split_text(text)
-    try:
+    with refused_as(QuantityError, repr(text)):
         value = scaled(number, factor(unit))
-    except QuantityError as error:
-        raise QuantityError(f"{text!r}: {error}") from None
     if not math.isfinite(value):
         raise QuantityError(f"{text!r} is not a quantity, expected a finite number")
     return Quantity(value, unit)
@@ -258,10 +259,8 @@ def to_unit(value: float, unit: str) -> float:
 
     QuantityError if the unit is unknown; the message names the value and the nearest known unit.
     """
-    try:
+    with refused_as(QuantityError, f"cannot convert {value!r}"):
         by = factor(unit)
-    except QuantityError as error:
-        raise QuantityError(f"cannot convert {value!r}: {error}") from None
     if not math.isfinite(value):
         return value
     return float(Decimal(repr(float(value))) / Decimal(repr(by)))

@@ -13,7 +13,7 @@ from maglev.schema.layers import entries
 from maglev.schema.signals.kinds import Signal
 from maglev.schema.toml_table import Metres, Radians, Seconds, Table, ValueKind, key_refused
 from maglev.time_grid import whole_steps
-from maglev.units import known_unit, parse_quantity, read_quantity, split_text
+from maglev.units import known_unit, own_number, parse_quantity, read_quantity, split_text
 from pmlsm.rig import Rig
 from pmlsm.rigs import rig_of
 
@@ -34,12 +34,11 @@ class StartValue(NamedTuple):
 
 def read_start_value(value: Any) -> StartValue:
     """Read a Boolean, a number, or text with a unit."""
+    value = own_number(value)
     if isinstance(value, bool):
         return StartValue(value, None, value)
-    if isinstance(value, int):
-        read_quantity(value)   # refuses what no float can hold
-        return StartValue(value, None, value)
-    return StartValue(*read_quantity(value), value)
+    si, unit = read_quantity(value)   # refuses what no float can hold
+    return StartValue(value if isinstance(value, int) else si, unit, value)
 
 
 def read_allowed(value: Any) -> StartValue:

@@ -63,7 +63,7 @@ class Varied(Table):
             raise key_refused(key, table[key], f"expected none with kind = {kind!r}, which has "
                                                f"{', '.join(KEYS[kind])}")
         for key in KEYS[kind]:
-            if key not in table and key != "deviation":   # a covariance can take its place
+            if table.get(key) is None and key != "deviation":   # a covariance can take its place
                 raise key_refused(key, None, f"required key is missing, for kind is {kind!r}")
         if kind == "percent":
             if table.get("mode", "factor") != "factor":

@@ -1,5 +1,6 @@
 import math
 
+import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
@@ -20,6 +21,7 @@ def test_text_is_the_number_on_paper(text, value):
 def test_plain_numbers_are_si_or_in_the_given_unit():
     assert parse_quantity(25) == 25.0
     assert parse_quantity(24.5, "mm") == 0.0245
+    assert [parse_quantity(number) for number in (np.int64(25), np.float32(0.5), np.array(3))] == [25.0, 0.5, 3.0]
     assert parse_quantity("2 cm", "mm") == 0.02
 
 

@@ -9,7 +9,7 @@ from typing import Any, Unpack
 import numpy as np
 import numpy.typing as npt
 
-from maglev.api.many.studying import made_ready
+from maglev.api.many.studying import made_ready, plain
 from maglev.api.run import Run
 from maglev.api.running import run as rerun
 from maglev.errors import Interrupted, UnknownName, extra, name_of, nearest, signal_of
@@ -17,7 +17,6 @@ from maglev.processes import processors
 from maglev.processes.side_by_side import Say, Watch, unwatched, warn
 from maglev.schema.options import RunOptions, takes_run_options
 
-IN_MEMORY = 1   # of the kinds of devices of DLPack
 UNDONE = "was not run: the batch was interrupted"
 
 
@@ -88,19 +87,6 @@ class Batch:
         return rerun(**options_of(self.about, {name: values[sample].item() for name, values in self.settings.items()}))
 
 
-def plain(given: Any) -> Any:
-    """Values as Python's own numbers and texts; what is no sequence as it is, for who refuses it."""
-    if hasattr(given, "__dlpack_device__"):   # one that speaks DLPack
-        if given.__dlpack_device__()[0] == IN_MEMORY:
-            given = np.from_dlpack(given)
-        else:
-            cupy = extra("cupy", "gpu", "an array of a graphics processor")
-            given = cupy.asnumpy(cupy.from_dlpack(given))
-    if not hasattr(given, "__iter__") or isinstance(given, str):
-        return given
-    return [value.item() if isinstance(value, np.generic) else value for value in given]
-
-
 @takes_run_options("timeout", "parameters")
 def batch(scenario: str | Path, values: Mapping[str, Sequence[Any] | npt.NDArray[Any]], *,
           metrics: Sequence[str] | None = None, keep: Sequence[str] = (), keep_interval: float | None = None,
@@ -159,12 +145,11 @@ def batch(scenario: str | Path, values: Mapping[str, Sequence[Any] | npt.NDArray
     from maglev.studies.schema import read_study
 
     require_device(device)
-    entries = [{"set": target.split(","), "kind": "list", "values": plain(given)}
-               for target, given in values.items()]
+    entries = [{"set": target.split(","), "kind": "list", "values": plain(given)} for target, given in values.items()]
     path = Path("batch")   # what refusals name
     study = read_study({"name": "batch", "scenario": str(Path(scenario).absolute()) if str(scenario).endswith(".toml")
-                        else str(scenario), "vary": entries, "design": {"kind": "rows"}, "keep": list(keep),
-                        **({} if metrics is None else {"metrics": list(metrics)}),
+                        else str(scenario), "vary": entries, "design": {"kind": "rows"}, "keep": keep,
+                        **({} if metrics is None else {"metrics": metrics}),
                         **({} if keep_interval is None else {"keep_interval": keep_interval})}, path)
     with made_ready(study, path, options, False, say or warn, watch or unwatched) as (experiment, flown_with):
         planned = plan_study(study, experiment, "batch", Path(tempfile.gettempdir()), flown_with)

@@ -8,6 +8,9 @@ from importlib import import_module
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Unpack, cast
 
+import numpy as np
+import numpy.typing as npt
+
 from maglev.api.options import experiments_of
 from maglev.api.run import Run
 from maglev.api.running import run as rerun
@@ -29,9 +32,11 @@ if TYPE_CHECKING:
     from maglev.studies.schema import StudyFile
     from maglev.tuning.schema import TuneFile
 
-Vary = Mapping[str, Sequence[float | int | bool | str] | str]
+Vary = Mapping[str, Sequence[float | int | bool | str] | npt.NDArray[Any] | str]
 
 PUT_IN = ("plant", "controller")   # options that name what takes the place of a plan's
+
+IN_MEMORY = 1   # of the kinds of devices of DLPack
 
 PERCENT = re.compile(r"(?:±|\+-|\+/-)\s*(\S+?)\s*%")   # ±20%, +-20 %
 
@@ -309,14 +314,26 @@ def varied(scenario: object, vary: Vary, name: str | None, keep: Sequence[str], 
         raise ScenarioError(f"scenario: {shortened(scenario)}, expected its name or its file, by which each sample can "
                             "be run again")
     entries = [{"set": target.split(","), **(given_values(target, values, samples is not None)
-                                             if isinstance(values, str) else {"kind": "list", "values": list(values)})}
+                                             if isinstance(values, str) else {"kind": "list", "values": plain(values)})}
                for target, values in vary.items()]
     table: dict[str, Any] = {
         "name": name or f"{Path(scenario).stem}.study", "scenario": str(Path(scenario).absolute())
-        if str(scenario).endswith(".toml") else str(scenario), "vary": entries, "keep": list(keep)}
+        if str(scenario).endswith(".toml") else str(scenario), "vary": entries, "keep": keep}
     if samples is not None:
         table["design"] = {"kind": "latin hypercube", "samples": samples, "seed": seed}
     return read_study(table, Path(option("vary")))
+
+
+def plain(given: Any) -> Any:
+    """Values as a list, arrays of others by DLPack; what is no sequence as it is, for who refuses it."""
+    if hasattr(given, "__dlpack_device__"):   # one that speaks DLPack
+        if given.__dlpack_device__()[0] == IN_MEMORY:
+            given = np.from_dlpack(given)
+        else:
+            cupy = extra("cupy", "gpu", "an array of a graphics processor")
+            given = cupy.asnumpy(cupy.from_dlpack(given))
+    alone = isinstance(given, str) or not hasattr(given, "__iter__") or getattr(given, "shape", None) == ()
+    return given if alone else [*given]
 
 
 def given_values(target: str, text: str, sampled: bool) -> dict[str, Any]:
@@ -332,9 +349,8 @@ def given_values(target: str, text: str, sampled: bool) -> dict[str, Any]:
     if len(parts) == 2:
         return {"kind": "uniform", "low": number_or_text(parts[0]), "high": number_or_text(parts[1])}
     if len(parts) == 1:
-        words = [part.strip() for part in text.split(",")]
         return {"kind": "list", "values": [word == "true" if word in ("true", "false") else number_or_text(word)
-                                           for word in words]}
+                                           for word in map(str.strip, text.split(","))]}
     if len(parts) != 3 or not parts[2].isdigit():
         raise ScenarioError(f"{target}={text}: expected {target}=FROM:TO:NUMBER, such as -2000:-800:20, or values "
                             "with commas between")

@@ -172,7 +172,9 @@ def test_a_sample_that_fails_is_a_row(native_fmus: Path) -> None:
     ({"plant.v.mass": [4.0, 5.0], "plant.h.mass": [1.5]}, "plant.v.mass: 2, plant.h.mass: 1 values, expected as many"),
     ({"plant.v.mas": [4.0]}, "plant has no parameter 'v.mas'; nearest is 'v.mass'"),
     ({"plant.v.mass": [-4.0]}, "1 of 1 samples are out of range, the first is -4"),
-    ({"plant.v.mass": [np.nan]}, "vary[0].values[0] = nan"), ({"plant.v.mass": []}, "values")])
+    ({"plant.v.mass": [np.nan]}, "vary[0].values[0] = nan"), ({"plant.v.mass": []}, "values"),
+    ({"plant.v.mass": None}, "vary[0].values: required key is missing, for kind is 'list'"),
+    ({"plant.v.mass": np.array(4.0)}, "vary[0].values = array(4.): expected a valid list")])
 def test_what_cannot_be_used_is_refused(native_fmus: Path, values: dict[str, list[float]], words: str) -> None:
     with pytest.raises(maglev.MaglevError) as refusal:
         maglev.batch(RUN, values, fmus=native_fmus)
@@ -187,7 +189,10 @@ def test_fewer_than_one_job_is_refused(native_fmus: Path, jobs: int) -> None:
 
 
 def test_numbers_and_texts_are_taken_side_by_side(native_fmus: Path) -> None:
-    found = maglev.batch(RUN, {"plant.v.mass": ["4 kg", 5.0, np.float64(4.5)]}, fmus=native_fmus)
-    assert found.settings["plant.v.mass"].tolist() == [4.0, 5.0, 4.5]
+    given = ["4 kg", 5.0, np.float64(4.5), np.float32(4.25), np.int64(4), np.array(4.75)]
+    found = maglev.batch(RUN, {"plant.v.mass": given}, fmus=native_fmus)
+    assert found.settings["plant.v.mass"].tolist() == [4.0, 5.0, 4.5, 4.25, 4.0, 4.75]
+    with pytest.raises(maglev.ScenarioError, match="metrics = 'overshoot': expected a valid list"):
+        maglev.batch(RUN, {"plant.v.mass": [4.0]}, metrics="overshoot", fmus=native_fmus)
     with pytest.raises(maglev.ScenarioError, match=r"vary\[0\].values = \[\]: expected at least 1 entries"):
         maglev.batch(RUN, {"plant.v.mass": []}, fmus=native_fmus)

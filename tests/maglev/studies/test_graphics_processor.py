@@ -20,7 +20,7 @@ from tiny_study import scenario
 
 import maglev
 from fmi_export.target import graphics
-from maglev.api.many.batch import plain
+from maglev.api.many.studying import plain
 from maglev.arrays import Array
 from maglev.cosim.blocks import block_loop
 from maglev.cosim.blocks.block_loop import Common, words_of
@@ -231,5 +231,5 @@ def test_arrays_come_by_dlpack(monkeypatch: pytest.MonkeyPatch) -> None:
     """Of this machine's memory and of a graphics processor's; what comes out speaks it, too."""
     assert plain(np.array([4.0, 5.0], np.float32)) == [4.0, 5.0]
     cupy = stand_in(monkeypatch)
-    monkeypatch.setattr("maglev.api.many.batch.extra", lambda *_: cupy)
+    monkeypatch.setattr("maglev.api.many.studying.extra", lambda *_: cupy)
     assert plain(cupy.asarray([4.0, 5.0])) == [4.0, 5.0]

@@ -4,10 +4,12 @@ import shutil
 from collections import namedtuple
 from pathlib import Path
 
+import numpy as np
 import pytest
 from tiny_study import planned, scenario, tiny
 
 import maglev
+from maglev.api.many import studying
 from maglev.errors import ScenarioError
 from maglev.schema.settings import start_values
 from maglev.studies.targets import require_free
@@ -104,3 +106,15 @@ def test_what_varies_cannot_be_set_as_well(given: dict[str, str | float], tmp_pa
     with pytest.raises(ScenarioError, match=f"{name} varies"):
         maglev.study(scenario(tmp_path), vary={name: [4.0]}, set=given, fmus=tmp_path)
     require_free(start_values({name: 1}), tiny(vary=[{**both, "mode": "factor"}]).vary, "study.toml")
+
+
+def test_values_may_be_of_numpy(tmp_path: Path) -> None:
+    given = {"plant.v.mass": np.array([4, 5]), "plant.h.mass": np.array([1.5], np.float32), "plant.motor.amplifier.off":
+             np.array([True])}
+    study = studying.varied("2dof-setpoints", given, None, (), None, 0)
+    assert [[value.value for value in entry.values or ()] for entry in study.vary] == [[4, 5], [1.5], [True]]
+    for vary, keep, words in (({"plant.v.mass": None}, (), "required key is missing, for kind is 'list'"),
+                              ({"plant.v.mass": 4.0}, (), "values = 4.0: expected a valid list"),
+                              ({"plant.v.mass": [4.0]}, "plant.v.force", "keep = 'plant.v.force': expected a valid")):
+        with pytest.raises(ScenarioError, match=words):
+            maglev.study(scenario(tmp_path), vary=vary, keep=keep)   # type: ignore[arg-type]
