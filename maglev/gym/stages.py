@@ -184,10 +184,8 @@ class Stages(VectorEnv[Array, Array, npt.NDArray[Any]]):
         blocks = np.empty((len(seeds), self.size), np.int64)
         starts: list[tuple[Array, ...]] = []
         for k, (i, seed) in enumerate(seeds.items()):
-            if seed is None and (generator := self.generators[i]) is not None:
-                one.np_random = generator   # goes on
-            elif seed is None:
-                one.np_random = np.random.default_rng()
+            if seed is None:
+                one.np_random = self.generators[i] or np.random.default_rng()   # goes on
             _, infos[i] = one.reset(seed=seed, options=options)
             self.generators[i] = one.np_random
             self.c.maglev_take(self.instances, blocks[k].ctypes.data)
@@ -229,6 +227,8 @@ class Stages(VectorEnv[Array, Array, npt.NDArray[Any]]):
                                             dict[str, Any]]:
         """Hold the currents (A) of actions, shape (num_envs, currents), for a sample."""
         one, xp = self.one, self.xp
+        if self.generators[0] is None:
+            raise gymnasium.error.ResetNeeded("step() before reset(), expected an episode to have begun")
         actions = xp.asarray(actions, np.float64)
         if actions.shape != self.commands.shape:
             raise ScenarioError(f"actions of shape {actions.shape}, expected {self.commands.shape}: for each "

@@ -120,8 +120,10 @@ def require_same_info(found: dict[str, Any], expected: dict[str, Any]) -> None:
             assert np.array_equal(plain(found[name]), values), (name, found[name], values)
 
 
-def test_actions_of_another_shape_are_refused(folder: Path) -> None:
+def test_actions_of_another_shape_or_too_soon_are_refused(folder: Path) -> None:
     envs = stages.Stages(3, "2dof", fmus=folder)
+    with pytest.raises(gymnasium.error.ResetNeeded, match=r"step\(\) before reset\(\)"):
+        envs.step(np.zeros((3, 2)))
     envs.reset(seed=1)
     with pytest.raises(ScenarioError, match=r"actions of shape \(2,\), expected \(3, 2\)"):
         envs.step(np.zeros(2))
