@@ -3,7 +3,6 @@
 import re
 import tomllib
 from collections.abc import Iterable, Iterator, Mapping, Sequence
-from functools import cache
 from pathlib import Path
 from typing import Any, NamedTuple
 
@@ -13,11 +12,11 @@ from pydantic import Field, field_validator
 
 from maglev.experiment.execution import RunResult
 from maglev.live.content import LAW_COLOURS, LAWS
-from maglev.own_fmus import DEFINITIONS, definition
 from maglev.panels import PANELS, kinds_of
 from maglev.report.status import shown_until
 from maglev.schema.run_plan import Axis, RunPlan
 from maglev.schema.toml_table import Seconds, Table
+from maglev.stages import STAGES
 from pmlsm.rigs import RIGS
 
 EVERY = "*"
@@ -137,16 +136,12 @@ def shown_by(result: RunResult, kind: str) -> list[str]:
     return own_outputs(plan, result.columns) if of == "column" else [*(plan.axes if of == "axis" else plan.motors)]
 
 
-@cache
-def known_variables() -> frozenset[str]:
-    return frozenset(variable.name for name in DEFINITIONS for variable in definition(name).variables)
-
-
 def own_outputs(plan: RunPlan, columns: Mapping[str, NDArray[Any]]) -> list[str]:
-    """Columns of numbers that no FMU of this project has: what a user's FMU puts out beside what the run needs."""
+    """Columns of numbers that no FMU that can be built has: what a user's FMU puts out beside what the run needs."""
+    known = {variable.name for name in STAGES.definitions() for variable in STAGES.definition(name).variables}
     driven = {signal.to for signal in plan.signals} | {axis.reference for axis in plan.axes.values()}
     return [name for name, values in columns.items()
-            if name.partition(".")[2] not in known_variables() and name not in driven and values.dtype == np.float64]
+            if name.partition(".")[2] not in known and name not in driven and values.dtype == np.float64]
 
 
 def controller_of(run: RunResult) -> str:

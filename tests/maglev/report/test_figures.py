@@ -1,8 +1,11 @@
+import numpy as np
 import pytest
+from described_stages import written
 from report_runs import all_recorded, failed, of_procedure, packaged, recorded, renamed, with_columns, without_anything
 
+from maglev.own_stage.adoption import know_stage
 from maglev.report.plots.data import run_data
-from maglev.report.plots.figures import MOVING, Figure, Panel, read_figures, shown_figures
+from maglev.report.plots.figures import MOVING, Figure, Panel, own_outputs, read_figures, shown_figures
 from maglev.schema.layers import packaged_runs
 from maglev.schema.loading import load_plans
 
@@ -67,6 +70,15 @@ def test_outputs_of_a_users_own_have_panels_of_their_own():
     assert {panel.kind for panel in shown[0].panels[:-1]}.isdisjoint({"own"})
     signal = run_data(result, shown, 16000, ("own",))["signals"]["controller.estimate"]
     assert signal["tolerance"] == pytest.approx(1e-4 * own.max())
+
+
+def test_outputs_of_a_users_stage_are_those_of_a_stage(tmp_path):
+    """Of motors and axes that ours have not; what its controller puts out beside stays the user's own."""
+    know_stage(written(tmp_path / "pair.toml", "side-by-side", {"# poles =": "poles =",
+                                                                "# observer_time": "observer_time"}))
+    (plan,) = load_plans(str(tmp_path / "pair-setpoints.toml"))
+    columns = ("plant.left.gap", "plant.right.winding.rise", "controller.left.i_d_cmd", "controller.estimate")
+    assert own_outputs(plan, dict.fromkeys(columns, np.zeros(2))) == ["controller.estimate"]
 
 
 def test_a_run_of_no_figure_gets_one_of_its_own():
