@@ -8,6 +8,7 @@ from collections.abc import Iterable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from ctypes import Structure, c_int64, c_void_p
 from dataclasses import dataclass, field
+from itertools import groupby
 from pathlib import Path
 from typing import Any
 
@@ -19,7 +20,7 @@ from maglev.cosim.blocks.block_loop import DONE, FUNCTION_FILE, LOOP_FILE, RUN_F
 from maglev.cosim.blocks.graphics_processor import driver, kernels, launch, sent
 from maglev.errors import MaglevError, ScenarioError, option
 from maglev.schema.settings import REFERENCE
-from maglev.studies.batch.measuring import Found, Observer, complete
+from maglev.studies.batch.measuring import Found, Meter, Observer, complete
 from maglev.studies.batch.repeated_run import RepeatedRun
 from maglev.studies.batch.samples import Batch, Job, Sample, Store, gathered, rows_of, run_samples
 
@@ -30,39 +31,45 @@ WORTH_SPECIALISING = 10_000_000_000   # steps, which take half a minute; the com
 # 132 multiprocessors. Of a few more each takes as long as all of these.
 MOST = 67_584
 SHARE = 0.4        # of the memory that is free: signals of the next samples come as some run; threads have their own
-FOUND = ("whole", "of_windows", "of_events")   # as a meter takes them
-AROUND = ("beginnings", "returned", "rows")   # what each sample has of its own beside what its observer has
-SHARED = ("bands", "starts", "steady", "event_starts", "event_ends")   # what the observers of all samples have
+AROUND = ("beginnings", "returned", "rows", "windows")   # what each sample has of its own beside its observer
+SHARED = ("bands", "event_starts", "event_ends")   # what the observers of all samples have
 
 
 class OnDevice(Structure):
     """The struct batch of kernel.c."""
 
     _fields_ = (("samples", c_int64), ("last", c_int64), ("beginnings", c_void_p), ("calls", c_void_p),
-                ("rows", c_void_p), ("tracks", c_int64), ("returned", c_void_p), ("first", Observer))
+                ("rows", c_void_p), ("tracks", c_int64), ("returned", c_void_p), ("windows", c_void_p),
+                ("first", Observer))
 
 
 @dataclass(frozen=True, eq=False)
-class Signals:
-    """Signals of a run: arrays of the processor, and by track where they are there."""
+class Given:
+    """What samples with the same signals are given: what measures them, and arrays of the processor.
 
-    arrays: list[Any]
+    Those are signals, by track `places`, 0 of a track without them, and when windows start and are steady.
+    """
+
+    meter: Meter
+    signals: list[Any]
     places: list[int]
+    starts: Any
+    steady: Any
 
     @property
     def size(self) -> int:
-        """Bytes."""
-        return sum(int(array.nbytes) for array in self.arrays)
+        """Bytes there."""
+        return sum(int(array.nbytes) for array in (*self.signals, self.starts, self.steady))
 
 
 @dataclass
 class Begun:
-    """Samples that begin: numbers, what each begins with, resistances of its phases by motor (ohm), and its signals."""
+    """Samples that begin: numbers, what each begins with and is given, and resistances of its phases by motor (ohm)."""
 
     samples: list[int] = field(default_factory=list)
     beginnings: list[bytes] = field(default_factory=list)
     resistances: list[list[float]] = field(default_factory=list)
-    signals: list[Signals] = field(default_factory=list)
+    given: list[Given] = field(default_factory=list)
     size: int = 0   # bytes of all of them, there
 
 
@@ -144,7 +151,7 @@ def launches(kernel: "Kernel", repeated: RepeatedRun, job: Job, values: Array, g
              ) -> Iterator[tuple["Device", Begun]]:
     """Samples that begin, as many together as there is memory for, and what runs them; groups have the same signals.
 
-    Where what is measured differs, they do not run together. Those that something is refused of are left out.
+    Those that something is refused of are left out.
     """
     device: Device | None = None
     begun = Begun()
@@ -154,13 +161,10 @@ def launches(kernel: "Kernel", repeated: RepeatedRun, job: Job, values: Array, g
         except MaglevError:   # there are no such references
             repeated.close()
             continue
-        if device is None or device.meter is not repeated.metering():
-            if device is not None:
-                yield device, begun
-            device, begun = Device(kernel, repeated), Begun()
-        signals = device.signals()
+        device = device or Device(kernel, repeated)
+        given = device.given(repeated)
         for sample in group:
-            if not device.takes(begun, signals):
+            if not device.takes(begun, given):
                 yield device, begun
                 begun = Begun()
             changes = job.changes(values[sample].tolist())
@@ -169,8 +173,8 @@ def launches(kernel: "Kernel", repeated: RepeatedRun, job: Job, values: Array, g
                 begun.samples.append(sample)
                 begun.beginnings.append(beginning)
                 begun.resistances.append([resistances.get(motor, np.nan) for motor in job.experiment.plan.motors])
-                begun.size += device.size_of(begun, signals)
-                begun.signals.append(signals)
+                begun.size += device.size_of(begun, given)
+                begun.given.append(given)
     if device is not None:
         yield device, begun
 
@@ -210,62 +214,77 @@ class Kernel:
 
 
 class Device:
-    """The kernel on a graphics processor, and what samples have in common that are measured by its references now."""
+    """The kernel on a graphics processor, and what all samples are measured by, whatever their references."""
 
     def __init__(self, kernel: Kernel, repeated: RepeatedRun):
         assert repeated.loop is not None
         loop, meter, cupy = repeated.loop, repeated.metering(), kernel.cupy
-        self.cupy, self.kernel, self.meter = cupy, kernel, meter
+        self.cupy, self.kernel, self.observer = cupy, kernel, meter.observer
+        self.last = len(meter.measuring.time) - 1
         self.shared = {name: cupy.asarray(meter.arrays[name]) for name in SHARED}
         self.calls = sent(cupy, loop.moved)
-        self.tracks = loop.tracks
-        found = dict(zip(FOUND, (meter.whole[0], meter.found_windows, meter.found_events), strict=True))
+        found = {"whole": meter.whole[0], "of_events": meter.found_events}
         found |= {name: meter.arrays[name] for name in ("kept", "errors", "resistances") if name in meter.arrays}
-        self.measured = {name: (found[name].dtype, found[name].shape) for name in (*FOUND, "kept") if name in found}
+        self.measured = {name: (found[name].dtype, found[name].shape) for name in ("whole", "of_events", "kept")
+                         if name in found}
+        self.window = meter.found_windows.dtype
         self.own = {name: array.nbytes for name, array in found.items()}
-        self.own |= dict(zip(AROUND, (loop.size, 8, 8 * len(loop.tracks)), strict=True))   # bytes of a sample
+        self.tracks = len(loop.tracks)
+        self.own |= dict(zip(AROUND, (loop.size, 8, 8 * self.tracks, 32), strict=True))   # bytes of a sample
 
-    def signals(self) -> Signals:
-        """Send the signals as they are now."""
+    def given(self, repeated: RepeatedRun) -> Given:
+        """Send the signals as they are now, with what is measured by them."""
+        meter = repeated.metering()
+        assert repeated.loop is not None
         with self.memory_for(1):
-            there = {number: self.cupy.asarray(track.signals) for number, track in enumerate(self.tracks)
+            there = {number: self.cupy.asarray(track.signals) for number, track in enumerate(repeated.loop.tracks)
                      if track.signals is not None}
-        return Signals([*there.values()], [there[number].data.ptr if number in there else 0
-                                           for number in range(len(self.tracks))])
+            starts, steady = (self.cupy.asarray(meter.arrays[name]) for name in ("starts", "steady"))
+        return Given(meter, [*there.values()], [there[number].data.ptr if number in there else 0
+                                                for number in range(self.tracks)], starts, steady)
 
-    def size_of(self, begun: Begun, signals: Signals) -> int:
+    def size_of(self, begun: Begun, given: Given) -> int:
         """Bytes of one more sample, there."""
-        own: int = sum(self.own.values())
-        return own if begun.signals and begun.signals[-1] is signals else own + signals.size
+        own: int = sum(self.own.values()) + len(given.meter.windows) * self.window.itemsize
+        return own if begun.given and begun.given[-1] is given else own + given.size
 
-    def takes(self, begun: Begun, signals: Signals) -> bool:
+    def takes(self, begun: Begun, given: Given) -> bool:
         """Whether there is memory for one more sample; MaglevError if there is not memory for one."""
-        size = self.size_of(begun, signals)
+        size = self.size_of(begun, given)
         if size > self.kernel.room:
             raise MaglevError(f"{option('device', 'gpu')}: a sample takes {size:,} bytes of the graphics processor's "
                               f"memory, expected as much to be free, or {option('device', 'cpu')}")
         return len(begun.samples) < MOST and begun.size + size <= self.kernel.room
 
     def launch(self, begun: Begun) -> dict[str, Any]:
-        """Send samples, and begin to run them: arrays, shape (samples, bytes); MaglevError if memory is short."""
+        """Send samples, and begin to run them: arrays, shape (samples, bytes) but of windows, of which some have more.
+
+        MaglevError if memory is short.
+        """
         count = len(begun.samples)
+        windows = [len(given.meter.windows) for given in begun.given]
         with self.memory_for(count):
             arrays = {name: self.cupy.zeros((count, size), np.uint8) for name, size in self.own.items()
-                      if name not in ("beginnings", "rows")}
+                      if name not in ("beginnings", "rows", "windows")}
+            found = self.cupy.zeros((sum(windows), self.window.itemsize), np.uint8)
             arrays["beginnings"] = self.kernel.ready(begun.beginnings)
-            places = [signals.places for signals in begun.signals]
-            arrays["rows"] = self.cupy.asarray(np.array(places, np.int64).reshape(count, len(self.tracks)))
+            arrays["rows"] = self.cupy.asarray(np.array([given.places for given in begun.given], np.int64).reshape(
+                count, self.tracks))
+            first = found.data.ptr + self.window.itemsize * (np.cumsum(windows) - windows)
+            arrays["windows"] = self.cupy.asarray(np.array([
+                (number, given.starts.data.ptr, given.steady.data.ptr, place)
+                for number, given, place in zip(windows, begun.given, first, strict=True)], np.int64))
             arrays["resistances"] = self.cupy.asarray(np.array(begun.resistances))
-            observer = Observer.from_buffer_copy(self.meter.observer)
+            observer = Observer.from_buffer_copy(self.observer)
             for name, array in {**self.shared, **arrays}.items():
                 if name not in AROUND:
                     setattr(observer, name, array.data.ptr)
             batch = sent(self.cupy, OnDevice(
-                count, len(self.meter.measuring.time) - 1, arrays["beginnings"].data.ptr, self.calls.data.ptr,
-                arrays["rows"].data.ptr, len(self.tracks), arrays["returned"].data.ptr, observer))
+                count, self.last, arrays["beginnings"].data.ptr, self.calls.data.ptr, arrays["rows"].data.ptr,
+                self.tracks, arrays["returned"].data.ptr, arrays["windows"].data.ptr, observer))
         if count:
             launch(self.kernel.function, count, batch)
-        return arrays
+        return {**arrays, "of_windows": found}
 
     @contextmanager
     def memory_for(self, count: int) -> Iterator[None]:
@@ -283,11 +302,18 @@ class Device:
         returned = self.cupy.asnumpy(arrays["returned"]).view(np.int64)[:, 0]
         found = {name: self.cupy.asnumpy(arrays[name]).view(form).reshape(len(returned), *shape)
                  for name, (form, shape) in self.measured.items()}
-        done = np.flatnonzero((returned == DONE) & complete(found["whole"]))
-        if len(done):
-            rows = rows_of(job, self.meter.metrics(*(found[name][done] for name in FOUND)))
-            kept = found["kept"][done] if "kept" in found else [None] * len(done)
-            for k, values, trajectories in zip(done.tolist(), rows, kept, strict=True):
+        windows = self.cupy.asnumpy(arrays["of_windows"]).view(self.window).ravel()
+        done = (returned == DONE) & complete(found["whole"])
+        for meter, same in groupby(range(len(returned)), key=lambda k: begun.given[k].meter):
+            group = np.array([*same])
+            own, windows = np.split(windows, [len(group) * len(meter.windows)])
+            ended, group = done[group], group[done[group]]
+            if not len(group):
+                continue
+            rows = rows_of(job, meter.metrics(found["whole"][group], own.reshape(len(ended), -1)[ended],
+                                              found["of_events"][group]))
+            kept = found["kept"][group] if "kept" in found else [None] * len(group)
+            for k, values, trajectories in zip(group.tolist(), rows, kept, strict=True):
                 yield begun.samples[k], Sample(values, None, trajectories)
 
 

@@ -1,6 +1,13 @@
 /* Samples of a batch, each in a thread of a graphics processor; on another one, one after the other, by the same code.
    The run and measuring.c come before. Of what each sample has of its own, that of one lies behind that of another. */
 
+/* Windows of a sample: as many as its references have steps. */
+struct own_windows {
+    int64_t count;
+    const int64_t *starts, *steady;    /* as of a meter */
+    struct window *found;
+};
+
 /* The struct OnDevice of graphics_processor.py. */
 struct batch {
     int64_t samples, last;             /* last communication point */
@@ -9,7 +16,8 @@ struct batch {
     const void *const *rows;           /* values of signals, of each sample by track */
     int64_t tracks;
     int64_t *returned;                 /* by each run */
-    struct observer first;             /* of the first sample, without a meter */
+    const struct own_windows *windows; /* of each */
+    struct observer first;             /* of the first sample, without a meter and without windows */
 };
 
 static inline void run_sample(const struct batch *batch, int64_t sample)
@@ -20,9 +28,13 @@ static inline void run_sample(const struct batch *batch, int64_t sample)
     struct observer observer = batch->first;
     struct given *const given = &observer.given;
     const void *const *const rows = batch->rows + sample * batch->tracks;
+    const struct own_windows *const windows = batch->windows + sample;
     observer.meter = &meter;
     observer.whole = &whole;            /* what is written at each point is a thread's own */
-    observer.windows += sample * given->windows;
+    observer.windows = windows->found;
+    given->windows = windows->count;
+    given->starts = windows->starts;
+    given->steady = windows->steady;
     observer.events += sample * given->events;
     given->resistances += sample * MOTORS;
     if (given->errors) {

@@ -128,9 +128,9 @@ class Meter:
         self.measuring = measuring
         plan, time, form = measuring.plan, measuring.time, measuring.form
         points = len(time)
-        self.references = references
         self.windows = step_windows(references, points)
-        self.own_steps = {axis: {*step_samples(reference)} for axis, reference in references.items()}
+        self.own_steps = {axis: {start: (float(reference[start - 1]), float(reference[start]))
+                                 for start in step_samples(reference)} for axis, reference in references.items()}
         self.steady = [max(1, round(STEADY_SHARE * (end - start))) for start, end in self.windows]
         self.tracked = int(np.searchsorted(time, plan.metrics.tracking_from - TIME_TOLERANCE)) \
             if plan.metrics.tracking_from is not None else points
@@ -235,7 +235,7 @@ class Meter:
         for number, (start, _) in enumerate(self.windows):
             for i, axis in enumerate(self.measuring.axes):
                 if start in self.own_steps[axis]:
-                    before, target = (float(self.references[axis][k]) for k in (start - 1, start))
+                    before, target = self.own_steps[axis][start]
                     beyond = windows["highest"][:, number, i] if target > before else -windows["lowest"][:, number, i]
                     yield step_of(axis, float(self.measuring.time[start]), before, target, settled[number][i],
                                   larger(0.0, beyond) / abs(target - before), steady[:, number, i])

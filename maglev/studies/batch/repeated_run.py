@@ -153,7 +153,7 @@ class RepeatedRun:
             assert self.master is not None and self.master.wiring is not None and self.measuring is not None
             given = {name: row for track in self.master.wiring.tracks if track.signals is not None
                      for name, row in zip(track.names, track.signals, strict=True)}
-            self.meter = Meter(self.measuring, {name: given[axis.reference].copy()   # the next run has others in place
+            self.meter = Meter(self.measuring, {name: given[axis.reference]
                                                 for name, axis in self.experiment.plan.axes.items()})
         return self.meter
 

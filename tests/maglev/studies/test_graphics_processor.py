@@ -136,7 +136,7 @@ def test_memory_that_others_take_is_said(native_fmus: Path, tmp_path: Path, monk
 
 def test_a_study_has_the_bytes_of_this_processor(native_fmus: Path, tmp_path: Path,
                                                  monkeypatch: pytest.MonkeyPatch) -> None:
-    """Also where references vary, of those with the same ones together, and where it goes on after an interruption."""
+    """Also where references vary, and where it goes on after an interruption."""
     vary = {"reference.v.end": [0.02, 0.021, 0.0205], "plant.v.mass": [4.0, 4.35, 4.1]}
     cupy = stand_in(monkeypatch)
 
@@ -145,7 +145,7 @@ def test_a_study_has_the_bytes_of_this_processor(native_fmus: Path, tmp_path: Pa
                             **options).path.read_bytes()
 
     here = study("here", "cpu")
-    assert study("there", "gpu") == here and len(cupy.launches) == 3
+    assert study("there", "gpu") == here and len(cupy.launches) == 1
 
     def interrupted(*_: Any) -> Any:
         raise KeyboardInterrupt
@@ -173,16 +173,33 @@ values = [0, 5]
 @pytest.mark.parametrize(("memory", "launches"), [(1e9, 1), (60_000, 3)])
 def test_samples_with_pushes_of_their_own_run_together(native_fmus: Path, tmp_path: Path, memory: float, launches: int,
                                                        monkeypatch: pytest.MonkeyPatch) -> None:
-    """Where references are the same; signals that several have are there once, and take their part of the memory."""
+    """Signals that several have are there once, and take their part of the memory."""
     cupy = stand_in(monkeypatch, memory=memory)
     sent: list[Any] = []
-    monkeypatch.setattr(graphics_processor.Device, "signals", counted(graphics_processor.Device.signals, sent))
+    monkeypatch.setattr(graphics_processor.Device, "given", counted(graphics_processor.Device.given, sent))
     there, here = (maglev.batch(scenario(tmp_path, PUSHED), {
         "reference.plant.h.force.end": [5.0, -4.0, 5.0, 0.0, -4.0], "plant.h.mass": [4.0, 4.0, 4.1, 4.2, 4.3]},
         device=device, fmus=native_fmus) for device in ("gpu", "cpu"))
     assert len(cupy.launches) == launches and len(sent) == 3
     assert there["rms error of h"].tobytes() == here["rms error of h"].tobytes()
     assert len({*here["rms error of h"].tolist()}) == 5
+
+
+def test_samples_with_references_of_their_own_run_together(native_fmus: Path, tmp_path: Path,
+                                                           monkeypatch: pytest.MonkeyPatch) -> None:
+    """Each with as many windows as it has steps, none of two of them."""
+    path = scenario(tmp_path, JUDGED)
+    cupy = stand_in(monkeypatch)
+    there, here = (maglev.batch(path, {"reference.v.end": [0.02, 0.021, 0.02, 0.0205, 0.021],
+                                       "reference.h.end": [0.0, 1e-3, 0.0, 0.0, 1e-3],
+                                       "plant.v.mass": [4.0, 4.0, 4.2, 4.0, 4.1]},
+                                device=device, fmus=native_fmus)
+                   for device in ("gpu", "cpu"))
+    assert len(cupy.launches) == 1
+    assert there.failures == here.failures
+    for name in here.columns:
+        assert there[name].tobytes() == here[name].tobytes(), name
+    assert np.isnan(here["overshoot of v"]).tolist() == [True, False, True, False, False]
 
 
 def counted(function: Any, calls: list[Any]) -> Any:

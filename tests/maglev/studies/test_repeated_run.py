@@ -63,7 +63,8 @@ def test_what_measures_stays_while_the_references_of_axes_do(native_fmus: Path, 
             {}, {"reference.plant.C1.end": 12.0}, {"reference.h.amplitude": 2.0}))
         assert first is not None and weaker is not None and larger is not None
         assert first.meter is weaker.meter is not larger.meter
-        assert 2.0 * first.meter.references["h"][-1] == larger.meter.references["h"][-1] != 0.0
+        (before, target), (same, twice) = (found.meter.own_steps["h"][100] for found in (first, larger))
+        assert 2.0 * target == twice != before == same == 0.0
         assert first.whole != weaker.whole
 
 
