@@ -36,13 +36,13 @@ def options_of(about: Mapping[str, Any], row: Mapping[str, Any]) -> dict[str, An
     return {"name": run["scenario"], **options, "set": settings_of_sample(about, row)}
 
 
-def command_of(about: Mapping[str, Any], row: Mapping[str, Any]) -> str:
-    """Command for a row of the dataset; its numbers are written such that they are the same bits."""
+def command_of(about: Mapping[str, Any], row: Mapping[str, Any] | None) -> str:
+    """Command for a row of the dataset, its numbers the same bits; without a row, with what all of them set."""
     run = run_of(about)
     words = ["maglev", "run", run["scenario"]]
     for key, value in run["options"].items():
         words += [OPTIONS[key].flag] if value is True else [OPTIONS[key].flag, value]
-    for target, value in settings_of_sample(about, row).items():
+    for target, value in (run["set"] if row is None else settings_of_sample(about, row)).items():
         words += ["--set", f"{target}={str(value).lower() if isinstance(value, bool) else repr(value)}"]
     return shlex.join(words)
 

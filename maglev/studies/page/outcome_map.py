@@ -37,7 +37,7 @@ class Factor:
         """What the page's script needs of it; None of what is set to the values themselves."""
         unit, scale = shown_in(self.values.tolist(), self.unit)
         return {"name": self.name, "unit": unit, "values": self.values.tolist(), "scale": scale, "sets": {
-            target: None if np.array_equal(values, self.values) else values.tolist()
+            target: None if values.dtype != bool and np.array_equal(values, self.values) else values.tolist()
             for target, values in self.sets.items()}}
 
 
@@ -46,7 +46,7 @@ class LawMap:
     """Outcomes of a law: the first factor upwards, the second to the right, a layer for each value of others."""
 
     name: str
-    command: str                     # of a run, without what it sets
+    command: str                     # of a run, without what the factors set
     factors: Sequence[Factor]
     cells: Outcomes                  # shape (layers, values of the first, values of the second)
 
@@ -90,8 +90,7 @@ def map_of(table: pa.Table, about: Mapping[str, Any]) -> LawMap | None:
     if (outcomes == outcomes[0]).all():
         return None
     cells = outcomes.reshape(sides).transpose([*others, down, across]).reshape(-1, sides[down], sides[across])
-    return LawMap("", command_of(about, table.slice(0, 1).to_pylist()[0]).split(" --set")[0],
-                  [grid[i] for i in order], cells)
+    return LawMap("", command_of(about, None), [grid[i] for i in order], cells)
 
 
 def maps_data(maps: Sequence[LawMap], words: Sequence[str] = OUTCOMES) -> dict[str, Any]:

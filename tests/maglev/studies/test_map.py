@@ -23,6 +23,7 @@ from maglev.studies.page.outcome_map import (
     STOPPED,
     TOUCHED,
     TRIPPED,
+    Factor,
     map_of,
     outcomes_of,
 )
@@ -78,6 +79,15 @@ def test_a_small_map_and_one_of_one_outcome_are_left_out() -> None:
     assert map_of(passing.set_column(made.schema.get_field_index("stop contact time"), "stop contact time",
                                      pa.array([INF] * made.num_rows)), about) is None
     assert map_of(made, {**about, "design": {"kind": "sobol"}}) is None
+
+
+def test_a_command_sets_what_all_samples_set_and_booleans() -> None:
+    made, about = grid()
+    found = map_of(made, {**about, "run": {**about["run"], "set": {"plant.a": 1.5, "plant.off": True, "plant.d": 7.0}}})
+    assert found is not None
+    assert found.command == f"{command_of(about, None)} --set plant.a=1.5 --set plant.off=true --set plant.d=7.0"
+    off = Factor("plant.off", "", np.array([0.0, 1.0]), {"plant.off": np.array([False, True])})
+    assert off.shown()["sets"] == {"plant.off": [False, True]}
 
 
 def numbers(command: str) -> dict[str, float]:
