@@ -18,8 +18,12 @@ def number_of_samples(study: StudyFile) -> int:
     design, varied = study.design, len(study.vary)
     if design.kind == "rows":
         return len(rows_of(study))
-    number = (math.prod(len(tried_values(varied)) for varied in study.vary) if design.samples is None
-              else design.samples * (varied + 2) if design.kind == "saltelli" else design.samples)
+    tried = {varied.column: tried_values(varied) for varied in study.vary} if design.kind == "grid" else {}
+    for name, values in tried.items():
+        if len({*values}) < len(values):
+            raise ScenarioError(f"{study.name}: vary: {name}: {len(values)} values of which {len({*values})} differ, "
+                                "expected each once in a design of kind 'grid'")
+    number = (design.samples or 1) * (varied + 2 if design.kind == "saltelli" else math.prod(map(len, tried.values())))
     if number > MOST_SAMPLES:
         raise ScenarioError(f"{study.name}: design: {number:.3g} samples, expected at most {MOST_SAMPLES:.0e}")
     return number
@@ -64,8 +68,7 @@ def saltelli(varied: int, base: int, seed: int) -> Array:
     """
     from scipy.stats import qmc
 
-    both = np.asarray(qmc.Sobol(2 * varied, rng=seed).random(base))
-    first, second = both[:, :varied], both[:, varied:]
+    first, second = np.hsplit(np.asarray(qmc.Sobol(2 * varied, rng=seed).random(base)), 2)
     rows = np.empty((base, varied + 2, varied))
     rows[:, 0], rows[:, -1] = first, second
     for column in range(varied):

@@ -107,6 +107,16 @@ def test_bad_files_are_refused_in_one_line(table: dict[str, object], words: str)
     assert "\n" not in str(refusal.value)
 
 
+@pytest.mark.parametrize("values", [{"kind": "list", "values": [4, "5 kg", 5.0]},
+                                    {"kind": "grid", "from": 4, "to": 4, "number": 3}])
+def test_a_value_is_once_in_a_grid(values: dict[str, object]) -> None:
+    """Its samples would be the same, and have one cell of a map, and one place of an array."""
+    with pytest.raises(ScenarioError, match=f"{MASS}: 3 values of which [12] differ, expected each once in a design"):
+        samples(tiny(vary=[{"set": MASS, **values}]))
+    drawn = samples(tiny(vary=[{"set": MASS, **values}], design={"kind": "latin hypercube", "samples": 3}))
+    assert samples(tiny(vary=[{"set": MASS, **values}], design={"kind": "rows"})).tolist() == sorted(drawn.tolist())
+
+
 def test_too_many_samples_are_refused() -> None:
     vary = [{"set": f"plant.p{i}", "kind": "grid", "from": 0, "to": 1, "number": 200} for i in range(3)]
     with pytest.raises(ScenarioError, match=r"design: 8e\+06 samples, expected at most 1e\+06"):
