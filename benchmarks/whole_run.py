@@ -107,7 +107,7 @@ def planned(fmus: Path, folder: Path) -> PlannedStudy:
     return plan_study(study, experiment, "cost", folder, {})
 
 
-def flown(study: PlannedStudy, samples: int, job: Job | None = None) -> BatchResult:
+def batch_result(study: PlannedStudy, samples: int, job: Job | None = None) -> BatchResult:
     job = job or study.job
     return gathered(job, 0, run_samples(job, study.values[:samples]))
 
@@ -115,19 +115,19 @@ def flown(study: PlannedStudy, samples: int, job: Job | None = None) -> BatchRes
 def side_by_side(study: PlannedStudy, jobs: int) -> float:
     """Wall time of a study in so many threads, s."""
     with runners(None, jobs) as run_all:
-        run_all(study.job, study.batches[:2 * jobs], study.values, lambda _number, _flown: None)
+        run_all(study.job, study.batches[:2 * jobs], study.values, lambda _number, _result: None)
         begin = perf_counter()
-        run_all(study.job, study.batches, study.values, lambda _number, _flown: None)
+        run_all(study.job, study.batches, study.values, lambda _number, _result: None)
         return perf_counter() - begin
 
 
 def study_times(study: PlannedStudy) -> dict[str, float]:
     """Time of a sample by way, s."""
     def alone(job: Job | None = None) -> float:
-        way = timed(lambda: flown(study, SAMPLES, job))
+        way = timed(lambda: batch_result(study, SAMPLES, job))
         return min(way() for _ in range(2)) / SAMPLES
 
-    assert not any(flown(study, 1).failures)   # with it, what is done once
+    assert not any(batch_result(study, 1).failures)   # with it, what is done once
     times = {}
     with patch.object(block_loop, "kept", lambda *_: None):   # no loop is found
         times["by calls of the FMUs"] = alone()

@@ -64,7 +64,7 @@ class Instance:
         shutil.rmtree(self.folder)
 
 
-def flown(folder: Path, stop_time: float) -> list[list[float]]:
+def trajectory(folder: Path, stop_time: float) -> list[list[float]]:
     """Positions y, x, z (m) at each sample, with a step of the air gap, to a stop time (s)."""
     controller, plant = (Instance(folder / f"{name}.fmu", events) for name, events in (
         ("Regulator3DOF", True), ("Plant3DOF", False)))
@@ -89,5 +89,5 @@ def flown(folder: Path, stop_time: float) -> list[list[float]]:
 
 
 if __name__ == "__main__":
-    gaps = [y for y, *_ in flown(Path(sys.argv[1]), 1.0)]
+    gaps = [y for y, *_ in trajectory(Path(sys.argv[1]), 1.0)]
     print(f"air gap: {1e3 * gaps[0]:.3f} mm, at most {1e3 * max(gaps):.3f} mm, after 1 s {1e3 * gaps[-1]:.3f} mm")

@@ -105,8 +105,8 @@ def row(settings: Settings, scale: float, ripple: Defaults | None = None) -> Wei
 def judge(results: Sequence[RunResult]) -> list[Judged]:
     """Verdicts on the claims about runs and procedures; other readings of an experiment are no further evidence."""
     metrics = {result.plan.name: result.metrics for result in results}
-    return [*((flown.plan.name, result) for flown in results if not flown.plan.another_reading
-              for result in judge_run(flown.plan.claims, flown.metrics, metrics)),
+    return [*((run.plan.name, result) for run in results if not run.plan.another_reading
+              for result in judge_run(run.plan.claims, run.metrics, metrics)),
             *((outcome.settings.name, result) for outcome in evaluate_all(results)
               for result in judge_procedure(outcome))]
 

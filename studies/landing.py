@@ -27,7 +27,7 @@ from maglev.studies.schema import load_study, read_study
 from studies.laws import LAWS, NAMES, write_picture
 
 STUDY, RIG = "landing-3dof", "3dof"
-FLOWN = (*LAWS[RIG], "interpolated")
+COMPARED = (*LAWS[RIG], "interpolated")
 WORDS = ("lands", "lands after it touched a stop", "is not yet there after 2 s", "trips", "stays at a stop",
          "is not run to its end")
 COLOURS = ("#2a9d5c", "#a8d5a2", "#8fa7c4", "#8e6bb0", "#c8503c", "#000000")
@@ -62,12 +62,12 @@ def refined(classify: Callable[[Where], Outcomes], layers: int, rows: int, colum
     return cells, flown
 
 
-def fly_law(law: str, options: argparse.Namespace) -> tuple[LawMap, str]:
+def map_law(law: str, options: argparse.Namespace) -> tuple[LawMap, str]:
     """Map of a law, and what was flown for it in words."""
     study, path = load_study(STUDY)
     scenario = (path.parent / study.scenario).with_name(f"{RIG}-{law}.toml").resolve()
     sides = study.vary
-    flown_as: list[tuple[str, list[Factor]]] = []
+    commands: list[tuple[str, list[Factor]]] = []
 
     def flown(name: str, values: Array) -> Outcomes:
         """Outcomes of samples, shape (samples, 3), in the order of what varies."""
@@ -78,7 +78,7 @@ def fly_law(law: str, options: argparse.Namespace) -> tuple[LawMap, str]:
                                                       study.limits.items() if limit.max is not None}}
         computed = maglev.study(read_study(table, path), out=options.out, jobs=options.jobs, resume=True)
         rows = computed.to_arrow()
-        flown_as.append((computed.command(0).split(" --set")[0], grid_of(rows, computed.about)))
+        commands.append((computed.command(0).split(" --set")[0], grid_of(rows, computed.about)))
         return outcomes_of(rows)
 
     down, across, layers = (np.array(tried_values(side), np.float64) for side in sides)
@@ -95,7 +95,7 @@ def fly_law(law: str, options: argparse.Namespace) -> tuple[LawMap, str]:
     shares = ", ".join(f"{word} {100 * (cells == k).mean():.1f} %" for k, word in enumerate(WORDS))
     said = (f"{law}: {known.sum()} of {known.size} run; of {len(where)} others at random {wrong} are not as filled; "
             f"{shares}")
-    command, grid = flown_as[0]
+    command, grid = commands[0]
     grid = [replace(factor, values=values, sets=dict.fromkeys(factor.sets, values))
             for factor, values in zip(grid, fine, strict=False)] + grid[2:]
     return LawMap(NAMES.get(law, law), command, grid, cells), said
@@ -109,8 +109,8 @@ def main() -> None:
     parser.add_argument("--jobs", type=int)
     options = parser.parse_args()
     maps = []
-    for law in FLOWN:
-        outcome_map, said = fly_law(law, options)
+    for law in COMPARED:
+        outcome_map, said = map_law(law, options)
         maps.append(outcome_map)
         print(said, flush=True)
     draw(maps, options.out, options.docs)

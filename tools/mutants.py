@@ -143,8 +143,8 @@ def main() -> int:
     with tempfile.TemporaryDirectory(prefix="mutants-") as temporary:
         unchanged = Path(temporary) / "unchanged"
         plans = {run: plans_of([run]) for _, mutation in mutations for run in mutation.runs}
-        flown = {str(fmu.model) for some in plans.values() for plan in some for fmu in plan.fmus.values()}
-        build(flown, unchanged, HOST)
+        used = {str(fmu.model) for some in plans.values() for plan in some for fmu in plan.fmus.values()}
+        build(used, unchanged, HOST)
         tests = list(dict.fromkeys(test for _, mutation in mutations for test in mutation.tests))
         failure = noticed([plan for some in plans.values() for plan in some], unchanged) or (
             failing(tests, copied(Path(temporary) / "source", *TESTED)) if tests else "")

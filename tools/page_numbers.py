@@ -36,7 +36,7 @@ def number(specification: str) -> float:
     match = VALUE.fullmatch(specification)
     if match is None:
         sys.exit(f"{LIST.name}: {specification!r}: expected 'RUN: QUANTITY of AXIS in UNIT'")
-    values = [measure.value for measure in flown(match["run"], bool(match["jacobi"])).measures
+    values = [measure.value for measure in run_of(match["run"], bool(match["jacobi"])).measures
               if (measure.quantity, measure.of) == (match["quantity"], match["of"] or "")]
     if not values:
         sys.exit(f"{LIST.name}: {specification!r}: the run has no such quantity")
@@ -44,7 +44,7 @@ def number(specification: str) -> float:
 
 
 @cache
-def flown(name: str, jacobi: bool) -> maglev.Run:
+def run_of(name: str, jacobi: bool) -> maglev.Run:
     return maglev.run(name, order="jacobi" if jacobi else "sequential")
 
 

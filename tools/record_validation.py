@@ -28,7 +28,7 @@ DIGITS = 9                    # of the results
 FIRST = 0.2                   # of the time, at which the references step
 
 
-def flown_in(name: str) -> tuple[RunPlan, str] | None:
+def run_with(name: str) -> tuple[RunPlan, str] | None:
     """Run in which an FMU is flown, and its name in it; None if there is none."""
     first = {rig.suffix: rig.experiment or f"{key}-setpoints" for key, rig in RIGS.items()}
     for run in [*first.values(), *packaged_runs()]:
@@ -65,7 +65,7 @@ def early(plan: RunPlan, stop_time: float) -> RunPlan:
 def main() -> None:
     FOLDER.mkdir(exist_ok=True)
     for name in sys.argv[1:] or DEFINITIONS:
-        found_run = flown_in(name)
+        found_run = run_with(name)
         if found_run is None:
             print(f"{name}: no scenario flies it, expected one")
             continue

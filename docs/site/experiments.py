@@ -14,7 +14,7 @@ from maglev.schema.layers import packaged_runs
 
 
 def page_of(runs: list[RunEntry], picture: str, live: set[str]) -> str:
-    """Page of a scenario: what it is, its picture, and how each of its runs is flown."""
+    """Page of a scenario: what it is, its picture, and what each of its runs consists of."""
     first = runs[0]
     text = f"# {first.scenario}\n\n{first.title}.\n\n"
     if first.figures:
@@ -31,10 +31,10 @@ def picture_of(name: str, path: Path) -> str:
     """Picture of a run, written as PNG, in Markdown; or why there is none."""
     with tempfile.TemporaryDirectory() as folder:   # as many runs, for some start from the ends of others
         runs = maglev.run_all([name], out=folder).runs
-    flown = next(run for run in runs if run.plan.name == name)
-    if flown.failure is not None:
-        return f"It does not come to its end: {flown.failure}"
-    write_figure(path, figure_of(flown))
+    own = next(run for run in runs if run.plan.name == name)
+    if own.failure is not None:
+        return f"It does not come to its end: {own.failure}"
+    write_figure(path, figure_of(own))
     return f"![{name}: positions, errors and currents]({path.name})"
 
 

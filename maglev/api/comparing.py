@@ -81,10 +81,10 @@ class Comparison:
 
     def plot(self) -> "Figure":
         """The runs over each other, a matplotlib Figure: positions, errors, commands, currents."""
-        flown = {label: run.result for label, run in self.runs.items()}
-        if not flown:
+        results = {label: run.result for label, run in self.runs.items()}
+        if not results:
             raise ScenarioError(f"{self.name}: no run was completed, expected one to draw")
-        return overlay(f"{self.name}: {self.title}", flown)
+        return overlay(f"{self.name}: {self.title}", results)
 
     def write(self, folder: str | Path = "results", *, picture: bool = True, page: bool = True) -> list[Path]:
         """Write columns and JSON of each run, and the comparison as JSON, text, PNG and HTML; returns the paths."""

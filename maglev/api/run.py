@@ -38,14 +38,14 @@ class Run(Mapping[str, NDArray[Any]]):
         Every Real parameter that the run started with, `fmu.variable`.
     """
 
-    def __init__(self, flown: RunResult, units: Mapping[str, str], recording: Recording | None = None):
-        self.flown = flown           # measured already, or
+    def __init__(self, made: RunResult, units: Mapping[str, str], recording: Recording | None = None):
+        self.made = made           # measured already, or
         self.recording = recording   # with every communication point, until it is measured
-        self.plan: RunPlan = flown.plan
-        self.time: NDArray[np.float64] = flown.time
-        self.columns: Mapping[str, NDArray[Any]] = flown.columns
+        self.plan: RunPlan = made.plan
+        self.time: NDArray[np.float64] = made.time
+        self.columns: Mapping[str, NDArray[Any]] = made.columns
         self.units = {name: units.get(name, "") for name in self.columns}
-        self.parameters: Mapping[str, float] = flown.parameters
+        self.parameters: Mapping[str, float] = made.parameters
 
     @property
     def name(self) -> str:
@@ -58,8 +58,8 @@ class Run(Mapping[str, NDArray[Any]]):
 
         Raises MeasurementError if a column is not finite.
         """
-        if self.flown.metrics is not None:
-            return self.flown.metrics
+        if self.made.metrics is not None:
+            return self.made.metrics
         assert self.recording is not None
         fresh = measured(self.plan, self.recording)
         self.recording = None
@@ -68,7 +68,7 @@ class Run(Mapping[str, NDArray[Any]]):
     @cached_property
     def result(self) -> RunResult:
         """What was recorded and measured."""
-        return replace(self.flown, metrics=self.metrics)
+        return replace(self.made, metrics=self.metrics)
 
     @property
     def measures(self) -> tuple[Measure, ...]:
@@ -126,11 +126,11 @@ class Run(Mapping[str, NDArray[Any]]):
 
     def to_csv(self, path: str | Path) -> None:
         """Write the columns as `maglev run` writes them: time first, then `fmu.variable`."""
-        write_columns(Path(path), "csv", self.flown, self.units, self.flown.recording)
+        write_columns(Path(path), "csv", self.made, self.units, self.made.recording)
 
     def to_parquet(self, path: str | Path) -> None:
         """Write the columns as Parquet, with their units and the provenance of the run as metadata."""
-        write_columns(Path(path), "parquet", self.flown, self.units, self.flown.recording)
+        write_columns(Path(path), "parquet", self.made, self.units, self.made.recording)
 
     def plot(self) -> "Figure":
         """Picture of the run, a matplotlib Figure: positions with references, errors, commands, currents."""

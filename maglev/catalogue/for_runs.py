@@ -109,7 +109,7 @@ def built(names: Collection[str], kind: Kind, say: Say, watch: Watch) -> Path:
     missing = [name for name in names if files_of(name, kind)[0] not in ready]
     if missing:
         for stage in {stage.file: stage for stage in map(STAGES.own_of, missing) if stage is not None}:
-            require_flyable(stage, say)
+            require_runnable(stage, say)
         what = "WebAssembly modules" if kind.target == "wasm" else f"{'native' if kind.native else 'Python'} FMUs"
         say(f"{', '.join(missing)}: {what} are built, once for all runs")
         with scratch() as folder, watch(["FMUs"]) as watcher:
@@ -172,8 +172,8 @@ def key(name: str, kind: Kind) -> str:
     return key_of(FMUS, installed(), tuple(kind), number_in(DATE), own)
 
 
-def require_flyable(description: Path, say: Say) -> None:
-    """Refuse a stage that cannot run, as of `flyable`, and say what keeps it from running well."""
+def require_runnable(description: Path, say: Say) -> None:
+    """Refuse a stage that cannot run, as of `runnable`, and say what keeps it from running well."""
     from maglev.own_stage.consequences import stage  # linear models: scipy takes its time to load
 
     for warning in stage(description).warnings:

@@ -54,8 +54,8 @@ def plant(path: PythonFile, stage: OfStage = EXAMPLE, debug: Debug = False) -> N
 
 def say_how(file: Path, stage: str, option: str) -> None:
     """Print the command that runs a controller or a plant of a stage."""
-    flown = Path(stage).with_name(f"{Path(stage).stem}-setpoints{Path(stage).suffix}")
-    typer.echo(f"{file}: run it with `maglev run {flown} {option} {file}`")
+    setpoints = Path(stage).with_name(f"{Path(stage).stem}-setpoints{Path(stage).suffix}")
+    typer.echo(f"{file}: run it with `maglev run {setpoints} {option} {file}`")
 
 
 @new.command()

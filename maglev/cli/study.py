@@ -75,15 +75,15 @@ def read_vary(words: list[str]) -> dict[str, str]:
     return read
 
 
-def finish(flown: "Study") -> None:
+def finish(study: "Study") -> None:
     """Write the page, and print what the study found; exits with 2 if no sample came to its end."""
     from maglev.studies.page.text import show_study
 
-    table = flown.to_arrow()
-    show_study(report_console(), table, flown.about)
-    typer.echo(f"results: {flown.path}, {flown.write_page()}")
+    table = study.to_arrow()
+    show_study(report_console(), table, study.about)
+    typer.echo(f"results: {study.path}, {study.write_page()}")
     if table["failure"].null_count == 0:
-        say(f"{flown.name}: none of {table.num_rows} samples was completed; of the first: {table['failure'][0]}")
+        say(f"{study.name}: none of {table.num_rows} samples was completed; of the first: {table['failure'][0]}")
         raise typer.Exit(2)
 
 

@@ -173,7 +173,7 @@ class Master:
         self.stack = ExitStack()
         self.fmus: dict[str, Fmu] = {}
         self.wiring: Wiring   # as soon as it is wired
-        self.flown = False
+        self.has_run = False
         described = [(p, read_description(p.name, p.path)) for p in setups]
         try:
             with held_interrupts():
@@ -283,12 +283,12 @@ class Master:
         for track in self.wiring.tracks:
             track.begin(0)
         for name, calls in self.wiring.begin.items():
-            if self.flown:
+            if self.has_run:
                 self.fmus[name].reset()
             self.observer.stage(name, "its initialization")
             self.fmus[name].initialise({**own[name], **start.get(name, {})}, 0.0, self.stop_time,
                                        partial(call_all, calls))
-        self.flown = True
+        self.has_run = True
 
     def begin(self) -> None:
         """Get the outputs at the first communication point; FmuError if an FMU refuses, StepFailed of no Boolean."""

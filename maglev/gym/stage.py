@@ -118,7 +118,7 @@ class Stage(gymnasium.Env[Array, Array]):
         if self.last < 1:
             raise ScenarioError(f"duration = {duration!r}, expected at least a sample of {self.sample_time} s")
         asked = {"plant": True, "commutation": action == "dq", "measurement": measurement is not None}
-        parts = [part for part, flies in asked.items() if flies]
+        parts = [part for part, needed in asked.items() if needed]
         folder = fmus_for_runs([f"{part.title()}{self.rig.suffix}" for part in parts], fmus,
                                None if fmus is None else "native")
         self.stage = CompiledStage(self.rig, folder, parts)

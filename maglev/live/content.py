@@ -40,7 +40,7 @@ def modules_of(rig: Rig) -> list[str]:
     return [*linear_names(rig), f"Measurement{rig.suffix}"]
 
 
-def flies_live(plan: RunPlan) -> bool:
+def can_run_live(plan: RunPlan) -> bool:
     """Whether the page of all runs has a run: a packaged experiment of one plant and one controller.
 
     What is for the check alone is in it where something happens to the stage, or to what is measured of it.
@@ -89,7 +89,7 @@ def require_live(plan: RunPlan) -> Rig:
 
 
 def live_runs() -> list[RunPlan]:
-    return [plan for name in packaged_files() for plan in load_plans(name) if flies_live(plan)]
+    return [plan for name in packaged_files() for plan in load_plans(name) if can_run_live(plan)]
 
 
 def live_address(run: str, settings: Mapping[str, float | bool] | None = None) -> str:

@@ -200,7 +200,7 @@ def stage(path: str | Path) -> Consequences:
     >>> found.places[0].margins["v"][0] > 35.0
     True
     """
-    rig = flyable(path)
+    rig = runnable(path)
     gap, *ends = design.travel(rig)
     inward = 1e-6 * (ends[1] - ends[0])   # a stop itself is touched
     forces = {f"thrust {axis.name}": axis.mass * rig.sharing * rig.model.thrust[axis.name] * sum(
@@ -256,7 +256,7 @@ def fall(rig: Rig) -> float:
     return min((float(times[0]) for times in done.t_events or () if len(times)), default=inf)
 
 
-def flyable(path: str | Path) -> Rig:
+def runnable(path: str | Path) -> Rig:
     """Read a description and check that its stage can run.
 
     RigError, ScenarioError if it is no description; if stops are outside the field's range, no current below the limits

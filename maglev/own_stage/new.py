@@ -56,10 +56,10 @@ def new_stage(path: str | Path, like: str | None = None, motor: Sequence[str] = 
     with undone(file):
         write_new(scenario, scenario_text(read_own(file), scenario, file.name, more=False))
         if motor:
-            from maglev.own_stage.consequences import flyable  # linear models: scipy takes its time to load
+            from maglev.own_stage.consequences import runnable  # linear models: scipy takes its time to load
 
             with undone(scenario):
-                flyable(file)
+                runnable(file)
     return file, scenario
 
 

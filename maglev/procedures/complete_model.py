@@ -27,31 +27,31 @@ BAND = f"The band is {ERRORS:g} standard errors wide to both sides; what frictio
 
 def evaluate(settings: ProcedureSettings, runs: Runs) -> Outcome:
     """Outcome of Procedure 4 on the runs that completed: `rig`, `model`; for the figures `currents` and `parabolas`."""
-    flown, model = runs.get(settings.runs["rig"]), runs.get(settings.runs["model"])
-    if flown is None:
+    rig_run, model = runs.get(settings.runs["rig"]), runs.get(settings.runs["model"])
+    if rig_run is None:
         return Outcome(settings, ())
-    rig = rig_of(flown.plan)
-    values, table = constants_of(settings, flown, rig.constants)
+    rig = rig_of(rig_run.plan)
+    values, table = constants_of(settings, rig_run, rig.constants)
     if model is not None:
         for axis in (row.axis for row in rig.rows):   # tilts are held, or small
-            values.append(ProcedureValue("position_deviation", deviation(flown, model, f"{axis}.position"), axis=axis))
-            values.append(ProcedureValue("speed_deviation", deviation(flown, model, f"{axis}.velocity"), axis=axis))
+            values += [ProcedureValue(f"{name}_deviation", deviation(rig_run, model, f"{axis}.{signal}"), axis=axis)
+                       for name, signal in (("position", "position"), ("speed", "velocity"))]
     held = [thrust for thrust in all_thrusts(settings.runs["parabolas"], runs) if thrust.alone]
     values += [ProcedureValue("thrust", thrust.by_parabola, axis=thrust.axis, gap=thrust.gap) for thrust in held]
-    i_d, i_q = (np.stack([column(flown, f"plant.{motor}.{current}") for motor in rig.motors], axis=1)
+    i_d, i_q = (np.stack([column(rig_run, f"plant.{motor}.{current}") for motor in rig.motors], axis=1)
                 for current in ("i_d", "i_q"))
-    identified = identify(MotionRecording(rig, flown.time, positions_of(flown, rig), i_d, i_q))
-    charts = [thrust_chart(settings, flown, held, identified), *current_charts(settings, flown, runs, identified),
-              convergence_chart(flown, rig)]
-    return Outcome(settings, tuple(run.plan.name for run in (flown, model) if run is not None), tuple(values),
+    identified = identify(MotionRecording(rig, rig_run.time, positions_of(rig_run, rig), i_d, i_q))
+    charts = [thrust_chart(settings, rig_run, held, identified), *current_charts(settings, rig_run, runs, identified),
+              convergence_chart(rig_run, rig)]
+    return Outcome(settings, tuple(run.plan.name for run in (rig_run, model) if run is not None), tuple(values),
                    (table, offline_table(identified)), tuple(charts),
                    tuple(identified.warnings))
 
 
-def deviation(flown: RunResult, model: RunResult, name: str) -> float:
+def deviation(rig_run: RunResult, model: RunResult, name: str) -> float:
     """RMS of model − rig over the RMS of the rig's motion about its mean, for as long as both ran."""
-    rows = min(len(model.time), len(flown.time))
-    there, here = column(model, f"plant.{name}")[:rows], column(flown, f"plant.{name}")[:rows]
+    rows = min(len(model.time), len(rig_run.time))
+    there, here = column(model, f"plant.{name}")[:rows], column(rig_run, f"plant.{name}")[:rows]
     motion = float(here.std())
     return float(np.sqrt(np.mean((there - here) ** 2))) / motion if motion > 0.0 else math.inf
 
@@ -70,12 +70,12 @@ def offline_table(model: Identification) -> ValueTable:
                f"{model.with_friction[name]:.5g}") for name in rig.constants))
 
 
-def thrust_chart(settings: ProcedureSettings, flown: RunResult, thrusts: Sequence[Thrust],
+def thrust_chart(settings: ProcedureSettings, rig_run: RunResult, thrusts: Sequence[Thrust],
                  model: Identification) -> Chart:
     """Thrust over the air gap, beside that of Procedure 1 where its runs are there."""
     gaps = np.linspace(*(settings.gaps or (0.015, 0.025)), POINTS)   # m
     rig = model.recording.rig
-    constants = estimate(flown, rig.constants)
+    constants = estimate(rig_run, rig.constants)
     panels = []
     for axis in (axis.name for axis in rig.described.horizontal):
         constant = row_of(rig, axis).constants[0]
@@ -92,14 +92,14 @@ def thrust_chart(settings: ProcedureSettings, flown: RunResult, thrusts: Sequenc
                  f"Thrust over the air gap, by all constants at once and at held air gaps. {BAND}", tuple(panels))
 
 
-def current_charts(settings: ProcedureSettings, flown: RunResult, runs: Runs, model: Identification) -> list[Chart]:
+def current_charts(settings: ProcedureSettings, rig_run: RunResult, runs: Runs, model: Identification) -> list[Chart]:
     """Predicted equilibrium currents beside those of Procedure 2, if its run is there."""
     rig = model.recording.rig
     currents = runs.get(settings.runs["currents"])
     if currents is None:
         return []
     seen = measured(currents, rig)
-    constants = estimate(flown, rig.rows[0].constants)
+    constants = estimate(rig_run, rig.rows[0].constants)
     theory = equilibrium_currents(rig, seen.gaps, constants)
     margin = ERRORS * current_errors(model, seen.gaps, constants)
     return [Chart(settings.figures.get("currents"),
@@ -126,10 +126,10 @@ def current_errors(model: Identification, gaps: Array, constants: Mapping[str, f
     return np.asarray(np.sqrt(np.maximum(np.einsum("nj,jk,nk->n", slopes, covariance, slopes), 0.0)))
 
 
-def convergence_chart(flown: RunResult, rig: Rig) -> Chart:
-    rows = np.unique(np.linspace(0, len(flown.time) - 1, CONVERGENCE).astype(int))
+def convergence_chart(rig_run: RunResult, rig: Rig) -> Chart:
+    rows = np.unique(np.linspace(0, len(rig_run.time) - 1, CONVERGENCE).astype(int))
     panels = tuple(Panel("time (s)", constant, tuple(
-        Curve(f"ε = {epsilon:g}", flown.time[rows], column(flown, f"{name}.{constant}")[rows])
-        for epsilon, name in estimators(flown).items())) for constant in rig.constants)
-    return Chart(None, f"{flown.plan.title}: the estimates over time, from half of the values of the thesis.",
+        Curve(f"ε = {epsilon:g}", rig_run.time[rows], column(rig_run, f"{name}.{constant}")[rows])
+        for epsilon, name in estimators(rig_run).items())) for constant in rig.constants)
+    return Chart(None, f"{rig_run.plan.title}: the estimates over time, from half of the values of the thesis.",
                  panels)

@@ -11,7 +11,7 @@ from time import time
 
 from maglev.experiment.execution import RunResult
 from maglev.judging.verdicts import Judgements
-from maglev.live.content import NAME, flies_live, live_address
+from maglev.live.content import NAME, can_run_live, live_address
 from maglev.pages import shell
 from maglev.procedures.outcome import Outcome
 from maglev.report import claim_table, findings, outcome_maps
@@ -155,7 +155,7 @@ def run_about(run: RunResult, judgements: Judgements, live: bool, told: bool) ->
 
 def live_link(run: RunResult) -> str:
     """Link that opens a run in the live page; empty for one that it cannot run as it was run here."""
-    if run.modified or not flies_live(run.plan):
+    if run.modified or not can_run_live(run.plan):
         return ""
     name = run.plan.name
     return (f' <span class="screen">(<a href="{escape(live_address(name))}" aria-label="open this run live: '

@@ -151,8 +151,8 @@ def batch(scenario: str | Path, values: Mapping[str, Sequence[Any] | npt.NDArray
                         else str(scenario), "vary": entries, "design": {"kind": "rows"}, "keep": keep,
                         **({} if metrics is None else {"metrics": metrics}),
                         **({} if keep_interval is None else {"keep_interval": keep_interval})}, path)
-    with made_ready(study, path, options, False, say or warn, watch or unwatched) as (experiment, flown_with):
-        planned = plan_study(study, experiment, "batch", Path(tempfile.gettempdir()), flown_with)
+    with made_ready(study, path, options, False, say or warn, watch or unwatched) as (experiment, run_with):
+        planned = plan_study(study, experiment, "batch", Path(tempfile.gettempdir()), run_with)
         count, job = len(planned.values), planned.job
         columns = np.full((count, len(job.columns)), np.nan)
         signals = np.full((count, len(planned.times), len(job.kept)), np.nan)

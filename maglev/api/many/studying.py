@@ -208,8 +208,8 @@ def study(what: "str | Path | StudyFile", *, vary: Vary | None = None, samples: 
     limit = seconds("sample_timeout", sample_timeout)
     described = described if limit is None else described.model_copy(update={"sample_timeout": limit})
     with made_ready(described, path, options, scheduler is not None, say or warn,
-                    watch or unwatched) as (experiment, flown_with):
-        planned = plan_study(described, experiment, str(path), Path(out), flown_with)
+                    watch or unwatched) as (experiment, run_with):
+        planned = plan_study(described, experiment, str(path), Path(out), run_with)
         with (watch or unwatched)([described.name]) as watcher:
             return Study(run_study(planned, Path(out), processors(jobs), scheduler, resume,
                                    partial(watcher, described.name), say or warn, device))

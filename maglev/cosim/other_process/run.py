@@ -158,10 +158,10 @@ def run_apart(job: Job, progress: Progress | None = None, timeout: float = TIMEO
 class Follower:
     """What is known here about a run in another process."""
 
-    def __init__(self, job: Job, folder: Path, flying: Beside, timeout: float):
+    def __init__(self, job: Job, folder: Path, process: Beside, timeout: float):
         self.job = job
         self.folder = folder
-        self.flying = flying
+        self.process = process
         self.timeout = timeout
         self.stage = STARTING
         self.wired: Wired   # as soon as it is told
@@ -173,7 +173,7 @@ class Follower:
             try:
                 # No FMU is to blame for a machine that takes its time to start a process.
                 limit = max(self.timeout, TIMEOUT) if self.stage == STARTING else self.timeout
-                report = self.flying.next(limit, self.calls).what
+                report = self.process.next(limit, self.calls).what
             except KeyboardInterrupt as error:
                 if not self.calls():
                     raise
@@ -204,21 +204,21 @@ class Follower:
         self.stage, patience = ENDING, min(PATIENCE, self.timeout)
         try:
             for _ in range(len(self.job.setups) + 3):   # each is freed, the task ends, and so does the process
-                if (said := self.flying.next(patience)).last:
-                    self.flying.ask(None)
+                if (said := self.process.next(patience)).last:
+                    self.process.ask(None)
                 elif isinstance(said.what, Stage):
                     self.stage = said.what
         except KeyboardInterrupt as error:
             raise Interrupted(f"{name_of(error)} after the end of the run", signal_of(error)) from None
         except Gone as gone:
-            self.flying.end()
+            self.process.end()
             if self.stage != ENDING or gone.how not in ("exit code 0", ""):
                 return f"{self.name(self.stage.fmu)} {gone} in {self.stage.doing}, after the end of the run"
             if not gone.how:
                 return (f"the process of {self.foreign()} had not ended {patience:g} s after the run, and was ended "
                         "with what it had started")
         return (f"the process of {self.foreign()} has left what it had started, which was ended after the run"
-                if self.flying.left else "")
+                if self.process.left else "")
 
     def calls(self) -> int:
         # Read as a file, not mapped: what runs could cut it, and this process would end by SIGBUS.
@@ -259,7 +259,7 @@ class Follower:
         if not self.calls():
             return reason
         step, _ = self.last()
-        self.flying.end()   # before its memory is read
+        self.process.end()   # before its memory is read
         return ended(reason, step * self.job.step, self.recording(step + 1))
 
     def recording(self, rows: int, notes: tuple[str, ...] = ()) -> Recording:

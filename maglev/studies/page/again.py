@@ -5,7 +5,7 @@ from collections.abc import Mapping
 from typing import Any
 
 from maglev.errors import ScenarioError
-from maglev.live.content import flies_live, live_address
+from maglev.live.content import can_run_live, live_address
 from maglev.own_fmus import DEFINITIONS, definition
 from maglev.schema.layers import packaged_runs
 from maglev.schema.loading import load_plan
@@ -53,7 +53,7 @@ def why_not_live(about: Mapping[str, Any]) -> str:
     if run["scenario"] != name or name not in packaged_runs():
         return f"it has the packaged runs alone, and {name} is none of these"
     plan = load_plan(name)
-    if not flies_live(plan):
+    if not can_run_live(plan):
         return f"it does not have {name}"
     for key in run["options"]:
         if not OPTIONS[key].same_results:

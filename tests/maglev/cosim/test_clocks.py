@@ -35,16 +35,16 @@ def test_a_clocked_controller_gives_the_same_bits(native_fmus: Path, clocked_fmu
     steps = round(0.04 / step)
     drives = {"controller.y.reference": np.where(np.arange(steps + 1) * step < 0.01, 0.025, 0.0252)}
 
-    def flown(controller: Path) -> list[dict[str, bytes]]:
+    def trajectory(controller: Path) -> list[dict[str, bytes]]:
         setups = [FmuSetup("controller", controller / "Regulator3DOF.fmu"),
                   FmuSetup("plant", native_fmus / "Plant3DOF.fmu")]
         with Master(setups, WIRES, step, order) as master:
             master.wire(0.04, drives)
             return [{name: column.tobytes() for name, column in master.run_again({}).columns.items()} for _ in range(2)]
 
-    expected = flown(native_fmus)
+    expected = trajectory(native_fmus)
     assert expected[0] == expected[1] and len(set(expected[0].values())) > 20
-    assert flown(clocked_fmus) == expected
+    assert trajectory(clocked_fmus) == expected
 
 
 def test_fmpy_flies_one_with_the_clock_ticked_by_hand(clocked_fmus: Path) -> None:
@@ -56,7 +56,7 @@ def test_fmpy_flies_one_with_the_clock_ticked_by_hand(clocked_fmus: Path) -> Non
         recording = master.run(0.04, {"controller.y.reference": np.where(
             np.arange(steps + 1) * SAMPLE < example.STEP_AT, example.GAP, example.STEP_TO)})
     expected = np.column_stack([recording.columns[f"plant.{axis}.position"] for axis in example.AXES])
-    assert np.array_equal(example.flown(clocked_fmus, 0.04), expected)
+    assert np.array_equal(example.trajectory(clocked_fmus, 0.04), expected)
     for refused in ({}, {"use_event_mode": True, "early_return_allowed": True}):
         with pytest.raises(Exception, match=r"Failed to instantiate FMU|fmi3GetFloat64 failed"):
             fmpy.simulate_fmu(clocked_fmus / "Regulator3DOF.fmu", stop_time=0.01, **refused)
@@ -98,7 +98,7 @@ def test_a_clocked_controller_of_another_tool(native_fmus: Path, tmp_path: Path)
     stepped, clocked = script(PD / "build.py").build(tmp_path), built_with_a_clock(tmp_path)
     ports = read_port_maps(PD / "ports.toml")["controller"]
 
-    def flown(controller: Path, step: float) -> dict[str, Any]:
+    def trajectory(controller: Path, step: float) -> dict[str, Any]:
         time = np.arange(round(0.1 / step) + 1) * step
         setups = [FmuSetup("controller", controller, {}, replace(ports, step=own) if controller is stepped else ports),
                   FmuSetup("plant", native_fmus / "Plant2DOF.fmu", {"v.position_start": 0.0201})]
@@ -109,7 +109,7 @@ def test_a_clocked_controller_of_another_tool(native_fmus: Path, tmp_path: Path)
             return dict(master.run(0.1, drives).columns)
 
     for step in (own, own / 4):
-        expected, found = flown(stepped, step), flown(clocked, step)
+        expected, found = trajectory(stepped, step), trajectory(clocked, step)
         assert np.ptp(expected["plant.v.position"]) > 3e-4
         assert {name: column.tobytes() for name, column in expected.items()} == {
             name: column.tobytes() for name, column in found.items()}

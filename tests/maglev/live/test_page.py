@@ -18,7 +18,7 @@ from fmi_export.native.build import made_of
 from maglev.errors import FmuError, ScenarioError
 from maglev.linear.parameters import linear_names
 from maglev.live.content import (
-    flies_live,
+    can_run_live,
     gap_table,
     live_runs,
     modules_of,
@@ -41,7 +41,7 @@ from plant_fmu.motor_mount import MotorMount
 from pmlsm.gap_functions import gap_functions
 from pmlsm.rigs import RIGS
 
-FLOWN = tuple(name for rig in RIGS.values() for name in modules_of(rig))
+MODULES = tuple(name for rig in RIGS.values() for name in modules_of(rig))
 LARGEST = 1_350_000   # bytes of the page with three stages
 
 
@@ -75,7 +75,7 @@ def test_the_page_needs_nothing_else(page: str) -> None:
 
 
 def test_the_modules_are_those_that_were_built(page: str, wasm_fmus: Path) -> None:
-    for name in FLOWN:
+    for name in MODULES:
         assert element(page, f"fmu-{name}") == (wasm_fmus / f"{name}.wasm").read_bytes()
 
 
@@ -110,7 +110,7 @@ def test_every_experiment_with_one_controller_is_in_it(data: Any) -> None:
              if plan.figures and plan.procedure is None and not plan.needs
              and set(plan.fmus) == {"controller", "plant"}}
     assert shown and shown <= set(data["runs"])
-    assert {run["fmus"]["controller"]["model"] for run in data["runs"].values()} <= {*FLOWN}
+    assert {run["fmus"]["controller"]["model"] for run in data["runs"].values()} <= {*MODULES}
     assert {run["plant"] for run in data["runs"].values()} == {linear_names(rig)[0] for rig in RIGS.values()}
     for run in data["runs"].values():   # also those that no run begins with can be swapped in
         assert [run["plant"], *run["laws"]] == linear_names(RIGS[run["rig"]])
@@ -118,15 +118,15 @@ def test_every_experiment_with_one_controller_is_in_it(data: Any) -> None:
 
 @pytest.mark.usefixtures("slow")
 def test_runs_that_it_cannot_fly_are_not_in_it() -> None:
-    assert not flies_live(load_plan("2dof-identification-rig"))   # estimators
-    assert not flies_live(load_plan("3dof-laws-nonlinear"))       # for the check alone
-    assert not flies_live(load_plan("5dof-guided-first-linear"))   # a controller of another stage
+    assert not can_run_live(load_plan("2dof-identification-rig"))   # estimators
+    assert not can_run_live(load_plan("3dof-laws-nonlinear"))       # for the check alone
+    assert not can_run_live(load_plan("5dof-guided-first-linear"))   # a controller of another stage
     said = {name: why for why, names in not_live().items() for name in names}
     assert "Plant5DOF (a law without references of roll and pitch), expected" in said["5dof-guided-first-linear"]
     runs = {plan.name for name in packaged_files() for plan in load_plans(name) if not plan.check_only}
     assert said.keys() == runs - {plan.name for plan in live_runs()}
     assert f"<li>2dof-cogging: {said['2dof-cogging']}</li>" in reasons({said["2dof-cogging"]: ["2dof-cogging"]})
-    assert all(plan.fmus["plant"].model in FLOWN for plan in live_runs())
+    assert all(plan.fmus["plant"].model in MODULES for plan in live_runs())
 
 
 def test_tilts_are_seen_from_the_side_that_the_gap_grows_to() -> None:

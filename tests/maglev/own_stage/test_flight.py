@@ -16,7 +16,7 @@ from maglev.identification.model_file import model_settings
 from maglev.linear.loop import linearise_loop
 from maglev.own_fmus import built_here, definition
 from maglev.own_stage.adoption import know_stage
-from maglev.own_stage.consequences import flyable
+from maglev.own_stage.consequences import runnable
 
 pytestmark = pytest.mark.usefixtures("slow")
 
@@ -54,7 +54,7 @@ def flown(suffix: str, axes: dict[str, float], seconds: float) -> tuple[Any, boo
     ("tilting", "5dof", TILTING, {"y": 0.0255, "x": 4e-3, "z": -4e-3, "roll": 3e-3, "pitch": -4e-3})])
 def test_it_levitates(tmp_path: Path, name: str, like: str, changes: dict[str, str],
                       references: dict[str, float]) -> None:
-    flyable(written(tmp_path / f"{name}.toml", like, changes))
+    runnable(written(tmp_path / f"{name}.toml", like, changes))
     loop, touched = flown(name.capitalize(), references, 2.5)
     assert not touched
     for axis, reference in references.items():
@@ -69,7 +69,7 @@ def test_single_motors_are_a_pair_with_one_current(tmp_path: Path) -> None:
     """Four motors with amplifiers of their own, and two pairs, have one loop."""
     loops = []
     for name, changes in (("quad", FOUR), ("pairs", {})):
-        flyable(written(tmp_path / f"{name}.toml", "3dof", changes))
+        runnable(written(tmp_path / f"{name}.toml", "3dof", changes))
         suffix = name.capitalize()
         for kind in ("Regulator", "LinearRegulator"):
             loops.append(linearise_loop(f"Plant{suffix}", f"{kind}{suffix}", {"y": "24 mm", "x": "3 mm"}))
@@ -125,7 +125,7 @@ def test_fmus_are_known_by_their_content(tmp_path: Path, monkeypatch: pytest.Mon
 def test_what_cannot_fly_says_why(tmp_path: Path, like: str, changes: dict[str, str], message: str) -> None:
     path = written(tmp_path / "hover.toml", like, changes)
     with pytest.raises(RigError, match=f"hover.toml: .*({message})"):
-        flyable(path)
+        runnable(path)
 
 
 @pytest.mark.thorough
