@@ -67,7 +67,8 @@ def target(controller: Given, run: Scenario | None = None, *, stage: str | Path 
     controller : str, path or type
         Name of a controller of `fmus()`, or a Python file, "lqi.py" or "lqi.py:LQI", or a class that a module defines.
     run : str or path, optional
-        A run of `scenarios()` or a TOML file; the setpoints of the controller's stage if not given.
+        A run of `scenarios()` or a TOML file; the setpoints of the controller's stage if not given, of your own
+        NAME.toml those in NAME-setpoints.toml.
     stage : path, optional
         Description of your own stage that the controller is of.
     out : path
@@ -106,7 +107,7 @@ def target(controller: Given, run: Scenario | None = None, *, stage: str | Path 
     report, left_out = None, ""
     try:
         require_emulator()
-        plan = load_plan(run if run is not None else usual_run(described))
+        plan = load_plan(run if run is not None else usual_run(described, stage))
         if "controller" not in plan.fmus:
             raise ScenarioError(f"{plan.name}: has no controller, expected a run with plant and controller")
         experiment = put_in(plan, described.name, controller, {"kind": "native", "fmus": fmus}, watch=watch)
@@ -125,8 +126,10 @@ def target(controller: Given, run: Scenario | None = None, *, stage: str | Path 
     return Target(folder, written, report, left_out)
 
 
-def usual_run(definition: FmuDefinition) -> str:
-    """The setpoints of the stage whose ports a controller has."""
+def usual_run(definition: FmuDefinition, stage: str | Path | None) -> str | Path:
+    """The setpoints beside the description of a stage of the user's, or those of the stage whose ports it has."""
+    if stage is not None:
+        return Path(stage).with_name(f"{Path(stage).stem}-setpoints.toml")
     names = {v.name for v in definition.variables}
     for rig in RIGS.values():
         ports = {f"{current}_cmd" for current in rig.phase_names} | {f"{axis}.reference" for axis in rig.axis_names} | {

@@ -21,6 +21,8 @@ from maglev.experiment.preparation import Experiment
 from maglev.microcontroller.emulator import MISSING, OPTIONS, PROGRAM, Emulator, EmulatorError
 from maglev.microcontroller.image import generated, linked
 from maglev.microcontroller.measured import Emulated, Measured, equal_columns, in_the_loop, measured
+from maglev.microcontroller.target import usual_run
+from maglev.own_fmus import definition
 from maglev.schema.loading import load_plan
 from maglev_files.extras import command
 
@@ -147,6 +149,13 @@ def test_a_stage_of_the_users(tmp_path: Path) -> None:
     made = front_door.target("RegulatorMine", scenario, stage=description, out=tmp_path / "out", fmus=tmp_path / "fmus")
     assert made.report is not None and made.report.run.startswith("mine-setpoints")
     assert json.loads((made.folder / "report.json").read_text())["most"] == made.report.most
+
+
+def test_the_usual_run_of_a_stage_of_the_users(tmp_path: Path) -> None:
+    """Its own setpoints, though it has the ports of a stage of ours."""
+    described = definition("Regulator3DOF")
+    assert usual_run(described, tmp_path / "mine.toml") == tmp_path / "mine-setpoints.toml"
+    assert usual_run(described, None) == "3dof-setpoints"
 
 
 def test_the_command(fmus: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
