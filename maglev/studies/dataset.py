@@ -93,9 +93,9 @@ def grouped(contents: Iterator[bytes]) -> Iterator[pa.Table]:
 
 
 def trajectories_schema(job: Job, about: Mapping[str, Any]) -> pa.Schema:
-    units = job.experiment.outputs()
     fields = [pa.field("sample", pa.int64()), pa.field("time", pa.float64(), metadata={"unit": "s"})]
-    fields += [pa.field(name, pa.float64(), metadata={"unit": units.get(name, "")}) for name in job.kept]
+    fields += [pa.field(name, pa.float64(), metadata={"unit": unit}) for name, unit in
+               job.experiment.units(job.kept).items()]
     return pa.schema(fields, metadata={METADATA: json.dumps(about, ensure_ascii=False).encode()})
 
 

@@ -103,11 +103,12 @@ def plan_study(study: StudyFile, experiment: Experiment, origin: str, out: Path,
     known = named_values(plan, expected(experiment))
     columns = columns_of(known, study.metrics, study.limits, origin)
     every = rows_every(study.keep_interval, experiment, origin)
-    known_signals = {*experiment.outputs(), *(axis.reference for axis in plan.axes.values())}
-    for name in study.keep:
-        if name not in known_signals:
-            raise ScenarioError(f"{origin}: keep = {name!r}: is recorded by no FMU; nearest is "
-                                f"{nearest(name, known_signals)}")
+    known_signals = {*experiment.drives(experiment.check()), *(
+        name for name, variable in experiment.variables().items()
+        if variable.causality == "output" and variable.type in ("Real", "Boolean"))}
+    if unknown := [name for name in study.keep if name not in known_signals]:
+        raise ScenarioError(f"{origin}: keep = {unknown[0]!r}: is recorded by no FMU; nearest is "
+                            f"{nearest(unknown[0], known_signals)}")
     rows = len(experiment.times[::every]) if study.keep else 0
     require_disk(study, out, 8 * count * (len(columns) + len(study.vary) + len(targets))
                  + 8 * count * rows * len(study.keep), count)

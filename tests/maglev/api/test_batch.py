@@ -35,7 +35,8 @@ def way(request: pytest.FixtureRequest, monkeypatch: pytest.MonkeyPatch) -> str:
 @pytest.fixture
 def batch(way: str, native_fmus: Path) -> maglev.Batch:
     return maglev.batch(RUN, {"plant.v.mass": MASSES, "controller.v.k1,controller.h.k1": [-1662.0, -1500.0, -1662.0]},
-                        keep=["plant.v.position"], keep_interval=0.5, fmus=native_fmus)
+                        keep=["plant.v.position", "plant.at_stop", "controller.v.reference"], keep_interval=0.5,
+                        fmus=native_fmus)
 
 
 def test_samples_are_runs(batch: maglev.Batch) -> None:
@@ -48,7 +49,8 @@ def test_samples_are_runs(batch: maglev.Batch) -> None:
             step.overshoot for step in run.metrics.steps if step.axis == "v")
         assert batch["rms error of h"][sample] == run.metrics.rms_errors["h"]
         every = round(0.5 / (run.time[1] - run.time[0]))
-        assert np.array_equal(batch.signals["plant.v.position"][sample], run["plant.v.position"][::every])
+        for name, kept in batch.signals.items():
+            assert np.array_equal(kept[sample], run[name][::every]), name
         assert run.result.provenance is not None
         assert f"plant.v.mass = {MASSES[sample]:g}" in " ".join(run.result.provenance.changes) or sample == 1
     assert len({*batch["overshoot of v"].tolist()}) == 3

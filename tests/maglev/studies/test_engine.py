@@ -79,7 +79,8 @@ def test_an_interrupted_study_goes_on_to_the_same_bytes(fastest_fmus: Path, tmp_
 
 def test_batches_do_not_show(fastest_fmus: Path, tmp_path: Path) -> None:
     """The rows of the merged parts are those of all samples in one batch, in their order."""
-    study = planned(tmp_path, fastest_fmus, keep=["plant.v.position"], limits={"overshoot of v": {"max": "20 %"}})
+    study = planned(tmp_path, fastest_fmus, keep=["plant.v.position", "controller.v.reference"],
+                    limits={"overshoot of v": {"max": "20 %"}})
     flown(study, tmp_path)
     table, expected = pq.read_table(tmp_path / "study.parquet"), in_this_process(study)
     assert len(study.batches) > 1
@@ -90,7 +91,9 @@ def test_batches_do_not_show(fastest_fmus: Path, tmp_path: Path) -> None:
     assert table["passed"].to_pylist() == (overshoot <= 0.2).tolist()
     kept = pq.read_table(tmp_path / "study.trajectories.parquet")
     assert expected.trajectories is not None
-    assert np.array_equal(kept["plant.v.position"].to_numpy(), expected.trajectories.ravel())
+    for i, name in enumerate(study.job.kept):
+        assert np.array_equal(kept[name].to_numpy(), expected.trajectories[:, :, i].ravel())
+        assert kept.schema.field(name).metadata == {b"unit": b"m"}
     assert kept.num_rows == 20 * len(study.times)
 
 
