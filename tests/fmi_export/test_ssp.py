@@ -12,8 +12,8 @@ from command_line import maglev
 from lxml import etree
 
 from fmi_export.errors import ExportError
-from fmi_export.parameter_set import SSC, SSV
-from fmi_export.ssp import SSD, write_ssp
+from fmi_export.parameter_set import SSC, SSV, Value, parameter_set, xml_file
+from fmi_export.ssp import SSD, add_units, write_ssp
 from maglev.catalogue import build_systems
 from maglev.own_fmus import SYSTEMS, definition
 from maglev.schema.loading import load_plan
@@ -155,6 +155,16 @@ def test_two_open_ports_of_one_name(fmus: Path, tmp_path: Path) -> None:
     twin = (replace(plant[0], name="Twin"), plant[1])
     with pytest.raises(ExportError, match=r"plant and twin both have an open input motor\.i_a_cmd"):
         write_ssp(tmp_path / "Twins.ssp", {"plant": plant, "twin": twin}, [], 1.0)
+
+
+@pytest.mark.parametrize("values", [[], [Value("plant.y.locked", "Boolean", True, "")]])
+def test_parameters_without_a_unit(tmp_path: Path, values: list[Value]) -> None:
+    """Of a run that sets nothing, or nothing but Booleans: a list of units that is empty is not valid."""
+    table = parameter_set("short", values)
+    add_units(table, SSV, {value.unit for value in values if value.unit})
+    (tmp_path / "short.ssv").write_bytes(xml_file(table))
+    read = fmpy.ssp.ssd.read_ssv(str(tmp_path / "short.ssv"))
+    assert [each.name for each in read.parameters] == [value.name for value in values]
 
 
 @pytest.mark.usefixtures("slow")
