@@ -147,8 +147,8 @@ def batch(scenario: str | Path, values: Mapping[str, Sequence[Any] | npt.NDArray
     require_device(device)
     entries = [{"set": target.split(","), "kind": "list", "values": plain(given)} for target, given in values.items()]
     path = Path("batch")   # what refusals name
-    study = read_study({"name": "batch", "scenario": str(Path(scenario).absolute()) if str(scenario).endswith(".toml")
-                        else str(scenario), "vary": entries, "design": {"kind": "rows"}, "keep": keep,
+    study = read_study({"name": "batch", "scenario": str(scenario) if isinstance(scenario, Path) else scenario,
+                        "vary": entries, "design": {"kind": "rows"}, "keep": keep,
                         **({} if metrics is None else {"metrics": metrics}),
                         **({} if keep_interval is None else {"keep_interval": keep_interval})}, path)
     with made_ready(study, path, options, False, say or warn, watch or unwatched) as (experiment, run_with):

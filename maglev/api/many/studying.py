@@ -316,9 +316,8 @@ def varied(scenario: object, vary: Vary, name: str | None, keep: Sequence[str], 
     entries = [{"set": target.split(","), **(given_values(target, values, samples is not None)
                                              if isinstance(values, str) else {"kind": "list", "values": plain(values)})}
                for target, values in vary.items()]
-    table: dict[str, Any] = {
-        "name": name or f"{Path(scenario).stem}.study", "scenario": str(Path(scenario).absolute())
-        if str(scenario).endswith(".toml") else str(scenario), "vary": entries, "keep": keep}
+    table: dict[str, Any] = {"name": name or f"{Path(scenario).stem}.study", "scenario": str(scenario), "vary": entries,
+                             "keep": keep}
     if samples is not None:
         table["design"] = {"kind": "latin hypercube", "samples": samples, "seed": seed}
     return read_study(table, Path(option("vary")))

@@ -183,6 +183,14 @@ def test_what_cannot_be_used_is_refused(native_fmus: Path, values: dict[str, lis
     assert words in str(refusal.value)
 
 
+def test_a_table_of_which_no_sample_could_be_run_again_is_refused(tmp_path: Path) -> None:
+    table, masses = {"name": "mine"}, {"plant.v.mass": [4.0]}
+    with pytest.raises(maglev.ScenarioError, match="batch: scenario = {'name': 'mine'}: expected a valid string"):
+        maglev.batch(table, masses)   # type: ignore[arg-type]
+    with pytest.raises(maglev.ScenarioError, match="scenario: {'name': 'mine'}, expected its name or its file"):
+        maglev.study(table, vary=masses, out=tmp_path)   # type: ignore[arg-type]
+
+
 @pytest.mark.parametrize("jobs", [0, -2])
 def test_fewer_than_one_job_is_refused(native_fmus: Path, jobs: int) -> None:
     """Nothing waits for a process that never starts."""
