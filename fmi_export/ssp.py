@@ -119,7 +119,9 @@ def add_connection(links: Element, source: Sequence[str | None], target: Sequenc
 
 def add_units(root: Element, namespace: str, names: set[str]) -> None:
     """Add the definitions of the units, if there are any: what a file refers to is in it."""
-    units = SubElement(root, f"{{{namespace}}}Units") if names else root
+    if not names:
+        return
+    units = SubElement(root, f"{{{namespace}}}Units")
     for name in sorted(names):
         unit = SubElement(units, f"{{{SSC}}}Unit", {"name": name})
         SubElement(unit, f"{{{SSC}}}BaseUnit", {base: str(exponent) for base, exponent in exponents(name).items()})

@@ -21,6 +21,7 @@ import maglev
 from maglev.arrays import Array, Bools
 from maglev.maps.rows import MapRow, Side
 from maglev.studies.design import tried_values
+from maglev.studies.page.again import command_of
 from maglev.studies.page.outcome_map import Factor, LawMap, Outcomes, grid_of, outcomes_of
 from maglev.studies.page.page import write_maps
 from maglev.studies.schema import load_study, read_study
@@ -78,7 +79,7 @@ def map_law(law: str, options: argparse.Namespace) -> tuple[LawMap, str]:
                                                       study.limits.items() if limit.max is not None}}
         computed = maglev.study(read_study(table, path), out=options.out, jobs=options.jobs, resume=True)
         rows = computed.to_arrow()
-        commands.append((computed.command(0).split(" --set")[0], grid_of(rows, computed.about)))
+        commands.append((command_of(computed.about, None), grid_of(rows, computed.about)))
         return outcomes_of(rows)
 
     down, across, layers = (np.array(tried_values(side), np.float64) for side in sides)

@@ -39,7 +39,7 @@ class Run(Mapping[str, NDArray[Any]]):
     """
 
     def __init__(self, made: RunResult, units: Mapping[str, str], recording: Recording | None = None):
-        self.made = made           # measured already, or
+        self.made = made             # measured already, or
         self.recording = recording   # with every communication point, until it is measured
         self.plan: RunPlan = made.plan
         self.time: NDArray[np.float64] = made.time

@@ -15,18 +15,23 @@ SMALLEST = 2.0**-53   # no sample lies at 0 or 1, where a normal distribution ha
 
 def number_of_samples(study: StudyFile) -> int:
     """Number of samples of a study; ScenarioError if there are too many."""
-    design, varied = study.design, len(study.vary)
+    design = study.design
     if design.kind == "rows":
         return len(rows_of(study))
-    tried = {varied.column: tried_values(varied) for varied in study.vary} if design.kind == "grid" else {}
-    for name, values in tried.items():
-        if len({*values}) < len(values):
-            raise ScenarioError(f"{study.name}: vary: {name}: {len(values)} values of which {len({*values})} differ, "
-                                "expected each once in a design of kind 'grid'")
-    number = (design.samples or 1) * (varied + 2 if design.kind == "saltelli" else math.prod(map(len, tried.values())))
+    number = (math.prod(len(different_values(study, varied)) for varied in study.vary) if design.samples is None
+              else design.samples * (len(study.vary) + 2) if design.kind == "saltelli" else design.samples)
     if number > MOST_SAMPLES:
         raise ScenarioError(f"{study.name}: design: {number:.3g} samples, expected at most {MOST_SAMPLES:.0e}")
     return number
+
+
+def different_values(study: StudyFile, varied: Varied) -> list[float]:
+    """Values that something takes in a grid; ScenarioError if it takes one of them twice."""
+    tried = tried_values(varied)
+    if (different := len({*tried})) < len(tried):
+        raise ScenarioError(f"{study.name}: vary: {varied.column}: {len(tried)} values of which {different} differ, "
+                            "expected each once in a design of kind 'grid'")
+    return tried
 
 
 def samples(study: StudyFile) -> Array:
