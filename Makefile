@@ -79,8 +79,9 @@ tests: .venv/.test
 	@$(BIN)/python -m pytest --collect-only -m "not thorough" > /dev/null || :   # what is wrong is said below
 	$(BIN)/python -m pytest -n 4 --dist loadfile --no-loadscope-reorder --durations=25 -m "not thorough" --fmus=.venv/fmus
 
-# The tests that take long of what seldom changes.
+# The tests that take long of what seldom changes, and the types of all tests.
 thorough: .venv/.test
+	$(BIN)/mypy tests
 	$(BIN)/python -m pytest -n 2 --dist loadfile -m thorough
 
 # The tests that need no FMU, compiler or browser, and do not run for long: to be run after every change.
@@ -107,7 +108,6 @@ lint: .venv/.test
 	$(BIN)/ruff check .
 	$(BIN)/mypy
 	$(BIN)/mypy tools benchmarks docs/site
-	$(BIN)/mypy tests
 
 # Its ratios are added to benchmarks/history, for docs/speed.md: on a machine with nothing else to do, to be committed.
 bench: .venv/.test

@@ -26,7 +26,7 @@ from maglev.catalogue import HOST, build
 # machine reaches. Smaller changes show in benchmarks/history.
 GATES = {"FMUs, master": 2.2, "native, master": 2.25, "native, loop in one FMU": 1.5}
 STEPS = 5000
-GATE_STEPS = 2000        # of the two ways in Python, whose steps take a tenth of a millisecond
+GATE_STEPS = 1000        # of the two ways in Python, whose steps take a tenth of a millisecond
 C_STEPS = 50_000
 EXCHANGE_STEPS = 1000   # progress is reported every 500
 # In a round: they take milliseconds.

@@ -99,6 +99,7 @@ def test_packages_of_our_names_are_refused(installed: Path, clash: Path, python:
     assert not (clash / "results").exists()
 
 
+@pytest.mark.thorough
 def test_build_run_report_identify(installed: Path, home: Path) -> None:
     command(installed, home, "build", "Plant2DOF", "PID2DOF")
     assert {path.name for path in (home / "fmus").iterdir()} == {"Plant2DOF.fmu", "PID2DOF.fmu"}

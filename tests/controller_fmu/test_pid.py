@@ -104,7 +104,7 @@ def test_first_command_is_the_equilibrium(kind: type[PID], gap: float) -> None:
         assert motor.i_q_cmd == pytest.approx(0.0, abs=1e-9)
 
 
-@settings(max_examples=40)
+@settings(max_examples=15)
 @given(st.floats(0.5, 300.0), st.floats(-0.05, 0.05))
 @pytest.mark.usefixtures("slow")
 def test_prefilter_has_unit_gain_and_no_overshoot(corner: float, reference: float) -> None:

@@ -68,7 +68,7 @@ class ReferenceRegulator:
         return np.array(rows)
 
 
-@pytest.mark.parametrize("rig", [2, 3])
+@pytest.mark.parametrize("rig", [pytest.param(2, marks=pytest.mark.thorough), 3])
 @pytest.mark.usefixtures("slow")
 def test_every_command_of_a_flight(rig: int) -> None:
     """Steps on all axes that saturate the commands; same measurements to both, 1.5 s."""

@@ -73,6 +73,7 @@ def test_native_fmus_fly_in_a_process_without_python(native_fmus: Path, fly: Pat
     assert "python" not in libraries.stdout
 
 
+@pytest.mark.thorough
 def test_pythonfmu_fmus_need_a_python_library_there(fmus: Path, fly: Path, tmp_path: Path) -> None:
     """Without LD_PRELOAD the linker says what is missing, with it they fly."""
     folders = unpacked(tmp_path, fmus)

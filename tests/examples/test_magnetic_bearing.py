@@ -32,6 +32,7 @@ def rates(time: float, state: np.ndarray, commands: np.ndarray, load: float) -> 
     return np.concatenate([velocity, acceleration, ((voltages - currents - induced) / inductances).ravel()])
 
 
+@pytest.mark.thorough
 def test_it_moves_as_the_equations_say(slow: None) -> None:
     """With the example's own controller, through lift and step, and currents as states in place of the flux."""
     run = maglev.run(FOLDER / "levitate.toml")

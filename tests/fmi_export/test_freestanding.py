@@ -135,7 +135,7 @@ def portable(slow: None, tmp_path_factory: pytest.TempPathFactory) -> Any:
 
 
 @given(x=st.one_of(st.floats(), st.floats(0.0, 4.0), st.floats(0.0, 1e-300), st.integers(0, 2**53).map(float)))
-@settings(max_examples=3000, suppress_health_check=[HealthCheck.function_scoped_fixture])
+@settings(max_examples=1000, suppress_health_check=[HealthCheck.function_scoped_fixture])
 @example(0.0)
 @example(-0.0)
 @example(5e-324)

@@ -74,7 +74,7 @@ class Pair:
 
 @pytest.mark.few(10)
 @pytest.mark.parametrize("name", DEFINITIONS)
-@settings(max_examples=6, suppress_health_check=[HealthCheck.function_scoped_fixture, HealthCheck.too_slow])
+@settings(max_examples=4, suppress_health_check=[HealthCheck.function_scoped_fixture, HealthCheck.too_slow])
 @given(data=st.data())
 def test_random_runs(load: Load, load_native: Load, name: str, data: st.DataObject) -> None:
     pair = Pair(load(name), load_native(name))

@@ -98,6 +98,7 @@ def test_many_random_programs_of_model_exchange(native_fmus: Path, fmi3_fmus: Pa
     assert count == 2000 and refusals > 10000
 
 
+@pytest.mark.thorough
 @settings(max_examples=20, suppress_health_check=[HealthCheck.function_scoped_fixture, HealthCheck.too_slow])
 @given(programs=st.lists(st.binary(max_size=300), min_size=1, max_size=30))
 def test_programs_that_hypothesis_finds(sanitized: Callable[[str], Path], tmp_path: Path,

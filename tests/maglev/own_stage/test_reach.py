@@ -9,7 +9,7 @@ import pytest
 from command_line import error_line
 from command_line import maglev as command
 from described_stages import SMALL, written
-from hypothesis import assume, given
+from hypothesis import assume, given, settings
 from hypothesis import strategies as st
 
 import maglev
@@ -128,6 +128,7 @@ def test_packaged_runs_stay_within_their_stops() -> None:
     assert refused == looked_at > 50
 
 
+@settings(max_examples=25)
 @given(y=st.floats(0.019, 0.033), roll=st.floats(-0.02, 0.02), pitch=st.floats(-0.02, 0.02))
 def test_gaps_at_the_motors_are_those_of_the_plant(y: float, roll: float, pitch: float) -> None:
     plan = load_plan("5dof-setpoints")

@@ -120,6 +120,7 @@ def test_at_25_mm_the_stage_holds_more_than_is_certified(fastest_fmus: Path) -> 
         assert each.certificate.step < each.run.largest < each.run.largest_locked
 
 
+@pytest.mark.thorough
 def test_what_is_flown_stands_beside_what_is_certified(fastest_fmus: Path, tmp_path: Path,
                                                        monkeypatch: pytest.MonkeyPatch) -> None:
     """At 29 mm, where the stage falls first, it holds less than is certified of its linear loop."""

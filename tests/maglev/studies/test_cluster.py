@@ -62,6 +62,7 @@ def test_a_dead_worker_costs_its_batch(cluster: LocalCluster, fastest_fmus: Path
                           fly_samples(study.job, 0, study.values).values)
 
 
+@pytest.mark.thorough
 def test_a_sample_that_takes_its_workers_with_it(cluster: LocalCluster, fastest_fmus: Path, tmp_path: Path) -> None:
     scheduler: Any = cluster.scheduler
     scheduler.allowed_failures = 0   # the first death is enough
@@ -87,6 +88,7 @@ def test_an_unreachable_scheduler_is_refused(monkeypatch: pytest.MonkeyPatch) ->
         pass
 
 
+@pytest.mark.thorough
 def test_without_a_certificate_one_line_says_so(cluster: LocalCluster) -> None:
     with dask.config.set({"distributed.comm.tls.ca-file": None, "distributed.comm.tls.client.cert": None,
                           "distributed.comm.tls.client.key": None}), \

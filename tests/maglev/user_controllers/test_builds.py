@@ -186,6 +186,7 @@ def test_a_whole_number_cannot_be_c(slow: None, tmp_path: Path) -> None:
     assert "damping starts as 1, a native FMU needs a float: expected 1.0" in line
 
 
+@pytest.mark.thorough
 def test_a_name_for_a_part_inside_an_if(fastest_fmus: Path, tmp_path: Path) -> None:
     """pyccel marks it at the end of the method, wherever it points if the if was not taken: that has to go."""
     require_native_tools()

@@ -89,7 +89,7 @@ def test_error(name: str, data: st.DataObject) -> None:
             assert ulps(case.function(x), exact) <= case.error
 
 
-@settings(max_examples=2000)
+@settings(max_examples=500)
 @given(quarters=st.integers(-530_000_000, 530_000_000), away=st.integers(-3, 3))
 @example(quarters=1, away=0)
 @example(quarters=2, away=0)
