@@ -13,10 +13,10 @@ import numpy as np
 import pyarrow as pa
 import pyarrow.parquet as pq
 
-from maglev.arrays import Array
 from maglev.errors import MaglevError, in_one_line
-from maglev.studies.batch.samples import BatchResult, Job
-from maglev.studies.columns import METADATA
+from maglev.studies.batch.samples import BatchResult
+from maglev.studies.columns import METADATA, passed
+from maglev.studies.planning import PlannedStudy
 from maglev_files.whole_file import whole_file
 
 ROWS_OF_A_GROUP = 10_000
@@ -92,19 +92,53 @@ def grouped(contents: Iterator[bytes]) -> Iterator[pa.Table]:
         yield pa.concat_tables(waiting).combine_chunks()
 
 
-def trajectories_schema(job: Job, about: Mapping[str, Any]) -> pa.Schema:
+def samples_schema(planned: PlannedStudy) -> pa.Schema:
+    """Columns of the samples: what varies, what it sets where the values are others, metrics, and verdicts."""
+    job, numbers, flags = planned.job, pa.float64(), pa.bool_()
+    boolean = {target.column for target in job.targets if target.boolean}
+    columns = [("sample", pa.int64(), "", "sample"),
+               *((name, flags if i in boolean else numbers, unit, "varied")
+                 for i, (name, unit) in enumerate(planned.varied.items())),
+               *((target.name, flags if target.boolean else numbers, target.unit, "setting")
+                 for target in job.targets if target.name not in planned.varied),
+               *((column.name, flags if column.name == "failed" else numbers, column.unit, "metric")
+                 for column in job.columns),
+               ("passed", flags, "", "verdict"), ("failure", pa.string(), "", "verdict")]
+    return pa.schema([pa.field(name, kind, metadata={"unit": unit, "role": role})
+                      for name, kind, unit, role in columns], metadata=metadata(planned.about))
+
+
+def samples_table(planned: PlannedStudy, result: BatchResult, schema: pa.Schema) -> pa.Table:
+    """Rows of a batch; NaN, which nothing was measured for, is null."""
+    job, rows = planned.job, slice(result.first, result.first + len(result.failures))
+    columns: dict[str, Any] = {target.name: planned.values[rows, i] for i, target in enumerate(job.targets)}
+    columns |= zip(planned.varied, planned.design[rows].T, strict=True)
+    columns |= {column.name: result.values[:, i] for i, column in enumerate(job.columns)}
+    columns |= {"sample": np.arange(rows.start, rows.stop), "failure": list(result.failures), "passed": [
+        passed(job.columns, row, failure, bool(planned.study.limits))
+        for row, failure in zip(result.values.tolist(), result.failures, strict=True)]}
+    return pa.table([pa.array(columns[field.name], from_pandas=True).cast(field.type) for field in schema],
+                    schema=schema)
+
+
+def trajectories_schema(planned: PlannedStudy) -> pa.Schema:
+    job = planned.job
     fields = [pa.field("sample", pa.int64()), pa.field("time", pa.float64(), metadata={"unit": "s"})]
     fields += [pa.field(name, pa.float64(), metadata={"unit": unit}) for name, unit in
                job.experiment.units(job.kept).items()]
-    return pa.schema(fields, metadata={METADATA: json.dumps(about, ensure_ascii=False).encode()})
+    return pa.schema(fields, metadata=metadata(planned.about))
 
 
-def trajectories_table(job: Job, result: BatchResult, times: Array, schema: pa.Schema) -> pa.Table:
+def metadata(about: Mapping[str, Any]) -> dict[bytes, bytes]:
+    return {METADATA: json.dumps(about, ensure_ascii=False).encode()}
+
+
+def trajectories_table(planned: PlannedStudy, result: BatchResult, schema: pa.Schema) -> pa.Table:
     """Trajectories of a batch, a row for each sample and time; none of a sample that was not completed."""
     if result.trajectories is None:
         return schema.empty_table()
-    whole = [i for i, failure in enumerate(result.failures) if failure is None]
-    kept = result.trajectories[whole].reshape(-1, len(job.kept))
+    whole, times = [i for i, failure in enumerate(result.failures) if failure is None], planned.times
+    kept = result.trajectories[whole].reshape(-1, len(planned.job.kept))
     columns: Sequence[Any] = [np.repeat(result.first + np.array(whole, dtype=np.int64), len(times)),
                               np.tile(times, len(whole)), *kept.T]
     return pa.table([pa.array(column, field.type) for column, field in zip(columns, schema, strict=True)],

@@ -1,15 +1,11 @@
-"""A study made ready: everything that would be refused is refused here, before the first run; and what it leaves.
+"""A study made ready: everything that would be refused is refused here, before the first run."""
 
-Arrow is imported where there is a table to make, not to plan one.
-"""
-
-import json
 import shutil
 from collections.abc import Iterable, Mapping
 from contextlib import suppress
 from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 
@@ -18,17 +14,14 @@ from maglev.errors import QuantityError, ScenarioError, nearest
 from maglev.experiment.execution import expected
 from maglev.experiment.preparation import Experiment, is_foreign
 from maglev.studies.batch.batches import batches_of
-from maglev.studies.batch.samples import Batch, BatchResult, Job, code_of_package
-from maglev.studies.columns import METADATA, Column, columns_of, named_values, passed
+from maglev.studies.batch.samples import Batch, Job, code_of_package
+from maglev.studies.columns import Column, columns_of, named_values
 from maglev.studies.design import number_of_samples, samples
 from maglev.studies.key import key_of
 from maglev.studies.schema import StudyFile
 from maglev.studies.targets import Target, target_values, targets_of
 from maglev.time_grid import whole_steps
 from maglev.user_controllers.blocks import built_blocks
-
-if TYPE_CHECKING:
-    import pyarrow as pa
 
 LEAST_FREE = 1e8           # bytes that a study leaves on the disk
 LIMIT_OF_FOREIGN = 600.0   # s of wall time that a sample may take with FMUs that are not of this project
@@ -37,7 +30,7 @@ LARGEST_LIMIT = 1e6        # s, more than a week and less than what a system's c
 
 @dataclass(frozen=True)
 class PlannedStudy:
-    """A study that can be run, with the columns of its dataset: what varies and what it sets, metrics, and verdicts."""
+    """A study that can be run."""
 
     study: StudyFile
     job: Job
@@ -47,45 +40,6 @@ class PlannedStudy:
     values: Array               # of the targets, shape (samples, targets)
     batches: list[Batch]
     times: Array                # s, of the trajectories that are kept, shape (rows,)
-
-    @property
-    def settings(self) -> list[int]:
-        """Numbers of the targets that have a column of their own: not the same as what varies."""
-        return [i for i, target in enumerate(self.job.targets) if target.name not in self.varied]
-
-    def schema(self) -> "pa.Schema":
-        import pyarrow as pa
-
-        def field(name: str, kind: "pa.DataType", unit: str, role: str) -> "pa.Field":
-            return pa.field(name, kind, metadata={"unit": unit, "role": role})
-
-        job = self.job
-        boolean = {target.column for target in job.targets if target.boolean}
-        fields = [field("sample", pa.int64(), "", "sample")]
-        fields += [field(name, pa.bool_() if i in boolean else pa.float64(), unit, "varied")
-                   for i, (name, unit) in enumerate(self.varied.items())]
-        fields += [field(job.targets[i].name, pa.bool_() if job.targets[i].boolean else pa.float64(),
-                         job.targets[i].unit, "setting") for i in self.settings]
-        fields += [field(column.name, pa.bool_() if column.name == "failed" else pa.float64(), column.unit, "metric")
-                   for column in job.columns]
-        fields += [field("passed", pa.bool_(), "", "verdict"), field("failure", pa.string(), "", "verdict")]
-        return pa.schema(fields, metadata={METADATA: json.dumps(self.about, ensure_ascii=False).encode()})
-
-    def table(self, result: BatchResult) -> "pa.Table":
-        """Rows of a batch."""
-        import pyarrow as pa
-
-        last = result.first + len(result.failures)
-        schema = self.schema()
-        columns: list[Any] = [np.arange(result.first, last)]
-        columns += [self.design[result.first:last, i] for i in range(len(self.varied))]
-        columns += [self.values[result.first:last, i] for i in self.settings]
-        columns += [result.values[:, i] for i in range(len(self.job.columns))]
-        columns += [[passed(self.job.columns, row, failure, bool(self.study.limits))
-                     for row, failure in zip(result.values.tolist(), result.failures, strict=True)],
-                    list(result.failures)]
-        return pa.table([array(column, field.type) for column, field in zip(columns, schema, strict=True)],
-                        schema=schema)
 
 
 def plan_study(study: StudyFile, experiment: Experiment, origin: str, out: Path,
@@ -187,12 +141,3 @@ def about(study: StudyFile, job: Job, experiment: Experiment, run: Mapping[str, 
 
 def finite(value: float) -> float | None:
     return value if np.isfinite(value) else None
-
-
-def array(values: Any, kind: "pa.DataType") -> "pa.Array":
-    """Arrow array in which NaN, which nothing was measured for, is null."""
-    import pyarrow as pa
-
-    if kind == pa.bool_() and isinstance(values, np.ndarray):
-        return pa.array([None if value != value else bool(value) for value in values.tolist()], kind)
-    return pa.array(values, kind, from_pandas=True)

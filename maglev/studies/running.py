@@ -5,9 +5,9 @@ from pathlib import Path
 
 from maglev.errors import Interrupted, ScenarioError, name_of, option, signal_of
 from maglev.processes.side_by_side import Progress, Say
+from maglev.studies import dataset
 from maglev.studies.batch.batches import runners
 from maglev.studies.batch.samples import Batch, BatchResult
-from maglev.studies.dataset import as_bytes, is_as_written, merge, metadata_of, trajectories_schema, trajectories_table
 from maglev.studies.parts import Parts
 from maglev.studies.planning import PlannedStudy
 
@@ -29,10 +29,10 @@ def run_study(planned: PlannedStudy, out: Path, jobs: int, scheduler: str | None
     parts = Parts(out / f"{planned.study.name}.parts", planned.job.key)
     path = out / f"{planned.study.name}.parquet"
     samples, job = len(planned.values), planned.job
-    schema = trajectories_schema(job, planned.about) if job.kept else None
     # By kind of part; what says that a study was done comes last.
-    files = {**({} if schema is None else {"trajectories": (schema, trajectories_path(path))}),
-             "samples": (planned.schema(), path)}
+    files = {"trajectories": (dataset.trajectories_schema(planned), dataset.trajectories_table,
+                              trajectories_path(path))} if job.kept else {}
+    files["samples"] = dataset.samples_schema(planned), dataset.samples_table, path
 
     def whole_batches() -> set[Batch]:
         return {batch for batch in planned.batches if all(part(kind, batch.number) in parts.files for kind in files)}
@@ -46,8 +46,8 @@ def run_study(planned: PlannedStudy, out: Path, jobs: int, scheduler: str | None
         if parts.files and not resume:
             raise ScenarioError(f"{parts.folder}: {kept_samples} of {samples} samples are done, "
                                 f"expected {option('resume', True)} to go on with them, or no such folder")
-        if resume and not parts.folder.exists() and metadata_of(path).get("key") == planned.job.key:
-            if all(is_as_written(file, job.key) for _, file in files.values()):
+        if resume and not parts.folder.exists() and dataset.metadata_of(path).get("key") == planned.job.key:
+            if all(dataset.is_as_written(file, job.key) for _, _, file in files.values()):
                 return path   # it was done before
             say(f"{path}: is not whole, not with its trajectories, or was edited: all samples are run again")
         if lost or others:
@@ -58,10 +58,8 @@ def run_study(planned: PlannedStudy, out: Path, jobs: int, scheduler: str | None
             nonlocal kept_samples
             if not by_number[number].is_whole(result):
                 return   # parts are whole
-            if schema is not None:
-                kept = trajectories_table(planned.job, result, planned.times, schema)
-                parts.write(part("trajectories", number), as_bytes(kept))
-            parts.write(part("samples", number), as_bytes(planned.table(result)))
+            for kind, (schema, table, _) in files.items():
+                parts.write(part(kind, number), dataset.as_bytes(table(planned, result, schema)))
             kept_samples += len(result.failures)
             watch(kept_samples, samples)
 
@@ -78,8 +76,8 @@ def run_study(planned: PlannedStudy, out: Path, jobs: int, scheduler: str | None
             kept_samples = sum(len(batch.samples) for batch in whole_batches())
             raise Interrupted(f"{name_of(error)}: {kept_samples} of {samples} samples are kept in {parts.folder}, "
                               f"{option('resume', True)} goes on with them", signal_of(error)) from error
-        for kind, (form, file) in files.items():
-            merge((parts.read(part(kind, batch.number)) for batch in planned.batches), form, file)
+        for kind, (schema, _, file) in files.items():
+            dataset.merge((parts.read(part(kind, batch.number)) for batch in planned.batches), schema, file)
         parts.remove()
         return path
 

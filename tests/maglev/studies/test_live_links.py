@@ -11,6 +11,7 @@ from maglev.api.many.studying import file_or_name
 from maglev.errors import shortened
 from maglev.live.content import NAME, live_address
 from maglev.schema.layers import PACKAGED
+from maglev.studies.dataset import samples_schema, samples_table
 from maglev.studies.page.again import live_link, why_not_live
 from maglev.studies.page.page import page, write_page
 
@@ -62,7 +63,7 @@ def test_what_the_live_page_cannot_fly(said: dict[str, Any], why: str) -> None:
 
 def test_links_stand_where_the_live_page_lies(fastest_fmus: Path, tmp_path: Path) -> None:
     study = planned(tmp_path, fastest_fmus, vary=[{"set": "plant.v.mass", "kind": "list", "values": [4.0, 4.35]}])
-    made = study.table(fly_samples(study.job, 0, study.values))
+    made = samples_table(study, fly_samples(study.job, 0, study.values), samples_schema(study))
     own = page(made, study.about, live=True)
     assert "The live page cannot run these: it has the packaged runs alone" in own, shortened(own)
     name = "2dof-setpoints"

@@ -11,6 +11,7 @@ from report_tab import DESKTOP, PHONE, SHIFTS, Tab
 from studied_grid import ABOUT, GRID, broken_at, table
 from tiny_study import fly_samples, planned, tiny
 
+from maglev.studies.dataset import samples_schema, samples_table
 from maglev.studies.design import unit_samples
 from maglev.studies.page.page import design_text, page, sensitivity, sensitivity_section
 from maglev.studies.page.verdict import decisive, edges, telling, verdict
@@ -60,7 +61,7 @@ def test_the_page_names_the_worst_sample_and_its_command(fastest_fmus: Path, tmp
     study = planned(tmp_path, fastest_fmus, title="a <b> title",
                     vary=[{"set": "plant.v.mass", "kind": "list", "values": [4.0, 4.35, 5.0]}],
                     limits={"rms error of v": {"max": "1 um"}})
-    made = study.table(fly_samples(study.job, 0, study.values))
+    made = samples_table(study, fly_samples(study.job, 0, study.values), samples_schema(study))
     text = page(made, study.about)
     worst = int(np.argmax(made["rms error of v"].to_numpy()))
     assert f'<th scope="row">{worst}</th><td data-label="why">largest rms error of v' in text

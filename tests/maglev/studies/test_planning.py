@@ -12,6 +12,7 @@ import maglev
 from maglev.api.many import studying
 from maglev.errors import ScenarioError
 from maglev.schema.settings import start_values
+from maglev.studies.dataset import samples_schema
 from maglev.studies.targets import require_free
 
 Usage = namedtuple("Usage", "total used free")
@@ -92,7 +93,7 @@ def test_factors_and_offsets_are_of_the_nominal_values(fastest_fmus: Path, tmp_p
     assert [plain["plant.v.mass"], plain["plant.h.mass"]] == [4.35, 1.594]
     assert 1.594 + 0.5 == 2.0940000000000003, "which nobody would write"
     assert study.values.tolist() == [[4.85, 2.094, 2 * plain["plant.h.friction.coulomb"]]]
-    assert study.schema().names[:4] == [
+    assert samples_schema(study).names[:4] == [
         "sample", "payload", "factor of plant.h.friction.coulomb", "plant.v.mass"]
 
 
