@@ -3,7 +3,7 @@
 from pathlib import Path
 from typing import Annotated, Any, NamedTuple
 
-from pydantic import BeforeValidator, Field, PlainValidator, PrivateAttr, StrictBool, model_validator
+from pydantic import BeforeValidator, Field, PlainValidator, PrivateAttr, StrictBool, field_validator, model_validator
 
 from maglev.errors import QuantityError, key_path, nearest
 from maglev.own_stage.reading import read_own
@@ -256,19 +256,16 @@ class RunPlan(Table):
                                 for signal in table["signals"]]
         return table
 
-    @model_validator(mode="before")
+    @field_validator("fmus")
     @classmethod
-    def in_order(cls, table: Any) -> Any:
+    def in_order(cls, fmus: dict[str, FmuTable]) -> dict[str, FmuTable]:
         """Put FMUs that are to be stepped `before` others in front of these; without it the order is the table's."""
-        fmus = table.get("fmus") if isinstance(table, dict) else None
-        if not isinstance(fmus, dict):
-            return table
         order = list(fmus)
-        later = {name: fmu["before"] for name, fmu in fmus.items() if isinstance(fmu, dict) and "before" in fmu}
+        later = {name: fmu.before for name, fmu in fmus.items() if fmu.before is not None}
         for name, other in later.items():
             if other not in fmus or other == name:
                 raise key_refused("before", other, "expected another FMU of this scenario, nearest is "
-                                  f"{nearest(str(other), [fmu for fmu in fmus if fmu != name])}", "fmus", name)
+                                  f"{nearest(other, [fmu for fmu in fmus if fmu != name])}", name)
         for _ in fmus:
             for name, other in later.items():
                 if order.index(name) > order.index(other):
@@ -276,9 +273,8 @@ class RunPlan(Table):
                     order.insert(order.index(other), name)
         for name, other in later.items():
             if order.index(name) > order.index(other):
-                raise key_refused("before", other, "expected no FMUs that are to be stepped before each other",
-                                  "fmus", name)
-        return {**table, "fmus": {name: fmus[name] for name in order}}
+                raise key_refused("before", other, "expected no FMUs that are to be stepped before each other", name)
+        return {name: fmus[name] for name in order}
 
     @model_validator(mode="after")
     def times_that_fit(self) -> "RunPlan":
