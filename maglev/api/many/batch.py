@@ -12,10 +12,16 @@ import numpy.typing as npt
 from maglev.api.many.studying import made_ready, plain
 from maglev.api.run import Run
 from maglev.api.running import run as rerun
+from maglev.cosim.blocks.graphics_processor import require_device
 from maglev.errors import Interrupted, UnknownName, extra, name_of, nearest, signal_of
 from maglev.processes import processors
 from maglev.processes.side_by_side import Say, Watch, unwatched, warn
 from maglev.schema.options import RunOptions, takes_run_options
+from maglev.studies.batch.batches import runners
+from maglev.studies.batch.samples import BatchResult
+from maglev.studies.page.again import options_of
+from maglev.studies.planning import plan_study
+from maglev.studies.schema import read_study
 
 UNDONE = "was not run: the batch was interrupted"
 
@@ -80,8 +86,6 @@ class Batch:
 
     def run(self, sample: int) -> Run:
         """A sample as `maglev.run` runs it, with everything recorded: the same bits."""
-        from maglev.studies.page.again import options_of
-
         if not 0 <= sample < len(self):
             raise UnknownName(f"there is no sample {sample}, expected 0 to {len(self) - 1}")
         return rerun(**options_of(self.about, {name: values[sample].item() for name, values in self.settings.items()}))
@@ -138,19 +142,12 @@ def batch(scenario: str | Path, values: Mapping[str, Sequence[Any] | npt.NDArray
     >>> found["overshoot of v"].shape                                                       # doctest: +SKIP
     (3,)
     """
-    from maglev.cosim.blocks.graphics_processor import require_device
-    from maglev.studies.batch.batches import runners
-    from maglev.studies.batch.samples import BatchResult
-    from maglev.studies.planning import plan_study
-    from maglev.studies.schema import read_study
-
     require_device(device)
     entries = [{"set": target.split(","), "kind": "list", "values": plain(given)} for target, given in values.items()]
     path = Path("batch")   # what refusals name
     study = read_study({"name": "batch", "scenario": str(scenario) if isinstance(scenario, Path) else scenario,
-                        "vary": entries, "design": {"kind": "rows"}, "keep": keep,
-                        **({} if metrics is None else {"metrics": metrics}),
-                        **({} if keep_interval is None else {"keep_interval": keep_interval})}, path)
+                        "vary": entries, "design": {"kind": "rows"}, "keep": keep, "metrics": metrics,
+                        "keep_interval": keep_interval}, path)
     with made_ready(study, path, options, False, say or warn, watch or unwatched) as (experiment, run_with):
         planned = plan_study(study, experiment, "batch", Path(tempfile.gettempdir()), run_with)
         count, job = len(planned.values), planned.job

@@ -6,7 +6,7 @@ from contextlib import contextmanager
 from functools import partial
 from importlib import import_module
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, Unpack, cast
+from typing import Any, Unpack, cast
 
 import numpy as np
 import numpy.typing as npt
@@ -17,20 +17,25 @@ from maglev.api.running import run as rerun
 from maglev.api.running import say_notes
 from maglev.catalogue import HOST, Kind, build_written
 from maglev.catalogue.for_runs import compiles
+from maglev.cosim.blocks.graphics_processor import require_device
 from maglev.errors import BuildError, MaglevError, ScenarioError, UnknownName, extra, key_path, option, shortened
 from maglev.experiment.preparation import Experiment
+from maglev.own_stage.new import seen_from, toml_file, write_new
 from maglev.processes import processors
 from maglev.processes.side_by_side import Say, Watch, unwatched, warn
+from maglev.rig.writer import render
 from maglev.schema.layers import packaged_files
 from maglev.schema.loading import load_plan
 from maglev.schema.options import OPTIONS, RunOptions, seconds, takes_run_options
 from maglev.schema.settings import start_values
+from maglev.studies.page.again import command_of, options_of
+from maglev.studies.planning import plan_study
+from maglev.studies.schema import StudyFile, load_study, read_study
+from maglev.studies.targets import require_free
+from maglev.tuning.schema import TuneFile
+from maglev.units import number_or_text
 from maglev.user_controllers.source import carried, is_written
 from maglev_files.scratch import scratch
-
-if TYPE_CHECKING:
-    from maglev.studies.schema import StudyFile
-    from maglev.tuning.schema import TuneFile
 
 Vary = Mapping[str, Sequence[float | int | bool | str] | npt.NDArray[Any] | str]
 
@@ -104,14 +109,10 @@ class Study:
 
     def command(self, sample: int) -> str:
         """The command that runs a sample again, as a full run with files and all."""
-        from maglev.studies.page.again import command_of
-
         return command_of(self.about, self.row(sample))
 
     def run(self, sample: int) -> Run:
         """A sample run again as `maglev.run` does it, with everything recorded: the same bits."""
-        from maglev.studies.page.again import options_of
-
         return rerun(**options_of(self.about, self.row(sample)))
 
     def row(self, sample: int) -> dict[str, Any]:
@@ -133,7 +134,7 @@ class Study:
 
 
 @takes_run_options("timeout", "parameters")
-def study(what: "str | Path | StudyFile", *, vary: Vary | None = None, samples: int | None = None, seed: int = 0,
+def study(what: str | Path | StudyFile, *, vary: Vary | None = None, samples: int | None = None, seed: int = 0,
           keep: Sequence[str] = (), name: str | None = None, out: str | Path = "results", jobs: int | None = None,
           scheduler: str | None = None, device: str = "cpu", resume: bool = False,
           sample_timeout: float | str | None = None, watch: Watch | None = None, say: Say | None = None,
@@ -191,10 +192,7 @@ def study(what: "str | Path | StudyFile", *, vary: Vary | None = None, samples: 
     ('plant.v.mass',)
     """
     extra("pyarrow", "study", "a study")
-    from maglev.cosim.blocks.graphics_processor import require_device
-    from maglev.studies.planning import plan_study
     from maglev.studies.running import run_study
-    from maglev.studies.schema import StudyFile, load_study
 
     alone = {"samples": samples, "seed": seed or None, "keep": [*keep] or None, "name": name}
     if vary is None and (given := [option(key) for key, value in alone.items() if value is not None]):
@@ -236,9 +234,6 @@ def new_study(path: str | Path, scenario: str | Path) -> Path:
     >>> maglev.new_study("robust.toml", "2dof-setpoints").name
     'robust.toml'
     """
-    from maglev.own_stage.new import seen_from, toml_file, write_new
-    from maglev.rig.writer import render
-
     file, plan = toml_file(path), load_plan(scenario)
     if plan.rig is None or "plant" not in plan.fmus:
         raise ScenarioError(f"{scenario}: fmus = {key_path(list(plan.fmus))}: expected a scenario with the plant of a "
@@ -249,28 +244,23 @@ def new_study(path: str | Path, scenario: str | Path) -> Path:
 
 
 @contextmanager
-def made_ready(study: "StudyFile | TuneFile", path: Path, options: RunOptions, everywhere: bool,
+def made_ready(study: StudyFile | TuneFile, path: Path, options: RunOptions, everywhere: bool,
                say: Say, watch: Watch) -> Iterator[tuple[Experiment, dict[str, Any]]]:
     """Experiment of a study or a tuning while the block lasts, and what repeats it with `maglev run`, as JSON.
 
     Its Python files are FMUs there, for workers have none of the user's files; they are native where they can be, and
     `say` is told why one cannot. `everywhere` is whether what is built has binaries for all platforms.
     """
-    from maglev.studies.targets import require_free
-
     settings = start_values(study.set) | start_values(options.get("set"))
     require_free(settings, study.vary, str(path))
     scenario = file_or_name(path.parent / study.scenario) if study.scenario.endswith(".toml") else study.scenario
-    options = {**options, "set": settings}
-    files = {role: carried(given) for role in PUT_IN if (given := options.get(role)) is not None}
-    options = cast("RunOptions", {**options, **files})
-    controller: str | None = getattr(study, "controller", None)
-    if controller is not None and options.get("controller") is None:
-        options["controller"] = path.parent / controller
+    put_in: dict[str, Any] = {role: carried(given) for role in PUT_IN if (given := options.get(role)) is not None}
+    if (controller := getattr(study, "controller", None)) is not None:
+        put_in.setdefault("controller", path.parent / controller)
+    options = cast("RunOptions", {**options, "set": settings, **put_in})
     run = {"scenario": scenario, "set": {name: value.value for name, value in settings.items()},
            "options": {name: value if isinstance(value, bool) else str(value) for name, option in OPTIONS.items()
                        if (value := options.get(name)) not in (None, option.default) and name != "set"}}
-    put_in: dict[str, Any] = {role: given for role in PUT_IN if (given := options.get(role)) is not None}
     native = options.get("kind") == "native" or (options.get("fmus") is None and compiles(options.get("kind")))
     plan = load_plan(scenario)
     named = {name: fmu.file for name, fmu in plan.fmus.items() if name not in put_in and fmu.file is not None}
@@ -306,10 +296,8 @@ def file_or_name(path: Path) -> str:
 
 
 def varied(scenario: object, vary: Vary, name: str | None, keep: Sequence[str], samples: int | None, seed: int
-           ) -> "StudyFile":
+           ) -> StudyFile:
     """A study of a scenario without a file, as of `study`."""
-    from maglev.studies.schema import read_study
-
     if not isinstance(scenario, str | Path):
         raise ScenarioError(f"scenario: {shortened(scenario)}, expected its name or its file, by which each sample can "
                             "be run again")
@@ -337,8 +325,6 @@ def plain(given: Any) -> Any:
 
 def given_values(target: str, text: str, sampled: bool) -> dict[str, Any]:
     """A grid "from:to:number", or values "a,b,c"; if they are sampled also a range "low:high" or "±20 %"."""
-    from maglev.units import number_or_text
-
     parts = [part.strip() for part in text.split(":")]
     percent = PERCENT.fullmatch(text.strip())
     if (percent or len(parts) == 2) and not sampled:

@@ -4,17 +4,19 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from functools import partial
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, Unpack
+from typing import Any, Unpack
 
 from maglev.api.many.studying import made_ready
+from maglev.cosim.blocks.graphics_processor import require_device
 from maglev.processes import processors
 from maglev.processes.side_by_side import Say, Watch, unwatched, warn
 from maglev.schema.options import RunOptions, takes_run_options
+from maglev.studies.batch.batches import runners
+from maglev.studies.parts import Parts
+from maglev.tuning.planning import PlannedTuning, plan_tuning
+from maglev.tuning.schema import load_tuning
+from maglev.tuning.search import SearchResult, gains_toml, search, show_result
 from maglev_files.whole_file import write_whole
-
-if TYPE_CHECKING:
-    from maglev.tuning.planning import PlannedTuning
-    from maglev.tuning.search import SearchResult
 
 
 @dataclass(frozen=True)
@@ -35,13 +37,11 @@ class Tuned:
 
     parameters: Mapping[str, float]
     path: Path
-    found: "SearchResult"
-    planned: "PlannedTuning"
+    found: SearchResult
+    planned: PlannedTuning
 
     def show(self, console: Any) -> None:
         """Print it on a console of rich."""
-        from maglev.tuning.search import show_result
-
         show_result(console, self.planned.tuning, self.planned.cost, self.found)
 
 
@@ -76,13 +76,6 @@ def tune(file: str | Path, *, out: str | Path = "results", jobs: int | None = No
     MaglevError
         If something in it cannot be used: before the first run.
     """
-    from maglev.cosim.blocks.graphics_processor import require_device
-    from maglev.studies.batch.batches import runners
-    from maglev.studies.parts import Parts
-    from maglev.tuning.planning import plan_tuning
-    from maglev.tuning.schema import load_tuning
-    from maglev.tuning.search import gains_toml, search
-
     require_device(device, scheduler)
     tuning, path = load_tuning(file)
     with made_ready(tuning, path, options, scheduler is not None, say or warn, watch or unwatched) as (experiment, _):
