@@ -29,6 +29,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 from mpmath import iv
+from numpy.typing import NDArray
 from scipy.linalg import solve_continuous_lyapunov
 
 import maglev
@@ -52,6 +53,8 @@ WEIGHTS = (1e6, 1e3, 1.0, 1e6, 1e3, 1.0, 1e4, 1e3)   # of their squares, for the
 RUNS, GROUP = Path(__file__).with_suffix(".toml"), 2500   # runs of a group
 EVEN = (1.0, 1.0, 0.2, 0.1, 0.1, 1.0, 1.0, 1.0)      # fast ones like slow ones, for the solver
 Box = dict[str, tuple[float, float]]
+Rationals = NDArray[np.object_]   # of Fraction
+rational = np.vectorize(Fraction, otypes=[object])
 
 
 class Loop(NamedTuple):
@@ -235,35 +238,27 @@ def find(loop: Loop, rate: float, decay: float) -> dict[str, Any]:
 def verify(loop: Loop, certificate: Mapping[str, Any]) -> bool:
     """Whether V is positive and decreases at every corner of every cell, in rational arithmetic alone."""
     regulator, decay = table(loop), Fraction(certificate["decay"])
-    scale = [Fraction(entry) for entry in certificate["scale"]]
-    P = [[[Fraction(entry) / (scale[i] * scale[j]) for j, entry in enumerate(row)] for i, row in enumerate(matrix)]
-         for matrix in certificate["P"]]
+    scale = rational(certificate["scale"])
+    P = [rational(matrix) / np.outer(scale, scale) for matrix in certificate["P"]]
     parts = cells(loop, regulator)
-    if len(P) != len(parts) + 1 or any(row[j] != matrix[j][i] for matrix in P for i, row in enumerate(matrix)
-                                       for j in range(i)) or not all(map(positive, P)):
+    if len(P) != len(parts) + 1 or any((matrix != matrix.T).any() for matrix in P) or not all(map(positive, P)):
         return False
-    states = range(len(STATES))
     for k, (lower, upper, box) in enumerate(parts):
         for end, corner in product((0, 1), corners(box, certificate["rate"])):
-            a = loop.matrix(regulator, *map(Fraction, corner))
-            p, per_gap = P[k + end], Fraction(corner[-1]) / (Fraction(upper) - Fraction(lower))
-            pa = [[sum(p[i][m] * a[m][j] for m in states) for j in states] for i in states]
-            if not positive([[-(pa[i][j] + pa[j][i] + 2 * decay * p[i][j] + per_gap * (P[k + 1][i][j] - P[k][i][j]))
-                              for j in states] for i in states]):
+            half = P[k + end] @ rational(loop.matrix(regulator, *map(Fraction, corner))) + decay * P[k + end]
+            per_gap = Fraction(corner[-1]) / (Fraction(upper) - Fraction(lower))
+            if not positive(-(half + half.T + per_gap * (P[k + 1] - P[k]))):
                 return False
     return True
 
 
-def positive(matrix: Sequence[Sequence[Fraction]]) -> bool:
+def positive(matrix: Rationals) -> bool:
     """Whether a symmetric matrix is positive definite: all pivots of its elimination are."""
-    rows = [list(row) for row in matrix]
-    for k, pivot in enumerate(rows):
-        if pivot[k] <= 0:
+    rows = matrix.copy()
+    for k in range(len(rows)):
+        if rows[k, k] <= 0:
             return False
-        for row in rows[k + 1:]:
-            factor = row[k] / pivot[k]
-            for j in range(k, len(rows)):
-                row[j] -= factor * pivot[j]
+        rows[k + 1:] -= np.outer(rows[k + 1:, k] / rows[k, k], rows[k])
     return True
 
 

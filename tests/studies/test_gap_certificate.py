@@ -1,7 +1,6 @@
 """Certificates of the interpolated loops: bounds against scipy, models against the blocks, arithmetic."""
 
 import json
-from fractions import Fraction
 from functools import cache
 from itertools import pairwise
 from types import ModuleType
@@ -16,7 +15,7 @@ from scipy.optimize import brentq
 from maglev.linear.loop import linearise_loop
 from pmlsm.rig_3dof import RIG
 from studies import gap_certificate, tilt_certificate
-from studies.gap_certificate import LOWER, UPPER, VERTICAL, Loop, cells, positive, table, verify, vertical
+from studies.gap_certificate import LOWER, UPPER, VERTICAL, Loop, cells, positive, rational, table, verify, vertical
 from studies.tilt_certificate import ABOUT, LEVER, SHARE, TILT, tilting
 
 pytestmark = pytest.mark.usefixtures("slow")   # it searches for long
@@ -203,4 +202,4 @@ def test_pivots_say_what_eigenvalues_say(seed: int) -> None:
     matrix = root @ root.T + int(random.integers(-2, 3)) * np.eye(4, dtype=int)
     least = np.linalg.eigvalsh(matrix)[0]
     if abs(least) > 1e-9:
-        assert positive([[Fraction(int(each)) for each in row] for row in matrix]) == (least > 0.0)
+        assert positive(rational(matrix)) == (least > 0.0)
