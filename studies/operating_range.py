@@ -35,6 +35,7 @@ from maglev.maps.operating_range import (
     read_maps,
 )
 from maglev.maps.rows import Outcomes, texts_of
+from maglev.studies.dataset import read_dataset
 from maglev.studies.schema import StudyFile, load_study
 from maglev_files.whole_file import write_whole
 from pmlsm.rigs import RIGS
@@ -61,8 +62,6 @@ def outcomes(columns: Mapping[str, NDArray[Any]], at_limit: Bools) -> Outcomes:
 
 def read_map(path: Path) -> Map:
     """Map of a study's dataset, with the trajectories of its commands beside it."""
-    from maglev.studies.dataset import read_dataset  # pyarrow takes its time to load
-
     table = read_dataset(path)
     columns = {name: table[name].to_numpy() for name in table.column_names if name != "failure"}
     if not all(failure is None for failure in table["failure"].to_pylist()):

@@ -31,6 +31,7 @@ from maglev.maps.tolerances import (
     read_tolerances,
 )
 from maglev.schema.layers import PACKAGED
+from maglev.studies.dataset import read_dataset
 from maglev.studies.page.text import units_of
 from maglev.studies.schema import StudyFile, read_study
 from maglev_files.whole_file import write_whole
@@ -64,8 +65,6 @@ def outcomes(columns: Mapping[str, NDArray[Any]], tilts: tuple[str, ...]) -> Out
 
 def read_outcomes(path: Path, question: Question) -> Outcomes:
     """Outcomes in a study's dataset; what the sides vary over has to be there once for each step."""
-    from maglev.studies.dataset import read_dataset  # pyarrow takes its time to load
-
     table = read_dataset(path)
     columns = {name: table[name].to_numpy() for name in table.column_names if name != "failure"}
     tilts = tuple(name.removeprefix("end error of ") for name, unit in units_of(table).items()

@@ -15,6 +15,8 @@ from maglev.experiment.execution import RunResult, judge_all, measured, write_co
 from maglev.judging.measures import Measure, measures
 from maglev.judging.metrics import Metrics
 from maglev.judging.verdicts import ClaimResult
+from maglev.report.plots.picture import figure_of
+from maglev.report.text import as_html, show_measured
 from maglev.schema.run_plan import RunPlan
 
 if TYPE_CHECKING:
@@ -107,8 +109,6 @@ class Run(Mapping[str, NDArray[Any]]):
         return f"<Run {self.name}: {len(self.time)} rows to {self.time[-1]:g} s, {len(self)} columns, {state}>"
 
     def _repr_html_(self) -> str:
-        from maglev.report.text import as_html, show_measured
-
         return as_html(lambda console: show_measured(console, self.result))
 
     def to_pandas(self) -> Any:
@@ -134,6 +134,4 @@ class Run(Mapping[str, NDArray[Any]]):
 
     def plot(self) -> "Figure":
         """Picture of the run, a matplotlib Figure: positions with references, errors, commands, currents."""
-        from maglev.report.plots.picture import figure_of
-
         return figure_of(self.result)

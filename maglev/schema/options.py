@@ -10,6 +10,7 @@ from warnings import warn
 
 from maglev.cosim import Order
 from maglev.errors import ScenarioError, nearest, one_of, option
+from maglev.units import positive_time
 
 if TYPE_CHECKING:
     from maglev.schema.settings import Settings
@@ -101,8 +102,6 @@ def completed(options: RunOptions) -> RunOptions:
 
 def seconds(name: str, value: float | str | None) -> float | None:
     """An option that is a time (s), a number or text with a unit."""
-    from maglev.units import positive_time
-
     return None if value is None else positive_time(value, ScenarioError, option(name, value))
 
 
