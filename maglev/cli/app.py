@@ -6,6 +6,7 @@ from typing import Annotated, Any
 
 import typer
 
+import maglev
 from maglev.cli.check import check
 from maglev.cli.hand_on import cache, pack, target
 from maglev.cli.identify import identify
@@ -57,9 +58,7 @@ MOST_NAMED = 7   # variants of a scenario that are listed one by one
 
 def print_version(asked: bool) -> None:
     if asked:
-        from importlib.metadata import version
-
-        typer.echo(f"maglev {version('maglev-fmus')}")
+        typer.echo(f"maglev {maglev.__version__}")
         raise typer.Exit
 
 
@@ -114,11 +113,9 @@ def build(names: Annotated[list[str] | None, typer.Argument(help="FMUs to build,
     `maglev build --ssp 3dof-thrust-loss-loose`
     """
     with one_line_errors(debug):
-        from maglev.api.catalogue import build as build_fmus
-
         with progress_of(["FMUs"]) as watch:
-            paths = build_fmus(names or (), stage=rig, fmus=fmus, kind=kind, fmi=fmi, target=target,
-                               source=source, clocked=clocked, ssp=ssp, say=say, watch=partial(watch, "FMUs"))
+            paths = maglev.build(names or (), stage=rig, fmus=fmus, kind=kind, fmi=fmi, target=target,
+                                 source=source, clocked=clocked, ssp=ssp, say=say, watch=partial(watch, "FMUs"))
         for path in paths:
             typer.echo(f"{path}  {path.stat().st_size / 1000:.0f} kB")
 
@@ -126,14 +123,12 @@ def build(names: Annotated[list[str] | None, typer.Argument(help="FMUs to build,
 def list_all(rig: RigFile = None, fmus: Built = Path("fmus"), debug: Debug = False) -> None:
     """List the scenarios and the FMUs, or the FMUs of your own stage."""
     with one_line_errors(debug):
-        from maglev.api.catalogue import fmus as all_fmus
-        from maglev.api.catalogue import scenarios
         from maglev.own_fmus import stale
         from maglev.report.plain import result_table
 
         console = report_console()
         rows = []
-        for entry in all_fmus(rig):
+        for entry in maglev.fmus(rig):
             kinds = {"Python": entry.file(fmus), "native": entry.file(fmus / "native"),
                      "FMI 3.0": entry.file(fmus / "fmi3"), "clocked": entry.file(fmus / "clocked")}
             built = ", ".join(f"{kind}{' (stale)' if stale(entry.name, file) else ''}" for kind, file in kinds.items()
@@ -142,7 +137,7 @@ def list_all(rig: RigFile = None, fmus: Built = Path("fmus"), debug: Debug = Fal
         console.print(result_table("", ("FMU", "built", "what it is"), rows, left=3))
         if rig is not None:
             return
-        rows, runs = [], scenarios()
+        rows, runs = [], maglev.scenarios()
         for scenario in dict.fromkeys(run.scenario for run in runs):
             variants = [run for run in runs if run.scenario == scenario]
             if len(variants) > MOST_NAMED:
@@ -230,9 +225,7 @@ def live(files: Annotated[list[str] | None, typer.Argument(
     `maglev live mine.toml mine-setpoints.toml` writes `live-mine.html`
     """
     with one_line_errors(debug):
-        from maglev.live.page import write_live
-
-        path = write_live(out, files=files or (), say=say, watch=progress_of, **options)
+        path = maglev.write_live(out, files=files or (), say=say, watch=progress_of, **options)
         typer.echo(f"{path}  {path.stat().st_size / 1000:.0f} kB")
 
 

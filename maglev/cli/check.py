@@ -5,6 +5,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
+import maglev
 from maglev.cli.options import Debug, Jobs, NamesOrFmus, Out, with_run_options
 from maglev.cli.terminal import one_line_errors, print_outcomes, progress_of, say
 from maglev.errors import ScenarioError, option
@@ -49,8 +50,6 @@ def check(names: NamesOrFmus = None,
             raise ScenarioError(f"--junit {junit}: expected no --update with it, which checks nothing")
         if junit is not None and not junit.name:
             raise ScenarioError(f"--junit: expected the name of a file, got '' or {junit}")
-        from maglev.api.checking import check as check_runs
-        from maglev.api.checking import update as update_runs
         from maglev.baselines.outcome import exit_code, write_junit
 
         fmus = [Path(name) for name in names or () if name.lower().endswith(".fmu")]
@@ -60,14 +59,15 @@ def check(names: NamesOrFmus = None,
         if fmus and update:
             raise ScenarioError(f"{fmus[0]}: expected scenarios with --update; `maglev pack ref` puts one into an FMU")
         if update:
-            updated = update_runs(names or None, baselines=baselines, jobs=jobs, watch=progress_of, say=say, **options)
+            updated = maglev.update(names or None, baselines=baselines, jobs=jobs, watch=progress_of, say=say,
+                                    **options)
             print_outcomes(updated)
             raise typer.Exit(exit_code(updated))
         timeout = float(completed({"timeout": options["timeout"]})["timeout"])
         checked: list[CheckResult] = []
         if runs or not fmus:
-            checked += check_runs(runs or None, baselines=baselines, pictures=out if plot else None, jobs=jobs,
-                                  watch=progress_of, say=say, **options)
+            checked += maglev.check(runs or None, baselines=baselines, pictures=out if plot else None, jobs=jobs,
+                                    watch=progress_of, say=say, **options)
         else:
             # An FMU alone is run as its experiments say.
             for name, value in {**options, "timeout": OPTIONS["timeout"].default, "baselines": baselines}.items():
@@ -75,9 +75,7 @@ def check(names: NamesOrFmus = None,
                     raise ScenarioError(f"{option(name)}: expected a scenario with it, {fmus[0]} is run as its "
                                         "experiments say")
         if fmus:
-            from maglev.fmu_experiments.check import check_fmus
-
-            checked += check_fmus(fmus, jobs=jobs, timeout=timeout, partial=partial, watch=progress_of)
+            checked += maglev.check_fmus(fmus, jobs=jobs, timeout=timeout, partial=partial, watch=progress_of)
         print_outcomes(checked)
         if junit is not None:   # where it cannot be written, the results have been told
             write_junit(junit, checked)

@@ -5,9 +5,11 @@ from typing import Annotated, Any
 
 import typer
 
+import maglev
 from maglev.cli.options import Debug, RigFile, run_names, with_run_options
 from maglev.cli.terminal import one_line_errors, progress_of
 from maglev.units import number_or_text
+from maglev_files import cache as kept
 
 ControllerName = Annotated[str, typer.Argument(metavar="CONTROLLER", show_default=False,
                                                help="A controller, or a Python file with one.")]
@@ -40,10 +42,8 @@ def target(controller: ControllerName, run: OnRun = None, rig: RigFile = None, o
     `maglev target RegulatorMine --stage mine.toml --run mine-setpoints.toml`
     """
     with one_line_errors(debug):
-        from maglev.microcontroller.target import target as written
-
-        made = written(controller, run, stage=rig, out=out, clock=number_or_text(clock), cycles=cycles,
-                       watch=progress_of, **options)
+        made = maglev.target(controller, run, stage=rig, out=out, clock=number_or_text(clock), cycles=cycles,
+                             watch=progress_of, **options)
         typer.echo(made.report if made.report is not None else f"{controller}: {made.left_out}\n", nl=False)
         typer.echo(f"{made.folder}: {', '.join(str(file.relative_to(made.folder)) for file in made.files)}")
 
@@ -78,10 +78,8 @@ def ref(fmu: Annotated[Path, typer.Argument(metavar="FMU", help="An FMU for co-s
     `maglev check mine.fmu`
     """
     with one_line_errors(debug):
-        from maglev.fmu_experiments.pack import pack_reference
-
         with progress_of([scenario]) as watch:
-            result = pack_reference(fmu, scenario, name=name, out=out, watch=watch, **options)
+            result = maglev.pack_reference(fmu, scenario, name=name, out=out, watch=watch, **options)
         typer.echo(f"{out or fmu}: carries {result.name}; run alone, {result.message}")
 
 
@@ -93,8 +91,6 @@ def cache(clear: Annotated[bool, typer.Option("--clear", help="Remove all of it:
     cleared. The environment variable `MAGLEV_CACHE` sets another folder.
     """
     with one_line_errors(debug):
-        from maglev_files import cache as kept
-
         sizes = kept.sizes()
         if clear:
             kept.clear()

@@ -5,6 +5,7 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
+import maglev
 from maglev.cli.options import RIG_NAMES, Debug, Out, pairs
 from maglev.cli.terminal import one_line_errors, report_console
 from maglev.errors import IdentificationError
@@ -44,14 +45,11 @@ def identify(data: Data, rig: RigName = None, method: Method = "reduced", epsilo
 
     The results are `NAME.identified.toml`, for `maglev run --model`, and `NAME.convergence.csv` with a picture of it.
     """
-    # numpy and scipy take their time to load: only who identifies waits for them.
     with one_line_errors(debug):
-        from maglev.api.identifying import identify as identified
-        from maglev.api.identifying import write_identification
-
         guesses = dict(pairs("--guess", guess, "a constant and a value, such as C1=10", IdentificationError))
-        model = identified(data, stage=rig, method=method, epsilon=epsilon, gamma=gamma, guess=guesses, matched=matched)
-        files = write_identification(model, data, out)
+        model = maglev.identify(data, stage=rig, method=method, epsilon=epsilon, gamma=gamma, guess=guesses,
+                                matched=matched)
+        files = maglev.write_identification(model, data, out)
         show(report_console(), model)
         typer.echo(f"results: {', '.join(map(str, files))}")
 

@@ -5,6 +5,7 @@ from typing import Annotated
 
 import typer
 
+import maglev
 from maglev.cli.options import RIG_NAMES, AsJson, Debug, run_names
 from maglev.cli.terminal import one_line_errors, progress_of, say, write_json
 from pmlsm.rigs import EXAMPLE, RIGS, SINGLE
@@ -31,9 +32,7 @@ def controller(path: PythonFile, stage: OfStage = EXAMPLE, debug: Debug = False)
     `maglev run 3dof-setpoints --controller lqi.py`
     """
     with one_line_errors(debug):
-        from maglev.user_controllers.new import new_controller
-
-        say_how(new_controller(path, stage), stage, "--controller")
+        say_how(maglev.new_controller(path, stage), stage, "--controller")
 
 
 @new.command()
@@ -47,9 +46,7 @@ def plant(path: PythonFile, stage: OfStage = EXAMPLE, debug: Debug = False) -> N
     `maglev run 2dof-setpoints --plant mover.py`
     """
     with one_line_errors(debug):
-        from maglev.user_controllers.new import new_plant
-
-        say_how(new_plant(path, stage), stage, "--plant")
+        say_how(maglev.new_plant(path, stage), stage, "--plant")
 
 
 def say_how(file: Path, stage: str, option: str) -> None:
@@ -69,9 +66,7 @@ def scenario(path: TomlFile, stage: OfStage = EXAMPLE, debug: Debug = False) -> 
     `maglev run mine.toml --plot`
     """
     with one_line_errors(debug):
-        from maglev.own_stage.new import new_scenario
-
-        file = new_scenario(path, stage)
+        file = maglev.new_scenario(path, stage)
         typer.echo(f"{file}: run it with `maglev run {file} --plot`")
 
 
@@ -88,9 +83,7 @@ def study(path: TomlFile, scenario: Annotated[str, typer.Option(
     `maglev study robust.toml`
     """
     with one_line_errors(debug):
-        from maglev.api.many.studying import new_study
-
-        file = new_study(path, scenario)
+        file = maglev.new_study(path, scenario)
         typer.echo(f"{file}: run it with `maglev study {file}`")
 
 
@@ -104,9 +97,7 @@ def repository(path: Annotated[Path, typer.Argument(metavar="FOLDER", help="The 
     `maglev new repository levitate --stage 2dof`
     """
     with one_line_errors(debug):
-        from maglev.api.repository import new_repository
-
-        folder = new_repository(path, stage, watch=progress_of, say=say)
+        folder = maglev.new_repository(path, stage, watch=progress_of, say=say)
         typer.echo(f"{folder}: begin with {folder / 'README.md'}")
 
 
@@ -138,9 +129,7 @@ def stage_file(path: Annotated[Path, typer.Argument(metavar="NAME", help="The fi
     `maglev run mine-setpoints.toml --plot`
     """
     with one_line_errors(debug):
-        from maglev.own_stage.new import new_stage
-
-        file, scenario = new_stage(path, like, motor or ())
+        file, scenario = maglev.new_stage(path, like, motor or ())
         typer.echo(f"{file}, {scenario}: run it with `maglev run {scenario} --plot`")
 
 
@@ -159,9 +148,7 @@ def stage(description: Description, as_json: AsJson = None, debug: Debug = False
     `maglev stage mine.toml`
     """
     with one_line_errors(debug):
-        from maglev.own_stage.consequences import stage as follow
-
-        consequences = follow(description)
+        consequences = maglev.stage(description)
         typer.echo(str(consequences), nl=False)
         if as_json is not None:
             write_json(as_json, consequences.as_data())

@@ -9,6 +9,7 @@ import typer
 
 from maglev.errors import MaglevError, ScenarioError
 from maglev.schema.options import OPTIONS, Format, with_options
+from maglev.units import number_or_text
 from pmlsm.rigs import RIGS
 
 RIG_NAMES = " or ".join(f"`{name}`" for name in RIGS)
@@ -90,6 +91,4 @@ def pairs(flag: str, words: Iterable[str] | None, expected: str, error: type[Mag
 
 def value_of(text: str) -> float | str | bool:
     """A value as an option has it: true, false, a number, or a quantity with its unit."""
-    from maglev.units import number_or_text
-
     return text == "true" if text in ("true", "false") else number_or_text(text)

@@ -1,16 +1,15 @@
 """The commands that run a scenario several times: `maglev study`, `maglev tune` and `maglev compare`."""
 
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Any
+from typing import Annotated, Any
 
 import typer
 
+import maglev
 from maglev.cli.options import Debug, Jobs, Out, pairs, run_names, with_run_options
 from maglev.cli.terminal import one_line_errors, print_json, progress_of, report_console, say
 from maglev.errors import ScenarioError
-
-if TYPE_CHECKING:
-    from maglev.api.many.studying import Study
+from maglev_files.extras import lacking
 
 Scheduler = Annotated[str | None, typer.Option(metavar="ADDRESS", show_default=False, help="Dask scheduler, such as "
                                                "tcp://host:8786, whose workers take the place of this machine's.")]
@@ -59,11 +58,9 @@ def study(what: Annotated[str, typer.Argument(metavar="STUDY", help="A study of 
     `maglev study 3dof-setpoints --vary plant.x.friction.coulomb=±20% --samples 200 --controller mine.py`
     """
     with one_line_errors(debug):
-        from maglev.api.many.studying import study as run_study
-
-        finish(run_study(what, vary=None if vary is None else read_vary(vary), samples=samples, seed=seed,
-                         keep=keep or (), name=name, out=out, jobs=jobs, scheduler=scheduler, device=device,
-                         resume=resume, sample_timeout=sample_timeout, watch=progress_of, say=say, **options))
+        finish(maglev.study(what, vary=None if vary is None else read_vary(vary), samples=samples, seed=seed,
+                            keep=keep or (), name=name, out=out, jobs=jobs, scheduler=scheduler, device=device,
+                            resume=resume, sample_timeout=sample_timeout, watch=progress_of, say=say, **options))
 
 
 def read_vary(words: list[str]) -> dict[str, str]:
@@ -75,7 +72,7 @@ def read_vary(words: list[str]) -> dict[str, str]:
     return read
 
 
-def finish(study: "Study") -> None:
+def finish(study: "maglev.Study") -> None:
     """Write the page, and print what the study found; exits with 2 if no sample came to its end."""
     from maglev.studies.page.text import show_study
 
@@ -103,10 +100,8 @@ def tune(file: Annotated[str, typer.Argument(metavar="TUNING", help="A tuning fi
     `maglev tune my_tuning.toml --scheduler tcp://host:8786`
     """
     with one_line_errors(debug):
-        from maglev.api.many.tuning import tune as search
-
-        tuned = search(file, out=out, jobs=jobs, scheduler=scheduler, device=device, resume=resume,
-                       watch=progress_of, say=say, **options)
+        tuned = maglev.tune(file, out=out, jobs=jobs, scheduler=scheduler, device=device, resume=resume,
+                            watch=progress_of, say=say, **options)
         tuned.show(report_console())
         typer.echo(f"results: {tuned.path}")
 
@@ -132,11 +127,9 @@ def compare(name: Annotated[str, typer.Argument(metavar="SCENARIO", help="A scen
     `maglev compare 2dof-setpoints --controller Regulator2DOF --controller lqi.py --controller old=old/lqi.py`
     """
     with one_line_errors(debug):
-        from maglev.api.comparing import compare as compare_runs
         from maglev.comparison.files import show_comparison
-        from maglev_files.extras import lacking
 
-        comparison = compare_runs(name, controllers, watch=progress_of, say=say, **options)
+        comparison = maglev.compare(name, controllers, watch=progress_of, say=say, **options)
         missing = lacking("matplotlib", "report", "a picture")
         files = comparison.write(out, picture=not missing)
         if json:

@@ -5,20 +5,22 @@ import warnings
 from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
 from io import TextIOWrapper
+from json import dumps
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, TextIO
 
 import typer
 
+import maglev
 from maglev.errors import FAILURES, in_one_line, name_of, signal_of, spelling, visible
 from maglev.processes.interrupts import termination_like_interrupt
 from maglev.schema.options import as_flag
 from maglev_files.environment import require_numbers
+from maglev_files.whole_file import write_whole
 
 if TYPE_CHECKING:
     from rich.console import Console
 
-    from maglev.api.running import Results
     from maglev.baselines.outcome import CheckResult, UpdateResult
     from maglev.processes.side_by_side import Watcher
 
@@ -43,15 +45,11 @@ def one_line_errors(debug: bool) -> Iterator[None]:
             raise
         say(str(error) or name_of(error))
         raise typer.Exit(128 + signal_of(error)) from None
-    except FAILURES as error:
+    except (RecursionError, *FAILURES) as error:
         if debug:
             raise
-        say(str(error))
-        raise typer.Exit(2) from None
-    except RecursionError:
-        if debug:
-            raise
-        say("a file has something nested too deeply, expected expressions and tables of fewer levels (--debug: where)")
+        say("a file has something nested too deeply, expected expressions and tables of fewer levels (--debug: where)"
+            if isinstance(error, RecursionError) else str(error))
         raise typer.Exit(2) from None
     finally:
         spelling.reset(in_python)
@@ -116,9 +114,7 @@ def finish(names: list[str] | None, json: bool = False, debug: bool = False, fai
     Exits with 2 if a run did not complete; with `debug`, after the traceback. With `fail_on_claims` with 1 after that,
     a crash or a missed claim, each of which is said.
     """
-    from maglev.api.running import run_all
-
-    results = run_all(names or None, watch=progress_of, say=say, **options)
+    results = maglev.run_all(names or None, watch=progress_of, say=say, **options)
     if open_page:
         import webbrowser
 
@@ -144,22 +140,16 @@ def finish(names: list[str] | None, json: bool = False, debug: bool = False, fai
 
 def print_json(data: object) -> None:
     """Print data as JSON that any terminal can show."""
-    import json
-
-    typer.echo(json.dumps(data, indent=1, allow_nan=False))
+    typer.echo(dumps(data, indent=1, allow_nan=False))
 
 
 def write_json(path: Path, data: object) -> None:
     """Write data as JSON, infinite numbers as Python has them, and print where."""
-    import json
-
-    from maglev_files.whole_file import write_whole
-
-    write_whole(path, json.dumps(data, indent=1, ensure_ascii=False) + "\n")
+    write_whole(path, dumps(data, indent=1, ensure_ascii=False) + "\n")
     typer.echo(f"results: {path}")
 
 
-def print_tables(results: "Results") -> None:
+def print_tables(results: "maglev.Results") -> None:
     """Print the text of the only run asked for, or a table of all, and what procedures found."""
     from maglev.report.text import show, show_outcome, study_tables
 

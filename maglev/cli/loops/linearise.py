@@ -8,9 +8,11 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
+import maglev
 from maglev.cli.options import VALUE, AsJson, Debug, Out, RigFile, pairs, value_of, with_more, with_run_options
 from maglev.cli.terminal import one_line_errors, write_json
 from maglev.errors import LinearModelError, option
+from maglev.pictures import require_matplotlib, write_figure
 from maglev.units import number_or_text, positive_time
 
 if TYPE_CHECKING:
@@ -124,13 +126,10 @@ def linearise(names: Blocks, at: At, openings: Openings = None, measure: Measure
     """
     with one_line_errors(debug):
         from maglev.linear.parameters import by_part
-        from maglev.own_stage.adoption import know_stage
 
         if rig is not None:
-            know_stage(rig)
+            maglev.know_stage(rig)
         if plot:
-            from maglev.pictures import require_matplotlib
-
             require_matplotlib()   # what would fail after a run fails before it
         model, injection = ({name: options.pop(name) for name in table} for table in (MODEL, INJECTION))
         files = any(name.endswith((".fmu", ".py")) or ".py:" in name for name in names)
@@ -175,7 +174,6 @@ def require_defaults(what: str, given: Mapping[str, Any], table: Mapping[str, tu
 
 def of_one(asked: Asked, hold: str | None, **model: Any) -> None:
     """Print the linear model of a plant or a controller."""
-    from maglev.linear.linearise import linearise as linearised
     from maglev.linear.parameters import controllers, measurements
 
     name, = asked.names
@@ -184,28 +182,24 @@ def of_one(asked: Asked, hold: str | None, **model: Any) -> None:
     for other, given in asked.parameters.items():
         if given and other != own:
             raise LinearModelError(f"--set {other}.{next(iter(given))}: expected {own}.… with {name}")
-    linear = linearised(name, asked.at, hold=None if hold is None else number_or_text(hold),
-                        parameters=asked.parameters[own], **model)
+    linear = maglev.linearise(name, asked.at, hold=None if hold is None else number_or_text(hold),
+                              parameters=asked.parameters[own], **model)
     typer.echo(str(linear), nl=False)
     asked.write(linear.as_data())
 
 
 def of_loop(asked: Asked, amplifier: bool) -> None:
     """Print poles and margins of a loop of this project's plants and controllers, from their equations."""
-    from maglev.linear.loop import linearise_loop
-
     plant, *between, controller = asked.names
-    asked.write(shown(asked, linearise_loop(
+    asked.write(shown(asked, maglev.linearise_loop(
         plant, controller, asked.at, amplifier=amplifier, **asked.both, measurement=next(iter(between), None),
         measurement_parameters=asked.parameters["measurement"])))
 
 
 def by_differences(asked: Asked) -> None:
     """Print poles and margins of the loop of anybody's plant or controller, by differences of what it does."""
-    from maglev.analysis.numerical import linearise_numerically
-
     plant, controller = asked.names
-    numerical = linearise_numerically(plant, controller, asked.at, **asked.both, **asked.how)
+    numerical = maglev.linearise_numerically(plant, controller, asked.at, **asked.both, **asked.how)
     if numerical.loop is None:
         typer.echo(f"{numerical.pair.name}\n\n{numerical}")
         asked.write({"name": numerical.pair.name, **numerical.as_data()})
@@ -219,12 +213,9 @@ def by_differences(asked: Asked) -> None:
 
 def measured(asked: Asked, amplitude: str, **injection: Any) -> None:
     """Print the frequency responses and margins of a loop, measured by injection."""
-    from maglev.analysis.frequency_response import frequency_response
-    from maglev.pictures import write_figure
-
     plant, controller = asked.names
-    responses = frequency_response(plant, controller, asked.at, asked.openings, amplitude=number_or_text(amplitude),
-                                   **injection, **asked.both, **asked.how)
+    responses = maglev.frequency_response(plant, controller, asked.at, asked.openings,
+                                          amplitude=number_or_text(amplitude), **injection, **asked.both, **asked.how)
     typer.echo("\n".join(map(str, responses.values())), nl=False)
     data: dict[str, Any] = {signal: response.as_data() for signal, response in responses.items()}
     for signal, response in responses.items() if asked.pictures is not None else ():

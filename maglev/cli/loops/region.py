@@ -5,9 +5,11 @@ from typing import Annotated, Any
 
 import typer
 
+import maglev
 from maglev.cli.options import AXIS_NAMES, RIG_NAMES, VALUE, AsJson, Debug, Out, pairs, value_of, with_run_options
 from maglev.cli.terminal import one_line_errors, write_json
 from maglev.errors import LinearModelError
+from maglev.pictures import require_matplotlib, write_figure
 from maglev.units import number_or_text
 
 RigName = Annotated[str, typer.Argument(metavar="RIG", help=f"{RIG_NAMES}, or a TOML file.", show_default=False)]
@@ -45,16 +47,13 @@ def region(rig: RigName, axis: Axis, gap: Gap, controller: Regulator = None, set
 
     `maglev region 3dof z --gap 25mm --set controller.z.ec1=2e-4 --step 20mm`
     """
-    # numpy and scipy take their time to load: only who asks waits for them.
-    from maglev.pictures import require_matplotlib, write_figure
-    from maglev.stability.analysis import region as found_region
-
     with one_line_errors(debug):
         if plot:
             require_matplotlib()
         given = {name: value_of(text) for name, text in pairs("--set", settings, VALUE, LinearModelError)}
-        computed = found_region(rig, axis, number_or_text(gap), controller=controller, set=given, synthesise=synthesise,
-                                decay=decay, step=None if step is None else number_or_text(step), run=run, **options)
+        computed = maglev.region(rig, axis, number_or_text(gap), controller=controller, set=given,
+                                 synthesise=synthesise, decay=decay,
+                                 step=None if step is None else number_or_text(step), run=run, **options)
         typer.echo(str(computed), nl=False)
         if plot:
             picture = out / f"region-{Path(rig).stem}-{axis}.png"
