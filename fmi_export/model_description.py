@@ -94,8 +94,9 @@ def xml_boolean(value: bool) -> str:
 def add_common(root: Element, definition: FmuDefinition, variables: Iterable[Variable],
                log_categories: Mapping[str, str]) -> None:
     """Add the units that occur in the variables, log categories, if there are any, and the default experiment."""
-    units = SubElement(root, "UnitDefinitions")
-    for name in sorted({v.unit for v in variables if v.unit}):
+    used = sorted({v.unit for v in variables if v.unit})
+    units = SubElement(root, "UnitDefinitions") if used else root   # the schema has no empty list
+    for name in used:
         unit = SubElement(units, "Unit", {"name": name})
         SubElement(unit, "BaseUnit", {base: str(exponent) for base, exponent in exponents(name).items()})
         if name in DISPLAY_UNITS:

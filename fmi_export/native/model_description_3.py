@@ -5,10 +5,12 @@ from xml.etree.ElementTree import Element, SubElement
 
 import fmi_export.model_description as fmi2
 from fmi_export.definition import SAMPLE_TIME, FmuDefinition, Variable
+from fmi_export.errors import ExportError
 from fmi_export.parameter_set import xml_file
 
 FMI = "3.0"
 
+TIME = Variable("time", "independent", "continuous", "Time", "s")
 CLOCK = "clock"   # its name
 
 # What FMI 3.0 calls the unknowns in an element of FMI 2.0.
@@ -20,18 +22,14 @@ SCALE = 0.1   # mm in a unit of the plane of the icon, in which FMI has it from 
 def model_description_3(definition: FmuDefinition, token: str, version: str, date: int) -> bytes:
     """Model description as UTF-8 XML, with the instantiation token; other parameters as of `model_description`.
 
-    Variables and value references are those of FMI 2.0; after them comes the time, which FMI 3.0 asks for.
+    Variables and value references are those of FMI 2.0; after them comes the time. ExportError if its name is taken.
     """
     root = Element("fmiModelDescription", fmi2.attributes(definition, FMI, "instantiationToken", token, version, date,
                                                      "pyccel"))
     continuous = definition.continuous
-    common = {
-        "modelIdentifier": definition.name,
-        "needsExecutionTool": "false",
-        "canBeInstantiatedOnlyOncePerProcess": "false",
-        "canGetAndSetFMUState": "true",
-        "canSerializeFMUState": "true",
-    }
+    common = {"modelIdentifier": definition.name, "needsExecutionTool": "false",
+              "canBeInstantiatedOnlyOncePerProcess": "false", "canGetAndSetFMUState": "true",
+              "canSerializeFMUState": "true"}
     if continuous:
         SubElement(root, "ModelExchange", common | {
             "providesDirectionalDerivatives": "true", "providesAdjointDerivatives": "true",
@@ -41,22 +39,23 @@ def model_description_3(definition: FmuDefinition, token: str, version: str, dat
     SubElement(root, "CoSimulation", common | {
         "canHandleVariableCommunicationStepSize": fmi2.xml_boolean(clocked or definition.variable_step),
     } | (events if definition.sampled else {}))
-    table = definition.native_variables
+    for variable in definition.native_variables:
+        if variable.name == TIME.name or (clocked and variable.name == CLOCK):
+            raise ExportError(f"{definition.name}: FMI 3.0 has a variable {variable.name} of its own, expected another "
+                              "name")
+    table = (*definition.native_variables, TIME)
     fmi2.add_common(root, definition, table, fmi2.LOG_CATEGORIES)
     variables = SubElement(root, "ModelVariables")
     reference = {v.name: number for number, v in enumerate(table)}
-    ticking = {"variability": "discrete", "clocks": str(len(table) + 1)} if clocked else {}
+    ticking = {"variability": "discrete", "clocks": str(len(table))} if clocked else {}
     for variable in table:
         SubElement(variables, "Boolean" if variable.boolean else "Float64",
                    fmi2.common_attributes(variable, reference[variable.name])
                    | fmi2.typed_attributes(definition, variable)
                    | fmi2.state_attributes(continuous, variable.name, reference)
                    | (ticking if variable.causality in ("input", "output") else {}))
-    SubElement(variables, "Float64", {
-        "name": "time", "valueReference": str(len(table)), "description": "Time",
-        "causality": "independent", "variability": "continuous", "unit": "s"})
     if clocked:
-        reference[""] = len(table) + 1
+        reference[""] = len(table)
         SubElement(variables, "Clock", {
             "name": CLOCK, "valueReference": str(reference[""]),
             "description": f"Ticks every {SAMPLE_TIME}, first at the start time",

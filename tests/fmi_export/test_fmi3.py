@@ -3,6 +3,7 @@
 import ctypes
 import re
 import zipfile
+from dataclasses import replace
 from pathlib import Path
 
 import fmpy
@@ -16,6 +17,7 @@ from lxml import etree
 from native_binaries import windows_library
 from native_builds import compiled, require_native_tools, unpacked_sources
 
+from fmi_export.errors import ExportError
 from fmi_export.model_description import model_description
 from fmi_export.native.build import SHELLS
 from fmi_export.native.compiler import PLATFORMS, library
@@ -23,6 +25,7 @@ from fmi_export.native.model_description_3 import build_description, model_descr
 from maglev.cosim.fmu import Fmu, read_description
 from maglev.cosim.master import FmuSetup, Master
 from maglev.own_fmus import DEFINITIONS, definition
+from maglev.user_controllers.source import load, path_of
 
 SCHEMAS = Path(fmpy.__file__).parent / "schema" / "fmi3"
 ARM64_WINDOWS = 0xAA64   # of PE
@@ -69,6 +72,37 @@ def test_description_is_that_of_fmi_2_with_the_time(tmp_path: Path, name: str) -
                 v.name: v.derivative.name for v in each.modelVariables if v.derivative is not None}
     assert (older.coSimulation.canHandleVariableCommunicationStepSize
             is newer.coSimulation.canHandleVariableCommunicationStepSize)
+
+
+class Gain:
+    """A user's class, without samples."""
+
+    inputs = {"u": "m", "time": ""}
+    outputs = {"y": "m", "clock": ""}
+
+    y = u = time = clock = 0.0
+
+    def step(self, t: float, dt: float) -> None:
+        """Leave all as it is."""
+
+
+@pytest.mark.parametrize("unit", ["", "m"])
+def test_units_of_a_class_of_the_user(tmp_path: Path, unit: str) -> None:
+    """None at all, of which FMI has no list; or any but that of the time."""
+    written = type("Gain", (Gain,), {"inputs": {"u": unit}, "outputs": {"y": unit}})
+    block = load(path_of(written)).definition
+    of_fmi_2 = described(tmp_path, model_description(block, "{k}", "1", 0))
+    of_fmi_3 = described(tmp_path, model_description_3(block, "{k}", "1", 0))
+    assert [unit.name for unit in of_fmi_2.unitDefinitions] == [unit] * bool(unit)
+    assert [unit.name for unit in of_fmi_3.unitDefinitions] == [unit, "s"][not unit:]
+
+
+@pytest.mark.parametrize(("name", "clocked"), [("time", False), ("clock", True)])
+def test_a_name_that_fmi_3_has(name: str, clocked: bool) -> None:
+    table = {"sample_time": 0.1, "step": lambda self, t: None, "inputs": {"u": ""} if clocked else Gain.inputs}
+    block = load(path_of(type("Gain", (Gain,), table))).definition
+    with pytest.raises(ExportError, match=f"Gain: FMI 3.0 has a variable {name} of its own, expected another name"):
+        model_description_3(replace(block, clocked=clocked), "{k}", "1", 0)
 
 
 @pytest.mark.parametrize("name", DEFINITIONS)
