@@ -7,7 +7,7 @@ import subprocess
 import sys
 from collections.abc import Collection, Iterable, Iterator, Mapping
 from dataclasses import asdict, dataclass, field
-from functools import cache
+from functools import cache, lru_cache
 from importlib.metadata import packages_distributions, version
 from pathlib import Path
 from typing import Any
@@ -71,10 +71,11 @@ class UsedFmu:
     def of(cls, name: str, path: Path, description: ModelDescription, **given: Any) -> "UsedFmu":
         """That of a file; what a run does with it is `given`."""
         written = is_written(path)
+        sha256 = dict(digests(path)) if written else {path.name: digest_of(path)}
         return cls(name, path.name, description.modelName or "", description.guid or "",
-                   description.generationTool or "", kind(path), built_here=built_here(path),
-                   sha256=dict(digests(path)) if written else {path.name: digest_of(path)},
-                   libraries=versions(requirements(path)) if written else libraries_in(path), **given)
+                   description.generationTool or "", kind(path), built_here=built_here(path), sha256=sha256,
+                   libraries=versions(requirements(path)) if written else libraries_in(path, sha256[path.name]),
+                   **given)
 
     @property
     def shown(self) -> str:
@@ -87,7 +88,7 @@ class UsedFmu:
 class Provenance:
     """Where a result comes from: what is not given is what holds here and now."""
 
-    version: str = field(default_factory=lambda: version("maglev-fmus"))   # of this package
+    version: str = field(default_factory=cache(lambda: version("maglev-fmus")))   # of this package
     # of the checkout that it runs from, "…-dirty" with changes that are not committed; None where there is none
     commit: str | None = field(default_factory=checked_out)
     command: str = field(default_factory=typed)   # as it was typed; "Python" for a function call
@@ -137,8 +138,9 @@ def kind(path: Path) -> str:
     return "foreign" if build is None else build.kind
 
 
-def libraries_in(path: Path) -> dict[str, str]:
-    """SHA-256 of the libraries of this machine in an FMU, by name."""
+@lru_cache(maxsize=64)
+def libraries_in(path: Path, _sha256: str) -> dict[str, str]:
+    """SHA-256 of the libraries of this machine in an FMU, by name; looked at once while its own stays the same."""
     with ZipFile(path) as archive:
         return {entry.filename: hashlib.file_digest(archive.open(entry), "sha256").hexdigest()   # type: ignore[arg-type]
                 for entry in archive.infolist() if entry.filename.startswith(HERE) and not entry.is_dir()}

@@ -1,7 +1,7 @@
 """What is measured on a recorded run: settling, overshoot, tracking errors, disturbances, currents, losses, failure."""
 
 import math
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Collection, Mapping, Sequence
 from dataclasses import asdict, dataclass, field
 from typing import Any
 
@@ -147,9 +147,11 @@ def run_metrics(plan: RunPlan, time: Array, columns: Mapping[str, Array],
     flags = {flag: column(columns, flag, len(time)) != 0.0 for flag in (plan.stop_flag, plan.trip_flag) if flag}
     first_times = {flag: float(time[np.argmax(is_set)]) for flag, is_set in flags.items() if is_set.any()}
     stop_contact, tripped = first_times.get(plan.stop_flag or ""), first_times.get(plan.trip_flag or "")
+    own_steps = {axis: step_samples(reference) for axis, reference in references.items()}
+    windows = step_windows(own_steps, len(time))
     return Metrics(
-        steps=step_responses(time, positions, references, bands),
-        lost=lost_setpoints(time, positions, references, [*flags.values()], fail_errors),
+        steps=step_responses(time, positions, references, bands, own_steps, windows),
+        lost=lost_setpoints(time, positions, references, [*flags.values()], fail_errors, windows),
         tracking=() if settings.tracking_from is None else tuple(
             tracking_error(axis, time, positions[axis], references[axis], settings.tracking_from)
             for axis in plan.axes),
@@ -198,9 +200,8 @@ def column(columns: Mapping[str, Array], name: str, length: int) -> Array:
 
 def peak_and_mean(signals: Sequence[Array]) -> tuple[float, float]:
     """Return the largest absolute value of any signal, and the largest mean absolute value of one."""
-    sizes = [np.abs(signal) for signal in signals]
-    return (max((float(size.max()) for size in sizes), default=0.0),
-            max((total(size) / len(size) for size in sizes), default=0.0))
+    found = [(float(size.max()), total(size) / len(size)) for size in map(np.abs, signals)]
+    return max((peak for peak, _ in found), default=0.0), max((mean for _, mean in found), default=0.0)
 
 
 def step_samples(reference: Array) -> list[int]:
@@ -216,11 +217,11 @@ def step_samples(reference: Array) -> list[int]:
 
 
 def step_responses(time: Array, positions: Mapping[str, Array], references: Mapping[str, Array],
-                   bands: Mapping[str, Sequence[float]]) -> tuple[StepResponse, ...]:
+                   bands: Mapping[str, Sequence[float]], own_steps: Mapping[str, Sequence[int]],
+                   windows: Sequence[tuple[int, int]]) -> tuple[StepResponse, ...]:
     """Measure every step of every axis, in order of time, each on the window that it begins; by axis."""
-    own_steps = {axis: step_samples(reference) for axis, reference in references.items()}
     responses = []
-    for start, end in step_windows(references, len(time)):
+    for start, end in windows:
         for axis in [axis for axis, steps in own_steps.items() if start in steps]:
             before, target = float(references[axis][start - 1]), float(references[axis][start])
             error = positions[axis][start:end] - target
@@ -233,14 +234,15 @@ def step_responses(time: Array, positions: Mapping[str, Array], references: Mapp
     return tuple(responses)
 
 
-def step_windows(references: Mapping[str, Array], length: int) -> list[tuple[int, int]]:
+def step_windows(own_steps: Mapping[str, Collection[int]], length: int) -> list[tuple[int, int]]:
     """Return the first sample of each stretch from a step of any axis to the next one, and the one behind its last."""
-    starts = sorted({k for reference in references.values() for k in step_samples(reference)})
+    starts = sorted(set().union(*own_steps.values()))
     return list(zip(starts, [*starts[1:], length], strict=False))
 
 
 def lost_setpoints(time: Array, positions: Mapping[str, Array], references: Mapping[str, Array],
-                   flags: Sequence[Array], fail_errors: Mapping[str, float]) -> tuple[float, ...]:
+                   flags: Sequence[Array], fail_errors: Mapping[str, float],
+                   windows: Sequence[tuple[int, int]]) -> tuple[float, ...]:
     """Return the times (s) of the steps after which a flag was set or the error (by axis) at the end was too large.
 
     A fall counts once: a step that finds the stage lost already, by a flag or by its error, is no failure of its own.
@@ -249,7 +251,7 @@ def lost_setpoints(time: Array, positions: Mapping[str, Array], references: Mapp
         return (any(flag[k] for flag in flags)
                 or any(abs(positions[axis][k] - references[axis][k]) > fail_errors[axis] for axis in references))
 
-    return tuple(float(time[start]) for start, end in step_windows(references, len(time))
+    return tuple(float(time[start]) for start, end in windows
                  if not lost_at(start - 1) and (lost_at(end - 1) or any(flag[start:end].any() for flag in flags)))
 
 

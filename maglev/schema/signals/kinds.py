@@ -79,10 +79,10 @@ class SignalTable(Table):
 
     @abstractmethod
     def values_at(self, times: Array) -> Array:
-        """Return the values at times (s), shape (n,), SI."""
+        """Return the values at ascending times (s), shape (n,), SI."""
 
     def rates_at(self, times: Array) -> Array:
-        """Return the time derivatives at times (s), shape (n,), SI; at a jump none."""
+        """Return the time derivatives at ascending times (s), shape (n,), SI; at a jump none."""
         return np.zeros(len(times))
 
     def value(self, t: float) -> float:
@@ -132,8 +132,8 @@ class Steps(SignalTable):
         return self
 
     def values_at(self, times: Array) -> Array:
-        after = np.searchsorted(self.times, times + TIME_TOLERANCE, side="right")
-        return np.array(self.values, dtype=np.float64)[np.maximum(after - 1, 0)]
+        starts = np.searchsorted(times + TIME_TOLERANCE, self.times[1:])
+        return np.repeat(np.array(self.values, dtype=np.float64), np.diff([0, *starts, len(times)]))
 
 
 class Term(Table):

@@ -128,9 +128,9 @@ class Meter:
         self.measuring = measuring
         plan, time, form = measuring.plan, measuring.time, measuring.form
         points = len(time)
-        self.windows = step_windows(references, points)
         self.own_steps = {axis: {start: (float(reference[start - 1]), float(reference[start]))
                                  for start in step_samples(reference)} for axis, reference in references.items()}
+        self.windows = step_windows(self.own_steps, points)
         self.steady = [max(1, round(STEADY_SHARE * (end - start))) for start, end in self.windows]
         self.tracked = int(np.searchsorted(time, plan.metrics.tracking_from - TIME_TOLERANCE)) \
             if plan.metrics.tracking_from is not None else points

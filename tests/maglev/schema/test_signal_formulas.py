@@ -40,7 +40,7 @@ def ascending(rows: list[tuple[float, float]]) -> tuple[list[float], list[float]
 @given(TIMES, ROWS)
 def test_steps(times: list[float], rows: list[tuple[float, float]]) -> None:
     at, values = ascending(rows)
-    times += [t + shift for t in at for shift in (-2e-9, -0.5e-9, 0.0, 1e-9)]
+    times = sorted(times + [t + shift for t in at for shift in (-2e-9, -0.5e-9, 0.0, 1e-9)])
     found = signal(kind="steps", times=at, values=values)
 
     def value(t: float) -> float:
