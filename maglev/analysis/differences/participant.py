@@ -15,7 +15,6 @@ from maglev.cosim.fmu import Buffer, Fmu
 from maglev.cosim.master import FmuSetup
 from maglev.cosim.open import open_fmu, read_description
 from maglev.cosim.port_map import apply
-from maglev.cosim.user_classes.fmu import WrittenController
 from maglev.cosim.versions.fmi import WARNING
 from maglev.errors import FmuError, LinearModelError
 
@@ -64,16 +63,14 @@ class Participant:
                 raise FmuError(f"{self.setup.name}.{variable.name} is of type {variable.type}, expected a Real")
         return self.fmu.buffers(variables)[0]
 
-    def factors(self, names: Sequence[str]) -> Array | None:
-        """What SI values are multiplied by to be in the FMU's units; None if it counts in SI."""
-        if not any(name in self.fmu.scales for name in names):
-            return None
+    def factors(self, names: Sequence[str]) -> Array:
+        """What SI values are multiplied by to be in the FMU's units, shape (names,)."""
         return np.array([self.fmu.scales[name].to_own(1.0) if name in self.fmu.scales else 1.0 for name in names])
 
     def step(self, inputs: list[float]) -> list[float]:
         """Outputs of a step with inputs, SI; FmuError if it refuses."""
         fmu = self.fmu
-        self.given.values[:] = inputs if self.up is None else (self.up * inputs).tolist()
+        self.given.values[:] = (self.up * inputs).tolist()
         fmu.set(self.given)
         self.time.value = self.count * self.size
         status = fmu.do_step(*self.stepping)
@@ -88,8 +85,8 @@ class Participant:
     def outputs_now(self) -> list[float]:
         """Outputs as they are, SI."""
         self.fmu.get(self.got)
-        numbers = list(self.got.values)
-        return numbers if self.down is None else (np.array(numbers) / self.down).tolist()
+        numbers: list[float] = (np.array(self.got.values) / self.down).tolist()
+        return numbers
 
     def mark(self, past: Array, last: Sequence[float]) -> None:
         """Take the present as the point to return to.
@@ -103,18 +100,11 @@ class Participant:
 
     def state(self) -> Any:
         """State of the FMU; None if it has no means to give it."""
-        fmu = self.fmu
-        if isinstance(fmu, WrittenController):
-            try:
-                return fmu.slave._get_fmu_state()
-            except ValueError:   # something in it cannot be copied
-                return None
-        assert fmu.instance is not None
-        if not fmu.description.coSimulation.canGetAndSetFMUstate:
+        if not self.fmu.description.coSimulation.canGetAndSetFMUstate:
             return None
         try:
-            return fmu.instance.getFMUState()
-        except Exception:   # fmpy raises whatever the status is; it says that it can, and cannot
+            return self.fmu.instance.getFMUState()
+        except Exception:   # fmpy raises whatever the status is, a class of what cannot be copied: it says that it can
             return None
 
     def back(self) -> None:
@@ -129,10 +119,7 @@ class Participant:
             if not np.allclose(answer, self.last, rtol=REPEATED, atol=REPEATED):
                 raise LinearModelError(f"{self.setup.name} ({self.setup.path.name}) gave other outputs when it got the "
                                        "same inputs again, expected a controller without chance")
-        elif isinstance(fmu, WrittenController):
-            fmu.slave._set_fmu_state(self.saved)
         else:
-            assert fmu.instance is not None
             fmu.instance.setFMUState(self.saved)
         self.count = len(self.past)
 

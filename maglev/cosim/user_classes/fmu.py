@@ -76,7 +76,9 @@ class InProcessFmu(Fmu):
             setupExperiment=lambda startTime, stopTime: self.slave.setup_experiment(
                 startTime, stopTime if stopTime < inf else None),
             enterInitializationMode=self.slave.enter_initialization_mode,
-            exitInitializationMode=self.slave.exit_initialization_mode)
+            exitInitializationMode=self.slave.exit_initialization_mode,
+            getFMUState=lambda: self.slave._get_fmu_state(),
+            setFMUState=lambda state: self.slave._set_fmu_state(state))
         for kind in ("Real", "Boolean"):
             self.get_functions[kind] = ACCESS(partial(self.guarded, self.given, kind))
             self.set_functions[kind] = ACCESS(partial(self.guarded, self.taken, kind))
