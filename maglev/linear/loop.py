@@ -223,17 +223,13 @@ def linearise_loop(plant: str, controller: str | LinearModel, at: Mapping[str, Q
     >>> loop.stable
     True
     """
-    if plant not in plants():
-        raise LinearModelError(f"{plant!r} is no plant, expected {one_of(plant, plants(), or_of_own_stage())}")
-    if measurement is not None and measurement not in measurements():
-        raise LinearModelError(f"{measurement!r} is no measurement, expected "
-                               f"{one_of(measurement, measurements(), or_of_own_stage())}")
+    for name, known, what in ((plant, plants(), "plant"), (measurement, measurements(), "measurement"),
+                              (controller, controllers(), "controller with a linear model")):
+        if isinstance(name, str) and name not in known:
+            raise LinearModelError(f"{name!r} is no {what}, expected {one_of(name, known, or_of_own_stage())}")
     currents: Currents = "dq" if measurement is None else "phases"
     split = None
     if isinstance(controller, str):
-        if controller not in controllers():
-            raise LinearModelError(f"{controller!r} is no controller with a linear model, expected "
-                                   f"{one_of(controller, controllers(), or_of_own_stage())}")
         split = model_of(controller, block_of(controller, controller_parameters or {}))
     stage = block_of(plant, plant_parameters or {})
     rest = equilibrium_of(plant, stage, read_positions(plant, at), split)

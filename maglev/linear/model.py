@@ -2,6 +2,7 @@
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
+from itertools import chain
 from typing import Any
 
 import numpy as np
@@ -37,17 +38,14 @@ class Equilibrium:
     @property
     def currents(self) -> dict[str, float]:
         """Direct and quadrature current of each motor by name, such as "alpha.i_d", A."""
-        return {f"{motor}.i_{component}": value for motor, d, q in zip(self.motors, self.i_d, self.i_q, strict=True)
-                for component, value in (("d", d), ("q", q))}
+        return dict(zip(self.rig.dq_names, chain(*zip(self.i_d, self.i_q, strict=True)), strict=True))
 
     @property
     def phases(self) -> dict[str, float]:
         """Phase currents of each motor by name, such as "alpha.i_a", A."""
-        currents = {}
-        for motor, of, along, d, q in zip(self.motors, self.geometries, self.along, self.i_d, self.i_q, strict=True):
-            for phase, value in zip("abc", phase_currents(d, q, of.electrical_angle(along)), strict=True):
-                currents[f"{motor}.i_{phase}"] = value
-        return currents
+        values = [phase_currents(d, q, of.electrical_angle(along)) for of, along, d, q in
+                  zip(self.geometries, self.along, self.i_d, self.i_q, strict=True)]
+        return dict(zip(self.rig.phase_names, chain(*values), strict=True))
 
     def __str__(self) -> str:
         """The equilibrium in one line."""
