@@ -6,10 +6,9 @@ three functions, `NAME_init`, `NAME_start`, `NAME_sample`, which do what an FMU 
 
 import re
 from collections.abc import Iterable, Mapping
-from math import inf
+from math import isfinite
 from pathlib import Path
 from textwrap import wrap
-from typing import NamedTuple
 
 from fmi_export.definition import SAMPLE_TIME, FmuDefinition, Variable
 from fmi_export.errors import ExportError
@@ -48,17 +47,10 @@ allocated; several controllers share nothing.
 (-ffp-contract=off) nor is told to be fast (-ffast-math)."""
 
 
-class Ports(NamedTuple):
+def ports_of(definition: FmuDefinition) -> tuple[tuple[Variable, ...], tuple[Variable, ...]]:
     """Variables as the host of a board sees them, in the order of its tables: those to set, those to read."""
-
-    settable: tuple[Variable, ...]
-    readable: tuple[Variable, ...]
-
-
-def ports_of(definition: FmuDefinition) -> Ports:
-    """Parameters and inputs, and outputs."""
-    return Ports(tuple(v for v in definition.variables if v.causality in ("input", "parameter")),
-                 tuple(v for v in definition.variables if v.causality == "output"))
+    return (tuple(v for v in definition.variables if v.causality in ("input", "parameter")),
+            tuple(v for v in definition.variables if v.causality == "output"))
 
 
 def freestanding(definition: FmuDefinition, modules: Iterable[str], translation: Mapping[str, str],
@@ -72,9 +64,9 @@ def freestanding(definition: FmuDefinition, modules: Iterable[str], translation:
     if not definition.sampled:
         raise ExportError(f"{definition.name}: has no {SAMPLE_TIME}, expected a controller, or another block that "
                           "samples")
-    name, ports = definition.name, ports_of(definition)
-    inputs = tuple(v for v in ports.settable if v.causality == "input")
-    for chosen in (inputs, ports.readable):
+    name, (settable, readable) = definition.name, ports_of(definition)
+    inputs = tuple(v for v in settable if v.causality == "input")
+    for chosen in (inputs, readable):
         if len(set(map(member, chosen))) < len(chosen):
             raise ExportError(f"{name}: two of {', '.join(v.name for v in chosen)} have one name in C, expected names "
                               "that differ by more than a dot")
@@ -86,7 +78,7 @@ def freestanding(definition: FmuDefinition, modules: Iterable[str], translation:
     values = {
         f"{name}.h": {
             "ABOUT": listed(about.replace("\n\n", "\0").replace("\n", " ").replace("\0", "\n\n").split("\n"), 1, 116),
-            "GUARD": f"{name.upper()}_H", "INPUTS": members(inputs), "OUTPUTS": members(ports.readable),
+            "GUARD": f"{name.upper()}_H", "INPUTS": members(inputs), "OUTPUTS": members(readable),
             "PARAMETERS": listed(parameter_line(definition, v, k) for k, v in enumerate(definition.variables)
                                  if v.causality == "parameter"),
             "STATUSES": listed([*(f"{status:4}  {text}" for status, text in sorted(definition.refusals.items())),
@@ -97,14 +89,14 @@ def freestanding(definition: FmuDefinition, modules: Iterable[str], translation:
             "ARGUMENTS": ", ".join(["&self->block", *(literal(argument) for argument in definition.arguments)]),
             "CHECKED_PARAMETERS": checks(definition, "parameter"), "CHECKED_INPUTS": checks(definition, "input"),
             "TAKEN": "\n".join(f"    block->{v.place} = inputs->{member(v)};" for v in inputs),
-            "GIVEN": "\n".join(f"    outputs->{member(v)} = block->{v.place};" for v in ports.readable),
+            "GIVEN": "\n".join(f"    outputs->{member(v)} = block->{v.place};" for v in readable),
             "SAMPLE_TIME": sampling.place},
         "qemu/table.h": {
-            "SETTABLE": places(name, "block", ((v.place, v) for v in ports.settable)),
-            "READABLE": places(name, "block", ((v.place, v) for v in ports.readable)),
-            "OUTPUTS": places(name, "outputs", ((member(v), v) for v in ports.readable)),
+            "SETTABLE": places(name, "block", ((v.place, v) for v in settable)),
+            "READABLE": places(name, "block", ((v.place, v) for v in readable)),
+            "OUTPUTS": places(name, "outputs", ((member(v), v) for v in readable)),
             "INPUTS": "\n".join(f"    {{{place(name, 'inputs', member(v), v)}, {k}}},"
-                                for k, v in enumerate(ports.settable) if v.causality == "input")},
+                                for k, v in enumerate(settable) if v.causality == "input")},
         **{file: {} for file in ("main.c", "board.h", "CMakeLists.txt", "qemu/board_qemu.c", "qemu/mps2_an500.ld")}}
     return {file: filled(C_FILES / file.replace(f"{name}.", "controller."), common | own)
             for file, own in values.items()}
@@ -205,9 +197,8 @@ def checks(definition: FmuDefinition, causality: str) -> str:
     for number, v in enumerate(definition.variables):
         if v.causality == causality and not v.boolean:
             value = f"inputs->{member(v)}" if causality == "input" else f"block->{v.place}"
-            bounds = ((">=", v.minimum), ("<=", v.maximum))
-            limits = [f"{value} {sign} {literal(float(bound))}" for sign, bound in bounds
-                      if bound is not None and -inf < bound < inf]
+            limits = [f"{value} {sign} {literal(float(bound))}" for sign, bound in ((">=", v.low), ("<=", v.high))
+                      if isfinite(bound)]
             fits = limits if len(limits) == 2 else [f"isfinite({value})", *limits]
             lines += [f"    if (!({' && '.join(fits)})) {{", f"        return {REFUSED_VALUE + number};", "    }"]
     return "\n".join(lines)

@@ -8,7 +8,7 @@ from typing import Any
 
 import numpy as np
 
-from fmi_export.definition import FmuDefinition
+from fmi_export.definition import SAMPLE_TIME, FmuDefinition
 from fmi_export.slave import Refused
 from fmi_export.target.freestanding import REFUSED_VALUE, ports_of
 from maglev.cosim.master import Master, Recording
@@ -30,6 +30,7 @@ class Emulated:
         self.settable = {number[v.name]: k for k, v in enumerate(settable)}
         self.readable = {number[v.name]: k for k, v in enumerate(readable)}
         self.values = np.array([float(definition.start_value(v)) for v in settable])
+        self.sampling = [v.name for v in settable].index(SAMPLE_TIME)   # its place among the values
         self.sample_time = 0.0
         self.answers: list[Answer] = []   # at the start, and of each sample
 
@@ -44,8 +45,7 @@ class Emulated:
 
     def exit_initialization_mode(self) -> None:
         """Give parameters and inputs, and start."""
-        self.sample_time = float(self.values[next(
-            k for k, v in enumerate(ports_of(self.definition).settable) if v.name == "sample_time")])
+        self.sample_time = float(self.values[self.sampling])
         self.exchange()
 
     def do_step(self, time: float, step: float) -> None:

@@ -94,9 +94,9 @@ def test_it_has_the_bits_of_the_block(written: Path, tmp_path: Path, name: str, 
     flags = ["-shared", "-fPIC"] + ["-DPORTABLE_ARITHMETIC"] * (arithmetic == "portable")
     library = ctypes.CDLL(str(compiled(written / name / f"{name}.c", tmp_path / "it.so", *flags)))
     described = definition(name)
-    block, ports = described.new_block(), ports_of(described)
+    block, (_, readable) = described.new_block(), ports_of(described)
     of_inputs = [(k, v) for k, v in enumerate(described.variables) if v.causality == "input"]
-    inputs, outputs = structure(v for _, v in of_inputs), structure(ports.readable)
+    inputs, outputs = structure(v for _, v in of_inputs), structure(readable)
     memory = ctypes.create_string_buffer(b"\xA5" * 2**16, 2**16)   # of any program's
     start, sample = getattr(library, f"{name}_start"), getattr(library, f"{name}_sample")
     getattr(library, f"{name}_init")(memory)
@@ -114,7 +114,7 @@ def test_it_has_the_bits_of_the_block(written: Path, tmp_path: Path, name: str, 
             owner, _, last = v.place.rpartition(".")
             setattr(attrgetter(owner)(block) if owner else block, last, value)
         assert sample(memory, ctypes.byref(inputs), ctypes.byref(outputs)) == block.step(k * step, step) == 0
-        for v in ports.readable:
+        for v in readable:
             expected, found = attrgetter(v.place)(block), getattr(outputs, member(v))
             assert struct.pack("<d", found) == struct.pack("<d", expected), (k, v.name)
             changed |= {v.name} if k and expected != float(described.start_value(v)) else set()

@@ -14,7 +14,6 @@ rail, a noise. Every operation that is left has the operands that it had, so tha
 import re
 from collections.abc import Collection, Iterable, Iterator, Mapping, Sequence
 from ctypes import CDLL, POINTER, Array, Structure, addressof, byref, c_double, c_int64, c_void_p, create_string_buffer
-from math import inf
 from pathlib import Path
 from string import Template
 from typing import Any, NamedTuple, Self
@@ -342,9 +341,7 @@ def call_lines(number: int, call: Call, parts: Mapping[int, Part], tracks: Seque
 
 def out_of_range(variable: Variable, value: str) -> str:
     """C of whether a variable cannot be set to a value, as set_reals of variables.c has it."""
-    low, high = (bound if given is None else float(given)
-                 for bound, given in ((-inf, variable.minimum), (inf, variable.maximum)))
-    return f"!({value} >= {literal(low)} && {value} <= {literal(high)})"
+    return f"!({value} >= {literal(float(variable.low))} && {value} <= {literal(float(variable.high))})"
 
 
 def filled(file: Path, **what: object) -> str:
