@@ -77,7 +77,7 @@ def build_fmu(definition: FmuDefinition, written: str, maker: Maker, destination
     for module in (definition.slave[0], *imported_modules("", written)):
         texts |= carried_modules(module, packages)
     contents = what_runs(definition, written, maker, texts, build_date()) | described(definition, maker)
-    contents["documentation/licenses/pythonfmu.txt"] = pythonfmu_licence().encode("utf-8")
+    contents["documentation/licenses/pythonfmu.txt"] = licence_of("pythonfmu").encode("utf-8")
     contents["documentation/externalDependencies.txt"] = external_dependencies(definition).encode("utf-8")
     return write_archive(destination / f"{definition.name}.fmu", contents | dict(extra or {}))
 
@@ -150,10 +150,10 @@ def digest(parts: list[str]) -> str:
     return sha.hexdigest()
 
 
-def pythonfmu_licence() -> str:
-    """Licence text of pythonfmu, whose code is in the FMU."""
-    metadata = distribution("pythonfmu")
+def licence_of(package: str) -> str:
+    """Licence text of an installed package whose code is in the FMU."""
+    metadata = distribution(package)
     for path in metadata.files or []:
         if path.name == "LICENSE":
             return path.read_text(encoding="utf-8")
-    raise FileNotFoundError(f"pythonfmu {metadata.version} is installed without its LICENSE, expected one to ship")
+    raise FileNotFoundError(f"{package} {metadata.version} is installed without its LICENSE, expected one to ship")

@@ -3,13 +3,13 @@
 import re
 import zlib
 from functools import lru_cache
-from importlib.metadata import distribution, version
+from importlib.metadata import version
 from io import BytesIO
 from pathlib import Path
 from typing import NamedTuple
 from zipfile import BadZipFile, ZipFile
 
-from fmi_export.build import Maker
+from fmi_export.build import Maker, licence_of
 from fmi_export.definition import FmuDefinition
 from fmi_export.native.build import made_of
 from fmi_export.recognition import is_native_build, is_python_build
@@ -109,8 +109,7 @@ def installed() -> Maker:
 
 
 def project() -> Maker:
-    files = distribution("maglev-fmus").files or []
-    return installed()._replace(licence=next(path.read_text() for path in files if path.name == "LICENSE"))
+    return installed()._replace(licence=licence_of("maglev-fmus"))
 
 
 def built_here(path: Path) -> bool:
