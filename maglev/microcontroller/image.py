@@ -17,7 +17,7 @@ from maglev.cosim.fmu import OWN_TOOL
 from maglev.errors import BuildError
 from maglev.own_fmus import definition
 from maglev.packages import PACKAGES
-from maglev.user_controllers.build import buildable, finished, named_lines
+from maglev.user_controllers.build import Buildable, buildable, finished, named_lines
 from maglev.user_controllers.source import is_written
 
 # A Cortex-M7 with double precision, and what gives the bits of the FMU. Each function has a section, so that the linker
@@ -36,16 +36,15 @@ def generated(controller: str | Path) -> tuple[FmuDefinition, dict[str, str]]:
     is none, or it is not what C can have, with file and line.
     """
     path = Path(controller)
-    with buildable(path, PACKAGES, native=True) if is_written(path) else nullcontext() as own:
-        described = definition(str(controller)) if own is None else own.definition
-        packages = PACKAGES if own is None else (*PACKAGES, *own.packages)
+    with buildable(path, PACKAGES, native=True) if is_written(path) else nullcontext(
+            Buildable(definition(str(controller)), (), {})) as built:
+        described, packages = built.definition, (*PACKAGES, *built.packages)
         if not described.sampled:
             raise BuildError(f"{controller}: has no sample_time, expected a controller, or another block that samples")
         modules = carried_modules(described.block.__module__, packages)
         try:
-            with nullcontext() if own is None else named_lines(own.files):
-                translation = translated_blocks([described], packages)
-                translation = translation if own is None else finished(translation, own.packages)
+            with named_lines(built.files):
+                translation = finished(translated_blocks([described], packages), built.packages)
             return described, freestanding(described, modules, translation, f"{OWN_TOOL} {version('maglev-fmus')}")
         except ExportError as error:
             raise BuildError(f"{controller}: {error}") from None

@@ -10,6 +10,7 @@ from operator import attrgetter
 from pathlib import Path
 from typing import Any
 
+from fmi_export.definition import FmuDefinition
 from fmi_export.errors import ExportError
 from fmi_export.native.build import layer_names
 from fmi_export.sources import carried_modules, defined_names
@@ -34,12 +35,12 @@ UNUSED_PARTS = re.compile(r"^ +\w+__del__\(\w+\);\n", re.MULTILINE)
 
 @dataclass(frozen=True)
 class Buildable:
-    """A user's class ready to be built, for as long as its modules can be imported."""
+    """A user's class ready to be built, for as long as its modules can be imported; or an FMU of this project."""
 
-    definition: WrittenDefinition   # with a block in pyccel's subset, if it is to be native
-    packages: tuple[str, ...]       # the user's modules, and what was written around them, by their names in the FMU
-    files: dict[str, str]           # names of the user's files by those of the modules
-    ends: bool = False              # whether every step ends, whatever the values: known of native ones
+    definition: FmuDefinition   # with a block in pyccel's subset, if it is to be native
+    packages: tuple[str, ...]   # the user's modules, and what was written around them, by their names in the FMU
+    files: dict[str, str]       # names of the user's files by those of the modules
+    ends: bool = False          # whether every step ends, whatever the values: known of native ones
 
 
 @contextmanager
