@@ -37,14 +37,9 @@ def loop_at_harmonics(axis: str, gap: float, plant: dict[str, float]) -> np.ndar
     closed = linearise_loop("Plant3DOF", "Regulator3DOF", {"y": gap}, plant_parameters=plant,
                             controller_parameters=LOOP).closed
     omega = OMEGA * np.array(HARMONICS)
-    by, at = ([closed.index(kind, f"{axis}.{name}") for name in names]
-              for kind, names in (("input", ("reference", "reference_rate")), ("output", ("position",))))
-    answer = []
-    for frequency in omega:
-        response = np.linalg.solve(np.exp(1j * frequency * closed.sample_time) * np.eye(len(closed.A)) - closed.A,
-                                   closed.B[:, by])
-        answer.append((closed.C[at] @ response @ np.array([1.0, 1j * frequency]))[0])
-    return np.array(answer)
+    both = closed.select((f"{axis}.reference", f"{axis}.reference_rate"), (f"{axis}.position",))
+    by_reference, by_rate = both.frequency_response(omega)[:, 0].T
+    return by_reference + 1j * omega * by_rate
 
 
 class Memory:

@@ -150,9 +150,8 @@ def flown(stage: Stage, plan: Plan) -> tuple[np.ndarray, np.ndarray]:
 def write(rows: np.ndarray, path: Path) -> None:
     """Write a motion as a file that a scenario reads: at rest until it begins, and where it ends."""
     columns = ["time", *AXES, *(f"{axis}.rate" for axis in AXES), *CURRENTS]
-    lines = [",".join(columns), ",".join(f"{value:.9g}" for value in [0.0, *START, *np.zeros(7)])]
-    lines += [",".join(f"{value:.9g}" for value in [BEGIN + row[0], *row[1:]]) for row in rows]
-    path.write_text("\n".join(lines) + "\n", encoding="utf-8")
+    table = np.vstack([[0.0, *START, *np.zeros(7)], np.column_stack([BEGIN + rows[:, 0], rows[:, 1:]])])
+    np.savetxt(path, table, "%.9g", ",", header=",".join(columns), comments="")
 
 
 def main() -> None:

@@ -46,13 +46,8 @@ class PDController(Fmi2Slave):
 
     def register(self, name, causality, **options):
         """Register a variable that lies in `values`."""
-        def get():
-            return self.values[name]
-
-        def set_value(value):
-            self.values[name] = value
-
-        self.register_variable(Real(name, causality=causality, getter=get, setter=set_value, **options))
+        self.register_variable(Real(name, causality=causality, getter=lambda: self.values[name],
+                                    setter=lambda value: self.values.update({name: value}), **options))
 
     def do_step(self, current_time, step_size):
         """Compute the commands from the inputs at the start of the step."""
