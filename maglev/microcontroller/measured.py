@@ -9,8 +9,9 @@ from typing import Any
 import numpy as np
 
 from fmi_export.definition import SAMPLE_TIME, FmuDefinition
-from fmi_export.slave import Refused
+from fmi_export.slave import RUNNING, BlockSlave, Refused
 from fmi_export.target.freestanding import REFUSED_VALUE, ports_of
+from maglev.arrays import Array
 from maglev.cosim.master import Master, Recording
 from maglev.cosim.user_classes.fmu import InProcessFmu
 from maglev.errors import FmuError
@@ -20,70 +21,57 @@ from maglev.microcontroller.image import linked
 from maglev.processes.side_by_side import Progress
 
 
-class Emulated:
-    """A controller in an emulator, with the functions of a slave: references are numbers of its variables."""
+class Emulated(BlockSlave):
+    """The slave of a controller whose start and samples an emulator computes: the block here has the values of both."""
 
     def __init__(self, definition: FmuDefinition, emulator: Emulator):
-        self.definition, self.emulator = definition, emulator
-        settable, readable = ports_of(definition)
-        number = {v.name: k for k, v in enumerate(definition.variables)}
-        self.settable = {number[v.name]: k for k, v in enumerate(settable)}
-        self.readable = {number[v.name]: k for k, v in enumerate(readable)}
-        self.values = np.array([float(definition.start_value(v)) for v in settable])
-        self.sampling = [v.name for v in settable].index(SAMPLE_TIME)   # its place among the values
-        self.sample_time = 0.0
+        super().__init__(definition, instance_name=definition.name)
+        self.emulator = emulator
+        self.settable, self.readable = ([v.slot(self.block) for v in ports] for ports in ports_of(definition))
+        self.sample_time = 0.0            # s
         self.answers: list[Answer] = []   # at the start, and of each sample
 
-    def setup_experiment(self, start_time: float, _stop_time: float | None) -> None:
+    @property
+    def values(self) -> Array:
+        """What a sample is given, shape (settable variables,)."""
+        return np.array([float(getattr(*slot)) for slot in self.settable])
+
+    def setup_experiment(self, start_time: float, stop_time: float | None = None, *_: Any) -> None:
         if start_time != 0.0:
             raise Refused(f"start time = {start_time} s, expected 0.0 s")
 
-    def nothing(self) -> None:
-        """The emulator starts with the first exchange, and ends with whoever started it."""
-
-    enter_initialization_mode = terminate = nothing
+    def refresh(self) -> None:
+        """An emulator has no outputs before it has all parameters and inputs, and starts."""
 
     def exit_initialization_mode(self) -> None:
-        """Give parameters and inputs, and start."""
-        self.sample_time = float(self.values[self.sampling])
+        """Give parameters and inputs, which are checked there, and start."""
+        sampling, = (v for v in self.variables if v.name == SAMPLE_TIME)
+        self.sample_time = float(getattr(*sampling.slot(self.block)))
         self.exchange()
+        self.phase, self.stale = RUNNING, False
 
-    def do_step(self, time: float, step: float) -> None:
+    def do_step(self, current_time: float, step_size: float) -> bool:
         """Take a sample, at a time (s) that it counts itself."""
-        if step != self.sample_time:
-            raise Refused(f"communication step = {step} s, expected sample_time = {self.sample_time} s: a "
+        if step_size != self.sample_time:
+            raise Refused(f"communication step = {step_size} s, expected sample_time = {self.sample_time} s: a "
                           "microcontroller knows no other")
-        self.exchange()
+        self.exchange(current_time, step_size)
+        return True
 
-    def exchange(self) -> None:
+    def exchange(self, time: float = 0.0, step: float = 0.0) -> None:
         """Give what is set, and take what comes back."""
         try:
             answer = self.emulator.exchange(self.values)
         except EmulatorError as error:
             raise Refused(str(error)) from error
-        if answer.status:
-            if answer.status in self.definition.refusals:
-                raise Refused(self.definition.refusals[answer.status])
-            number = answer.status - REFUSED_VALUE
-            v = self.definition.variables[number]
-            value = f"{self.values[self.settable[number]]} {v.unit}".rstrip()
-            raise Refused(f"{v.name} = {value}, expected a number within its range")
+        if answer.status >= REFUSED_VALUE:
+            v = self.variables[answer.status - REFUSED_VALUE]
+            raise Refused(f"{v.name} = {getattr(*v.slot(self.block))} {v.unit}".rstrip()
+                          + ", expected a number within its range")
+        self.refuse(answer.status, time, step)
+        for (owner, name), value in zip(self.readable, answer.outputs.tolist(), strict=True):
+            setattr(owner, name, type(getattr(owner, name))(value))
         self.answers.append(answer)
-
-    def set_real(self, references: list[int], values: list[float]) -> None:
-        for reference, value in zip(references, values, strict=True):
-            self.values[self.settable[reference]] = value
-
-    def get_real(self, references: list[int]) -> list[float]:
-        """Read outputs, of the last sample, and what was set."""
-        return [float(self.answers[-1].outputs[self.readable[reference]] if reference in self.readable
-                      else self.values[self.settable[reference]]) for reference in references]
-
-    def set_boolean(self, references: list[int], values: list[bool]) -> None:
-        self.set_real(references, [float(value) for value in values])
-
-    def get_boolean(self, references: list[int]) -> list[bool]:
-        return [value != 0.0 for value in self.get_real(references)]
 
 
 def in_the_loop(experiment: Experiment, place: str, emulated: Emulated,
