@@ -65,7 +65,7 @@ def whole_files(folder: Path) -> Iterator[Path]:
             file.replace(folder / file.name)
 
 
-def write_whole(path: Path, text: str) -> None:
-    """Write a text in UTF-8, with line ends as they are."""
+def write_whole(path: Path, content: str | bytes) -> None:
+    """Write bytes, or a text in UTF-8, with line ends as they are."""
     with whole_file(path) as unfinished:
-        unfinished.write_text(text, encoding="utf-8", newline="\n")
+        unfinished.write_bytes(content.encode("utf-8") if isinstance(content, str) else content)

@@ -20,7 +20,7 @@ from fmi_export.native.tangent import tangent_module, tangent_name
 from fmi_export.native.translation import TEMPLATES, files_of, translated
 from fmi_export.sources import carried_modules
 from fmi_export.templates import filled
-from maglev_files.whole_file import whole_file
+from maglev_files.whole_file import write_whole
 
 # The layer that is the same in all versions: each file knows those before it, and all know model.h and instance.h.
 PARTS = ("messages", "state", "outputs", "variables", "exchange", "events", "life")
@@ -110,10 +110,8 @@ def build_webassembly(definition: FmuDefinition, translation: Mapping[str, str],
     made = native_sources(definition, texts, translation, maker.version, chosen, IN_BROWSERS, build_date())
     module, description = (destination / f"{definition.name}.{ending}" for ending in ("wasm", "xml"))
     content = library({**made.files, **made.headers}, definition.name, chosen["wasm32"])
-    with whole_file(module) as unfinished:
-        unfinished.write_bytes(content)
-    with whole_file(description) as unfinished:
-        unfinished.write_bytes(made.description + made_of(definition, content, maker))
+    write_whole(module, content)
+    write_whole(description, made.description + made_of(definition, content, maker))
     return module, description
 
 

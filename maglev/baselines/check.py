@@ -170,5 +170,4 @@ def write_picture(path: Path, baseline: Baseline, recording: Recording, samples:
     rows[0, 1].set_title("now − baseline", fontsize="small")
     for axes in rows[-1]:
         axes.set_xlabel("t, s")
-    path.parent.mkdir(parents=True, exist_ok=True)
     write_figure(path, figure)

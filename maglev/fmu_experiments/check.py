@@ -173,11 +173,10 @@ def check_experiment(name: str, path: Path, experiment: CarriedExperiment,
         return CheckResult(name, "error", in_one_line(error), None, {}, time.perf_counter() - begin)
     units = {signal: (variables.get(signal) or variables[signal.rpartition("[")[0]]).unit or ""
              for signal in differences}
-    notes = (f"the FMU says: {said}",) if said else ()
-    elapsed = time.perf_counter() - begin
+    outcome = functools.partial(CheckResult, name, deviation=deviation, worst=differences, units=units,
+                                elapsed=time.perf_counter() - begin, notes=(f"the FMU says: {said}",) if said else ())
     if deviation is not None:
-        return CheckResult(name, "deviated", deviation_text(deviation, units[deviation.signal]), deviation,
-                           differences, elapsed, units, notes=notes)
+        return outcome("deviated", deviation_text(deviation, units[deviation.signal]))
     counted = (f"{len(expected.values)} variable{'' if len(expected.values) == 1 else 's'} at "
                f"{len(expected.time)} time{'' if len(expected.time) == 1 else 's'}")
     same = all(difference == 0.0 for difference, _ in differences.values())
@@ -186,7 +185,7 @@ def check_experiment(name: str, path: Path, experiment: CarriedExperiment,
                + (f", {tables.TOLERANCE:g} of the largest value" + (" where none is given" if tolerances else "")
                   if not same and not tolerances.keys() >= expected.values.keys() else "")
                + (f"; not compared: {', '.join(left_out)}" if (left_out := [*expected.left_out, *lacking]) else ""))
-    return CheckResult(name, "passed", message, None, differences, elapsed, units, notes=notes)
+    return outcome("passed", message)
 
 
 def expected_results(file: File, variables: Mapping[str, ScalarVariable],

@@ -163,14 +163,11 @@ def npfsi_reduced(samples: Samples, theta0: Array, sigma0: Array, gamma: float, 
     ends = np.array([dt])
     if first > 1:
         ends = np.expm1(grown * np.arange(1, first + 1) / first) / information
-    parts = [np.diff(ends, prepend=0.0)]
     count = np.ones(len(samples.c), dtype=np.int64)
-    count[0] = len(parts[0])
-    for k in range(1, min(REFINED, len(count))):
-        count[k] = -(-REFINED // k)
-        parts.append(np.full(count[k], dt / count[k]))
-    parts.append(np.full(max(0, len(count) - REFINED), dt))
-    h = np.concatenate(parts)
+    refined = np.arange(1, min(REFINED, len(count)))
+    count[0], count[refined] = len(ends), -(-REFINED // refined)
+    h = np.repeat(dt / count, count)
+    h[:len(ends)] = np.diff(ends, prepend=0.0)
     a, c = np.repeat(samples.a, count, axis=0), np.repeat(samples.c, count)
     growth = kappa * h[:, None, None] * outer(a, a)
     p = solve(sigma0 + running_sum(growth) + 0.5 * growth, a)

@@ -1,9 +1,7 @@
 """Linear models as text."""
 
 from collections.abc import Sequence
-from math import pi
-
-import numpy as np
+from math import inf, pi
 
 from maglev.arrays import Array, Complex
 
@@ -27,16 +25,13 @@ def matrix_text(title: str, matrix: Array, rows: Sequence[str]) -> str:
 def poles_text(rates: Complex) -> str:
     """Table of rates: real and imaginary part, natural frequency, damping; a pair of conjugates in one row."""
     cells = [["real (1/s)", "imaginary (rad/s)", "frequency (Hz)", "damping"]]
-    for rate in rates:
-        if rate.imag < 0.0:
-            continue
+    for rate in rates[rates.imag >= 0.0]:
         size = abs(rate)
         if size < SLOWEST:
             cells.append(["0", "", "", ""])
             continue
-        cells.append([f"{rate.real:.6g}", f"±{rate.imag:.6g}" if rate.imag else "",
-                      f"{size / (2.0 * pi):.4g}" if np.isfinite(size) else "", f"{-rate.real / size:.3f}"
-                      if np.isfinite(size) else ""])
+        known = [f"{size / (2.0 * pi):.4g}", f"{-rate.real / size:.3f}"] if size < inf else ["", ""]
+        cells.append([f"{rate.real:.6g}", f"±{rate.imag:.6g}" if rate.imag else "", *known])
     return aligned(cells)
 
 

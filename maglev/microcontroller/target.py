@@ -117,13 +117,9 @@ def target(controller: Given, run: Scenario | None = None, *, stage: str | Path 
         files |= {"report.txt": str(report), "report.json": json_text(report.as_data())}
     except (EmulatorError, ExportError, BuildError) as error:   # no emulator, or no compiler
         left_out = f"it is not run: {error}"
-    written = []
     for file, text in files.items():
-        place = folder / file
-        place.parent.mkdir(parents=True, exist_ok=True)
-        write_whole(place, text)
-        written.append(place)
-    return Target(folder, written, report, left_out)
+        write_whole(folder / file, text)
+    return Target(folder, [folder / file for file in files], report, left_out)
 
 
 def usual_run(definition: FmuDefinition, stage: str | Path | None) -> str | Path:

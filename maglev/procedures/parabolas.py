@@ -85,18 +85,16 @@ def evaluate(settings: ProcedureSettings, runs: Runs) -> Outcome:
     if not thrusts:
         return Outcome(settings, ())
     rig = rig_of(thrusts[0].run.plan)
-    alone: dict[str, list[Thrust]] = {}
-    for thrust in thrusts:
-        if thrust.alone:
-            alone.setdefault(thrust.axis, []).append(thrust)
-    together = [thrust for thrust in thrusts if not thrust.alone]
-    values = [value for thrust in thrusts if thrust.alone for value in thrust_values(thrust)]
+    held, together = ([thrust for thrust in thrusts if thrust.alone == alone] for alone in (True, False))
+    alone = {axis: [thrust for thrust in held if thrust.axis == axis]
+             for axis in dict.fromkeys(thrust.axis for thrust in held)}
+    values = [value for thrust in held for value in thrust_values(thrust)]
     for axis, of_axis in alone.items():
         shapes = thrust_shape(rig, np.array([thrust.gap for thrust in of_axis]))
         average = np.mean(np.array([thrust.by_parabola for thrust in of_axis]) / shapes)
         values.append(ProcedureValue("average_constant", float(average), constant=row_of(rig, axis).constants[0],
                                      axis=axis))
-    single = {(thrust.axis, millimetres(thrust.gap)): thrust for thrust in thrusts if thrust.alone}
+    single = {(thrust.axis, millimetres(thrust.gap)): thrust for thrust in held}
     for thrust in together:
         other = single.get((thrust.axis, millimetres(thrust.gap)))
         if other is not None:
