@@ -1,6 +1,5 @@
 """Files as they were when a run was made ready: copies of them are run and described, which no edit reaches."""
 
-import hashlib
 import os
 import shutil
 import tempfile
@@ -10,6 +9,7 @@ from multiprocessing import parent_process, util
 from pathlib import Path
 
 from maglev.processes.beside import SERVING
+from maglev_files.cache import digest_of_all
 from maglev_files.scratch import remove_scratch, scratch_folder
 
 PLACE = "MAGLEV_COPIES"   # environment variable with the folder of the copies, for the processes that this one starts
@@ -29,15 +29,11 @@ def place() -> Path:
 
 def copied(files: Mapping[str, bytes], origin: Path) -> Path:
     """Folder with copies of files, by their paths in the folder that they are from; the same of the same content."""
-    folder = str(origin.absolute())
-    digest = hashlib.sha256(folder.encode("utf-8", "surrogateescape"))
-    for name, data in sorted(files.items()):
-        digest.update(f"\0{name}\0{len(data)}\0".encode("utf-8", "surrogateescape"))
-        digest.update(data)
-    copy = place() / digest.hexdigest()[:32]
+    files = {**files, ORIGIN: os.fsencode(origin.absolute())}
+    copy = place() / digest_of_all(files)[:32]
     if not copy.is_dir():
         unfinished = Path(tempfile.mkdtemp(dir=place()))
-        for name, data in {**files, ORIGIN: os.fsencode(folder)}.items():
+        for name, data in files.items():
             path = unfinished / name
             path.parent.mkdir(parents=True, exist_ok=True)
             path.write_bytes(data)

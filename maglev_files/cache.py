@@ -8,6 +8,7 @@ import errno
 import hashlib
 import os
 import shutil
+from collections.abc import Mapping
 from pathlib import Path
 from typing import NamedTuple
 
@@ -93,6 +94,15 @@ def digest_of(path: Path) -> str:
             return hashlib.file_digest(file, "sha256").hexdigest()
     except OSError:
         return ""
+
+
+def digest_of_all(files: Mapping[str, bytes]) -> str:
+    """SHA-256 of files, of their names and what is in them."""
+    hashed = hashlib.sha256()
+    for name, content in sorted(files.items()):
+        hashed.update(f"{name}\0{len(content)}\0".encode("utf-8", "surrogateescape"))
+        hashed.update(content)
+    return hashed.hexdigest()
 
 
 def is_private(path: Path) -> bool:

@@ -8,6 +8,7 @@ from importlib.metadata import distribution
 from pathlib import Path
 
 from maglev.packages import OURS
+from maglev_files.cache import digest_of_all
 
 HERE = Path(__file__).parents[2]
 COMPARED = (".py", ".c", ".h", ".toml", ".j2")   # endings of what executes, or says what is run
@@ -21,11 +22,8 @@ def code() -> str:
 
 def digest_of(root: Path, files: Iterable[Path]) -> str:
     """SHA-256 of files below a folder, of their paths in it and what is in them; not of what Python has compiled."""
-    hashed = hashlib.sha256()
-    for path in sorted(path for path in files if path.suffix != ".pyc"):
-        hashed.update(path.relative_to(root).as_posix().encode("utf-8") + b"\0")
-        hashed.update(hashlib.sha256(path.read_bytes()).digest())
-    return hashed.hexdigest()
+    return digest_of_all({path.relative_to(root).as_posix(): path.read_bytes() for path in files
+                          if path.suffix != ".pyc"})
 
 
 @cache

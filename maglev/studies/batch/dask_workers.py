@@ -20,12 +20,12 @@ from maglev.studies.batch.samples import (
     Job,
     Store,
     code_of_package,
-    digest,
     failed,
     files_of,
     gathered,
     run_batch,
 )
+from maglev_files.cache import digest_of_all
 
 AHEAD = 2                # batches under way or waiting for each thread of the cluster
 REACHED_WITHIN = 10.0    # s
@@ -74,7 +74,7 @@ class StudyFiles(WorkerPlugin):
         self.folder: Path | None = None
 
     def setup(self, worker: Worker) -> None:
-        folder = Path(worker.local_directory) / f"maglev-{digest(self.files)}"
+        folder = Path(worker.local_directory) / f"maglev-{digest_of_all(self.files)}"
         for name, content in self.files.items():
             path = folder / name
             path.parent.mkdir(parents=True, exist_ok=True)

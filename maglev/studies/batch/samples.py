@@ -1,6 +1,5 @@
 """Samples of a study run one after the other, on one instance of each FMU: in this process, or in one beside it."""
 
-import hashlib
 from collections.abc import Callable, Collection, Iterable, Iterator, Mapping, Sequence
 from contextlib import suppress
 from ctypes import c_int64
@@ -41,14 +40,6 @@ def files_of(experiment: Experiment) -> dict[str, bytes]:
     paths = {f"{name}/{path.name}": path for name, path in experiment.files.items()}
     paths |= {} if experiment.loop is None else {LIBRARY: experiment.loop.path}
     return {place: path.read_bytes() for place, path in paths.items()}
-
-
-def digest(files: Mapping[str, bytes]) -> str:
-    hashed = hashlib.sha256()
-    for name, content in sorted(files.items()):
-        hashed.update(f"{name}\0{len(content)}\0".encode())
-        hashed.update(content)
-    return hashed.hexdigest()
 
 
 @dataclass(frozen=True)
