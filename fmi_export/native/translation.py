@@ -111,11 +111,8 @@ def translated(texts: Mapping[str, str]) -> dict[str, str]:
 
 def files_of(modules: Iterable[str], translation: Mapping[str, str]) -> dict[str, str]:
     """Those of the translated files, by name, that belong to modules by dotted name."""
-    names = [PRELUDE_FILE]
-    for module in modules:
-        stem = module.rpartition(".")[2]
-        names += [f"{stem}.h", f"{stem}.c"]
-    return {name: translation[name] for name in names}
+    names = [f"{module.rpartition('.')[2]}{ending}" for module in modules for ending in (".h", ".c")]
+    return {name: translation[name] for name in (PRELUDE_FILE, *names)}
 
 
 def in_order(imports: Mapping[str, Iterable[str]]) -> list[str]:

@@ -81,12 +81,9 @@ class Pair:
         straight = {name: (row, row) for name, row in zip(names, np.eye(len(names)), strict=True)}
         if not self.rig.rotations:
             return straight
-        along = np.zeros((len(names), len(self.rig.axes)))
-        gaps = MotorPlaces.of(self.rig).gaps
-        for k, name in enumerate(names):
-            owner = name.rpartition(".")[0]
-            along[k] = (gaps[self.rig.motor_names.index(owner)] if owner in self.rig.motor_names else
-                        np.eye(len(self.rig.axes))[self.rig.axis_names.index(owner)])
+        owners = (*self.rig.axis_names, *self.rig.motor_names)
+        by_owner = np.vstack([np.eye(len(self.rig.axes)), MotorPlaces.of(self.rig).gaps])
+        along = by_owner[[owners.index(name.rpartition(".")[0]) for name in names]]
         read = np.linalg.pinv(along)
         axes = {f"{axis}.measured": (read[k], along[:, k]) for k, axis in enumerate(self.rig.axis_names)}
         return {**axes, **{name: way for name, way in straight.items() if name not in axes}}

@@ -231,8 +231,6 @@ def modulated(recording: MotionRecording, rows: Sequence[RowData], delayed: Call
     factor = 1.0 - k * np.sin(pi * recording.positions @ rig.places.slots.T / pitches) ** 2
     with_slots = np.broadcast_to(f, (*f.shape[:2], factor.shape[1])).copy()
     with_slots[1] *= factor
-    left = []
-    for data in rows:
-        plain, changed = (data.row.columns(factors, recording.i_d, recording.i_q) for factors in (f, with_slots))
-        left.append(replace(data, a=data.a + delayed(changed - plain)))
-    return left
+    plain, changed = ([data.row.columns(of, recording.i_d, recording.i_q) for data in rows] for of in (f, with_slots))
+    return [replace(data, a=data.a + delayed(after - before))
+            for data, before, after in zip(rows, plain, changed, strict=True)]

@@ -38,11 +38,8 @@ class MotorPlaces:
         """Positions of the axes by the encoders, where a platform tilts by least squares of the gaps at the motors."""
         if not rig.rotations:
             return np.eye(len(rig.axes))
-        matrix = np.zeros((len(rig.axes), len(rig.measured) + len(rig.motors)))
-        for k, axis in enumerate(rig.measured):
-            matrix[rig.axes.index(axis), k] = 1.0
-        matrix[:, len(rig.measured):] = np.linalg.pinv(self.gaps)
-        return matrix
+        straight = np.eye(len(rig.axes))[:, [rig.axes.index(axis) for axis in rig.measured]]
+        return np.hstack([straight, np.linalg.pinv(self.gaps)])
 
     @classmethod
     def at(cls, rig: Rig, spots: Sequence[Any], height: float) -> "MotorPlaces":

@@ -198,10 +198,7 @@ def designed(rig: Rig, missing: dict[str, set[str]], observer_time: bool) -> Rig
     unstable_rate(rig)   # refuses a mover that nothing holds at its start
     given = rig.design.observer_time if observer_time else None
     time, rates, _ = designed_rates(rig, [axis for axis, keys in missing.items() if keys], given)
-    axes = []
-    for axis in rig.axes:
-        if missing[axis.name]:
-            found = axis_design(rig, axis, rates[axis.name])
-            axis = replace(axis, design=replace(axis.design, **{key: found[key] for key in missing[axis.name]}))
-        axes.append(axis)
-    return replace(rig, axes=tuple(axes), design=replace(rig.design, observer_time=time))
+    found = {name: axis_design(rig, rig.axis(name), rate) for name, rate in rates.items()}
+    axes = tuple(replace(axis, design=replace(axis.design, **{
+        key: found[axis.name][key] for key in missing[axis.name]})) for axis in rig.axes)
+    return replace(rig, axes=axes, design=replace(rig.design, observer_time=time))
