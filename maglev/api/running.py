@@ -270,17 +270,15 @@ def run_all(names: Scenarios | None = None, *, out: str | Path = "results", plot
         runs = run_experiments(experiments, folder, format, jobs, watch)
         for note in dict.fromkeys(f"{result.plan.name}: {note}" for result in runs for note in result.recording.notes):
             say(note)
-        outcomes = outcomes_of(runs, asked)
+        outcomes = evaluate_all(runs, {plan.name for plan in asked})
         verdicts = {**judge_all(runs), **judge_outcomes(outcomes, [run.plan.name for run in runs if run.modified])}
         files = [*write_runs(runs, verdicts, folder, format, plot), *write_outcomes(outcomes, verdicts, folder)]
         if any(verdicts.values()):
             files.append(folder / "claims.md")
             write_whole(files[-1], claims_markdown(runs, verdicts, outcomes))
         if page:
-            again = run_frictionless(
-                experiments, verdicts if what_if and page != "run" else {},
-                lambda runs: run_experiments(runs, folder / "without-friction", format, jobs, watch),
-                lambda runs: outcomes_of(runs, asked))
+            again = run_frictionless(experiments, verdicts if what_if and page != "run" else {}, lambda runs:
+                                     run_experiments(runs, folder / "without-friction", format, jobs, watch))
             files.append(folder / (f"{asked[0].name}.html" if page == "run" and len(asked) == 1 else "report.html"))
             write_report(files[-1], runs, {**verdicts, **again.verdicts}, outcomes, again)
     return Results(tuple(plan.name for plan in asked), tuple(runs), tuple(outcomes), verdicts, tuple(files),
@@ -333,13 +331,6 @@ def without_thesis(plan: RunPlan) -> RunPlan:
         return own
     mine = [claim for claim in plan.procedure.claims if claim.own]
     return own.model_copy(update={"procedure": plan.procedure.model_copy(update={"claims": mine})})
-
-
-def outcomes_of(runs: Sequence[RunResult], asked: Sequence[RunPlan]) -> list[Outcome]:
-    """What the procedures found that runs which were asked for belong to."""
-    if not any(plan.procedure is not None for plan in asked):
-        return []
-    return evaluate_all(runs, {plan.name for plan in asked})
 
 
 def run_experiments(experiments: Sequence[Experiment], out: Path, form: Format, jobs: int,

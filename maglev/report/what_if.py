@@ -9,7 +9,7 @@ from maglev.experiment.execution import RunResult
 from maglev.experiment.preparation import Experiment
 from maglev.judging.run_claims import judge_run
 from maglev.judging.verdicts import Judgements, blames
-from maglev.procedures.evaluate import judge_procedure
+from maglev.procedures.evaluate import evaluate_all, judge_procedure
 from maglev.procedures.outcome import Outcome
 from maglev.schema.run_plan import StartValue
 
@@ -28,8 +28,7 @@ NOTHING = Again()
 
 
 def run_frictionless(experiments: Sequence[Experiment], verdicts: Judgements,
-                     run_all: Callable[[list[Experiment]], list[RunResult]],
-                     evaluate: Callable[[list[RunResult]], list[Outcome]]) -> Again:
+                     run_all: Callable[[list[Experiment]], list[RunResult]]) -> Again:
     """Run again, of experiments that were run, what claims rest on that were missed and whose reasons blame friction.
 
     The verdicts, by run or procedure, are given back with what comes out `without` it.
@@ -37,7 +36,7 @@ def run_frictionless(experiments: Sequence[Experiment], verdicts: Judgements,
     blamed = {name: missed for name, claims in verdicts.items() if (missed := blames(claims, "friction"))}
     again = [without_friction(experiment) for experiment in with_needed(experiments, blamed)]
     runs = run_all(again) if again else []
-    outcomes = [outcome for outcome in evaluate(runs) if outcome.settings.name in blamed] if runs else []
+    outcomes = [outcome for outcome in evaluate_all(runs) if outcome.settings.name in blamed]
     metrics = {result.plan.name: result.metrics for result in runs}
     judged = {result.plan.name: judge_run(result.plan.claims, result.metrics, metrics) for result in runs
               if result.plan.name in blamed}

@@ -151,7 +151,7 @@ def test_report(fmus: Path, hold: Path, tmp_path: Path) -> None:
 @pytest.fixture
 def procedure(monkeypatch: pytest.MonkeyPatch) -> None:
     """A procedure that every run belongs to."""
-    monkeypatch.setattr("maglev.api.running.outcomes_of", lambda *_: [outcome()])
+    monkeypatch.setattr("maglev.api.running.evaluate_all", lambda *_: [outcome()])
 
 
 def test_run_tells_what_a_procedure_found(fmus: Path, hold: Path, tmp_path: Path, procedure: None) -> None:
