@@ -13,16 +13,23 @@ from maglev.studies.schema import DISCRETE, MOST_SAMPLES, StudyFile, Varied
 SMALLEST = 2.0**-53   # no sample lies at 0 or 1, where a normal distribution has no end
 
 
-def number_of_samples(study: StudyFile) -> int:
-    """Number of samples of a study; ScenarioError if there are too many."""
-    design = study.design
+def samples(study: StudyFile) -> Array:
+    """Values of what varies, in their order, shape (samples, number that vary), SI; the same for the same study.
+
+    ScenarioError if there are too many samples, or values do not suit the design.
+    """
+    design, varied = study.design, len(study.vary)
     if design.kind == "rows":
-        return len(rows_of(study))
-    number = (math.prod(len(different_values(study, varied)) for varied in study.vary) if design.samples is None
-              else design.samples * (len(study.vary) + 2) if design.kind == "saltelli" else design.samples)
+        return rows_of(study)
+    grid = [different_values(study, side) for side in study.vary] if design.kind == "grid" else []
+    number = design.samples or math.prod(map(len, grid))
+    number *= varied + 2 if design.kind == "saltelli" else 1
     if number > MOST_SAMPLES:
         raise ScenarioError(f"{study.name}: design: {number:.3g} samples, expected at most {MOST_SAMPLES:.0e}")
-    return number
+    if grid:
+        axes = np.meshgrid(*(np.array(values, dtype=np.float64) for values in grid), indexing="ij")
+        return np.stack(axes, axis=-1).reshape(-1, varied)
+    return at(study, unit_samples(study))
 
 
 def different_values(study: StudyFile, varied: Varied) -> list[float]:
@@ -32,16 +39,6 @@ def different_values(study: StudyFile, varied: Varied) -> list[float]:
         raise ScenarioError(f"{study.name}: vary: {varied.column}: {len(tried)} values of which {different} differ, "
                             "expected each once in a design of kind 'grid'")
     return tried
-
-
-def samples(study: StudyFile) -> Array:
-    """Values of what varies, in their order, shape (samples, number that vary), SI; the same for the same study."""
-    if study.design.kind == "rows":
-        return rows_of(study)
-    if number_of_samples(study) and study.design.kind == "grid":
-        axes = np.meshgrid(*(np.array(tried_values(varied), dtype=np.float64) for varied in study.vary), indexing="ij")
-        return np.stack(axes, axis=-1).reshape(-1, len(axes))
-    return at(study, unit_samples(study))
 
 
 def rows_of(study: StudyFile) -> Array:

@@ -16,7 +16,7 @@ from maglev.experiment.preparation import Experiment, is_foreign
 from maglev.studies.batch.batches import batches_of
 from maglev.studies.batch.samples import Batch, Job, code_of_package
 from maglev.studies.columns import Column, columns_of, named_values
-from maglev.studies.design import number_of_samples, samples
+from maglev.studies.design import samples
 from maglev.studies.key import key_of
 from maglev.studies.schema import StudyFile
 from maglev.studies.targets import Target, target_values, targets_of
@@ -53,7 +53,8 @@ def plan_study(study: StudyFile, experiment: Experiment, origin: str, out: Path,
     plan = experiment.plan
     require_alone(experiment, study.scenario, origin)
     targets = targets_of(study, experiment, origin)
-    count = number_of_samples(study)
+    design = samples(study)
+    count = len(design)
     known = named_values(plan, expected(experiment))
     columns = columns_of(known, study.metrics, study.limits, origin)
     every = rows_every(study.keep_interval, experiment, origin)
@@ -66,7 +67,6 @@ def plan_study(study: StudyFile, experiment: Experiment, origin: str, out: Path,
     rows = len(experiment.times[::every]) if study.keep else 0
     require_disk(study, out, 8 * count * (len(columns) + len(study.vary) + len(targets))
                  + 8 * count * rows * len(study.keep), count)
-    design = samples(study)
     values = target_values(targets, design, origin)
     job = job_of(experiment, targets, columns, study.sample_timeout, origin)
     job = replace(job, kept=tuple(study.keep), every=every)
