@@ -40,9 +40,9 @@ Judged = tuple[str, ClaimResult]   # the run or procedure that a claim is about,
 class Settings:
     """The whole study; see `estimation.toml`."""
 
-    training: frozenset[str]   # runs whose sentences and bounds are for training; all others are held out
+    training: Sequence[str]   # runs whose sentences and bounds are for training; all others are held out
     largest_residual: float
-    candidates: tuple[float, ...]
+    candidates: Sequence[float]
     assumed: Defaults   # what is scaled
     follows: Defaults   # what is scaled along where a scenario gives it at all
     ripple: Defaults    # what is tried beside the scale that is chosen
@@ -51,9 +51,7 @@ class Settings:
 def read_settings(path: Path = FILE) -> Settings:
     """Read the settings; TypeError where a table lacks something or has too much."""
     table = tomllib.loads(path.read_text(encoding="utf-8"))
-    scale = table.pop("scale")
-    return Settings(**{**table, **scale, "training": frozenset(table["training"]),
-                       "candidates": tuple(scale["candidates"])})
+    return Settings(**table.pop("scale"), **table)
 
 
 def times(scale: float, values: Defaults) -> dict[str, float]:

@@ -88,7 +88,7 @@ def test_plants_and_compensator_have_the_scale_that_training_chooses():
     text = DOCS.read_text(encoding="utf-8")
     rows = re.findall(r"^\| (\*{0,2})× ([\d.]+)(, slot ripple)?\1 \| (\d+) /", text, re.MULTILINE)
     plain = {float(scale): int(sentences) for _, scale, ripple, sentences in rows if not ripple}
-    assert tuple(plain) == SETTINGS.candidates
+    assert [*plain] == SETTINGS.candidates
     chosen, = (float(scale) for bold, scale, *_ in rows if bold)
     assert plain[chosen] == max(plain.values())
     assert {float(scale) for _, scale, ripple, _ in rows if ripple} == {chosen}
@@ -122,7 +122,7 @@ def test_the_scale_is_chosen_by_the_sentences_for_training_alone():
 
 def test_the_split_is_by_runs_that_exist_and_leaves_most_of_the_evidence_held_out():
     plans = {plan.name: plan for plan in select(None)}
-    assert set(plans) >= SETTINGS.training
+    assert plans.keys() >= {*SETTINGS.training}
     training = sum(len(plans[name].claims) for name in SETTINGS.training)
     assert 0 < training < sum(len(plan.claims) for plan in plans.values()) / 2
 
