@@ -10,9 +10,9 @@ from graphlib import TopologicalSorter
 from importlib.util import resolve_name
 from pathlib import Path
 
+from maglev.packages import OURS
+
 ROOT = Path(__file__).parents[1]
-PACKAGES = ("pmlsm", "maglev_files", "fmi_export", "plant_fmu", "controller_fmu", "estimator_fmu", "measurement_fmu",
-            "closed_loop_fmu", "maglev")
 TOOL = "maglev"   # the package that is drawn by its rooms
 
 WIDTH, HEIGHT, GAP, LEVEL = 116, 22, 14, 48   # of a box, between boxes, from one row to the next
@@ -67,9 +67,9 @@ def box_of(module: str) -> str:
 
 def arrows() -> dict[str, set[str]]:
     graph: dict[str, set[str]] = {}
-    for path in (path for package in PACKAGES for path in sorted((ROOT / package).rglob("*.py"))):
+    for path in (path for package in OURS for path in sorted((ROOT / package).rglob("*.py"))):
         box = box_of(".".join(path.relative_to(ROOT).with_suffix("").parts))
-        reached = {box_of(name) for _, name in imported(path) if name.split(".")[0] in PACKAGES and " " not in name}
+        reached = {box_of(name) for _, name in imported(path) if name.split(".")[0] in OURS and " " not in name}
         graph[box] = graph.get(box, set()) | reached - {box}
     return {box: reached & graph.keys() for box, reached in graph.items()}
 
@@ -137,7 +137,7 @@ def page() -> str:
     graph = arrows()
     table = []
     for box in (box for row in rows_of(graph, reduced(graph)) for box in row):
-        place = ROOT / box if box in PACKAGES else ROOT / TOOL / box
+        place = ROOT / box if box in OURS else ROOT / TOOL / box
         file = place / "__init__.py" if place.is_dir() else place.with_suffix(".py")
         said = (ast.get_docstring(ast.parse(file.read_text(encoding="utf-8"))) or "").splitlines()[0]
         table.append(f"| `{shown(box)}` | {said} |\n")

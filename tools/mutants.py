@@ -25,14 +25,14 @@ from typing import NamedTuple
 from maglev.baselines.check import check_run
 from maglev.catalogue import HOST, build
 from maglev.experiment.preparation import prepare
+from maglev.packages import OURS
 from maglev.schema.layers import PACKAGED
 from maglev.schema.loading import load_plans
 from maglev.schema.run_plan import RunPlan
 
 ROOT = Path(__file__).parents[1]
 LIST = Path(__file__).with_suffix(".toml")
-COPIED = ("pmlsm", "plant_fmu", "controller_fmu", "estimator_fmu", "measurement_fmu", "closed_loop_fmu",
-          "fmi_export", "maglev_files", "maglev", "scenarios", "rigs")
+COPIED = (*OURS, "scenarios", "rigs")
 TESTED = ("tests", "docs")   # and what tests read
 BUILD = """
 import sys

@@ -10,7 +10,6 @@ from maglev.api.catalogue import RunEntry
 from maglev.live.content import live_address, live_runs
 from maglev.pictures import write_figure
 from maglev.report.plots.picture import figure_of
-from maglev.schema.layers import packaged_runs
 
 
 def page_of(runs: list[RunEntry], picture: str, live: set[str]) -> str:
@@ -44,8 +43,7 @@ def write_pages(folder: Path, live: set[str]) -> None:
     folder.mkdir(parents=True)
     runs: dict[str, list[RunEntry]] = {}
     for run in maglev.scenarios():
-        if run.name in packaged_runs():
-            runs.setdefault(run.scenario, []).append(run)
+        runs.setdefault(run.scenario, []).append(run)
     for scenario, entries in runs.items():
         picture = picture_of(entries[0].name, folder / f"{scenario}.png")
         (folder / f"{scenario}.md").write_text(page_of(entries, picture, live), encoding="utf-8")

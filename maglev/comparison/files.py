@@ -44,12 +44,11 @@ def instructions() -> dict[str, float]:
 
 def rows_of(runs: Runs) -> list[Row]:
     """What was measured on the completed runs, side by side; and what their laws cost, if known."""
-    flown = {label: run for label, run in runs.items() if run.metrics is not None}
-    rows = side_by_side({label: measures(run.plan, run.metrics) for label, run in flown.items()
-                         if run.metrics is not None})
-    costs = {label: instructions()[controller_of(run)] for label, run in flown.items()
-             if run.provenance is not None and controller_of(run) in instructions()}
-    failed = frozenset(label for label, run in flown.items() if run.metrics is not None and run.metrics.failed)
+    metrics = {label: run.metrics for label, run in runs.items() if run.metrics is not None}
+    rows = side_by_side({label: measures(runs[label].plan, measured) for label, measured in metrics.items()})
+    costs = {label: instructions()[law] for label in metrics
+             if runs[label].provenance is not None and (law := controller_of(runs[label])) in instructions()}
+    failed = frozenset(label for label, measured in metrics.items() if measured.failed)
     return [*rows, *([Row("instructions a sample", "its law", None, "", costs, failed)] if costs else [])]
 
 

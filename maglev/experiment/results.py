@@ -67,7 +67,7 @@ def alone(folder: Path, runs: Iterable[str]) -> Iterator[None]:
     Where the file system has no locks nobody is kept out, and files that do not belong together are known by digests.
     """
     with ExitStack() as held:
-        for name in dict.fromkeys(runs):
+        for name in runs:
             try:
                 with suppress(NoLock):
                     held.enter_context(only_writer(folder / f".{name}.lock"))
