@@ -184,7 +184,7 @@ def as_assumed(name: str, settings: Settings) -> str:
 
 
 def main() -> None:
-    """Fly and judge all the evidence at every scale, and at the best with slot ripple; write what was found."""
+    """Run and judge all the evidence at every scale, and at the best with slot ripple; write what was found."""
     settings = read_settings()
     rows = [row(settings, scale) for scale in settings.candidates]
     table = table_of(settings, [*rows, row(settings, best_scale(rows), settings.ripple)])

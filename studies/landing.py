@@ -1,10 +1,10 @@
-"""Fly the study of where laws land with every law, finely where outcomes change: a page with their maps, and a picture.
+"""Run the study of where laws land with every law, finely where outcomes change: a page with their maps, and a picture.
 
     python -m studies.landing [--out results] [--docs docs] [--fine 4] [--jobs 2]
 
 A map begins with the study's grid. Squares whose corners differ, and those beside them, are halved as often as `--fine`
 says; the others take the outcome of their corners. How often that is wrong is asked of samples at random, and printed.
-A level that is done is not flown again. With 4 it takes half an hour on two processors.
+A level that is done is not run again. With 4 it takes half an hour on two processors.
 """
 
 import argparse
@@ -41,36 +41,36 @@ Where = NDArray[np.int64]   # places in a map, shape (samples, 3): layer, row, c
 
 def refined(classify: Callable[[Where], Outcomes], layers: int, rows: int, columns: int, fine: int
             ) -> tuple[Outcomes, Bools]:
-    """Map of outcomes whose squares were halved `fine` times where something changes, and which of it was flown.
+    """Map of outcomes whose squares were halved `fine` times where something changes, and which of it was run.
 
     Both have the shape (layers, (rows - 1) 2^fine + 1, (columns - 1) 2^fine + 1); `classify` is asked for places in it.
     """
     cells = np.zeros((layers, rows, columns), np.uint8)
-    flown, due = np.zeros(cells.shape, bool), np.ones(cells.shape, bool)
+    run, due = np.zeros(cells.shape, bool), np.ones(cells.shape, bool)
     for level in range(fine + 1):
-        where = np.argwhere(due & ~flown)
+        where = np.argwhere(due & ~run)
         cells[tuple(where.T)] = classify(where * [1, 2 ** (fine - level), 2 ** (fine - level)])
-        flown |= due
+        run |= due
         if level < fine:
             corners = np.stack([cells[:, a:a - 1 or None, b:b - 1 or None] for a, b in product((0, 1), repeat=2)])
             mixed = binary_dilation((corners != corners[0]).any(axis=0), np.ones((1, 3, 3), bool))
             cells = cells.repeat(2, axis=1).repeat(2, axis=2)[:, :-1, :-1]
-            due, old = np.zeros(cells.shape, bool), flown
-            flown = np.zeros(cells.shape, bool)
-            flown[:, ::2, ::2] = old
+            due, old = np.zeros(cells.shape, bool), run
+            run = np.zeros(cells.shape, bool)
+            run[:, ::2, ::2] = old
             for a, b in product(range(3), repeat=2):
                 due[:, a:due.shape[1] - 2 + a:2, b:due.shape[2] - 2 + b:2] |= mixed
-    return cells, flown
+    return cells, run
 
 
 def map_law(law: str, options: argparse.Namespace) -> tuple[LawMap, str]:
-    """Map of a law, and what was flown for it in words."""
+    """Map of a law, and what was run for it in words."""
     study, path = load_study(STUDY)
     scenario = (path.parent / study.scenario).with_name(f"{RIG}-{law}.toml").resolve()
     sides = study.vary
     commands: list[tuple[str, list[Factor]]] = []
 
-    def flown(name: str, values: Array) -> Outcomes:
+    def outcomes_at(name: str, values: Array) -> Outcomes:
         """Outcomes of samples, shape (samples, 3), in the order of what varies."""
         vary = [{"name": side.column, "set": side.set, "mode": side.mode, "kind": "list", "values": column.tolist()}
                 for side, column in zip(sides, values.T, strict=True)]
@@ -89,10 +89,10 @@ def map_law(law: str, options: argparse.Namespace) -> tuple[LawMap, str]:
         return np.column_stack([fine[0][where[:, 1]], fine[1][where[:, 2]], layers[where[:, 0]]])
 
     levels = iter(range(options.fine + 1))
-    cells, known = refined(lambda where: flown(f"level-{next(levels)}", values_at(where)), len(layers), len(down),
+    cells, known = refined(lambda where: outcomes_at(f"level-{next(levels)}", values_at(where)), len(layers), len(down),
                            len(across), options.fine)
     where = np.random.default_rng(0).permutation(np.argwhere(~known))[:CHECKED]
-    wrong = int((flown("checked", values_at(where)) != cells[tuple(where.T)]).sum()) if len(where) else 0
+    wrong = int((outcomes_at("checked", values_at(where)) != cells[tuple(where.T)]).sum()) if len(where) else 0
     shares = ", ".join(f"{word} {100 * (cells == k).mean():.1f} %" for k, word in enumerate(WORDS))
     said = (f"{law}: {known.sum()} of {known.size} run; of {len(where)} others at random {wrong} are not as filled; "
             f"{shares}")

@@ -19,17 +19,17 @@ NAMES = {"pid": "PID"}
 
 FINE = 50   # cells along a side from which on they have no edges
 
-Fly = Callable[[StudyFile], Path]   # a study to its dataset
+RunStudy = Callable[[StudyFile], Path]   # a study to its dataset
 Maps = TypeVar("Maps")
 
 
 def map_laws(words: str, data: Path, read: Callable[[Path], dict[str, Maps]],
              write: Callable[[Path, dict[str, Maps]], None],
-             fly_rig: Callable[[str, tuple[str, ...], Fly, argparse.Namespace], Maps]) -> None:
-    """Fly rigs as the command line asks for, and write what was found; with --rig the others stay as they are.
+             run_rig: Callable[[str, tuple[str, ...], RunStudy, argparse.Namespace], Maps]) -> None:
+    """Run rigs as the command line asks for, and write what was found; with --rig the others stay as they are.
 
-    `words` say what the command does, and maps stand in `data` if the command line names no file. `fly_rig` flies the
-    laws of a rig and draws them: name of the rig, its laws, how to fly a study, options.
+    `words` say what the command does, and maps stand in `data` if the command line names no file. `run_rig` runs the
+    laws of a rig and draws them: name of the rig, its laws, how to run a study, options.
     """
     parser = argparse.ArgumentParser(description=words, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--rig", choices=LAWS)
@@ -39,12 +39,12 @@ def map_laws(words: str, data: Path, read: Callable[[Path], dict[str, Maps]],
     parser.add_argument("--jobs", type=int)
     options = parser.parse_args()
 
-    def fly(study: StudyFile) -> Path:
+    def run_study(study: StudyFile) -> Path:
         return maglev.study(study, out=options.out, jobs=options.jobs, resume=True).path
 
     rigs = read(options.data) if options.rig else {}
     for rig in [options.rig] if options.rig else LAWS:
-        rigs[rig] = fly_rig(rig, LAWS[rig], fly, options)
+        rigs[rig] = run_rig(rig, LAWS[rig], run_study, options)
     write(options.data, rigs)
 
 

@@ -1,10 +1,10 @@
-"""Fly the studies of the operating range with every law; their maps are for docs/faults.md and the report.
+"""Run the studies of the operating range with every law; their maps are for docs/faults.md and the report.
 
     python -m studies.operating_range [--rig 3dof] [--out results] [--docs docs] [--data FILE] [--jobs 2]
 
 It draws the pictures of that page, prints its tables of shares, and writes the maps as the data that come with the
 package, which the report draws; with --rig those of one rig, and the others stay. It takes some twenty
-minutes on two processors. A study that is done is not flown again.
+minutes on two processors. A study that is done is not run again.
 """
 
 import argparse
@@ -39,7 +39,7 @@ from maglev.studies.dataset import read_dataset
 from maglev.studies.schema import StudyFile, load_study
 from maglev_files.whole_file import write_whole
 from pmlsm.rigs import RIGS
-from studies.laws import NAMES, Fly, map_laws, markdown_table, origin_of, write_picture
+from studies.laws import NAMES, RunStudy, map_laws, markdown_table, origin_of, write_picture
 
 CURRENT_LIMIT = 4.0   # A, of the commands of all laws
 ENDING = 1.0          # s, in which a command at its limit counts
@@ -65,7 +65,7 @@ def read_map(path: Path) -> Map:
     table = read_dataset(path)
     columns = {name: table[name].to_numpy() for name in table.column_names if name != "failure"}
     if not all(failure is None for failure in table["failure"].to_pylist()):
-        raise MaglevError(f"{path}: some samples were not flown to their end, expected all to be")
+        raise MaglevError(f"{path}: some samples were not run to their end, expected all to be")
     rows = read_dataset(path.with_name(f"{path.stem}.trajectories.parquet"))
     time = rows["time"].to_numpy()
     commands = np.column_stack([np.abs(rows[name].to_numpy()) for name in rows.column_names
@@ -106,7 +106,7 @@ def lengths(values: Array) -> list[float]:
 
 
 def study_of(rig: str, law: str) -> StudyFile:
-    """The study of a rig, flown with one of its laws; the linear regulator is linearised about each target."""
+    """The study of a rig, run with one of its laws; the linear regulator is linearised about each target."""
     study, path = load_study(f"range-{rig}")
     scenario = (path.parent / study.scenario).with_name(f"{rig}-{law}.toml").resolve()
     vary = [varied.model_copy(update={"set": [*varied.set, "controller.setpoint"]})
@@ -114,9 +114,9 @@ def study_of(rig: str, law: str) -> StudyFile:
     return study.model_copy(update={"name": f"{study.name}-{law}", "scenario": str(scenario), "vary": vary})
 
 
-def fly_rig(rig: str, laws: tuple[str, ...], fly: Fly, options: argparse.Namespace) -> RigMaps:
-    flown = {law: fly(study_of(rig, law)) for law in laws}
-    maps = RigMaps({NAMES.get(law, law): read_map(path) for law, path in flown.items()}, origin_of(flown.values()))
+def run_rig(rig: str, laws: tuple[str, ...], run_study: RunStudy, options: argparse.Namespace) -> RigMaps:
+    paths = {law: run_study(study_of(rig, law)) for law in laws}
+    maps = RigMaps({NAMES.get(law, law): read_map(path) for law, path in paths.items()}, origin_of(paths.values()))
     write_picture(options.docs / f"range-{rig}.png", f"{RIGS[rig].title}: from one air gap to another", maps.rows(),
                   OUTCOMES, COLOURS, SETTLED_NOMINAL)
     print(f"\n{rig}\n\n{markdown_table(maps.table())}", flush=True)
@@ -124,4 +124,4 @@ def fly_rig(rig: str, laws: tuple[str, ...], fly: Fly, options: argparse.Namespa
 
 
 if __name__ == "__main__":
-    map_laws(__doc__, FILE, read_maps, write_maps, fly_rig)
+    map_laws(__doc__, FILE, read_maps, write_maps, run_rig)

@@ -76,7 +76,7 @@ def values_of(change: Change, law: str, cells: int) -> dict[str, Floats]:
                      if law == "adaptive" or not name.startswith("controller.adaptation")}
 
 
-def fly(change: Change, law: str, cells: int, jobs: int | None) -> Floats:
+def run_change(change: Change, law: str, cells: int, jobs: int | None) -> Floats:
     """Largest error of the axis from 10 s on (m), shape (cells, cells), sizes down; infinite where it is lost."""
     batch = maglev.batch(SCENARIO, values_of(change, law, cells), controller=LAWS[law], jobs=jobs,
                          metrics=["failed", "peak tracking error"])
@@ -165,7 +165,7 @@ def kept(folder: Path, name: str, law: str, cells: int, jobs: int | None) -> Flo
     if path.exists():
         print(f"{path}: taken as it is; without it the runs are made again")
         return np.asarray(np.load(path))
-    errors = fly(CHANGES[name], law, cells, jobs)
+    errors = run_change(CHANGES[name], law, cells, jobs)
     folder.mkdir(parents=True, exist_ok=True)
     np.save(path, errors)
     return errors

@@ -1,10 +1,10 @@
-"""Fly every law with noise and delay of its measurements, with lost samples and with a low bus voltage.
+"""Run every law with noise and delay of its measurements, with lost samples and with a low bus voltage.
 
     python -m studies.tolerances [--rig 3dof] [--out results] [--docs docs] [--data FILE] [--jobs 2]
 
 It draws pictures of docs/faults.md, prints its tables, and writes what was found as data that come with the
 package, which the report draws; with --rig that of one rig, and the others stay. It takes some ten minutes on two
-processors. A study that is done is not flown again.
+processors. A study that is done is not run again.
 """
 
 import argparse
@@ -37,7 +37,7 @@ from maglev.studies.schema import StudyFile, read_study
 from maglev_files.whole_file import write_whole
 from pmlsm.rig import Rig
 from pmlsm.rigs import RIGS
-from studies.laws import NAMES, Fly, map_laws, markdown_table, origin_of, write_picture
+from studies.laws import NAMES, RunStudy, map_laws, markdown_table, origin_of, write_picture
 
 FAR, TILTED = 1e-3, 5e-3   # m; rad of a tilt: as `fail_error` and `fail_tilt` of scenarios
 
@@ -109,12 +109,12 @@ def study_of(rig: Rig, law: str, question: Question, folder: Path) -> StudyFile:
                        "vary": [*vary, steps], "set": beside, "metrics": ["end error"]}, scenario)
 
 
-def fly_rig(name: str, laws: tuple[str, ...], fly: Fly, options: argparse.Namespace) -> RigMaps:
+def run_rig(name: str, laws: tuple[str, ...], run_study: RunStudy, options: argparse.Namespace) -> RigMaps:
     rig, paths = RIGS[name], list[Path]()
     maps: dict[str, dict[str, Outcomes]] = {}
     for question in QUESTIONS:
         for law in laws:
-            paths.append(fly(study_of(rig, law, question, options.out / "tolerances")))
+            paths.append(run_study(study_of(rig, law, question, options.out / "tolerances")))
             maps.setdefault(question.name, {})[NAMES.get(law, law)] = read_outcomes(paths[-1], question)
     of_rig = RigMaps(SIZES, maps, origin_of(paths))
     write_picture(options.docs / f"tolerances-{name}.png", f"{rig.title}: what each law tolerates", of_rig.rows(),
@@ -124,4 +124,4 @@ def fly_rig(name: str, laws: tuple[str, ...], fly: Fly, options: argparse.Namesp
 
 
 if __name__ == "__main__":
-    map_laws(__doc__, FILE, read_tolerances, write_found, fly_rig)
+    map_laws(__doc__, FILE, read_tolerances, write_found, run_rig)

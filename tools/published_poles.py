@@ -25,7 +25,7 @@ Array = NDArray[np.complex128]
 
 
 class GainSet(NamedTuple):
-    """Printed poles (1/s) and gains k1…k5, and where they fly: plant, controller, gap (m), axis."""
+    """Printed poles (1/s) and gains k1…k5, and where they are run: plant, controller, gap (m), axis."""
 
     name: str
     source: str

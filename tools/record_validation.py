@@ -3,7 +3,7 @@
     python tools/record_validation.py
 
 Needs the built FMUs in the folder fmus. Writes scenarios/validation, which the build puts into the FMUs. Each FMU is
-flown in the setpoint experiment of its rig, or in the first scenario that flies it, a few hundred steps long and with
+run in the setpoint experiment of its rig, or in the first scenario that has it, a few hundred steps long and with
 the first step of the references at a fifth of that. The closed loops get the references alone.
 """
 
@@ -29,7 +29,7 @@ FIRST = 0.2                   # of the time, at which the references step
 
 
 def run_with(name: str) -> tuple[RunPlan, str] | None:
-    """Run in which an FMU is flown, and its name in it; None if there is none."""
+    """Run in which an FMU is run, and its name in it; None if there is none."""
     first = {rig.suffix: rig.experiment or f"{key}-setpoints" for key, rig in RIGS.items()}
     for run in [*first.values(), *packaged_runs()]:
         plan = load_plan(run)
@@ -67,7 +67,7 @@ def main() -> None:
     for name in sys.argv[1:] or DEFINITIONS:
         found_run = run_with(name)
         if found_run is None:
-            print(f"{name}: no scenario flies it, expected one")
+            print(f"{name}: no scenario has it, expected one")
             continue
         plan, fmu = found_run
         steps, every = (LOOP_STEPS, LOOP_EVERY) if fmu == "loop" else (STEPS, EVERY)

@@ -315,9 +315,9 @@ def experiments_to_run(asked: Sequence[RunPlan], options: RunOptions, thesis: bo
                                     for plan in asked])]
         return of_its_runs(experiments_of([*plans, *needed(plans)], options, say, watch))
     plans = [*asked, *needed(asked)]
-    flown = {plan.name for plan in plans}
+    names = {plan.name for plan in plans}
     others = [plan for plan in compared(list(map(without_thesis, asked)))
-              if not flown & {other.name for other in needed([plan])}]
+              if not names & {other.name for other in needed([plan])}]
     as_planned: RunOptions = {**options, "set": None, "parameters": None, "model": None, "plant": None,
                               "controller": None, "ports": None, "keep_settings": False}
     return of_its_runs([*experiments_of(plans, options, say, watch),
@@ -348,8 +348,8 @@ def write_runs(runs: Sequence[RunResult], verdicts: Judgements, out: Path, form:
     for result in runs:
         name = result.plan.name
         write_whole(out / f"{name}.txt", text_of(result, verdicts[name]))
-        flown = [out / f"{name}.{form}", out / f"{name}.json"] if result.metrics is not None else []
-        files += [*flown, out / f"{name}.txt"]
+        recorded = [out / f"{name}.{form}", out / f"{name}.json"] if result.metrics is not None else []
+        files += [*recorded, out / f"{name}.txt"]
         if plot and result.metrics is not None:
             write_figure(out / f"{name}.png", figure_of(result))
             files.append(out / f"{name}.png")

@@ -84,10 +84,10 @@ def write_comparison(folder: Path, name: str, title: str, runs: Runs, *, picture
         if page:
             written.append(folder / f"{name}.compare.html")
             shell.publish(written[-1], comparison_page(name, title, runs, rows_of(runs)))
-        flown = {label: run for label, run in runs.items() if len(run.time)}
-        if picture and flown:
+        recorded = {label: run for label, run in runs.items() if len(run.time)}
+        if picture and recorded:
             written.append(folder / f"{name}.compare.png")
-            write_figure(written[-1], overlay(f"{name}: {title}", flown))
+            write_figure(written[-1], overlay(f"{name}: {title}", recorded))
     return written
 
 
@@ -119,14 +119,14 @@ def show_comparison(console: Console, name: str, title: str, runs: Runs, every_s
 
 def comparison_page(name: str, title: str, runs: Mapping[str, RunResult], rows: Sequence[Row]) -> str:
     """Text of the page, which needs no network."""
-    colours, flown = run_colours(runs), {label: run for label, run in runs.items() if len(run.time)}
+    colours, recorded = run_colours(runs), {label: run for label, run in runs.items() if len(run.time)}
     drawn = {run.plan.name: colours[label] for label, run in runs.items()}
     labels = {run.plan.name: label for label, run in runs.items()}
     figures = [shown._replace(colours=drawn) for shown in with_data(
         [Figure(caption=title, runs=labels, panels=[f"{kind} {EVERY}"]) for kind in SHOWN], list(runs.values()))]
     data = {"runs": runs_data(list(runs.values()), figures),
             "figures": {f"figure-{number}": figure_data(shown, {}) for number, shown in enumerate(figures)},
-            "moving": {run.plan.name: film for run in [*flown.values()][:1] if (film := moving(flown))}}
+            "moving": {run.plan.name: film for run in [*recorded.values()][:1] if (film := moving(recorded))}}
     said = escape(unbroken(verdict(runs, summary(rows))))
     return shell.page(
         "compare", f"{escape(name)}: runs side by side", said, read("style.css"),
@@ -134,8 +134,8 @@ def comparison_page(name: str, title: str, runs: Mapping[str, RunResult], rows: 
         name=escape(name), subject=escape(title), verdict=said,
         origins="\n".join(f"<li><strong>{escape(label)}</strong>: {escape(origin(run.provenance))}</li>"
                           for label, run in runs.items() if run.provenance is not None),
-        flown=" ".join(dict.fromkeys(f"Simulated by {escape(run.provenance.command)}, Python {run.provenance.python}."
-                                     for run in runs.values() if run.provenance is not None)),
+        made=" ".join(dict.fromkeys(f"Simulated by {escape(run.provenance.command)}, Python {run.provenance.python}."
+                                    for run in runs.values() if run.provenance is not None)),
         legend=escape(legend(runs.values(), "★")), moving=PLAYER if data["moving"] else "",
         summary=row_table(list(runs), summary(rows)),
         steps=row_table(list(runs), [row for row in rows if row.time is not None]),

@@ -159,12 +159,12 @@ def check_experiment(name: str, path: Path, experiment: CarriedExperiment,
         variables = {v.name: v for v in description.modelVariables}
         run, tolerances = tables.options(experiment.options)
         expected = expected_results(experiment.results, variables, tolerances, partial)
-        flight = times_of(experiment, description, run, expected.time)
-        lacking = missing_times(expected.time, flight)
+        asked = times_of(experiment, description, run, expected.time)
+        lacking = missing_times(expected.time, asked)
         if lacking and not partial:
             raise FmuError(f"{experiment.results.place}: no results from {lacking[0]}, expected some for the whole "
                            "experiment; with `partial` those are compared that there are")
-        result, said = simulate(path, description, flight,
+        result, said = simulate(path, description, asked,
                            tables.start_values(experiment.parameters, variables) if experiment.parameters else {},
                            tables.input_array(experiment.inputs, variables) if experiment.inputs else None,
                            list(expected.values), progress)
@@ -214,11 +214,11 @@ def expected_results(file: File, variables: Mapping[str, ScalarVariable],
     return Expected(tables.times(file, columns), values, tolerances, left_out)
 
 
-def missing_times(given: Array, flight: Times) -> list[str]:
+def missing_times(given: Array, asked: Times) -> list[str]:
     """Which parts of a run results leave out, in words: where one of their rows more would have fitted."""
     most = float(np.diff(given).max(initial=0.0)) * (1.0 - ON_GRID)
-    return [f"t = {begin:.9g} s to {end:.9g} s" for begin, end in ((flight.start, given[0]), (given[-1], flight.stop))
-            if end - begin > ON_GRID * flight.step and end - begin >= most]
+    return [f"t = {begin:.9g} s to {end:.9g} s" for begin, end in ((asked.start, given[0]), (given[-1], asked.stop))
+            if end - begin > ON_GRID * asked.step and end - begin >= most]
 
 
 def times_of(experiment: CarriedExperiment, description: ModelDescription, run: Mapping[str, float],
@@ -253,26 +253,26 @@ def compared(expected: Expected, result: npt.NDArray[Any],
     Where a result has two values at one time, as at an event, either will do. At times between communication points a
     continuous variable is interpolated, another one holds.
     """
-    flown = result["time"]
-    near = 1e-6 * max(float(flown[-1] - flown[0]) / max(1, len(flown) - 1), 1e-12)
-    if expected.time[-1] > flown[-1] + near or expected.time[0] < flown[0] - near:
-        raise FmuError(f"the run went from t = {flown[0]:.9g} s to {flown[-1]:.9g} s, expected "
+    times = result["time"]
+    near = 1e-6 * max(float(times[-1] - times[0]) / max(1, len(times) - 1), 1e-12)
+    if expected.time[-1] > times[-1] + near or expected.time[0] < times[0] - near:
+        raise FmuError(f"the run went from t = {times[0]:.9g} s to {times[-1]:.9g} s, expected "
                        f"{expected.time[0]:.9g} s to {expected.time[-1]:.9g} s, as the results do")
-    first = np.searchsorted(flown, expected.time - near)
-    last = np.searchsorted(flown, expected.time + near, "right") - 1
+    first = np.searchsorted(times, expected.time - near)
+    last = np.searchsorted(times, expected.time + near, "right") - 1
     between = last < first
     wanted: dict[str, Array] = {}
     nearer: dict[str, Array] = {}
     tolerances: dict[str, Tolerance] = {}
     for name, column in expected.values.items():
-        got = np.asarray(result[name], np.float64).reshape(len(flown), -1)
+        got = np.asarray(result[name], np.float64).reshape(len(times), -1)
         if got.shape[1] != column.shape[1]:
             raise FmuError(f"{name} has {got.shape[1]} elements, expected {column.shape[1]} as the results have")
         for k in range(column.shape[1]):
             signal = name if column.shape[1] == 1 else f"{name}[{k + 1}]"
             early, late = got[np.where(between, last, first), k], got[last, k]
             if variables[name].variability == "continuous":
-                interpolated = np.interp(expected.time, flown, got[:, k])
+                interpolated = np.interp(expected.time, times, got[:, k])
                 early, late = np.where(between, interpolated, early), np.where(between, interpolated, late)
             wanted[signal], tolerances[signal] = column[:, k], expected.tolerances[name]
             nearer[signal] = np.where(np.abs(early - column[:, k]) < np.abs(late - column[:, k]), early, late)

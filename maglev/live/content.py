@@ -68,8 +68,8 @@ def why_not_live(plan: RunPlan) -> str:
         others = next((f" (a law without references of {' and '.join(tilt.name for tilt in rig.rotations)})"
                        for other in RIGS.values() if rig is not None and rig.rotations and not other.rotations
                        and models.get("controller") in linear_names(other)), "")
-        flown = ", ".join(dict.fromkeys(map(str, (fmu.model for fmu in plan.fmus.values()))))
-        return f"it runs {flown}{others}, expected a controller and then the plant of one stage"
+        run = ", ".join(dict.fromkeys(map(str, (fmu.model for fmu in plan.fmus.values()))))
+        return f"it runs {run}{others}, expected a controller and then the plant of one stage"
     if plan.procedure is not None or plan.needs:
         return "it is part of a procedure or begins as another run ends, expected a run of its own"
     other = next((signal for signal in plan.signals if signal.kind not in SIGNALS or (
@@ -102,17 +102,17 @@ def live_address(run: str, settings: Mapping[str, float | bool] | None = None) -
 def page_data(fmus: Path, plans: Iterable[RunPlan]) -> dict[str, Any]:
     """Everything but the modules, for JSON; FmuError if a run cannot run in a page, or a module is unfit."""
     data: dict[str, Any] = {"fmus": {}, "runs": {}, "gravity": GRAVITY, "colours": LAW_COLOURS, "rigs": {}}
-    flown: list[Rig] = []
+    rigs: list[Rig] = []
     for plan in plans:
         rig = require_live(plan)
         if rig.name not in data["rigs"]:
             own = f"--stage {plan.rig_file} " if plan.rig_file is not None else ""
             again = f"maglev build {own}--kind native --target wasm"
             data["rigs"][rig.name] = {**rig_data(rig), "law": law_text(rig)}
-            flown.append(rig)
+            rigs.append(rig)
             data["fmus"] |= {name: module_data(fmus, name, again) for name in modules_of(rig)}
         data["runs"][plan.name] = run_data(plan, rig)
-    return {**data, "parts": parts_text(map(python_law, flown))}
+    return {**data, "parts": parts_text(map(python_law, rigs))}
 
 
 def module_data(fmus: Path, name: str, again: str) -> dict[str, Any]:

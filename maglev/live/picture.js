@@ -78,8 +78,8 @@ function drawNow(now) {
   page.dirty = false;
   page.frames++;
   const { run, state, colours } = page, row = page.history.last(), ghost = page.ghost?.last() ?? null, weight = weightNow(row.time);
-  const flown = (of, model) => ({ row: of, name: lawOf(run, model), colour: colours[colourOf(run, model)], weight });
-  page.views = drawScene(at("stage"), run, [flown(row, state.controller), ...(ghost ? [flown(ghost, state.ghost)] : [])], {
+  const drawn = (of, model) => ({ row: of, name: lawOf(run, model), colour: colours[colourOf(run, model)], weight });
+  page.views = drawScene(at("stage"), run, [drawn(row, state.controller), ...(ghost ? [drawn(ghost, state.ghost)] : [])], {
     orbit: { ...page.orbit, at: [0, 1e3 * row.axes[run.vertical].position, 0] }, ends: endsOf(run, run.vertical, valueOf),
     peak: valueOf(`plant.${run.motors[0]}.amplifier.peak`) || 5, forces: forcesOf(run, row, valueOf), hits: page.hits }, colours);
   if (!page.dragged && !state.story && !page.printed) drawHint(at("stage"), page.views.space, row, colours);

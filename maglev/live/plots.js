@@ -109,8 +109,8 @@ class Strips {
     for (const flight of [...this.points.keys()]) if (flight !== rows && flight !== ghost) this.points.delete(flight);
     const each = (height - 16) / this.strips.length, across = scaleOf(since * bucket, (since + wide) * bucket, LEFT, LEFT + wide / ratio, false);
     const shown = this.strips.map((planned, i) => {
-      const flown = planned.lines.map((line) => [line, this.pointsOf(line, rows), ghost && !line.thin && this.pointsOf(line, ghost)]);
-      return { strip: ranged(planned, flown, since * bucket), flown, top: i * each + TOP, tall: each - TOP - BOTTOM };
+      const traced = planned.lines.map((line) => [line, this.pointsOf(line, rows), ghost && !line.thin && this.pointsOf(line, ghost)]);
+      return { strip: ranged(planned, traced, since * bucket), traced, top: i * each + TOP, tall: each - TOP - BOTTOM };
     });
     const key = `${width} ${height} ${ratio} ${shown.map(({ strip }) => strip.high)} ${rows.number} ${ghost?.number ?? ""} ${Object.values(colours)}`;
     this.drawLines(shown, { key, ratio, wide, latest, since, bucket, height }, colours);
@@ -135,7 +135,7 @@ class Strips {
       context.clearRect(begin - since, 0, wide, picture.height);
     }
     const across = scaleOf(begin * bucket, (latest + 1) * bucket, begin - since, latest + 1 - since, false);
-    for (const { strip, flown, top, tall } of shown) {
+    for (const { strip, traced, top, tall } of shown) {
       const up = scaleIn(strip, ratio * top, ratio * tall), drawn = (points, ...look) => {
         context.beginPath();
         follow(context, points, across, up, latest - begin);
@@ -146,7 +146,7 @@ class Strips {
       context.rect(begin - since, ratio * (top - 1), wide, ratio * (tall + 2));
       context.clip();
       Object.assign(context, { lineJoin: "bevel", lineDashOffset: begin });   // dots go with the line
-      for (const [line, ours, other] of flown) {
+      for (const [line, ours, other] of traced) {
         if (other) drawn(other, colours.other, 1.5 * ratio, [6 * ratio, 3 * ratio]);
         drawn(ours, colours[line.colour], (line.thin ? 1 : 1.7) * ratio, line.thin ? [2, 2] : []);
       }
@@ -157,10 +157,10 @@ class Strips {
 }
 
 /** Range of a strip that follows its lines, widened to whole tens, or what it has in their place. */
-function ranged(strip, flown, since) {
+function ranged(strip, traced, since) {
   if (!strip.tens) return strip;
   let largest = strip.tens;
-  for (const { x, y } of flown.flatMap(([, ours, other]) => (other ? [ours, other] : [ours]))) {
+  for (const { x, y } of traced.flatMap(([, ours, other]) => (other ? [ours, other] : [ours]))) {
     for (let k = firstFrom(x, since); k < y.length; k++) largest = Math.max(largest, Math.abs(y[k]));
   }
   const most = Math.min(strip.high, strip.tens * Math.ceil(1.05 * largest / strip.tens));

@@ -1,5 +1,5 @@
 "use strict";
-// What is flown, as the fragment of the page's address and as a `maglev run` command: run, controller, settings.
+// What runs, as the fragment of the page's address and as a `maglev run` command: run, controller, settings.
 
 let live = null;   // what the page carries: descriptions of the FMUs, runs, and numbers for the picture
 

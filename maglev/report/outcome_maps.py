@@ -50,7 +50,7 @@ def section(kind: Kind, shown: Mapping[str, OfRig]) -> str:
     """Section of the page with the maps of rigs; empty if there are none."""
     if not shown:
         return ""
-    flown = escape(" and ".join(dict.fromkeys(
+    made_by = escape(" and ".join(dict.fromkeys(
         f"Maglev FMUs {origin.version}" + (f" ({origin.commit})" if origin.commit else "")
         for origin in (maps.origin for maps in shown.values()))))
     articles = "\n".join(article(kind, rig, maps) for rig, maps in shown.items())
@@ -60,7 +60,7 @@ def section(kind: Kind, shown: Mapping[str, OfRig]) -> str:
 <h2>{kind.heading}</h2>
 <p>{next(iter(shown.values())).about}</p>
 <p>The maps are not of this report's runs: they come with the package, from studies that were run with
-native FMUs of {flown}. <code>{kind.tool}</code>, in the repository, runs them again; {kind.page} there says more.</p>
+native FMUs of {made_by}. <code>{kind.tool}</code>, in the repository, runs them again; {kind.page} there says more.</p>
 {articles}
 </section>"""
 

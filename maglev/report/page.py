@@ -100,13 +100,13 @@ def origin(results: Sequence[RunResult]) -> str:
     """How many of the package's runs the report has, if any, and with what, when and where all were run."""
     packaged = packaged_runs()
     here = sum(result.plan.name in packaged and not result.plan.own for result in results)
-    flown = dict.fromkeys((provenance.version, provenance.commit, provenance.python)
+    made = dict.fromkeys((provenance.version, provenance.commit, provenance.python)
                           for provenance in (result.provenance for result in results) if provenance is not None)
     day = datetime.fromtimestamp(number_in(DATE) if os.environ.get(DATE) else time(), UTC).date()
     share = f"{here} of the {len(packaged)} runs of the package, " if here else ""
     return "; ".join([share + day.isoformat(),
                       *(f"Maglev FMUs {version}{f' ({commit})' if commit else ''}, Python {python}"
-                        for version, commit, python in flown)])
+                        for version, commit, python in made)])
 
 
 def json_in_html(data: object) -> str:

@@ -13,17 +13,17 @@
   const mapped = (of, make) => Object.fromEntries(Object.entries(of).map(([name, each]) => [name, make(each)]));
 
   /** A function that shows a time (s) of decoded runs. */
-  function show({ stage, flights }, canvas) {
+  function show({ stage, runs }, canvas) {
     const at = (run, signal, time) => (ready[run][signal] ? valueAt(ready[run][signal], time) : 0);
     const rowAt = ({ axes, motors }, run, time) => ({
       axes: mapped(axes, ({ position, reference }) => ({ position: at(run, position, time), reference: at(run, reference, time) })),
       motors: mapped(motors, ({ currents }) => ({ phases: [0, 1, 2].map((k) => at(run, currents[k], time)) })) });
-    const [{ run: first }] = flights, { motors } = report.runs[first];
+    const [{ run: first }] = runs, { motors } = report.runs[first];
     const peak = Object.values(motors).flatMap(({ currents }) => currents).flatMap((signal) => ready[first][signal]?.values ?? [])
       .reduce((most, value) => Math.max(most, Math.abs(value)), 0.1);
     return (time, printed) => {
       const colours = sceneColours(stage.axes, printed);
-      const drawn = flights.map(({ run, label, css }) => ({ row: rowAt(report.runs[run], run, time), name: label, colour: colours[css] }));
+      const drawn = runs.map(({ run, label, css }) => ({ row: rowAt(report.runs[run], run, time), name: label, colour: colours[css] }));
       window.maglevReport.views = { ...drawScene(canvas, stage, drawn, { orbit: SHOTS.space, ends: stage.rig.room.ends, peak }, colours), drawn };
     };
   }
@@ -50,9 +50,9 @@
       time = Math.min(Math.max(next, 0), end);
       [slider.value, clock.textContent] = [String(time), `${time.toFixed(2)} s`];
       slider.setAttribute("aria-valuetext", `${time.toFixed(2)} seconds`);
-      const { flights } = report.moving[choice.value];
-      const passed = flights.flatMap(({ run, label }) => report.runs[run].events.filter((each) => each.time <= time)
-        .map((each) => `⚠ ${flights.length > 1 ? `${label} ` : ""}${each.text} at ${each.time.toFixed(3)} s`)).join("; ");
+      const { runs } = report.moving[choice.value];
+      const passed = runs.flatMap(({ run, label }) => report.runs[run].events.filter((each) => each.time <= time)
+        .map((each) => `⚠ ${runs.length > 1 ? `${label} ` : ""}${each.text} at ${each.time.toFixed(3)} s`)).join("; ");
       if (event.textContent !== passed) event.textContent = passed;
       display(time);
     }
@@ -76,8 +76,8 @@
 
     async function load() {
       play(false);
-      const name = choice.value, { flights } = report.moving[name];
-      const decoded = await Promise.all(flights.map(({ run }) => decodeRun(run)));
+      const name = choice.value, { runs } = report.moving[name];
+      const decoded = await Promise.all(runs.map(({ run }) => decodeRun(run)));
       if (name !== choice.value) return;   // another was chosen meanwhile
       end = Math.max(...decoded.flatMap((signals) => Object.values(signals).map(({ times }) => times.at(-1))));
       slider.max = String(end);

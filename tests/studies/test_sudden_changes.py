@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 import maglev
-from studies.sudden_changes import CHANGES, LAWS, PUBLISHED, SCENARIO, TIMES, border, fly, grid, table, values_of
+from studies.sudden_changes import CHANGES, LAWS, PUBLISHED, SCENARIO, TIMES, border, grid, run_change, table, values_of
 
 SIDE = 2
 
@@ -50,7 +50,7 @@ def test_the_table_counts_what_one_law_loses_alone() -> None:
 @pytest.mark.parametrize("law", LAWS)
 def test_a_cell_is_the_run_of_its_size_and_time(law: str) -> None:
     change = CHANGES["field"]
-    found = fly(change, law, SIDE, 1)
+    found = run_change(change, law, SIDE, 1)
     values = {name: float(each[0]) for name, each in values_of(change, law, SIDE).items()}
     run = maglev.run(SCENARIO, controller=LAWS[law], set=values)
     assert run.metrics is not None

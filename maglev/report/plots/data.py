@@ -79,7 +79,7 @@ def moving(runs: Mapping[str, RunResult]) -> dict[str, Any]:
     run, rig = content.run_data(first, first.rig), content.rig_data(first.rig)
     return {"stage": {**{key: run[key] for key in ("axes", "motors", "vertical", "drives", "rotations")},
                       "rig": {key: rig[key] for key in ("sheet", "room", "places", "tilts")}},
-            "flights": [{"run": run.plan.name, "label": label, "css": f"run-{colours[label]}"}
+            "runs": [{"run": run.plan.name, "label": label, "css": f"run-{colours[label]}"}
                         for label, run in runs.items()]}
 
 

@@ -134,7 +134,7 @@ function release(id) {
 /** Show a figure's runs without friction too, or no more, in the range of time that is shown; and what claims come to. */
 async function showFrictionless(id, shown) {
   const button = document.querySelector(`[data-switch="${id}"]`);
-  if (!button) return;   // nothing of it was flown without friction
+  if (!button) return;   // nothing of it was run without friction
   const figure = report.figures[id];
   button.setAttribute("aria-pressed", String(shown));
   frictionless[shown ? "add" : "delete"](id);

@@ -7,7 +7,7 @@ const PASSES = { name: "samples that pass", unit: "%", limits: {}, values: repor
 const metricOf = (i) => (i < 0 ? PASSES : columns[i]);
 
 /** Sorted values of a column, each once. */
-function flown({ values }) {
+function tried({ values }) {
   return [...new Set(values)].sort((a, b) => a - b);
 }
 
@@ -19,7 +19,7 @@ function shadeOf({ values }) {
   return { low, high, css: (value) => `fill: color-mix(in oklab, var(--run-0) ${(8 + 48 * (value - low) / (high - low || 1)).toFixed(0)}%, var(--paper))` };
 }
 
-/** Labels along the axes: what was flown, as many as there is room for, or round numbers. */
+/** Labels along the axes: what was tried, as many as there is room for, or round numbers. */
 function labelled(picture, across, up, first, second, box) {
   const { left, top, width, height } = box;
   for (const [place, text] of across) {
@@ -38,7 +38,7 @@ function thinned(labels, room) {
 
 /** Cells of a grid: the mean of the metric, its number, and a cross where a sample fails. */
 function drawCells(picture, metric, first, second, box, shade) {
-  const [xs, ys] = [flown(first), flown(second)];
+  const [xs, ys] = [tried(first), tried(second)];
   const [wide, tall] = [box.width / xs.length, box.height / ys.length];
   ys.forEach((y, row) => xs.forEach((x, column) => {
     const inside = report.samples.map((_, i) => i).filter((i) => first.values[i] === x && second.values[i] === y);
@@ -65,7 +65,7 @@ function drawPoints(picture, metric, first, second, box, shade) {
   const limits = first === second ? Object.values(metric.limits) : [];
   const across = scaleOf(...range(first, []), 0, box.width, false), up = scaleOf(...range(over, limits), box.height, 0, false);
   const ticks = (scale, column, most, room) => {
-    const values = flown(column);
+    const values = tried(column);
     return values.length <= most ? thinned(values.map((value) => [scale.place(value), shortNumber(value, 4)]), room)
       : scale.ticks(Math.floor(most)).map(([value, text]) => [scale.place(value), text]);
   };
