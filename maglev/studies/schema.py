@@ -4,7 +4,7 @@ from collections.abc import Mapping
 from pathlib import Path
 from typing import Annotated, Any, Literal
 
-from pydantic import BeforeValidator, Field, PlainValidator, field_validator, model_validator
+from pydantic import BeforeValidator, Field, PlainValidator, StringConstraints, field_validator, model_validator
 
 from maglev.errors import ScenarioError, nearest
 from maglev.schema.layers import PACKAGED, Layer
@@ -37,8 +37,8 @@ class Varied(Table):
     added to them. Kind "percent" is uniform and a factor: nominal ± so much.
     """
 
-    set: Annotated[list[str], Field(min_length=1), BeforeValidator(lambda given: [given] if isinstance(given, str)
-                                                                   else given)]
+    set: Annotated[list[Annotated[str, StringConstraints(strip_whitespace=True)]], Field(min_length=1),
+                   BeforeValidator(lambda given: [given] if isinstance(given, str) else given)]
     name: str = ""
     mode: Mode = "value"
     kind: Kind

@@ -109,6 +109,11 @@ def test_what_varies_cannot_be_set_as_well(given: dict[str, str | float], tmp_pa
     require_free(start_values({name: 1}), tiny(vary=[{**both, "mode": "factor"}]).vary, "study.toml")
 
 
+def test_what_varies_together_is_written_as_one_likes() -> None:
+    study = studying.varied("2dof-setpoints", {"plant.v.mass, plant.h.mass ": "4, 5"}, None, (), None, 0)
+    assert study.vary[0].set == ["plant.v.mass", "plant.h.mass"]
+
+
 def test_values_may_be_of_numpy(tmp_path: Path) -> None:
     given = {"plant.v.mass": np.array([4, 5]), "plant.h.mass": np.array([1.5], np.float32), "plant.motor.amplifier.off":
              np.array([True])}
