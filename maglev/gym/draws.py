@@ -92,12 +92,8 @@ def wanted(kind: str) -> str:
             "normal": "a mean and a deviation above 0"}.get(kind, "two values, low and high")
 
 
-class Change(NamedTuple):
-    """A parameter that has another value from a time (s) on; for a time if there is `lasting`."""
-
-    at: Draw
-    then: Draw
-    lasting: Draw | None
+# Of a parameter that has another value from a time (s) on, and maybe for a time: "at", "then" and maybe "for".
+Change = dict[str, Draw]
 
 
 class Drawn(NamedTuple):
@@ -117,14 +113,13 @@ class Parameters:
     def __init__(self, part: str, known: Mapping[str, ScalarVariable], settings: Settings):
         self.part = part
         self.known = known
-        self.function = settings if callable(settings) else None
+        self.function = settings if callable(settings) else lambda _: {}
         self.draws = {} if callable(settings) else self.read(settings)
-        if self.function is not None:   # wrong names are refused where the environment is made
-            self.read(self.given(np.random.default_rng(0)))
+        self.read(self.given(np.random.default_rng(0)))   # wrong names are refused where the environment is made
 
     def given(self, random: np.random.Generator) -> Table:
         """What the user's function gives for an episode."""
-        drawn = {} if self.function is None else self.function(random)
+        drawn = self.function(random)
         if not isinstance(drawn, Mapping):
             raise ScenarioError(f"the function of the {self.part}'s parameters gives {drawn!r}, expected a table: "
                                 "values by name")
@@ -159,8 +154,8 @@ class Parameters:
             if not can_change(self.known[name]):
                 raise ScenarioError(f"{name} = {dict(setting)!r}, expected a value or a draw: it cannot change in an "
                                     "episode")
-        return Change(read_draw(f"{key}: at", setting["at"], TIME), self.of_all(f"{key}: then", setting["then"], given),
-                      read_draw(f"{key}: for", setting["for"], SPAN) if "for" in setting else None)
+        taken = {"at": [TIME], "then": given, "for": [SPAN]}
+        return {word: self.of_all(f"{key}: {word}", setting[word], taken[word]) for word in CHANGE if word in setting}
 
     def of_all(self, place: str, setting: Setting, given: Sequence[Parameter]) -> Draw:
         """The draw of several parameters, which each of them has to be able to take."""
@@ -173,7 +168,7 @@ class Parameters:
         if not matching:
             return self.own(name), self.own(name)
         last = matching[-1]
-        if isinstance(last, Change) or last.kind == "normal":
+        if not isinstance(last, Draw) or last.kind == "normal":
             raise ScenarioError(f"{name}: expected a value, a pair or a choice, for the observation space has its ends")
         return float(min(last.values)), float(max(last.values))
 
@@ -190,10 +185,9 @@ class Parameters:
         for key, draw in draws.items():
             if isinstance(draw, Draw):
                 values |= dict.fromkeys(names_of(key), draw.drawn(random))
-                continue
-            change = {"at": draw.at.drawn(random), "then": draw.then.drawn(random)}
-            change |= {} if draw.lasting is None else {"for": draw.lasting.drawn(random)}
-            changes |= dict.fromkeys(names_of(key), change)
+            else:
+                change = {word: made.drawn(random) for word, made in draw.items()}
+                changes |= dict.fromkeys(names_of(key), change)
         return Drawn(values, changes)
 
 
