@@ -204,7 +204,7 @@ def remarks(plan: RunPlan, name: str, replacement: Replacement, description: Mod
     """What a user should know about an FMU that can run: inputs that nothing feeds, and another step that it names."""
     fed = {target for _, target in plan.wires.values()} | {signal.to for signal in plan.signals}
     extra = [v.name for v in description.modelVariables
-             if v.causality == "input" and f"{name}.{v.name}" not in fed and v.name not in known]
+             if v.causality == "input" and v.type != "Clock" and f"{name}.{v.name}" not in fed and v.name not in known]
     notes = []
     if extra:
         notes.append(f"nothing feeds {', '.join(f'{name}.{port}' for port in extra)}: "

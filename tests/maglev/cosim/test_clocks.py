@@ -21,6 +21,8 @@ from small_fmus import absent_functions
 from maglev.cosim.master import FmuSetup, Master
 from maglev.cosim.port_map import read_port_maps
 from maglev.cosim.versions.clocks import Ticking
+from maglev.experiment.ports.replacement import Replacement, fit
+from maglev.schema.loading import load_plan
 
 SAMPLE = 2e-4   # s
 WIRES = [*((f"plant.{axis}.encoder", f"controller.{axis}.measured") for axis in "yxz"),
@@ -45,6 +47,13 @@ def test_a_clocked_controller_gives_the_same_bits(native_fmus: Path, clocked_fmu
     expected = trajectory(native_fmus)
     assert expected[0] == expected[1] and len(set(expected[0].values())) > 20
     assert trajectory(clocked_fmus) == expected
+
+
+def test_nothing_is_said_of_a_clock_that_nothing_feeds(clocked_fmus: Path) -> None:
+    """The master ticks it."""
+    controller = Replacement(clocked_fmus / "Regulator3DOF.fmu")
+    note, = fit(load_plan("3dof-setpoints"), {"controller": controller})[1]
+    assert note.startswith("nothing feeds controller.y.reference_rate,") and "clock" not in note
 
 
 def test_fmpy_flies_one_with_the_clock_ticked_by_hand(clocked_fmus: Path) -> None:
