@@ -99,7 +99,7 @@ def pack_reference(fmu: str | Path, scenario: str | Path, *, name: str | None = 
         own = [carried for carried in carried_experiments(unfinished) if carried.name == plan.name]
         result, = check_all({plan.name: (unfinished, own[0])}, 1, watch)
         if result.status != "passed":
-            raise FmuError(f"{path}: run alone with what it got in {plan.name} it {result.message}; expected what it "
+            raise FmuError(f"{path}: run alone with what it got in {plan.name}: {result.message}; expected what it "
                            "gave there, and nothing is written")
     return result
 

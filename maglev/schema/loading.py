@@ -41,8 +41,8 @@ def load_plans(given: Scenario) -> list[RunPlan]:
 def load_plan(given: Scenario) -> RunPlan:
     runs = load_plans(given)
     if len(runs) != 1:
-        name = given if isinstance(given, str) else path_of(given)
-        raise ScenarioError(f"{name} has variants, expected one of {', '.join(run.name for run in runs)}")
+        expected = "a scenario without" if runs[0]._own else f"one of {', '.join(run.name for run in runs)}"
+        raise ScenarioError(f"{path_of(given)} has variants, expected {expected}")
     return runs[0]
 
 

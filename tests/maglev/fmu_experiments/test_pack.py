@@ -85,6 +85,6 @@ def test_what_cannot_be_packed(fmus: Path, mine: Path, tmp_path: Path, monkeypat
                                                                           found.results["motor.i_q_cmd"]]})
 
     monkeypatch.setattr(pack, "recorded", wrong)
-    with pytest.raises(FmuError, match="run alone with what it got in short it deviates first at t = 0 s"):
+    with pytest.raises(FmuError, match="run alone with what it got in short: deviates first at t = 0 s"):
         pack.pack_reference(mine, tmp_path / "short.toml", fmus=fmus)
     assert mine.read_bytes() == before
