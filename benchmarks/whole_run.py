@@ -115,9 +115,9 @@ def batch_result(study: PlannedStudy, samples: int, job: Job | None = None) -> B
 def side_by_side(study: PlannedStudy, jobs: int) -> float:
     """Wall time of a study in so many threads, s."""
     with runners(None, jobs) as run_all:
-        run_all(study.job, study.batches[:2 * jobs], study.values, lambda _number, _result: None)
+        run_all(study.job, study.batches[:2 * jobs], study.values, lambda _result: None)
         begin = perf_counter()
-        run_all(study.job, study.batches, study.values, lambda _number, _result: None)
+        run_all(study.job, study.batches, study.values, lambda _result: None)
         return perf_counter() - begin
 
 

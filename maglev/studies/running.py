@@ -40,7 +40,7 @@ def run_study(planned: PlannedStudy, out: Path, jobs: int, scheduler: str | None
     with parts.alone():
         others = parts.find()
         done = whole_batches()
-        by_number = {batch.number: batch for batch in planned.batches}
+        by_first = {batch.first: batch for batch in planned.batches}
         lost = sum(part("samples", batch.number) in parts.files for batch in planned.batches) - len(done)
         kept_samples = sum(len(batch.samples) for batch in done)
         if parts.files and not resume:
@@ -54,12 +54,13 @@ def run_study(planned: PlannedStudy, out: Path, jobs: int, scheduler: str | None
             say(f"{parts.folder}: missing, or not as it was written: {lost + others} of the parts; {kept_samples} of "
                 f"{samples} samples are whole, the others are run again")
 
-        def store(number: int, result: BatchResult) -> None:
+        def store(result: BatchResult) -> None:
             nonlocal kept_samples
-            if not by_number[number].is_whole(result):
+            batch = by_first[result.first]
+            if not batch.is_whole(result):
                 return   # parts are whole
             for kind, (schema, table, _) in files.items():
-                parts.write(part(kind, number), dataset.as_bytes(table(planned, result, schema)))
+                parts.write(part(kind, batch.number), dataset.as_bytes(table(planned, result, schema)))
             kept_samples += len(result.failures)
             watch(kept_samples, samples)
 

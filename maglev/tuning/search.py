@@ -65,7 +65,7 @@ class Search:
             return np.asarray(rows).reshape(len(candidates), len(plants), -1)
         rows = np.full((len(values), len(self.planned.job.columns)), np.nan)
 
-        def store(_: int, result: BatchResult) -> None:
+        def store(result: BatchResult) -> None:
             rows[result.first:result.first + len(result.values)] = result.values
             self.failure = next(filter(None, result.failures), self.failure)
             self.runs += len(result.values)

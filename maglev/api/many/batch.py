@@ -167,7 +167,7 @@ def batch(scenario: str | Path, values: Mapping[str, Sequence[Any] | npt.NDArray
             tell = partial(watcher, study.scenario)
             done = 0
 
-            def store(_number: int, result: BatchResult) -> None:
+            def store(result: BatchResult) -> None:
                 nonlocal done
                 rows = slice(result.first, result.first + len(result.failures))
                 columns[rows] = result.values

@@ -86,19 +86,19 @@ def run_here(jobs: int, idle: Idle, job: Job, batches: list[Batch], values: Arra
         if result is None or not by_name[name].is_whole(result):
             deadly.append(by_name[name])
         else:
-            store(by_name[name].number, result)
+            store(result)
 
     try:   # batches are reported as they are stored
         side_by_side({name: partial(run_task, job, batch.first, values[batch.first:batch.last])
                       for name, batch in by_name.items()}, jobs, lambda *_: None, lambda *_: None, idle, take=take)
     except Stopped as stopped:
-        for name, result in stopped.results.items():   # of those that were under way
+        for result in stopped.results.values():   # of those that were under way
             if isinstance(result, BatchResult):
-                store(by_name[name].number, result)
+                store(result)
         raise
     for batch in deadly:
         samples = run_samples_apart(job, values[batch.first:batch.last], job.limit or inf)
-        store(batch.number, gathered(job, batch.first, samples))
+        store(gathered(job, batch.first, samples))
 
 
 def loop_for(job: Job, batches: list[Batch], values: Array) -> Job | None:
@@ -138,22 +138,18 @@ def said_if_slower(instead: str) -> Iterator[None]:
 def run_in_threads(jobs: int, job: Job, batches: list[Batch], values: Array, store: Store) -> None:
     """Run batches in so many threads, each with FMUs of its own, and store each here as it is done."""
     ended = c_int64()
-
-    def run(batch: Batch) -> tuple[int, BatchResult]:
-        return batch.number, run_batch(job, batch.first, values[batch.first:batch.last], ended)
-
     with ThreadPoolExecutor(jobs) as pool:
-        waiting = {pool.submit(run, batch) for batch in batches}
+        waiting = {pool.submit(run_batch, job, batch.first, values[batch.first:batch.last], ended) for batch in batches}
         try:
             for future in as_completed([*waiting]):
                 waiting.remove(future)   # what is stored is not kept
-                store(*future.result())
+                store(future.result())
         except KeyboardInterrupt:
             ended.value = 1
             pool.shutdown(cancel_futures=True)
             for future in waiting:
                 if not future.cancelled() and future.exception() is None:
-                    store(*future.result())
+                    store(future.result())
             raise
         finally:
             ended.value = 1

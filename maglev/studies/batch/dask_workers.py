@@ -111,7 +111,7 @@ def run_there(client: Client, job: Job, batches: list[Batch], values: Array, sto
     try:
         deadly = list(run_in_turn(client, plugin.name, batches, values, store))
         for batch in run_in_turn(client, plugin.name, deadly, values, store, apart=True):
-            store(batch.number, gathered(job, batch.first, [
+            store(gathered(job, batch.first, [
                 failed(job, "every process that ran it died") for _ in batch.samples]))
     finally:
         with suppress(OSError, KeyError):   # a worker that is ending, or has just come, has nothing to remove
@@ -143,7 +143,7 @@ def run_in_turn(client: Client, plugin: str, batches: list[Batch], values: Array
             except OSError as error:
                 raise MaglevError(f"a worker cannot go on: {in_one_line(error)}") from error
             else:
-                store(batch.number, result)
+                store(result)
             future.release()
             for another in more():
                 done.add(another)

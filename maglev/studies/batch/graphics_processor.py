@@ -92,7 +92,7 @@ def run_on_graphics_processor(job: Job, batches: list[Batch], values: Array, sto
         for together in at_once(batches):
             done = run_together(kernel, repeated, job, values, together)
             for batch in together:
-                store(batch.number, gathered(job, batch.first, map(done.__getitem__, batch.samples)))
+                store(gathered(job, batch.first, map(done.__getitem__, batch.samples)))
 
 
 def at_once(batches: Iterable[Batch]) -> Iterator[list[Batch]]:

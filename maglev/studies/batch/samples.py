@@ -96,8 +96,8 @@ class Batch(NamedTuple):
         return len(result.failures) == len(self.samples)
 
 
-# What is done with a batch by its number; after Ctrl-C there may be but its first samples, those that were done.
-Store = Callable[[int, BatchResult], None]
+# What is done with a batch; after Ctrl-C there may be but its first samples, those that were done.
+Store = Callable[[BatchResult], None]
 
 
 class Sample(NamedTuple):

@@ -48,17 +48,17 @@ def test_a_dead_worker_costs_its_batch(cluster: LocalCluster, fastest_fmus: Path
     study = planned(tmp_path, fastest_fmus)
     found: dict[int, BatchResult] = {}
 
-    def store(number: int, batch: BatchResult) -> None:
+    def store(batch: BatchResult) -> None:
         if not found:   # batches are under way on both
             with Client(cluster) as client:
                 victim = next(iter(client.run(os.getpid).values()))
             os.kill(victim, signal.SIGKILL)
-        found[number] = batch
+        found[batch.first] = batch
 
     with runners(str(cluster.scheduler_address), 2) as fly:
         fly(study.job, study.batches, study.values, store)
-    assert sorted(found) == list(range(len(study.batches)))
-    assert np.array_equal(np.concatenate([found[number].values for number in sorted(found)]),
+    assert sorted(found) == [batch.first for batch in study.batches]
+    assert np.array_equal(np.concatenate([found[first].values for first in sorted(found)]),
                           fly_samples(study.job, 0, study.values).values)
 
 
@@ -69,7 +69,7 @@ def test_a_sample_that_takes_its_workers_with_it(cluster: LocalCluster, fastest_
     found: list[BatchResult] = []
     study = of_a_crash(fastest_fmus, tmp_path, limit=None)
     with runners(str(cluster.scheduler_address), 2) as fly:
-        fly(study.job, study.batches, study.values, lambda _, batch: found.append(batch))
+        fly(study.job, study.batches, study.values, found.append)
     assert found[0].failures == ("the process that ran it ended (SIGSEGV)",)
 
 

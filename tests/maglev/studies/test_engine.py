@@ -40,18 +40,18 @@ def test_a_dead_process_costs_its_batch(fastest_fmus: Path, tmp_path: Path, monk
     study = planned(tmp_path, fastest_fmus)
     found: dict[int, BatchResult] = {}
 
-    def store(number: int, batch: BatchResult) -> None:
+    def store(batch: BatchResult) -> None:
         if not found:
             victim = next(each for each in Process().children(recursive=True)
                           if each.status() != STATUS_ZOMBIE and "beside" in " ".join(each.cmdline()))
             getattr(victim, end)()
-        found[number] = batch
+        found[batch.first] = batch
 
     with runners(None, 2) as fly:
         fly(study.job, study.batches, study.values, store)
-    assert sorted(found) == list(range(len(study.batches)))
+    assert sorted(found) == [batch.first for batch in study.batches]
     expected = in_this_process(study)
-    assert np.array_equal(np.concatenate([found[number].values for number in sorted(found)]), expected.values)
+    assert np.array_equal(np.concatenate([found[first].values for first in sorted(found)]), expected.values)
 
 
 def test_an_interrupted_study_goes_on_to_the_same_bytes(fastest_fmus: Path, tmp_path: Path) -> None:

@@ -28,12 +28,12 @@ def nobody(*_: object) -> Iterator[RunBatches]:
 
 
 def zeros(job: Job, batches: list[Batch], _values: NDArray[np.float64],
-          store: Callable[[int, BatchResult], None]) -> None:
+          store: Callable[[BatchResult], None]) -> None:
     """Flights that take no time: results of the right shape."""
     for batch in batches:
         count = batch.last - batch.first
-        store(batch.number, BatchResult(batch.first, np.zeros((count, len(job.columns))), (None,) * count,
-                                  np.zeros((count, 41, len(job.kept)))))
+        store(BatchResult(batch.first, np.zeros((count, len(job.columns))), (None,) * count,
+                          np.zeros((count, 41, len(job.kept)))))
 
 
 def most_memory(folder: Path, fmus: Path, samples: int) -> float:

@@ -111,9 +111,9 @@ class Here:
         monkeypatch.setattr(running, "runners", lambda *_: nullcontext(self.fly))
 
     def fly(self, job: Job, batches: list[Batch], values: NDArray[Any],
-            store: Callable[[int, BatchResult], None]) -> None:
+            store: Callable[[BatchResult], None]) -> None:
         for batch in batches:
-            store(batch.number, fly_samples(job, batch.first, values[batch.first:batch.last]))
+            store(fly_samples(job, batch.first, values[batch.first:batch.last]))
             self.flown += batch.last - batch.first
 
     def study(self, study: PlannedStudy, out: Path, resume: bool = False,
