@@ -63,8 +63,8 @@ def refined(classify: Callable[[Where], Outcomes], layers: int, rows: int, colum
     return cells, run
 
 
-def map_law(law: str, options: argparse.Namespace) -> tuple[LawMap, str]:
-    """Map of a law, and what was run for it in words."""
+def map_law(law: str, options: argparse.Namespace) -> LawMap:
+    """Map of a law; what was run for it is printed."""
     study, path = load_study(STUDY)
     scenario = (path.parent / study.scenario).with_name(f"{RIG}-{law}.toml").resolve()
     sides = study.vary
@@ -94,12 +94,12 @@ def map_law(law: str, options: argparse.Namespace) -> tuple[LawMap, str]:
     where = np.random.default_rng(0).permutation(np.argwhere(~known))[:CHECKED]
     wrong = int((outcomes_at("checked", values_at(where)) != cells[tuple(where.T)]).sum()) if len(where) else 0
     shares = ", ".join(f"{word} {100 * (cells == k).mean():.1f} %" for k, word in enumerate(WORDS))
-    said = (f"{law}: {known.sum()} of {known.size} run; of {len(where)} others at random {wrong} are not as filled; "
-            f"{shares}")
+    print(f"{law}: {known.sum()} of {known.size} run; of {len(where)} others at random {wrong} are not as filled; "
+          f"{shares}", flush=True)
     command, grid = commands[0]
     grid = [replace(factor, values=values, sets=dict.fromkeys(factor.sets, values))
             for factor, values in zip(grid, fine, strict=False)] + grid[2:]
-    return LawMap(NAMES.get(law, law), command, grid, cells), said
+    return LawMap(NAMES.get(law, law), command, grid, cells)
 
 
 def main() -> None:
@@ -109,12 +109,7 @@ def main() -> None:
     parser.add_argument("--fine", type=int, default=4)
     parser.add_argument("--jobs", type=int)
     options = parser.parse_args()
-    maps = []
-    for law in COMPARED:
-        outcome_map, said = map_law(law, options)
-        maps.append(outcome_map)
-        print(said, flush=True)
-    draw(maps, options.out, options.docs)
+    draw([map_law(law, options) for law in COMPARED], options.out, options.docs)
 
 
 def draw(maps: Sequence[LawMap], out: Path, docs: Path) -> None:

@@ -33,11 +33,8 @@ def inputs(loop: str, name: str) -> Recording:
     plan = load_plan(name)
     signals = {signal.to: signal for signal in plan.signals}
     times = plan.step * np.arange(plan.steps + 1, dtype=np.float64)
-    columns = {}
-    for variable in definition(loop).variables:
-        if variable.causality == "input":
-            signal = signals.get(variable.place)
-            columns[variable.name] = signal.values_at(times) if signal else np.zeros(len(times))
+    columns = {variable.name: signals[variable.place].values_at(times) if variable.place in signals
+               else np.zeros(len(times)) for variable in definition(loop).variables if variable.causality == "input"}
     return Recording(*at_changes(times, columns, plan.step))
 
 

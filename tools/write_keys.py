@@ -48,20 +48,20 @@ OF_FILES = (
     Key("variants", "tables by name", "", "runs `NAME-VARIANT`, each with its table over the scenario"))
 
 
-def keys_of(table: type[Table]) -> list[Key]:
+def keys_of(table: type[Table]) -> Iterator[Key]:
     """Keys of a table; of a kind of signal without those that all signals have."""
     shared: set[str] = set()
     if issubclass(table, SignalTable) and table is not SignalTable:
         shared = set(SignalTable.model_fields)
     if table is ProcedureClaim:
         shared = {name for name in Claim.model_fields if name != "quantity"}
-    own = []
+    if table is run_plan.RunPlan:
+        yield from OF_FILES
     for name, field in table.model_fields.items():
         key = field.alias or name
         if field.description and name not in shared:
             named = f": {', '.join(f'`{name}`' for name in NAMES[table, key])}" if (table, key) in NAMES else ""
-            own.append(Key(key, kind_of(field), without(key, field), field.description + named))
-    return [*OF_FILES, *own] if table is run_plan.RunPlan else own
+            yield Key(key, kind_of(field), without(key, field), field.description + named)
 
 
 def kind_of(field: FieldInfo) -> str:

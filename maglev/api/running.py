@@ -89,13 +89,10 @@ class Results(Mapping[str, Run]):
 
         Of a user's own claims also those that could not be judged. A crash that a claim asks for is none.
         """
-        names = []
-        for run in self.runs:
-            if run.plan.name in self.asked:
-                names += missed_by(run, self.verdicts[run.plan.name])
-        for outcome in self.outcomes:
-            names += missed_claims(outcome.settings.name, self.verdicts[outcome.settings.name])
-        return tuple(names)
+        return (*(said for run in self.runs if run.plan.name in self.asked
+                  for said in missed_by(run, self.verdicts[run.plan.name])),
+                *(said for outcome in self.outcomes
+                  for said in missed_claims(outcome.settings.name, self.verdicts[outcome.settings.name])))
 
     def as_data(self) -> dict[str, Any]:
         """Everything but the columns as JSON has it: by run, provenance, metrics, measures and verdicts."""

@@ -1,6 +1,6 @@
 """Options that commands of the command line share."""
 
-from collections.abc import Callable, Collection, Iterable, Mapping
+from collections.abc import Callable, Collection, Iterable, Iterator, Mapping
 from inspect import signature
 from pathlib import Path
 from typing import Annotated, Any, Literal
@@ -78,15 +78,13 @@ def typed(name: str) -> Any:
 
 
 def pairs(flag: str, words: Iterable[str] | None, expected: str, error: type[MaglevError] = ScenarioError
-          ) -> list[tuple[str, str]]:
+          ) -> Iterator[tuple[str, str]]:
     """Names and values of words `name=value`, as an option has them; an error of one that is none."""
-    read = []
     for word in words or ():
         name, _, value = map(str.strip, word.partition("="))
         if not (name and value):
             raise error(f"{flag} {word}: expected {expected}")
-        read.append((name, value))
-    return read
+        yield name, value
 
 
 def value_of(text: str) -> float | str | bool:

@@ -1,7 +1,7 @@
 """Runs that start from the results of others: in which order they go, and what is handed on."""
 
 import math
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Iterator, Mapping
 from functools import partial
 from graphlib import CycleError, TopologicalSorter
 from typing import Protocol, TypeVar
@@ -53,7 +53,7 @@ def in_order(needs: Mapping[str, set[str]], task: Callable[[str, Ends], Task[T]]
     return {name: results[name] for name in needs}
 
 
-def waves(needs: Mapping[str, set[str]]) -> list[list[str]]:
+def waves(needs: Mapping[str, set[str]]) -> Iterator[list[str]]:
     """Runs that can go side by side, after those of the waves before; arguments and errors as of `in_order`."""
     for name, others in needs.items():
         if others - needs.keys():
@@ -64,12 +64,10 @@ def waves(needs: Mapping[str, set[str]]) -> list[list[str]]:
     except CycleError as error:
         *_, needed, name = error.args[1]   # each of the circle before the one that needs it
         raise cannot_go_before(name, needed) from None
-    ready_waves = []
     while sorter.is_active():
         ready = set(sorter.get_ready())
-        ready_waves.append([name for name in needs if name in ready])
+        yield [name for name in needs if name in ready]
         sorter.done(*ready)
-    return ready_waves
 
 
 def cannot_go_before(name: str, *needed: str) -> ScenarioError:

@@ -1,6 +1,6 @@
 """A run made ready to run: FMU files, start values and reference signals, then measured and judged."""
 
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from functools import lru_cache
 from pathlib import Path
@@ -294,20 +294,18 @@ def know_stage_of(plan: RunPlan) -> None:
         know_stage(plan.rig_file)
 
 
-def changes_of(experiment: Experiment, plan: RunPlan, asked: Iterable[str]) -> tuple[str, ...]:
+def changes_of(experiment: Experiment, plan: RunPlan, asked: Iterable[str]) -> Iterator[str]:
     """What was asked for that differs from the plan, or from what its FMUs start with: values, step, order."""
-    departures = []
     for full in sorted(asked):
         name, _, variable = full.partition(".")
         now, planned = experiment.plan.fmus[name].start[variable], plan.fmus[name].start.get(variable)
         before = known_start(name, experiment.files[name], variable) if planned is None else planned.value
         if before is None or float(now.value) != float(before) or variable in plan.fmus[name].start_from:
-            departures.append(f"{full} = {now.written}" + ("" if before is None else f" instead of {before}"))
+            yield f"{full} = {now.written}" + ("" if before is None else f" instead of {before}")
     if experiment.step != plan.step:
-        departures.append(f"step = {experiment.step} s instead of {plan.step} s")
+        yield f"step = {experiment.step} s instead of {plan.step} s"
     if experiment.order != "sequential":
-        departures.append(f"order is {experiment.order}")
-    return tuple(departures)
+        yield f"order is {experiment.order}"
 
 
 def runs_apart(file: Path) -> bool:
@@ -367,7 +365,7 @@ def with_generated_references(plan: RunPlan) -> RunPlan:
     return plan.model_copy(update={"axes": {**plan.axes, **generated}}) if generated else plan
 
 
-def needless_delays(plan: RunPlan, order: Order, files: Mapping[str, Path]) -> list[str]:
+def needless_delays(plan: RunPlan, order: Order, files: Mapping[str, Path]) -> Iterator[str]:
     """Sentences about FMUs that are stepped after one that they feed, where another order would have no such delay.
 
     In a loop one connection has to run from an FMU to one that is stepped before it. Nothing is late of what gives at
@@ -382,17 +380,15 @@ def needless_delays(plan: RunPlan, order: Order, files: Mapping[str, Path]) -> l
         return sum(stepped.index(source) > stepped.index(target) for source, target in wires)
 
     if order != "sequential":
-        return []   # every connection is delayed
+        return   # every connection is delayed
     names = list(plan.fmus)
     wires = {(source.partition(".")[0], target.partition(".")[0]) for source, target in plan.wires.values()}
     wires = {(source, target) for source, target in wires if source in plan.fmus and target in plan.fmus}
-    delays = []
     for source, target in sorted(wires):
         if names.index(source) <= names.index(target):
             continue
         others = [name for name in names if name != source]
         others.insert(others.index(target), source)
         if late(others) < late(names) and samples(source):
-            delays.append(f"{source} is stepped after {target}, which gets what it computes a step of {plan.step:g} s "
-                          f"late; before = \"{target}\" under [fmus.{source}] has it stepped in time")
-    return delays
+            yield (f"{source} is stepped after {target}, which gets what it computes a step of {plan.step:g} s late; "
+                   f"before = \"{target}\" under [fmus.{source}] has it stepped in time")

@@ -2,7 +2,7 @@
 
 import csv
 import re
-from collections.abc import Callable, Iterable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from io import StringIO
 from pathlib import Path
 
@@ -61,7 +61,7 @@ def show(console: Console, result: RunResult, verdicts: Sequence[ClaimResult], b
                                                 if briefly else verdicts), verdicts)
 
 
-def show_measured(console: Console, result: RunResult, above: Iterable[Table | str] = (),
+def show_measured(console: Console, result: RunResult, above: Iterable[Table] = (),
                   verdicts: Sequence[ClaimResult] = ()) -> None:
     """Print what comes above what was measured on a run, that, and the outcome with a sum of verdicts."""
     plan = result.plan
@@ -141,14 +141,12 @@ def measure_table(title: str, heads: Sequence[str], shown: Sequence[Measure], st
         for place, cells in sorted(rows.items(), key=lambda row: row[0][1] or 0.0)), left=min(len(heads), 2))
 
 
-def claim_tables(results: Sequence[ClaimResult]) -> list[Table | str]:
+def claim_tables(results: Sequence[ClaimResult]) -> Iterator[Table]:
     """Tables of a user's own claims, of the thesis's in words and of the bounds of its figures."""
-    tables: list[Table | str] = []
     for title, claims in (("Your specification", specification(results)), ("Claims of the thesis", sentences(results)),
                           ("Bounds by the axes of figures", bounds(results))):
-        met = f": {met_of(claims)} met" if met_of(claims) else ""
-        tables += [claim_table(f"{title}{met}", claims)] if claims else []
-    return tables
+        if claims:
+            yield claim_table(f"{title}: {met_of(claims)} met" if met_of(claims) else title, claims)
 
 
 def claim_table(title: str, results: Sequence[ClaimResult]) -> Table:
@@ -160,18 +158,17 @@ def claim_table(title: str, results: Sequence[ClaimResult]) -> Table:
         for judged in results), left=2)
 
 
-def study_tables(results: Sequence[RunResult], verdicts: Judgements, outcomes: Sequence[Outcome] = ()) -> list[Table]:
+def study_tables(results: Sequence[RunResult], verdicts: Judgements, outcomes: Sequence[Outcome] = ()
+                 ) -> Iterator[Table]:
     """Tables of many runs and of procedures: a user's own first, then those of the package."""
     own, packaged = apart(results, outcomes)
-    tables = []
     if own:
         rows = [*((run.plan.name, short_outcome(run)) for run in own.results),
                 *((outcome.settings.name, counted(outcome.values, "value")) for outcome in own.outcomes)]
-        tables.append(result_table("Your runs", ("run", "outcome", "met"), (
-            [name, said, met_of(specification(verdicts[name])) or "no claims"] for name, said in rows), left=2))
+        yield result_table("Your runs", ("run", "outcome", "met"), (
+            [name, said, met_of(specification(verdicts[name])) or "no claims"] for name, said in rows), left=2)
     if packaged or not own:
-        tables.append(study_table(packaged.results, verdicts, packaged.outcomes))
-    return tables
+        yield study_table(packaged.results, verdicts, packaged.outcomes)
 
 
 def study_table(results: Sequence[RunResult], verdicts: Judgements, outcomes: Sequence[Outcome] = ()) -> Table:

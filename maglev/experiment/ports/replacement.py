@@ -84,10 +84,7 @@ def given_and_left_out(plan: RunPlan, name: str, replacement: Replacement,
     driven = [signal.to.removeprefix(f"{name}.") for signal in plan.signals if put_in]
     shared = replacement.keep_settings or ((planned.file is None) == put_in and built_here(replacement.path))
     variables = {variable.name: variable for variable in replacement.description(name).modelVariables}
-    left_out = {}
-    for variable in [*own, *theirs, *planned.start_from]:
-        if variable not in variables:
-            left_out[variable] = LACKING
+    left_out = {variable: LACKING for variable in [*own, *theirs, *planned.start_from] if variable not in variables}
     if not shared and name not in plan.plants:
         left_out |= {variable: f"{SETTING} {planned.model or 'what it takes the place of'}"
                      for variable in [*theirs, *planned.start_from, *driven]
@@ -200,23 +197,21 @@ def fit(plan: RunPlan, replaced: Mapping[str, Replacement]) -> tuple[RunPlan, li
 
 
 def remarks(plan: RunPlan, name: str, replacement: Replacement, description: ModelDescription,
-            known: Mapping[str, object]) -> list[str]:
+            known: Mapping[str, object]) -> Iterator[str]:
     """What a user should know about an FMU that can run: inputs that nothing feeds, and another step that it names."""
     fed = {target for _, target in plan.wires.values()} | {signal.to for signal in plan.signals}
     extra = [v.name for v in description.modelVariables
              if v.causality == "input" and v.type != "Clock" and f"{name}.{v.name}" not in fed and v.name not in known]
-    notes = []
     if extra:
-        notes.append(f"nothing feeds {', '.join(f'{name}.{port}' for port in extra)}: "
-                     + ("they keep their start values" if len(extra) > 1 else "it keeps its start value"))
+        yield (f"nothing feeds {', '.join(f'{name}.{port}' for port in extra)}: "
+               + ("they keep their start values" if len(extra) > 1 else "it keeps its start value"))
     own = (description.generationTool or "").startswith(OWN_TOOL)
     named = getattr(description.defaultExperiment, "stepSize", None)
     fixed = not description.coSimulation.canHandleVariableCommunicationStepSize
     asked = replacement.ports.step
     if not own and fixed and asked is None and named is not None and abs(float(named) - plan.step) > 1e-9:
-        notes.append(f"{name} ({replacement.path.name}) is written for a fixed step and names {float(named):g} s; it "
-                     f"gets the communication step unless {option('ports')} has step = ... under [{name}]")
-    return notes
+        yield (f"{name} ({replacement.path.name}) is written for a fixed step and names {float(named):g} s; it gets "
+               f"the communication step unless {option('ports')} has step = ... under [{name}]")
 
 
 def without(plan: RunPlan, lacking: Sequence[tuple[str, str]], says: Callable[[list[str]], str]) -> RunPlan:

@@ -2,7 +2,7 @@
 
 import re
 from collections import Counter
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable, Iterator, Sequence
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -29,8 +29,7 @@ class ShownChart(NamedTuple):
     names: list[str]     # the procedure, and the runs that it rests on
 
 
-def shown_charts(outcomes: Iterable[Outcome]) -> list[ShownChart]:
-    shown = []
+def shown_charts(outcomes: Iterable[Outcome]) -> Iterator[ShownChart]:
     for outcome in outcomes:
         name, seen = outcome.settings.name, Counter[str | None]()
         for chart in outcome.charts:
@@ -39,9 +38,8 @@ def shown_charts(outcomes: Iterable[Outcome]) -> list[ShownChart]:
                 seen[number] += 1
                 parts = filter(None, (number, name, str(seen[number]) if seen[number] > 1 else ""))
                 title = f"Figure {number}" if number else outcome.settings.title
-                shown.append(ShownChart(outcome, chart, anchor("figure", *parts), number, title, chart.caption,
-                                        [name, *outcome.runs]))
-    return shown
+                yield ShownChart(outcome, chart, anchor("figure", *parts), number, title, chart.caption,
+                                 [name, *outcome.runs])
 
 
 def in_order(figures: Iterable[Shown], charts: Iterable[ShownChart]) -> list[Shown | ShownChart]:

@@ -186,10 +186,8 @@ def worst_table(table: pa.Table, about: Mapping[str, Any], metrics: Sequence[tup
 
 def worst(table: pa.Table, about: Mapping[str, Any], metrics: Sequence[tuple[str, str]]) -> list[tuple[int, str]]:
     """Numbers of the worst samples and why: not completed, failed, then the largest of each metric."""
-    reasons: dict[int, str] = {}
-    for sample, why in enumerate(table["failure"].to_pylist()):
-        if why is not None:
-            reasons.setdefault(sample, why)
+    reasons: dict[int, str] = {sample: why for sample, why in enumerate(table["failure"].to_pylist())
+                               if why is not None}
     for sample, failed in enumerate(table["failed"].to_pylist()):
         if failed:
             reasons.setdefault(sample, "failed: a stop, a trip, or a large error at the end")

@@ -1,7 +1,7 @@
 """What a study found, for the terminal."""
 
 import re
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
 from typing import Any
 
 import numpy as np
@@ -57,14 +57,12 @@ def quantiles(name: str, unit: str, values: Array) -> list[str]:
                     for quantile in np.quantile(values, [0.0, 0.5, 1.0], method="nearest").tolist())]
 
 
-def metrics_of(table: pa.Table) -> list[tuple[str, str, Array]]:
+def metrics_of(table: pa.Table) -> Iterator[tuple[str, str, Array]]:
     """Names, units and values, without those that were not measured, of the metrics that are numbers."""
-    metrics = []
     for field in table.schema:
         said = field.metadata or {}
         if said.get(b"role") == b"metric" and field.type == pa.float64():
-            metrics.append((field.name, said[b"unit"].decode(), table[field.name].drop_null().to_numpy()))
-    return metrics
+            yield field.name, said[b"unit"].decode(), table[field.name].drop_null().to_numpy()
 
 
 def units_of(table: pa.Table) -> dict[str, str]:
