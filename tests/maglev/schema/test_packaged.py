@@ -180,7 +180,7 @@ def test_sentences_by_which_something_was_chosen_say_so() -> None:
     chose = {run.name: {claim.chose for claim in run.claims if claim.figure is None and claim.quantity is not None}
              for run in RUNS}
     friction = {name for name, found in chose.items() if any("friction" in str(each) for each in found)}
-    assert friction == read_settings().training
+    assert friction == {*read_settings().training}
     pids = {run.name for run in RUNS if run.claims and "PID" in str(run.fmus["controller"].model)}
     assert pids and all("poles of the PID" in str(each) for name in pids for each in chose[name])
     assert not any(claim.chose for claim in load_plan("2dof-tracking-friction-compensation").claims)
