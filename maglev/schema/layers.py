@@ -248,6 +248,15 @@ def packaged_runs() -> dict[str, str]:
     return {name: scenario for scenario, path in packaged_files().items() for name in names_of(run_layers(path))}
 
 
+@lru_cache(maxsize=256)
+def scenario_of(run: str) -> str | None:
+    """Scenario of the package that a run belongs to; None if there is none."""
+    files = packaged_files()
+    # Runs are called after their scenario: seldom is more than one file read.
+    return next((scenario for scenario in sorted(files, key=lambda name: not run.startswith(name))
+                 if run in names_of(run_layers(files[scenario]))), None)
+
+
 def run_layers(path: Path) -> list[list[Layer]]:
     """Layers of each run of a scenario file: one for each entry of its table `variants`, or the scenario itself.
 

@@ -16,6 +16,7 @@ from maglev.schema.layers import (
     packaged_runs,
     path_of,
     run_layers,
+    scenario_of,
 )
 from maglev.schema.run_plan import RunPlan
 
@@ -28,10 +29,12 @@ def load_plans(given: Scenario) -> list[RunPlan]:
     """
     path, asked = path_of(given), ""
     if path not in GIVEN and path.name == str(given) and path.suffix != ".toml":
-        asked, known = path.name, {name: name for name in packaged_files()} | packaged_runs()
-        if asked not in known:
-            raise ScenarioError(f"there is no scenario {asked!r}; nearest is {nearest(asked, known)}")
-        path = packaged_files()[known[asked]]
+        asked, files = path.name, packaged_files()
+        scenario = asked if asked in files else scenario_of(asked)
+        if scenario is None:
+            raise ScenarioError(f"there is no scenario {asked!r}; nearest is "
+                                f"{nearest(asked, {**files, **packaged_runs()})}")
+        path = files[scenario]
     runs = run_layers(path)
     names = names_of(runs)
     return [read_plan(path, layers, names) for layers, name in zip(runs, names, strict=True)
@@ -54,10 +57,10 @@ def read_plan(path: Path, layers: list[Layer], siblings: list[str]) -> RunPlan:
     named += [("start_from.run", source) for source in sorted(plan.needs)]
     if plan.procedure is not None:
         named += [(f"procedure.runs.{part}", run) for part, run in plan.procedure.runs.items() if part != "parabolas"]
-    known = [*siblings, *packaged_runs()]
     for key, run in named:
-        others = [name for name in known if key != "start_from.run" or name != plan.name]
-        if run not in others:
+        itself = plan.name if key == "start_from.run" else None
+        if run == itself or (run not in siblings and scenario_of(run) is None):
+            others = [name for name in (*siblings, *packaged_runs()) if name != itself]
             raise ScenarioError(f"{path}: {key} = {run!r}: expected another run; nearest is {nearest(run, others)}")
     if plan.procedure is not None and plan.procedure.name in siblings:
         raise ScenarioError(f"{path}: procedure.name = {plan.procedure.name!r}: a run is called so, expected "
