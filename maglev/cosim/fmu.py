@@ -155,8 +155,6 @@ class Fmu:
         self.instance: Any = None   # fmpy's object
         self.key = f"{name}#{next(COUNT)}".encode()
         self.fmi = fmi_of(description)
-        self.set_functions: dict[str, Any] = {}
-        self.get_functions: dict[str, Any] = {}
         self.ticking: Ticking | None = None   # with clocks
         try:
             self.load()
@@ -183,10 +181,8 @@ class Fmu:
     def heard(self, call: Callable[..., Any], name: str, *arguments: Any) -> Any:
         """Make a call of fmpy's, which refuses a status beyond a warning; one below zero is refused, too."""
         status = call(name, *arguments)
-        if type(status) is int and status < 0:
-            raise self.failed(name, status)
-        if type(status) is int and status == WARNING:
-            self.messages.warned(name)
+        if type(status) is int:
+            self.require(name, c_uint32(status).value)
         return status
 
     def take_message(self, status: int, message: bytes) -> None:
@@ -281,18 +277,21 @@ class Fmu:
 
 
 def unpack(path: Path, folder: Path) -> None:
-    """Unpack what it takes to run an FMU on this machine; FmuError if the archive is a bomb."""
+    """Unpack what it takes to run an FMU on this machine; FmuError if the archive is a bomb, or for other machines."""
     try:
         most = number_in(MOST_UNPACKED)
     except ValueError as error:
         raise FmuError(str(error)) from None
     with zipfile.ZipFile(path) as archive:   # it keeps what is in it below the folder, whatever the names are
-        size = sum(entry.file_size for entry in archive.infolist())
+        names, size = archive.namelist(), sum(entry.file_size for entry in archive.infolist())
         if size > most:
             raise FmuError(f"{original(path)} unpacks to {1e-6 * size:.0f} MB, expected at most {1e-6 * most:.0f} MB; "
                            f"the environment variable {MOST_UNPACKED} sets another number of bytes")
-        archive.extractall(folder, [name for name in archive.namelist()
-                                    if name.startswith(HERE) or not name.startswith(NOT_NEEDED)])
+        if not any(name.startswith(HERE) for name in names):
+            there = sorted({name.split("/")[1] for name in names if re.match("binaries/.+/.", name)})
+            raise FmuError(f"it has binaries for {', '.join(there) or 'no platform'}, expected {fmpy.platform} or "
+                           f"{fmpy.platform_tuple}")
+        archive.extractall(folder, [name for name in names if name.startswith(HERE) or not name.startswith(NOT_NEEDED)])
 
 
 def unpacking_folder() -> Path:

@@ -4,10 +4,11 @@ import re
 import zipfile
 from pathlib import Path
 
+import fmpy
 import pytest
 
 from fmi_export.model_description import model_description
-from maglev.cosim.fmu import read_description
+from maglev.cosim.fmu import Fmu, read_description
 from maglev.errors import FmuError
 from maglev.own_fmus import definition
 
@@ -27,6 +28,19 @@ def test_a_library_outside_the_archive_is_not_loaded(tmp_path: Path, identifier:
     path = described(tmp_path, 'modelIdentifier="[^"]*"', f'modelIdentifier="{identifier}"')
     with pytest.raises(FmuError, match=r"theirs.fmu has modelIdentifier = '.*', expected letters, digits and undersc"):
         read_description("plant", path)
+
+
+@pytest.mark.parametrize(("libraries", "named"), [
+    (["windows9/Plant2DOF.dll", "of_mine/", "of_mine/Plant2DOF.so", "of_mine/b.so"], "of_mine, windows9"),
+    ([], "no platform")])
+def test_a_binary_for_other_machines(tmp_path: Path, libraries: list[str], named: str) -> None:
+    path = described(tmp_path, "Plant2DOF", "Plant2DOF")
+    with zipfile.ZipFile(path, "a") as archive:
+        for library in libraries:
+            archive.writestr(f"binaries/{library}", "")
+    expected = f"theirs.fmu cannot be loaded: it has binaries for {named}, expected {fmpy.platform} or "
+    with pytest.raises(FmuError, match=expected):
+        Fmu("plant", path, read_description("plant", path))
 
 
 UNITS = {
