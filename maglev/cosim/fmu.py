@@ -155,6 +155,8 @@ class Fmu:
         self.instance: Any = None   # fmpy's object
         self.key = f"{name}#{next(COUNT)}".encode()
         self.fmi = fmi_of(description)
+        self.set_functions: dict[str, Any] = {}
+        self.get_functions: dict[str, Any] = {}
         self.ticking: Ticking | None = None   # with clocks
         try:
             self.load()
