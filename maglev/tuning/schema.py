@@ -8,7 +8,7 @@ from pydantic import Field, model_validator
 
 from maglev.schema.layers import PACKAGED, Layer
 from maglev.schema.toml_table import Table, key_refused
-from maglev.studies.schema import Count, Design, Limit, Quantity, Seed, StudyFile, Varied, file_of, read_study
+from maglev.studies.schema import LISTED, Count, Design, Limit, Quantity, Seed, StudyFile, Varied, file_of, read_study
 from maglev.toml_file import read_toml
 
 FOLDER = PACKAGED / "tuning"   # those that come with the package
@@ -82,17 +82,17 @@ class TuneFile(Table):
         """Refuse a file that searches nothing, or asks for fresh plants where there is but a grid of them."""
         if not self.poles and not self.search:
             raise key_refused("poles", None, "required key is missing: expected [[poles]] or [[search]]")
-        if self.fresh and (not self.vary or self.design.kind in ("grid", "saltelli")):
+        if self.fresh and (not self.vary or self.design.kind in (*LISTED, "saltelli")):
             raise key_refused("fresh", self.fresh, "expected [[vary]] with a [design] of kind latin hypercube, sobol "
                               "or halton")
+        if self.design.kind == "sobol" and self.fresh & (self.fresh - 1):
+            raise key_refused("fresh", self.fresh, "expected a power of 2, as Sobol's sequence needs")
         return self
 
     def plants(self, samples: int | None = None, seed: int | None = None) -> StudyFile | None:
         """Study of the plants, with another number of samples and another seed if given; None if nothing varies."""
-        if not self.vary:
-            return None
         design = self.design if samples is None else self.design.model_copy(update={"samples": samples, "seed": seed})
-        return StudyFile(name=self.name, scenario=self.scenario, vary=self.vary, design=design)
+        return StudyFile(name=self.name, scenario=self.scenario, vary=self.vary, design=design) if self.vary else None
 
 
 def load_tuning(name_or_path: str | Path) -> tuple[TuneFile, Path]:

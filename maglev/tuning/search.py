@@ -174,4 +174,5 @@ def median(values: Array) -> float:
 
 
 def largest(values: Array) -> float:
-    return float(np.max(values[np.isfinite(values)], initial=0.0))
+    """Largest of those that have an end; infinite if none has."""
+    return float(np.max(values[np.isfinite(values)], initial=-np.inf))

@@ -25,6 +25,7 @@ pytestmark = pytest.mark.usefixtures("slow")
 START = {"set": ["plant.h.position_start"], "low": "-1 mm", "high": "1 mm"}
 POLES = {"of": ["controller.h"], "rate": {"low": 5, "high": 20}, "damping": {"low": 0.5, "high": 1}}
 FRICTION = {"set": "plant.h.friction.coulomb", "kind": "percent", "percent": "20 %"}
+GRID = {"set": "plant.h.friction.coulomb", "kind": "list", "values": [0.1, 0.2]}
 CUBE = {"kind": "latin hypercube", "samples": 2}
 
 # Where h starts, so that the mean square of its error, about 0 and then about 1 mm, is the least.
@@ -88,6 +89,9 @@ def planned(folder: Path, fmus: Path, **table: object) -> PlannedTuning:
     ({"search": [{**START, "low": "1 mm"}]}, "expected more than low = 1 mm"),
     ({"search": [START], "vary": [FRICTION]}, "expected grid or list in a design of kind 'grid'"),
     ({"search": [START], "fresh": 3}, "expected [[vary]] with a [design]"),
+    ({"search": [START], "vary": [GRID], "design": {"kind": "rows"}, "fresh": 2}, "expected [[vary]] with a [design]"),
+    ({"search": [START], "vary": [FRICTION], "design": {"kind": "sobol", "samples": 2}, "fresh": 3},
+     "fresh = 3: expected a power of 2"),
     ({"search": [START], "minimise": ["rms eror of h"]}, "nearest is 'rms error of h'"),
     ({"search": [START], "times_before": {"overshot": 1}}, "there is no metric 'overshot'"),
     ({"search": [START], "population": "30"}, "population = '30': expected a valid integer"),

@@ -10,6 +10,7 @@ from hypothesis import strategies as st
 from maglev.linear.design import gains_of, regulator_polynomial
 from maglev.tuning.planning import Unknowns, placed
 from maglev.tuning.schema import read_tuning
+from maglev.tuning.search import row
 
 OMEGA0 = 1.5 * np.pi
 TABLE = {"name": "tuning", "scenario": "tiny.toml", "minimise": ["overshoot"]}
@@ -42,3 +43,8 @@ def test_every_parameter_gets_its_number() -> None:
     assert found[:5].tolist() == found[5:10].tolist()
     real = -regulator_polynomial(found[:5].tolist(), OMEGA0)[1]
     assert real == pytest.approx(-(3.0 + 2 * 0.6 * 4.0 + 2 * 0.8 * 5.0), rel=1e-4)   # the sum of the poles
+
+
+def test_where_nothing_settles_the_largest_is_not_0() -> None:
+    never, seldom = np.full(3, np.inf), np.array([1.0, np.inf, np.inf])
+    assert row("settling time to 10 µm of h", never, seldom, "s")[1:5] == [*["not settled"] * 3, "1 s"]
