@@ -6,8 +6,8 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from fmi_export.units import exponents
-from maglev.errors import QuantityError
-from maglev.units import UNITS, parse_quantity, read_quantity, to_unit
+from maglev.errors import QuantityError, ScenarioError
+from maglev.units import UNITS, parse_quantity, positive_time, read_quantity, to_unit
 
 
 @pytest.mark.parametrize(("text", "value"), [
@@ -90,6 +90,14 @@ def test_every_symbol_is_an_si_unit_of_its_own_exponents():
 def test_other_dimension_is_refused():
     with pytest.raises(QuantityError, match=r"'2 kg' is in kg, expected a quantity in m"):
         parse_quantity("2 kg", "m")
+
+
+def test_a_time_of_an_option():
+    assert [positive_time(value, ScenarioError, "timeout") for value in (5, "5", "5 ms", "2 min")] == [5, 5, 5e-3, 120]
+    for value, words in ((0.0, "expected a time above 0 s"), ("-1 s", "expected a time above 0 s"),
+                         ("5 mm", "'5 mm' is in mm, expected a quantity in s")):
+        with pytest.raises(ScenarioError, match=f"^timeout: {words}$"):
+            positive_time(value, ScenarioError, "timeout")
 
 
 def test_conversion_to_an_unknown_unit_names_value_and_nearest():

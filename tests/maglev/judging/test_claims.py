@@ -8,7 +8,8 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from maglev.errors import MeasurementError
-from maglev.judging.metrics import Metrics, MotorCurrents, StepResponse, TrackingError
+from maglev.judging.measures import measured_values
+from maglev.judging.metrics import Deviation, EventResponse, Metrics, MotorCurrents, StepResponse, TrackingError
 from maglev.judging.run_claims import judge_run
 from maglev.schema.judged.claims import RunClaim
 
@@ -126,6 +127,24 @@ def test_texts(table, text, criterion):
     assert (result.measured_text, result.claim.criterion) == (text, criterion)
 
 
+def test_a_claim_about_an_event_is_judged_on_that():
+    push, pull = (EventResponse(name, time, time + 1.0, (Deviation("y", peak, {1e-4: peak * 100.0}, 0.0),), ())
+                  for name, time, peak in (("push", 1.0, 1e-3), ("pull", 2.0, 2e-3)))
+    run = replace(METRICS, events=(push, pull))
+    peak, back = ({"metric": metric, "event": "pull", "relation": "<", "target": 1.0} for metric in (
+        "peak_deviation", "recovery_time"))
+    assert verdict(run, **peak) == ("reproduced", 2e-3)
+    assert verdict(run, **back, band="0.1 mm") == ("reproduced", 0.2)
+
+
+def test_times_of_stop_and_trip_are_values():
+    touched = replace(METRICS, stop_contact=1.5, tripped=None)
+    found = {name: [(value.of, value.value) for value in measured_values(touched, name)]
+             for name in ("stop_contact_time", "trip_time", "stop_contact", "tripped")}
+    assert found == {"stop_contact_time": [("", 1.5)], "trip_time": [("", math.inf)], "stop_contact": [("", True)],
+                     "tripped": [("", False)]}
+
+
 def test_a_run_without_the_metric_is_refused():
     empty = Metrics((), (), (), {}, None, None, False)
     with pytest.raises(MeasurementError, match="'a claim': the run has no overshoot"):
@@ -149,7 +168,8 @@ HIGHEST = {"figure": "4.27", "metric": "highest", "columns": ["plant.h"], "unit"
     ({"metric": "lowest", "target": [-40, -20]}, (-0.04, 0.0), ("met", -0.04)),
     ({"metric": "lowest", "target": [-40, -20]}, (-0.02, 0.0), ("not met", -0.02)),
     ({"metric": "largest"}, (-0.07, 0.01), ("met", 0.07)),
-    ({"metric": "largest"}, (-0.01, 0.07), ("met", 0.07))])
+    ({"metric": "largest"}, (-0.01, 0.07), ("met", 0.07)),
+    ({"metric": "largest"}, (-0.06, 0.01), ("not met", 0.06))])
 def test_bounds_of_figures(change, extremes, expected):
     assert verdict(metrics=with_extremes(plant_h=extremes), **{**HIGHEST, **change}) == expected
 

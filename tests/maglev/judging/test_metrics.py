@@ -8,7 +8,16 @@ from hypothesis import strategies as st
 
 from maglev.errors import MeasurementError
 from maglev.judging.measures import measures
-from maglev.judging.metrics import phase_resistances, run_metrics, settling_time, step_samples, winding_of
+from maglev.judging.metrics import (
+    Effort,
+    effort,
+    peak_and_mean,
+    phase_resistances,
+    run_metrics,
+    settling_time,
+    step_samples,
+    winding_of,
+)
 from maglev.schema.loading import load_plan
 from maglev.schema.run_plan import Axis, MetricSettings, Motor, StartValue
 
@@ -102,6 +111,14 @@ def test_a_moving_reference_has_no_steps():
     assert step_samples(np.array([0.0, 1.0])) == [1]
     assert step_samples(np.array([0.0, 0.0, 1.0, 1.0, 0.0])) == [2, 4]
     assert step_samples(np.array([0.0, 1.0, 2.0, 2.0])) == []
+    assert step_samples(np.array([0.0, 0.0, 1.0, 2.0, 2.0])) == []
+
+
+def test_a_step_at_the_first_sample_begins_where_the_run_does():
+    reference = np.where(TIME < 5.0, 1e-3, 2e-3)
+    reference[0] = 0.0
+    metrics = run_metrics(plan(), TIME, hold(**{"controller.y.reference": reference}))
+    assert [(step.start, step.target) for step in metrics.steps] == [(0.0, 1e-3), (1e-3, 2e-3)]
 
 
 def test_tracking():
@@ -132,6 +149,17 @@ def test_currents_are_absolute():
     (motor,) = metrics.motors
     assert (motor.motor, motor.peak_current, motor.peak_command, motor.mean_command) == ("alpha", 3.0, 2.0, 2.0)
     assert motor.mean_current == pytest.approx(1.5, abs=1e-3)
+
+
+def test_of_a_motor_without_currents_or_commands_there_is_nothing():
+    assert peak_and_mean([]) == (0.0, 0.0)
+    one = effort("alpha", TIME, [np.full_like(TIME, -2.0)], [TIME[:1]], np.ones_like(TIME))
+    assert (one.rms_current, one.command_noise) == (2.0, 0.0)
+    assert one.ohmic_loss == pytest.approx(4.0 * TIME[-1])
+    assert effort("alpha", TIME, [], [], np.ones_like(TIME)) == Effort("alpha", 0.0, 0.0, 0.0)
+    short = effort("alpha", TIME[:2], [], [np.array([1.0, 3.0])], np.ones(2))
+    assert short.command_noise == pytest.approx(math.sqrt(2.0))
+    assert effort("alpha", TIME[:1], [], [], np.ones(1)).ohmic_loss == 0.0
 
 
 def test_failure():

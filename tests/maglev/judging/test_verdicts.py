@@ -114,6 +114,15 @@ def test_a_range_is_met_when_all_any_or_the_mean_lie_in_it(measured, low, width,
     assert judge(claim, values(*measured)).verdict == ("met" if expected else "not met")
 
 
+@pytest.mark.parametrize(("over", "decides"), [("all", 9.0), ("any", 5.0), ("median", 5.0), ("mean", 5.5)])
+def test_of_values_about_a_range_the_farthest_beyond_it_decides(over: str, decides: float) -> None:
+    """Below by 2, within, and above by 3."""
+    claim = ProcedureClaim.model_validate({"figure": "4.9", "value": "thrust", "target": [4.0, 6.0], "over": over})
+    measured = [2.0, 5.0, 9.0] if over != "mean" else [2.0, 9.0]
+    assert judge(claim, values(*measured)).measured == decides
+    assert judge(claim, values(*(10.0 - value for value in measured))).measured == 10.0 - decides   # mirrored at 5
+
+
 def test_bounds_are_counted_apart() -> None:
     words = about_a_run(relation="<", target=1.0)
     bound = ProcedureClaim.model_validate({"figure": "4.9", "value": "thrust", "target": [1, 2]})
