@@ -92,6 +92,18 @@ def test_other_dimension_is_refused():
         parse_quantity("2 kg", "m")
 
 
+@pytest.mark.parametrize(("text", "unit", "value"), [
+    ("3 kg*m/s^2", "N", 3.0), ("3 N m", "J", 3.0), ("4 N·m", "J", 4.0), ("3 m**2", "m2", 3.0)])
+def test_units_are_spelled_in_many_ways(text, unit, value):
+    assert parse_quantity(text, unit) == value
+
+
+@pytest.mark.parametrize(("text", "unit"), [("2 Hz", "rad/s"), ("2 rad/s", "Hz"), ("5 Hz/s", "rad/s2")])
+def test_cycles_are_no_radians(text, unit):
+    with pytest.raises(QuantityError, match=f"'{text}' is in {text[2:]}, expected a quantity in {unit}"):
+        parse_quantity(text, unit)
+
+
 def test_a_time_of_an_option():
     assert [positive_time(value, ScenarioError, "timeout") for value in (5, "5", "5 ms", "2 min")] == [5, 5, 5e-3, 120]
     for value, words in ((0.0, "expected a time above 0 s"), ("-1 s", "expected a time above 0 s"),

@@ -107,6 +107,10 @@ def test_of_several_at_one_time_the_largest_relative_to_its_tolerance() -> None:
         ordered = replace(baseline, columns={name: baseline.columns[name] for name in order})
         found = first_of(ordered, Recording(time, {"a": moved, "b": moved}))
         assert found is not None and found.signal == "b"
+        # What may not differ at all goes before what differs a thousand times as much as it may.
+        exact = replace(ordered, tolerances={"a": Tolerance(0.0, 0.0), "b": Tolerance(1e-6, 0.0)})
+        found = first_of(exact, Recording(time, {"a": moved, "b": moved}))
+        assert found is not None and (found.signal, found.allowed) == ("a", 0.0)
 
 
 def test_recordings_that_cannot_be_compared() -> None:
