@@ -67,11 +67,10 @@ def check_run(baselines: Path, experiment: Experiment, ends: Ends, progress: Pro
                 write_picture(picture, baseline, recording, samples, deviation)
     except FAILURES as error:
         return CheckResult(plan.name, "error", in_one_line(error), None, {}, time.perf_counter() - begin)
-    elapsed = time.perf_counter() - begin
     # A run that was cut short has not come to the results that others start from.
     reached = ends_of(recording) if end == plan.stop_time else {}
-    result = partial(CheckResult, plan.name, deviation=deviation, worst=differences, elapsed=elapsed, units=units,
-                     ends=reached, notes=recording.notes)
+    result = partial(CheckResult, plan.name, deviation=deviation, worst=differences, units=units, ends=reached,
+                     elapsed=time.perf_counter() - begin, notes=recording.notes)
     if deviation is not None:
         return result("deviated", deviation_text(deviation, units[deviation.signal]))
     if exact and baseline.digest is not None:
@@ -84,9 +83,10 @@ def check_run(baselines: Path, experiment: Experiment, ends: Ends, progress: Pro
     else:
         signal, *sizes = nearest
         unit = common_unit(sizes[1:], units[signal])   # in which what is allowed reads well
-        difference, allowed = (f"{size / factor(unit):.3g}" if unit else f"{size:.3g}" for size in sizes)
-        message += (f"are within their tolerances, the closest is {signal}, off by "
-                    f"{difference} of {allowed} {unit}".rstrip())
+        off = " of ".join(f"{size / factor(unit):.3g}" if unit else f"{size:.3g}" for size in sizes)
+        message += f"are within their tolerances, the closest is {signal}, off by {off} {unit}".rstrip()
+    if baseline.digest is None and experiment.exact():
+        message += f"; not bit for bit, for there is no {plan.name}_ref.sha256"
     if experiment.not_compared:
         message += f"; not compared, for the FMU has no such signals: {', '.join(experiment.not_compared)}"
     return result("passed", message)

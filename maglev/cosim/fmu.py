@@ -212,8 +212,7 @@ class Fmu:
 
     def note(self) -> str:
         """Sentence about what the FMU has said in a run that went on; empty if nothing."""
-        summary = self.messages.summary()
-        return f"{self.name} ({self.path.name}) says: {summary}" if summary else ""
+        return f"{self.name} ({self.path.name}) says: {summary}" if (summary := self.messages.summary()) else ""
 
     def require(self, call: str, status: int) -> None:
         """Refuse a call that returned a status beyond a warning; count one that returned a warning."""
