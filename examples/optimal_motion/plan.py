@@ -2,7 +2,7 @@
 
     maglev build --kind native --target host Plant3DOF
     python examples/optimal_motion/plan.py              # writes fastest.csv and thrifty.csv beside this file
-    python examples/optimal_motion/fly.py               # flies them under the thesis's regulator: table and picture
+    python examples/optimal_motion/run.py               # runs them under the thesis's regulator: table and picture
 
 The mover goes from rest to rest over the first step of the setpoints: gap 25 to 27 mm, x 0 to 10 mm, z 0 to -15 mm.
 CasADi imports the FMU for model exchange; its derivatives are those of the FMU. Unknown are positions, velocities and
@@ -127,7 +127,7 @@ def planned(stage: Stage, duration: float | None = None, intervals: int = INTERV
                 solved.value(ca.vertcat(q / METRE, v / SPEED)))
 
 
-def flown(stage: Stage, plan: Plan) -> tuple[np.ndarray, np.ndarray]:
+def integrated(stage: Stage, plan: Plan) -> tuple[np.ndarray, np.ndarray]:
     """Rows of time, positions, velocities, currents, by scipy at 1e-10; and how far each interval misses the next one.
 
     Each interval begins where the plan has it: the stage is unstable, and makes e^27 of a deviation in 0.6 s.
@@ -155,7 +155,7 @@ def write(rows: np.ndarray, path: Path) -> None:
 
 
 def main() -> None:
-    """Plan both motions, fly their currents by scipy, and write them."""
+    """Plan both motions, integrate their currents by scipy, and write them."""
     parser = argparse.ArgumentParser(description="plan the fastest motion and the one of least energy")
     parser.add_argument("--fmu", type=Path, default=Path("fmus/native/Plant3DOF.fmu"), help="the plant, FMI 2.0 or 3.0")
     parser.add_argument("--out", type=Path, default=Path(__file__).parent, help="folder of the files")
@@ -166,7 +166,7 @@ def main() -> None:
         stage = Stage(Path(folder))
         for name, duration in (("fastest", None), ("thrifty", DURATION)):
             plan = planned(stage, duration, asked.intervals)
-            rows, misses = flown(stage, plan)
+            rows, misses = integrated(stage, plan)
             write(rows, asked.out / f"{name}.csv")
             print(f"{name}: {plan.duration:.5f} s, {plan.energy:.4f} J; by scipy each interval ends within "
                   f"{1e9 * misses[:, :3].max():.2g} nm and {1e6 * misses[:, 3:].max():.2g} µm/s of the next")

@@ -1,6 +1,6 @@
-"""Fly the planned motions under the thesis's regulator, beside a step of the same distance: table and picture.
+"""Run the planned motions under the thesis's regulator, beside a step of the same distance: table and picture.
 
-    python examples/optimal_motion/fly.py
+    python examples/optimal_motion/run.py
 """
 
 import argparse
@@ -91,7 +91,7 @@ def picture(runs: dict[str, maglev.Run], path: Path) -> None:
 
 def main() -> None:
     """Fly, print, draw."""
-    parser = argparse.ArgumentParser(description="fly the planned motions beside a step")
+    parser = argparse.ArgumentParser(description="run the planned motions beside a step")
     parser.add_argument("--fmus", help="folder with FMUs, in place of those that are built for the run")
     parser.add_argument("--out", type=Path, default=Path("results"), help="folder for the picture")
     asked = parser.parse_args()
