@@ -52,7 +52,7 @@ def plan_study(study: StudyFile, experiment: Experiment, origin: str, out: Path,
     """
     plan = experiment.plan
     require_alone(experiment, study.scenario, origin)
-    targets = targets_of(study, experiment, origin)
+    targets = targets_of(study.vary, experiment, origin)
     design = samples(study)
     count = len(design)
     known = named_values(plan, expected(experiment))

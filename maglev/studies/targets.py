@@ -13,7 +13,7 @@ from maglev.experiment.preparation import Experiment
 from maglev.schema.run_plan import StartValue
 from maglev.schema.settings import REFERENCE, port_of, unit_of, with_reference
 from maglev.schema.signals.kinds import Steps
-from maglev.studies.schema import Mode, StudyFile, Varied
+from maglev.studies.schema import DISCRETE, Mode, Varied
 from maglev.units import measures
 
 
@@ -39,26 +39,28 @@ class Target:
         return np.array([float(changed(Decimal(repr(each)))) for each in column.tolist()])
 
 
-def targets_of(study: StudyFile, experiment: Experiment, origin: str) -> list[Target]:
+def targets_of(vary: Iterable[Varied], experiment: Experiment, origin: str, key: str = "vary") -> list[Target]:
     """What a study sets, in the order of the file; ScenarioError if something cannot be set, or not to its values."""
     descriptions = experiment.check()
     targets = []
-    for i, varied in enumerate(study.vary):
+    for i, varied in enumerate(vary):
+        entry = f"{origin}: {key}[{i}]"
         for name in varied.set:
-            target = target_of(name, i, varied.mode, experiment, descriptions, f"{origin}: vary[{i}].set = {name!r}")
+            target = target_of(name, i, varied.mode, experiment, descriptions, f"{entry}.set = {name!r}")
+            if target.boolean and (varied.kind not in DISCRETE or (varied.number or 2) > 2):   # any but 0 is true
+                raise ScenarioError(f"{entry}: {name} is Boolean, expected no value between false and true")
             expected = "1" if varied.mode == "factor" else target.unit or "1"
             for quantity in varied.quantities:
                 if quantity.unit is not None and not measures(quantity.unit, expected):
-                    raise ScenarioError(f"{origin}: vary[{i}]: {quantity.written}: is in {quantity.unit}, expected a "
+                    raise ScenarioError(f"{entry}: {quantity.written}: is in {quantity.unit}, expected a "
                                         f"{'factor' if varied.mode == 'factor' else f'quantity in {expected}'}")
                 if target.boolean != isinstance(quantity.value, bool):
-                    raise ScenarioError(f"{origin}: vary[{i}]: {quantity.written}: {name} is "
+                    raise ScenarioError(f"{entry}: {quantity.written}: {name} is "
                                         f"{'Boolean, expected true or false' if target.boolean else 'a number'}")
             targets.append(target)
-        nominal = [target.nominal for target in targets if target.column == i]
-        if varied.mode == "factor" and not any(nominal):
-            raise ScenarioError(f"{origin}: vary[{i}].set = {', '.join(varied.set)!r}: a factor on 0 varies nothing, "
-                                "expected values, such as LOW:HIGH, or mode = 'offset'")
+        if varied.mode == "factor" and not any(target.nominal for target in targets if target.column == i):
+            raise ScenarioError(f"{entry}.set = {', '.join(varied.set)!r}: a factor on 0 varies nothing, expected "
+                                "values, such as LOW:HIGH, or mode = 'offset'")
     return targets
 
 

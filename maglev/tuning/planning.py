@@ -85,10 +85,16 @@ class Unknowns:
     omega0: Mapping[str, float]   # rad/s, of the internal models by FMU
 
     @property
+    def entries(self) -> dict[str, list[Varied]]:
+        """What is looked for as a study has it: of poles any gains, of others numbers in their units."""
+        return {"poles": [Varied.model_construct(set=[f"{axis}.k{i}" for axis in poles.of for i in range(1, 6)],
+                                                 kind="list") for poles in self.tuning.poles],
+                "search": [Varied.model_construct(kind="uniform", **dict(searched)) for searched in self.tuning.search]}
+
+    @property
     def names(self) -> list[str]:
         """Names of the parameters, `fmu.variable`."""
-        return [*(f"{axis}.k{i}" for poles in self.tuning.poles for axis in poles.of for i in range(1, 6)),
-                *(name for searched in self.tuning.search for name in searched.set)]
+        return [name for entries in self.entries.values() for entry in entries for name in entry.set]
 
     @property
     def bounds(self) -> list[tuple[float, float]]:
@@ -101,8 +107,7 @@ class Unknowns:
         """Values of the parameters for numbers, shape (number of bounds,), rounded as they are written."""
         waiting, values = iter(numbers.tolist()), list[float]()
         for poles in self.tuning.poles:
-            omega0 = self.omega0[poles.of[0].partition(".")[0]]
-            values += placed(islice(waiting, 5), omega0) * len(poles.of)
+            values += placed(islice(waiting, 5), self.omega0[poles.of[0].partition(".")[0]]) * len(poles.of)
         for searched in self.tuning.search:
             values += [next(waiting)] * len(searched.set)
         return np.array([float(f"{value:.{DIGITS}g}") for value in values])
@@ -131,19 +136,17 @@ def plan_tuning(tuning: TuneFile, experiment: Experiment, origin: str) -> Planne
     require_alone(experiment, tuning.scenario, origin)
     omega0 = {name: experiment.start_value(f"{name}.omega0", descriptions) for name in descriptions
               if any(variable.name == "omega0" for variable in descriptions[name].modelVariables)}
-    for poles in tuning.poles:
-        for axis in poles.of:
-            if axis.partition(".")[0] not in omega0:
-                raise ScenarioError(f"{origin}: poles.of = {axis!r}: expected an axis of an output regulator, such as "
-                                    "'controller.x'")
+    for axis in (axis for poles in tuning.poles for axis in poles.of):
+        if axis.partition(".")[0] not in omega0:
+            raise ScenarioError(f"{origin}: poles.of = {axis!r}: expected an axis of an output regulator, such as "
+                                "'controller.x'")
     unknowns = Unknowns(tuning, omega0)
-    varied = [*tuning.vary, *(Varied.model_construct(set=[name], kind="list") for name in unknowns.names)]
-    for name, times in Counter(name for entry in varied for name in entry.set).items():
+    for name, times in Counter([*(name for entry in tuning.vary for name in entry.set), *unknowns.names]).items():
         if times > 1:
             raise ScenarioError(f"{origin}: {name} is set twice, expected to be searched, or to vary, once")
-    # Values to search with are no grid beside what varies of the plants: only its targets are asked for.
-    targets = targets_of(StudyFile.model_construct(vary=varied), experiment, origin)
-    searched = [target for target in targets if target.column >= len(tuning.vary)]
+    varied = targets_of(tuning.vary, experiment, origin)
+    searched = [target for key, entries in unknowns.entries.items()
+                for target in targets_of(entries, experiment, origin, key)]
     ends = np.array([unknowns.parameters(np.array(end)) for end in zip(*unknowns.bounds, strict=True)])
     target_values([replace(target, column=i) for i, target in enumerate(searched)], ends, origin)
     known = named_values(plan, expected(experiment))
@@ -152,9 +155,9 @@ def plan_tuning(tuning: TuneFile, experiment: Experiment, origin: str) -> Planne
     cost = Cost(tuple(columns), numbers(columns, known, tuning.minimise, origin),
                 {i: times for name, times in tuning.times_before.items()
                  for i in numbers(columns, known, [name], origin)}, tuning.over)
-    plants = plants_of(tuning.plants(), targets, origin)
-    fresh = plants_of(tuning.plants(tuning.fresh, tuning.design.seed + 1), targets, origin) if tuning.fresh else plants
-    job = job_of(experiment, targets, columns, None, origin)
+    plants = plants_of(tuning.plants(), varied, origin)
+    fresh = plants_of(tuning.plants(tuning.fresh, tuning.design.seed + 1), varied, origin) if tuning.fresh else plants
+    job = job_of(experiment, [*varied, *searched], columns, None, origin)
     nominal = np.array([target.nominal for target in searched])
     return PlannedTuning(tuning, replace(job, key=key_of(job, plants)), unknowns, cost, nominal, plants, fresh)
 
@@ -167,7 +170,4 @@ def numbers(columns: list[Column], known: dict[str, tuple[float, str]], asked: l
 
 def plants_of(study: StudyFile | None, targets: list[Target], origin: str) -> Array:
     """Values of what varies of the plants; one plant without any if nothing varies."""
-    if study is None:
-        return np.empty((1, 0))
-    design = samples(study)
-    return target_values([target for target in targets if target.column < len(study.vary)], design, origin)
+    return np.empty((1, 0)) if study is None else target_values(targets, samples(study), origin)

@@ -61,8 +61,7 @@ class Search:
         kept = f"runs-{hashlib.sha256(values.tobytes()).hexdigest()}.npy"
         if kept in self.parts.files:
             self.runs += len(values)
-            rows = np.load(BytesIO(self.parts.read(kept)))
-            return np.asarray(rows).reshape(len(candidates), len(plants), -1)
+            return np.asarray(np.load(BytesIO(self.parts.read(kept)))).reshape(len(candidates), len(plants), -1)
         rows = np.full((len(values), len(self.planned.job.columns)), np.nan)
 
         def store(result: BatchResult) -> None:
@@ -154,18 +153,16 @@ def show_result(console: Console, tuning: TuneFile, cost: Cost, result: SearchRe
         console.print(result_table(title, ("metric", *heads), (
             row(column.name, before[:, i], after[:, i], column.unit) for i, column in enumerate(cost.columns)
             if column.name not in EVENTS or column.name == "failed")))
-        within = (cost.excess(after[None], before) == 0.0).mean()
-        console.print(f"{within:.0%} of the plants within all limits", highlight=False)
+        console.print(f"{(cost.excess(after[None], before) == 0.0).mean():.0%} of the plants within all limits",
+                      highlight=False)
     console.print(", ".join(f"{name} = {value:g}" for name, value in result.parameters.items()), highlight=False)
 
 
 def row(name: str, before: Array, after: Array, unit: str) -> list[str]:
     """Row of a metric: name, medians, the largest that have an end, shares without one, and where it became less."""
-    cells = [name]
-    for summary in (median, largest):
-        cells += [metric_text(name, summary(values), unit) for values in (before, after)]
-    cells += [f"{np.mean(~np.isfinite(values)):.0%}" for values in (before, after)]
-    return [*cells, f"{np.mean(after < before):.0%}"]
+    cells = [metric_text(name, summary(values), unit) for summary in (median, largest) for values in (before, after)]
+    shares = [f"{np.mean(share):.0%}" for share in (~np.isfinite(before), ~np.isfinite(after), after < before)]
+    return [name, *cells, *shares]
 
 
 def median(values: Array) -> float:

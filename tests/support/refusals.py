@@ -63,7 +63,7 @@ def readers(fmus: Path, folder: Path) -> dict[str, Callable[[str, Any], object]]
 
     def of_study(name: str, value: Any) -> object:
         study = varied(SCENARIO, {f"plant.{name}": [value]}, None, (), None, 0)
-        targets = targets_of(study, prepare(plan, fmus, {}, {}), "study")
+        targets = targets_of(study.vary, prepare(plan, fmus, {}, {}), "study")
         return target_values(targets, np.array([[quantity.value for quantity in study.vary[0].quantities]]), "study")
 
     def of_stage(name: str, value: Any) -> object:

@@ -39,6 +39,8 @@ def sampled(**design: object) -> dict[str, object]:
     (varied(set="plant.v.mass", values=["4 kg"], mode="factor"), "is in kg, expected a factor"),
     (varied(set="plant.v.mass", values=[True]), "True: plant.v.mass is a number"),
     (varied(set="controller.antiwindup", values=[1.0]), "is Boolean, expected true or false"),
+    ({"vary": [{"set": "controller.antiwindup", "kind": "grid", "from": False, "to": True, "number": 3}]},
+     "is Boolean, expected no value between false and true"),
     (varied(set="plant.v.mass", values=[4.0, -1.0, -2.0]),
      "plant.v.mass: 2 of 3 samples are out of range, the first is -1, expected 0.001 to 1e+06 kg"),
     ({"metrics": ["overshot of v"]}, "there is no metric 'overshot of v'; nearest is 'overshoot of v'"),

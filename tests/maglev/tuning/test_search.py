@@ -84,7 +84,11 @@ def planned(folder: Path, fmus: Path, **table: object) -> PlannedTuning:
 @pytest.mark.parametrize(("table", "words"), [
     ({}, "expected [[poles]] or [[search]]"),
     ({"search": [{**START, "set": ["plant.h.positon_start"]}]}, "nearest is 'h.position_start'"),
-    ({"search": [{**START, "set": ["plant.h.mass"]}]}, "plant.h.mass: 1 of 2 samples are out of range"),
+    ({"search": [{"set": ["plant.h.mass"], "low": -1, "high": 1}]}, "plant.h.mass: 1 of 2 samples are out of range"),
+    ({"search": [{**START, "high": "9 A"}]}, "search[0]: 9 A: is in A, expected a quantity in m"),
+    ({"search": [{**START, "low": False}]}, "search[0]: False: plant.h.position_start is a number"),
+    ({"search": [{"set": ["controller.antiwindup"], "low": False, "high": True}]},
+     "search[0]: controller.antiwindup is Boolean"),
     ({"search": [START, START]}, "plant.h.position_start is set twice"),
     ({"search": [{**START, "low": "1 mm"}]}, "expected more than low = 1 mm"),
     ({"search": [START], "vary": [FRICTION]}, "expected grid or list in a design of kind 'grid'"),
