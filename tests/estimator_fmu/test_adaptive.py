@@ -105,7 +105,7 @@ def nominals(rig: int, controller: Any) -> list[float]:
     return [attrgetter(PLACES[rig][f"{name}_start"])(controller.estimator) for name in CONSTANTS[:rig + 2]]
 
 
-@pytest.mark.few(1)
+@pytest.mark.thorough
 @pytest.mark.parametrize(("rig", "stage", "adaptive", "factors", "seconds"), [
     (2, Stage2DOF, AdaptiveRegulator2DOF, (0.75, 1.1, 0.9, 1.0), 14.0),
     (3, Stage3DOF, AdaptiveRegulator3DOF, (0.8, 1.15, 0.95, 1.1, 1.0), 9.0)])

@@ -122,6 +122,7 @@ def test_a_sketch_is_whole_and_can_be_read_on_a_phone(browser, names: Sequence[s
     assert hard == {}
 
 
+@pytest.mark.thorough
 @of_some
 def test_paper_and_a_phone_cut_no_equation(browser, names: Sequence[str]) -> None:
     """On paper nothing is wider than A4; on a phone, equations stand below each other, and a long one scrolls."""

@@ -77,7 +77,7 @@ def describing_function(amplitude: float) -> float:
                                               for k in range(1, steps + 1))
 
 
-@pytest.mark.few(1)
+@pytest.mark.thorough
 @pytest.mark.parametrize(("peak", "gain"), [(0.7, 1.18), (1.6, 1.04)])
 def test_a_rounding_is_its_describing_function(peak: float, gain: float, fastest_fmus: Path, pd_class) -> None:
     """One sine: up to 1.5 steps the law is a relay with a dead zone. Its harmonics hardly come through the stage."""

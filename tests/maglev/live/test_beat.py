@@ -64,6 +64,7 @@ def test_what_differs_by_less_than_five_percent_is_as_good(tab: Tab) -> None:
     assert tab.page.locator("#result .best").all_inner_texts() == ["900 ms", "2000 ms", "0.10 mm"]
 
 
+@pytest.mark.thorough
 @pytest.mark.parametrize("tab", [(WIDE, "")], ids=[""], indirect=True)
 def test_a_result_is_that_of_the_flight_that_is_seen_and_comes_with_the_link(tab: Tab, browser, page: Path) -> None:
     tab.page.click("text=Run it")

@@ -161,6 +161,7 @@ def test_a_search_finds_the_least_whoever_flies(fastest_fmus: Path, searched: Se
     assert maglev.run(extending, fmus=fastest_fmus)["plant.h.position"][0] == found.parameters["plant.h.position_start"]
 
 
+@pytest.mark.thorough
 def test_an_interrupted_search_goes_on_to_the_same_file(fastest_fmus: Path, searched: Searched, tmp_path: Path) -> None:
     """It flies nothing again; and it goes on with more generations."""
     shutil.copytree(searched.parts, tmp_path / "tuned.parts")

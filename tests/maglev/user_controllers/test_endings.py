@@ -70,7 +70,7 @@ def command(scenario: Path, fmus: Path, path: Path, out: Path, timeout: str) -> 
             "--out", str(out), "--timeout", timeout]
 
 
-@pytest.mark.few(2)
+@pytest.mark.few(1)
 @pytest.mark.parametrize("what", [pytest.param(what, marks=pytest.mark.thorough) if what.startswith("threads") else what
                                   for what in SAID])
 def test_a_complete_run_ends(fastest_fmus: Path, tmp_path: Path, marked: dict[str, str], what: str) -> None:
