@@ -288,6 +288,8 @@ def unpack(path: Path, folder: Path) -> None:
         if size > most:
             raise FmuError(f"{original(path)} unpacks to {1e-6 * size:.0f} MB, expected at most {1e-6 * most:.0f} MB; "
                            f"the environment variable {MOST_UNPACKED} sets another number of bytes")
+        if illegal := [name for name in names if "\\" in name or ":" in name or name.startswith("/")]:
+            raise FmuError(f"it has the file {illegal[0]!r}, expected a relative path with forward slashes")
         if not any(name.startswith(HERE) for name in names):
             there = sorted({name.split("/")[1] for name in names if re.match("binaries/.+/.", name)})
             raise FmuError(f"it has binaries for {', '.join(there) or 'no platform'}, expected {fmpy.platform} or "

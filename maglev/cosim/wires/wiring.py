@@ -49,8 +49,10 @@ class Track:
 
     def first_wrong(self, first: int, last: int) -> tuple[int, str] | None:
         """First of the rows from `first` to `last` that has another value of a Boolean output than 0 and 1, and it."""
+        if not self.boolean:
+            return None
         rows = self.array[first:last + 1]
-        if not self.boolean or not np.bitwise_or.reduce(rows, axis=None, initial=0) >> 1:   # also of -1
+        if not np.bitwise_or.reduce(rows, axis=None, initial=0) >> 1:   # also of -1
             return None
         row, column = np.argwhere(rows >> 1)[0]
         return first + int(row), f"{self.names[column]} = {self.array[first + row, column]}, expected a Boolean, 0 or 1"

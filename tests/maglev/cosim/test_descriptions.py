@@ -8,7 +8,7 @@ import fmpy
 import pytest
 
 from fmi_export.model_description import model_description
-from maglev.cosim.fmu import Fmu, read_description
+from maglev.cosim.fmu import Fmu, read_description, unpack
 from maglev.errors import FmuError
 from maglev.own_fmus import definition
 
@@ -41,6 +41,25 @@ def test_a_binary_for_other_machines(tmp_path: Path, libraries: list[str], named
     expected = f"theirs.fmu cannot be loaded: it has binaries for {named}, expected {fmpy.platform} or "
     with pytest.raises(FmuError, match=expected):
         Fmu("plant", path, read_description("plant", path))
+
+
+@pytest.mark.parametrize("name", ["resources\\a.txt", "/etc/a.txt", "C:a.txt"])
+def test_a_path_that_fmi_does_not_have(tmp_path: Path, name: str) -> None:
+    path = described(tmp_path, "Plant2DOF", "Plant2DOF")
+    with zipfile.ZipFile(path, "a") as archive:
+        archive.writestr(name, "")
+    with pytest.raises(FmuError, match=re.escape(f"cannot be loaded: it has the file {name!r}, expected a relative")):
+        Fmu("plant", path, read_description("plant", path))
+
+
+def test_nothing_is_unpacked_outside(tmp_path: Path) -> None:
+    path, folder = tmp_path / "theirs.fmu", tmp_path / "out"
+    with zipfile.ZipFile(path, "w") as archive:
+        for name in ("../a.txt", "resources/../../b.txt", f"binaries/{fmpy.platform}/c.so"):
+            archive.writestr(name, "")
+    folder.mkdir()
+    unpack(path, folder)
+    assert {file for file in tmp_path.rglob("*") if file.is_file() and folder not in file.parents} == {path}
 
 
 UNITS = {
