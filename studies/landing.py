@@ -19,10 +19,10 @@ from scipy.ndimage import binary_dilation
 
 import maglev
 from maglev.arrays import Array, Bools
-from maglev.maps.rows import MapRow, Side
+from maglev.maps.law_map import Factor, LawMap, Outcomes
 from maglev.studies.design import tried_values
 from maglev.studies.page.again import command_of
-from maglev.studies.page.outcome_map import Factor, LawMap, Outcomes, grid_of, outcomes_of
+from maglev.studies.page.outcome_map import grid_of, outcomes_of
 from maglev.studies.page.page import write_maps
 from maglev.studies.schema import load_study, read_study
 from studies.laws import LAWS, NAMES, write_picture
@@ -117,16 +117,15 @@ def draw(maps: Sequence[LawMap], out: Path, docs: Path) -> None:
     down, across, payload = maps[0].factors
     write_maps(out / f"{STUDY}.html", "From where each law lands the 3-DOF stage",
                SAID.format(sum(outcome_map.cells.size for outcome_map in maps)), maps, WORDS)
-    write_picture(docs / f"{STUDY}.png", "3-DOF stage: from where each law lands", [
-        MapRow(f"Payload {1e3 * kilograms:g} g", Side("gap, mm", ticks(1e3 * down.values)),
-               Side("speed downwards, m/s", ticks(across.values)),
-               {outcome_map.name: outcome_map.cells[k].astype(np.int64) for outcome_map in maps})
-        for k, kilograms in enumerate(payload.values)], WORDS, COLOURS)
+    drawn = [Factor("gap", "mm", ticks(1e3 * down.values)), Factor("speed downwards", "m/s", ticks(across.values)),
+             Factor("with", "", np.array([f"Payload {1e3 * kilograms:g} g" for kilograms in payload.values]))]
+    write_picture(docs / f"{STUDY}.png", "3-DOF stage: from where each law lands",
+                  [[replace(outcome_map, factors=drawn) for outcome_map in maps]], WORDS, COLOURS)
 
 
-def ticks(values: Array) -> list[str]:
+def ticks(values: Array) -> NDArray[np.str_]:
     """Labels of a side: of five values, and no text of the others."""
-    return ["" if k % ((len(values) - 1) // 4) else f"{value:.3g}" for k, value in enumerate(values.tolist())]
+    return np.array(["" if k % ((len(values) - 1) // 4) else f"{value:.3g}" for k, value in enumerate(values.tolist())])
 
 
 if __name__ == "__main__":

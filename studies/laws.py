@@ -3,12 +3,12 @@
 import argparse
 from collections.abc import Callable, Iterable, Sequence
 from pathlib import Path
-from typing import TypeVar
 
 import numpy as np
 
 import maglev
-from maglev.maps.rows import MapRow, Origin, seen
+from maglev.maps.grids import Origin, RigGrids, read_grids, write_grids
+from maglev.maps.law_map import LawMap, seen
 from maglev.pictures import new_figure
 from maglev.studies.dataset import metadata_of
 from maglev.studies.schema import StudyFile
@@ -20,15 +20,13 @@ NAMES = {"pid": "PID"}
 FINE = 50   # cells along a side from which on they have no edges
 
 RunStudy = Callable[[StudyFile], Path]   # a study to its dataset
-Maps = TypeVar("Maps")
 
 
-def map_laws(words: str, data: Path, read: Callable[[Path], dict[str, Maps]],
-             write: Callable[[Path, dict[str, Maps]], None],
-             run_rig: Callable[[str, tuple[str, ...], RunStudy, argparse.Namespace], Maps]) -> None:
+def map_laws(words: str, data: Path, outcomes: Sequence[str],
+             run_rig: Callable[[str, tuple[str, ...], RunStudy, argparse.Namespace], RigGrids]) -> None:
     """Run rigs as the command line asks for, and write what was found; with --rig the others stay as they are.
 
-    `words` say what the command does, and maps stand in `data` if the command line names no file. `run_rig` runs the
+    `words` say what the command does, and grids stand in `data` if the command line names no file. `run_rig` runs the
     laws of a rig and draws them: name of the rig, its laws, how to run a study, options.
     """
     parser = argparse.ArgumentParser(description=words, formatter_class=argparse.RawDescriptionHelpFormatter)
@@ -42,10 +40,10 @@ def map_laws(words: str, data: Path, read: Callable[[Path], dict[str, Maps]],
     def run_study(study: StudyFile) -> Path:
         return maglev.study(study, out=options.out, jobs=options.jobs, resume=True).path
 
-    rigs = read(options.data) if options.rig else {}
+    rigs = read_grids(options.data) if options.rig else {}
     for rig in [options.rig] if options.rig else LAWS:
         rigs[rig] = run_rig(rig, LAWS[rig], run_study, options)
-    write(options.data, rigs)
+    write_grids(options.data, outcomes, rigs)
 
 
 def origin_of(paths: Iterable[Path]) -> Origin:
@@ -62,32 +60,37 @@ def markdown_table(rows: Sequence[Sequence[str]]) -> str:
     return "\n".join([head, "|---|---|" + "---:|" * (head.count("|") - 3), *others])
 
 
-def write_picture(path: Path, title: str, rows: Sequence[MapRow], outcomes: Sequence[str], colours: Sequence[str],
-                  dotted: str = "") -> None:
-    """Write a PNG; the cells are numbers of outcomes, and `dotted` says what a dot on one means, if there are any."""
+def write_picture(path: Path, title: str, maps: Sequence[Sequence[LawMap]], outcomes: Sequence[str],
+                  colours: Sequence[str], dotted: str = "") -> None:
+    """Write a PNG of maps of all laws, a row for each layer, whose factors are texts.
+
+    What is marked, an outcome more, has the colour of the first one, and a dot, of which `dotted` says what it means.
+    """
     from matplotlib.colors import ListedColormap  # an extra: only who draws needs it
     from matplotlib.patches import Patch
 
-    laws = list(rows[0].cells)
-    figure = new_figure(2.5 * len(laws) + 1.0, 2.3 * len(rows) + 0.9)
-    grid = figure.subplots(len(rows), len(laws), squeeze=False)
+    rows = [(of_laws, k) for of_laws in maps for k in range(len(of_laws[0].cells))]
+    figure = new_figure(2.5 * len(maps[0]) + 1.0, 2.3 * len(rows) + 0.9)
+    grid = figure.subplots(len(rows), len(maps[0]), squeeze=False)
     figure.suptitle(title)
-    for row, places in zip(rows, grid, strict=True):
-        for law, axes in zip(laws, places, strict=True):
-            axes.pcolormesh(row.cells[law], cmap=ListedColormap(colours), vmin=-0.5, vmax=len(outcomes) - 0.5,
-                            edgecolors="white", linewidth=0.4 if len(row.along.labels) < FINE else 0.0)
-            if law in row.dots:
-                down, along = np.nonzero(row.dots[law])
-                axes.plot(along + 0.5, down + 0.5, "k.", markersize=3)
-            axes.set_xticks(np.arange(len(row.along.labels)) + 0.5, row.along.labels, fontsize=7)
-            axes.set_yticks(np.arange(len(row.down.labels)) + 0.5, row.down.labels, fontsize=7)
+    for (of_laws, k), places in zip(rows, grid, strict=True):
+        down, along, layers = of_laws[0].factors
+        for law, axes in zip(of_laws, places, strict=True):
+            axes.pcolormesh(law.cells[k] % len(outcomes), cmap=ListedColormap(colours), vmin=-0.5,
+                            vmax=len(outcomes) - 0.5, edgecolors="white",
+                            linewidth=0.4 if len(along.values) < FINE else 0.0)
+            if dotted:
+                up, right = np.nonzero(law.cells[k] == len(outcomes))
+                axes.plot(right + 0.5, up + 0.5, "k.", markersize=3)
+            axes.set_xticks(np.arange(len(along.values)) + 0.5, along.values.tolist(), fontsize=7)
+            axes.set_yticks(np.arange(len(down.values)) + 0.5, down.values.tolist(), fontsize=7)
             axes.tick_params(length=0)
-            axes.set_xlabel(row.along.title, fontsize=8)
+            axes.set_xlabel(f"{along.name}, {along.unit}", fontsize=8)
         # What two sides are about, which some headings begin with, stands at the sides.
-        places[0].set_ylabel(f"{row.heading.rpartition(', ')[2]}\n{row.down.title}", fontsize=9)
-    for law, axes in zip(laws, grid[0], strict=True):
-        axes.set_title(law)
-    occurring = seen(cells for row in rows for cells in row.cells.values())
+        places[0].set_ylabel(f"{layers.values[k].rpartition(', ')[2]}\n{down.name}, {down.unit}", fontsize=9)
+    for law, axes in zip(maps[0], grid[0], strict=True):
+        axes.set_title(law.name)
+    occurring = seen(law.cells % len(outcomes) for of_laws in maps for law in of_laws)
     figure.legend(handles=[Patch(color=colours[outcome], label=outcomes[outcome]) for outcome in occurring],
                   loc="outside lower center", ncols=4, frameon=False, title=f"·  {dotted}" if dotted else None)
     figure.savefig(path, dpi=100)

@@ -8,7 +8,6 @@ minutes on two processors. A study that is done is not run again.
 """
 
 import argparse
-import json
 from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
@@ -18,6 +17,8 @@ from numpy.typing import NDArray
 
 from maglev.arrays import Array, Bools
 from maglev.errors import MaglevError
+from maglev.maps.grids import Grid, RigGrids
+from maglev.maps.law_map import Outcomes
 from maglev.maps.operating_range import (
     ASTRAY,
     FILE,
@@ -30,14 +31,11 @@ from maglev.maps.operating_range import (
     STEPS,
     STOPPED,
     TRIPPED,
-    Map,
-    RigMaps,
-    read_maps,
+    maps_of,
+    table,
 )
-from maglev.maps.rows import Outcomes, texts_of
 from maglev.studies.dataset import read_dataset
 from maglev.studies.schema import StudyFile, load_study
-from maglev_files.whole_file import write_whole
 from pmlsm.rigs import RIGS
 from studies.laws import NAMES, RunStudy, map_laws, markdown_table, origin_of, write_picture
 
@@ -57,52 +55,27 @@ def outcomes(columns: Mapping[str, NDArray[Any]], at_limit: Bools) -> Outcomes:
     tripped, touched = (np.isfinite(columns[name]) for name in ("trip time", "stop contact time"))
     # A trip lets the mover fall on a stop, and what lies on a stop is at its limit: the first cause counts.
     return np.select([tripped, near & ~touched, near, touched, at_limit], [TRIPPED, SETTLED, RECOVERED, STOPPED,
-                                                                           LIMITED], ASTRAY)
+                                                                           LIMITED], ASTRAY).astype(np.uint8)
 
 
-def read_map(path: Path) -> Map:
-    """Map of a study's dataset, with the trajectories of its commands beside it."""
-    table = read_dataset(path)
-    columns = {name: table[name].to_numpy() for name in table.column_names if name != "failure"}
-    if not all(failure is None for failure in table["failure"].to_pylist()):
+def read_outcomes(path: Path) -> tuple[dict[str, Array], Outcomes]:
+    """What varies in a study's dataset, and the outcomes, also by the trajectories of commands beside it."""
+    samples = read_dataset(path)
+    columns = {name: samples[name].to_numpy() for name in samples.column_names if name != "failure"}
+    if not all(failure is None for failure in samples["failure"].to_pylist()):
         raise MaglevError(f"{path}: some samples were not run to their end, expected all to be")
     rows = read_dataset(path.with_name(f"{path.stem}.trajectories.parquet"))
     time = rows["time"].to_numpy()
     commands = np.column_stack([np.abs(rows[name].to_numpy()) for name in rows.column_names
                                 if name not in ("sample", "time")])
     beyond = (commands >= CURRENT_LIMIT).any(axis=1) & (time > time.max() - ENDING)
-    at_limit = np.zeros(len(table), dtype=np.bool_)
+    at_limit = np.zeros(len(samples), dtype=np.bool_)
     at_limit[rows["sample"].to_numpy()[beyond]] = True
     what = next(name for name in STEPS if name in columns)
-    # Samples of a grid stand in the order of what varies.
-    initial, target, steps, constants = (np.unique(columns[name]) for name in ("initial gap", "target gap", what,
-                                                                               "constants"))
-    ends = outcomes(columns, at_limit).reshape(len(initial), len(target), len(steps), len(constants))
-    return Map(initial, target, steps, constants, ends, what)
-
-
-def write_maps(path: Path, rigs: Mapping[str, RigMaps]) -> None:
-    """Write maps as JSON, such as "2dof" to its maps: a text of digits, indices of "outcomes", for each initial gap.
-
-    The texts of a law stand by what else steps and then by constants.
-    """
-    write_whole(path, json.dumps({"outcomes": OUTCOMES, "rigs": {rig: rig_data(maps) for rig, maps in rigs.items()}},
-                                 indent=1) + "\n")
-
-
-def rig_data(maps: RigMaps) -> dict[str, object]:
-    """Maps of a rig as they stand in the file."""
-    first = next(iter(maps.laws.values()))
-    origin = maps.origin
-    return {"version": origin.version, "commit": origin.commit, "guids": dict(origin.guids),
-            "initial gap": lengths(first.initial), "target gap": lengths(first.target),
-            first.what: lengths(first.steps), "constants": first.constants.tolist(),
-            "laws": {law: texts_of(ends.outcomes.transpose(2, 3, 0, 1)) for law, ends in maps.laws.items()}}
-
-
-def lengths(values: Array) -> list[float]:
-    """Lengths in m, or tilts in rad, to nine digits, so that they read as they were set."""
-    return [round(value, 9) for value in values.tolist()]
+    # Samples of a grid stand in the order of what varies. Nine digits read as they were set.
+    varied = {name: np.unique(columns[name]).round(9) for name in ("initial gap", "target gap", what, "constants")}
+    ends = outcomes(columns, at_limit).reshape([len(values) for values in varied.values()])
+    return {name: varied[name] for name in (what, "constants", "initial gap", "target gap")}, ends.transpose(2, 3, 0, 1)
 
 
 def study_of(rig: str, law: str) -> StudyFile:
@@ -114,14 +87,16 @@ def study_of(rig: str, law: str) -> StudyFile:
     return study.model_copy(update={"name": f"{study.name}-{law}", "scenario": str(scenario), "vary": vary})
 
 
-def run_rig(rig: str, laws: tuple[str, ...], run_study: RunStudy, options: argparse.Namespace) -> RigMaps:
+def run_rig(rig: str, laws: tuple[str, ...], run_study: RunStudy, options: argparse.Namespace) -> RigGrids:
     paths = {law: run_study(study_of(rig, law)) for law in laws}
-    maps = RigMaps({NAMES.get(law, law): read_map(path) for law, path in paths.items()}, origin_of(paths.values()))
-    write_picture(options.docs / f"range-{rig}.png", f"{RIGS[rig].title}: from one air gap to another", maps.rows(),
+    read = {NAMES.get(law, law): read_outcomes(path) for law, path in paths.items()}
+    varied = next(iter(read.values()))[0]
+    found = RigGrids({"moves": Grid(varied, {law: ends for law, (_, ends) in read.items()})}, origin_of(paths.values()))
+    write_picture(options.docs / f"range-{rig}.png", f"{RIGS[rig].title}: from one air gap to another", maps_of(found),
                   OUTCOMES, COLOURS, SETTLED_NOMINAL)
-    print(f"\n{rig}\n\n{markdown_table(maps.table())}", flush=True)
-    return maps
+    print(f"\n{rig}\n\n{markdown_table(table(found))}", flush=True)
+    return found
 
 
 if __name__ == "__main__":
-    map_laws(__doc__, FILE, read_maps, write_maps, run_rig)
+    map_laws(__doc__, FILE, OUTCOMES, run_rig)

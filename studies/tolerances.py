@@ -8,7 +8,6 @@ processors. A study that is done is not run again.
 """
 
 import argparse
-import json
 from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
@@ -17,24 +16,25 @@ import numpy as np
 from numpy.typing import NDArray
 
 from maglev.errors import MaglevError
-from maglev.maps.rows import Outcomes, texts_of
+from maglev.maps.grids import Grid, RigGrids
+from maglev.maps.law_map import Outcomes
 from maglev.maps.tolerances import (
     ASTRAY,
     FILE,
     HOLDS,
     OUTCOMES,
     QUESTIONS,
+    STEP,
     STOPPED,
     TRIPPED,
     Question,
-    RigMaps,
-    read_tolerances,
+    maps_of,
+    table,
 )
 from maglev.schema.layers import PACKAGED
 from maglev.studies.dataset import read_dataset
 from maglev.studies.page.text import units_of
 from maglev.studies.schema import StudyFile, read_study
-from maglev_files.whole_file import write_whole
 from pmlsm.rig import Rig
 from pmlsm.rigs import RIGS
 from studies.laws import NAMES, RunStudy, map_laws, markdown_table, origin_of, write_picture
@@ -60,34 +60,23 @@ def outcomes(columns: Mapping[str, NDArray[Any]], tilts: tuple[str, ...]) -> Out
                   for name, values in columns.items() if name.startswith("end error of ")], axis=0)
     tripped, touched = columns["trip time"], columns["stop contact time"]
     return np.select([np.isfinite(tripped) & (tripped <= touched), np.isfinite(touched), far],
-                     [TRIPPED, STOPPED, ASTRAY], HOLDS)
+                     [TRIPPED, STOPPED, ASTRAY], HOLDS).astype(np.uint8)
 
 
 def read_outcomes(path: Path, question: Question) -> Outcomes:
     """Outcomes in a study's dataset; what the sides vary over has to be there once for each step."""
-    table = read_dataset(path)
-    columns = {name: table[name].to_numpy() for name in table.column_names if name != "failure"}
-    tilts = tuple(name.removeprefix("end error of ") for name, unit in units_of(table).items()
+    samples = read_dataset(path)
+    columns = {name: samples[name].to_numpy() for name in samples.column_names if name != "failure"}
+    tilts = tuple(name.removeprefix("end error of ") for name, unit in units_of(samples).items()
                   if name.startswith("end error of ") and unit == "rad")
     ends = outcomes(columns, tilts)
     # A flight that its FMUs ended, by running away, was beyond a stop before.
-    ends[[failure is not None for failure in table["failure"].to_pylist()]] = STOPPED
+    ends[[failure is not None for failure in samples["failure"].to_pylist()]] = STOPPED
     shape = len(question.down.values), len(question.along.values)
     if len(ends) % (shape[0] * shape[1]):
         raise MaglevError(f"{path}: {len(ends)} samples, expected {shape[0]} by {shape[1]} for each step")
     # Samples of a grid stand in the order of what varies, of which the steps are the last.
     return np.moveaxis(ends.reshape(*shape, -1), -1, 0)
-
-
-def write_found(path: Path, rigs: Mapping[str, RigMaps]) -> None:
-    """Write maps as JSON: a text of digits, indices of "outcomes", for each value down a map."""
-    data = {name: {"version": rig.origin.version, "commit": rig.origin.commit, "steps of the gap, mm": rig.sizes,
-                   "maps": {question: {law: texts_of(outcomes_of_law) for law, outcomes_of_law in laws.items()}
-                            for question, laws in rig.maps.items()}} for name, rig in rigs.items()}
-    sides = {question.name: {side: {"name": worse.name, "unit": worse.unit, "values": worse.values}
-                             for side, worse in (("down", question.down), ("along", question.along))}
-             for question in QUESTIONS}
-    write_whole(path, json.dumps({"outcomes": OUTCOMES, "sides": sides, "rigs": data}, indent=1) + "\n")
 
 
 def study_of(rig: Rig, law: str, question: Question, folder: Path) -> StudyFile:
@@ -109,19 +98,21 @@ def study_of(rig: Rig, law: str, question: Question, folder: Path) -> StudyFile:
                        "vary": [*vary, steps], "set": beside, "metrics": ["end error"]}, scenario)
 
 
-def run_rig(name: str, laws: tuple[str, ...], run_study: RunStudy, options: argparse.Namespace) -> RigMaps:
-    rig, paths = RIGS[name], list[Path]()
-    maps: dict[str, dict[str, Outcomes]] = {}
+def run_rig(name: str, laws: tuple[str, ...], run_study: RunStudy, options: argparse.Namespace) -> RigGrids:
+    rig, paths, grids = RIGS[name], list[Path](), dict[str, Grid]()
     for question in QUESTIONS:
+        outcomes_of_laws = {}
         for law in laws:
             paths.append(run_study(study_of(rig, law, question, options.out / "tolerances")))
-            maps.setdefault(question.name, {})[NAMES.get(law, law)] = read_outcomes(paths[-1], question)
-    of_rig = RigMaps(SIZES, maps, origin_of(paths))
-    write_picture(options.docs / f"tolerances-{name}.png", f"{rig.title}: what each law tolerates", of_rig.rows(),
+            outcomes_of_laws[NAMES.get(law, law)] = read_outcomes(paths[-1], question)
+        sides = {f"{side.name}, {side.unit}": np.array(side.values) for side in (question.down, question.along)}
+        grids[question.name] = Grid({STEP: np.array(SIZES), **sides}, outcomes_of_laws)
+    found = RigGrids(grids, origin_of(paths))
+    write_picture(options.docs / f"tolerances-{name}.png", f"{rig.title}: what each law tolerates", maps_of(found),
                   OUTCOMES, COLOURS)
-    print(f"\n{name}\n\n{markdown_table(of_rig.table())}", flush=True)
-    return of_rig
+    print(f"\n{name}\n\n{markdown_table(table(found))}", flush=True)
+    return found
 
 
 if __name__ == "__main__":
-    map_laws(__doc__, FILE, read_tolerances, write_found, run_rig)
+    map_laws(__doc__, FILE, OUTCOMES, run_rig)

@@ -45,7 +45,7 @@ BLOCKS = ("plant_fmu", "controller_fmu", "estimator_fmu", "measurement_fmu", "cl
 ROOMS = ("errors", "packages", "arrays", "waves", "processes", "copies", "units", "parameter", "time_grid",
          "quantities", "panels", "csv_table", "toml_file", "shown_figure", "pictures", "rig", "stages", "linear",
          "own_stage", "identification", "user_controllers", "kinds", "own_fmus", "cosim", "schema", "catalogue", "gym",
-         "maps", "pages", "live", "judging", "experiment", "analysis", "baselines", "fmu_experiments", "procedures",
+         "pages", "maps", "live", "judging", "experiment", "analysis", "baselines", "fmu_experiments", "procedures",
          "report", "comparison", "studies", "stability", "tuning", "api", "microcontroller", "__init__", "cli",
          "__main__")
 

@@ -3,20 +3,18 @@
 Studies find them; those of the rigs come with the package, as data that `studies/tolerances` writes.
 """
 
-import json
-from collections.abc import Mapping
 from dataclasses import dataclass
-from pathlib import Path
 
 import numpy as np
 
-from maglev.maps.rows import MapRow, Origin, Outcomes, Side, cells_of
+from maglev.maps.grids import RigGrids
+from maglev.maps.law_map import Factor, LawMap, Outcomes
 from maglev.schema.layers import PACKAGED
 
 HOLDS, ASTRAY, STOPPED, TRIPPED = range(4)
 OUTCOMES = ("holds", "ends off by more than 1 mm", "touches a stop", "trips")
 
-FILE = PACKAGED / "studies" / "tolerances.json"
+FILE = PACKAGED / "studies" / "tolerances.json"   # varied are STEP, then what is down and along a map
 TOOL = "python -m studies.tolerances"
 
 
@@ -37,9 +35,9 @@ class Worse:
         return self.unit.replace("um", "µm")
 
     @property
-    def side(self) -> Side:
-        return Side(f"{self.name}, {self.printed_unit}",
-                    ["∞" if self.text(value) == "no limit" else f"{value:g}" for value in self.values])
+    def factor(self) -> Factor:
+        return Factor(self.name, self.printed_unit, np.array(
+            ["∞" if self.text(value) == "no limit" else f"{value:g}" for value in self.values]))
 
 
 @dataclass(frozen=True)
@@ -51,6 +49,7 @@ class Question:
     down: Worse
 
 
+STEP = "step of the gap, mm"
 VOLTAGE = "plant.bus_voltage"
 
 QUESTIONS = (
@@ -62,50 +61,36 @@ QUESTIONS = (
              Worse("bus voltage", "V", (0, 48, 24, 18, 12, 9, 6, 4), VOLTAGE)))
 
 
-@dataclass(frozen=True)
-class RigMaps:
-    """Maps of a rig by question and law, shape (steps, down, along), of steps of the gap by sizes (mm)."""
-
-    sizes: tuple[float, ...]
-    maps: Mapping[str, Mapping[str, Outcomes]]
-    origin: Origin
-
-    @property
-    def about(self) -> str:
-        return """\
+def about(_found: RigGrids) -> str:
+    return """\
 Two things get worse at a time: measurements come late and are noisy; samples are lost and the bus has little
 voltage. Every controller makes a step of the air gap with them, and one of the horizontal axes or the tilts. A run
 holds if no stop is touched, nothing trips, and every axis ends near its reference. The lowest row and the first
 column of a map are without the one or the other."""
 
-    def rows(self) -> list[MapRow]:
-        """Of each question and each step of the gap."""
-        return [MapRow(f"{question.down.name.capitalize()} and {question.along.name}, step of {size:g} mm",
-                       question.down.side, question.along.side,
-                       {law: outcomes[k] for law, outcomes in self.maps[question.name].items()})
-                for question in QUESTIONS if question.name in self.maps for k, size in enumerate(self.sizes)]
 
-    def table(self) -> list[tuple[str, ...]]:
-        """Up to where each law holds along each side, the other being harmless, as rows of texts, the heading first."""
-        sides = [(question.name, side, harmless) for question in QUESTIONS if question.name in self.maps
-                 for side, harmless in ((question.down, np.s_[:, 0]), (question.along, np.s_[0, :]))]
-        rows = [("controller", "step of the gap", *(side.name for _, side, _ in sides))]
-        for law in next(iter(self.maps.values())):
-            for k, size in enumerate(self.sizes):
-                rows.append((law, f"{size:g} mm", *(last_that_holds(self.maps[name][law][k][harmless], side)
-                                                    for name, side, harmless in sides)))
-        return rows
+def maps_of(found: RigGrids) -> list[list[LawMap]]:
+    """Of each question and law, a layer for each step of the gap."""
+    maps = []
+    for question in QUESTIONS:
+        grid, asked = found.grids[question.name], f"{question.down.name.capitalize()} and {question.along.name}"
+        layers = Factor("with", "", np.array([f"{asked}, step of {size:g} mm" for size in grid.varied[STEP]]))
+        factors = [question.down.factor, question.along.factor, layers]
+        maps.append([LawMap(law, "", factors, cells) for law, cells in grid.laws.items()])
+    return maps
+
+
+def table(found: RigGrids) -> list[tuple[str, ...]]:
+    """Up to where each law holds along each side, the other being harmless, as rows of texts, the heading first."""
+    sides = [(found.grids[question.name], side, harmless) for question in QUESTIONS
+             for side, harmless in ((question.down, np.s_[:, 0]), (question.along, np.s_[0, :]))]
+    first = sides[0][0]
+    return [("controller", "step of the gap", *(side.name for _, side, _ in sides))] + [
+        (law, f"{size:g} mm", *(last_that_holds(grid.laws[law][k][harmless], side) for grid, side, harmless in sides))
+        for law in first.laws for k, size in enumerate(first.varied[STEP])]
 
 
 def last_that_holds(outcomes: Outcomes, side: Worse) -> str:
-    """The worst value of a side up to which every run holds; `found` has the outcomes along it."""
+    """The worst value of a side up to which every run holds; `outcomes` are those along it."""
     held = int(np.argmax(np.append(outcomes != HOLDS, True)))
     return "—" if not held else side.text(side.values[held - 1]) + (" and worse" if held == len(outcomes) else "")
-
-
-def read_tolerances(path: Path = FILE) -> dict[str, RigMaps]:
-    """Maps by rig as `write_found` of `studies/tolerances` wrote them; without a path those of the package."""
-    rigs = json.loads(path.read_text(encoding="utf-8"))["rigs"]
-    return {name: RigMaps(tuple(rig["steps of the gap, mm"]), {
-        question: {law: cells_of(texts) for law, texts in laws.items()} for question, laws in rig["maps"].items()},
-        Origin(rig["version"], rig["commit"])) for name, rig in rigs.items()}

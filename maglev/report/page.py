@@ -64,7 +64,7 @@ def report_page(results: Sequence[RunResult], judgements: Judgements, outcomes: 
     data = {"runs": runs_data(results, figures, frictionless.runs), "figures": drawn,
             "moving": films, "maps": {place: outcome_map for kind, of_rigs in maps.items()
                                       for rig, of_rig in of_rigs.items()
-                                      for place, outcome_map in outcome_maps.maps_data(kind, rig, of_rig).items()}}
+                                      for place, outcome_map in outcome_maps.rig_data(kind, rig, of_rig).items()}}
     told = {run.plan.name for run in claim_table.summarised_runs(results, judgements)}
     message = claim_table.run_sentences(results, judgements) + claim_table.message(judgements)
     return shell.page(

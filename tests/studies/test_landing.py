@@ -11,9 +11,9 @@ from tiny_study import UNCHANGED
 
 import maglev
 from maglev.experiment.preparation import prepare
+from maglev.maps.law_map import Outcomes
 from maglev.schema.layers import PACKAGED
 from maglev.schema.loading import load_plan
-from maglev.studies.page.outcome_map import Outcomes
 from maglev.studies.planning import plan_study
 from maglev.studies.schema import load_study
 from studies.landing import COMPARED, Where, refined

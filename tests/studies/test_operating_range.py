@@ -9,27 +9,29 @@ import pytest
 from tiny_study import UNCHANGED, planned
 
 from maglev.experiment.preparation import prepare
+from maglev.maps.grids import Grid, Origin, RigGrids, read_grids, write_grids
 from maglev.maps.operating_range import (
     ASTRAY,
+    FILE,
     LIMITED,
     OUTCOMES,
     RECOVERED,
     SETTLED,
+    SETTLED_ALWAYS,
+    SETTLED_NOMINAL,
+    STEPS,
     STOPPED,
     TRIPPED,
-    Map,
-    RigMaps,
-    read_maps,
-    shares,
+    maps_of,
+    table,
 )
-from maglev.maps.rows import Origin
 from maglev.schema.loading import load_plan
 from maglev.studies.design import tried_values
 from maglev.studies.planning import plan_study
 from maglev.studies.running import run_study
 from maglev.studies.schema import load_study
 from studies.laws import markdown_table, origin_of, write_picture
-from studies.operating_range import COLOURS, outcomes, read_map, write_maps
+from studies.operating_range import COLOURS, outcomes, read_outcomes
 
 DOCS = Path(__file__).parents[2] / "docs"
 
@@ -46,15 +48,16 @@ def test_the_first_cause_counts(tripped: float, touched: float, error: float, at
 
 
 def test_shares_are_of_the_map_with_the_constants_as_they_are(tmp_path: Path) -> None:
-    ends = np.full((2, 2, 1, 2), STOPPED)
-    ends[:, 0, 0, :] = SETTLED
-    ends[0, 0, 0, 1] = TRIPPED   # with other constants
-    found = Map(np.array([0.01, 0.02]), np.array([0.01, 0.02]), np.array([0.0]), np.array([1.0, 1.05]), ends)
-    (step, nominal, always), = shares(found)
-    assert (step, nominal[SETTLED], nominal[STOPPED], nominal[TRIPPED], always) == (0.0, 0.5, 0.5, 0.0, 0.25)
-    maps = RigMaps({"nonlinear": found, "PID": found}, Origin("0.0", None))
-    assert "| nonlinear | 0 mm | 50 % |" in markdown_table(maps.table())
-    write_picture(tmp_path / "maps.png", "maps", maps.rows(), OUTCOMES, COLOURS)
+    gaps, ends = np.array([0.01, 0.02]), np.full((1, 2, 2, 2), STOPPED, np.uint8)
+    ends[0, :, :, 0] = SETTLED
+    ends[0, 1, 0, 0] = TRIPPED   # with other constants
+    found = RigGrids({"moves": Grid({"horizontal step": np.array([0.0]), "constants": np.array([1.0, 1.05]),
+                                     "initial gap": gaps, "target gap": gaps}, {"nonlinear": ends, "PID": ends})},
+                     Origin("0.0", None))
+    assert table(found) == [("controller", "horizontal step", OUTCOMES[SETTLED], OUTCOMES[STOPPED], SETTLED_ALWAYS),
+                            *((law, "0 mm", "50 %", "50 %", "25 %") for law in ("nonlinear", "PID"))]
+    assert "| nonlinear | 0 mm | 50 % |" in markdown_table(table(found))
+    write_picture(tmp_path / "maps.png", "maps", maps_of(found), OUTCOMES, COLOURS, SETTLED_NOMINAL)
     assert (tmp_path / "maps.png").read_bytes().startswith(b"\x89PNG")
 
 
@@ -68,33 +71,38 @@ def test_a_map_has_every_sample_in_its_place(fastest_fmus: Path, tmp_path: Path)
         {"set": "plant.C1", "name": "constants", "mode": "factor", "kind": "list", "values": [0.95, 1.0]}],
         metrics=["end error"], keep=["controller.motor.i_d_cmd", "controller.motor.i_q_cmd"])
     path = run_study(study, tmp_path, 1, None, False, lambda _done, _all: None, print)
-    found = read_map(path)
-    assert found.outcomes.shape == (3, 2, 1, 2)
-    table = pq.read_table(path).to_pylist()
-    for row in table:
-        place = (*(int(np.argmin(np.abs(axis - row[name]))) for axis, name in (
-            (found.initial, "initial gap"), (found.target, "target gap"))), 0,
-            int(np.argmin(np.abs(found.constants - row["constants"]))))
-        assert (found.outcomes[place] in (STOPPED, RECOVERED)) == (row["stop contact time"] < inf)
-    assert {row["stop contact time"] < inf for row in table} == {True, False}
+    varied, ends = read_outcomes(path)
+    assert ends.shape == (1, 2, 3, 2)
+    samples = pq.read_table(path).to_pylist()
+    for row in samples:
+        place = tuple(int(np.argmin(np.abs(values - row[name]))) for name, values in varied.items())
+        assert (ends[place] in (STOPPED, RECOVERED)) == (row["stop contact time"] < inf)
+    assert {row["stop contact time"] < inf for row in samples} == {True, False}
     origin = origin_of([path, path])
     assert origin.guids.keys() == {"Plant2DOF", "Regulator2DOF"}
-    write_maps(tmp_path / "maps.json", {"2dof": RigMaps({"nonlinear": found}, origin)})
-    again = read_maps(tmp_path / "maps.json")["2dof"]
+    write_grids(tmp_path / "maps.json", OUTCOMES, {"2dof": RigGrids({"moves": Grid(varied, {"nonlinear": ends})},
+                                                                    origin)})
+    again = read_grids(tmp_path / "maps.json")["2dof"]
     assert again.origin == origin
-    for name in ("initial", "target", "steps", "constants", "outcomes"):
-        assert getattr(again.laws["nonlinear"], name).tolist() == getattr(found, name).tolist()
+    grid, = again.grids.values()
+    assert grid.laws["nonlinear"].tolist() == ends.tolist()
+    assert [*grid.varied] == [*varied]
+    for name, values in varied.items():
+        assert grid.varied[name].tolist() == values.tolist()
 
 
 @pytest.mark.parametrize("rig", ["2dof", "3dof", "5dof"])
 def test_maps_of_the_package_are_those_that_the_documentation_tells(rig: str) -> None:
     """Its page has the table of their shares, as it stands; and they are those of the studies' grids."""
-    maps, study = read_maps()[rig], load_study(f"range-{rig}")[0]
-    assert markdown_table(maps.table()) in (DOCS / "faults.md").read_text(encoding="utf-8")
-    for found in maps.laws.values():
-        for axis, varied in zip((found.initial, found.target, found.steps, found.constants), study.vary,
-                                strict=True):
-            assert axis == pytest.approx(tried_values(varied)), varied.column
+    found, study = read_grids(FILE)[rig], load_study(f"range-{rig}")[0]
+    assert markdown_table(table(found)) in (DOCS / "faults.md").read_text(encoding="utf-8")
+    grid, = found.grids.values()
+    assert {varied.column for varied in study.vary} == {*grid.varied} and next(iter(grid.varied)) in STEPS
+    for varied in study.vary:
+        assert grid.varied[varied.column] == pytest.approx(tried_values(varied)), varied.column
+    for ends in grid.laws.values():
+        assert ends.shape == tuple(map(len, grid.varied.values()))
+        assert {*np.unique(ends)} <= {*range(len(OUTCOMES))}
 
 
 @pytest.mark.parametrize("rig", ["2dof", "3dof", "5dof"])

@@ -6,22 +6,25 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from maglev.maps.grids import read_grids, write_grids
 from maglev.maps.tolerances import (
     ASTRAY,
+    FILE,
     HOLDS,
     OUTCOMES,
     QUESTIONS,
+    STEP,
     STOPPED,
     TRIPPED,
     last_that_holds,
-    read_tolerances,
+    table,
 )
 from pmlsm.rigs import RIGS
 from studies.laws import LAWS, NAMES, markdown_table
-from studies.tolerances import outcomes, study_of, write_found
+from studies.tolerances import SIZES, outcomes, study_of
 
 DOCS = Path(__file__).parents[2] / "docs"
-FOUND = read_tolerances()
+FOUND = read_grids(FILE)
 
 
 @pytest.mark.parametrize(("tripped", "touched", "gap", "tilt", "outcome"), [
@@ -54,16 +57,20 @@ def test_a_study_sets_what_its_question_is_about(tmp_path: Path, rig: str) -> No
 
 
 def test_what_was_found_is_whole_and_on_its_page(tmp_path: Path) -> None:
-    write_found(tmp_path / "found.json", FOUND)
-    again = read_tolerances(tmp_path / "found.json")
+    write_grids(tmp_path / "found.json", OUTCOMES, FOUND)
+    again = read_grids(tmp_path / "found.json")
     page = (DOCS / "faults.md").read_text(encoding="utf-8")
     for name, rig in FOUND.items():
-        assert list(rig.maps) == [question.name for question in QUESTIONS]
+        assert list(rig.grids) == [question.name for question in QUESTIONS]
+        assert again[name].origin == rig.origin
         for question in QUESTIONS:
-            assert list(rig.maps[question.name]) == [NAMES.get(law, law) for law in LAWS[name]]
-            for law, found in rig.maps[question.name].items():
-                assert found.shape == (len(rig.sizes), len(question.down.values), len(question.along.values))
+            grid = rig.grids[question.name]
+            assert {what: values.tolist() for what, values in grid.varied.items()} == {STEP: [*SIZES], **{
+                f"{side.name}, {side.unit}": [*side.values] for side in (question.down, question.along)}}
+            assert list(grid.laws) == [NAMES.get(law, law) for law in LAWS[name]]
+            for law, found in grid.laws.items():
+                assert found.shape == (len(SIZES), len(question.down.values), len(question.along.values))
                 assert {*np.unique(found)} <= {*range(len(OUTCOMES))}
-                assert np.array_equal(found, again[name].maps[question.name][law])
-        assert markdown_table(rig.table()) in page
+                assert np.array_equal(found, again[name].grids[question.name].laws[law])
+        assert markdown_table(table(rig)) in page
         assert (DOCS / f"tolerances-{name}.png").is_file() and f"](tolerances-{name}.png)" in page

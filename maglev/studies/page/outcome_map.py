@@ -1,16 +1,12 @@
-"""Maps of outcomes over two of what varies, for the script of a page: one for each law, to zoom into."""
+"""The map of a study's outcomes over two of what varies, for the script of its page."""
 
-from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from collections.abc import Mapping
 from typing import Any
 
 import numpy as np
 import pyarrow as pa
-from numpy.typing import NDArray
 
-from maglev.arrays import Array
-from maglev.pages.shell import packed
-from maglev.quantities import shown_in
+from maglev.maps.law_map import Factor, LawMap, Outcomes
 from maglev.studies.page.again import command_of, options_of
 from maglev.studies.page.text import numbers, units_of
 
@@ -20,35 +16,6 @@ OUTCOMES = ("passes", "passes after it touched a stop", "is beyond a limit", "tr
 
 TIMES = ("trip time", "stop contact time")   # columns of what is lost; a stage without a trip has no such time
 LEAST_CELLS = 100   # of a map; fewer have their numbers in them
-
-Outcomes = NDArray[np.uint8]   # indices of `OUTCOMES`
-
-
-@dataclass(frozen=True)
-class Factor:
-    """What varies along a side of a map, or from one layer to the next: its values, SI, and what a run sets by each."""
-
-    name: str
-    unit: str                        # SI
-    values: Array                    # shape (n,)
-    sets: Mapping[str, Array]        # by what is set, shape (n,)
-
-    def shown(self) -> dict[str, Any]:
-        """What the page's script needs of it; None of what is set to the values themselves."""
-        unit, scale = shown_in(self.values.tolist(), self.unit)
-        return {"name": self.name, "unit": unit, "values": self.values.tolist(), "scale": scale, "sets": {
-            target: None if values.dtype != bool and np.array_equal(values, self.values) else values.tolist()
-            for target, values in self.sets.items()}}
-
-
-@dataclass(frozen=True)
-class LawMap:
-    """Outcomes of a law: the first factor upwards, the second to the right, a layer for each value of others."""
-
-    name: str
-    command: str                     # of a run, without what the factors set
-    factors: Sequence[Factor]
-    cells: Outcomes                  # shape (layers, values of the first, values of the second)
 
 
 def outcomes_of(table: pa.Table) -> Outcomes:
@@ -91,10 +58,3 @@ def map_of(table: pa.Table, about: Mapping[str, Any]) -> LawMap | None:
         return None
     cells = outcomes.reshape(sides).transpose([*others, down, across]).reshape(-1, sides[down], sides[across])
     return LawMap("", command_of(about, None), [grid[i] for i in order], cells)
-
-
-def maps_data(maps: Sequence[LawMap], words: Sequence[str] = OUTCOMES) -> dict[str, Any]:
-    """What the script draws of maps over the same values."""
-    return {"factors": [factor.shown() for factor in maps[0].factors], "outcomes": words,
-            "laws": [{"name": law.name, "command": law.command, "packed": packed(law.cells.tobytes())}
-                     for law in maps]}

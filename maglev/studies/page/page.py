@@ -13,6 +13,7 @@ import pyarrow as pa
 
 from maglev.arrays import Array
 from maglev.live.content import NAME as LIVE_PAGE
+from maglev.maps.law_map import LawMap, maps_data
 from maglev.pages import shell
 from maglev.quantities import metric_text, shown_in
 from maglev.report.claim_table import unbroken
@@ -20,7 +21,7 @@ from maglev.report.findings import html_table
 from maglev.report.page import json_in_html, read
 from maglev.studies.columns import EVENTS
 from maglev.studies.page.again import command_of, live_link, why_not_live
-from maglev.studies.page.outcome_map import OUTCOMES, LawMap, map_of, maps_data
+from maglev.studies.page.outcome_map import OUTCOMES, map_of
 from maglev.studies.page.text import QUANTILES, beyond_limits, limits_text, metrics_of, quantiles, units_of
 from maglev.studies.page.verdict import decisive, telling, verdict, where
 from maglev_files.extras import lacking
@@ -67,7 +68,7 @@ def page(table: pa.Table, about: Mapping[str, Any], live: bool = False) -> str:
                    + "; ".join(f"{escape(fmu['name'])}: {escape(Path(fmu['file']).name)} ({escape(fmu['kind'])})"
                                for fmu in provenance["fmus"])
                    + "".join(f"; {escape(change)}" for change in provenance["changes"]),
-        data=json_in_html({**shown, **({"maps": {"study": maps_data([mapped])}} if mapped else {})}),
+        data=json_in_html({**shown, **({"maps": {"study": maps_data([mapped], OUTCOMES)}} if mapped else {})}),
         scripts=shell.scripts(*map(read, SCRIPTS), *own))
 
 

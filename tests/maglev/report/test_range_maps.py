@@ -10,22 +10,24 @@ import pytest
 from report_runs import packaged, page_of, recorded
 from report_tab import Tab, wait_until
 
-from maglev.maps.operating_range import OUTCOMES, Map, RigMaps, read_maps
-from maglev.maps.rows import Origin
-from maglev.maps.tolerances import QUESTIONS, read_tolerances
-from maglev.report.outcome_maps import MARKED, RANGE, TOLERANCES, maps_data, of_rigs, section
+from maglev.maps.grids import Grid, Origin, RigGrids, read_grids
+from maglev.maps.operating_range import OUTCOMES, SETTLED
+from maglev.maps.tolerances import QUESTIONS
+from maglev.report.outcome_maps import MARKED, RANGE, TOLERANCES, of_rigs, rig_data, section
 from maglev.report.page import json_in_html, write_report
 
 STAGES = ("2dof", "3dof", "5dof")
 LARGEST = 25_000   # bytes: the report of all runs has to stay below 4 MB
 
 
-def of_every_outcome() -> RigMaps:
+def of_every_outcome() -> RigGrids:
     """Maps of one law in which every outcome occurs, in a grid that is not square."""
-    ends = np.arange(12).reshape(3, 4, 1, 1) % len(OUTCOMES) * np.ones(3, dtype=int)
-    ends[0, 0, 0, 2] = 5
-    return RigMaps({"a < b": Map(np.array([1e-3, 2e-3, 3e-3]), np.array([1e-3, 2e-3, 3e-3, 4e-3]), np.array([0.0]),
-                                 np.array([0.9, 1.0, 1.1]), ends)}, Origin("0.0", None, {}))
+    ends = np.tile(np.arange(12, dtype=np.uint8).reshape(3, 4) % len(OUTCOMES), (1, 3, 1, 1))
+    ends[0, 2, 0, 0] = 5
+    varied = {"tilt": [0.0], "constants": [0.9, 1.0, 1.1], "initial gap": [1e-3, 2e-3, 3e-3],
+              "target gap": [1e-3, 2e-3, 3e-3, 4e-3]}
+    return RigGrids({"moves": Grid({name: np.array(values) for name, values in varied.items()}, {"a < b": ends})},
+                    Origin("0.0", None, {}))
 
 
 def cells_of(each: dict[str, Any], law: str) -> np.ndarray:
@@ -37,26 +39,28 @@ def cells_of(each: dict[str, Any], law: str) -> np.ndarray:
 
 @pytest.mark.parametrize("stage", [*STAGES, "4dof"])
 def test_the_page_has_every_cell_as_the_data_have_it(stage: str) -> None:
-    maps = {**read_maps(), "4dof": of_every_outcome()}[stage]
-    each, = maps_data(RANGE, stage, maps).values()
-    assert [law["name"] for law in each["laws"]] == [*maps.laws]
+    found = {**read_grids(RANGE.file), "4dof": of_every_outcome()}[stage]
+    each, = rig_data(RANGE, stage, found).values()
+    grid, = found.grids.values()
+    assert [law["name"] for law in each["laws"]] == [*grid.laws]
     assert each["outcomes"] == [*OUTCOMES, "settles only with the constants as they are"]
     assert len({*each["looks"]}) == len(each["outcomes"]) and each["looks"][-1] == MARKED
-    for law, found in maps.laws.items():
-        wanted = np.where(found.fragile, len(OUTCOMES), found.nominal)   # (down, along, steps)
-        assert cells_of(each, law).tolist() == np.moveaxis(wanted, 2, 0).tolist()
+    as_they_are = grid.varied["constants"].tolist().index(1.0)
+    for law, ends in grid.laws.items():   # (steps, constants, down, along)
+        fragile = (ends[:, as_they_are] == SETTLED) & (ends != SETTLED).any(axis=1)
+        assert cells_of(each, law).tolist() == np.where(fragile, len(OUTCOMES), ends[:, as_they_are]).tolist()
     down, along, layers = each["factors"]
     assert [down["name"], along["name"], down["unit"]] == ["initial gap", "target gap", "mm"]
-    assert down["values"] == [f"{1e3 * gap:g}" for gap in next(iter(maps.laws.values())).initial]
+    assert down["values"] == [f"{1e3 * gap:g}" for gap in grid.varied["initial gap"]]
     assert layers["values"][0].startswith("No ")
 
 
 @pytest.mark.parametrize("stage", STAGES)
 def test_the_page_has_every_cell_of_tolerances_as_the_data_have_it(stage: str) -> None:
-    maps = read_tolerances()[stage]
-    for question, each in zip(QUESTIONS, maps_data(TOLERANCES, stage, maps).values(), strict=True):
-        for law, found in maps.maps[question.name].items():
-            assert cells_of(each, law).tolist() == found.tolist()
+    found = read_grids(TOLERANCES.file)[stage]
+    for question, each in zip(QUESTIONS, rig_data(TOLERANCES, stage, found).values(), strict=True):
+        for law, ends in found.grids[question.name].laws.items():
+            assert cells_of(each, law).tolist() == ends.tolist()
         assert each["factors"][1]["values"][1:] == [f"{value:g}" for value in question.along.values[1:]]
         assert all(heading.startswith(f"{question.down.name.capitalize()} and {question.along.name}")
                    for heading in each["factors"][2]["values"])
@@ -103,9 +107,9 @@ def test_the_section_is_absent_without_data_of_the_stage() -> None:
 
 def test_the_maps_say_what_they_rest_on() -> None:
     text = " ".join(section(RANGE, of_rigs(RANGE, STAGES)).split())
-    for maps in read_maps().values():
-        commit = f" ({maps.origin.commit})" if maps.origin.commit else ""   # they may be flown from a tree without git
-        assert f"Maglev FMUs {maps.origin.version}{commit}" in text
+    for found in read_grids(RANGE.file).values():
+        commit = f" ({found.origin.commit})" if found.origin.commit else ""   # a tree without git has none
+        assert f"Maglev FMUs {found.origin.version}{commit}" in text
     assert "not of this report's runs" in text
     assert "<code>python -m studies.operating_range</code>" in text
     assert "times 0.95, 1 and 1.05," in text
@@ -113,5 +117,5 @@ def test_the_maps_say_what_they_rest_on() -> None:
 
 def test_the_maps_take_few_bytes() -> None:
     for kind in (RANGE, TOLERANCES):
-        data = [maps_data(kind, rig, maps) for rig, maps in of_rigs(kind, STAGES).items()]
+        data = [rig_data(kind, rig, found) for rig, found in of_rigs(kind, STAGES).items()]
         assert len(json_in_html(data)) + len(section(kind, of_rigs(kind, STAGES))) < LARGEST

@@ -14,6 +14,7 @@ import pytest
 from report_tab import DESKTOP, PHONE, Tab, violations, wait_until
 from studied_grid import ABOUT
 
+from maglev.maps.law_map import Factor
 from maglev.studies.page.again import command_of
 from maglev.studies.page.outcome_map import (
     ASTRAY,
@@ -23,7 +24,6 @@ from maglev.studies.page.outcome_map import (
     STOPPED,
     TOUCHED,
     TRIPPED,
-    Factor,
     map_of,
     outcomes_of,
 )
