@@ -1,7 +1,7 @@
 """Disturbance observer against guide friction, on top of the thesis's regulator of the 3-DOF stage.
 
     maglev run 3dof-setpoints-improved --controller examples/disturbance_observer.py
-    python examples/disturbance_observer.py      # beside the thesis's regulator: table and picture
+    maglev compare 3dof-setpoints-improved --controller Regulator3DOF --controller examples/disturbance_observer.py
 
 The regulator is the thesis's, with its gains: its class is inherited. New are three observers. Each follows a measured
 position with the acceleration that the limited currents make, and takes what is left over for a disturbance: friction,
@@ -83,9 +83,3 @@ class ObservedRegulator(Regulator3DOF):
         _, limited_x, limited_z = accelerations(gap, 0.0, *quadrature_currents(gap, x, z))
         i_d, _, _ = super().currents(y, limited_x, limited_z)
         return i_d, i_qa, i_qb
-
-
-if __name__ == "__main__":
-    from side_by_side import fly
-
-    fly(ObservedRegulator, __file__)

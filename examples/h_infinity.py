@@ -1,7 +1,7 @@
 """H-infinity loop shaping (McFarlane and Glover) for the 3-DOF stage, on the feedback-linearised motors.
 
     maglev run 3dof-setpoints-improved --controller examples/h_infinity.py
-    python examples/h_infinity.py      # beside the thesis's regulator: table and picture
+    maglev compare 3dof-setpoints-improved --controller Regulator3DOF --controller examples/h_infinity.py
 
 With the motors feedback-linearised at the measured gap, each axis is a double integrator. A weight k (s + a)/s shapes
 its loop: crossover near √k, integral action up to a. Two Riccati equations give the controller that stays stable for
@@ -104,9 +104,3 @@ class HInfinity:
         given = command(self.alpha, self.beta, (y, x, z), self.y.measured, self.x.measured, self.z.measured)
         for axis, acceleration in zip(axes, given, strict=True):
             axis.update(acceleration)
-
-
-if __name__ == "__main__":
-    from side_by_side import fly
-
-    fly(HInfinity, __file__)

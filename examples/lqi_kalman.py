@@ -1,7 +1,7 @@
 """LQI with a Kalman filter for the 3-DOF stage: optimal gains on linear models, scheduled over the air gap.
 
     maglev run 3dof-setpoints-improved --controller examples/lqi_kalman.py
-    python examples/lqi_kalman.py      # beside the thesis's regulator: table and picture
+    maglev compare 3dof-setpoints-improved --controller Regulator3DOF --controller examples/lqi_kalman.py
 
 At gaps of 21…29 mm the stage is linearised about the currents that carry it, with the constants that the thesis's
 regulator knows. Two Riccati equations at each give the gains of the states and integrals (LQI), and those of the Kalman
@@ -111,9 +111,3 @@ class LQI:
         self.state = rest + now["A"] @ (state - rest) + now["B"] @ (given - now["currents"])
         self.rate = self.rate + SAMPLE_TIME * acceleration
         self.smooth = self.smooth + SAMPLE_TIME * self.rate
-
-
-if __name__ == "__main__":
-    from side_by_side import fly
-
-    fly(LQI, __file__)

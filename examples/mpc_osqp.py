@@ -2,7 +2,8 @@
 
     python -m pip install 'maglev-fmus[examples]'      # where maglev-fmus is installed
     maglev run 3dof-setpoints-improved --controller examples/mpc_osqp.py
-    python examples/mpc_osqp.py      # beside the thesis's regulator: table, picture, what a sample costs
+    maglev compare 3dof-setpoints-improved --controller Regulator3DOF --controller examples/mpc_osqp.py
+    python examples/mpc_osqp.py      # what a sample costs
 
 With the motors feedback-linearised, each axis is a double integrator with a disturbance, which an observer estimates.
 Every sample a quadratic programme finds the accelerations of the next 0.25 s, of which the first is commanded: least
@@ -88,7 +89,7 @@ class MPC:
 
 
 if __name__ == "__main__":
-    from side_by_side import fly
+    import maglev
 
     costs: list[float] = []
 
@@ -101,6 +102,6 @@ if __name__ == "__main__":
             super().step(t)
             costs.append(time.thread_time() - began)
 
-    fly(Timed, __file__)
+    maglev.run("3dof-setpoints-improved", controller=Timed)
     median, most = np.percentile(costs, [50, 99]) * 1e3
     print(f"a sample costs {median:.3f} ms, one in a hundred more than {most:.3f} ms; it has {SAMPLE_TIME * 1e3:g} ms")
