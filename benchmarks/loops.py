@@ -16,7 +16,6 @@ from pathlib import Path
 from time import perf_counter
 from typing import NamedTuple
 
-from fmi_export.definition import FmuDefinition
 from fmi_export.native.build import host_platform
 from fmi_export.native.compiler import compiled
 from maglev.analysis.differences.participant import Participant
@@ -67,49 +66,18 @@ PAIRS = tuple(Pair(rig.suffix.replace("DOF", "-DOF"), f"Regulator{rig.suffix}", 
                    f"ClosedLoop{rig.suffix}", rig) for rig in RIGS.values())
 
 
-def outputs(fmu: FmuDefinition) -> list[str]:
-    """Attribute paths of every output of an FMU in its block."""
-    return [v.place for v in fmu.variables if v.causality == "output"]
-
-
 def bare_loop(pair: Pair, steps: int) -> float:
-    """The blocks called directly in Python: no layer between them."""
-    of_controller, of_plant = definition(pair.controller), definition(pair.plant)
-    controller, plant = of_controller.new_block(), of_plant.new_block()
-    controller.start()
-    plant.start()
-    known = {f"{role}.{v.name}": v.place for role, of in (("controller", of_controller), ("plant", of_plant))
-             for v in of.variables}
-    # With tilts the gaps are measured at the motors.
-    places = [(known[to].rpartition("."), known[source].rpartition(".")) for source, to in pair.connections
-              if source.startswith("plant.")]
-    axes, gaps = ([(attrgetter(to[0])(controller), attrgetter(source[0])(plant)) for to, source in places
-                   if to[2] == leaf] for leaf in ("measured", "gap_measured"))
-    commands = [(getattr(plant, motor), getattr(controller, motor)) for motor in pair.rig.motor_names]
-    references = [getattr(controller, axis) for axis in pair.rig.axis_names]
-    row = array("d", [axis.reference for axis in references])
-    controller_outputs = attrgetter(*outputs(of_controller))
-    plant_outputs = attrgetter(*outputs(of_plant))
+    """The block of the closed loop in Python, called at every sample: no layer around it."""
+    of_loop = definition(pair.loop)
+    loop = of_loop.new_block()
+    loop.start()
+    outputs = attrgetter(*(v.place for v in of_loop.variables if v.causality == "output"))
     record = array("d")
     dt = pair.dt
     begin = perf_counter()
     for k in range(steps):
-        for axis, reference in zip(references, row, strict=True):
-            axis.reference = reference
-            axis.reference_rate = 0.0
-        for to, source in axes:
-            to.measured = source.encoder
-        for to, source in gaps:
-            to.gap_measured = source.gap_encoder
-        controller.step(k * dt, dt)
-        record.extend(controller_outputs(controller))
-        for to, source in commands:
-            to.i_a_cmd = source.i_a_cmd
-            to.i_b_cmd = source.i_b_cmd
-            to.i_c_cmd = source.i_c_cmd
-        plant.step(k * dt, dt)
-        record.extend(plant_outputs(plant))
-        record.extend(row)
+        loop.step(k * dt, dt)
+        record.extend(outputs(loop))
     return (perf_counter() - begin) / steps
 
 
