@@ -5,6 +5,7 @@ import os
 import re
 import sys
 from collections.abc import Callable
+from contextlib import suppress
 from ctypes import py_object, pythonapi
 from math import inf
 from operator import attrgetter
@@ -75,6 +76,9 @@ class BlockSlave(Fmi2Slave):
     an error, and pythonfmu ignores what the end of the initialization returns.
     """
 
+    # What a block may raise, and a refusal says: C goes on with inf or NaN where Python's numbers end.
+    raised: tuple[type[BaseException], ...] = (ArithmeticError, ValueError)
+
     def __init__(self, definition: FmuDefinition, guid: str | None = None, **kwargs: Any):
         super().__init__(**kwargs)
         if not self.instance_name:
@@ -134,7 +138,11 @@ class BlockSlave(Fmi2Slave):
         """Check every parameter and input, and start the block."""
         self.allow("fmi2ExitInitializationMode", INITIALIZING)
         self.check_ranges()
-        self.refuse(self.block.start())
+        try:
+            status = self.block.start()
+        except self.raised as error:
+            raise self.failed(error) from error
+        self.refuse(status)
         self.phase = RUNNING
         self.stale = False
         self.setters.clear()   # fixed parameters cannot be set from here on
@@ -167,18 +175,16 @@ class BlockSlave(Fmi2Slave):
             raise self.refused(f"communication step to {end} s, expected none beyond the stop time, {self.stop_time} s")
         try:
             status = self.block.step(current_time, step_size)
-        except Refused:
-            raise
-        except (ArithmeticError, ValueError) as error:   # C goes on with inf or NaN where Python's numbers end
-            raise self.failed_step(current_time, error) from error
+        except self.raised as error:
+            raise self.failed(error, current_time) from error
         if status:
             self.refuse(status, current_time, step_size)
         self.next_time = end
         return True
 
-    def failed_step(self, time: float, error: Exception) -> Refused:
-        """Refusal of a step from a time (s) in which the block raised an error."""
-        return self.refused(f"step from {time} s: {error}")
+    def failed(self, error: BaseException, time: float | None = None) -> Refused:
+        """Refusal of the start, or of a step from a time (s), in which the block raised an error."""
+        return self.refused(f"start: {error}" if time is None else f"step from {time} s: {error}")
 
     def refuse(self, status: int, time: float = 0.0, step: float = 0.0) -> None:
         """Raise the definition's text for a status other than 0, with the values that it names."""
@@ -239,9 +245,10 @@ class BlockSlave(Fmi2Slave):
 
     def refresh(self) -> None:
         """Compute the initial outputs from what is set so far, if it is in range."""
-        if self.out_of_range() is None:   # if it is not, the end of the initialization says so
-            self.block.start()
-            self.stale = False
+        if self.out_of_range() is None:   # if it is not, or fails, the end of the initialization says so
+            with suppress(*self.raised):
+                self.block.start()
+                self.stale = False
 
     def prepare_setter(self, vrs: tuple[int, ...], boolean: bool) -> list[tuple[Any, str, float, float]]:
         """Where to write variables, and within which range."""

@@ -14,6 +14,8 @@ from fmi_export.user_classes.trouble import RAISED, described
 class WrittenSlave(BlockSlave):
     """Executes a `SampledBlock`; what the user's class raises is a refusal that says where."""
 
+    raised = RAISED
+
     def __init__(self, definition: FmuDefinition, **kwargs: Any):
         super().__init__(definition, **kwargs)
         self.written = type(self.block.law)
@@ -21,34 +23,10 @@ class WrittenSlave(BlockSlave):
     def slots(self) -> list[Slot]:
         return []   # the state is copied as it is
 
-    def exit_initialization_mode(self) -> None:
-        """Check every parameter and input, and start the class."""
-        try:
-            super().exit_initialization_mode()
-        except Refused:
-            raise
-        except RAISED as error:
-            raise self.refused(f"start failed: {described(error, self.written)}") from error
-
-    def do_step(self, current_time: float, step_size: float) -> bool:
-        """Step the class, if it samples in this communication step (s)."""
-        try:
-            return super().do_step(current_time, step_size)
-        except Refused:
-            raise
-        except RAISED as error:
-            raise self.failed_step(current_time, error) from error
-
-    def failed_step(self, time: float, error: BaseException) -> Refused:
+    def failed(self, error: BaseException, time: float | None = None) -> Refused:
         """Refusal with the line of the class that failed."""
-        return self.refused(f"step failed at t = {time} s: {described(error, self.written)}")
-
-    def refresh(self) -> None:
-        """Compute the initial outputs, if that is possible before everything is set."""
-        try:
-            super().refresh()
-        except RAISED:
-            return   # the end of the initialization says what is wrong
+        what = "start failed" if time is None else f"step failed at t = {time} s"
+        return self.refused(f"{what}: {described(error, self.written)}")
 
     def refuse(self, status: int, time: float = 0.0, step: float = 0.0) -> None:
         """Raise the definition's text for a status; numbers of other packages are shown as plain ones."""
