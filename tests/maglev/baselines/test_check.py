@@ -133,8 +133,8 @@ def short(**changed: Any) -> RunPlan:
 
 
 def checked(plan: RunPlan, fmus: Path, replaced: dict[str, Replacement], settings: list[str],
-            baselines: Path) -> CheckResult:
-    return check_run(baselines, prepare(plan, fmus, replaced, start_values(settings)), {})
+            baselines: Path, pictures: Path | None = None) -> CheckResult:
+    return check_run(baselines, prepare(plan, fmus, replaced, start_values(settings)), {}, pictures=pictures)
 
 
 def updated(plan: RunPlan, fmus: Path, replaced: dict[str, Replacement], settings: list[str],
@@ -157,7 +157,10 @@ def baselines(committed: Path, tmp_path: Path) -> Path:
 
 
 def test_the_same_run_passes(fmus: Path, baselines: Path) -> None:
-    result = checked(short(), fmus, {}, [], baselines)
+    picture = baselines.parent / "2dof-setpoints.check.png"
+    picture.write_text("of an earlier check")
+    result = checked(short(), fmus, {}, [], baselines, picture.parent)
+    assert not picture.exists()
     digest = read_digest(baselines, "2dof-setpoints")
     assert digest is not None and digest.samples == 3001 and digest.signals == 27
     assert describe(result) == (f"2dof-setpoints: passed, {digest.signals} signals at 3001 samples equal the baseline "
@@ -168,8 +171,9 @@ def test_the_same_run_passes(fmus: Path, baselines: Path) -> None:
 
 
 def test_a_changed_parameter_deviates(fmus: Path, baselines: Path) -> None:
-    result = checked(short(), fmus, {}, ["plant.C1=14.2142"], baselines)
+    result = checked(short(), fmus, {}, ["plant.C1=14.2142"], baselines, baselines.parent)
     assert (result.status, exit_code([result])) == ("deviated", 1)
+    assert (baselines.parent / "2dof-setpoints.check.png").read_bytes().startswith(b"\x89PNG")
     found = result.deviation
     assert found is not None and found.signal == "plant.h.position" and found.allowed == 1e-9
     assert describe(result) == (

@@ -98,6 +98,25 @@ def test_command_line_refuses() -> None:
     assert "expected a name, = and a value" in error_line(maglev("region", "3dof", "x", "--gap", "25mm", "--set", "a"))
 
 
+def test_the_command_gives_text_picture_and_data(fastest_fmus: Path, tmp_path: Path) -> None:
+    """Of the axis that takes a second; others weekly."""
+    done = maglev("region", "2dof", "v", "--gap", "20mm", "--json", tmp_path / "v.json", "--plot", "--out", tmp_path,
+                  "--fmus", fastest_fmus)
+    assert done.exit_code == 0, done.output
+    data = json.loads((tmp_path / "v.json").read_text())
+    candidate, = data["candidates"].values()
+    start = candidate["certified_step"] * axis_loop("2dof", "v", "20 mm").at_step
+    assert start @ np.array(candidate["P"]) @ start == pytest.approx(1.0)
+    assert candidate["certified_step"] <= candidate["simulated_step"]
+    row = next(line for line in done.stdout.splitlines() if line.startswith("without")).split()
+    assert row[:4] == ["without", "0", "0", "0"]
+    assert float(row[4]) == pytest.approx(1e3 * candidate["certified_step"], abs=0.05)
+    to_the_stop = 28e-3 - 20e-3 - 0.5e-3
+    assert (candidate["run"]["held"], candidate["run"]["largest_step"]) == (True, pytest.approx(to_the_stop))
+    assert row[5:7] == ["≥", "7.5"]
+    assert (tmp_path / "region-2dof-v.png").read_bytes().startswith(b"\x89PNG")
+
+
 @pytest.mark.thorough
 def test_runs_are_as_simulated_while_the_gap_is_locked(fastest_fmus: Path) -> None:
     """A step of 20 mm, into the limit, without what the linear model leaves out but for the encoder."""
