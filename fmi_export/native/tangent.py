@@ -10,7 +10,6 @@ import ast
 from collections.abc import Iterable, Mapping
 from graphlib import TopologicalSorter
 from math import pi
-from typing import NamedTuple
 
 from fmi_export.errors import ExportError
 
@@ -30,8 +29,8 @@ RULES = {
     "log": "{d} / {x}", "atan": "{d} / (1.0 + {x} * {x})", "tanh": "(1.0 - {f} * {f}) * {d}",
     "exponential": "{f} * {d}", "exponential_minus_one": "({f} + 1.0) * {d}", "logarithm": "{d} / {x}",
     "logarithm_one_plus": "{d} / (1.0 + {x})", "arctangent": "{d} / (1.0 + {x} * {x})",
-    "arctangent_integral": "arctangent({x}) * {d}",
-    "sine_of_turns": f"{2.0 * pi!r} * sine_of_turns({{x}} + 0.25) * {{d}}"}
+    "arctangent_integral": "arctangent({x}) * {d}"}
+TURNED = "sine_of_turns"
 PAIR = "sine_cosine"   # has two values, each the other's derivative but for a sign
 
 
@@ -124,14 +123,6 @@ def named(key: str) -> str:
     return key.replace(".", "_") + SUFFIX
 
 
-class Value(NamedTuple):
-    """An expression, its derivative, empty where that is zero whatever the direction, and its type."""
-
-    text: str
-    dot: str
-    kind: str
-
-
 class Differentiated:
     """A function or method and its derivative, as the text of one function."""
 
@@ -152,24 +143,21 @@ class Differentiated:
         for argument in self.node.args.args:
             own = argument.arg == "self"
             name = "own" if own else argument.arg
-            kind = self.types[argument.arg] = key.partition(".")[0] if own else annotated(argument.annotation)
+            kind = key.partition(".")[0] if own else annotated(argument.annotation)
+            self.types[name] = kind
             parameters.append(f"{name}: {self.imported(kind)}")
-            if self.varies(kind):
+            if kind not in ("bool", "int"):
                 parameters.append(f"{name}{SUFFIX}: {kind}")
+        self.returned = annotated(self.node.returns)
         for statement in self.node.body:
             self.statement(statement)
-        kinds = [part for kind in annotated(self.node.returns).split(",")
-                 for part in ([kind, kind] if kind == "float" else [kind])]
+        kinds = [part for kind in self.returned.split(",") for part in ([kind, kind] if kind == "float" else [kind])]
         result = kinds[0] if len(kinds) == 1 else f"tuple[{', '.join(kinds)}]"
         body = self.lines or ["    pass"]
         self.text = "\n".join([f"def {named(key)}({', '.join(parameters)}) -> {result}:", *body])
 
     def unknown(self, node: ast.AST) -> ExportError:
         return ExportError(f"{self.key}: no derivative of {ast.unparse(node)!r}")
-
-    def varies(self, kind: str) -> bool:
-        """Whether a type has a derivative: a number, or an object with numbers."""
-        return kind == "float" or kind in self.blocks.attributes
 
     def imported(self, kind: str) -> str:
         """A type, which is imported if it is a class."""
@@ -194,27 +182,31 @@ class Differentiated:
             if not isinstance(node.value, ast.Call):
                 raise self.unknown(node)
             if isinstance(node.value.func, ast.Name) and node.value.func.id == PAIR:
-                text, kinds = self.turned(node.value), "float,float"
-            else:
-                text, kinds = self.call(node.value)
-            targets = [part for target, kind in zip(node.targets[0].elts, kinds.split(","), strict=True)
+                sine, cosine, derivative = self.turned(node.value)
+                (s, s_dot), (c, c_dot) = (self.places(target, "float") for target in node.targets[0].elts)
+                self.emit(f"{s}, {s_dot}, {c}, {c_dot} = "
+                          f"{sine}, {cosine} * {derivative}, {cosine}, -{sine} * {derivative}")
+                return
+            text, kinds = self.call(node.value)
+            targets = [part for target, kind in zip(node.targets[0].elts, kinds, strict=True)
                        for part in self.places(target, kind)]
             self.emit(f"{', '.join(targets)} = {text}")
         elif isinstance(node, ast.Assign):
             self.assign(node.targets[0], node.value)
         elif isinstance(node, ast.If):
-            self.emit(f"if {self.value(node.test).text}:")
+            self.emit(f"if {self.plain(node.test)}:")
             self.block(node.body)
             if node.orelse:
                 self.emit("else:")
                 self.block(node.orelse)
         elif isinstance(node, ast.For) and isinstance(node.target, ast.Name) and isinstance(node.iter, ast.Call):
             self.types[node.target.id] = "int"
-            self.emit(f"for {node.target.id} in range({', '.join(self.value(each).text for each in node.iter.args)}):")
+            self.emit(f"for {node.target.id} in range({', '.join(self.plain(each) for each in node.iter.args)}):")
             self.block(node.body)
         elif isinstance(node, ast.Return):
             parts = [] if node.value is None else node.value.elts if isinstance(node.value, ast.Tuple) else [node.value]
-            self.emit(f"return {self.both(parts)}".rstrip())
+            found = [part for value in parts for part in self.pair(value)]
+            self.emit(f"return {', '.join(found)}".rstrip())
         else:
             raise self.unknown(node)
 
@@ -230,16 +222,21 @@ class Differentiated:
         if isinstance(target, ast.Name):
             self.types[target.id] = kind
         place = self.path(target)
-        return [place, self.path(target, SUFFIX)] if self.varies(kind) else [place]
+        return [place] if kind in ("bool", "int") else [place, self.path(target, SUFFIX)]
 
-    def assign(self, target: ast.expr, node: ast.expr) -> None:
+    def assign(self, target: ast.expr, value: ast.expr) -> None:
         """Add an assignment: the derivative first, which may need what is there."""
-        value = self.value(node)
-        self.imported(value.kind)
-        place, *dot = self.places(target, value.kind)
-        for each in dot:
-            self.emit(f"{each} = {value.dot or '0.0'}")
-        self.emit(f"{place} = {value.text}")
+        kind = self.kind(value)
+        if kind == "float":
+            text, derivative = self.number(value)
+            derivative = derivative or "0.0"
+        else:
+            text = self.path(value) if self.imported(kind) in self.blocks.attributes else self.plain(value)
+            derivative = self.path(value, SUFFIX) if kind in self.blocks.attributes else ""
+        place = self.places(target, kind)
+        if len(place) == 2:
+            self.emit(f"{place[1]} = {derivative}")
+        self.emit(f"{place[0]} = {text}")
 
     def path(self, node: ast.expr, suffix: str = "") -> str:
         """A name or an attribute path, from `own` or another object, or from the one that has the derivatives."""
@@ -249,124 +246,167 @@ class Differentiated:
             raise self.unknown(node)
         return ("own" if node.id == "self" else node.id) + suffix
 
-    def both(self, nodes: Iterable[ast.expr]) -> str:
-        """Values in a row, each with its derivative if it is of a type that has one."""
-        values = [self.value(node) for node in nodes]
-        return ", ".join(part for value in values for part in (
-            [value.text, value.dot or "0.0"] if self.varies(value.kind) else [value.text]))
+    def kind(self, node: ast.expr) -> str:
+        if isinstance(node, ast.Constant):
+            return type(node.value).__name__
+        if isinstance(node, ast.Name):
+            return self.types.get("own" if node.id == "self" else node.id, self.blocks.constants.get(node.id, "float"))
+        if isinstance(node, ast.Attribute):
+            kinds = self.blocks.attributes.get(self.kind(node.value), {})
+            if node.attr not in kinds:
+                raise self.unknown(node)
+            return kinds[node.attr]
+        if isinstance(node, ast.Call):
+            return annotated(self.function_of(node).returns) if self.callee(node) else "float"
+        if isinstance(node, (ast.Compare, ast.BoolOp)) or isinstance(getattr(node, "op", None), ast.Not):
+            return "bool"
+        if isinstance(node, ast.UnaryOp):
+            return self.kind(node.operand)
+        if isinstance(node, ast.BinOp):
+            return "int" if self.kind(node.left) == self.kind(node.right) == "int" else "float"
+        return self.kind(node.body) if isinstance(node, ast.IfExp) else "float"
 
-    def kept(self, text: str, kind: str) -> Value:
-        """A value under a temporary name and, if it is a number, its derivative under another one."""
+    def pair(self, node: ast.expr) -> list[str]:
+        """An expression, and its derivative if it is a number that has one."""
+        if self.kind(node) != "float":
+            return [self.plain(node)]
+        value, derivative = self.number(node)
+        return [value, derivative or "0.0"]
+
+    def plain(self, node: ast.expr) -> str:
+        """A condition, or something else without a derivative."""
+        if isinstance(node, ast.BoolOp):
+            word = " and " if isinstance(node.op, ast.And) else " or "
+            return f"({word.join(self.plain(each) for each in node.values)})"
+        if isinstance(node, ast.UnaryOp) and isinstance(node.op, ast.Not):
+            return f"(not {self.plain(node.operand)})"
+        if isinstance(node, ast.Compare):
+            parts = [self.plain(node.left)]
+            for operator, value in zip(node.ops, node.comparators, strict=True):
+                parts += [ast.unparse(ast.Compare(ast.Name("a"), [operator], [ast.Name("b")]))[2:-2], self.plain(value)]
+            return " ".join(parts)
+        if isinstance(node, ast.Call) and self.callee(node):
+            text, kinds = self.call(node)
+            return self.kept(text, kinds)[0]
+        return self.number(node)[0]
+
+    def kept(self, text: str, kinds: list[str]) -> list[str]:
+        """Temporary names of what a call returns."""
         self.temporaries += 1
-        name = f"part_{self.temporaries}"
-        dot = f"{name}{SUFFIX}" if kind == "float" else ""
-        self.emit(f"{name}{dot and f', {dot}'} = {text}")
-        return Value(name, dot, kind)
+        names = [f"part_{self.temporaries}", f"part_{self.temporaries}{SUFFIX}"][:2 if kinds == ["float"] else 1]
+        self.emit(f"{', '.join(names)} = {text}")
+        return names
 
     def callee(self, node: ast.Call) -> str:
         """Function of the block's modules that is called, or nothing."""
         if isinstance(node.func, ast.Attribute):
-            return f"{self.value(node.func.value).kind}.{node.func.attr}"
+            return f"{self.kind(node.func.value)}.{node.func.attr}"
         name = node.func.id if isinstance(node.func, ast.Name) else ""
-        return name if name in self.blocks.functions and name not in (*RULES, PAIR) else ""
+        return name if name in self.blocks.functions and name not in (*RULES, PAIR, TURNED) else ""
 
-    def call(self, node: ast.Call) -> tuple[str, str]:
-        """Call of a differentiated function, and the type of what it returns."""
-        key = self.callee(node)
-        if key not in self.blocks.functions:
+    def function_of(self, node: ast.Call) -> ast.FunctionDef:
+        """The function that is called; ExportError if it is in none of the modules."""
+        found = self.blocks.functions.get(self.callee(node))
+        if found is None:
             raise self.unknown(node)
+        return found
+
+    def call(self, node: ast.Call) -> tuple[str, list[str]]:
+        """Call of a differentiated function, and the types of what the original returns."""
+        key = self.callee(node)
         self.called.append(key)
-        given = [node.func.value, *node.args] if isinstance(node.func, ast.Attribute) else node.args
-        return f"{named(key)}({self.both(given)})", annotated(self.blocks.functions[key].returns)
+        arguments = []
+        if isinstance(node.func, ast.Attribute):
+            arguments += [self.path(node.func.value), self.path(node.func.value, SUFFIX)]
+        for each in node.args:
+            kind = self.kind(each)
+            arguments += [self.path(each), self.path(each, SUFFIX)] if kind in self.blocks.attributes \
+                else self.pair(each)
+        return f"{named(key)}({', '.join(arguments)})", annotated(self.function_of(node).returns).split(",")
 
     def undifferentiated(self, node: ast.Call) -> str:
-        return f"{self.path(node.func)}({', '.join(self.value(each).text for each in node.args)})"
+        return f"{self.path(node.func)}({', '.join(self.plain(each) for each in node.args)})"
 
-    def value(self, node: ast.expr) -> Value:
-        """An expression; what of it is computed before is added."""
+    def number(self, node: ast.expr) -> tuple[str, str]:
+        """A number and its derivative, which is empty where it is zero whatever the direction."""
         if isinstance(node, ast.Constant):
-            return Value(repr(node.value), "", type(node.value).__name__)
+            return repr(node.value), ""
         if isinstance(node, ast.Name) and node.id not in self.types:
-            (self.names if node.id in self.blocks.constants else self.math).add(node.id)
-            return Value(node.id, "", self.blocks.constants.get(node.id, "float"))
+            if node.id in self.blocks.constants:
+                self.names.add(node.id)
+            else:
+                self.math.add(node.id)
+            return node.id, ""
         if isinstance(node, (ast.Name, ast.Attribute)):
-            known, name = (self.types, node.id) if isinstance(node, ast.Name) else (
-                self.blocks.attributes.get(self.value(node.value).kind, {}), node.attr)
-            if name not in known:
-                raise self.unknown(node)
-            kind = known[name]
-            return Value(self.path(node), self.path(node, SUFFIX) if self.varies(kind) else "", kind)
-        if isinstance(node, ast.BoolOp):
-            word = " and " if isinstance(node.op, ast.And) else " or "
-            return Value(f"({word.join(self.value(each).text for each in node.values)})", "", "bool")
-        if isinstance(node, ast.Compare):
-            parts = [self.value(node.left).text]
-            for operator, other in zip(node.ops, node.comparators, strict=True):
-                parts += [ast.unparse(ast.Compare(ast.Name("a"), [operator], [ast.Name("b")]))[2:-2],
-                          self.value(other).text]
-            return Value(" ".join(parts), "", "bool")
+            return self.path(node), self.path(node, SUFFIX) if self.kind(node) == "float" else ""
         if isinstance(node, ast.UnaryOp):
-            text, dot, kind = self.value(node.operand)
-            return Value(f"(not {text})", "", "bool") if isinstance(node.op, ast.Not) else Value(
-                f"(-{text})", dot and f"(-{dot})", kind)
+            value, derivative = self.number(node.operand)
+            return f"(-{value})", f"(-{derivative})" if derivative else ""
         if isinstance(node, ast.IfExp):
-            yes, no, test = (self.value(each) for each in (node.body, node.orelse, node.test))
-            dot = f"({yes.dot or '0.0'} if {test.text} else {no.dot or '0.0'})" if self.varies(yes.kind) else ""
-            return Value(f"({yes.text} if {test.text} else {no.text})", dot, yes.kind)
+            (yes, yes_dot), (no, no_dot) = self.number(node.body), self.number(node.orelse)
+            test = self.plain(node.test)
+            return f"({yes} if {test} else {no})", f"({yes_dot or '0.0'} if {test} else {no_dot or '0.0'})"
         if isinstance(node, ast.Call):
             return self.function(node)
         if isinstance(node, ast.BinOp):
             return self.operation(node)
         raise self.unknown(node)
 
-    def short(self, node: ast.expr) -> Value:
-        """A number; what is more than a name is computed before, as the rule needs it twice."""
-        value = self.value(node)
-        if value.dot and not isinstance(node, (ast.Name, ast.Attribute)) and not value.text.startswith("part_"):
-            return self.kept(f"{value.text}, {value.dot}", "float")
-        return value
+    def short(self, node: ast.expr) -> tuple[str, str]:
+        """A number and its derivative; what is more than a name is computed before, as the rule needs it twice."""
+        value, derivative = self.number(node)
+        if derivative and not isinstance(node, (ast.Name, ast.Attribute)):
+            value, derivative = self.kept(f"{value}, {derivative}", ["float"]) if not value.startswith("part_") \
+                else (value, derivative)
+        return value, derivative
 
-    def function(self, node: ast.Call) -> Value:
+    def function(self, node: ast.Call) -> tuple[str, str]:
         """Call of a function of the block's modules, or of one that has a rule."""
         if self.callee(node):
-            text, kind = self.call(node)
-            if kind in self.blocks.attributes:   # nobody says where its derivatives are
-                raise self.unknown(node)
-            return self.kept(text, kind)
-        name = node.func.id if isinstance(node.func, ast.Name) else ""
-        if name not in RULES:
+            text, kinds = self.call(node)
+            names = self.kept(text, kinds)
+            return names[0], names[1]
+        if not (isinstance(node.func, ast.Name) and node.func.id in (*RULES, TURNED)):
             raise self.unknown(node)
-        x, d, _ = self.short(node.args[0])
-        for other in (name, *(each for each in RULES if d and f"{each}(" in RULES[name])):
+        if node.func.id == TURNED:
+            value, derivative = self.short(node.args[0])
+            self.names.add(TURNED)
+            return f"{TURNED}({value})", derivative and f"({2.0 * pi!r} * {TURNED}({value} + 0.25) * {derivative})"
+        name = node.func.id
+        value, derivative = self.short(node.args[0])
+        (self.names if name in self.blocks.functions else self.math).add(name)
+        if not derivative:
+            return f"{name}({value})", ""
+        for other in (each for each in RULES if f"{each}(" in RULES[name]):
             (self.names if other in self.blocks.functions else self.math).add(other)
-        if not d:
-            return Value(f"{name}({x})", "", "float")
-        found = self.kept(f"{name}({x})", "").text if "{f}" in RULES[name] else f"{name}({x})"
-        return Value(found, f"({RULES[name].format(x=x, d=d, f=found)})", "float")
+        found = self.kept(f"{name}({value})", [])[0] if "{f}" in RULES[name] else f"{name}({value})"
+        return found, f"({RULES[name].format(x=value, d=derivative, f=found)})"
 
-    def turned(self, node: ast.Call) -> str:
-        """Sine and cosine of an angle, each with its derivative."""
-        angle, by, _ = self.short(node.args[0])
+    def turned(self, node: ast.Call) -> tuple[str, str, str]:
+        """Names of sine and cosine of an angle, and the angle's derivative."""
+        value, derivative = self.short(node.args[0])
         self.names.add(PAIR)
         self.temporaries += 1
-        sine, cosine = (f"part_{self.temporaries}_{name}" for name in ("sine", "cosine"))
-        self.emit(f"{sine}, {cosine} = {PAIR}({angle})")
-        return f"{sine}, {cosine} * {by or '0.0'}, {cosine}, -{sine} * {by or '0.0'}"
+        names = f"part_{self.temporaries}_sine", f"part_{self.temporaries}_cosine"
+        self.emit(f"{', '.join(names)} = {PAIR}({value})")
+        return *names, derivative or "0.0"
 
-    def operation(self, node: ast.BinOp) -> Value:
+    def operation(self, node: ast.BinOp) -> tuple[str, str]:
         """Sum, difference, product or quotient."""
         linear = isinstance(node.op, (ast.Add, ast.Sub))
-        (a, a_dot, kind), (b, b_dot, other) = (self.value(each) if linear else self.short(each)
-                                               for each in (node.left, node.right))
+        (a, a_dot), (b, b_dot) = (self.number(each) if linear else self.short(each) for each in (node.left, node.right))
+        if isinstance(node.op, ast.Add):
+            return f"({a} + {b})", f"({a_dot} + {b_dot})" if a_dot and b_dot else a_dot or b_dot
+        if isinstance(node.op, ast.Sub):
+            taken = f"(-{b_dot})" if b_dot else ""
+            return f"({a} - {b})", f"({a_dot} - {b_dot})" if a_dot and b_dot else a_dot or taken
         if isinstance(node.op, ast.Mult):
-            terms = [*([f"{a_dot} * {b}"] if a_dot else ()), *([f"{a} * {b_dot}"] if b_dot else ())]
-            text, dot = f"({a} * {b})", f"({' + '.join(terms)})" if terms else ""
-        elif isinstance(node.op, ast.Div):
-            above = a_dot if not b_dot else f"({a_dot} - {a} / {b} * {b_dot})" if a_dot else f"(-{a} / {b} * {b_dot})"
-            text, dot = f"({a} / {b})", above and f"({above} / {b})"
-        elif linear:
-            sign, alone = ("+", b_dot) if isinstance(node.op, ast.Add) else ("-", b_dot and f"(-{b_dot})")
-            text, dot = f"({a} {sign} {b})", f"({a_dot} {sign} {b_dot})" if a_dot and b_dot else a_dot or alone
-        else:
-            raise self.unknown(node)
-        return Value(text, dot, "int" if kind == other == "int" else "float")
+            terms = [f"{a_dot} * {b}"] if a_dot else []
+            terms += [f"{a} * {b_dot}"] if b_dot else []
+            return f"({a} * {b})", f"({' + '.join(terms)})" if terms else ""
+        if isinstance(node.op, ast.Div):
+            if not b_dot:
+                return f"({a} / {b})", f"({a_dot} / {b})" if a_dot else ""
+            above = f"({a_dot} - {a} / {b} * {b_dot})" if a_dot else f"(-{a} / {b} * {b_dot})"
+            return f"({a} / {b})", f"({above} / {b})"
+        raise self.unknown(node)
