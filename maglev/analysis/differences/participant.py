@@ -5,17 +5,16 @@ has none, it is made anew and given the inputs of its past once more.
 """
 
 from collections.abc import Callable, Sequence
-from ctypes import c_double, c_int
 from typing import Any
 
 import numpy as np
 
 from maglev.arrays import Array
-from maglev.cosim.fmu import Buffer, Fmu
+from maglev.cosim.fmu import Fmu
 from maglev.cosim.master import FmuSetup
 from maglev.cosim.open import open_fmu, read_description
 from maglev.cosim.port_map import apply
-from maglev.cosim.versions.fmi import WARNING
+from maglev.cosim.wires.wiring import Call, Rate, Track, step_calls, value_calls
 from maglev.errors import FmuError, LinearModelError
 
 FOREVER = 1e6      # s, stop time that is given at the initialization
@@ -49,33 +48,27 @@ class Participant:
         description = read_description(self.setup.name, self.setup.path)
         scales = {} if self.setup.ports is None else apply(self.setup.ports, description)
         self.fmu: Fmu = open_fmu(self.setup.name, self.setup.path, description, scales)
-        self.given, self.got = self.buffer(self.inputs), self.buffer(self.outputs)
-        self.up, self.down = self.factors(self.inputs), self.factors(self.outputs)
-        self.time = c_double()
-        self.stepping = (self.fmu.handle(), self.time, c_double(self.size), c_int(1))
+        self.given, self.setting = self.row("Set", self.inputs)
+        self.got, self.getting = self.row("Get", self.outputs)
+        self.stepping, = step_calls(self.fmu, self.size, 0, Rate())
         self.fmu.initialise(self.setup.start, 0.0, FOREVER)
         self.count = 0   # steps since then
 
-    def buffer(self, names: Sequence[str]) -> Buffer:
+    def row(self, verb: str, names: Sequence[str]) -> tuple[Array, list[Call]]:
+        """A row of values, SI, and the calls that set the variables to it, or get them into it."""
         variables = [self.fmu.variable(name) for name in names]
         for variable in variables:
             if variable.type != "Real":
                 raise FmuError(f"{self.setup.name}.{variable.name} is of type {variable.type}, expected a Real")
-        return self.fmu.buffers(variables)[0]
+        track = Track([*names], np.float64, 1)
+        return track.array[0], [*value_calls(self.fmu, verb, variables, track, 0, 0)]
 
-    def factors(self, names: Sequence[str]) -> Array:
-        """What SI values are multiplied by to be in the FMU's units, shape (names,)."""
-        return np.array([self.fmu.scales[name].to_own(1.0) if name in self.fmu.scales else 1.0 for name in names])
-
-    def step(self, inputs: list[float]) -> list[float]:
+    def step(self, inputs: Sequence[float]) -> list[float]:
         """Outputs of a step with inputs, SI; FmuError if it refuses."""
-        fmu = self.fmu
-        self.given.values[:] = (self.up * inputs).tolist()
-        fmu.set(self.given)
-        self.time.value = self.count * self.size
-        status = fmu.do_step(*self.stepping)
-        if status > WARNING:
-            raise fmu.failed(f"{fmu.fmi.prefix}DoStep", status)
+        self.given[:] = inputs
+        for call in self.setting:
+            call.at(0)
+        self.stepping.at(self.count)
         self.count += 1
         if self.count % OFTEN == 0:
             for sign in SIGN_OF_LIFE:
@@ -84,8 +77,9 @@ class Participant:
 
     def outputs_now(self) -> list[float]:
         """Outputs as they are, SI."""
-        self.fmu.get(self.got)
-        numbers: list[float] = (np.array(self.got.values) / self.down).tolist()
+        for call in self.getting:
+            call.at(0)
+        numbers: list[float] = self.got.tolist()
         return numbers
 
     def mark(self, past: Array, last: Sequence[float]) -> None:
