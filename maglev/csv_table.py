@@ -14,6 +14,9 @@ from maglev.arrays import Array
 from maglev.errors import CsvError, nearest, nearest_file, shortened
 from maglev_files.belonging import stranger
 
+NO_TEXT = ("no text in UTF-8, expected a CSV file with a header and columns separated by commas: export the data as "
+           "CSV in UTF-8")
+
 
 @dataclass(frozen=True)
 class CsvTable:
@@ -29,17 +32,17 @@ class CsvTable:
 
     def column(self, name: str) -> Array:
         """Numbers of a column, all finite; CsvError if a field is missing or no finite number."""
-        if name not in self.columns:
-            index = list(self.names).index(name)
-            try:
-                values = np.loadtxt(self.path, delimiter=",", skiprows=1, usecols=index, ndmin=1, comments=None,
-                                    encoding="utf-8-sig")
-            except ValueError:
-                values = None
-            if values is None or not np.all(np.isfinite(values)):
-                raise self.first_bad(index)
-            self.columns[name] = values
-        return self.columns[name]
+        try:
+            values = self.columns[name] if name in self.columns else np.loadtxt(
+                self.path, delimiter=",", skiprows=1, usecols=list(self.names).index(name), ndmin=1, comments=None,
+                quotechar='"', encoding="utf-8-sig")
+            numbers = np.asarray(values, dtype=np.float64)
+        except (TypeError, ValueError):   # columns that are given may be anything
+            raise self.first_bad(name) from None
+        if not np.isfinite(numbers).all():
+            raise self.first_bad(name)
+        self.columns[name] = numbers
+        return numbers
 
     def rows(self, strict: bool = False) -> Iterator[tuple[int, list[str]]]:
         """Numbers and fields of the rows below the header that are not empty; CsvError of what is no CSV."""
@@ -49,15 +52,19 @@ class CsvTable:
                 yield from ((reader.line_num, row) for row in islice(reader, 1, None) if row)
             except csv.Error as error:
                 raise CsvError(self.path, f"row {reader.line_num}: {error}, expected a CSV file") from None
+            except UnicodeDecodeError:
+                raise CsvError(self.path, f"below row {reader.line_num} is {NO_TEXT}") from None
 
-    def first_bad(self, index: int) -> CsvError:
+    def first_bad(self, name: str) -> CsvError:
         """Refusal of the first field of a column that is no finite number."""
-        for number, row in self.rows():
-            text = row[index] if index < len(row) else ""
+        index = list(self.names).index(name)
+        fields = enumerate(map(str, self.columns[name]), self.first) if name in self.columns else (
+            (number, row[index] if index < len(row) else "") for number, row in self.rows())
+        for number, text in fields:
             if not is_finite(text):
-                return CsvError(self.path, f"row {number}, column {self.names[index]} is {shortened(text)}, expected a "
+                return CsvError(self.path, f"row {number}, column {name} is {shortened(text)}, expected a "
                                            "finite number")
-        return CsvError(self.path, f"column {self.names[index]}: expected finite numbers")
+        return CsvError(self.path, f"column {name}: expected finite numbers")
 
     def renamed(self, names: Mapping[str, str]) -> "CsvTable":
         """The table with columns under other names, by these; CsvError if one is not there."""
@@ -65,6 +72,7 @@ class CsvTable:
             if own not in self.names:
                 raise CsvError(self.path, f"columns: {name}={own!r}: there is no such column, nearest is "
                                           f"{nearest(own, self.names)}")
+            self.column(own)   # here a refusal has the name that the data have for it
         # What is replaced has no name.
         new = {**dict.fromkeys(names, ""), **{own: name for name, own in names.items()}}
         return replace(self, names=[new.get(name, name) for name in self.names],
@@ -98,8 +106,7 @@ def read_csv(path: Path) -> CsvTable:
             header = [name.strip() for name in next(reader, [])]
             rows = any(row for row in reader)
     except UnicodeDecodeError:
-        raise CsvError(path, "no text, expected a CSV file with a header and columns separated by commas: export the "
-                             "data as CSV") from None
+        raise CsvError(path, NO_TEXT) from None
     except csv.Error as error:
         raise CsvError(path, f"{error}, expected a CSV file") from None
     except OSError as error:
@@ -124,26 +131,23 @@ def read_csv(path: Path) -> CsvTable:
 def given_table(name: str, given: Any) -> CsvTable:
     """Columns of a mapping, such as a `Run`, or of a DataFrame, of whatever library.
 
-    CsvError if one is not a row of numbers that are finite, or they are not of one length.
+    CsvError if one is no row, or they are not of one length; whether they are numbers is asked of those that are used.
     """
     path = Path(name)
     try:
         names = [str(name) for name in getattr(given, "columns", given)]
-        columns = {name: np.asarray(given[name], dtype=np.float64) for name in names}
+        columns = {name: np.asarray(given[name]) for name in names}
     except (TypeError, ValueError, KeyError, IndexError) as error:
         raise CsvError(path, f"{type(given).__name__}: {error}, expected a path, or columns of numbers by name, such "
                              "as a Run, a table of arrays or a DataFrame") from None
     index = getattr(given, "index", None)
     time = getattr(given, "time", index if getattr(index, "name", "") == "time" else None)
     if "time" not in columns and time is not None:
-        columns["time"] = np.asarray(time, dtype=np.float64)
+        columns["time"] = np.asarray(time)
     for column, values in columns.items():
         if values.ndim != 1 or len(values) != len(columns[names[0]]):
             raise CsvError(path, f"column {column} has the shape {values.shape}, expected as many rows as {names[0]}, "
                                  f"{len(np.atleast_1d(columns[names[0]]))}")
-        if not np.isfinite(values).all():
-            row = int(np.flatnonzero(~np.isfinite(values))[0])
-            raise CsvError(path, f"row {row}, column {column} is {values[row]}, expected a finite number")
     return CsvTable(path, list(columns), columns, 0)
 
 

@@ -85,7 +85,7 @@ def test_columns_that_cannot_be_used() -> None:
     recorded = columns_of(record("2dof", 1.5, 0.5e-3))
     bad: list[tuple[Any, dict[str, str], str]] = [
         ({**recorded, "gap": recorded["gap"][1:]}, {}, r"data: column gap has the shape \(\d+,\), expected as many"),
-        ({**recorded, "d": np.nan * recorded["d"]}, {}, "data: row 0, column d is nan, expected a finite number"),
+        ({**recorded, "d": np.nan * recorded["d"]}, {}, "data: row 0, column d is 'nan', expected a finite number"),
         (recorded, {"v": "gab"}, "columns: v='gab': there is no such column, nearest is 'gap'"),
         ({**recorded, "gap": 1e3 * recorded["gap"]}, {}, "row 0, column v is 2.*: looks like mm"),
         (5, {}, "int: .*expected a path, or columns of numbers by name")]

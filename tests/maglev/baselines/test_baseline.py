@@ -129,7 +129,7 @@ def test_malformed_options(tmp_path: Path, old: str, new: str, message: str) -> 
     expect(written(tmp_path, options=OPTIONS.replace(old, new)), message)
 
 
-@pytest.mark.parametrize(("kind", "message"), [(0, "no text, expected a CSV file"),
+@pytest.mark.parametrize(("kind", "message"), [(0, "no text in UTF-8, expected a CSV file"),
                                                (1, "cannot be read, expected UTF-8 text")])
 def test_missing_and_unreadable_files(tmp_path: Path, kind: int, message: str) -> None:
     file = baseline_files(written(tmp_path), "bad")[kind]

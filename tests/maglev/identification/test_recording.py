@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 from motor import MOTOR
 
-from maglev.csv_table import read_csv
+from maglev.csv_table import given_table, read_csv
 from maglev.errors import MaglevError
 from maglev.identification.identify import identify
 from maglev.identification.recording import read_recording
@@ -131,8 +131,9 @@ def test_bad_columns(tmp_path: Path, change: Callable[[Table], None], message: s
 
 @pytest.mark.parametrize(("content", "message"), [
     (b"", "is empty, expected a CSV file"),
-    (b"PK\x03\x04\0\0binary", "no text, expected a CSV file"),
-    (b"\xff\xfe1,2\n", "no text, expected a CSV file"),
+    (b"PK\x03\x04\0\0binary", "no text in UTF-8, expected a CSV file"),
+    (b"\xff\xfe1,2\n", "no text in UTF-8, expected a CSV file"),
+    ("time,gap (µm)\n0,1\n".encode("latin-1"), "no text in UTF-8, expected a CSV file"),
     (b"time;v;h;i_d;i_q\n0;1;2;3;4\n", "has columns separated by ';', expected"),
     (b"0.0,0.02,0.0,1.0,0.0\n", "row 1 is numbers, expected the names of the columns"),
     (b"time,v,h,i_d,i_q\n", "has a header only, expected rows of numbers"),
@@ -157,6 +158,28 @@ def test_fields_that_are_no_numbers(tmp_path: Path, rows: str, field: str) -> No
     with pytest.raises(MaglevError) as refused:
         read_csv(path).column("h")
     assert str(refused.value) == f"{path}: {field}, expected a finite number"
+
+
+def test_fields_in_quotes_may_have_commas(tmp_path: Path) -> None:
+    path = tmp_path / "mine.csv"
+    path.write_text('"time","state","h"\n"0","on, 7, off","1.5"\n"1","on, 8, off","2"\n', encoding="utf-8")
+    assert read_csv(path).column("h").tolist() == [1.5, 2.0]
+
+
+def test_a_row_far_below_that_is_no_text(tmp_path: Path) -> None:
+    path = tmp_path / "mine.csv"
+    path.write_bytes(b"time,h\n" + b"0,1\n" * 5000 + "0,5 µm\n".encode("latin-1"))
+    with pytest.raises(MaglevError, match=r"mine\.csv: below row \d+ is no text in UTF-8, expected a CSV file"):
+        read_csv(path).column("h")
+
+
+def test_columns_that_nothing_uses_may_be_anything() -> None:
+    spare = {"note": ["20 mm"] * N, "temperature": np.full(N, np.nan), "none": [None] * N}
+    table = given_table("data", {**good(), **spare})
+    assert read_recording(table).positions[:, 1] == pytest.approx(good()["h"])
+    for name, shown in ("note", "'20 mm'"), ("temperature", "'nan'"), ("none", "'None'"):
+        with pytest.raises(MaglevError, match=f"data: row 0, column {name} is {shown}, expected a finite number"):
+            read_recording(table.renamed({"v": name}))
 
 
 def test_missing_file(tmp_path: Path) -> None:
