@@ -159,8 +159,8 @@ def read_table(written: type, table: str) -> dict[str, str]:
         if not isinstance(port, str) or not all(part.isidentifier() for part in port.split(".")):
             raise Undeclared(f"{place} has {port!r}, expected a name such as \"y.measured\"", port)
         try:
-            exponents(unit or "1")
-        except (UnknownUnit, TypeError):
+            exponents("1" if unit == "" else unit)
+        except (UnknownUnit, TypeError, AttributeError):
             raise Undeclared(f"{place} has {port!r} in {unit!r}, expected one that is made of SI units without "
                              f"prefixes, such as \"m/s2\" or \"V.s/rad\", or \"\"; symbols are {', '.join(SYMBOLS)}",
                              port) from None

@@ -28,6 +28,15 @@ class WrittenSlave(BlockSlave):
         what = "start failed" if time is None else f"step failed at t = {time} s"
         return self.refused(f"{what}: {described(error, self.written)}")
 
+    def get_boolean(self, vrs: list[int]) -> list[bool]:
+        """Booleans, those of other packages too; 0 and 1 are such."""
+        values = super().get_boolean(vrs)
+        for vr, value in zip(vrs, values, strict=True):
+            if getattr(value, "shape", ()) != () or value not in (False, True):
+                raise self.refused(f"{self.variables[vr].name} = {value!r}, expected True or False from "
+                                   f"{self.written.__name__}")
+        return [bool(value) for value in values]
+
     def refuse(self, status: int, time: float = 0.0, step: float = 0.0) -> None:
         """Raise the definition's text for a status; numbers of other packages are shown as plain ones."""
         if status:

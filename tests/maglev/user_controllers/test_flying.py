@@ -111,6 +111,23 @@ def test_what_is_no_number_is_refused(fastest_fmus: Path, tmp_path: Path, value:
     assert len(failure.value.recording.time) == 42
 
 
+@pytest.mark.filterwarnings("ignore:controller .* has no")
+def test_a_boolean_of_numpy_is_one(fastest_fmus: Path, tmp_path: Path) -> None:
+    """As `a < b` is of numbers of NumPy; something else is refused by its name."""
+    def flying(far: str) -> Path:
+        return controller(tmp_path, ("from math", "import numpy as np\nfrom math"),
+                          ('outputs = {"motor.i_a_cmd"', 'outputs = {"far": "", "motor.i_a_cmd"'),
+                          ("self.known = False", "self.known = self.far = False"),
+                          ("w = self.bandwidth", f"self.far = {far}; w = self.bandwidth"))
+
+    runs = [tool.run(flight(tmp_path), fmus=fastest_fmus, controller=flying(far))["controller.far"]
+            for far in ("np.float64(t) > 0.2", "t > 0.2")]
+    assert_array_equal(*runs)
+    path = flying("0.5 if t > 0.02 else t > 0.01")
+    with pytest.raises(tool.RunFailed, match=r"t = 0.0205 s: controller \(pd.py\): far = 0.5, expected True or False"):
+        tool.run(flight(tmp_path), controller=path, fmus=fastest_fmus)
+
+
 def test_what_flew_is_written_down(fastest_fmus: Path, tmp_path: Path) -> None:
     """The file and the module beside it by their digests; the run is a modified one."""
     (tmp_path / "numbers_of_mine.py").write_text("LARGEST = 6.0\n")

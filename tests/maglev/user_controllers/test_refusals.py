@@ -19,6 +19,7 @@ DECLARED = {
         ('"v.measured": "m", "h.measured"', '"v.mesured": "m", "h.measured"'),
         "inputs has 'v.mesured', expected an attribute self.v.mesured or self.v_mesured that __init__ sets"),
     "an unknown unit": (('{"bandwidth": "rad/s"', '{"bandwidth": "rpm"'), "'bandwidth' in 'rpm', expected one"),
+    "no text as a unit": (('{"bandwidth": "rad/s"', '{"bandwidth": None'), "'bandwidth' in None, expected one"),
     "no table": (("    parameters = {", "    parameters = 3\n    unused = {"), "parameters = 3, expected a table"),
     "a start that is no number": (("self.damping = 0.9", "self.damping = 'high'"), "damping starts as 'high', expec"),
     "a start that is not finite": (("self.damping = 0.9", "self.damping = float('nan')"), "damping starts as nan"),
