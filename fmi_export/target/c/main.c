@@ -13,7 +13,9 @@ int main(void)
     int32_t status = @NAME@_start(&controller);
     while (status == 0 && board_read(&inputs)) {
         status = @NAME@_sample(&controller, &inputs, &outputs);
-        board_write(&outputs);
+        if (status == 0) {   /* else there are no outputs, or those of a sample before */
+            board_write(&outputs);
+        }
     }
     board_end(status);
     return status != 0;

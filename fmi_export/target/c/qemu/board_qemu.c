@@ -152,7 +152,9 @@ void board_write(const struct @NAME@_outputs *outputs)
 
 void board_end(int32_t end)
 {
-    (void)end;
+    if (end != 0) {   /* of a sample that is refused nothing was written */
+        send(&controller->block, READABLE);
+    }
     host(EXIT, (const void *)DONE);
 }
 
