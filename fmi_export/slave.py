@@ -93,7 +93,8 @@ class BlockSlave(Fmi2Slave):
         self.variables = definition.variables
         self.checked = [v for v in self.variables if v.causality in ("input", "parameter") and not v.boolean]
         self.state_slots = self.slots()
-        self.getters: dict[bool, dict[tuple[int, ...], Callable[[Any], tuple[Any, ...]]]] = {False: {}, True: {}}
+        self.real_getters: dict[tuple[int, ...], Callable[[Any], tuple[Any, ...]]] = {}
+        self.boolean_getters: dict[tuple[int, ...], Callable[[Any], tuple[Any, ...]]] = {}
         self.setters: dict[tuple[int, ...], list[tuple[Any, str, float, float]]] = {}
         self.phase = INSTANTIATED
         self.stale = True                    # values of a block that has not started are not computed yet
@@ -240,7 +241,7 @@ class BlockSlave(Fmi2Slave):
             getter = lambda block: (single(block),)   # noqa: E731
         else:
             getter = lambda _: ()   # noqa: E731
-        self.getters[boolean][vrs] = getter
+        (self.boolean_getters if boolean else self.real_getters)[vrs] = getter
         return getter
 
     def refresh(self) -> None:
@@ -279,20 +280,21 @@ class BlockSlave(Fmi2Slave):
         if self.phase != RUNNING:
             self.stale = True
 
-    def read(self, vrs: list[int], boolean: bool) -> list[Any]:
-        """Values of variables, computed before if they are not."""
+    def get_real(self, vrs: list[int]) -> list[float]:
         if self.stale:
-            self.allow("fmi2GetBoolean" if boolean else "fmi2GetReal", INITIALIZING, RUNNING, TERMINATED)
+            self.allow("fmi2GetReal", INITIALIZING, RUNNING, TERMINATED)
             self.refresh()
         key = tuple(vrs)
-        getter = self.getters[boolean].get(key) or self.prepare_getter(key, boolean)
+        getter = self.real_getters.get(key) or self.prepare_getter(key, False)
         return list(getter(self.block))
 
-    def get_real(self, vrs: list[int]) -> list[float]:
-        return self.read(vrs, False)
-
     def get_boolean(self, vrs: list[int]) -> list[bool]:
-        return self.read(vrs, True)
+        if self.stale:
+            self.allow("fmi2GetBoolean", INITIALIZING, RUNNING, TERMINATED)
+            self.refresh()
+        key = tuple(vrs)
+        getter = self.boolean_getters.get(key) or self.prepare_getter(key, True)
+        return list(getter(self.block))
 
     def set_real(self, vrs: list[int], values: list[float]) -> None:
         self.write(vrs, values, False)
