@@ -1,4 +1,4 @@
-"""What the studies of maps of laws share: their command line, flights, origin, tables and pictures."""
+"""What the studies of maps of laws share: their command line, runs, origin, tables and pictures."""
 
 import argparse
 from collections.abc import Callable, Iterable, Sequence

@@ -60,7 +60,7 @@ def table(runs: dict[str, maglev.Run]) -> str:
 
 
 def picture(runs: dict[str, maglev.Run], path: Path) -> None:
-    """Draw what was planned, and what was flown."""
+    """Draw what was planned, and what came of it."""
     figure, axes = plt.subplots(3, 2, figsize=(11, 7), layout="constrained")
     for k, axis in enumerate(GOALS):
         for name, run in runs.items():
@@ -70,7 +70,7 @@ def picture(runs: dict[str, maglev.Run], path: Path) -> None:
                                 color=COLOURS[name])
         axes[k, 0].set(xlim=(-0.05, 1.5), ylabel=f"{axis} (mm)")
         axes[k, 0].grid(alpha=0.3)
-    axes[0, 0].set_title("flown (solid) and planned (dashed)")
+    axes[0, 0].set_title("run (solid) and planned (dashed)")
     axes[0, 0].invert_yaxis()   # a larger gap is lower
     axes[0, 0].legend()
     axes[2, 0].set_xlabel("time from the beginning (s)")
@@ -90,7 +90,7 @@ def picture(runs: dict[str, maglev.Run], path: Path) -> None:
 
 
 def main() -> None:
-    """Fly, print, draw."""
+    """Run, print, draw."""
     parser = argparse.ArgumentParser(description="run the planned motions beside a step")
     parser.add_argument("--fmus", help="folder with FMUs, in place of those that are built for the run")
     parser.add_argument("--out", type=Path, default=Path("results"), help="folder for the picture")

@@ -16,14 +16,14 @@ from maglev.cosim.master import FmuSetup, Master
 
 
 @pytest.fixture(scope="session")
-def fly(slow: None, tmp_path_factory: pytest.TempPathFactory) -> Path:
-    """The C program that flies the 3-DOF stage."""
+def host(slow: None, tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """The C program that runs the 3-DOF stage."""
     if not sys.platform.startswith("linux"):
         pytest.skip("the program loads with dlopen from binaries/linux64")
     import fmpy
-    program = tmp_path_factory.mktemp("fly") / "fly"
+    program = tmp_path_factory.mktemp("host") / "run"
     done = subprocess.run([*require_compiler(), "-std=c99", "-Wall", "-Wextra", "-O2", "-I",
-                           Path(fmpy.__file__).parent / "c-code", EXAMPLES / "plain_c_host" / "fly.c", "-o", program,
+                           Path(fmpy.__file__).parent / "c-code", EXAMPLES / "plain_c_host" / "run.c", "-o", program,
                            "-ldl", "-lm"], capture_output=True, text=True)
     assert done.returncode == 0, done.stderr
     assert not done.stderr
@@ -61,29 +61,29 @@ def recorded(fmus: Path, seconds: float) -> np.ndarray:
     return np.stack([columns[f"plant.{axis}.position"] for axis in axes], axis=1)
 
 
-def test_native_fmus_fly_in_a_process_without_python(native_fmus: Path, fly: Path, tmp_path: Path) -> None:
+def test_native_fmus_run_in_a_process_without_python(native_fmus: Path, host: Path, tmp_path: Path) -> None:
     """3 s, a step of 1 mm after 1 s: bit for bit what our master records."""
-    done = subprocess.run([fly, *unpacked(tmp_path, native_fmus), "3"], capture_output=True, text=True, env={})
+    done = subprocess.run([host, *unpacked(tmp_path, native_fmus), "3"], capture_output=True, text=True, env={})
     assert done.returncode == 0, done.stderr
     there, here = positions(done.stdout), recorded(native_fmus, 3.0)
     assert there.shape == (15001, 3)
     assert np.array_equal(there.view(np.int64), here.view(np.int64))
     assert there[-1, 0] == pytest.approx(26e-3, abs=0.1e-3)
-    libraries = subprocess.run(["ldd", fly, *tmp_path.glob("*/binaries/linux64/*.so")], capture_output=True, text=True)
+    libraries = subprocess.run(["ldd", host, *tmp_path.glob("*/binaries/linux64/*.so")], capture_output=True, text=True)
     assert "python" not in libraries.stdout
 
 
 @pytest.mark.thorough
-def test_pythonfmu_fmus_need_a_python_library_there(fmus: Path, fly: Path, tmp_path: Path) -> None:
-    """Without LD_PRELOAD the linker says what is missing, with it they fly."""
+def test_pythonfmu_fmus_need_a_python_library_there(fmus: Path, host: Path, tmp_path: Path) -> None:
+    """Without LD_PRELOAD the linker says what is missing, with it they run."""
     folders = unpacked(tmp_path, fmus)
-    done = subprocess.run([fly, *folders, "0.1"], capture_output=True, text=True, env={})
+    done = subprocess.run([host, *folders, "0.1"], capture_output=True, text=True, env={})
     assert done.returncode == 1
     assert "undefined symbol: _Py" in done.stderr
     library = Path(str(sysconfig.get_config_var("LIBDIR"))) / str(sysconfig.get_config_var("LDLIBRARY"))
     if not library.is_file() or library.suffix == ".a":
         pytest.skip(f"this Python has no shared library ({library})")
-    done = subprocess.run([fly, *folders, "0.1"], capture_output=True, text=True,
+    done = subprocess.run([host, *folders, "0.1"], capture_output=True, text=True,
                           env={"LD_PRELOAD": str(library), "PYTHONHOME": sysconfig.get_config_var("prefix")})
     assert done.returncode == 0, done.stderr
     assert np.array_equal(positions(done.stdout), recorded(fmus, 0.1))
@@ -113,7 +113,7 @@ FOREIGN_OUTPUTS = {"gap_encoder": "v.encoder", "gap": "v.position", "travel_enco
                    "coil_c_is": "motor.i_c", "stop": "at_stop"}
 
 
-def test_our_regulator_flies_a_plant_of_another_tool(native_fmus: Path, foreign_plant: Path, step: Path,
+def test_our_regulator_holds_a_plant_of_another_tool(native_fmus: Path, foreign_plant: Path, step: Path,
                                                      tmp_path: Path) -> None:
     """The other tool steps our own plant, so that the check finds every bit where it was."""
     common: list[str | Path] = ["check", step, "--fmus", native_fmus, "--baselines", tmp_path / "baselines"]

@@ -1,10 +1,10 @@
 /* The closed loop in a process without Python: loads the FMUs of the 3-DOF stage and of its regulator, steps them in
  * turn, and writes positions as CSV.
  *
- *     cc -std=c99 -O2 -I <fmpy>/c-code fly.c -o fly -ldl -lm
- *     ./fly Plant3DOF Regulator3DOF 3 > positions.csv
+ *     cc -std=c99 -O2 -I <fmpy>/c-code run.c -o run -ldl -lm
+ *     ./run Plant3DOF Regulator3DOF 3 > positions.csv
  *
- * Its arguments are folders of unpacked FMUs and the time to fly, s. Linux only: dlopen, binaries/linux64. */
+ * Its arguments are folders of unpacked FMUs and the time to run, s. Linux only: dlopen, binaries/linux64. */
 
 #include <dlfcn.h>
 #include <math.h>
@@ -28,7 +28,7 @@ typedef struct {
 } Fmu;
 
 static void fail(const char *what, const char *detail) {
-    fprintf(stderr, "fly: %s: %s\n", what, detail ? detail : "");
+    fprintf(stderr, "run: %s: %s\n", what, detail ? detail : "");
     exit(1);
 }
 
@@ -130,7 +130,7 @@ int main(int argc, char **argv) {
     double lengths[3], currents[6], goal[3];
     long steps, k;
 
-    if (argc != 4) fail("usage", "fly PLANT_FOLDER REGULATOR_FOLDER SECONDS");
+    if (argc != 4) fail("usage", "run PLANT_FOLDER REGULATOR_FOLDER SECONDS");
     load(&plant, argv[1], &callbacks, start);
     load(&regulator, argv[2], &callbacks, NULL);
     for (int i = 0; i < 3; i++) {
