@@ -227,7 +227,8 @@ def test_a_tilt_is_left_as_fast_as_its_motors_have_it(tmp_path: Path) -> None:
 
 
 @pytest.mark.parametrize(("name", "like", "message"), [
-    ("own.txt", "3dof", "name: 'own.txt', expected letters"), ("own.toml", "4dof", "like='4dof': expected one of"),
+    *((name, "3dof", f"name: {name.removesuffix('.toml')!r}, expected small letters and digits, a letter first")
+      for name in ("own.txt", "Own.toml", "own_2", "2nd.toml")), ("own.toml", "4dof", "like='4dof': expected one of"),
     ("there.toml", "3dof", "it is there already"), ("no/own.toml", "3dof", "there is no folder")])
 def test_a_new_stage_overwrites_nothing(tmp_path: Path, name: str, like: str, message: str) -> None:
     (tmp_path / "there.toml").write_text("name = 1\n", encoding="utf-8")
