@@ -57,6 +57,7 @@ LARGEST = sys.float_info.max
 MISWRITTEN = re.compile(r"[02-9.,;:'_+\-=<>~|]|/\s*\d")   # that no unit begins with, as 1/s does
 DECIMAL_COMMA = re.compile(r"\s*([+-]?\d+),(\d+(?:[eE][+-]?\d+)?(?:\s*[^\W\d_].*?)?)\s*")
 WHOLE_NUMBER = re.compile(r"[+-]?\d{1,18}")
+FLAGS = ("on", "off", "yes", "no", "true", "false")   # by which people mean a Boolean
 NUMBER_AND_UNIT = re.compile(r"\s*([+-]?(?:\d+\.?\d*|\.\d+)(?:[eE][+-]?\d+)?)\s*(pi\b|π)?\s*(.*?)\s*")
 
 
@@ -207,7 +208,8 @@ def split_text(text: str) -> tuple[float, str]:
     """Number of a text, and its unit, known or not; QuantityError if it has none."""
     match = NUMBER_AND_UNIT.fullmatch(text)
     if match is None:
-        raise QuantityError(f"{text!r} is not a quantity, expected a number and a unit such as '25 mm'")
+        flag = "; of a Boolean true or false" if text.strip().lower() in FLAGS else ""
+        raise QuantityError(f"{text!r} is not a quantity, expected a number and a unit such as '25 mm'{flag}")
     digits, pi, unit = match.groups()
     if MISWRITTEN.match(unit) and not pi:
         raise QuantityError(f"{text!r} is not a quantity, expected {well_written(text)}")

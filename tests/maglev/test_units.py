@@ -53,6 +53,7 @@ def test_refusals_name_value_and_expectation(value, words):
 @pytest.mark.parametrize(("text", "says"), [
     ("4kilo", "unknown unit 'kilo'; nearest is 'kg'"), ("4 kilometers", "nearest is 'km'"),
     ("2 Millimetre", "nearest is 'mm'"), ("3 KG", "nearest is 'kg'"), ("1 /s", "nearest is '1/s'"),
+    ("off", "expected a number and a unit such as '25 mm'; of a Boolean true or false"),
     ("2 xyz", "expected one such as 'kg'"), ("5,0", "'5,0' is not a quantity, expected a decimal point: '5.0'"),
     ("5,25 mm", "expected a decimal point: '5.25 mm'"), ("3..5", "'3..5' is not a quantity, expected one number"),
     ("3-5", "expected one number"), ("1:30", "expected one number"),
