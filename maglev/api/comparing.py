@@ -13,7 +13,7 @@ from maglev.api.running import say_notes
 from maglev.comparison.files import comparison_data, rows_of, write_comparison
 from maglev.comparison.table import Row
 from maglev.cosim.master import RunFailed
-from maglev.errors import FAILURES, ScenarioError, extra, in_one_line
+from maglev.errors import FAILURES, ScenarioError, extra, in_one_line, shortened
 from maglev.experiment.chain import Ends, started
 from maglev.experiment.execution import RunResult, failed, run_each, simulate, thinned
 from maglev.experiment.preparation import Experiment, know_stage_of
@@ -130,7 +130,7 @@ def compare(runs: Scenario | Sequence[Run] | Mapping[str, Run], controllers: Con
     [('Regulator2DOF',)]
     """
     if isinstance(runs, Run) or not isinstance(runs, str | Path | Mapping) or (
-            isinstance(runs, Mapping) and all(isinstance(run, Run) for run in runs.values())):
+            isinstance(runs, Mapping) and (not runs or any(isinstance(run, Run) for run in runs.values()))):
         if controllers is not None or options:
             raise ScenarioError(f"{', '.join(options) or 'controllers'}: expected the name of a run to make with it, "
                                 "got runs that were made")
@@ -223,9 +223,13 @@ def run_compared(experiments: Sequence[Experiment], watch: Watch) -> dict[str, R
 
 
 def comparison_of(runs: Sequence[Run] | Mapping[str, Run]) -> Comparison:
-    """Comparison of runs that were made; ScenarioError if they have other axes or references."""
+    """Comparison of runs that were made; ScenarioError if they are none, or have other axes or references."""
     if isinstance(runs, Run):
         raise ScenarioError(f"runs: one run, {runs.name}, expected two or more in a list, or the name of a run to make")
+    for run in runs.values() if isinstance(runs, Mapping) else runs:
+        if not isinstance(run, Run):
+            raise ScenarioError(f"runs: {shortened(run)}, expected runs that were made, or the name of one to make "
+                                "with each of controllers=[…]")
     labels = runs if isinstance(runs, Mapping) else dict(zip(labelled([run.name for run in runs]), runs, strict=True))
     if not labels:
         raise ScenarioError("runs: there is none, expected two or more")

@@ -85,10 +85,12 @@ def extended_file(path: Path, base: str) -> Path:
 def path_of(given: Scenario) -> Path:
     """Path of a scenario; of a table one that stands for it, a file of the working folder as it were.
 
-    ScenarioError if something in the table is not what TOML can have.
+    ScenarioError if it is none of these, or something in the table is not what TOML can have.
     """
-    if not isinstance(given, Mapping):
+    if isinstance(given, str | Path):
         return Path(given)
+    if not isinstance(given, Mapping):
+        raise ScenarioError(f"scenario = {shortened(given)}: expected a name, a path or a table")
     try:
         text = json.dumps(dict(given), default=plain)
     except ValueError as error:

@@ -22,7 +22,7 @@ def start_values(given: Settings) -> dict[str, StartValue]:
     if isinstance(given, Mapping):
         return {name: value if isinstance(value, StartValue) else start_value(name, value)
                 for name, value in given.items()}
-    pairs = (word.partition("=") for word in given or ())
+    pairs = (word.partition("=") for word in ([given] if isinstance(given, str) else given or ()))
     return {name.strip(): start_value(name if equals else "", text, f"{name}{equals}{text}")
             for name, equals, text in pairs}
 

@@ -20,7 +20,7 @@ from fmi_export.errors import ExportError
 from fmi_export.user_classes.declaration import Undeclared, WrittenDefinition, definition_of
 from fmi_export.user_classes.trouble import RAISED, described
 from maglev.copies import copied, original
-from maglev.errors import ControllerError, nearest, nearest_file
+from maglev.errors import ControllerError, nearest, nearest_file, shortened
 from maglev.user_controllers.own_modules import OwnModules, own_modules
 from maglev.user_controllers.subset import declaring_line
 
@@ -81,7 +81,11 @@ def class_of(given: object) -> type:
         raise ControllerError(f"an object of the class {own.__name__} cannot be copied: {described(error)}; expected "
                               "one that can, or its class") from error
     about = {"__module__": own.__module__, "__qualname__": f"{own.__qualname__}.object", "__doc__": own.__doc__}
-    return type(own.__name__, (own,), {**about, "__new__": lambda _: deepcopy(kept), "__init__": lambda _: None})
+    try:
+        return type(own.__name__, (own,), {**about, "__new__": lambda _: deepcopy(kept), "__init__": lambda _: None})
+    except TypeError:   # of a function, for one
+        raise ControllerError(f"{shortened(given)}: expected a file, a class with a method step, or an object of "
+                              "one") from None
 
 
 def carried(given: Given) -> str | Path:

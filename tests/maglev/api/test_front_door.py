@@ -5,6 +5,7 @@ import re
 import subprocess
 import sys
 import warnings
+from collections.abc import Callable
 from importlib import import_module
 from pathlib import Path
 from typing import Any
@@ -37,6 +38,21 @@ def test_an_option_that_does_not_exist_is_refused() -> None:
     for call, what in calls:
         with pytest.raises(maglev.ScenarioError, match="kin: unknown option, nearest is 'kind'"):
             call(what, kin="native")
+
+
+@pytest.mark.parametrize(("function", "given", "options", "words"), [
+    (maglev.run, 5, {}, "scenario = 5: expected a name, a path or a table"),
+    (maglev.run, ["2dof-smooth-nonlinear"], {}, "scenario = ['2dof-smooth-nonlinear']: expected a name, a path or"),
+    (maglev.run, "2dof-smooth-nonlinear", {"set": "plant.v.mass"}, "set='plant.v.mass': expected FMU.variable=value"),
+    (maglev.run, "2dof-smooth-nonlinear", {"controller": abs},
+     "<built-in function abs>: expected a file, a class with a method step, or an object of one"),
+    (maglev.compare, ["2dof-smooth-nonlinear", "2dof-smooth-linear"], {},
+     "runs: '2dof-smooth-nonlinear', expected runs that were made, or the name of one to make with each of "),
+    (maglev.compare, [], {}, "runs: there is none, expected two or more")])
+def test_what_is_of_another_kind_is_refused_by_its_name(function: Callable[..., object], given: Any,
+                                                        options: dict[str, Any], words: str) -> None:
+    with pytest.raises(maglev.MaglevError, match=f"^{re.escape(words)}"):
+        function(given, **options)
 
 
 def test_what_is_said_is_said_at_the_line_of_the_caller(fastest_fmus: Path) -> None:
