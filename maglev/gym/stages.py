@@ -16,7 +16,7 @@ from fmi_export.definition import Variable
 from maglev.arrays import Array
 from maglev.cosim.blocks.block_loop import Part, filled, indented, loop_of, out_of_range, parts_of
 from maglev.cosim.blocks.graphics_processor import driver, kernels, launch, require_device, sent
-from maglev.errors import FmuError, MaglevError, ScenarioError, option
+from maglev.errors import FmuError, MaglevError, ScenarioError, option, shortened
 from maglev.gym.compiled_stage import CompiledStage
 from maglev.gym.reward import Seen
 from maglev.gym.stage import Due, Stage, positions
@@ -154,6 +154,7 @@ class Stages(VectorEnv[Array, Array, npt.NDArray[Any]]):
         self.points = xp.zeros((num_envs, points, axes)) if points else xp.asarray(self.one.references.given)
         self.amplitudes = xp.zeros((num_envs, axes))
         self.everyone = xp.arange(num_envs)
+        self.clipped = xp.zeros(num_envs, bool)       # whose observations are within the space by force
         # Of this processor:
         self.sample = np.zeros(num_envs, np.int64)    # of the environment
         self.over = np.zeros(num_envs, bool)
@@ -169,13 +170,29 @@ class Stages(VectorEnv[Array, Array, npt.NDArray[Any]]):
 
     def reset(self, *, seed: int | Sequence[int | None] | None = None,
               options: dict[str, Any] | None = None) -> tuple[Array, dict[str, Any]]:
-        """Begin an episode everywhere; `info["parameters"]` has the parameters of each environment."""
+        """Begin an episode everywhere; `info["parameters"]` has the parameters of each environment.
+
+        With Gymnasium's option `reset_mask`, Booleans of shape (num_envs,), only there: the others go on.
+        """
         seeds = [None if seed is None else seed + i for i in range(self.num_envs)] \
             if seed is None or isinstance(seed, int) else list(seed)
         if len(seeds) != self.num_envs:
             raise ScenarioError(f"seed: {len(seeds)} of them, expected {self.num_envs}")
-        begun = self.begin(dict(enumerate(seeds)), options)
-        return self.observations.copy(), self.told(begun)
+        others = {**(options or {})}
+        chosen = self.chosen(others.pop("reset_mask")) if "reset_mask" in others else range(self.num_envs)
+        begun = self.begin({i: seeds[i] for i in chosen}, others)
+        return self.xp.where(self.clipped[:, None], self.xp.clip(self.observations, self.lowest, self.highest),
+                             self.observations), self.told(begun)
+
+    def chosen(self, mask: Any) -> list[int]:
+        """Environments of a mask."""
+        which = self.here(mask)
+        if which.dtype != bool or which.shape != (self.num_envs,) or not which.any():
+            raise ScenarioError(f"reset_mask = {shortened(mask)}, expected {self.num_envs} Booleans, one of them True")
+        if self.generators[0] is None:
+            raise gymnasium.error.ResetNeeded("reset_mask before reset(), expected an episode to have begun everywhere")
+        chosen: list[int] = np.flatnonzero(which).tolist()
+        return chosen
 
     def begin(self, seeds: Mapping[int, int | None],
               options: dict[str, Any] | None = None) -> dict[int, dict[str, Any]]:
@@ -203,6 +220,7 @@ class Stages(VectorEnv[Array, Array, npt.NDArray[Any]]):
                                 strict=False):
             array[there] = self.xp.asarray(given)
         self.made[there] = self.sample[numbers] = 0
+        self.clipped[there] = False
         self.over[numbers] = False
         return infos
 
@@ -251,9 +269,10 @@ class Stages(VectorEnv[Array, Array, npt.NDArray[Any]]):
         reward, terms = one.reward.of(Seen(self.positions.T, self.references.T, self.velocities.T, self.currents.T,
                                            stopped))
         rewards = xp.where(taken, reward, 0.0)
+        self.clipped[:] = stopped if one.stage.measurement is None else taken
         if one.stage.measurement is not None or crashed.any():
-            clipped = stopped if one.stage.measurement is None else taken
-            observations = xp.where(clipped[:, None], xp.clip(observations, self.lowest, self.highest), observations)
+            observations = xp.where(self.clipped[:, None], xp.clip(observations, self.lowest, self.highest),
+                                    observations)
         terminated, truncated = crashed | refused, ~crashed & ~refused & (self.sample >= one.last)
         infos: dict[int, dict[str, Any]] = {int(i): {"refused": self.why(self.here(actions[i]))} for i in
                                             np.flatnonzero(refused & ~self.over).tolist()}

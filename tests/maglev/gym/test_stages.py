@@ -58,6 +58,9 @@ def test_it_has_the_bits_of_single_stages(folder: Path, what: str, monkeypatch: 
             actions[2, 1] = 1e6
         one, other = ours.step(actions), theirs.step(actions)
         require_same(one, other)
+        if k == 20:
+            mask = np.array([False, True, False, True, False])
+            require_same(*(vector.reset(seed=11, options={"reset_mask": mask}) for vector in (ours, theirs)))
         ends += int((one[2] | one[3]).sum())
         assert ours.observation_space.contains(one[0]) or k >= 30
     assert ends > 5
@@ -124,9 +127,14 @@ def test_actions_of_another_shape_or_too_soon_are_refused(folder: Path) -> None:
     envs = stages.Stages(3, "2dof", fmus=folder)
     with pytest.raises(gymnasium.error.ResetNeeded, match=r"step\(\) before reset\(\)"):
         envs.step(np.zeros((3, 2)))
+    with pytest.raises(gymnasium.error.ResetNeeded, match=r"reset_mask before reset\(\)"):
+        envs.reset(options={"reset_mask": np.ones(3, bool)})
     envs.reset(seed=1)
     with pytest.raises(ScenarioError, match=r"actions of shape \(2,\), expected \(3, 2\)"):
         envs.step(np.zeros(2))
+    for mask in (np.zeros(3, bool), np.ones(2, bool), [1, 0, 0]):
+        with pytest.raises(ScenarioError, match="reset_mask = .*, expected 3 Booleans, one of them True"):
+            envs.reset(options={"reset_mask": mask})
     with pytest.raises(ScenarioError, match="seed: 2 of them, expected 3"):
         envs.reset(seed=[1, 2])
     envs.close()
