@@ -10,6 +10,7 @@ from maglev.schema.layers import PACKAGED, Layer
 from maglev.schema.toml_table import Table, key_refused
 from maglev.studies.schema import LISTED, Count, Design, Limit, Quantity, Seed, StudyFile, Varied, file_of, read_study
 from maglev.toml_file import read_toml
+from maglev.units import measures
 
 FOLDER = PACKAGED / "tuning"   # those that come with the package
 
@@ -33,13 +34,16 @@ class Poles(Table):
     """
 
     of: Annotated[list[str], Field(min_length=1)]   # "controller.x"
-    rate: Range      # 1/s
+    rate: Range      # 1/s or rad/s
     damping: Range
 
     @model_validator(mode="after")
     def stable(self) -> "Poles":
-        """Refuse poles that are not on the left."""
-        for key, ends in (("rate", self.rate), ("damping", self.damping)):
+        """Refuse poles that are not on the left, and other units."""
+        for key, ends, units in (("rate", self.rate, ("1/s", "rad/s")), ("damping", self.damping, ())):
+            for end, given in (("low", ends.low), ("high", ends.high)):
+                if given.unit is not None and not any(measures(given.unit, unit) for unit in units):
+                    raise key_refused(end, given.written, f"expected {' or '.join(units) or 'a plain number'}", key)
             if not ends.low.value > 0.0:
                 raise key_refused("low", ends.low.written, "expected more than 0", key)
         return self

@@ -105,7 +105,9 @@ def planned(folder: Path, fmus: Path, **table: object) -> PlannedTuning:
     ({"poles": [{**POLES, "of": ["plant.h"]}]}, "'plant.h': expected an axis of an output regulator"),
     ({"poles": [{**POLES, "of": ["controller.g"]}]}, "controller has no parameter 'g.k1'"),
     ({"poles": [{**POLES, "rate": {"low": 5, "high": 5}}]}, "expected more than low = 5"),
-    ({"poles": [{**POLES, "rate": {"low": 0, "high": 5}}]}, "expected more than 0")])
+    ({"poles": [{**POLES, "rate": {"low": 0, "high": 5}}]}, "expected more than 0"),
+    ({"poles": [{**POLES, "rate": {"low": "5 rad/s", "high": "9 Hz"}}]}, "high = '9 Hz': expected 1/s or rad/s"),
+    ({"poles": [{**POLES, "damping": {"low": "1 mm", "high": 2}}]}, "low = '1 mm': expected a plain number")])
 def test_refused(table: dict[str, object], words: str, fastest_fmus: Path, tmp_path: Path) -> None:
     with pytest.raises(ScenarioError) as refusal:
         planned(tmp_path, fastest_fmus, **table)
