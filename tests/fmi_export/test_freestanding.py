@@ -173,10 +173,10 @@ void board_write(const struct {name}_outputs *outputs) {{ printf("%.17g\\n", out
 void board_end(int32_t status) {{ printf("%d\\n", (int)status); }}
 """)
     commands: tuple[list[str | Path], ...] = (["-S", written / name, "-B", tmp_path / "made",
-                                               f"-DBOARD={tmp_path / 'board.c'}"],
+                                               "-DBOARD=board.c"],   # where cmake is called
                                               ["--build", tmp_path / "made"])
     for command in commands:
-        done = subprocess.run([cmake, *command], capture_output=True, text=True)
+        done = subprocess.run([cmake, *command], capture_output=True, text=True, cwd=tmp_path)
         assert done.returncode == 0, done.stdout[-2000:] + done.stderr[-2000:]
     said = subprocess.run([tmp_path / "made" / "example"], capture_output=True, text=True).stdout.split()
     block = definition(name).new_block()
