@@ -1,6 +1,7 @@
 """What `region` finds: largest steps, certified, simulated and run, as text, data and picture."""
 
 from dataclasses import dataclass
+from textwrap import fill
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -19,6 +20,7 @@ if TYPE_CHECKING:
 LEFT_OUT = ("certified and simulated: the linear loop with its limit; "
             "held: the FMUs, with friction, stops and a moving gap")
 
+WIDTH = 80   # of the text
 COLORS = ("tab:blue", "tab:orange", "tab:green")
 GRID = 21        # simulated states along each side
 WIDER = 3.0      # than the ellipse
@@ -71,8 +73,8 @@ class Candidate:
         return {"linear": self.response, **({"run": self.run.response} if self.run else {})}
 
     def row(self) -> dict[str, str]:
-        """Cells of the candidate by the titles of their columns."""
-        cells = {"anti-windup": self.name, "Ec": " ".join(f"{gain:.3g}" for gain in self.gains)}
+        """What is said of the candidate, by the titles of the lines."""
+        cells = {"anti-windup": self.name, **{f"Ec{k}": f"{gain:.3g}" for k, gain in enumerate(self.gains, 1)}}
         unit = f"(m{self.unit})"
         cells[f"certified {unit}"], cells[f"held {unit}"] = self.largest
         if self.run and self.run.largest_locked is not None:
@@ -80,8 +82,8 @@ class Candidate:
         cells[f"simulated {unit}"] = f"{'≥ ' if self.simulated >= LARGEST_STEP else ''}{1e3 * self.simulated:.1f}"
         cells["overshoot (%)"], cells["settling (s)"] = response_cells(self.response)
         if self.run:
-            cells["held (%)"], cells["held (s)"] = (response_cells(self.run.response) if self.run.held else
-                                                      ("not held", ""))
+            cells["overshoot, held (%)"], cells["settling, held (s)"] = (
+                response_cells(self.run.response) if self.run.held else ("not held", "not held"))
         return cells
 
     def as_data(self) -> dict[str, Any]:
@@ -123,15 +125,16 @@ class Region:
                              f"{', '.join(candidate.name for candidate in self.candidates)}")
 
     def __str__(self) -> str:
-        """Limit, gains, and a row for each candidate."""
+        """Limit, gains, and a column for each candidate."""
         loop, unit = self.loop, f"m{self.loop.unit}"
         rows = [candidate.row() for candidate in self.candidates]
         others = f"; its limits move {' and '.join(loop.axes[1:])}, too" if loop.axes[1:] else ""
-        return (f"{loop.name}: {1e3 * loop.sample_time:g} ms, command {loop.at_rest:.4g} A at rest, "
-                f"{loop.at_rest + loop.lower[0]:g}…{loop.at_rest + loop.upper[0]:g} A{others}\n"
-                f"largest steps; overshoot and settling into 0.1 {unit} for a step of {1e3 * self.step:.4g} {unit}\n"
-                f"{LEFT_OUT}\n\n"
-                f"{aligned([list(rows[0]), *(list(row.values()) for row in rows)])}\n")
+        about = (f"{loop.name}: {1e3 * loop.sample_time:g} ms, command {loop.at_rest:.4g} A at rest, "
+                 f"{loop.at_rest + loop.lower[0]:g}…{loop.at_rest + loop.upper[0]:g} A{others}",
+                 f"largest steps; overshoot and settling into 0.1 {unit} for a step of {1e3 * self.step:.4g} {unit}",
+                 LEFT_OUT)
+        return "\n".join([*(fill(line, WIDTH) for line in about), "",
+                          aligned([[title, *(row[title] for row in rows)] for title in rows[0]]), ""])
 
     __repr__ = __str__
 
