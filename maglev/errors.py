@@ -142,16 +142,22 @@ def name_of(error: KeyboardInterrupt) -> str:
 FAILURES = (MaglevError, OSError)   # what users can put right; everything else is a bug
 
 
-def nearest(name: str, valid: Iterable[str]) -> str:
+def nearest(name: object, valid: Iterable[str]) -> str:
     """Return the valid name most like `name`, quoted, or the words 'none exists'."""
     # Cutoff 0 names the best match however poor: it at least shows what a valid name looks like.
-    matches = get_close_matches(name, list(valid), n=1, cutoff=0.0)
+    matches = get_close_matches(str(name), list(valid), n=1, cutoff=0.0)
     return repr(matches[0]) if matches else "none exists"
 
 
-def one_of(name: str, valid: Collection[str], otherwise: str = "") -> str:
+def one_of(name: object, valid: Collection[str], otherwise: str = "") -> str:
     """What is valid in place of a name, or otherwise, and the most like it: "one of a, b; nearest is 'a'"."""
     return f"one of {', '.join([*valid, *filter(None, [otherwise])])}; nearest is {nearest(name, valid)}"
+
+
+def require_table(given: Any, place: str, error: type[MaglevError], like: str) -> None:
+    """Refuse what has no values by name, from Python, where a table is asked for."""
+    if not hasattr(given, "items") or not all(isinstance(name, str) for name, _ in given.items()):
+        raise error(f"{place} = {shortened(given)}, expected a table, values by name, such as {like}")
 
 
 def nearest_file(path: Path) -> str:

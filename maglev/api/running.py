@@ -3,11 +3,11 @@
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import Any, Literal, Unpack
+from typing import Any, Literal, Unpack, get_args
 
 from maglev.api.options import experiments_of
 from maglev.api.run import Run
-from maglev.errors import ScenarioError, UnknownName, nearest, option
+from maglev.errors import ScenarioError, UnknownName, nearest, one_of, option
 from maglev.experiment.execution import RunResult, completed, execute_all, judge_all, require_judgeable, run_data
 from maglev.experiment.ports.replacement import start_value_notes
 from maglev.experiment.preparation import Experiment
@@ -251,6 +251,8 @@ def run_all(names: Scenarios | None = None, *, out: str | Path = "results", plot
         If a name, an option or a scenario cannot be used.
     """
     # What would fail after the runs fails before them.
+    if format not in get_args(Format):   # the ending of the files, too
+        raise ScenarioError(f"{option('format', format)}: expected {one_of(format, get_args(Format))}")
     if plot:
         require_matplotlib()
     if format == "parquet":

@@ -8,7 +8,7 @@ import numpy as np
 from scipy.linalg import null_space
 
 from maglev.arrays import Array
-from maglev.errors import LinearModelError, one_of
+from maglev.errors import LinearModelError, one_of, require_table
 from maglev.linear.blocks.plant import BALANCED, at_rest, moved
 from maglev.linear.model import Equilibrium
 from maglev.linear.parameters import Quantity, block_of, controllers, linear_names, regulator_in, rig_of
@@ -216,6 +216,7 @@ def check_limit(place: str, block: Any, equilibrium: Equilibrium) -> None:
 def read_positions(name: str, at: Mapping[str, Quantity]) -> dict[str, float]:
     """Positions of all axes (m) from what a user gives; see `equilibrium`."""
     rig = rig_of(name)
+    require_table(at, f"{name} at", LinearModelError, f"{{{rig.axis_names[0]!r}: '25 mm'}}")
     positions = dict.fromkeys(rig.axis_names, 0.0)
     for axis, given in at.items():
         if axis not in positions:

@@ -5,7 +5,7 @@ from collections.abc import Mapping
 from operator import attrgetter
 from typing import Any
 
-from maglev.errors import LinearModelError, MaglevError, nearest, option, or_of_own_stage
+from maglev.errors import LinearModelError, MaglevError, nearest, option, or_of_own_stage, require_table
 from maglev.parameter import Parameter, require_parameter
 from maglev.stages import STAGES, definitions
 from pmlsm.rig import Rig
@@ -58,6 +58,7 @@ def block_of(name: str, parameters: Mapping[str, Quantity | bool]) -> Any:
     rig, definition = rig_of(name), STAGES.definition(name)
     known = {variable.name: variable for variable in definition.variables if variable.causality == "parameter"}
     block = definition.new_block()
+    require_table(parameters, f"{name}: parameters", LinearModelError, "{'y.mass': '7.2 kg'}")
     for key, given in parameters.items():
         require_parameter(key, known, name, LinearModelError)
         value = Parameter.of(known[key]).read(given, f"{name}: {key}", LinearModelError)
@@ -74,6 +75,7 @@ def block_of(name: str, parameters: Mapping[str, Quantity | bool]) -> Any:
 def by_part(settings: Mapping[str, Quantity | bool], error: type[MaglevError], *further: str
             ) -> dict[str, dict[str, Quantity | bool]]:
     """Parameters of "plant", "controller" and further parts by their names there, from such as "plant.y.mass"."""
+    require_table(settings, "set", error, "{'plant.y.mass': '7.2 kg'}")
     parts: dict[str, dict[str, Quantity | bool]] = {part: {} for part in ("plant", "controller", *further)}
     for name, value in settings.items():
         part, dot, variable = name.partition(".")

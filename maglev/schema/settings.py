@@ -22,7 +22,11 @@ def start_values(given: Settings) -> dict[str, StartValue]:
     if isinstance(given, Mapping):
         return {name: value if isinstance(value, StartValue) else start_value(name, value)
                 for name, value in given.items()}
-    pairs = (word.partition("=") for word in ([given] if isinstance(given, str) else given or ()))
+    words = [given] if isinstance(given, str) else () if given is None else [*given]
+    for word in words:
+        if not isinstance(word, str):
+            raise ScenarioError(f"set: {word!r}, expected a table, values by name, or texts such as 'plant.y.mass=7.2'")
+    pairs = (word.partition("=") for word in words)
     return {name.strip(): start_value(name if equals else "", text, f"{name}{equals}{text}")
             for name, equals, text in pairs}
 
@@ -31,7 +35,7 @@ def start_value(name: str, value: float | bool | str, written: str = "") -> Star
     """One of them; `written` is the word, if it was one."""
     text = str(value).strip()
     origin = option("set", written or {name: value})
-    if not all(name.strip().partition(".")):
+    if not isinstance(name, str) or not all(name.strip().partition(".")):
         raise ScenarioError(f"{origin}: expected FMU.variable=value, such as plant.y.mass=7.2")
     if text.lower() in ("true", "false"):
         return StartValue(text.lower() == "true", None, text if isinstance(value, str) else text.lower(), origin)

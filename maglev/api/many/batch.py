@@ -9,11 +9,11 @@ from typing import Any, Unpack
 import numpy as np
 import numpy.typing as npt
 
-from maglev.api.many.studying import made_ready, plain
+from maglev.api.many.studying import LIKE, made_ready, plain
 from maglev.api.run import Run
 from maglev.api.running import run as rerun
 from maglev.cosim.blocks.graphics_processor import require_device
-from maglev.errors import Interrupted, UnknownName, extra, name_of, nearest, signal_of
+from maglev.errors import Interrupted, ScenarioError, UnknownName, extra, name_of, nearest, require_table, signal_of
 from maglev.processes import processors
 from maglev.processes.side_by_side import Say, Watch, unwatched, warn
 from maglev.schema.options import RunOptions, takes_run_options
@@ -143,6 +143,7 @@ def batch(scenario: str | Path, values: Mapping[str, Sequence[Any] | npt.NDArray
     (3,)
     """
     require_device(device)
+    require_table(values, "values", ScenarioError, LIKE)
     entries = [{"set": target.split(","), "kind": "list", "values": plain(given)} for target, given in values.items()]
     path = Path("batch")   # what refusals name
     study = read_study({"name": "batch", "scenario": str(scenario) if isinstance(scenario, Path) else scenario,

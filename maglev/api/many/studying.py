@@ -18,7 +18,17 @@ from maglev.api.running import say_notes
 from maglev.catalogue import HOST, Kind, build_written
 from maglev.catalogue.for_runs import compiles
 from maglev.cosim.blocks.graphics_processor import require_device
-from maglev.errors import BuildError, MaglevError, ScenarioError, UnknownName, extra, key_path, option, shortened
+from maglev.errors import (
+    BuildError,
+    MaglevError,
+    ScenarioError,
+    UnknownName,
+    extra,
+    key_path,
+    option,
+    require_table,
+    shortened,
+)
 from maglev.experiment.preparation import Experiment
 from maglev.own_stage.new import seen_from, toml_file, write_new
 from maglev.processes import processors
@@ -41,6 +51,7 @@ Vary = Mapping[str, Sequence[float | int | bool | str] | npt.NDArray[Any] | str]
 
 PUT_IN = ("plant", "controller")   # options that name what takes the place of a plan's
 
+LIKE = "{'plant.y.mass': [6.5, 7.5]}"   # a table of what varies
 IN_MEMORY = 1   # of the kinds of devices of DLPack
 
 PERCENT = re.compile(r"(?:±|\+-|\+/-)\s*(\S+?)\s*%")   # ±20%, +-20 %
@@ -301,6 +312,7 @@ def varied(scenario: object, vary: Vary, name: str | None, keep: Sequence[str], 
     if not isinstance(scenario, str | Path):
         raise ScenarioError(f"scenario: {shortened(scenario)}, expected its name or its file, by which each sample can "
                             "be run again")
+    require_table(vary, "vary", ScenarioError, LIKE)
     entries = [{"set": target.split(","), **(given_values(target, values, samples is not None)
                                              if isinstance(values, str) else {"kind": "list", "values": plain(values)})}
                for target, values in vary.items()]
@@ -313,7 +325,8 @@ def varied(scenario: object, vary: Vary, name: str | None, keep: Sequence[str], 
 
 def plain(given: Any) -> Any:
     """Values as a list, arrays of others by DLPack; what is no sequence as it is, for who refuses it."""
-    if hasattr(given, "__dlpack_device__"):   # one that speaks DLPack
+    # One that speaks DLPack; NumPy's may have texts, which DLPack has not.
+    if hasattr(given, "__dlpack_device__") and not isinstance(given, np.ndarray):
         if given.__dlpack_device__()[0] == IN_MEMORY:
             given = np.from_dlpack(given)
         else:

@@ -202,6 +202,8 @@ def test_numbers_and_texts_are_taken_side_by_side(native_fmus: Path) -> None:
     given = ["4 kg", 5.0, np.float64(4.5), np.float32(4.25), np.int64(4), np.array(4.75)]
     found = maglev.batch(RUN, {"plant.v.mass": given}, fmus=native_fmus)
     assert found.settings["plant.v.mass"].tolist() == [4.0, 5.0, 4.5, 4.25, 4.0, 4.75]
+    texts = maglev.batch(RUN, {"plant.v.mass": np.array(["4 kg", "5 kg"])}, fmus=native_fmus)
+    assert texts.settings["plant.v.mass"].tolist() == [4.0, 5.0]
     with pytest.raises(maglev.ScenarioError, match="metrics = 'overshoot': expected a valid list"):
         maglev.batch(RUN, {"plant.v.mass": [4.0]}, metrics="overshoot", fmus=native_fmus)
     with pytest.raises(maglev.ScenarioError, match=r"vary\[0\].values = \[\]: expected at least 1 entries"):

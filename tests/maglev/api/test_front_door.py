@@ -48,6 +48,18 @@ def test_an_option_that_does_not_exist_is_refused() -> None:
      "<built-in function abs>: expected a file, a class with a method step, or an object of one"),
     (maglev.compare, ["2dof-smooth-nonlinear", "2dof-smooth-linear"], {},
      "runs: '2dof-smooth-nonlinear', expected runs that were made, or the name of one to make with each of "),
+    (maglev.run, "2dof-smooth-nonlinear", {"set": [("plant.v.mass", 4.0)]},
+     "set: ('plant.v.mass', 4.0), expected a table, values by name"),
+    (maglev.run, "2dof-smooth-nonlinear", {"set": {4: 4.0}}, "set={4: 4.0}: expected FMU.variable=value"),
+    (maglev.run_all, "2dof-smooth-nonlinear", {"format": "xls"}, "format='xls': expected one of csv, parquet; nearest"),
+    (maglev.batch, "2dof-smooth-nonlinear", {"values": ["plant.v.mass"]},
+     "values = ['plant.v.mass'], expected a table, values by name"),
+    (maglev.study, "2dof-smooth-nonlinear", {"vary": {4: [4.0]}}, "vary = {4: [4.0]}, expected a table, values by"),
+    (maglev.linearise, "Plant3DOF", {"at": "25 mm"}, "Plant3DOF at = '25 mm', expected a table, values by name"),
+    (maglev.linearise, "Plant3DOF", {"at": {"y": 0.02}, "parameters": "y.mass=7"},
+     "Plant3DOF: parameters = 'y.mass=7', expected a table"),
+    (maglev.region, "3dof", {"axis": "y", "gap": 0.02, "set": "plant.y.mass=7"},
+     "set = 'plant.y.mass=7', expected a table, values by name"),
     (maglev.compare, [], {}, "runs: there is none, expected two or more")])
 def test_what_is_of_another_kind_is_refused_by_its_name(function: Callable[..., object], given: Any,
                                                         options: dict[str, Any], words: str) -> None:
@@ -114,6 +126,12 @@ def test_a_run_as_data(run: maglev.Run) -> None:
 def test_a_column_that_is_not_there(run: maglev.Run) -> None:
     with pytest.raises(LookupError, match=r"no column 'plant\.v\.positon', nearest is 'plant\.v\.position'"):
         _ = run["plant.v.positon"]
+
+
+def test_what_is_no_name_is_no_column(run: maglev.Run) -> None:
+    assert 0 not in run
+    with pytest.raises(maglev.UnknownName, match="has no column 0, nearest is "):
+        _ = run[0]   # type: ignore[index]
 
 
 def test_tables_of_others(run: maglev.Run, tmp_path: Path) -> None:
