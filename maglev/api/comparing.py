@@ -94,13 +94,13 @@ class Comparison:
 
 
 @takes_run_options("controller")
-def compare(runs: Scenario | Sequence[Run] | Mapping[str, Run], controllers: Controllers | None = None, *,
+def compare(runs: Scenario | Iterable[Run] | Mapping[str, Run], controllers: Controllers | None = None, *,
             watch: Watch | None = None, say: Say | None = None, **options: Unpack[RunOptions]) -> Comparison:
     """Simulate a run once with each controller; or put completed runs side by side.
 
     Parameters
     ----------
-    runs : str, Path, table, sequence of Run or mapping of str to Run
+    runs : str, Path, table, iterable of Run or mapping of str to Run
         What to run with each controller, as in `run`; or runs under the same references.
     controllers : iterable, or mapping of str to these, optional
         Names of FMUs of this project, "PID3DOF", files ("lqi.py", "lqi.fmu"), classes or objects of them; the label is
@@ -134,7 +134,7 @@ def compare(runs: Scenario | Sequence[Run] | Mapping[str, Run], controllers: Con
         if controllers is not None or options:
             raise ScenarioError(f"{', '.join(options) or 'controllers'}: expected the name of a run to make with it, "
                                 "got runs that were made")
-        return comparison_of(cast("Sequence[Run] | Mapping[str, Run]", runs))
+        return comparison_of(cast("Iterable[Run] | Mapping[str, Run]", runs))
     plan = load_plan(runs)
     chosen = labelled(controllers or ())
     if not chosen:
@@ -222,10 +222,11 @@ def run_compared(experiments: Sequence[Experiment], watch: Watch) -> dict[str, R
                 for result in run_each(experiments, run_or_fail, failed, 1, watcher, here=True)}
 
 
-def comparison_of(runs: Sequence[Run] | Mapping[str, Run]) -> Comparison:
+def comparison_of(runs: Iterable[Run] | Mapping[str, Run]) -> Comparison:
     """Comparison of runs that were made; ScenarioError if they are none, or have other axes or references."""
     if isinstance(runs, Run):
         raise ScenarioError(f"runs: one run, {runs.name}, expected two or more in a list, or the name of a run to make")
+    runs = runs if isinstance(runs, Mapping) else [*runs]
     for run in runs.values() if isinstance(runs, Mapping) else runs:
         if not isinstance(run, Run):
             raise ScenarioError(f"runs: {shortened(run)}, expected runs that were made, or the name of one to make "

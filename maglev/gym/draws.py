@@ -9,7 +9,7 @@ import numpy.typing as npt
 from fmpy.model_description import ScalarVariable
 
 from maglev.arrays import Array
-from maglev.errors import ScenarioError, UnknownName, nearest
+from maglev.errors import ScenarioError, UnknownName, nearest, require_table
 from maglev.parameter import Parameter, require_parameter
 from maglev.waves import sines_cosines
 from pmlsm.elementary.exponential import exponential
@@ -60,6 +60,7 @@ class Draw(NamedTuple):
 
 def read_draw(place: str, setting: Any, parameter: Parameter) -> Draw:
     """A draw as a user writes it: a value, a pair, or a table such as {"normal": ("7 kg", "0.2 kg")}."""
+    setting = listed(setting)
     if not isinstance(setting, Mapping):
         pair = setting if isinstance(setting, Sequence) and not isinstance(setting, str) else (setting, setting)
         if len(pair) != 2:
@@ -70,7 +71,7 @@ def read_draw(place: str, setting: Any, parameter: Parameter) -> Draw:
             wrong = next((kind for kind in setting if kind not in KINDS), "")
             raise ScenarioError(f"{place} = {dict(setting)!r}, expected one of {', '.join(map(repr, KINDS))} with its "
                                 f"values{f'; nearest is {nearest(str(wrong), KINDS)}' if wrong else ''}")
-        given = setting[kind]
+        given = listed(setting[kind])
         count = len(given) if isinstance(given, Sequence) and not isinstance(given, str) else 0
         if not count or (kind != "choice" and count != 2):
             raise ScenarioError(f"{place} = {dict(setting)!r}, expected {wanted(kind)}")
@@ -84,6 +85,11 @@ def read_draw(place: str, setting: Any, parameter: Parameter) -> Draw:
     if kind == "log-uniform" and (isinstance(values[0], bool) or not values[0] > 0.0):
         raise ScenarioError(f"{place} = {setting!r}, expected values above 0, for the scale is logarithmic")
     return Draw(kind, values, parameter.low, parameter.high)
+
+
+def listed(given: Any) -> Any:
+    """An array of NumPy as its numbers."""
+    return given.tolist() if isinstance(given, np.ndarray) else given
 
 
 def wanted(kind: str) -> str:
@@ -113,6 +119,8 @@ class Parameters:
     def __init__(self, part: str, known: Mapping[str, ScalarVariable], settings: Settings):
         self.part = part
         self.known = known
+        if not callable(settings):
+            require_table(settings, f"parameters of the {part}", ScenarioError, "{'NAME': 4.5}, or a function")
         self.function = settings if callable(settings) else lambda _: {}
         self.draws = {} if callable(settings) else self.read(settings)
         self.read(self.given(np.random.default_rng(0)))   # wrong names are refused where the environment is made

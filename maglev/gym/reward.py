@@ -2,6 +2,7 @@
 
 from collections.abc import Callable, Mapping, Sequence
 from math import isfinite
+from numbers import Real
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -57,7 +58,7 @@ class Reward:
         for name, weight in given.items():
             if name not in known:
                 raise ScenarioError(f"reward: there is no term {name!r}; nearest is {nearest(str(name), known)}")
-            if isinstance(weight, bool) or not isinstance(weight, int | float) or not isfinite(weight):
+            if isinstance(weight, bool) or not isinstance(weight, Real) or not isfinite(weight):
                 raise ScenarioError(f"reward: {name} = {weight!r}, expected a number")
             if name == "alive":
                 self.alive = float(weight)

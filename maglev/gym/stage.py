@@ -102,7 +102,7 @@ class Stage(gymnasium.Env[Array, Array]):
     metadata: dict[str, Any] = {"render_modes": ["rgb_array"]}
 
     @formerly(stage="rig")
-    def __init__(self, stage: str, action: str = "dq", reference: str | npt.ArrayLike = "setpoints",
+    def __init__(self, stage: str | Path, action: str = "dq", reference: str | npt.ArrayLike = "setpoints",
                  duration: float | str = 2.0, sample_time: float | str | None = None,
                  reward: Weights | Function = DEFAULT, parameters: Settings | None = None,
                  measurement: Settings | None = None, render_mode: str | None = None,

@@ -108,7 +108,8 @@ class Stages(VectorEnv[Array, Array, npt.NDArray[Any]]):
     metadata: dict[str, Any] = {"autoreset_mode": AutoresetMode.NEXT_STEP}
 
     @formerly(stage="rig")
-    def __init__(self, num_envs: int, stage: str, threads: int | None = None, device: str = "cpu", **options: Any):
+    def __init__(self, num_envs: int, stage: str | Path, threads: int | None = None, device: str = "cpu",
+                 **options: Any):
         if num_envs < 1:
             raise ScenarioError(f"num_envs = {num_envs}, expected at least 1")
         require_device(device)

@@ -50,18 +50,18 @@ def know_stage(path: str | Path) -> Rig:
     return rig
 
 
-def rig_named(rig: str) -> Rig:
+def rig_named(rig: str | Path) -> Rig:
     """A rig by its name, or a stage of the user's by the file of its description, NAME.toml.
 
     RigError if there is no such rig, or as of `know_stage`.
     """
-    if rig.endswith(".toml"):
+    if str(rig).endswith(".toml"):
         return know_stage(rig)
     known = STAGES.rigs
     if rig not in known:
         raise RigError(f"stage = {rig!r}, expected one of {', '.join(known)}, or a description NAME.toml; nearest is "
                        f"{nearest(rig, known)}")
-    return known[rig]
+    return known[str(rig)]
 
 
 def require_free_name(file: Path, name: str) -> None:

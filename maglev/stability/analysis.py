@@ -43,7 +43,7 @@ class StepRuns(RepeatedRun):
     linear model of a horizontal axis has it. `plant` and `settings` are parameters of plant and controller.
     """
 
-    def __init__(self, rig: str, axis: str, gap: Quantity, controller: str, plant: Settings, settings: Settings,
+    def __init__(self, rig: str | Path, axis: str, gap: Quantity, controller: str, plant: Settings, settings: Settings,
                  fmus: Path, locked: bool = False):
         self.rig, self.stage, _ = rig_named(rig)
         self.axis, self.vertical = axis, self.rig.vertical.name
@@ -129,7 +129,7 @@ class StepRuns(RepeatedRun):
 
 
 @formerly(stage="rig")
-def region(stage: str, axis: str, gap: Quantity, *, controller: str | None = None,
+def region(stage: str | Path, axis: str, gap: Quantity, *, controller: str | None = None,
            set: Mapping[str, Quantity | bool] | None = None, synthesise: bool = False, decay: float = DECAY,
            step: Quantity | None = None, run: bool = True, fmus: str | Path | None = None,
            kind: str | None = None, fmi: int = 2) -> Region:
@@ -141,7 +141,7 @@ def region(stage: str, axis: str, gap: Quantity, *, controller: str | None = Non
 
     Parameters
     ----------
-    stage : str
+    stage : str or Path
         "2dof", "3dof", "5dof", or the description of your own stage, "mine.toml".
     axis : str
         "v", "h" or "y", "x", "z", or a tilt, whose lengths are in rad. Where the platform tilts, the certificate is

@@ -2,6 +2,7 @@
 
 from collections.abc import Mapping
 from dataclasses import dataclass
+from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -75,13 +76,13 @@ class AxisLoop:
                              if self.sample_time else poles)
 
 
-def rig_named(rig: str) -> tuple[Rig, str, list[str]]:
+def rig_named(rig: str | Path) -> tuple[Rig, str, list[str]]:
     """Description of a rig, and the names of its plant and of its output regulators, the nonlinear one first.
 
     StabilityError if there is no such rig.
     """
     try:
-        described = own_or_ours(rig if rig.endswith(".toml") else rig.lower())
+        described = own_or_ours(rig if str(rig).endswith(".toml") else str(rig).lower())
     except RigError as error:
         raise StabilityError(str(error)) from None
     for motor in described.unlike:
@@ -91,7 +92,7 @@ def rig_named(rig: str) -> tuple[Rig, str, list[str]]:
     return described, plant, [name for name in controllers if "Regulator" in name and regulator_in(name) == name]
 
 
-def axis_loop(rig: str, axis: str, gap: Quantity, *, controller: str | None = None,
+def axis_loop(rig: str | Path, axis: str, gap: Quantity, *, controller: str | None = None,
               plant_parameters: Mapping[str, Quantity | bool] | None = None,
               controller_parameters: Mapping[str, Quantity | bool] | None = None) -> AxisLoop:
     """Linear loop of one axis, all others at rest, with what limits it.

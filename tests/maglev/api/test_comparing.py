@@ -110,6 +110,7 @@ def test_runs_that_were_flown(comparison: maglev.Comparison, fastest_fmus: Path)
     heavy = maglev.run(NAME, fmus=fastest_fmus, set={"plant.v.mass": "7 kg"})
     found = maglev.compare({"as it is": comparison.runs["Regulator2DOF"], "heavy": heavy})
     assert list(found.runs) == ["as it is", "heavy"]
+    assert list(maglev.compare(run for run in [heavy, heavy]).runs) == [NAME, f"{NAME}-2"]
     other = maglev.run("2dof-effects-encoder", fmus=fastest_fmus)
     with pytest.raises(maglev.ScenarioError, match="expected runs under the same references"):
         maglev.compare([heavy, other])

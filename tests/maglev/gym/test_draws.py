@@ -29,6 +29,7 @@ def parameters(settings: Settings) -> Parameters:
 
 DISTRIBUTIONS: dict[str, tuple[Any, Any]] = {
     "pair": (("6 kg", "8 kg"), stats.uniform(6.0, 2.0)),
+    "pair of NumPy": (np.array([6, 8]), stats.uniform(6.0, 2.0)),
     "uniform": ({"uniform": (6.0, 8.0)}, stats.uniform(6.0, 2.0)),
     "log-uniform": ({"log-uniform": ("100 g", "10 kg")}, stats.loguniform(0.1, 10.0)),
     "normal": ({"normal": ("7 kg", "200 g")}, stats.norm(7.0, 0.2)),
@@ -46,6 +47,7 @@ def test_draws_have_the_distribution_that_is_asked_for(what: str) -> None:
 
 def test_choices_are_equally_likely_and_several_names_have_one_value() -> None:
     random, asked = np.random.default_rng(2), parameters({"y.mass, x.mass": {"choice": [3.0, "4 kg", 5.0, 6.0]}})
+    assert parameters({"y.mass": {"choice": np.array([3, 4])}}).extremes("y.mass") == (3.0, 4.0)
     found = [asked.draw(random, {}).values for _ in range(800)]
     assert all(each["y.mass"] == each["x.mass"] for each in found)
     counts = np.unique([each["y.mass"] for each in found], return_counts=True)
@@ -94,6 +96,8 @@ def test_a_change_acts_from_the_first_sample_on_that_begins_then(time: float, sa
     ({"open": {"at": 1.0, "then": True, "until": 2.0}}, "'until', expected 'at', 'then' and 'for'"),
     ({"open": {"at": -1.0, "then": True}}, "open: at = -1 s, expected a number from 0"),
     ({"delay": {"at": 1.0, "then": 0.1}}, "it cannot change in an episode"),
+    ("y.mass=7", "parameters of the plant = 'y.mass=7', expected a table, values by name"),
+    ({7: 1.0}, "parameters of the plant = {7: 1.0}, expected a table, values by name"),
     (lambda _: {"y.maas": 1.0}, "the plant has no parameter 'y.maas'; nearest is 'y.mass'"),
     (lambda _: {"y.stop.upper": 1.0}, "expected in the table where the environment is made"),
     (lambda _: 7.0, "gives 7.0, expected a table")],

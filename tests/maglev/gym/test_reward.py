@@ -28,7 +28,7 @@ def test_reward_by_hand(make: Make) -> None:
 
 def test_rewards_of_terms_and_functions_by_hand(make: Make) -> None:
     """The same of weights, of a function of signals, and of the numbers of the stage."""
-    terms = {"x.error": -2.0, "speed": -0.5, "stop": -3.0}
+    terms = {"x.error": np.int64(-2), "speed": np.float32(-0.5), "stop": -3.0}
 
     def function(seen: Any) -> Any:
         off = (seen["x.reference"] - seen["x.position"]) / 124e-3

@@ -19,12 +19,13 @@ from maglev.errors import RigError, ScenarioError
 from maglev.linear.loop import linearise_loop
 from maglev.own_fmus import definition
 from maglev.own_stage import design
-from maglev.own_stage.adoption import know_stage
+from maglev.own_stage.adoption import know_stage, rig_named
 from maglev.own_stage.consequences import fall
 from maglev.own_stage.loop import setpoints
 from maglev.own_stage.motor import MOTORS, Motor
 from maglev.own_stage.new import new_stage
 from maglev.schema.loading import load_plan
+from maglev.stability.axis_loop import rig_named as of_regulators
 from pmlsm.rig import Rig
 
 pytestmark = pytest.mark.usefixtures("slow")   # it searches for long
@@ -98,6 +99,11 @@ def test_margins_of_the_design_are_those_of_the_loop(tmp_path: Path, name: str, 
                  for gap in (start, lower + 1e-9, upper - 1e-9)]
         assert all(loop.stable for loop in loops)
         assert min(loop.margins(axis).disk for loop in loops) == pytest.approx(designed, rel=0.02)
+
+
+def test_a_stage_is_named_by_the_path_of_its_file(tmp_path: Path) -> None:
+    path, _ = new_stage(tmp_path / "heavy.toml", motor=REAL)
+    assert rig_named(path) == of_regulators(path)[0] == know_stage(path)
 
 
 def test_a_mover_without_current_falls_as_energy_has_it(tmp_path: Path) -> None:
