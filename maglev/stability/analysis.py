@@ -9,7 +9,7 @@ import numpy as np
 from maglev.analysis.pair import Settings
 from maglev.arrays import Array
 from maglev.catalogue.for_runs import fmus_for_runs
-from maglev.errors import StabilityError
+from maglev.errors import StabilityError, option
 from maglev.experiment.preparation import prepare
 from maglev.linear.equilibrium import read_positions
 from maglev.linear.parameters import Quantity, block_of, by_part
@@ -180,6 +180,8 @@ def region(stage: str | Path, axis: str, gap: Quantity, *, controller: str | Non
     """
     if not 0.0 <= decay < float("inf"):
         raise StabilityError(f"decay = {decay!r} 1/s, expected a finite rate of 0 1/s or more")
+    if decay != DECAY and not synthesise:
+        raise StabilityError(f"decay = {decay!r} 1/s is of synthesised gains, expected {option('synthesise', True)}")
     settings = by_part(set or {}, StabilityError)
     loop = axis_loop(stage, axis, gap, controller=controller, plant_parameters=settings["plant"],
                      controller_parameters=settings["controller"])
