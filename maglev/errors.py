@@ -194,11 +194,8 @@ def key_path(keys: Sequence[str | int]) -> str:
     """Write keys as TOML does, list entries in brackets."""
     path = ""
     for key in keys:
-        if isinstance(key, int):
-            path += f"[{key}]"
-        else:
-            bare = re.fullmatch(r"[A-Za-z0-9_-]+", key)
-            path += ("." if path else "") + (key if bare else quoted(key))
+        name = f"[{key}]" if isinstance(key, int) else key if re.fullmatch(r"[A-Za-z0-9_-]+", key) else quoted(key)
+        path += name if isinstance(key, int) or not path else f".{name}"
     return path
 
 
