@@ -27,15 +27,14 @@ def samples(study: StudyFile) -> Array:
     if number > MOST_SAMPLES:
         raise ScenarioError(f"{study.name}: design: {number:.3g} samples, expected at most {MOST_SAMPLES:.0e}")
     if grid:
-        axes = np.meshgrid(*(np.array(values, dtype=np.float64) for values in grid), indexing="ij")
-        return np.stack(axes, axis=-1).reshape(-1, varied)
+        return np.stack(np.meshgrid(*grid, indexing="ij"), axis=-1).reshape(-1, varied)
     return at(study, unit_samples(study))
 
 
-def different_values(study: StudyFile, varied: Varied) -> list[float]:
-    """Values that something takes in a grid; ScenarioError if it takes one of them twice."""
-    tried = tried_values(varied)
-    if (different := len({*tried})) < len(tried):
+def different_values(study: StudyFile, varied: Varied) -> Array:
+    """Values that something takes in a grid, shape (n,); ScenarioError if it takes one of them twice."""
+    tried = np.array(tried_values(varied), dtype=np.float64)
+    if (different := len(np.unique(tried))) < len(tried):   # a set would take eight times the memory
         raise ScenarioError(f"{study.name}: vary: {varied.column}: {len(tried)} values of which {different} differ, "
                             "expected each once in a design of kind 'grid'")
     return tried
