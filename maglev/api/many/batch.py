@@ -149,7 +149,7 @@ def batch(scenario: str | Path, values: Mapping[str, Sequence[Any] | npt.NDArray
     study = read_study({"name": "batch", "scenario": str(scenario) if isinstance(scenario, Path) else scenario,
                         "vary": entries, "design": {"kind": "rows"}, "keep": keep, "metrics": metrics,
                         "keep_interval": keep_interval}, path)
-    with made_ready(study, path, options, False, say or warn, watch or unwatched) as (experiment, run_with):
+    with made_ready(study, path, options, None, say or warn, watch or unwatched) as (experiment, run_with):
         planned = plan_study(study, experiment, "batch", Path(tempfile.gettempdir()), run_with)
         count, job = len(planned.values), planned.job
         columns = np.full((count, len(job.columns)), np.nan)

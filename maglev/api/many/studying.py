@@ -38,6 +38,7 @@ from maglev.schema.layers import packaged_files
 from maglev.schema.loading import load_plan
 from maglev.schema.options import OPTIONS, RunOptions, seconds, takes_run_options
 from maglev.schema.settings import start_values
+from maglev.studies.batch.batches import runners
 from maglev.studies.page.again import command_of, options_of
 from maglev.studies.planning import plan_study
 from maglev.studies.schema import StudyFile, load_study, read_study
@@ -216,7 +217,7 @@ def study(what: str | Path | StudyFile, *, vary: Vary | None = None, samples: in
     require_device(device, scheduler)
     limit = seconds("sample_timeout", sample_timeout)
     described = described if limit is None else described.model_copy(update={"sample_timeout": limit})
-    with made_ready(described, path, options, scheduler is not None, say or warn,
+    with made_ready(described, path, options, scheduler, say or warn,
                     watch or unwatched) as (experiment, run_with):
         planned = plan_study(described, experiment, str(path), Path(out), run_with)
         with (watch or unwatched)([described.name]) as watcher:
@@ -255,13 +256,16 @@ def new_study(path: str | Path, scenario: str | Path) -> Path:
 
 
 @contextmanager
-def made_ready(study: StudyFile | TuneFile, path: Path, options: RunOptions, everywhere: bool,
+def made_ready(study: StudyFile | TuneFile, path: Path, options: RunOptions, scheduler: str | None,
                say: Say, watch: Watch) -> Iterator[tuple[Experiment, dict[str, Any]]]:
     """Experiment of a study or a tuning while the block lasts, and what repeats it with `maglev run`, as JSON.
 
     Its Python files are FMUs there, for workers have none of the user's files; they are native where they can be, and
-    `say` is told why one cannot. `everywhere` is whether what is built has binaries for all platforms.
+    `say` is told why one cannot. With a scheduler what is built has binaries for all platforms.
     """
+    if everywhere := scheduler is not None:
+        with runners(scheduler, 1):
+            pass   # who cannot be reached is said before minutes of building
     settings = start_values(study.set) | start_values(options.get("set"))
     require_free(settings, study.vary, str(path))
     scenario = file_or_name(path.parent / study.scenario) if study.scenario.endswith(".toml") else study.scenario

@@ -78,7 +78,7 @@ def tune(file: str | Path, *, out: str | Path = "results", jobs: int | None = No
     """
     require_device(device, scheduler)
     tuning, path = load_tuning(file)
-    with made_ready(tuning, path, options, scheduler is not None, say or warn, watch or unwatched) as (experiment, _):
+    with made_ready(tuning, path, options, scheduler, say or warn, watch or unwatched) as (experiment, _):
         planned = plan_tuning(tuning, experiment, str(path))
         with (watch or unwatched)([tuning.name]) as watcher:
             found = search(planned, Parts(Path(out) / f"{tuning.name}.parts", planned.job.key),

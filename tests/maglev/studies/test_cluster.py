@@ -13,6 +13,7 @@ from distributed import Client, LocalCluster
 from distributed.security import Security
 from tiny_study import fly_samples, of_a_crash, planned
 
+import maglev
 from maglev.errors import ScenarioError
 from maglev.studies.batch import dask_workers
 from maglev.studies.batch.batches import runners
@@ -86,6 +87,14 @@ def test_an_unreachable_scheduler_is_refused(monkeypatch: pytest.MonkeyPatch) ->
     with pytest.raises(ScenarioError, match="scheduler='tcp://127.0.0.1:9': cannot be reached"), \
             runners("tcp://127.0.0.1:9", 1):
         pass
+
+
+def test_it_is_refused_before_anything_is_built(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
+    monkeypatch.setattr(dask_workers, "REACHED_WITHIN", 0.5)
+    monkeypatch.setattr("maglev.api.many.studying.experiments_of", None)   # which builds
+    with pytest.raises(ScenarioError, match="scheduler='tcp://127.0.0.1:9': cannot be reached"):
+        maglev.study("2dof-step-1-nonlinear", vary={"plant.v.mass": [4.3]}, scheduler="tcp://127.0.0.1:9",
+                     out=tmp_path)
 
 
 @pytest.mark.thorough
