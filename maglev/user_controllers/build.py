@@ -17,7 +17,7 @@ from fmi_export.sources import carried_modules, defined_names
 from fmi_export.user_classes.declaration import WrittenDefinition
 from fmi_export.user_classes.sampled_block import FIRST_PORT, STEP_MISFIT, STEPPED
 from fmi_export.user_classes.trouble import OWN
-from maglev.errors import BuildError, option
+from maglev.errors import BuildError
 from maglev.rig.writer import environment
 from maglev.user_controllers.own_modules import OwnModules, own_name
 from maglev.user_controllers.source import file_of, load, read
@@ -98,8 +98,8 @@ def require_subset(modules: OwnModules, name: str) -> None:
     for module in modules.modules.values():
         if misfit := min(misfits(module.renamed, name), default=None):
             line, what = misfit
-            raise BuildError(f"{module.file.name}, line {line}: a native FMU cannot have {what}; without "
-                             f"{option('kind', 'native')} the FMU runs Python and can have it")
+            raise BuildError(f"{module.file.name}, line {line}: a native FMU cannot have {what}; one that "
+                             "runs Python can")
 
 
 def require_floats(definition: WrittenDefinition, file: Path) -> None:
@@ -136,8 +136,8 @@ def named_lines(modules: Mapping[str, str]) -> Iterator[None]:
                 place = f"{modules[module]}, line {line}" if line else modules[module]
                 words = ("pyccel fails on it; a simpler line or another name may help" if "INTERNAL" in what else
                          f"pyccel says: {what.strip()}")
-                raise BuildError(f"{place}: a native FMU cannot have this, {words}; without "
-                                 f"{option('kind', 'native')} the FMU runs Python and can have it") from error
+                raise BuildError(f"{place}: a native FMU cannot have this, {words}; one that runs Python "
+                                 "can") from error
         raise
 
 
