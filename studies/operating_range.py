@@ -91,11 +91,12 @@ def run_rig(rig: str, laws: tuple[str, ...], run_study: RunStudy, options: argpa
     paths = {law: run_study(study_of(rig, law)) for law in laws}
     read = {NAMES.get(law, law): read_outcomes(path) for law, path in paths.items()}
     varied = next(iter(read.values()))[0]
-    found = RigGrids({"moves": Grid(varied, {law: ends for law, (_, ends) in read.items()})}, origin_of(paths.values()))
-    write_picture(options.docs / f"range-{rig}.png", f"{RIGS[rig].title}: from one air gap to another", maps_of(found),
+    grid = Grid(varied, {law: ends for law, (_, ends) in read.items()})
+    of_rig = RigGrids({"moves": grid}, origin_of(paths.values()))
+    write_picture(options.docs / f"range-{rig}.png", f"{RIGS[rig].title}: from one air gap to another", maps_of(of_rig),
                   OUTCOMES, COLOURS, SETTLED_NOMINAL)
-    print(f"\n{rig}\n\n{markdown_table(table(found))}", flush=True)
-    return found
+    print(f"\n{rig}\n\n{markdown_table(table(of_rig))}", flush=True)
+    return of_rig
 
 
 if __name__ == "__main__":

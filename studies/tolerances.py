@@ -107,11 +107,11 @@ def run_rig(name: str, laws: tuple[str, ...], run_study: RunStudy, options: argp
             outcomes_of_laws[NAMES.get(law, law)] = read_outcomes(paths[-1], question)
         sides = {f"{side.name}, {side.unit}": np.array(side.values) for side in (question.down, question.along)}
         grids[question.name] = Grid({STEP: np.array(SIZES), **sides}, outcomes_of_laws)
-    found = RigGrids(grids, origin_of(paths))
-    write_picture(options.docs / f"tolerances-{name}.png", f"{rig.title}: what each law tolerates", maps_of(found),
+    of_rig = RigGrids(grids, origin_of(paths))
+    write_picture(options.docs / f"tolerances-{name}.png", f"{rig.title}: what each law tolerates", maps_of(of_rig),
                   OUTCOMES, COLOURS)
-    print(f"\n{name}\n\n{markdown_table(table(found))}", flush=True)
-    return found
+    print(f"\n{name}\n\n{markdown_table(table(of_rig))}", flush=True)
+    return of_rig
 
 
 if __name__ == "__main__":

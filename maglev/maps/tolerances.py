@@ -69,20 +69,20 @@ holds if no stop is touched, nothing trips, and every axis ends near its referen
 column of a map are without the one or the other."""
 
 
-def maps_of(found: RigGrids) -> list[list[LawMap]]:
+def maps_of(of_rig: RigGrids) -> list[list[LawMap]]:
     """Of each question and law, a layer for each step of the gap."""
     maps = []
     for question in QUESTIONS:
-        grid, asked = found.grids[question.name], f"{question.down.name.capitalize()} and {question.along.name}"
+        grid, asked = of_rig.grids[question.name], f"{question.down.name.capitalize()} and {question.along.name}"
         layers = Factor("with", "", np.array([f"{asked}, step of {size:g} mm" for size in grid.varied[STEP]]))
         factors = [question.down.factor, question.along.factor, layers]
         maps.append([LawMap(law, "", factors, cells) for law, cells in grid.laws.items()])
     return maps
 
 
-def table(found: RigGrids) -> list[tuple[str, ...]]:
+def table(of_rig: RigGrids) -> list[tuple[str, ...]]:
     """Up to where each law holds along each side, the other being harmless, as rows of texts, the heading first."""
-    sides = [(found.grids[question.name], side, harmless) for question in QUESTIONS
+    sides = [(of_rig.grids[question.name], side, harmless) for question in QUESTIONS
              for side, harmless in ((question.down, np.s_[:, 0]), (question.along, np.s_[0, :]))]
     first = sides[0][0]
     return [("controller", "step of the gap", *(side.name for _, side, _ in sides))] + [

@@ -43,7 +43,7 @@ TOLERANCES = Kind("tolerances", "What each controller tolerates", "tolerance", "
 
 
 def of_rigs(kind: Kind, rigs: Collection[str]) -> dict[str, RigGrids]:
-    return {rig: found for rig, found in read_grids(kind.file).items() if rig in rigs}
+    return {rig: of_rig for rig, of_rig in read_grids(kind.file).items() if rig in rigs}
 
 
 def section(kind: Kind, shown: Mapping[str, RigGrids]) -> str:
@@ -52,8 +52,8 @@ def section(kind: Kind, shown: Mapping[str, RigGrids]) -> str:
         return ""
     made_by = escape(" and ".join(dict.fromkeys(
         f"Maglev FMUs {origin.version}" + (f" ({origin.commit})" if origin.commit else "")
-        for origin in (found.origin for found in shown.values()))))
-    articles = "\n".join(article(kind, rig, found) for rig, found in shown.items())
+        for origin in (of_rig.origin for of_rig in shown.values()))))
+    articles = "\n".join(article(kind, rig, of_rig) for rig, of_rig in shown.items())
     return f"""
 
 <section id="{kind.anchor}">
@@ -65,17 +65,17 @@ native FMUs of {made_by}. <code>{kind.tool}</code>, in the repository, runs them
 </section>"""
 
 
-def article(kind: Kind, rig: str, found: RigGrids) -> str:
+def article(kind: Kind, rig: str, of_rig: RigGrids) -> str:
     title = RIGS[rig].title if rig in RIGS else rig
-    places = "\n".join(f'<div data-maps="{name}"></div>' for name in rig_data(kind, rig, found))
-    head, *body = kind.rows(found)
+    places = "\n".join(f'<div data-maps="{name}"></div>' for name in rig_data(kind, rig, of_rig))
+    head, *body = kind.rows(of_rig)
     table = value_table(ValueTable(f"{title}: {kind.table}", head, tuple(body)))
     return (f'<article id="{kind.name}-{rig}" data-rig="{rig}"><h3>{escape(title)}: {kind.subject}</h3>\n{places}\n'
             f"{table}</article>")
 
 
-def rig_data(kind: Kind, rig: str, found: RigGrids) -> dict[str, dict[str, Any]]:
+def rig_data(kind: Kind, rig: str, of_rig: RigGrids) -> dict[str, dict[str, Any]]:
     """What the script draws of a rig, by place; what is marked is an outcome more."""
     return {f"{kind.name}-{rig}-{number}": {**maps_data(maps, [*kind.outcomes, kind.dots]),
                                             "looks": [*kind.looks, MARKED]}
-            for number, maps in enumerate(kind.maps_of(found))}
+            for number, maps in enumerate(kind.maps_of(of_rig))}
