@@ -20,7 +20,8 @@ Quantity = float | str   # SI, or text with a unit such as "25 mm"
 
 def linear_names(rig: Rig) -> list[str]:
     """What can be linearised of a rig: its plant, then its controllers."""
-    return [name for name in (f"{kind}{rig.suffix}" for kind in KINDS) if name in definitions(rig)]
+    made = definitions(rig)
+    return [name for name in (f"{kind}{rig.suffix}" for kind in KINDS) if name in made]
 
 
 def plants() -> dict[str, Rig]:
