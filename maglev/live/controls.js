@@ -1,14 +1,14 @@
 "use strict";
 // The panel: elements that set a run's parameters, made from tables; each reads what it shows from the settings.
 
-/** Names `fmu.variable` of the parameters of what flies, whose ends match. */
+/** Names `fmu.variable` of the parameters of what runs, whose ends match. */
 function parametersLike(run, controller, pattern) {
   return [["plant", run.plant], ["controller", controller], ["measurement", run.measurement]].flatMap(([part, model]) => live.fmus[model].variables
     .filter(({ causality, name }) => causality === "parameter" && pattern.test(`${part}.${name}`))
     .map(({ name }) => `${part}.${name}`));
 }
 
-/** Parameters that a knob sets: of its patterns, those of the first that what flies has any of. */
+/** Parameters that a knob sets: of its patterns, those of the first that what runs has any of. */
 const knobNames = (knob, run, controller) => [knob.like].flat()
   .map((pattern) => parametersLike(run, controller, pattern)).find((names) => names.length) ?? [];
 
@@ -51,7 +51,7 @@ const SWITCHES = [
 
 const switchNames = ({ like, first = Infinity }, run, controller) => parametersLike(run, controller, like).slice(0, first);
 
-/** What a knob shows for the present values of its parameters; undefined if nothing of what flies has them. */
+/** What a knob shows for the present values of its parameters; undefined if nothing of what runs has them. */
 function knobValue(knob, run, controller, valueOf) {
   const names = knobNames(knob, run, controller);
   if (!names.length) return undefined;

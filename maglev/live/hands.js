@@ -184,7 +184,7 @@ function showPanel() {
   at("antiwindup").checked = valueOf("controller.antiwindup") === true;
   panel.parameter(run, state.controller, valueOf);
   panel.settings(state.settings);
-  // What is in no file no command flies.
+  // What is in no file no command runs.
   at("copy-command").hidden = !run.command || isOwn(state.controller)
     || (!run.fmus.measurement && Object.keys(state.settings).some((name) => name.startsWith("measurement.")));
   at("planned").hidden = !Object.keys(state.settings).length && state.controller === run.fmus.controller.model;

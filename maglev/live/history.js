@@ -1,13 +1,13 @@
 "use strict";
-// Rows of a flight that are kept for the picture and the plots, the oldest ones overwritten.
+// Rows of a run that are kept for the picture and the plots, the oldest ones overwritten.
 
 const MOST_KEPT = 16384;
 
-class FlightHistory {
+class RunHistory {
   static made = 0;
 
   constructor(run, width) {
-    this.number = ++FlightHistory.made;
+    this.number = ++RunHistory.made;
     this.run = run;
     this.width = width;
     this.data = new Float32Array(MOST_KEPT * width);
@@ -42,7 +42,7 @@ class FlightHistory {
   }
 }
 
-/** Columns of a row, as Flight.row writes them. */
+/** Columns of a row, as Simulation.row writes them. */
 const columnOf = {
   position: (axis) => 1 + 3 * axis,
   reference: (axis) => 2 + 3 * axis,

@@ -1,5 +1,5 @@
 "use strict";
-// The page: a worker that flies, a picture and plots of what it sends, and hands that reach into the flight.
+// The page: a worker that runs, a picture and plots of what it sends, and hands that reach into the run.
 
 let worker = null;
 const at = (id) => document.getElementById(id);
@@ -64,7 +64,7 @@ function restart() {
   say("Started anew.");
 }
 
-/** Back into the air at its references, without what has brought it down; the flight and its experiment go on. */
+/** Back into the air at its references, without what has brought it down; the run and its experiment go on. */
 function liftOff() {
   if (page.ended) { restart(); return; }
   if (page.story) page.state.settings = {}; else release();   // where it was dragged to it may not hold
@@ -82,7 +82,7 @@ function asPlanned() {
   say("As planned again.");
 }
 
-/** Change parameters: in flight where they can, with a new start where not. */
+/** Change parameters: while it runs where they can, with a new start where not. */
 function change(settings) {
   const { state, run } = page;
   const fixed = Object.keys(settings).some((full) => variableOf(run, state.controller, full)?.fixed
@@ -105,7 +105,7 @@ function swap(controller) {
 
 function setGhost(other) {
   page.state.ghost = other;
-  page.ghost = other ? new FlightHistory(page.run, page.width) : null;
+  page.ghost = other ? new RunHistory(page.run, page.width) : null;
   post({ type: "ghost", other });
   stateChanged();
   say(other ? `A transparent stage runs along with ${isOwn(other) ? "your" : `the ${lawOf(page.run, other)}`} controller.` : "No stage runs along.");
@@ -153,8 +153,8 @@ function kick(axis, impulse) {
 
 function started({ width }) {
   page.width = width;
-  page.history = new FlightHistory(page.run, width);
-  page.ghost = page.state.ghost ? new FlightHistory(page.run, width) : null;
+  page.history = new RunHistory(page.run, width);
+  page.ghost = page.state.ghost ? new RunHistory(page.run, width) : null;
 }
 
 const EVENTS = { stop: "an end stop is touched", tripped: "the controller has tripped",
@@ -163,7 +163,7 @@ const EVENTS = { stop: "an end stop is touched", tripped: "the controller has tr
 const LIT = 400;   // ms
 
 function frame(message) {
-  if (!page.history) return;   // it is of the flight before
+  if (!page.history) return;   // it is of the run before
   page.frame = message;
   page.history.add(message.rows);
   page.ghost?.add(message.ghostRows);
@@ -215,7 +215,7 @@ const RECEIVED = {
   scored,
 };
 
-/** Begin a thread that flies; one that there was is ended. */
+/** Begin a thread that runs; one that there was is ended. */
 function startWorker() {
   worker?.terminate();
   worker = new Worker(URL.createObjectURL(new Blob([at("worker").textContent], { type: "text/javascript" })));

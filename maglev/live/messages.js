@@ -1,5 +1,5 @@
 "use strict";
-// What the worker may tell the page. A law of the reader's flies in that thread and can send what it likes: what is not of
+// What the worker may tell the page. A law of the reader's runs in that thread and can send what it likes: what is not of
 // the shape that the page expects is not heard, and no text of its passes for one of the page's own.
 
 const LONGEST_TEXT = 600;      // characters

@@ -45,10 +45,10 @@ async function showSharedLaw(packed, result) {
   }
 }
 
-/** Have the worker try a controller on the run that flies; from now on it has to answer. */
+/** Have the worker try a controller on the run that is shown; from now on it has to answer. */
 function tryOwn(brought) {
   own.asked.model = brought.model;
-  own.present ||= own.asked.script;   // in the worker, whatever flies later
+  own.present ||= own.asked.script;   // in the worker, whatever runs later
   post({ type: "own", name: own.asked.name, run: page.state.run, ...brought });
   own.heard = performance.now();
   own.waiting = true;
@@ -102,7 +102,7 @@ async function takeFiles(files) {
   }
 }
 
-/** It fits the stage that flies: one of its controllers from now on, and the one that flies; a law has the task. */
+/** It fits the stage that is shown: one of its controllers from now on, and the one that runs; a law has the task. */
 function owned({ model, about }) {
   own.waiting = false;
   live.fmus[model] = about;

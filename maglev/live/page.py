@@ -22,7 +22,7 @@ from maglev.toml_file import read_toml
 FOLDER = Path(__file__).parent
 EDITOR = FOLDER / "vendor" / "codemirror.js"   # not ours: see beside it
 WAVES = "from pmlsm.elementary.sine_cosine import sine_cosine"   # for references, as blocks compute them
-WORKER = ("fmu.js", "law.js", "signals.js", "flight.js", "worker.js")                      # in the thread that runs
+WORKER = ("fmu.js", "law.js", "signals.js", "simulation.js", "worker.js")                      # in the thread that runs
 SCRIPTS = ("state.js", "history.js", "plots.js", "forces.js", "controls.js", "starters.js", "editor.js",
            "beat.js", "stories.js", "own.js", "messages.js", "main.js", "picture.js", "hands.js", "start.js")
 read = partial(shell.read, folder=FOLDER)

@@ -1,5 +1,5 @@
 "use strict";
-// What is seen of a flight: the picture, which goes to where something happens, what it has met, and the numbers above it.
+// What is seen of a run: the picture, which goes to where something happens, what it has met, and the numbers above it.
 
 /** The end (m) of the gap that a row is nearest to; where the platform tilts, at one motor first. */
 function endAt(row) {
@@ -19,7 +19,7 @@ function touched(time, end) {
   return needed > most ? `${what}. ${below ? "To lift it" : "To let go of it"} takes ${needed.toFixed(1)} A; there are ${most.toFixed(1)} A.` : `${what}.`;
 }
 
-/** Keep in the picture that a flight has met an end. */
+/** Keep in the picture that a run has met an end. */
 function hit(row, time, name) {
   const end = endAt(row);
   if (!page.hits.some((each) => each.name === name)) page.hits.push({ end, name, text: `${name} hit it at ${time.toFixed(2)} s` });

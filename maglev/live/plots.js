@@ -81,13 +81,13 @@ function drawFrame(context, strip, box, colours) {
   write(context, room ? strip.title : strip.title.split(";")[0], box.left, box.top - 8, colours.text);
 }
 
-/** Plots of a flight and of the one that runs beside it. Lines stay where they are drawn and are moved: only what is new costs. */
+/** Plots of a run and of the one that runs beside it. Lines stay where they are drawn and are moved: only what is new costs. */
 class Strips {
   constructor(strips, span) {
     Object.assign(this, { strips, span, points: new Map(), picture: document.createElement("canvas"), key: "", drawn: 0 });
   }
 
-  /** Points of a line of a flight, up to date: each row is looked at once. */
+  /** Points of a line of a run, up to date: each row is looked at once. */
   pointsOf(line, rows) {
     const lines = this.points.get(rows) ?? this.points.set(rows, new Map()).get(rows);
     const points = lines.get(line) ?? lines.set(line, { x: [], y: [], seen: 0, ascending: true }).get(line);
@@ -106,7 +106,7 @@ class Strips {
     if (wide < 1) return;   // there is no room for a line
     const bucket = this.span / wide, latest = Math.floor(rows.last().time / bucket), since = Math.max(0, latest - wide + 1);
     if (!now && this.key && latest >= this.drawn && latest - this.drawn < 2) return;
-    for (const flight of [...this.points.keys()]) if (flight !== rows && flight !== ghost) this.points.delete(flight);
+    for (const known of [...this.points.keys()]) if (known !== rows && known !== ghost) this.points.delete(known);
     const each = (height - 16) / this.strips.length, across = scaleOf(since * bucket, (since + wide) * bucket, LEFT, LEFT + wide / ratio, false);
     const shown = this.strips.map((planned, i) => {
       const traced = planned.lines.map((line) => [line, this.pointsOf(line, rows), ghost && !line.thin && this.pointsOf(line, ghost)]);

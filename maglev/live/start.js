@@ -12,7 +12,7 @@ async function contentOf(from) {
   return content;
 }
 
-/** The runs that there are, by stage; the panel is made anew for the one that flies next. */
+/** The runs that there are, by stage; the panel is made anew for the one that runs next. */
 function listRuns() {
   shownRun = "";
   at("run").replaceChildren();

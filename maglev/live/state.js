@@ -90,7 +90,7 @@ function fragmentOf({ run, controller, ghost, speed, settings, view, story, law 
   return `#${[...entries, ...Object.entries(settings)].map(([key, value]) => `${key}=${value}`).join("&")}`;
 }
 
-/** Command that flies a state without the page; what was dragged and kicked is not in it. */
+/** Command that runs a state without the page; what was dragged and kicked is not in it. */
 function commandOf({ run: name, controller, settings }) {
   const run = live.runs[name];
   const other = controller === run.fmus.controller.model ? "" : ` --controller fmus/native/${controller}.fmu`;

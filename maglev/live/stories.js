@@ -1,7 +1,7 @@
 "use strict";
-// What the stage is in two sentences, and four experiments that show why: each flies live, and says what came of it.
+// What the stage is in two sentences, and four experiments that show why: each runs live, and says what came of it.
 
-const STORY_START = 1;                    // s of the flight at which something is done
+const STORY_START = 1;                    // s of the run at which something is done
 const DROP = { mass: 1, height: 0.06 };   // kg that fall on the platform, m
 const CHANGE = 3.5e-3;                    // m of the gap: what the linearisation at one gap no longer holds
 const SPARE = 1.3;                        // weak amplifiers give this many times the current that carries
@@ -12,13 +12,13 @@ const numbers = {
   amperes: (current) => `${Math.abs(current).toFixed(1)} A`,
 };
 
-/** Time (s) after the story's event of the first row of a flight for which something holds; undefined if for none. */
+/** Time (s) after the story's event of the first row of a run for which something holds; undefined if for none. */
 function firstAfter(rows, since, holds) {
   for (let row = rows.since(since); row < rows.count; row++) if (holds((column) => rows.at(row, column))) return rows.at(row, 0) - since;
   return undefined;
 }
 
-/** Time (s) after an event until a flight's gap meets an end, and that end. */
+/** Time (s) after an event until a run's gap meets an end, and that end. */
 function gapLost(run, rows, since) {
   const [low, high] = endsOf(run, run.vertical, valueOf), gap = columnOf.position(run.axes.indexOf(run.vertical));
   const after = rows && firstAfter(rows, since, (at) => at(gap) < low + 1e-5 || at(gap) > high - 1e-5);
@@ -41,8 +41,8 @@ const motorValues = (run, variable, value) => Object.fromEntries(run.motors.map(
 const slow = (from, until, speed) => [{ at: from, type: "speed", value: speed }, { at: until, type: "speed", value: 1 }];
 const lawLike = (run, text) => controllersOf(run).find((model) => lawOf(run, model) === text);
 
-/** Experiments. `text` says in two sentences what is done; `acts` are messages to the worker at times of the flight; `tell` is
- * what a flight shows, undefined for as long as it does not; `shot` is from where one sees it. */
+/** Experiments. `text` says in two sentences what is done; `acts` are messages to the worker at times of the run; `tell` is
+ * what a run shows, undefined for as long as it does not; `shot` is from where one sees it. */
 const STORIES = [
   { id: "beat", label: "Beat the thesis", controller: () => LAW, ghost: (run) => thesisOf(run), shot: { yaw: -30, pitch: 22, zoom: 1 },
     text: (run) => `Yours and the thesis's regulator at the same task: ${TASK.mass} kg is put on after ${TASK.on} s, and after ${TASK.step} s both make a step of `
@@ -92,7 +92,7 @@ const STORIES = [
       ...slow(STORY_START - 0.02, STORY_START + 0.3, 0.2)],
     tell: (run, rows, time, ghost) => {
       if (time < STORY_START + 1.5) return undefined;
-      const [ours, theirs] = [rows, ghost].map((flight) => gapLost(run, flight, STORY_START));
+      const [ours, theirs] = [rows, ghost].map((seen) => gapLost(run, seen, STORY_START));
       const said = (lost) => (lost ? `hit ${lost.where} after ${numbers.ms(lost.after)}` : "reached it and stays");
       return `The PID ${said(theirs)}; the nonlinear law ${said(ours)}.`;
     } },
@@ -112,7 +112,7 @@ const STORIES = [
     } },
 ];
 
-/** What floats, and why it falls: of the run that flies, where it starts. */
+/** What floats, and why it falls: of the run that is shown, where it starts. */
 function introduction(run) {
   const row = restRow(run), rate = growth(run, row, valueOf);
   return `A platform of ${run.rig.mass[run.vertical]} kg hangs ${numbers.mm(row.axes[run.vertical].position, 0)} below the iron that its magnets pull at. `
@@ -120,13 +120,13 @@ function introduction(run) {
       Math.round(1 / run.step)} times a second.`;
 }
 
-/** Where a run starts (m, rad), as rows of a flight are. */
+/** Where a run starts (m, rad), as rows of a run are. */
 function restRow(run) {
   const axes = Object.fromEntries(run.axes.map((axis) => [axis, { position: valueOf(`plant.${axis}.position_start`) ?? 0 }]));
   return { axes, motors: Object.fromEntries(run.motors.map((motor) => [motor, { d: 0, q: 0 }])) };
 }
 
-/** Begin an experiment on the stage that flies: its start, held there until something is done. */
+/** Begin an experiment on the stage that is shown: its start, held there until something is done. */
 function tellStory(id) {
   const story = STORIES.find((each) => each.id === id), run = live.runs[homeOf(page.run)];
   if (id === "beat" && !run.laws[LAW]) { runLaw(); return; }   // which comes back once it is taken

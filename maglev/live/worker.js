@@ -1,7 +1,7 @@
 "use strict";
-// The flights, in a thread of their own: drawing never delays them, and a long step never delays the drawing.
+// The runs, in a thread of their own: drawing never delays them, and a long step never delays the drawing.
 
-const ROW_INTERVAL = 2e-3;   // s of the flight between two rows for the plots
+const ROW_INTERVAL = 2e-3;   // s of the run between two rows for the plots
 const TICK = 4;              // ms between two looks at the clock
 const MOST_BUSY = 24;        // ms of stepping before messages are heard
 const FRAME = 15;            // ms between two messages with rows, at least
@@ -9,10 +9,10 @@ const FRAME = 15;            // ms between two messages with rows, at least
 const library = { modules: {}, fmus: {} };   // modules are bytes until they are used, laws classes
 let parts = "";   // of controllers, in JavaScript
 let runs = {};
-let flight = null, ghost = null;
+let simulation = null, ghost = null;
 let playing = false, speed = 1;
-let acts = [];                       // messages that wait for their time of the flight (s), the first ones first
-let asked = 0, clock = 0;            // s of the flight that are due, ms of the clock when that was so
+let acts = [];                       // messages that wait for their time of the run (s), the first ones first
+let asked = 0, clock = 0;            // s of the run that are due, ms of the clock when that was so
 let rows = [], ghostRows = [];
 let lastFrame = 0, waiting = false;  // whether the page has not drawn the last frame yet
 let pace = { since: 0, from: 0, value: 0 };
@@ -28,19 +28,19 @@ function load({ about, plans, binaries, law }) {
 
 function start({ run, controller, other, settings, planned = [] }) {
   acts = [...planned];
-  flight = null;
+  simulation = null;
   ghost = null;
   rows = [];
   ghostRows = [];
-  const next = new Flight(library, runs[run], controller, settings);
+  const next = new Simulation(library, runs[run], controller, settings);
   if (seen(other)) {
-    ghost = new Flight(library, runs[run], other, settings);
+    ghost = new Simulation(library, runs[run], other, settings);
     next.follow(ghost);
   }
-  flight = next;
+  simulation = next;
   resume();
   record();
-  postMessage({ type: "started", width: rowWidth(flight.run) });
+  postMessage({ type: "started", width: rowWidth(simulation.run) });
   send(true);
 }
 
@@ -59,46 +59,46 @@ async function own({ model, name, run, text, bytes, about }) {
     }
     taken.fmus[model] = lawAbout(taken.modules[model], name);
   }
-  new Flight(taken, runs[run], model, {}).step();
+  new Simulation(taken, runs[run], model, {}).step();
   Object.assign(library, taken);
   postMessage({ type: "owned", model, about: library.fmus[model] });
 }
 
 function resume() {
-  asked = flight ? flight.time : 0;
+  asked = simulation ? simulation.time : 0;
   clock = performance.now();
   pace = { since: clock, from: asked, value: 0 };
 }
 
 function record() {
-  rows.push(flight.row());
+  rows.push(simulation.row());
   if (ghost) ghostRows.push(ghost.row());
 }
 
 /** Step until the clock is met, or the time is up that stepping may take. */
-function fly() {
-  setTimeout(fly, TICK);
+function advance() {
+  setTimeout(advance, TICK);
   const begin = performance.now();
-  if (!playing || !flight) { clock = begin; send(false); return; }
+  if (!playing || !simulation) { clock = begin; send(false); return; }
   asked += speed * Math.min(0.1, (begin - clock) / 1e3);
   clock = begin;
-  const every = Math.max(1, Math.round(ROW_INTERVAL / flight.run.step));
+  const every = Math.max(1, Math.round(ROW_INTERVAL / simulation.run.step));
   try {
-    while (flight.time + flight.run.step <= asked) {
-      while (acts.length && flight.time >= acts[0].at - TIME_TOLERANCE) {
+    while (simulation.time + simulation.run.step <= asked) {
+      while (acts.length && simulation.time >= acts[0].at - TIME_TOLERANCE) {
         const act = acts.shift();
         HANDLERS[act.type](act);
       }
-      flight.step();
+      simulation.step();
       try {
         ghost?.step();
       } catch (error) {
         ghost = null;
         postMessage({ type: "ghost refused", text: error.message });
       }
-      if (flight.k % every === 0) {
+      if (simulation.k % every === 0) {
         record();
-        if (performance.now() - begin > MOST_BUSY) { asked = flight.time; break; }
+        if (performance.now() - begin > MOST_BUSY) { asked = simulation.time; break; }
       }
     }
   } catch (error) {
@@ -106,7 +106,7 @@ function fly() {
     postMessage({ type: "refused", text: error.message });
   }
   if (begin - pace.since > 500) {
-    pace = { since: begin, from: flight.time, value: 1e3 * (flight.time - pace.from) / (begin - pace.since) };
+    pace = { since: begin, from: simulation.time, value: 1e3 * (simulation.time - pace.from) / (begin - pace.since) };
   }
   send(false);
 }
@@ -118,9 +118,9 @@ function joined(list) {
 }
 
 function send(now) {
-  if (!flight || !rows.length || (!now && (waiting || performance.now() - lastFrame < FRAME))) return;
-  const frame = { type: "frame", rows: joined(rows), ghostRows: joined(ghostRows), flags: flight.flags(),
-    ghostFlags: ghost?.flags() ?? null, pace: playing ? pace.value : 0, time: flight.time };
+  if (!simulation || !rows.length || (!now && (waiting || performance.now() - lastFrame < FRAME))) return;
+  const frame = { type: "frame", rows: joined(rows), ghostRows: joined(ghostRows), flags: simulation.flags(),
+    ghostFlags: ghost?.flags() ?? null, pace: playing ? pace.value : 0, time: simulation.time };
   rows = [];
   ghostRows = [];
   lastFrame = performance.now();
@@ -130,10 +130,10 @@ function send(now) {
 
 const WITHIN = 1e-4;   // m, in which a task counts as done
 
-/** What a controller makes of a task, on a flight of its own: of what is put on and of a step the largest error of the gap,
+/** What a controller makes of a task, in a simulation of its own: of what is put on and of a step the largest error of the gap,
  * the time to the last error beyond WITHIN, and the overshoot; the ripple of a current at rest; SI. Of one that is lost when. */
 function scored({ number, run, model, settings, acts: planned, task: { axis, on, step, until } }) {
-  const tried = new Flight(library, runs[run], model, settings), { axes, vertical } = tried.run, due = [...planned];
+  const tried = new Simulation(library, runs[run], model, settings), { axes, vertical } = tried.run, due = [...planned];
   const [gap, moved] = [vertical, axis].map((name) => axes.indexOf(name));
   const place = (i) => tried.motion.values[2 * i], error = (i) => Math.abs(place(i) - tried.reference(i, tried.time));
   const values = [0, 0, 0, 0, 0, 0], ripple = { sum: 0, squares: 0, count: 0 };
@@ -142,7 +142,7 @@ function scored({ number, run, model, settings, acts: planned, task: { axis, on,
     while (due.length && tried.time >= due[0].at - TIME_TOLERANCE) tried.act(due.shift());
     try {
       tried.step();
-    } catch {   // of the flight that is seen it is said what
+    } catch {   // of the run that is seen it is said what
       lost = tried.time;
       break;
     }
@@ -173,33 +173,33 @@ const HANDLERS = {
   scored,
   own,
   alive: () => postMessage({ type: "alive" }),
-  play: (message) => { playing = message.on; if (flight) resume(); },
-  speed: (message) => { speed = message.value; if (flight) resume(); },
+  play: (message) => { playing = message.on; if (simulation) resume(); },
+  speed: (message) => { speed = message.value; if (simulation) resume(); },
   drawn: () => { waiting = false; },
-  tune: (act) => { flight.act(act); ghost?.act(act); },
-  swap: ({ controller }) => flight.swap(controller),
+  tune: (act) => { simulation.act(act); ghost?.act(act); },
+  swap: ({ controller }) => simulation.swap(controller),
   lift: ({ settings }) => {
     const others = ghost;
-    flight = flight.lifted(settings);
+    simulation = simulation.lifted(settings);
     ghost = others?.lifted(settings) ?? null;
-    if (ghost) flight.follow(ghost);
+    if (ghost) simulation.follow(ghost);
   },
   ghost: ({ other }) => {
-    ghost = seen(other) ? flight.twin(other) : null;
+    ghost = seen(other) ? simulation.twin(other) : null;
     ghostRows = [];
     rows = [];
     record();
   },
-  reference: (act) => flight.act(act),
-  hold: ({ axis, value }) => { if (value === null) flight.held.delete(axis); else flight.held.set(axis, value); },
-  shake: ({ value }) => { flight.shaken = value; if (ghost) ghost.shaken = value; },
+  reference: (act) => simulation.act(act),
+  hold: ({ axis, value }) => { if (value === null) simulation.held.delete(axis); else simulation.held.set(axis, value); },
+  shake: ({ value }) => { simulation.shaken = value; if (ghost) ghost.shaken = value; },
   /** Set values for a time (s). */
   blink: ({ values, back, time }) => {
     HANDLERS.tune({ type: "tune", values });
-    acts.push({ at: flight.time + time, type: "tune", values: back });
+    acts.push({ at: simulation.time + time, type: "tune", values: back });
     acts.sort((one, other) => one.at - other.at);
   },
-  kick: ({ axis, impulse }) => flight.kick(axis, impulse),
+  kick: ({ axis, impulse }) => simulation.kick(axis, impulse),
 };
 
 onmessage = async ({ data }) => {
@@ -210,4 +210,4 @@ onmessage = async ({ data }) => {
     postMessage({ type, text: error.message });
   }
 };
-fly();
+advance();

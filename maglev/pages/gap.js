@@ -17,13 +17,13 @@ function faceOf(run, row, what = "position") {
   return [gap - slope, gap + slope];
 }
 
-/** Place (px) across of the mover of a flight: each has a column of its own. */
-function columnOfFlight(view, k, count) {
+/** Place (px) across of a mover: each has a column of its own. */
+function columnOfMover(view, k, count) {
   const left = view.left + 40, right = view.left + view.width - 10, wide = (right - left - 8 * (count - 1)) / count;
   return [left + k * (wide + 8), wide];
 }
 
-function drawGap(context, view, flights, look, spaceScale, colours) {
+function drawGap(context, view, movers, look, spaceScale, colours) {
   const { run, left, top, width, height, low, high, scale, y } = view, right = left + width;
   context.beginPath();
   context.roundRect(left, top, width, height, 6);
@@ -44,12 +44,12 @@ function drawGap(context, view, flights, look, spaceScale, colours) {
     line(context, [[left + 36, y(end)], [right - 6, y(end)]], colour, hit ? 3 : 1.5, hit ? [] : [9, 5]);
     if (!hit) write(context, "stop", right - 12, y(end) + 8, colours.faint, { align: "right" });
   }
-  flights.forEach((flight, k) => drawMover(context, view, flight, columnOfFlight(view, k, flights.length), colours));
+  movers.forEach((mover, k) => drawMover(context, view, mover, columnOfMover(view, k, movers.length), colours));
   for (const { end, text } of look.hits ?? []) {   // it stays to be read
     write(context, text, right - 10, y(1e3 * end) - 9, colours.bad, { align: "right", font: "600 12px", halo: colours.panel });
   }
   if (look.forces) {
-    const [x, wide] = columnOfFlight(view, 0, flights.length), at = y(faceOf(run, flights[0].row)[0]);
+    const [x, wide] = columnOfMover(view, 0, movers.length), at = y(faceOf(run, movers[0].row)[0]);
     const newton = Math.min(0.6, 0.9 * (height - HEAD) / 4 / look.forces.weight), down = newton * look.forces.weight;
     arrow(context, x + 0.2 * wide, at, 0, -newton * look.forces.lift, "lift", colours, colours.panel);
     // Of a mover on its lower stop there is no room for it.

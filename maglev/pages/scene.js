@@ -1,5 +1,5 @@
 "use strict";
-// A stage as it moves, of a run that flies or was recorded: in space, and beside it its air gap, much larger.
+// A stage as it moves, live or as it was recorded: in space, and beside it its air gap, much larger.
 
 const POLES = 4;                           // of a mover that are shown
 const YOKE = 8, TEETH = 22, BACK = 13;     // mm: the stator's iron above its slots, their depth, the mover's iron
@@ -47,20 +47,20 @@ const NARROW = 520;   // px, below which the gap is not beside the stage but und
  * Draw a stage.
  *
  * @param {object} run its axes, motors and rig
- * @param {object[]} flights that are drawn, the one that it is about first: `row` of the flight, `name` and `colour` of its
+ * @param {object[]} movers that are drawn, the one that it is about first: `row` of its run, `name` and `colour` of its
  *   controller, and if there is one a `weight`: mass (kg), place x, z (mm), and how far above the platform it is (mm)
  * @param {{orbit: object, ends: number[], peak: number, forces: object?, hits: object[]?}} look from where it is seen, the ends of
  *   the gap (m), the current (A) of the brightest coil; forces (N) on the first mover; the ends (m) that were met, and in words by what and when
  * @returns {{space: object, gap: object}} the two views, for a pointer
  */
-function drawScene(canvas, run, flights, look, colours) {
+function drawScene(canvas, run, movers, look, colours) {
   const { context, width, height } = sized(canvas), under = width < NARROW, beside = Math.round(Math.min(300, 0.34 * width));
   const [across, down] = under ? [width, Math.round((look.orbit.pitch > 45 ? 0.62 : 0.42) * height)] : [width - beside - 8, height];
   const space = spaceView(run, { left: 0, top: 0, width: across, height: down }, look.orbit);
   const gap = gapView(run, under ? { left: 0, top: down, width, height: height - down }
     : { left: width - beside, top: 0, width: beside, height }, look.ends);
-  for (const [view, draw] of [[space, () => drawSpace(context, space, flights, look, colours)],
-    [gap, () => drawGap(context, gap, flights, look, space.camera.scale, colours)]]) {
+  for (const [view, draw] of [[space, () => drawSpace(context, space, movers, look, colours)],
+    [gap, () => drawGap(context, gap, movers, look, space.camera.scale, colours)]]) {
     context.save();
     context.beginPath();
     context.rect(view.left, view.top, view.width, view.height);

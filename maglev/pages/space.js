@@ -126,31 +126,31 @@ function drawPlatform(context, { camera, bodies: parts, run }, { row }, colours)
   for (const draw of view.place[1] < 0 ? drawn : drawn.reverse()) draw();
 }
 
-/** Box of a flight's weight: in the middle of the platform, or where it says. */
+/** Box of a mover's weight: in the middle of the platform, or where it says. */
 function weightOf({ bodies: { magnet, deep, ledge }, run }, { row, weight: { mass, x = 0, z = 0, above } }) {
   const size = Math.cbrt(mass / DENSITY) / 2, at = ledge ? [0, -deep - ledge / 2] : [x, z];
   const moved = motionOf(run, row, "position"), [dx, y, dz] = moved([at[0], magnet - above, at[1]]);
   return box([dx - size, y - 2 * size, dz - size], [dx + size, y, dz + size]);
 }
 
-function drawSpace(context, view, flights, { peak, forces }, colours) {
-  const { camera, bodies: parts, run } = view, [{ row }, ...others] = flights, moved = motionOf(run, row, "position");
+function drawSpace(context, view, movers, { peak, forces }, colours) {
+  const { camera, bodies: parts, run } = view, [{ row }, ...others] = movers, moved = motionOf(run, row, "position");
   drawFloor(context, view, moved, colours);
   const platforms = () => {
     context.globalAlpha = 0.4;
     for (const other of others) drawPlatform(context, view, other, colours);
     context.globalAlpha = 1;
-    drawPlatform(context, view, flights[0], colours);
+    drawPlatform(context, view, movers[0], colours);
   };
   // Stators, and the weights that are between them; the nearest come last.
-  const weights = flights.filter(({ weight }) => weight).map((flight) => ({ flight, ...weightOf(view, flight) }));
-  const stators = () => farFirst(camera, [...parts.stators, ...weights]).forEach((body) => (body.flight
+  const weights = movers.filter(({ weight }) => weight).map((mover) => ({ mover, ...weightOf(view, mover) }));
+  const stators = () => farFirst(camera, [...parts.stators, ...weights]).forEach((body) => (body.mover
     ? drawWeight(context, camera, body, colours) : drawStator(context, view, body, row, peak, colours)));
   // The air gap is between them and the platforms: what is on the camera's side of it comes last.
   for (const draw of camera.place[1] < 0 ? [platforms, stators] : [stators, platforms]) draw();
   polygon(context, hull(platformCorners(view, row, "reference")));
   outline(context, colours.text, 1.3, DASHED);
-  for (const other of others) {   // which is behind what flies, as a rule
+  for (const other of others) {   // which is behind the first, as a rule
     polygon(context, hull(platformCorners(view, other.row, "position")));
     outline(context, other.colour, 2.5);
   }
@@ -161,7 +161,7 @@ function drawSpace(context, view, flights, { peak, forces }, colours) {
 function drawWeight(context, camera, weight, colours) {
   drawBox(context, camera, weight, colours.weight);
   const middle = weight.low.map((low, i) => (low + weight.high[i]) / 2);
-  write(context, `${Number(weight.flight.weight.mass.toFixed(2))} kg`, ...camera.seen(weight.moved(middle)), colours.paper,
+  write(context, `${Number(weight.mover.weight.mass.toFixed(2))} kg`, ...camera.seen(weight.moved(middle)), colours.paper,
     { font: "600 12px", align: "center", halo: colours.weight });
 }
 

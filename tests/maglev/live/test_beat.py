@@ -13,7 +13,7 @@ from maglev.live.page import EDITOR
 
 STARTERS = ("pid", "feedback", "sliding")
 DONE = "beat.yours !== null && beat.thesis !== null"
-# Of the flight that is seen, which has a row each 2 ms: largest error of the gap (m) between two times (s).
+# Of the run that is seen, which has a row each 2 ms: largest error of the gap (m) between two times (s).
 SEEN = """([from, until]) => {
     const rows = maglevLive.history, i = maglevLive.run.axes.indexOf(maglevLive.run.vertical);
     let most = 0;
@@ -66,7 +66,7 @@ def test_what_differs_by_less_than_five_percent_is_as_good(tab: Tab) -> None:
 
 @pytest.mark.thorough
 @pytest.mark.parametrize("tab", [(WIDE, "")], ids=[""], indirect=True)
-def test_a_result_is_that_of_the_flight_that_is_seen_and_comes_with_the_link(tab: Tab, browser, page: Path) -> None:
+def test_a_result_is_that_of_the_run_that_is_seen_and_comes_with_the_link(tab: Tab, browser, page: Path) -> None:
     tab.page.click("text=Run it")
     wait_until(tab.page, f"{DONE} && maglevLive.state.story === 'beat'")
     tab.evaluate("post({ type: 'speed', value: 4 })")

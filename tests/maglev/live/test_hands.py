@@ -23,18 +23,18 @@ STAY = "for (const axis of maglevLive.run.axes) nudge(axis, 0)"   # also when th
 ERRORS = """(first) => Array.from({ length: maglevLive.history.count - first }, (_, k) =>
     maglevLive.history.at(first + k, columnOf.position(0)) - maglevLive.history.at(first + k, columnOf.reference(0)))"""
 # The worker of the page with all runs also tells the positions of a run at every communication point until a time (s).
-WORKER = """HANDLERS.flown = ({ run, until, model = runs[run].fmus.controller.model, settings = {} }) => {
-    const checked = new Flight(library, runs[run], model, settings), positions = [];
+WORKER = """HANDLERS.stepped = ({ run, until, model = runs[run].fmus.controller.model, settings = {} }) => {
+    const checked = new Simulation(library, runs[run], model, settings), positions = [];
     for (let k = 0; k <= Math.round(until / checked.run.step); k++) {
         if (k) checked.step();
         positions.push(...checked.run.axes.map((_, i) => checked.motion.values[2 * i]));
     }
-    postMessage({ type: "flown", positions });
+    postMessage({ type: "stepped", positions });
 };
 """
 HEARD = """() => {
-    SHAPES.flown = { positions: Array.isArray };
-    RECEIVED.flown = ({ positions }) => { window.flown = positions; };
+    SHAPES.stepped = { positions: Array.isArray };
+    RECEIVED.stepped = ({ positions }) => { window.stepped = positions; };
 }"""
 MIDDLE = """(() => { const box = document.getElementById("stage").getBoundingClientRect();
     const [left, top, width, height] = boxIn(maglevLive.views.space, maglevLive.history.last(), "position");
@@ -75,15 +75,15 @@ def errors_after(tab: Tab, act: Callable[[], object], seconds: float) -> np.ndar
 def positions(tab: Tab, run: str, until: float, settings: str = "{}", model: str | None = None) -> np.ndarray:
     """Positions of a run of the page, all axes at a point and then the next, with settings and a controller."""
     asked = "" if model is None else f"model: '{model}', "
-    tab.evaluate(f"window.flown = null; post({{ type: 'flown', run: '{run}', until: {until}, {asked}"
+    tab.evaluate(f"window.stepped = null; post({{ type: 'stepped', run: '{run}', until: {until}, {asked}"
                  f"settings: {settings} }})")
-    wait_until(tab.page, "window.flown !== null")
-    return np.array(tab.evaluate("window.flown"))
+    wait_until(tab.page, "window.stepped !== null")
+    return np.array(tab.evaluate("window.stepped"))
 
 
 @pytest.mark.parametrize("tab", [(WIDE, "3dof-setpoints-improved")], ids=[""], indirect=True)
 def test_every_run_has_the_bits_of_the_native_fmus(tab: Tab, native_fmus: Path) -> None:
-    tab.page.click("#play")   # the flight that is shown rests meanwhile
+    tab.page.click("#play")   # the run that is shown rests meanwhile
     for plan in live_runs():
         assert plan.rig is not None
         columns = prepare(plan, native_fmus, {}, {}).run().columns

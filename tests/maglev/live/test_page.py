@@ -117,7 +117,7 @@ def test_every_experiment_with_one_controller_is_in_it(data: Any) -> None:
 
 
 @pytest.mark.usefixtures("slow")
-def test_runs_that_it_cannot_fly_are_not_in_it() -> None:
+def test_runs_that_it_cannot_run_are_not_in_it() -> None:
     assert not can_run_live(load_plan("2dof-identification-rig"))   # estimators
     assert not can_run_live(load_plan("3dof-laws-nonlinear"))       # for the check alone
     assert not can_run_live(load_plan("5dof-guided-first-linear"))   # a controller of another stage
@@ -225,10 +225,10 @@ def test_a_page_of_a_stage_of_ones_own(mine: Path, tmp_path: Path) -> None:
     assert list(data["fmus"]) == ["PlantMine", "RegulatorMine", "LinearRegulatorMine", "PIDMine",
                                   "AdaptiveRegulatorMine", "MeasurementMine"]
     assert {name: run["command"] for name, run in data["runs"].items()} == {
-        "mine": "", "mine-setpoints": "mine-setpoints.toml"}   # no command flies what is in no scenario
-    rest, flown = data["runs"].values()
-    assert rest["signals"] == [] and len(flown["signals"]) == 3
-    assert rest["wires"] == flown["wires"] and rest["step"] == flown["step"] == 2e-4
+        "mine": "", "mine-setpoints": "mine-setpoints.toml"}   # no command runs what is in no scenario
+    rest, simulated = data["runs"].values()
+    assert rest["signals"] == [] and len(simulated["signals"]) == 3
+    assert rest["wires"] == simulated["wires"] and rest["step"] == simulated["step"] == 2e-4
     assert data["rigs"]["mine"]["mass"]["y"] == 6.9
 
 
@@ -247,7 +247,7 @@ def test_what_a_page_of_ones_own_lacks_is_said(mine: Path, tmp_path: Path) -> No
                         encoding="utf-8")
     with pytest.raises(ScenarioError, match="signals"):
         plans_of(scenario)
-    for name, flown in (("2dof-identification-rig", "PID2DOF, Plant2DOF, Estimator"),
+    for name, simulated in (("2dof-identification-rig", "PID2DOF, Plant2DOF, Estimator"),
                         ("5dof-guided-first-linear", r"LinearRegulator3DOF, Plant5DOF \(a law without")):
-        with pytest.raises(FmuError, match=f"{name} cannot run in the live page: it runs {flown}"):
+        with pytest.raises(FmuError, match=f"{name} cannot run in the live page: it runs {simulated}"):
             page_data(mine, [load_plan(name)])

@@ -6,7 +6,7 @@ import pytest
 from live_homes import HOMES
 from report_tab import LANDSCAPE, PHONE, Tab, wait_until
 
-FLIES = "maglevLive.frames > 5"
+RUNS = "maglevLive.frames > 5"
 # px by which platform and stators are inside the picture of the stage in space, and the picture inside the window.
 ROOM = """(() => {
     const { space } = maglevLive.views, row = maglevLive.history.last();
@@ -30,7 +30,7 @@ UNSEEN = """() => [...document.querySelectorAll("#what, #moment, #stage, button"
 @pytest.mark.parametrize("run", HOMES)
 def test_a_phone_shows_the_stage_whole_either_way(browser, page: Path, run: str, size) -> None:
     tab = Tab(browser, page, size, f"#run={run}")
-    wait_until(tab.page, FLIES)
+    wait_until(tab.page, RUNS)
     room = tab.evaluate(ROOM)
     assert room["platform"] >= 0.0 and room["picture"] >= 0.0
     assert tab.page.locator("details[open]").count() == 0, "what if and what goes wrong are folded"

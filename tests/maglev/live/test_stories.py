@@ -11,7 +11,7 @@ from maglev.linear.equilibrium import equilibrium
 
 SEEN = {"desktop": (WIDE, 40.0), "phone": (PHONE, 24.0)}   # window, px that something moves by at least
 
-# px that the mover of a flight goes up and down in the close-up from the event on; its colour there, and that of its
+# px that the mover of a run goes up and down in the close-up from the event on; its colour there, and that of its
 # controller; px that the weight falls on the picture.
 WAY = """(theirs) => {
     const { gap } = maglevLive.views, rows = theirs ? maglevLive.ghost : maglevLive.history, at = [];
@@ -23,7 +23,7 @@ DRAWN = """(theirs) => {
     const { gap } = maglevLive.views, canvas = document.getElementById("stage");
     const ratio = canvas.width / canvas.clientWidth;
     const row = (theirs ? maglevLive.ghost : maglevLive.history).last(), count = maglevLive.ghost ? 2 : 1;
-    const [left] = columnOfFlight(gap, theirs ? 1 : 0, count);
+    const [left] = columnOfMover(gap, theirs ? 1 : 0, count);
     const [x, y] = [left + 3, gap.y(faceOf(maglevLive.run, row)[0]) + BLOCK - 4].map((px) => Math.round(ratio * px));
     const spot = new OffscreenCanvas(1, 1).getContext("2d");
     spot.drawImage(canvas, x, y, 1, 1, 0, 0, 1, 1);

@@ -9,7 +9,7 @@ const KICK_TIME = 0.02;                                     // s
 /** Whether a controller is one that the user has brought. */
 const isOwn = (model) => model.startsWith("own:");
 
-class Flight {
+class Simulation {
   /**
    * @param {{modules: object, fmus: object}} library modules, compiled when they are first used, and descriptions, by name of the FMU
    * @param {object} run the plan
@@ -98,7 +98,7 @@ class Flight {
     }
   }
 
-  /** Put a controller in place of the one that flies: it begins at what is measured now, where nothing jumps. If it lacks a
+  /** Put a controller in place of the one that runs: it begins at what is measured now, where nothing jumps. If it lacks a
    * port, nothing has changed; what can be left out are rates of the references. */
   swap(model) {
     const { axes } = this.run, fmu = this.made("controller", model);
@@ -110,9 +110,9 @@ class Flight {
     this.fixedReferences = fmu.get(this.references).slice();
   }
 
-  /** A flight from where this one is, with another controller. */
+  /** A simulation from where this one is, with another controller. */
   twin(model) {
-    const other = new Flight(this.library, this.run, model, this.settings);
+    const other = new Simulation(this.library, this.run, model, this.settings);
     other.k = this.k;
     other.plant.restore(this.plant.state());
     if (this.between && other.between) other.between.restore(this.between.state());
@@ -123,18 +123,18 @@ class Flight {
     return other;
   }
 
-  /** A flight that goes on from now, at rest where its references are. */
+  /** A simulation that goes on from now, at rest where its references are. */
   lifted(settings) {
     const starts = this.run.axes.map((axis, i) => [`plant.${axis}.position_start`, this.reference(i, this.time)]);
     const known = Object.fromEntries(starts.filter(([name]) => this.plant.has(name.slice(6))));
-    const other = new Flight(this.library, this.run, this.model, { ...settings, ...known }, this.k);
+    const other = new Simulation(this.library, this.run, this.model, { ...settings, ...known }, this.k);
     other.settings = settings;
     other.shaken = this.shaken;
     other.chosen = this.chosen;
     return other;
   }
 
-  /** Let another flight have the same hands on it. */
+  /** Let another simulation have the same hands on it. */
   follow(other) {
     other.chosen = this.chosen;
     other.held = this.held;
@@ -207,7 +207,7 @@ class Flight {
     else this.chosen.set(axis, value);
   }
 
-  /** Set a parameter that can change in flight, where there is one of that name. */
+  /** Set a parameter that can change while it runs, where there is one of that name. */
   tune(name, value) {
     const part = name.slice(0, name.indexOf(".")), variable = name.slice(name.indexOf(".") + 1);
     if (part === "measurement" && (!this.between || this.between.byName.get(variable)?.fixed)) { this.measure(); return; }
@@ -229,5 +229,5 @@ class Flight {
   }
 }
 
-/** Numbers in a row of `Flight.row`. */
+/** Numbers in a row of `Simulation.row`. */
 const rowWidth = (run) => 1 + 3 * run.axes.length + 5 * run.motors.length;
