@@ -1,4 +1,4 @@
-"""Adaptive regulator of the 5-DOF stage: output regulation with the constants that are estimated while it flies.
+"""Adaptive regulator of the 5-DOF stage: output regulation with the constants that are estimated while it runs.
 
 pyccel finds the attributes of a part only where the class of the part is imported, used by its name or not.
 """

@@ -70,7 +70,7 @@ def read_outcomes(path: Path, question: Question) -> Outcomes:
     tilts = tuple(name.removeprefix("end error of ") for name, unit in units_of(samples).items()
                   if name.startswith("end error of ") and unit == "rad")
     ends = outcomes(columns, tilts)
-    # A flight that its FMUs ended, by running away, was beyond a stop before.
+    # A run that its FMUs ended, by running away, was beyond a stop before.
     ends[[failure is not None for failure in samples["failure"].to_pylist()]] = STOPPED
     shape = len(question.down.values), len(question.along.values)
     if len(ends) % (shape[0] * shape[1]):

@@ -29,7 +29,7 @@ LONGEST = ("stability/test_region.py", "identification/test_accuracy.py", "cli/t
            "docs/test_site.py", "cosim/test_foreign_masters.py", "docs/test_printed_commands.py",
            "report/test_index.py", "examples/test_worked_examples.py", "tuning/test_search.py")
 
-FLOWN_LIVE = tuple(name for name in NAMES if name.startswith(("Plant", "PID", "Regulator", "Linear", "Scheduled",
+SIMULATED_LIVE = tuple(name for name in NAMES if name.startswith(("Plant", "PID", "Regulator", "Linear", "Scheduled",
                                                                 "Interpolated", "Adaptive", "Measurement")))
 
 CHROMIUMS = ("chromium", "chromium-browser", "google-chrome")
@@ -148,7 +148,7 @@ def pytest_terminal_summary(terminalreporter: pytest.TerminalReporter) -> None:
 
 @pytest.fixture(scope="session")
 def slow(request: pytest.FixtureRequest) -> None:
-    """For what builds or runs FMUs, compiles, starts a browser, or flies for long: it is not in `pytest -m quick`.
+    """For what builds or runs FMUs, compiles, starts a browser, or runs for long: it is not in `pytest -m quick`.
 
     Fixtures of the kind ask for it; tests that do so by themselves say `@pytest.mark.usefixtures("slow")`.
     """
@@ -218,7 +218,7 @@ def clocked_fmus(slow: None, tmp_path_factory: pytest.TempPathFactory) -> Path:
 def wasm_fmus(slow: None, tmp_path_factory: pytest.TempPathFactory) -> Path:
     """Folder with plants and controllers as WebAssembly modules."""
     require_native_tools()
-    return built_once(tmp_path_factory, "wasm_fmus", lambda folder: build(FLOWN_LIVE, folder, WASM))
+    return built_once(tmp_path_factory, "wasm_fmus", lambda folder: build(SIMULATED_LIVE, folder, WASM))
 
 
 @pytest.fixture(scope="session")

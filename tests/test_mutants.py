@@ -34,7 +34,7 @@ plans_of = cache(TOOL.plans_of)
 
 @pytest.mark.few(70)
 @pytest.mark.parametrize("mutation", MUTATIONS, ids=str)
-def test_a_mutation_changes_one_place_of_a_block_that_its_runs_fly(mutation: Any) -> None:
+def test_a_mutation_changes_one_place_of_a_block_of_its_runs(mutation: Any) -> None:
     changed = mutation.source()
     if mutation.tests:   # a template
         assert changed != (ROOT / mutation.file).read_text(encoding="utf-8")
@@ -42,15 +42,15 @@ def test_a_mutation_changes_one_place_of_a_block_that_its_runs_fly(mutation: Any
         return
     assert ast.dump(ast.parse(changed)) != ast.dump(ast.parse((ROOT / mutation.file).read_text(encoding="utf-8")))
     assert set(mutation.fmus) <= set(DEFINITIONS)
-    flown = {fmu.model for plan in plans_of(mutation.runs) for fmu in plan.fmus.values()}
-    assert set(mutation.fmus) <= flown
+    simulated = {fmu.model for plan in plans_of(mutation.runs) for fmu in plan.fmus.values()}
+    assert set(mutation.fmus) <= simulated
 
 
 def test_no_mutation_is_there_twice() -> None:
     assert len({(each.file, each.old, each.new, each.fmus) for each in MUTATIONS}) == len(MUTATIONS) >= 40
 
 
-def test_fmus_of_changed_sources_are_flown_and_not_refused(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_fmus_of_changed_sources_are_run_and_not_refused(monkeypatch: pytest.MonkeyPatch) -> None:
     """Or every mutation would seem to be noticed, whatever the runs show."""
     monkeypatch.setattr(TOOL, "prepare", lambda plan, *_: Experiment(plan, {}, plan.step, stale=("an old one",)))
 

@@ -112,7 +112,7 @@ def test_build_run_report_identify(installed: Path, home: Path) -> None:
 
 
 @pytest.mark.thorough
-def test_an_edited_installation_flies_no_run_of_the_package(installed: Path, home: Path, fastest_fmus: Path) -> None:
+def test_an_edited_installation_runs_no_run_of_the_package(installed: Path, home: Path, fastest_fmus: Path) -> None:
     """Whatever is edited is said, in files that make no part of an FMU, too."""
     packages, = (installed / "environment").glob("lib/python*/site-packages")
     found = []

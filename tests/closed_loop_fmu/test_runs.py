@@ -40,7 +40,7 @@ def in_parts(variable: Variable) -> str:
     return f"{variable.place.partition('.')[0]}.{name}" if variable.causality == "input" else name
 
 
-def fly(loop: str, folder: Path, plan: RunPlan, given: Recording, every: int) -> Recording:
+def simulate(loop: str, folder: Path, plan: RunPlan, given: Recording, every: int) -> Recording:
     """Run of a loop with what a run of the plan was given, in communication steps of several samples."""
     drives = {f"loop.{v.name}": given.columns[in_parts(v)][::every].tolist() for v in definition(loop).variables
               if v.causality != "output" and in_parts(v) in given.columns}
@@ -85,7 +85,7 @@ def test_a_loop_is_the_run_of_our_master_bit_for_bit(native_fmus: Path, loop: st
     experiment = prepare(plan, native_fmus, {}, start_values(settings))
     assert experiment.plan.fmus["controller"].model == definition(loop).description.split()[3]
     expected = experiment.run()
-    assert_same(fly(loop, native_fmus, experiment.plan, expected, every), expected, every)
+    assert_same(simulate(loop, native_fmus, experiment.plan, expected, every), expected, every)
     for axis in plan.axes.values():
         assert np.ptp(expected.columns[axis.position]) > 1e-4, "something has to move for this to mean anything"
 
@@ -97,7 +97,7 @@ def test_an_adaptive_loop_is_that_run_while_its_constants_move(native_fmus: Path
     plan = load_plan(f"{stage}-thrust-loss-adaptive").model_copy(update={"stop_time": 8.0})
     experiment = prepare(plan, native_fmus, {}, {})
     expected = experiment.run()
-    assert_same(fly(f"ClosedLoopAdaptive{stage.upper()}", native_fmus, experiment.plan, expected, 1), expected, 1)
+    assert_same(simulate(f"ClosedLoopAdaptive{stage.upper()}", native_fmus, experiment.plan, expected, 1), expected, 1)
     lost = expected.columns["plant.C1"]
     assert lost[-1] < 0.7 * lost[0]
     adapted = [column for name, column in expected.columns.items() if name.startswith("controller.adapted.")]
@@ -122,7 +122,7 @@ def test_the_committed_inputs_give_the_run_of_their_scenario(either_kind: Path, 
 @pytest.mark.few(1)
 @pytest.mark.parametrize("name", [name if name in [f"ClosedLoop{rig.suffix}" for rig in RIGS.values()]
                                   else pytest.param(name, marks=pytest.mark.thorough) for name in LOOPS])
-def test_script_flies_each_loop(native_fmus: Path, tmp_path: Path, name: str) -> None:
+def test_script_runs_each_loop(native_fmus: Path, tmp_path: Path, name: str) -> None:
     """It ends where it is told to, and the references step at 1 s."""
     rig = next(rig for rig in RIGS.values() if name.endswith(rig.suffix))
     run_script(f"closed_loop_{rig.name}.sh", native_fmus, tmp_path / "out.csv", LOOP=name, STOP_TIME="1.005")

@@ -1,4 +1,4 @@
-"""Closed loops of a platform that tilts: they fly, and hold the tilts as well as their encoders see them."""
+"""Closed loops of a platform that tilts: they run, and hold the tilts as well as their encoders see them."""
 
 from pathlib import Path
 
@@ -13,7 +13,7 @@ START = dict.fromkeys(AXES, 0.0) | {"y": 25e-3}
 COUNT = {"y": 10e-6, "x": 10e-6, "z": 10e-6, "roll": 50e-6, "pitch": 50e-6}   # of the encoders; at a motor over 0.2 m
 
 
-def fly(folder: Path, loop: str, targets: dict[str, float], start: dict[str, float]) -> Recording:
+def simulate(folder: Path, loop: str, targets: dict[str, float], start: dict[str, float]) -> Recording:
     """Steps of references at 1 s."""
     ends = START | targets
     steps = {f"loop.{axis}.reference": [START[axis] if k * STEP < 1.0 else ends[axis] for k in range(3001)]
@@ -34,7 +34,7 @@ def assert_settled(recording: Recording, targets: dict[str, float]) -> None:
                                      {"pitch": -10e-3}, {"x": 10e-3}, {"z": 10e-3},
                                      {"y": 24e-3, "x": -5e-3, "z": 5e-3, "roll": 4e-3, "pitch": -4e-3}], ids=str)
 def test_steps_settle_to_a_count_of_the_encoders(fastest_fmus: Path, loop: str, targets: dict[str, float]) -> None:
-    recording = fly(fastest_fmus, loop, targets, {})
+    recording = simulate(fastest_fmus, loop, targets, {})
     assert_settled(recording, targets)
     assert not recording.columns["loop.plant.at_stop"].any()
     assert not recording.columns["loop.controller.tripped"].any()
@@ -42,7 +42,7 @@ def test_steps_settle_to_a_count_of_the_encoders(fastest_fmus: Path, loop: str, 
 
 def test_equal_thrusts_turn_the_platform_about_no_vertical_axis(fastest_fmus: Path) -> None:
     """What a model with other constants leaves over is little of what the thrusts could do at 0.2 m."""
-    recording = fly(fastest_fmus, "ClosedLoop5DOF", {"x": 10e-3, "roll": 5e-3, "pitch": 5e-3}, {})
+    recording = simulate(fastest_fmus, "ClosedLoop5DOF", {"x": 10e-3, "roll": 5e-3, "pitch": 5e-3}, {})
     moments = np.abs(recording.columns["loop.plant.yaw_moment"])
     thrust = 10.6 * 0.6135 * np.abs(recording.columns["loop.plant.alpha1.i_q"]).max()
     assert thrust > 5.0
@@ -51,7 +51,7 @@ def test_equal_thrusts_turn_the_platform_about_no_vertical_axis(fastest_fmus: Pa
 
 def test_a_payload_off_the_centre_is_held(fastest_fmus: Path) -> None:
     """0.5 kg at (100, 50) mm from the start on: the platform returns to where it was."""
-    recording = fly(fastest_fmus, "ClosedLoop5DOF", {}, {"plant.payload.mass": 0.5, "plant.payload.x": 0.1,
+    recording = simulate(fastest_fmus, "ClosedLoop5DOF", {}, {"plant.payload.mass": 0.5, "plant.payload.x": 0.1,
                                                          "plant.payload.z": 0.05})
     assert_settled(recording, {})
     largest = max(np.abs(recording.columns[f"loop.plant.{axis}.position"]).max() for axis in ("roll", "pitch"))

@@ -146,7 +146,7 @@ def test_integral_holds_while_limited(antiwindup: bool) -> None:
 
 @pytest.mark.usefixtures("slow")
 @pytest.mark.parametrize("rig", [2, 3])
-def test_every_command_of_a_flight(rig: int) -> None:
+def test_every_command_of_a_run(rig: int) -> None:
     """The law written again, with matrices of gains from numpy's polynomials: 1 s, steps on all axes, pre-filter on."""
     axes, motors, dt = RIGS[rig]
     controller, stage = (PID2DOF(), Stage2DOF()) if rig == 2 else (PID3DOF(), Stage3DOF())

@@ -1,4 +1,4 @@
-"""The regulators against the laws written again from the page, sample by sample over a flight with steps."""
+"""The regulators against the laws written again from the page, sample by sample over a run with steps."""
 
 import numpy as np
 import pytest
@@ -70,7 +70,7 @@ class ReferenceRegulator:
 
 @pytest.mark.parametrize("rig", [pytest.param(2, marks=pytest.mark.thorough), 3])
 @pytest.mark.usefixtures("slow")
-def test_every_command_of_a_flight(rig: int) -> None:
+def test_every_command_of_a_run(rig: int) -> None:
     """Steps on all axes that saturate the commands; same measurements to both, 1.5 s."""
     axes, motors, dt = RIGS[rig]
     controller, stage = (Regulator2DOF(), Stage2DOF()) if rig == 2 else (Regulator3DOF(), Stage3DOF())

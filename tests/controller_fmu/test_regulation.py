@@ -4,7 +4,7 @@ import math
 
 import numpy as np
 import pytest
-from direct_loop import RIGS, Reference, fly, idealise
+from direct_loop import RIGS, Reference, idealise, simulate
 
 from controller_fmu.regulator_2dof import Regulator2DOF
 from controller_fmu.regulator_3dof import Regulator3DOF
@@ -119,7 +119,7 @@ def test_constant_disturbance_is_rejected(rig: int, original: bool, disturbance:
     values = (2.0, 1.5, -1.5) if disturbance == "force" else (0.2, 0.2, -0.2)
     for name, value in zip(RIGS[rig][0], values, strict=False):
         setattr(getattr(stage, name), disturbance, value)
-    errors = np.abs(fly(rig, controller, stage, {}, 8.0))
+    errors = np.abs(simulate(rig, controller, stage, {}, 8.0))
     assert errors.max(axis=0).min() > 1e-5, "the disturbance has to move every axis first"
     assert errors[-500:].max() < 1e-8
 
@@ -137,6 +137,6 @@ def test_sinusoid_of_the_internal_model_is_tracked(rig: int, original: bool) -> 
 
     references = {name: sinusoid(0.0, 30e-3) for name in RIGS[rig][0][1:]}
     references[RIGS[rig][0][0]] = sinusoid(20e-3 if rig == 2 else 25e-3, 5e-3)
-    errors = np.abs(fly(rig, controller, stage, references, 10.0))
+    errors = np.abs(simulate(rig, controller, stage, references, 10.0))
     assert errors.max(axis=0).min() > 5e-5, "the start has to disturb every axis"
     assert errors[round(6.0 / RIGS[rig][2]):].mean(axis=0).max() < 0.02e-3

@@ -16,11 +16,11 @@ PAGE = Path(__file__).parents[2] / "docs" / "own_stage.md"
 @pytest.mark.thorough
 @pytest.mark.usefixtures("slow")
 @pytest.mark.parametrize("names", [("PlantMine", "RegulatorMine"), pytest.param((), marks=pytest.mark.thorough)],
-                         ids=["what flies", "all"])
+                         ids=["what runs", "all"])
 def test_commands_lead_to_a_picture(tmp_path: Path, monkeypatch: pytest.MonkeyPatch, names: tuple[str, ...]) -> None:
     """In this process, which has translated the parts of the blocks; the wheel's test types some of them.
 
-    The page builds all FMUs of the stage, `make test` those that its scenario flies.
+    The page builds all FMUs of the stage, `make test` those that its scenario runs.
     """
     monkeypatch.chdir(tmp_path)
     said: list[str] = []

@@ -1,4 +1,4 @@
-"""Flights to identify the stages from, made once."""
+"""Runs to identify the stages from, made once."""
 
 from collections.abc import Callable
 from pathlib import Path
@@ -8,20 +8,20 @@ import numpy as np
 import pytest
 from identification_data import excitation
 
-Flight = dict[str, np.ndarray]
+Trial = dict[str, np.ndarray]
 
 
 @pytest.fixture(scope="session")
-def flight(slow: None, tmp_path_factory: pytest.TempPathFactory) -> Callable[..., Flight]:
+def trial(slow: None, tmp_path_factory: pytest.TempPathFactory) -> Callable[..., Trial]:
     """Function `excitation`, which keeps what it has made for all processes of a test run."""
     folder = tmp_path_factory.getbasetemp()
     shared = folder.parent if folder.name.startswith("popen-") else folder
 
-    def kept(rig: int, **arguments: Any) -> Flight:
+    def kept(rig: int, **arguments: Any) -> Trial:
         name = "_".join(f"{key}{value}" for key, value in sorted(arguments.items()))
-        path: Path = shared / f"flight{rig}_{name}.npz"
+        path: Path = shared / f"trial{rig}_{name}.npz"
         if not path.exists():
-            part = folder / "flight.npz"
+            part = folder / "trial.npz"
             columns: dict[str, Any] = excitation(rig, **arguments)
             np.savez(part, **columns)
             part.replace(path)   # complete when it appears

@@ -7,7 +7,7 @@ from typing import Any
 
 import numpy as np
 import pytest
-from direct_loop import RIGS, fly
+from direct_loop import RIGS, simulate
 from estimator_run import PLACES
 from hypothesis import given
 from hypothesis import strategies as st
@@ -111,7 +111,7 @@ def nominals(rig: int, controller: Any) -> list[float]:
     (3, Stage3DOF, AdaptiveRegulator3DOF, (0.8, 1.15, 0.95, 1.1, 1.0), 9.0)])
 def test_it_finds_the_constants_of_a_stage(slow: None, rig: int, stage: type, adaptive: type,
                                            factors: tuple[float, ...], seconds: float) -> None:
-    """Of a stage that is as the model says, but for the constants that are adapted; in flight, by its own commands."""
+    """Of a stage that is as the model says but for the constants that are adapted: from a run, by what it commands."""
     axes, motors, _ = RIGS[rig]
     plant, controller = stage(), adaptive()
     idle(plant, axes, motors)
@@ -121,7 +121,7 @@ def test_it_finds_the_constants_of_a_stage(slow: None, rig: int, stage: type, ad
     centre = getattr(plant, axes[0]).position_start
     references = {axes[0]: sines(centre, (1e-3, 4.0), (1e-3, 7.0)),
                   **{name: sines(0.0, (10e-3, 3.0 + k), (10e-3, 7.0)) for k, name in enumerate(axes[1:])}}
-    errors = fly(rig, Seen(controller), plant, references, seconds)
+    errors = simulate(rig, Seen(controller), plant, references, seconds)
     assert np.abs(errors).max() < 5e-3
     found = [getattr(controller.regulator, name) for name, _ in zip(CONSTANTS, factors, strict=False)]
     assert found[:-1] == pytest.approx(true[:-1], rel=0.01)
@@ -135,7 +135,7 @@ def test_without_excitation_the_constants_stay(slow: None, rig: int, stage: type
     """Held at one place by a stage with other constants, friction and bias, which the estimates do not survive."""
     axes, _, _ = RIGS[rig]
     controller = adaptive()
-    fly(rig, Seen(controller), stage(), {name: sines(getattr(stage(), name).position_start) for name in axes}, 4.0)
+    simulate(rig, Seen(controller), stage(), {name: sines(getattr(stage(), name).position_start) for name in axes}, 4.0)
     own = CONSTANTS[:rig + 2]
     assert [getattr(controller.regulator, name) for name in own] == nominals(rig, controller)
     assert not controller.adaptation.frozen

@@ -27,14 +27,14 @@ def rows(rig: int, sample: dict[str, float]) -> Rows:
             ([0], np.array([-2 * f1 * q[0]]), 0.0), ([1], np.array([-2 * f1 * q[1]]), 0.0)]
 
 
-def solve(rig: int, flight: dict[str, np.ndarray], start: np.ndarray, weights: np.ndarray, epsilon: float,
+def solve(rig: int, trial: dict[str, np.ndarray], start: np.ndarray, weights: np.ndarray, epsilon: float,
           gamma: float, forgetting: float) -> np.ndarray:
     """Estimates after every sample, shape (samples, constants)."""
     axes, _, dt = RIGS[rig]
-    samples = [dict(zip(flight, values, strict=True)) for values in zip(*flight.values(), strict=True)]
+    samples = [dict(zip(trial, values, strict=True)) for values in zip(*trial.values(), strict=True)]
     estimates = np.empty((len(samples), len(start)))
     for number, (constants, _, _) in enumerate(rows(rig, samples[0])):
-        n, position = len(constants), flight[f"{axes[number]}.encoder"]
+        n, position = len(constants), trial[f"{axes[number]}.encoder"]
         velocity = np.diff(position, prepend=position[0]) / dt
         q0 = np.diag(weights[constants])
         state = np.concatenate([start[constants], q0.ravel(), [0.0]])
@@ -60,14 +60,14 @@ def solve(rig: int, flight: dict[str, np.ndarray], start: np.ndarray, weights: n
     (2, 0.01, 1.1, 0.0, 1.0, 2e-4), (2, 0.001, 1.1, 0.0, 1.0, 1e-3), (2, 0.05, 1.1, 0.0, 1.0, 2e-4),
     (2, 0.001, 1.1, 0.0, 100.0, 2e-6), (2, 0.01, 2.0, 0.5, 1.0, 3e-4), (2, 0.01, 1.0, 0.0, 100.0, 1e-12),
     pytest.param(3, 0.01, 1.1, 0.0, 1.0, 3e-4, marks=pytest.mark.thorough), (3, 0.001, 1.1, 0.0, 1.0, 3e-4)])
-def test_against_scipy(flight: Callable[..., dict[str, np.ndarray]], rig: int, epsilon: float, gamma: float,
+def test_against_scipy(trial: Callable[..., dict[str, np.ndarray]], rig: int, epsilon: float, gamma: float,
                        forgetting: float, weight: float, tolerance: float) -> None:
     """0.2 s from anywhere: the estimates first go far away, and all the time where scipy's go.
 
     The distance is relative to how far they go. With γ = 1 Σ is constant, and the solution is exact.
     """
     count = round(0.2 / RIGS[rig][2])
-    middle = {name: values[20_000:20_000 + count] for name, values in flight(rig, seconds=20.0).items()}
+    middle = {name: values[20_000:20_000 + count] for name, values in trial(rig, seconds=20.0).items()}
     names = [f"C{i + 1}" for i in range(len(TRUTH[rig]))]
     default = new_estimator(rig, TRUTH[rig])
     weights = weight * np.array([attrgetter(PLACES[rig][f"{name}_weight"])(default) for name in names])

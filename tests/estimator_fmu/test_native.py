@@ -17,10 +17,10 @@ from maglev.cosim.fmu import Fmu
 @pytest.mark.parametrize("rig", [2, 3])
 @pytest.mark.parametrize("parameters", [
     {}, {"matched_filter": True, "forgetting": 0.5}, {"epsilon": 0.001, "gamma": 3.0, "observer.time1": 0.0}])
-def test_same_bits(flight: Callable[..., dict[str, np.ndarray]], load_native: Callable[[str], Fmu], rig: int,
+def test_same_bits(trial: Callable[..., dict[str, np.ndarray]], load_native: Callable[[str], Fmu], rig: int,
                    parameters: dict[str, float]) -> None:
     axes, motors, dt = RIGS[rig]
-    data = flight(rig, seconds=20.0)
+    data = trial(rig, seconds=20.0)
     fmu = load_native(f"Estimator{rig}DOF")
     fmu.initialise(parameters, 0.0, 10.0)
     starts = np.array([fmu.variable(f"C{i + 1}_start").start for i in range(rig + 2)], float)

@@ -134,13 +134,13 @@ def test_convergence() -> None:
 @pytest.mark.parametrize("rig", [2, 3])
 class TestEstimator:
     def still(self, rig: int, count: int, gap: float, i_d: float) -> dict[str, np.ndarray]:
-        """Flight at rest with a direct current."""
+        """Run at rest with a direct current."""
         axes, motors, dt = RIGS[rig]
-        flight = {"time": dt * np.arange(count)} | {f"{name}.encoder": np.zeros(count) for name in axes}
-        flight[f"{axes[0]}.encoder"] += gap
+        trial = {"time": dt * np.arange(count)} | {f"{name}.encoder": np.zeros(count) for name in axes}
+        trial[f"{axes[0]}.encoder"] += gap
         for name in motors:
-            flight |= {f"{name}.i_d": np.full(count, i_d), f"{name}.i_q": np.zeros(count)}
-        return flight
+            trial |= {f"{name}.i_d": np.full(count, i_d), f"{name}.i_q": np.zeros(count)}
+        return trial
 
     def test_no_thrust_no_change(self, rig: int) -> None:
         """Without quadrature current the thrusts keep their guess bit for bit, whatever the vertical row learns."""

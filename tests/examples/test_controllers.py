@@ -1,4 +1,4 @@
-"""Controllers that others write fly the 2-DOF stage: other names, other units, other steps, fewer ports."""
+"""Controllers that others write run the 2-DOF stage: other names, other units, other steps, fewer ports."""
 
 import csv
 import re

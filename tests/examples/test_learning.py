@@ -5,7 +5,7 @@ from typing import Any
 
 import numpy as np
 import pytest
-from direct_loop import fly
+from direct_loop import simulate
 from example_builds import EXAMPLES as ALL_EXAMPLES
 
 from controller_fmu.regulator_3dof import Regulator3DOF
@@ -164,6 +164,6 @@ def test_it_holds_a_stage_whose_mass_is_not_as_known(name: str, law: str, larges
     stage = Stage3DOF()
     for axis in (stage.y, stage.x, stage.z):
         axis.mass += 1.0
-    errors = fly(3, Called(getattr(import_module(name), law)()), stage, {}, 0.25)
+    errors = simulate(3, Called(getattr(import_module(name), law)()), stage, {}, 0.25)
     assert np.abs(errors[:, 0]).max() < largest
     assert np.abs(errors[:, 1:]).max() < 0.1e-3

@@ -92,7 +92,7 @@ def test_the_plant_in_c_is_valid_and_moves_as_the_one_in_python(in_c: Path) -> N
         maglev.run(FOLDER / "levitate.toml", plant=in_c, set={"plant.mass": 0.0})
 
 
-def test_plain_fmpy_flies_the_plant_in_c(in_c: Path, tmp_path: Path) -> None:
+def test_plain_fmpy_runs_the_plant_in_c(in_c: Path, tmp_path: Path) -> None:
     """In a loop of a few lines around the controller's class: the bits of our master."""
     with pytest.warns(UserWarning, match="starts with turning = 628 rad/s"):
         run = maglev.run(FOLDER / "levitate.toml", plant=in_c)

@@ -1,4 +1,4 @@
-"""The planned motions: limits and mechanics of the files, bounds on any motion, their flights, CasADi's optimum."""
+"""The planned motions: limits and mechanics of the files, bounds on any motion, their runs, CasADi's optimum."""
 
 from collections.abc import Callable
 from itertools import pairwise

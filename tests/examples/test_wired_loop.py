@@ -1,4 +1,4 @@
-"""The loop with a generator and a supervisor as Python files: the page shows what flies, and the push is waited out."""
+"""The loop with a generator and a supervisor as Python files: the page shows what runs, and the push is waited out."""
 
 import re
 import tomllib

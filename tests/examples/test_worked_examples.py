@@ -56,7 +56,7 @@ def beside(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.syspath_prepend(EXAMPLES)
 
 
-def flown(controller: str | type, text: str, fmus: Path, folder: Path) -> maglev.Run:
+def simulated(controller: str | type, text: str, fmus: Path, folder: Path) -> maglev.Run:
     """A scenario under an example, by its name or as its class, or under the thesis's regulator."""
     scenario = folder / "scenario.toml"
     scenario.write_text(text.format(scenarios=SCENARIOS.as_posix()))
@@ -80,16 +80,16 @@ def responds(run: maglev.Run, settling: list[float], overshoot: list[float]) -> 
     assert [1e2 * step.overshoot for step in run.metrics.steps] == pytest.approx(overshoot, abs=0.3)
 
 
-# What the page says of the others is flown in the thorough tests: their programs take seconds.
+# What the page says of the others is run in the thorough tests: their programs take seconds.
 SOME = [REGULATOR, "lqi_kalman", *(pytest.param(name, marks=pytest.mark.thorough) for name in NAMES[1:])]
 
 
 @pytest.mark.few(1)
 @pytest.mark.parametrize("name", NAMES)
 @pytest.mark.filterwarnings("ignore:controller .* has no")
-def test_it_flies(name: str, fastest_fmus: Path, tmp_path: Path) -> None:
+def test_it_runs(name: str, fastest_fmus: Path, tmp_path: Path) -> None:
     """Its program runs with what is installed, and lets nothing fall while the currents come."""
-    run = flown(name, FIRST_STEP.replace("5.9 s", "0.3 s"), fastest_fmus, tmp_path)
+    run = simulated(name, FIRST_STEP.replace("5.9 s", "0.3 s"), fastest_fmus, tmp_path)
     assert len(run.time) == 301
     for axis in "yxz":
         assert np.abs(run[f"plant.{axis}.position"] - run[f"controller.{axis}.reference"]).max() < 0.5e-3
@@ -100,7 +100,7 @@ def test_it_flies(name: str, fastest_fmus: Path, tmp_path: Path) -> None:
 @pytest.mark.parametrize("name", SOME)
 @pytest.mark.filterwarnings("ignore:controller .* has no")
 def test_the_first_step_is_as_the_page_says(name: str, fastest_fmus: Path, tmp_path: Path) -> None:
-    run = flown(name, FIRST_STEP, fastest_fmus, tmp_path)
+    run = simulated(name, FIRST_STEP, fastest_fmus, tmp_path)
     rms, settling, overshoot = said("first step")[name]
     assert [step.axis for step in run.metrics.steps] == ["y", "x", "z"]
     measured = [1e3 * row.value for row in run.measures if row.quantity == "rms error"]
@@ -115,7 +115,7 @@ def test_the_first_step_is_as_the_page_says(name: str, fastest_fmus: Path, tmp_p
 @pytest.mark.parametrize("name", NAMES)
 @pytest.mark.filterwarnings("ignore:controller .* has no")
 def test_a_step_of_40_mm_takes_all_the_current_and_settles(name: str, fastest_fmus: Path, tmp_path: Path) -> None:
-    run = flown(name, LARGE_STEP, fastest_fmus, tmp_path)
+    run = simulated(name, LARGE_STEP, fastest_fmus, tmp_path)
     used = 3.6 if name == "mpc_osqp" else 4.0   # its programme leaves a tenth
     for current in ("alpha.i_q", "beta.i_q"):
         command = np.abs(run[f"controller.{current}_cmd"])
@@ -136,7 +136,7 @@ def test_lqi_recovers_where_its_references_ask_for_more_than_the_limit(
     """The smoothed references spare it the limit; faster ones, with an integral that did not wait, lose the mover."""
     lqi = import_module("lqi_kalman")
     monkeypatch.setattr(lqi, "PACE", np.array([22.0, 15.0, 15.0]))
-    run = flown(lqi.LQI, LARGE_STEP, fastest_fmus, tmp_path)
+    run = simulated(lqi.LQI, LARGE_STEP, fastest_fmus, tmp_path)
     assert (np.abs(run["controller.alpha.i_q_cmd"]) == 4.0).sum() > 300   # ms
     assert not run.metrics.failed
     assert max(step.settling_time[10e-6] for step in run.metrics.steps) < 1.0
@@ -146,7 +146,7 @@ def test_lqi_recovers_where_its_references_ask_for_more_than_the_limit(
 @pytest.mark.filterwarnings("ignore:controller .* has no")
 def test_the_thesis_regulator_drops_the_mover_there(fastest_fmus: Path, tmp_path: Path) -> None:
     """The page says so, and that (5.7) is why: its direct current makes up for quadrature currents that do not flow."""
-    run = flown(REGULATOR, LARGE_STEP, fastest_fmus, tmp_path)
+    run = simulated(REGULATOR, LARGE_STEP, fastest_fmus, tmp_path)
     assert run.metrics.failed
     assert run["plant.at_stop"].any()
 

@@ -52,7 +52,7 @@ def test_a_container_steps_both(pair: Path, options: tuple[str, ...]) -> None:
     given = np.zeros(STEPS + 1, dtype=[("time", float), ("v.reference", float), ("h.reference", float)])
     given["time"] = np.arange(STEPS + 1) * SAMPLE
     given["v.reference"], given["h.reference"] = GAPS, TRAVELS
-    flown = fmpy.simulate_fmu(contained(pair, *options), stop_time=STEPS * SAMPLE, step_size=SAMPLE, input=given,
+    simulated = fmpy.simulate_fmu(contained(pair, *options), stop_time=STEPS * SAMPLE, step_size=SAMPLE, input=given,
                               output_interval=SAMPLE, start_values={"v.position_start": 0.021}, output=POSITIONS,
                               fmi_type="CoSimulation")
     drives = {f"Regulator2DOF.{axis}.reference": np.concatenate((values[:1], values[:-1])).tolist()
@@ -63,5 +63,5 @@ def test_a_container_steps_both(pair: Path, options: tuple[str, ...]) -> None:
     with Master(participants, connections, SAMPLE) as master:
         ours = master.run(STEPS * SAMPLE, drives).columns
     for name in POSITIONS:
-        assert np.ptp(flown[name]) > 2e-4
-        assert np.array_equal(flown[name], ours[f"Plant2DOF.{name}"])
+        assert np.ptp(simulated[name]) > 2e-4
+        assert np.array_equal(simulated[name], ours[f"Plant2DOF.{name}"])

@@ -21,10 +21,10 @@ from maglev.cosim.master import FmuSetup, Master
 from maglev.own_fmus import DEFINITIONS, built_here, definition
 from maglev.schema.layers import PACKAGED
 
-NOWHERE = {"Estimator5DOF"}   # that no scenario flies
+NOWHERE = {"Estimator5DOF"}   # that no scenario runs
 
 
-def test_every_fmu_that_a_scenario_flies_has_a_validation() -> None:
+def test_every_fmu_that_a_scenario_runs_has_a_validation() -> None:
     recorded = {path.name.removesuffix("_validation.exp") for path in (PACKAGED / "validation").glob("*.exp")}
     assert recorded == set(DEFINITIONS) - NOWHERE
 
@@ -45,14 +45,14 @@ def test_the_manifest_lists_what_is_there(name: str, either_kind: Path) -> None:
 
 
 def test_a_smoke_test_is_what_the_fmu_does(fmus: Path) -> None:
-    """Under another master than that which flies it in a check."""
+    """Under another master than that which runs it in a check."""
     expected = smoke_test(definition("Plant2DOF")).results
     step = expected["time"][1]
     with Master([FmuSetup("plant", fmus / "Plant2DOF.fmu")], [], step) as master:
-        flown = master.run(STEPS * step)
-    assert expected["time"] == pytest.approx(flown.time)
+        simulated = master.run(STEPS * step)
+    assert expected["time"] == pytest.approx(simulated.time)
     for name, values in expected.items():
-        assert name == "time" or values == pytest.approx(flown.columns[f"plant.{name}"], rel=1e-8)
+        assert name == "time" or values == pytest.approx(simulated.columns[f"plant.{name}"], rel=1e-8)
     assert len(set(expected["v.position"])) == STEPS + 1
 
 

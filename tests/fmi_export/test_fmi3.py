@@ -164,7 +164,7 @@ def test_windows_on_arm() -> None:
     assert windows_library(made).processor == ARM64_WINDOWS
 
 
-def flown(plant: Path, controller: Path) -> dict[str, np.ndarray]:
+def simulated(plant: Path, controller: Path) -> dict[str, np.ndarray]:
     """Columns of 0.1 s with a step of a reference."""
     with Master([FmuSetup("controller", controller / "Regulator3DOF.fmu"), FmuSetup("plant", plant / "Plant3DOF.fmu")],
                 [*MEASURED, *COMMANDED], STEP) as master:
@@ -172,11 +172,11 @@ def flown(plant: Path, controller: Path) -> dict[str, np.ndarray]:
         return dict(master.run(0.1, drives).columns)
 
 
-def test_versions_fly_mixed_with_the_same_bits(native_fmus: Path, fmi3_fmus: Path) -> None:
-    expected = flown(native_fmus, native_fmus)
+def test_versions_run_mixed_with_the_same_bits(native_fmus: Path, fmi3_fmus: Path) -> None:
+    expected = simulated(native_fmus, native_fmus)
     assert np.ptp(expected["plant.y.position"]) > 1e-5
     for plant, controller in ((fmi3_fmus, fmi3_fmus), (native_fmus, fmi3_fmus), (fmi3_fmus, native_fmus)):
-        columns = flown(plant, controller)
+        columns = simulated(plant, controller)
         assert columns.keys() == expected.keys()
         for name, column in columns.items():
             assert column.dtype == expected[name].dtype, name

@@ -46,16 +46,16 @@ def test_a_state_before_each_call(new: partial[Instance]) -> None:
 @pytest.mark.few(1)
 def test_50_instances_in_four_threads(new: partial[Instance]) -> None:
     """Each does what it does alone; ctypes lets them run at the same time."""
-    def flown(one: Instance) -> tuple[list[object], bytes]:
+    def simulated(one: Instance) -> tuple[list[object], bytes]:
         found = one.run(0, 40), one.state()
         one.fmu.freeInstance()
         return found
 
-    expected = [flown(new(number=k).begin()) for k in range(50)]
+    expected = [simulated(new(number=k).begin()) for k in range(50)]
     many = [new(number=k).begin() for k in range(50)]
     assert len({one.fmu.dll._handle for one in many}) == 1, "expected instances of one library"
     with ThreadPoolExecutor(4) as pool:
-        assert list(pool.map(flown, many)) == expected
+        assert list(pool.map(simulated, many)) == expected
     assert len({state for _, state in expected}) == 50
 
 

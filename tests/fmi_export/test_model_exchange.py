@@ -82,13 +82,13 @@ def plant(request: pytest.FixtureRequest, native_fmus: Path, fmi3_fmus: Path) ->
 
 def test_cvode_and_co_simulation_agree(plant: Path) -> None:
     """Over 0.1 s at 1e-10, from rest: 1e-9 m, 1e-6 m/s, and every count of the encoders."""
-    flown = [fmpy.simulate_fmu(str(plant), stop_time=0.1, output_interval=1e-3, fmi_type=kind, start_values=START,
+    simulated = [fmpy.simulate_fmu(str(plant), stop_time=0.1, output_interval=1e-3, fmi_type=kind, start_values=START,
                                relative_tolerance=1e-10, record_events=False)
              for kind in ("ModelExchange", "CoSimulation")]
     for axis in "yxz":
         for name, tolerance in ((f"{axis}.position", 1e-9), (f"{axis}.velocity", 1e-6), (f"{axis}.encoder", 1e-9)):
-            assert np.abs(flown[0][name] - flown[1][name]).max() < tolerance
-            assert np.ptp(flown[0][name]) > 10 * tolerance, "it moves"
+            assert np.abs(simulated[0][name] - simulated[1][name]).max() < tolerance
+            assert np.ptp(simulated[0][name]) > 10 * tolerance, "it moves"
 
 
 def test_into_a_stop(plant: Path) -> None:

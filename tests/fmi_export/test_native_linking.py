@@ -12,7 +12,7 @@ from native_builds import (
     built_once,
     prefixing_headers,
     require_command,
-    two_fmus_flown,
+    two_fmus_simulated,
     unpacked_sources,
 )
 
@@ -58,14 +58,14 @@ def test_every_name_that_the_linker_sees_is_the_fmus_own(objects: Path, name: st
 
 @pytest.mark.thorough
 def test_two_fmus_in_one_program(objects: Path, headers: Path, native_fmus: Path, tmp_path: Path) -> None:
-    """Plant and regulator fly as they do as shared libraries, bit for bit."""
+    """Plant and regulator run as they do as shared libraries, bit for bit."""
     program = tmp_path / "two_fmus"
     subprocess.run([require_command("gcc"), *STRICT, "-I", headers, HERE / "two_fmus.c",
                     *(objects / "Plant3DOF" / "sources").glob("*.o"),
                     *(objects / "Regulator3DOF" / "sources").glob("*.o"), "-lm", "-o", program], check=True)
     measured = [(f"{axis}.encoder", f"{axis}.measured") for axis in "yxz"]
     commanded = [f"{pair}.i_{phase}_cmd" for pair in ("alpha", "beta") for phase in "abc"]
-    there = two_fmus_flown(program, native_fmus, measured, STEP, STEPS)
+    there = two_fmus_simulated(program, native_fmus, measured, STEP, STEPS)
     connections = [*((f"plant.{a}", f"controller.{b}") for a, b in measured),
                    *((f"controller.{each}", f"plant.{each}") for each in commanded)]
     with Master([FmuSetup("controller", native_fmus / "Regulator3DOF.fmu"),

@@ -6,7 +6,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 from command_line import maglev
-from webassembly import CO_SIMULATION, WebAssemblyFmu, flown
+from webassembly import CO_SIMULATION, WebAssemblyFmu, simulated
 
 from maglev.cosim.fmu import Fmu
 from maglev.errors import FmuError
@@ -66,7 +66,7 @@ def test_a_run_has_the_bits_of_the_native_fmus(wasm_fmus: Path, native_fmus: Pat
     files = {part: native_fmus / f"{fmu.model}.fmu" for part, fmu in plan.fmus.items()}
     experiment = Experiment(plan, files, plan.step)
     there = experiment.run(None).columns
-    here = flown(wasm_fmus, plan, experiment.drives(experiment.check()), plan.stop_time)
+    here = simulated(wasm_fmus, plan, experiment.drives(experiment.check()), plan.stop_time)
     for column, values in here.items():
         assert np.array_equal(values, there[column]), column
     assert max(np.ptp(values) for column, values in here.items() if column.endswith("position")) > 1e-3

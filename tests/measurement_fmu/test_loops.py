@@ -11,11 +11,11 @@ from maglev.experiment.preparation import Experiment, prepare
 from maglev.schema.loading import load_plan
 from pmlsm.rigs import RIGS
 
-EXTENDS = 'extends = [{files}]\nname = "{name}"\ntitle = "A short flight"\nstop_time = "{seconds} s"\nclaims = []\n'
+EXTENDS = 'extends = [{files}]\nname = "{name}"\ntitle = "A short trial"\nstop_time = "{seconds} s"\nclaims = []\n'
 
 
 def experiment(fmus: Path, folder: Path, *files: str, seconds: float = 0.3) -> Experiment:
-    """A short flight of what files have."""
+    """A short run of what files have."""
     path = folder / f"{len(files)}.toml"
     listed = ", ".join(f'"{file}"' for file in files)
     path.write_text(EXTENDS.format(files=listed, name=path.stem, seconds=seconds), encoding="utf-8")
@@ -45,7 +45,7 @@ def same(one: Recording, other: Recording) -> bool:
 
 @pytest.mark.parametrize("run", ["2dof-measurement", "5dof-measurement"])
 def test_both_kinds_have_the_same_errors(fmus: Path, native_fmus: Path, run: str) -> None:
-    """With noise, jitter, losses, drift and all else at once, in a loop that flies by them."""
+    """With noise, jitter, losses, drift and all else at once, in a loop that runs by them."""
     native = prepare(load_plan(run), native_fmus, {}, {})
     name = str(native.plan.fmus["measurement"].model)
     python = replace(native, files={**native.files, "measurement": fmus / f"{name}.fmu"})

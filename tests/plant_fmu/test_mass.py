@@ -79,7 +79,7 @@ def test_acceleration_is_force_over_mass(rig: int, load: tuple[float, ...], gap:
         assert axis.acceleration == pytest.approx(expected, rel=1e-12, abs=1e-12)
 
 
-def flown(rig: int, axis: str, mass: float, current: float, stop_time: float = 0.1) -> float:
+def simulated(rig: int, axis: str, mass: float, current: float, stop_time: float = 0.1) -> float:
     """How far (m) a horizontal axis goes at a mass (kg) under a quadrature current (A), the others held, no effects."""
     stage = STAGES[rig]()
     idealise(rig, stage, REGULATORS[rig]())
@@ -103,9 +103,10 @@ def test_a_current_drives_a_mass_by_newtons_law(rig: int, axis: str, constant: s
     nominal = NOMINAL[rig][RIGS[rig][0].index(axis)]
     gap = shape_functions(20e-3 if rig == 2 else 25e-3)[0]
     thrust = nominal * motors * getattr(REGULATORS[rig](), constant) * gap   # N/A
-    way = flown(rig, axis, factor * nominal, 0.5)
+    way = simulated(rig, axis, factor * nominal, 0.5)
     assert way == pytest.approx(-0.5 * thrust * 0.5 / (factor * nominal) * 0.1**2, rel=2e-3)
-    assert flown(rig, axis, factor * nominal, 0.5 * factor) == pytest.approx(flown(rig, axis, nominal, 0.5), rel=2e-3)
+    heavier = simulated(rig, axis, factor * nominal, 0.5 * factor)
+    assert heavier == pytest.approx(simulated(rig, axis, nominal, 0.5), rel=2e-3)
 
 
 @both

@@ -55,7 +55,7 @@ def test_effects_switched_off(name: str) -> None:
 
 
 def test_a_peak_of_the_largest_command_clamps_nothing() -> None:
-    """How to fly without a clamp: inputs are within ±1000 A."""
+    """How to run without a clamp: inputs are within ±1000 A."""
     rating = AmplifierRating(1000.0, 0.0)
     rating.lag = 0.0
     commands = [1000.0, -1000.0, 0.0, 9.1, -7.3]

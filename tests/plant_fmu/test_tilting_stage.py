@@ -52,7 +52,7 @@ def moved_to(stage: Stage5DOF, q: Sequence[float] | np.ndarray) -> Stage5DOF:
     return stage
 
 
-def flown(stage: Stage5DOF, commands: Commands, steps: int) -> np.ndarray:
+def simulated(stage: Stage5DOF, commands: Commands, steps: int) -> np.ndarray:
     """Positions at every communication point, shape (steps + 1, 5)."""
     assert stage.start() == 0
     rows = [[axis.position for axis in axes_of(stage)]]
@@ -94,7 +94,7 @@ def test_motion_is_that_of_the_equations(name: str) -> None:
     for guide in (stage.roll_guide, stage.pitch_guide):
         guide.stiffness, guide.play = reference.guide
     steps = 500 if name == "into the stops" else 300   # on the way there as long
-    found = flown(stage, commands, steps)
+    found = simulated(stage, commands, steps)
     expected = reference.solve(np.array(start), commands, STEP, steps)
     assert np.ptp(found, axis=0).min() > 1e-4, "all move"
     assert stage.at_stop or name != "into the stops"
@@ -180,7 +180,7 @@ def test_a_mirror_shows_the_same_motion(across: str) -> None:
         for axis, start, force in zip(axes_of(stage), mirrored(across, place) if mirror else place,
                                       mirrored(across, push) if mirror else push, strict=True):
             axis.position_start, axis.force = float(start), float(force)
-        ends.append(flown(stage, lambda k: np.zeros((4, 3)), 150)[-1])
+        ends.append(simulated(stage, lambda k: np.zeros((4, 3)), 150)[-1])
     assert np.abs(ends[0] - place).min() > 5e-5, "all move"
     assert mirrored(across, ends[1]) == pytest.approx(ends[0], rel=1e-9)
 

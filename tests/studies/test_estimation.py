@@ -100,7 +100,7 @@ def test_plants_and_compensator_have_the_scale_that_training_chooses():
         assert given[name.partition(".")[2]].value == value
     assert set(SETTINGS.assumed) == {f"Plant{name.upper()}.{axis.name}.friction.coulomb"
                                            for name, rig in RIGS.items() if not rig.rotations for axis in rig.axes}
-    leaning = {axis.name: axis for axis in RIGS["5dof"].axes}   # not flown: it has the guides of the 3-DOF stage
+    leaning = {axis.name: axis for axis in RIGS["5dof"].axes}   # not run: it has the guides of the 3-DOF stage
     assert all(leaning[axis.name].friction == axis.friction for axis in RIGS["3dof"].axes)
 
 
@@ -143,7 +143,7 @@ def test_plants_have_roughness_only_if_what_was_held_out_is_more_likely_with_it(
 
 
 @pytest.mark.parametrize("name", STAGES)
-def test_a_scenario_flies_with_other_effects_by_extending_them(name: str, tmp_path: Path) -> None:
+def test_a_scenario_runs_with_other_effects_by_extending_them(name: str, tmp_path: Path) -> None:
     (tmp_path / "a.toml").write_text(
         f'extends = ["{EFFECTS.parent}/loops/{name}.toml", "{EFFECTS}/{name}-as-assumed.toml"]\n'
         'name = "a"\ntitle = "A"\ndescription = "A."\nstop_time = "1 s"\n', encoding="utf-8")

@@ -1,4 +1,4 @@
-"""Maps that are fine where outcomes change: what is flown for them, and what is filled in."""
+"""Maps that are fine where outcomes change: what is run for them, and what is filled in."""
 
 import math
 from pathlib import Path
@@ -35,9 +35,9 @@ def test_a_straight_border_is_found_exactly(angle: float, offset: float, fine: i
     def classify(where: Where) -> Outcomes:
         return np.asarray(whole[tuple(where.T)])
 
-    cells, flown = refined(classify, 1, 9, 7, fine)
+    cells, simulated = refined(classify, 1, 9, 7, fine)
     assert np.array_equal(cells, whole)
-    assert flown[:, :: 2**fine, :: 2**fine].all()
+    assert simulated[:, :: 2**fine, :: 2**fine].all()
 
 
 def test_squares_are_halved_at_the_border_alone() -> None:
@@ -48,8 +48,8 @@ def test_squares_are_halved_at_the_border_alone() -> None:
         asked += len(where)
         return np.asarray(whole[tuple(where.T)])
 
-    _, flown = refined(classify, 1, 9, 7, 4)
-    assert asked == flown.sum() < whole.size / 4, "no place is asked for twice, and few are"
+    _, simulated = refined(classify, 1, 9, 7, 4)
+    assert asked == simulated.sum() < whole.size / 4, "no place is asked for twice, and few are"
 
 
 def test_a_throw_is_the_speed_that_it_says(fastest_fmus: Path) -> None:
@@ -66,7 +66,7 @@ def test_a_throw_is_the_speed_that_it_says(fastest_fmus: Path) -> None:
 
 
 @pytest.mark.parametrize("law", COMPARED)
-def test_the_study_can_be_flown_with_every_law(law: str, fastest_fmus: Path, tmp_path: Path) -> None:
+def test_the_study_can_be_run_with_every_law(law: str, fastest_fmus: Path, tmp_path: Path) -> None:
     study, path = load_study("landing-3dof")
     plan = load_plan((path.parent / study.scenario).with_name(f"3dof-{law}.toml"))
     planned = plan_study(study, prepare(plan, fastest_fmus, {}, {}), path.name, tmp_path, UNCHANGED)

@@ -106,7 +106,7 @@ def test_maps_of_the_package_are_those_that_the_documentation_tells(rig: str) ->
 
 
 @pytest.mark.parametrize("rig", ["2dof", "3dof", "5dof"])
-def test_studies_of_the_package_can_be_flown_with_every_law(rig: str, fastest_fmus: Path, tmp_path: Path) -> None:
+def test_studies_of_the_package_can_be_run_with_every_law(rig: str, fastest_fmus: Path, tmp_path: Path) -> None:
     study, path = load_study(f"range-{rig}")
     scenarios = sorted((path.parent / study.scenario).parent.glob(f"{rig}-*.toml"))
     laws = [each for each in scenarios if each.stem != f"{rig}-horizontal"]

@@ -14,7 +14,7 @@ RIGS = {len(rig.axes): (rig.axis_names, rig.motor_names, rig.sample_time) for ri
 Reference = Callable[[float], tuple[float, float]]   # time (s) to reference (m) and its rate (m/s)
 
 
-def fly(rig: int, controller: Any, stage: Any, references: dict[str, Reference], stop_time: float) -> np.ndarray:
+def simulate(rig: int, controller: Any, stage: Any, references: dict[str, Reference], stop_time: float) -> np.ndarray:
     """Errors position − reference (m) at every sample, shape (samples, axes)."""
     axes, motors, dt = RIGS[rig]
     assert controller.start() == 0

@@ -19,7 +19,7 @@ def environment(rig: str, folder: Path, **options: Any) -> gymnasium.Env[Any, An
                           **{name: value for name, value in options.items() if name in OPTIONS})
 
 
-def flown(env: Any, actions: Any, **reset: Any) -> np.ndarray:
+def simulated(env: Any, actions: Any, **reset: Any) -> np.ndarray:
     """Observations of an episode with actions, shape (samples + 1, observation)."""
     found = [env.reset(**reset)[0]]
     for action in actions:

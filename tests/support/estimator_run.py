@@ -1,4 +1,4 @@
-"""An estimator block over a flight, sample by sample."""
+"""An estimator block over a run, sample by sample."""
 
 from operator import attrgetter
 from typing import Any
@@ -36,14 +36,14 @@ def constants(rig: int, estimator: Any) -> tuple[float, ...]:
     return attrgetter(*(PLACES[rig][f"C{i + 1}"] for i in range(len(TRUTH[rig]))))(estimator)
 
 
-def run(rig: int, estimator: Any, flight: dict[str, np.ndarray], measured: str = "encoder") -> np.ndarray:
+def run(rig: int, estimator: Any, trial: dict[str, np.ndarray], measured: str = "encoder") -> np.ndarray:
     """Estimates after every sample, shape (samples, constants)."""
     axes, motors, dt = RIGS[rig]
-    wires = [(getattr(estimator, name), "measured", flight[f"{name}.{measured}"].tolist()) for name in axes]
-    wires += [(getattr(estimator, name), what, flight[f"{name}.{what}"].tolist())
+    wires = [(getattr(estimator, name), "measured", trial[f"{name}.{measured}"].tolist()) for name in axes]
+    wires += [(getattr(estimator, name), what, trial[f"{name}.{what}"].tolist())
               for name in motors for what in ("i_d", "i_q")]
     estimates = []
-    for k in range(len(flight["time"])):
+    for k in range(len(trial["time"])):
         for owner, what, values in wires:
             setattr(owner, what, values[k])
         assert estimator.step(k * dt, dt) == 0

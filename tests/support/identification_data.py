@@ -69,7 +69,7 @@ def one_integration_step(rig: int, dt: float) -> Iterator[None]:
 def excitation(rig: int, ideal: bool = True, seconds: float = 40.0, resolution: float = 0.0,
                constants: dict[str, float] | None = None, change: tuple[float, dict[str, float]] | None = None,
                dt: float | None = None) -> dict[str, np.ndarray]:
-    """Fly a rig under PID with pre-filter along the excitation.
+    """Run a rig under PID with pre-filter along the excitation.
 
     Parameters
     ----------
@@ -114,10 +114,10 @@ def excitation(rig: int, ideal: bool = True, seconds: float = 40.0, resolution: 
             getattr(stage, name).friction.coulomb *= 2.0
     assert pid.start() == stage.start() == 0
     with one_integration_step(rig, dt):
-        return fly(rig, stage, pid, round(seconds / dt), dt, change)
+        return simulate(rig, stage, pid, round(seconds / dt), dt, change)
 
 
-def fly(rig: int, stage: Any, pid: Any, count: int, dt: float,
+def simulate(rig: int, stage: Any, pid: Any, count: int, dt: float,
         change: tuple[float, dict[str, float]] | None) -> dict[str, np.ndarray]:
     """Samples of blocks that have been started; see `excitation`."""
     axes, motors, _ = RIGS[rig]
@@ -150,7 +150,7 @@ def record(rig: str, seconds: float, dt: float, ideal: bool = True, resolution: 
            scale: dict[str, float] | None = None) -> Data:
     """The same as a recording of a stage with its own constants, each times that of `scale`.
 
-    The controller knows them: whether a law for other constants flies is not the matter here.
+    The controller knows them: whether a law for other constants runs is not the matter here.
     """
     about = rigs.RIGS[rig]
     stage, _ = new_blocks(len(about.axes))
@@ -166,7 +166,7 @@ def record(rig: str, seconds: float, dt: float, ideal: bool = True, resolution: 
 
 
 @cache
-def flight(rig: str, kind: str) -> Data:
+def trial(rig: str, kind: str) -> Data:
     """A kind of stage, ideal or encoder for 40 s, or real with friction, bias, modulation, ripple and lag for 20 s."""
     # The thesis's 5 kHz of the 3-DOF rig say no more than 2 kHz, and take 2.5 times as long.
     return record(rig, 20.0 if kind == "real" else 40.0, 0.5e-3, kind != "real", 10e-6 if kind == "encoder" else 0.0)

@@ -115,7 +115,8 @@ def compiled(sources: Path, output: Path, *flags: str | Path, extra: tuple[Path,
     return output
 
 
-def two_fmus_flown(program: Path, fmus: Path, measured: list[tuple[str, str]], step: float, steps: int) -> np.ndarray:
+def two_fmus_simulated(program: Path, fmus: Path, measured: list[tuple[str, str]], step: float,
+                       steps: int) -> np.ndarray:
     """What the program made of `two_fmus.c` measures at every step, shape (steps, measurements).
 
     `fmus` has the FMUs whose sources are in it, `measured` the plant's outputs and the regulator's inputs.

@@ -1,4 +1,4 @@
-"""A study that fails from a value on, as its dataset and its description, without flying."""
+"""A study that fails from a value on, as its dataset and its description, without running."""
 
 from typing import Any
 

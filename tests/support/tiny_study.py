@@ -38,7 +38,7 @@ times = [0, 0.05]
 values = [0, 1]
 """
 
-UNCHANGED = {"scenario": "tiny.toml", "set": {}, "options": {}}   # what its samples are flown with
+UNCHANGED = {"scenario": "tiny.toml", "set": {}, "options": {}}   # what its samples are run with
 
 
 def scenario(folder: Path, more: str = "") -> Path:
@@ -64,8 +64,8 @@ def planned(folder: Path, fmus: Path, **table: object) -> PlannedStudy:
     return plan_study(tiny(**table), experiment(folder, fmus), "study.toml", folder, UNCHANGED)
 
 
-def fly_samples(job: Job, first: int, values: Array) -> BatchResult:
-    """Fly samples in this process, whatever their limit of time."""
+def simulate_samples(job: Job, first: int, values: Array) -> BatchResult:
+    """Run samples in this process, whatever their limit of time."""
     return gathered(job, first, run_samples(job, values))
 
 

@@ -1,4 +1,4 @@
-"""Stages whose motors are not alike: what a description says of one, and a flight of such a stage."""
+"""Stages whose motors are not alike: what a description says of one, and a run of such a stage."""
 
 from collections.abc import Mapping
 from pathlib import Path
@@ -32,7 +32,7 @@ def given_separately(common: Path, twice: Path, motors: tuple[str, ...]) -> Path
     return twice
 
 
-def flown(rig: Rig, law: str, samples: int, side: float = 1.0, **plant: float) -> tuple[np.ndarray, Any]:
+def simulated(rig: Rig, law: str, samples: int, side: float = 1.0, **plant: float) -> tuple[np.ndarray, Any]:
     """Positions at setpoints that all axes go to, tilts to one side or the other, and the closed loop after that."""
     loop: Any = definition(f"ClosedLoop{law}{rig.suffix}").new_block()
     for name, value in plant.items():

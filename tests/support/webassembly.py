@@ -1,4 +1,4 @@
-"""FMUs as WebAssembly modules, flown by wasmtime as the master flies FMUs."""
+"""FMUs as WebAssembly modules, run by wasmtime as the master runs FMUs."""
 
 import ctypes
 from collections.abc import Mapping, Sequence
@@ -81,7 +81,7 @@ class WebAssemblyFmu:
             self.checked("fmi2SetReal", references, 1, values)
 
 
-def flown(folder: Path, plan: RunPlan, drives: Mapping[str, Sequence[float] | np.ndarray],
+def simulated(folder: Path, plan: RunPlan, drives: Mapping[str, Sequence[float] | np.ndarray],
           stop_time: float) -> dict[str, np.ndarray]:
     """Real outputs, `fmu.variable`, of a run at every communication point until the stop time (s)."""
     fmus = {name: WebAssemblyFmu(folder, str(fmu.model), {key: start.value for key, start in fmu.start.items()})

@@ -1,12 +1,12 @@
-"""Controllers as Python files, and a short flight for them."""
+"""Controllers as Python files, and a short run for them."""
 
 from pathlib import Path
 
 LOOPS = Path(__file__).parents[2] / "scenarios" / "loops"
 
-FLIGHT = """
+TRIAL = """
 extends = "{loop}"
-name = "flight"
+name = "trial"
 title = "A step of 1 mm"
 stop_time = "0.4 s"
 [fmus.plant.start]
@@ -101,10 +101,10 @@ class PD:
 '''
 
 
-def flight(folder: Path) -> Path:
-    """Write the scenario of a short flight of the 2-DOF stage; returns its path."""
-    path = folder / "flight.toml"
-    path.write_text(FLIGHT.format(loop=LOOPS / "2dof.toml"))
+def trial(folder: Path) -> Path:
+    """Write the scenario of a short run of the 2-DOF stage; returns its path."""
+    path = folder / "trial.toml"
+    path.write_text(TRIAL.format(loop=LOOPS / "2dof.toml"))
     return path
 
 
@@ -195,7 +195,7 @@ GENERATOR = '''"""A reference from a class."""
 
 
 class Steps:
-    """The steps of the short flight."""
+    """The steps of the short run."""
 
     outputs = {"v.reference": "m", "h.reference": "m"}
     parameters = {"height": "m"}
@@ -211,7 +211,7 @@ class Steps:
         self.h_reference = self.height if t + dt > 0.2 - 1e-9 else 0.0
 '''
 
-# What extends the short flight: the three blocks take the places of connections, of signals, and of a model.
+# What extends the short run: the three blocks take the places of connections, of signals, and of a model.
 WIRED = {"sensor": """
 [fmus.sensor]
 file = "sensor.py"
@@ -236,6 +236,6 @@ def blocks(folder: Path) -> Path:
     """Write the plant, the sensor and the generator, and a scenario for each, `sensor.toml`; returns the folder."""
     for name, text in {"plant": PLANT, "sensor": SENSOR, "generator": GENERATOR}.items():
         (folder / f"{name}.py").write_text(text)
-        (folder / f"{name}.toml").write_text(f'extends = "flight.toml"\nname = "{name}"\n{WIRED[name]}')
-    flight(folder)
+        (folder / f"{name}.toml").write_text(f'extends = "trial.toml"\nname = "{name}"\n{WIRED[name]}')
+    trial(folder)
     return folder

@@ -1,4 +1,4 @@
-"""The picture of the README: the live page in Chromium after some seconds of flight.
+"""The picture of the README: the live page in Chromium after some seconds.
 
     python tools/pages/live_picture.py [--page results/live.html] [--out docs/live.png]
 
@@ -14,7 +14,7 @@ from PIL import Image
 from playwright.sync_api import sync_playwright
 
 RUN = "3dof-setpoints-improved"
-UNTIL = 1.6               # s of flight: setpoints have just changed
+UNTIL = 1.6               # s of the run: setpoints have just changed
 SIZE = (1240, 860)       # px of the page
 COLOURS = 256             # of the file, spread over all that there are: thin lines keep theirs
 

@@ -14,7 +14,7 @@ from playwright.sync_api import Browser, CDPSession, Page, sync_playwright
 
 SECONDS = 10
 STEPS = 20   # of zooming
-FLIGHTS = {"as it opens": "", "another flies along": "#run=3dof-tracking-nonlinear&ghost=PID3DOF",
+RUNS = {"as it opens": "", "another runs along": "#run=3dof-tracking-nonlinear&ghost=PID3DOF",
            "5-DOF, from the sides": "#run=5dof-setpoints&view=sides"}
 
 WATCH = """() => { window.longest = 0; new PerformanceObserver((list) => {
@@ -55,7 +55,7 @@ def first_picture(browser: Browser, path: Path, drawn: str) -> None:
 
 def live(browser: Browser, path: Path) -> None:
     """Frames a second, speed and longest task (over 50 ms are counted) at 1×, also with a slower processor."""
-    for name, fragment in FLIGHTS.items():
+    for name, fragment in RUNS.items():
         page, session = opened(browser, path.resolve().as_uri() + fragment)
         for slower in (1, 4):
             session.send("Emulation.setCPUThrottlingRate", {"rate": slower})

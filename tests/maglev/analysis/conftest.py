@@ -1,4 +1,4 @@
-"""The PD controller of the 2-DOF stage, as a class that flies in this process."""
+"""The PD controller of the 2-DOF stage, as a class that runs in this process."""
 
 from collections.abc import Callable
 from pathlib import Path

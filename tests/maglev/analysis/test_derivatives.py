@@ -89,7 +89,7 @@ class Locked(Law):
 
 
 @contextmanager
-def flown(law: type) -> Iterator[Participant]:
+def simulated(law: type) -> Iterator[Participant]:
     """The law at rest, after it was somewhere else."""
     with Participant(FmuSetup("controller", path_of(law)), ["y.measured"], ["alpha.i_a_cmd"], 1e-3) as part:
         past = np.full((60, 1), REST)
@@ -100,7 +100,7 @@ def flown(law: type) -> Iterator[Participant]:
 
 
 def slope(law: type) -> Derivative:
-    with flown(law) as part:
+    with simulated(law) as part:
         return derivative(part, np.array([REST]), 0, 1e-6, 80)
 
 
@@ -133,7 +133,7 @@ def test_a_narrow_range_is_told() -> None:
 
 def test_past_and_state_lead_to_the_same_point() -> None:
     rows = np.array([[REST + 1e-5], [REST], [REST - 2e-6]])
-    with flown(Law) as by_state, flown(Locked) as by_past:
+    with simulated(Law) as by_state, simulated(Locked) as by_past:
         assert by_state.means == "its saved state"
         assert by_past.means == "its past run again"
         found = by_state.response(rows).tolist()
@@ -141,5 +141,6 @@ def test_past_and_state_lead_to_the_same_point() -> None:
 
 
 def test_chance_is_refused() -> None:
-    with flown(Random) as part, pytest.raises(LinearModelError, match="gave other outputs when it got the same inputs"):
+    with simulated(Random) as part, pytest.raises(LinearModelError,
+                                                  match="gave other outputs when it got the same inputs"):
         part.back()

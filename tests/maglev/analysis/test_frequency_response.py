@@ -51,17 +51,17 @@ def response_of(controller: object, fmus: Path, **given: object) -> FrequencyRes
     return found["h.measured"]
 
 
-def test_our_regulator_flies_as_its_linear_model(fastest_fmus: Path) -> None:
+def test_our_regulator_runs_as_its_linear_model(fastest_fmus: Path) -> None:
     """Response and margins within 0.2 %, of a stage that is a little nonlinear at 50 µm; as python-control has it."""
     control = pytest.importorskip("control")
     found = response_of("Regulator2DOF", fastest_fmus, amplitude="50 um", lowest=3.0, highest=1500.0, lines=30)
     assert found.linear_loop is not None
     np.testing.assert_allclose(found.loop, found.linear_loop, rtol=2e-3)
     assert found.coherence.min() > 0.9999
-    flown, linear = found.margins, found.linear_margins
+    simulated, linear = found.margins, found.linear_margins
     assert isinstance(linear, Margins)
     for name in ("gain_up", "phase", "delay", "sensitivity_peak", "disk"):
-        assert getattr(flown, name) == pytest.approx(getattr(linear, name), rel=3e-3), name
+        assert getattr(simulated, name) == pytest.approx(getattr(linear, name), rel=3e-3), name
     system = found.to_control()
     assert isinstance(system, control.FrequencyResponseData)
     _, phase_margin, _, crossover = control.margin(system)

@@ -15,7 +15,7 @@ from maglev.catalogue.for_runs import fmus_named
 from maglev.errors import LinearModelError
 from maglev.linear.loop import linearise_loop
 
-WITHIN = 2e-4   # of a margin: the loop that flies rests within some nanometres of where the equations do
+WITHIN = 2e-4   # of a margin: the loop that runs rests within some nanometres of where the equations do
 
 
 @pytest.mark.few(1)
@@ -68,7 +68,7 @@ def test_the_loop_as_python_control_has_it(fastest_fmus: Path, pd_class) -> None
     gains = np.real(closed(1.0))   # at rest
     assert gains[1, 1] == pytest.approx(1.0, rel=1e-2)
     assert abs(gains[0, 1]) < 1e-3
-    # The feed-forward of the gap leaves it short, as in flight.
+    # The feed-forward of the gap leaves it short, as in a run.
     assert gains[0, 0] == pytest.approx(0.0, abs=2.0)
 
 
@@ -96,7 +96,7 @@ def test_fmus_of_fmi_3_are_taken_from_their_folder(fmi3_fmus: Path, tmp_path: Pa
         assert "--fmi 3: expected 2, or 3 and --kind native with it" in error_line(done)
 
 
-def test_a_file_flies_apart_and_a_rounding_is_named(fastest_fmus: Path, tmp_path: Path) -> None:
+def test_a_file_runs_apart_and_a_rounding_is_named(fastest_fmus: Path, tmp_path: Path) -> None:
     """Without a derivative the command ends with 2, and the sentence that says where to look."""
     rounded = controller(tmp_path, ("        self.gap.update(", "        self.h_measured = round(self.h_measured, 4)\n"
                                     "        self.gap.update("))

@@ -24,7 +24,7 @@ MASSES = np.array([4.0, 4.35, 9.0])
 
 @pytest.fixture(params=["threads", "processes"])
 def way(request: pytest.FixtureRequest, monkeypatch: pytest.MonkeyPatch) -> str:
-    """Who flies, and nobody else."""
+    """Who runs, and nobody else."""
     monkeypatch.setattr(batches, "WORTH_COMPILING", 1 if request.param == "threads" else np.inf)
     monkeypatch.setattr(batches, "side_by_side" if request.param == "threads" else "run_in_threads", None)
     # Whether a loop was kept of another test does not count.

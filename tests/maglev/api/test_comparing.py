@@ -65,7 +65,7 @@ def test_as_a_table(comparison: maglev.Comparison) -> None:
     assert len(frame) == len(comparison.rows)
 
 
-def test_a_controller_that_is_not_there_is_refused_before_any_flies(fastest_fmus: Path, tmp_path: Path) -> None:
+def test_a_controller_that_is_not_there_is_refused_before_any_runs(fastest_fmus: Path, tmp_path: Path) -> None:
     broken = command("compare", NAME, "--controller", "Regulator2DOF", "--controller",
                      f"nothing={tmp_path / 'none.fmu'}", "--fmus", fastest_fmus, "--out", tmp_path / "out")
     assert "none.fmu" in error_line(broken)
@@ -106,7 +106,7 @@ def test_one_that_ends_early_leaves_the_other(fastest_fmus: Path, tmp_path: Path
     assert list(shown["rows"][0]["values"]) == ["Regulator2DOF"]
 
 
-def test_runs_that_were_flown(comparison: maglev.Comparison, fastest_fmus: Path) -> None:
+def test_runs_that_were_run(comparison: maglev.Comparison, fastest_fmus: Path) -> None:
     heavy = maglev.run(NAME, fmus=fastest_fmus, set={"plant.v.mass": "7 kg"})
     found = maglev.compare({"as it is": comparison.runs["Regulator2DOF"], "heavy": heavy})
     assert list(found.runs) == ["as it is", "heavy"]

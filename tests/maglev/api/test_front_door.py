@@ -180,9 +180,9 @@ def test_what_is_put_in_is_warned_about(fastest_fmus: Path) -> None:
     """A plan's start values that another controller does not have are said once, as a warning."""
     with warnings.catch_warnings(record=True) as caught:
         warnings.simplefilter("always")
-        flown = maglev.run("2dof-setpoints", fmus=fastest_fmus, controller=fastest_fmus / "PID2DOF.fmu")
+        simulated = maglev.run("2dof-setpoints", fmus=fastest_fmus, controller=fastest_fmus / "PID2DOF.fmu")
     assert any("controller (PID2DOF.fmu) has no " in str(warning.message) for warning in caught)
-    assert flown.time[-1] > 0.0
+    assert simulated.time[-1] > 0.0
 
 
 def test_scenarios_and_fmus() -> None:

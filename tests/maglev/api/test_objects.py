@@ -6,9 +6,9 @@ from typing import Any
 
 import numpy as np
 import pytest
-from identification_data import Data, flight, record
+from identification_data import Data, record, trial
 from written_controllers import PD, controller
-from written_controllers import flight as scenario
+from written_controllers import trial as scenario
 
 import maglev
 
@@ -56,7 +56,7 @@ def test_a_check_takes_a_name(fastest_fmus: Path) -> None:
 
 @pytest.fixture(scope="module")
 def recorded() -> dict[str, np.ndarray]:
-    return columns_of(flight("2dof", "encoder"))
+    return columns_of(trial("2dof", "encoder"))
 
 
 def columns_of(data: Data) -> dict[str, np.ndarray]:
@@ -95,7 +95,7 @@ def test_columns_that_cannot_be_used() -> None:
 
 
 @pytest.mark.filterwarnings("ignore::UserWarning")
-def test_an_object_flies_as_it_is(fastest_fmus: Path, tmp_path: Path, pd: Any) -> None:
+def test_an_object_runs_as_it_is(fastest_fmus: Path, tmp_path: Path, pd: Any) -> None:
     """Each run begins with a copy of it; two objects of one class are two controllers."""
     base = pd()
     weak, plain = pd(), pd()
@@ -115,7 +115,7 @@ def test_an_object_flies_as_it_is(fastest_fmus: Path, tmp_path: Path, pd: Any) -
 def test_many_runs_of_a_class(fastest_fmus: Path, tmp_path: Path, pd: Any) -> None:
     results = maglev.run_all([scenario(tmp_path), NAME], controller=pd, fmus=fastest_fmus, out=tmp_path, jobs=2)
     assert not [each.failure for each in results.runs if each.failure]
-    assert next(iter(results)) == "flight"
+    assert next(iter(results)) == "trial"
 
 
 def test_what_no_copy_can_be_made_of(fastest_fmus: Path, tmp_path: Path, pd: Any) -> None:

@@ -1,4 +1,4 @@
-"""A specification of one's own: claims in a user's scenario, judged whichever controller flies."""
+"""A specification of one's own: claims in a user's scenario, judged whichever controller runs."""
 
 import json
 from pathlib import Path
@@ -64,7 +64,7 @@ def verdicts(*arguments: str | Path) -> dict[str, str]:
     return {claim["claim"]: claim["verdict"] for claim in json.loads(result.stdout)["runs"]["mine"]["claims"]}
 
 
-def test_claims_are_met_or_not_whichever_controller_flies(fastest_fmus: Path, tmp_path: Path) -> None:
+def test_claims_are_met_or_not_whichever_controller_runs(fastest_fmus: Path, tmp_path: Path) -> None:
     path, out = scenario(tmp_path, HELD, WEAK), ("--fmus", fastest_fmus, "--out", tmp_path / "out")
     expected = {"It stays in the air": "met", "It needs hardly any current": "not met"}
     assert verdicts(path, *out) == expected
@@ -99,7 +99,7 @@ def test_fail_on_claims(fastest_fmus: Path, tmp_path: Path, claims: list[str], s
      "mine.toml: claim 'Soon there': the run has no settling_time to judge it on"),   # no reference steps
     ('[check.signals]\n"plant.v.position" = { absolute = "1 A" }',
      "absolute = '1 A': A given, expected a quantity in m")])
-def test_what_no_flight_can_be_judged_on_is_refused_before_it(fastest_fmus: Path, tmp_path: Path, added: str,
+def test_what_no_run_can_be_judged_on_is_refused_before_it(fastest_fmus: Path, tmp_path: Path, added: str,
                                                              said: str) -> None:
     """It would take the judgement of all other runs with it."""
     result = maglev("run", scenario(tmp_path, added), "--fmus", fastest_fmus, "--out", tmp_path / "out")

@@ -1,4 +1,4 @@
-"""Runs behind claims that blame friction, flown again without it, of a user's own scenario."""
+"""Runs behind claims that blame friction, run again without it, of a user's own scenario."""
 
 from pathlib import Path
 
@@ -54,7 +54,7 @@ def peak(run: maglev.Run) -> float:
     return value
 
 
-def test_what_friction_is_blamed_for_is_flown_without_it(fastest_fmus: Path, tmp_path: Path) -> None:
+def test_what_friction_is_blamed_for_is_run_without_it(fastest_fmus: Path, tmp_path: Path) -> None:
     own, out = tmp_path / "own.toml", tmp_path / "out"
     own.write_text(OWN, encoding="utf-8")
     maglev.run_all([own], out=out, fmus=fastest_fmus, page=True, jobs=1)
@@ -68,7 +68,7 @@ def test_what_friction_is_blamed_for_is_flown_without_it(fastest_fmus: Path, tmp
     assert f"met</span>: {text}." in page
 
 
-def test_nothing_is_flown_twice_without_a_reason_or_a_wish(fastest_fmus: Path, tmp_path: Path) -> None:
+def test_nothing_is_run_twice_without_a_reason_or_a_wish(fastest_fmus: Path, tmp_path: Path) -> None:
     own = tmp_path / "own.toml"
     own.write_text(OWN.replace('because = "friction"', ""), encoding="utf-8")
     maglev.run_all([own], out=tmp_path / "a", fmus=fastest_fmus, page=True, jobs=1)

@@ -155,7 +155,7 @@ def checked(interval: float = 0.05, *signals: str) -> RunPlan:
     return load_plan("2dof-setpoints").model_copy(update={"check": settings})
 
 
-def flown(at_stop: int = 1000, tripped: int = 1000) -> Recording:
+def simulated(at_stop: int = 1000, tripped: int = 1000) -> Recording:
     """0.5 s at 0.5 ms, with flags set from these communication points on."""
     k = np.arange(1001, dtype=float)
     return Recording(0.0005 * k, {"plant.v.position": 0.02 + 1e-6 * k,
@@ -164,7 +164,7 @@ def flown(at_stop: int = 1000, tripped: int = 1000) -> Recording:
 
 
 def test_samples_at_the_interval_with_the_scenarios_tolerances() -> None:
-    baseline = from_recording(checked(0.05, "plant.v.position", "plant.at_stop"), 0.0005, flown(2000, 2000))
+    baseline = from_recording(checked(0.05, "plant.v.position", "plant.at_stop"), 0.0005, simulated(2000, 2000))
     assert baseline.time.tolist() == [0.0005 * k for k in range(0, 1001, 100)]
     assert baseline.columns["plant.v.position"][1] == 0.02 + 1e-6 * 100
     assert baseline.columns["plant.at_stop"].dtype == np.float64
@@ -180,37 +180,37 @@ def test_an_exact_one_has_a_digest_of_all_that_was_recorded() -> None:
         assert exact.digest is not None
         return exact.digest.sha256
 
-    changed = flown()
+    changed = simulated()
     changed.columns["controller.tripped"][-1] = 0    # no signal of the check, and at a sample that it does not take
-    later = Recording(np.append(flown().time[:-1], 0.6), flown().columns)
-    assert digest(flown()) == digest(flown())
-    assert len({digest(flown()), digest(changed), digest(later)}) == 3
+    later = Recording(np.append(simulated().time[:-1], 0.6), simulated().columns)
+    assert digest(simulated()) == digest(simulated())
+    assert len({digest(simulated()), digest(changed), digest(later)}) == 3
 
 
 @pytest.mark.parametrize(("at_stop", "tripped", "last"), [(350, 900, 300), (900, 300, 200), (301, 301, 300)])
 def test_ends_before_contact_or_trip(at_stop: int, tripped: int, last: int) -> None:
-    baseline = from_recording(checked(0.05, "plant.v.position"), 0.0005, flown(at_stop, tripped))
+    baseline = from_recording(checked(0.05, "plant.v.position"), 0.0005, simulated(at_stop, tripped))
     assert baseline.stop_time == 0.0005 * last
 
 
 def test_goes_through_contact_and_trip_where_the_scenario_says_so() -> None:
     plan = checked(0.05, "plant.at_stop")
     through = plan.model_copy(update={"check": plan.check.model_copy(update={"through_contact": True})})
-    baseline = from_recording(through, 0.0005, flown(350, 900))
+    baseline = from_recording(through, 0.0005, simulated(350, 900))
     assert baseline.columns["plant.at_stop"].tolist() == [0.0] * 4 + [1.0] * 7
 
 
 def test_recordings_that_make_no_baseline() -> None:
     for plan, recording, message in (
-            (checked(), flown(), "check.signals: expected at least one signal"),
-            (checked(0.05, "plant.v.positon"), flown(), "nearest is 'plant.v.position'"),
-            (checked(0.0007, "plant.v.position"), flown(), "expected a whole number of communication steps of"),
-            (checked(0.05, "plant.v.position"), flown(at_stop=100), "1 samples before"),
-            (checked(0.05, "plant.v.position"), flown(at_stop=0), "0 samples before")):
+            (checked(), simulated(), "check.signals: expected at least one signal"),
+            (checked(0.05, "plant.v.positon"), simulated(), "nearest is 'plant.v.position'"),
+            (checked(0.0007, "plant.v.position"), simulated(), "expected a whole number of communication steps of"),
+            (checked(0.05, "plant.v.position"), simulated(at_stop=100), "1 samples before"),
+            (checked(0.05, "plant.v.position"), simulated(at_stop=0), "0 samples before")):
         with pytest.raises((BaselineError, CsvError)) as refusal:
             from_recording(plan, 0.0005, recording)
         assert message in str(refusal.value)
-    recording = flown()
+    recording = simulated()
     recording.columns["plant.v.position"][200] = np.nan
     with pytest.raises(BaselineError, match=r"plant.v.position is not finite at t = 0.1 s"):
         from_recording(checked(0.05, "plant.v.position"), 0.0005, recording)

@@ -197,7 +197,7 @@ def test_the_committed_tolerance_decides(fmus: Path, baselines: Path) -> None:
                               "no 2dof-setpoints_ref.sha256")
 
 
-def test_bits_decide_where_all_that_flies_is_of_this_project(fmus: Path, baselines: Path) -> None:
+def test_bits_decide_where_all_that_runs_is_of_this_project(fmus: Path, baselines: Path) -> None:
     """A thousandth of a tolerance is a deviation; the first sample that differs is named."""
     wide = {name: SignalTolerance.model_validate({"absolute": 0.01 if allowed.absolute == 1e-9 else allowed.absolute})
             for name, allowed in short().check.signals.items()}

@@ -203,7 +203,7 @@ def test_what_is_shipped_and_of_other_sources_does_not_run(shipped: Path, no_com
 @pytest.mark.parametrize("lost", ["file", "home"])
 def test_without_a_cache_it_is_built_for_the_command(here: Path, monkeypatch: pytest.MonkeyPatch, no_compiler: None,
                                                      lost: str) -> None:
-    """Where a file lies in the way, or where there is no home folder: one line, and it flies."""
+    """Where a file lies in the way, or where there is no home folder: one line, and it runs."""
     if lost == "file":
         (here / "cache").write_text("in the way", encoding="utf-8")
     else:

@@ -1,4 +1,4 @@
-"""A run as a system of FMUs: what masters of others find in its files. That one of them flies it is asked elsewhere."""
+"""A run as a system of FMUs: what masters of others find in its files. That one of them runs it is asked elsewhere."""
 
 from pathlib import Path
 

@@ -6,7 +6,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 from command_line import error_line, maglev
-from identification_data import flight
+from identification_data import trial
 
 from maglev.errors import IdentificationError, MaglevError
 from maglev.identification.model_file import model_settings
@@ -16,7 +16,7 @@ from pmlsm.rigs import RIGS
 @pytest.fixture(scope="module")
 def recording(slow: None, tmp_path_factory: pytest.TempPathFactory) -> Path:
     """20 s of the real 2-DOF stage at 1 kHz."""
-    r = flight("2dof", "real").recording
+    r = trial("2dof", "real").recording
     path = tmp_path_factory.mktemp("data") / "mine.csv"
     np.savetxt(path, np.column_stack([r.time, r.positions, r.i_d, r.i_q])[:40001:2], delimiter=",",
                header="time,v,h,i_d,i_q", comments="", fmt="%.9g")

@@ -193,7 +193,7 @@ def kept_more_than(number: int, parts: Path) -> bool:
 def test_a_study_goes_on_with_resume(fastest_fmus: Path, tmp_path: Path) -> None:
     """Interrupted twice, whenever that is, its results are those, byte for byte, of one that was not.
 
-    How many processes fly each part makes no difference.
+    How many processes run each part makes no difference.
     """
     file = tmp_path / "payload.toml"
     file.write_text(f'name = "payload"\nscenario = "{scenario(tmp_path, "hold", 4.0)}"\nmetrics = ["rms error"]\n'

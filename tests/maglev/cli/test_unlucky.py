@@ -105,7 +105,7 @@ def test_junit_that_cannot_be_written_hides_no_results(fmus: Path, tmp_path: Pat
     assert str(tmp_path) in error_line(result)
 
 
-def test_junit_without_a_name_is_refused_before_anything_flies(tmp_path: Path) -> None:
+def test_junit_without_a_name_is_refused_before_anything_runs(tmp_path: Path) -> None:
     result = maglev("check", "2dof-smooth-nonlinear", "--fmus", tmp_path, "--junit", "")
     assert error_line(result) == "maglev: --junit: expected the name of a file, got '' or ."
 

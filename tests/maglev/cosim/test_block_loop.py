@@ -37,6 +37,6 @@ def test_its_c_is_the_same_wherever_memory_lies(native_fmus: Path, monkeypatch: 
     experiment = prepare(load_plan("3dof-push"), native_fmus, {}, {})
     for step in (1, -1):
         monkeypatch.setattr(Observer, "allocate", upwards_or_downwards(step))
-        with RepeatedRun(experiment, measuring=Measuring(experiment.plan, experiment.times)) as flight:
-            flight.load()
+        with RepeatedRun(experiment, measuring=Measuring(experiment.plan, experiment.times)) as trial:
+            trial.load()
     assert taken[0] == taken[1]

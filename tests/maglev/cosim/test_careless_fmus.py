@@ -26,7 +26,7 @@ def loop(request: pytest.FixtureRequest, slow: None) -> object:
     return build_loop() if request.param == "in C" else None
 
 
-def flown(fmu: Path, loop: object = None) -> Recording:
+def simulated(fmu: Path, loop: object = None) -> Recording:
     with Master([FmuSetup("small", fmu)], [], STEP, loop=loop) as master:   # type: ignore[arg-type]
         return master.run(END, {"small.u": np.zeros(7)})
 
@@ -34,7 +34,7 @@ def flown(fmu: Path, loop: object = None) -> Recording:
 def refusal(fmu: Path, loop: object = None) -> tuple[str, int]:
     """Message of a run that does not go to its end, and the number of points that are kept."""
     with pytest.raises(RunFailed) as failure:
-        flown(fmu, loop)
+        simulated(fmu, loop)
     return str(failure.value), len(failure.value.recording.time)
 
 
@@ -54,7 +54,7 @@ def test_a_step_counts_only_when_it_was_made(tmp_path: Path, loop: object, what:
                                        "*event = true; *early = false;"])
 def test_a_step_that_was_made_counts_whatever_else_is_said(tmp_path: Path, loop: object, statement: str) -> None:
     """A last successful time is looked at where a step was left early."""
-    recording = flown(small_fmu(tmp_path, {"IN_STEP": statement}), loop)
+    recording = simulated(small_fmu(tmp_path, {"IN_STEP": statement}), loop)
     np.testing.assert_allclose(recording.columns["small.y"], np.exp(-recording.time), rtol=1e-12)
 
 
@@ -100,7 +100,7 @@ WARNINGS = {
 @pytest.mark.parametrize("what", WARNINGS)
 def test_a_warning_is_told_once(tmp_path: Path, loop: object, what: str) -> None:
     holes, said = WARNINGS[what]
-    recording = flown(small_fmu(tmp_path, holes), loop)
+    recording = simulated(small_fmu(tmp_path, holes), loop)
     assert recording.notes == (f"small (small.fmu) says: {said}",)
     assert len(recording.time) == 7
 
@@ -153,7 +153,7 @@ def test_counts_are_those_of_the_description(tmp_path: Path, hole: str, what: st
                                    {"IN_NOMINALS": "value[0] = 1e-9;"}])
 def test_one_for_model_exchange_that_does_as_it_should(tmp_path: Path, holes: dict[str, str]) -> None:
     """With its event as x passes 0.5, and events of its own between the steps."""
-    recording = flown(small_fmu(tmp_path, holes, True))
+    recording = simulated(small_fmu(tmp_path, holes, True))
     np.testing.assert_allclose(recording.columns["small.y"], np.exp(-recording.time), rtol=1e-6)
     assert recording.notes == ()
 
@@ -161,4 +161,4 @@ def test_one_for_model_exchange_that_does_as_it_should(tmp_path: Path, holes: di
 def test_a_status_that_fmi_does_not_know_in_the_initialization(tmp_path: Path) -> None:
     fmu = small_fmu(tmp_path, {"IN_INITIALIZATION": "return (fmi3Status)-1;"})
     with pytest.raises(FmuError, match=r"small \(small\.fmu\) refused fmi3EnterInitializationMode with status -1"):
-        flown(fmu)
+        simulated(fmu)

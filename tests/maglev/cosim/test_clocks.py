@@ -56,7 +56,7 @@ def test_nothing_is_said_of_a_clock_that_nothing_feeds(clocked_fmus: Path) -> No
     assert note.startswith("nothing feeds controller.y.reference_rate,") and "clock" not in note
 
 
-def test_fmpy_flies_one_with_the_clock_ticked_by_hand(clocked_fmus: Path) -> None:
+def test_fmpy_runs_one_with_the_clock_ticked_by_hand(clocked_fmus: Path) -> None:
     """The example of an importer: the bits of our master. fmpy's own simulation refuses clocks, as the page says."""
     example = script(EXAMPLES / "clocked_fmpy.py")
     with Master([FmuSetup(role, clocked_fmus / f"{name}3DOF.fmu") for role, name in (

@@ -24,13 +24,13 @@ def largest_differences(folder: Path, scratch: Path, stop_time: float) -> tuple[
     drives = {"controller.y.reference": 0.025 + 0.001 * (time >= 0.02).astype(float),
               "controller.x.reference": 0.005 * np.sin(3.0 * time),
               "controller.x.reference_rate": 0.015 * np.cos(3.0 * time)}
-    flown = []
+    simulated = []
     for plant in plants:
         setups = [FmuSetup("controller", folder / "Regulator3DOF.fmu"), FmuSetup("plant", plant)]
         with Master(setups, CONNECTIONS, STEP) as master:
-            flown.append(master.run(stop_time, drives).columns)
-    assert np.ptp(flown[0]["plant.y.position"]) > 1e-4
-    position, velocity = (max(np.abs(flown[0][f"plant.{axis}.{what}"] - flown[1][f"plant.{axis}.{what}"]).max()
+            simulated.append(master.run(stop_time, drives).columns)
+    assert np.ptp(simulated[0]["plant.y.position"]) > 1e-4
+    position, velocity = (max(np.abs(simulated[0][f"plant.{axis}.{what}"] - simulated[1][f"plant.{axis}.{what}"]).max()
                               for axis in "yxz") for what in ("position", "velocity"))
     return position, velocity
 

@@ -76,7 +76,7 @@ def test_step_below_the_sample_time(fmus: Path) -> None:
     assert len(set(commands)) > 50
 
 
-def test_a_second_flight_is_that_of_new_fmus(fastest_fmus: Path) -> None:
+def test_a_second_run_is_that_of_new_fmus(fastest_fmus: Path) -> None:
     drives = {"controller.x.reference": [0.005] * 501}
     heavy = FmuSetup("plant", fastest_fmus / "Plant3DOF.fmu", {"y.mass": 7.5})
     with Master([three(fastest_fmus)[0], heavy], loop_connections(), 2e-4) as master:
@@ -84,12 +84,12 @@ def test_a_second_flight_is_that_of_new_fmus(fastest_fmus: Path) -> None:
     with Master(three(fastest_fmus)[:2], loop_connections(), 2e-4) as master:
         first = {name: values.copy() for name, values in master.run(0.1).columns.items()}
         master.wire(0.1, {"controller.x.reference": [0.0] * 501})
-        flights = [first]
+        trials = [first]
         for given, start in ((drives, {"plant": {"y.mass": 7.5}}), ({"controller.x.reference": [0.0] * 501}, {})):
             master.drive(given)
-            flights.append({name: values.copy() for name, values in master.run_again(start).columns.items()})
-    assert all(np.array_equal(flights[1][name], values) for name, values in expected.items())
-    assert all(np.array_equal(flights[2][name], values) for name, values in first.items())
+            trials.append({name: values.copy() for name, values in master.run_again(start).columns.items()})
+    assert all(np.array_equal(trials[1][name], values) for name, values in expected.items())
+    assert all(np.array_equal(trials[2][name], values) for name, values in first.items())
     assert not np.array_equal(first["plant.y.position"], expected["plant.y.position"])
 
 

@@ -1,4 +1,4 @@
-"""FMUs of others fly in a process of their own: what one of them does there is named, and takes nothing with it."""
+"""FMUs of others run in a process of their own: what one of them does there is named, and takes nothing with it."""
 
 import os
 import re
@@ -81,7 +81,7 @@ def test_a_fault_in_a_step_is_named_and_keeps_the_recording(fmus: Path, healthy:
     ("hang", "has been silent for 5 s")])
 def test_an_fmu_that_claims_to_be_ours_is_not_trusted(fmus: Path, tmp_path: Path, unpacked: Path, fault: str,
                                                       message: str) -> None:
-    """In a process of its own: what it does would otherwise be done to the one that flies it."""
+    """In a process of its own: what it does would otherwise be done to the one that runs it."""
     fmu = claiming(faulty(fault, tmp_path))
     assert read_description("controller", fmu).generationTool.startswith(OWN_TOOL)
     found = subprocess.run([sys.executable, "-c", ALONE, fmu, fmus, "5"], capture_output=True, text=True, timeout=120,
@@ -253,7 +253,7 @@ def test_nothing_survives_the_death_of_the_parent(fmus: Path, tmp_path: Path, un
     parent.wait()
     until(lambda: not list(unpacked.glob("*/calls")))
     require_none(unpacked)
-    remove_leftovers(unpacked)   # the copies of what flew, as the next command does
+    remove_leftovers(unpacked)   # the copies of what ran, as the next command does
 
 
 def until(condition: object) -> None:

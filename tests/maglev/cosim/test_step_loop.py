@@ -68,7 +68,7 @@ def require_equal(one: Recording, other: Recording) -> None:
         assert column.tobytes() == other.columns[name].tobytes(), name
 
 
-def flown(folder: Path, steps: int, ports: PortMap | None = None, order: Order = "sequential",
+def simulated(folder: Path, steps: int, ports: PortMap | None = None, order: Order = "sequential",
           drives: dict[str, list[float]] | None = None) -> Recording:
     with Master([FmuSetup("controller", folder / "Regulator3DOF.fmu", {}, ports),
                  FmuSetup("plant", folder / "Plant3DOF.fmu")], CONNECTIONS, STEP, order) as master:
@@ -109,7 +109,7 @@ def test_refused_step(native_fmus: Path, loops: list[bool], at: int) -> None:
     failures = []
     for given in (nullcontext, no_loop):
         with given(), pytest.raises(RunFailed) as failure:
-            flown(native_fmus, 1000, drives=drives)
+            simulated(native_fmus, 1000, drives=drives)
         failures.append(failure.value)
     assert loops == [True, False]
     assert str(failures[0]) == str(failures[1])
@@ -125,7 +125,7 @@ def test_fmus_that_run_python_take_it_too(fmus: Path, loops: list[bool]) -> None
     failures = []
     for given in (nullcontext, no_loop):
         with given(), pytest.raises(RunFailed) as failure:
-            flown(fmus, 600, drives=drives)
+            simulated(fmus, 600, drives=drives)
         failures.append(failure.value)
     assert loops == [True, False]
     assert str(failures[0]) == str(failures[1])
@@ -193,8 +193,8 @@ def test_what_is_no_loop_of_this_version_is_left_alone(native_fmus: Path, own: P
     loop = keep_loop(content())
     assert own_loop() == loop
     with no_loop():
-        plain = flown(native_fmus, 600)
-    require_equal(flown(native_fmus, 600), plain)
+        plain = simulated(native_fmus, 600)
+    require_equal(simulated(native_fmus, 600), plain)
     assert loops == [False, False]
 
 
@@ -244,7 +244,7 @@ def test_without_room_for_it_runs_are_stepped_in_python(native_fmus: Path, own: 
     with pytest.warns(UserWarning, match="cache: the step loop cannot be kept there, expected a folder"):
         maglev.build("Plant2DOF", fmus=own.parent / "fmus", kind="native", target="host")
     assert own_loop() is None
-    flown(native_fmus, 10)
+    simulated(native_fmus, 10)
     assert loops == [False]
 
 

@@ -87,7 +87,7 @@ def test_the_record_has_the_digest_of_its_columns(fastest_fmus: Path, excited: P
 
 
 @pytest.mark.parametrize("where", ["run_experiments", "write_runs"])
-def test_a_second_run_into_the_folder_is_refused_before_it_flies(fastest_fmus: Path, excited: Path, where: str,
+def test_a_second_run_into_the_folder_is_refused_before_it_runs(fastest_fmus: Path, excited: Path, where: str,
                                                                  monkeypatch: pytest.MonkeyPatch) -> None:
     """While the first pauses, before its columns and after them; one that writes other files is not refused."""
     Path("other.toml").write_text(EXCITED.replace('"excited"', '"other"'), encoding="utf-8")

@@ -68,7 +68,7 @@ def sha256(text: str | bytes) -> str:
 @pytest.mark.filterwarnings("ignore::UserWarning")
 @pytest.mark.parametrize("text", ["class Law(:\n", LAW.replace("= CURRENT", "= 9.0")],
                          ids=["broken", "changed"])
-def test_an_edit_in_mid_flight_changes_nothing(fmus: Path, law: Path, scenario: Path, text: str) -> None:
+def test_an_edit_in_mid_run_changes_nothing(fmus: Path, law: Path, scenario: Path, text: str) -> None:
     def edit(_done: int, _steps: int) -> None:
         law.write_text(text)
         (law.parent / "current.py").write_text("CURRENT = 9.0\n")
@@ -79,14 +79,14 @@ def test_an_edit_in_mid_flight_changes_nothing(fmus: Path, law: Path, scenario: 
     assert set(run["controller.motor.i_a_cmd"][1:]) == {0.25}
     assert run["controller.motor.i_b_cmd"][-1] == 0.5
     assert run.result.provenance is not None
-    flown = run.result.provenance.fmus[0]
-    assert flown.sha256 == {"law.py": sha256(LAW), "current.py": sha256("CURRENT = 0.25\n"),
+    simulated = run.result.provenance.fmus[0]
+    assert simulated.sha256 == {"law.py": sha256(LAW), "current.py": sha256("CURRENT = 0.25\n"),
                             "late.py": sha256("LATE = 0.5\n")}
-    assert flown.file == "law.py"
+    assert simulated.file == "law.py"
 
 
 @pytest.mark.filterwarnings("ignore::UserWarning")
-def test_one_is_flown_as_it_was_when_the_run_was_made_ready(fmus: Path, law: Path, scenario: Path) -> None:
+def test_one_is_run_as_it_was_when_the_run_was_made_ready(fmus: Path, law: Path, scenario: Path) -> None:
     experiment = prepare(load_plan(scenario), fmus, {"controller": Replacement(law)}, {})
     law.write_text("class Law(:\n")
     (law.parent / "late.py").write_text("LATE = 9.0\n")
@@ -95,7 +95,7 @@ def test_one_is_flown_as_it_was_when_the_run_was_made_ready(fmus: Path, law: Pat
 
 
 @pytest.mark.parametrize("name", ["controller", "plant"])
-def test_an_fmu_that_is_replaced_in_mid_flight_changes_nothing(fmus: Path, scenario: Path, tmp_path: Path,
+def test_an_fmu_that_is_replaced_in_mid_run_changes_nothing(fmus: Path, scenario: Path, tmp_path: Path,
                                                                name: str) -> None:
     folder, model = tmp_path / "fmus", {"controller": "Regulator2DOF.fmu", "plant": "Plant2DOF.fmu"}[name]
     folder.mkdir()
@@ -108,9 +108,9 @@ def test_an_fmu_that_is_replaced_in_mid_flight_changes_nothing(fmus: Path, scena
 
     run = maglev.run(scenario, fmus=folder, progress=replace)
     assert run.result.provenance is not None
-    flown = next(fmu for fmu in run.result.provenance.fmus if fmu.name == name)
+    simulated = next(fmu for fmu in run.result.provenance.fmus if fmu.name == name)
     assert (folder / model).read_bytes() != before
-    assert (flown.model, flown.sha256) == (model.removesuffix(".fmu"), {model: sha256(before)})
+    assert (simulated.model, simulated.sha256) == (model.removesuffix(".fmu"), {model: sha256(before)})
     assert np.array_equal(run["plant.v.position"], maglev.run(scenario, fmus=fmus)["plant.v.position"])
 
 

@@ -80,7 +80,7 @@ def test_linearised_motion_has_no_mass(rig: Rig, fastest_fmus: Path, tmp_path: P
 @pytest.mark.parametrize("law", ["LinearRegulator", "PID"])
 @pytest.mark.parametrize("rig", RIGS.values(), ids=RIGS)
 def test_it_begins_at_rest(rig: Rig, law: str, fastest_fmus: Path, tmp_path: Path) -> None:
-    """The current that holds the mover is computed from the model: with the mass that flies, nothing moves."""
+    """The current that holds the mover is computed from the model: with the mass of the run, nothing moves."""
     path = scenario(tmp_path, rig, law, steps=False)
     known = positions(maglev.run(path, fmus=fastest_fmus, set=masses(rig), model="plant"), rig)
     assert abs(known - known[:, :1]).max() < 1e-10

@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 from command_line import error_line
 from command_line import maglev as command
-from written_controllers import flight
+from written_controllers import trial
 
 import maglev
 from fmi_export.units import exponents, written
@@ -48,7 +48,7 @@ def theirs(folder: Path, fmus: Path) -> Path:
 def test_signals_and_start_values_in_units_of_the_fmu(fastest_fmus: Path, tmp_path: Path) -> None:
     theirs(tmp_path, fastest_fmus)
     path = tmp_path / "forced.toml"
-    base = flight(tmp_path).read_text().replace("0.4 s", "0.1 s")
+    base = trial(tmp_path).read_text().replace("0.4 s", "0.1 s")
     path.write_text(base.replace("[fmus.plant.start]", "[fmus.plant.before]") .split("[fmus.plant.before]")[0]
                     + FORCED + "[[signals]]" + base.split("[[signals]]", 1)[1])
     own = maglev.run(path, fmus=fastest_fmus)
@@ -61,7 +61,7 @@ def test_signals_and_start_values_in_units_of_the_fmu(fastest_fmus: Path, tmp_pa
     assert own.parameters["plant.v.mass"] == pytest.approx(4.5 * STONE)   # in SI, as everything else
     path.write_text(path.read_text().replace("4.5 kg", "4.5 st"))
     assert "unknown unit 'st'" in error_line(command("run", path, "--fmus", fastest_fmus))
-    line = error_line(command("run", flight(tmp_path), "--plant", tmp_path / "theirs.fmu", "--fmus", fastest_fmus,
+    line = error_line(command("run", trial(tmp_path), "--plant", tmp_path / "theirs.fmu", "--fmus", fastest_fmus,
                               "--set", "plant.v.mass=4.5stones"))
     assert "unknown unit 'stones', which plant does not declare by SI base units either; nearest is 'st'" in line
 

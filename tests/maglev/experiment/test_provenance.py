@@ -1,4 +1,4 @@
-"""Results say what flew: version, command, FMUs, and every value that is not the plan's."""
+"""Results say what ran: version, command, FMUs, and every value that is not the plan's."""
 
 import json
 from importlib.metadata import version
@@ -71,7 +71,7 @@ def test_a_modified_run_has_no_verdict_on_the_thesis(fastest_fmus: Path, tmp_pat
     assert data["metrics"]["failed"] is False
 
 
-def test_the_page_says_which_controller_flew(fastest_fmus: Path, tmp_path: Path) -> None:
+def test_the_page_says_which_controller_ran(fastest_fmus: Path, tmp_path: Path) -> None:
     with pytest.warns(UserWarning, match=r"controller \(PID3DOF\.fmu\) has no"):
         run_all([RUN], out=tmp_path, fmus=fastest_fmus, page=True, controller=fastest_fmus / "PID3DOF.fmu")
     page = (tmp_path / "report.html").read_text()

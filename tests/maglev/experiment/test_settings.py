@@ -128,7 +128,7 @@ def test_conditions_are_for_everybody(fmus: Path, tmp_path: Path) -> None:
 
 
 def scenario(folder: Path, *lines: str) -> Path:
-    """A scenario that flies mine.py as a file of its own."""
+    """A scenario that runs mine.py as a file of its own."""
     path = folder / "scenario.toml"
     path.write_text("\n".join(['extends = "3dof-setpoints-improved.toml"', 'name = "scenario"', "claims = []",
                                'stop_time = "10 ms"', "[fmus.controller]", *lines]))

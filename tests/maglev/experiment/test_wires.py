@@ -126,7 +126,7 @@ def test_a_source_is_one_name(loop: Path, new: str, words: list[str]) -> None:
     assert all(word in str(caught.value) for word in words), str(caught.value)
 
 
-def flown(plan: RunPlan, fmus: Path) -> dict[str, np.ndarray]:
+def simulated(plan: RunPlan, fmus: Path) -> dict[str, np.ndarray]:
     return dict(prepare(plan, fmus, {}, {}).run().columns)
 
 
@@ -138,7 +138,7 @@ def test_a_run_is_the_same_bit_for_bit_as_with_connections(fmus: Path, tmp_path:
     connected = own.model_copy(update={
         "connections": list(own.wires.values())[::-1],
         "fmus": {name: fmu.model_copy(update={"inputs": {}}) for name, fmu in own.fmus.items()}})
-    first, second = flown(own, fmus), flown(connected, fmus)
+    first, second = simulated(own, fmus), simulated(connected, fmus)
     assert set(first) == set(second)
     assert np.ptp(first["plant.h.position"]) > 1e-4
     for name, values in first.items():

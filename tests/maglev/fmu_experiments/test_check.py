@@ -101,7 +101,7 @@ def test_files_beside_an_fmu(fmus: Path, tmp_path: Path, fall: list[float]) -> N
 
 
 def test_files_beside_an_fmu_that_go_on_after_its_default_experiment(fmus: Path, tmp_path: Path) -> None:
-    """It is flown as long as they go on; what has no tolerance of its own beside others that have is said."""
+    """It is run as long as they go on; what has no tolerance of its own beside others that have is said."""
     path = carrying(fmus / "Commutation2DOF.fmu", tmp_path / "long.fmu", {})
     stop = read_model_description(str(path)).defaultExperiment.stopTime
     end = 2.0 * float(stop)
@@ -249,15 +249,15 @@ def test_an_fmu_that_hangs(tmp_path: Path) -> None:
 
 def test_comparison_at_events_between_points_and_in_arrays() -> None:
     """Two values at one time: either will do. Between points a continuous variable is a line, another one holds."""
-    flown = np.array([(0.0, 0.0, 0, (1.0, 2.0)), (1.0, 2.0, 1, (1.0, 3.0)), (1.0, 5.0, 2, (1.0, 4.0)),
+    simulated = np.array([(0.0, 0.0, 0, (1.0, 2.0)), (1.0, 2.0, 1, (1.0, 3.0)), (1.0, 5.0, 2, (1.0, 4.0)),
                       (2.0, 7.0, 3, (1.0, 5.0))],
                      [("time", float), ("line", float), ("count", int), ("both", float, 2)])
     variables = {name: ScalarVariable(name, 0, variability="discrete" if name == "count" else "continuous")
-                 for name in (flown.dtype.names or ())[1:]}
+                 for name in (simulated.dtype.names or ())[1:]}
 
     def found(time: float, name: str, *values: float) -> object:
         expected = Expected(np.array([time]), {name: np.array([values])}, {name: Tolerance(1e-9, 0.0)}, [])
-        deviation, _ = compared(expected, flown, variables)
+        deviation, _ = compared(expected, simulated, variables)
         return deviation and (deviation.signal, deviation.got)
 
     assert found(1.0, "line", 2.0) is None

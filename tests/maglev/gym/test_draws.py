@@ -1,4 +1,4 @@
-"""What episodes draw: the distributions that are asked for, changes in mid-flight, and refusals of the rest."""
+"""What episodes draw: the distributions that are asked for, changes in mid-run, and refusals of the rest."""
 
 from typing import Any
 

@@ -1,4 +1,4 @@
-"""A controller as an agent flies as it does in a run."""
+"""A controller as an agent is what it is in a run."""
 
 from collections.abc import Callable
 from pathlib import Path
@@ -62,7 +62,7 @@ output_interval = "{interval}"
 @pytest.mark.few(3)
 @pytest.mark.parametrize("rig", RIG_NAMES)
 @pytest.mark.parametrize(("action", "measured"), [("dq", False), ("phases", False), ("dq", True), ("phases", True)])
-def test_regulator_flies_as_in_a_run(make: Make, folder: Path, tmp_path: Path, rig: str, action: str,
+def test_regulator_runs_as_in_a_run(make: Make, folder: Path, tmp_path: Path, rig: str, action: str,
                                      measured: bool) -> None:
     """The regulator as an agent gives the positions of `maglev.run` bit for bit; behind a measurement, too."""
     of = RIGS[rig]

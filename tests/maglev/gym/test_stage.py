@@ -11,7 +11,7 @@ from typing import Any
 import gymnasium
 import numpy as np
 import pytest
-from environments import RIG_NAMES, environment, flown, same_bits
+from environments import RIG_NAMES, environment, same_bits, simulated
 from gymnasium.utils.env_checker import check_env
 
 import maglev
@@ -45,15 +45,15 @@ def test_seeds(make: Make, rig: str) -> None:
     env = make(rig, **options)
     env.action_space.seed(5)
     actions = 0.3 * np.array([env.action_space.sample() for _ in range(200)])
-    first = flown(env, actions, seed=1)
-    assert same_bits(first, flown(env, actions, seed=1))
-    assert same_bits(first, flown(make(rig, **options), actions, seed=1))
-    other = flown(env, actions, seed=2)
+    first = simulated(env, actions, seed=1)
+    assert same_bits(first, simulated(env, actions, seed=1))
+    assert same_bits(first, simulated(make(rig, **options), actions, seed=1))
+    other = simulated(env, actions, seed=2)
     references = slice(-len(RIGS[rig].axes), None)
     assert not np.array_equal(first[0, references], other[0, references])
     assert np.ptp(first[:, gap_column(rig)]) > 1e-4, "something has to move for this to mean anything"
     # Without a seed the next episode is another one.
-    assert not np.array_equal(flown(env, actions)[0], flown(env, actions)[0])
+    assert not np.array_equal(simulated(env, actions)[0], simulated(env, actions)[0])
 
 
 @pytest.mark.parametrize("rig", RIG_NAMES)
@@ -66,7 +66,7 @@ def test_free_fall(make: Make, rig: str) -> None:
     off |= {"encoder.resolution": 0.0, f"{axis}.position_start": 0.020}
     off |= {"y.ripple.amplitude": 0.0} if axis == "y" else {}
     env = make(rig, reference="hold", duration=0.03, **off)
-    found = flown(env, np.zeros((10_000, *env.action_space.shape)))
+    found = simulated(env, np.zeros((10_000, *env.action_space.shape)))
     time = of.sample_time * np.arange(len(found))
     assert len(found) == 1 + round(0.03 / of.sample_time)
     assert np.allclose(found[:, gap_column(rig)], 0.020 + 0.5 * (9.81 + 0.25) * time**2, rtol=0.0, atol=1e-12)
@@ -106,7 +106,7 @@ def test_ends_where_a_current_is_refused(make: Make, value: float) -> None:
     assert np.array_equal(observation, before)
     # The next episode knows nothing of it.
     actions = np.ones((50, 4))
-    assert same_bits(flown(env, actions, seed=3), flown(make("3dof"), actions, seed=3))
+    assert same_bits(simulated(env, actions, seed=3), simulated(make("3dof"), actions, seed=3))
 
 
 @pytest.mark.parametrize("action", [0.5, [0.5], np.zeros((1, 4)), np.zeros(3), np.zeros(5), [[0.0]] * 4, []],
@@ -133,8 +133,8 @@ def test_truncated_at_the_end(make: Make) -> None:
 def test_samples_of_several(make: Make) -> None:
     """An environment of 1 ms holds an action for five samples of the rig's; commutation goes on."""
     actions = np.linspace(-1.0, 1.0, 4 * 40).reshape(40, 4)
-    fine = flown(make("3dof"), np.repeat(actions, 5, axis=0), seed=1)
-    coarse = flown(make("3dof", sample_time="1 ms"), actions, seed=1)
+    fine = simulated(make("3dof"), np.repeat(actions, 5, axis=0), seed=1)
+    coarse = simulated(make("3dof", sample_time="1 ms"), actions, seed=1)
     assert np.array_equal(fine[::5, :3], coarse[:, :3])
     assert np.ptp(coarse[:, 0]) > 1e-4
 
@@ -164,8 +164,8 @@ def test_a_change_acts_when_it_says(make: Make) -> None:
 def test_currents_are_limited_to_the_peak(make: Make) -> None:
     env = make("3dof", reference="hold")
     assert env.action_space.high.tolist() == [5.0] * 4
-    most = flown(env, np.full((50, 4), 5.0))
-    assert same_bits(most, flown(env, np.full((50, 4), 500.0)))
+    most = simulated(env, np.full((50, 4), 5.0))
+    assert same_bits(most, simulated(env, np.full((50, 4), 500.0)))
 
 
 OPTIONS = {
@@ -182,17 +182,17 @@ def test_every_option_acts(make: Make, name: str) -> None:
     base = {"x.position_start": 9.5e-3, "alpha.amplifier.continuous": 1.0}
     base = {key: value for key, value in base.items() if key != name}
     actions = np.tile([2.0, 2.0, 0.0, 0.0], (150, 1))
-    plain = flown(make("3dof", reference=[[25e-3, 0.0, 0.0]], **base), actions)
+    plain = simulated(make("3dof", reference=[[25e-3, 0.0, 0.0]], **base), actions)
     env = make("3dof", reference=[[25e-3, 0.0, 0.0]], **base, **{name: OPTIONS[name]})
-    changed = flown(env, actions)
+    changed = simulated(env, actions)
     assert not same_bits(plain, changed)
     other = make("3dof", reference=[[25e-3, 0.0, 0.0]], **base)
-    assert same_bits(changed, flown(other, actions, options={name: OPTIONS[name]}))
-    assert same_bits(plain, flown(other, actions)), "options of an episode are for that one alone"
+    assert same_bits(changed, simulated(other, actions, options={name: OPTIONS[name]}))
+    assert same_bits(plain, simulated(other, actions)), "options of an episode are for that one alone"
 
 
 def test_drawn_parameters(make: Make) -> None:
-    """Between the two of a pair, others in every episode; what was drawn is told, and is what flies."""
+    """Between the two of a pair, others in every episode; what was drawn is told, and is what runs."""
     env = make("3dof", **{"y.position_start": ("23 mm", "27 mm"), "x.friction.coulomb": (0.0, 3.0)})
     drawn = [env.reset(seed=4 if i == 0 else None)[1]["parameters"] for i in range(50)]
     starts = [each["y.position_start"] for each in drawn]
@@ -225,13 +225,13 @@ def test_references(make: Make, kind: str) -> None:
 
 @pytest.mark.parametrize("kind", [gymnasium.vector.SyncVectorEnv, gymnasium.vector.AsyncVectorEnv])
 def test_vector_environments(make: Make, folder: Path, kind: Any) -> None:
-    """Several at once fly as each alone does."""
+    """Several at once run as each alone does."""
     actions = 0.5 * np.ones((30, 2))
     envs = kind([partial(environment, "2dof", folder)] * 3)
     found = [envs.reset(seed=7)[0]] + [envs.step(np.tile(action, (3, 1)))[0] for action in actions]
     envs.close()
     for i in range(3):
-        alone = flown(make("2dof"), actions, seed=7 + i)
+        alone = simulated(make("2dof"), actions, seed=7 + i)
         assert same_bits(alone, np.ascontiguousarray(np.array(found)[:, i]))
 
 
@@ -278,7 +278,7 @@ def test_closed(make: Make) -> None:
 
 
 def test_tilts_are_seen_in_the_gaps(make: Make) -> None:
-    """The tilts that are seen are those that fly, to the rounding of the encoders; their ends are those of the gaps."""
+    """The tilts seen are those of the run, to the rounding of the encoders; their ends are those of the gaps."""
     tilts = {"roll.position_start": "5 mrad", "pitch.position_start": "-8 mrad"}
     env = make("5dof", **{"y.position_start": 24e-3}, **tilts)
     observation, _ = env.reset()
@@ -287,7 +287,8 @@ def test_tilts_are_seen_in_the_gaps(make: Make) -> None:
     assert env.stage.positions.tolist() == [24e-3, 0.0, 0.0, 5e-3, -8e-3]
     assert env.highest[-5:] == pytest.approx([32e-3, 62e-3, 62e-3, 33.75e-3, 33.75e-3])
     loaded = make("5dof", **{"payload.mass": "0.5 kg", "payload.x": "0.1 m"}, reference="hold")
-    pushed, alone = (flown(each, np.tile([-1.12, 0.0], (200, 4))) for each in (loaded, make("5dof", reference="hold")))
+    pushed, alone = (simulated(env, np.tile([-1.12, 0.0], (200, 4)))
+                     for env in (loaded, make("5dof", reference="hold")))
     lowered = pushed[-1, 2:6] - alone[-1, 2:6]
     assert lowered[2] - lowered[3] > 1e-4, "the motor under the payload goes down"
 
@@ -367,14 +368,14 @@ def test_a_measurement_is_seen_and_drawn(make: Make) -> None:
     still = {"y.locked": True, "x.locked": True, "z.locked": True, "encoder.resolution": 0.0, "reference": "hold"}
     env = make("3dof", measurement={"x.noise": "5 um"}, duration="1 s", **still)
     actions = np.zeros((2000, 4))
-    noisy, other = (flown(env, actions, seed=seed) for seed in (1, 2))
+    noisy, other = (simulated(env, actions, seed=seed) for seed in (1, 2))
     assert np.std(noisy[:, 1]) == pytest.approx(5e-6, rel=0.05)
     assert abs(np.corrcoef(noisy[:, 1], other[:, 1])[0, 1]) < 0.1
     assert (noisy[:, [0, 2]] == noisy[0, [0, 2]]).all()
-    assert same_bits(flown(env, actions, seed=1), noisy)
+    assert same_bits(simulated(env, actions, seed=1), noisy)
     assert env.reset(options={"measurement": {"x.noise": 0.0}})[1]["measurement"]["x.noise"] == 0.0
     moving = make("3dof", reference="hold", measurement={})
-    assert same_bits(flown(moving, actions[:200] + 1.0), flown(make("3dof", reference="hold"), actions[:200] + 1.0))
+    assert same_bits(*(simulated(env, actions[:200] + 1.0) for env in (moving, make("3dof", reference="hold"))))
     with pytest.raises(UnknownName, match="the measurement has no parameter 'y.noize'; nearest is 'y.noise'"):
         make("3dof", measurement={"y.noize": 1e-6})
     with pytest.raises(ScenarioError, match="measurement in the options of reset"):

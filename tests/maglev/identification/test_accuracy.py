@@ -5,7 +5,7 @@ from typing import Any
 
 import numpy as np
 import pytest
-from identification_data import Data, flight, record
+from identification_data import Data, record, trial
 
 from maglev.identification.identify import Identification, identify
 from maglev.identification.recording import MotionRecording
@@ -51,7 +51,7 @@ def integral_least_squares(data: Data) -> dict[str, float]:
 @pytest.mark.thorough
 @pytest.mark.parametrize(("method", "rig"), cases(("reduced", "3dof"), ("fsdi", "2dof")))
 def test_ideal_stage(rig: str, method: str) -> None:
-    data = flight(rig, "ideal")
+    data = trial(rig, "ideal")
     found = identify(data.recording, method, guess=half(data), velocities=data.velocity)
     assert max(errors(found.estimate.final, data.truth).values()) < 0.005
     assert found.warnings == []
@@ -62,7 +62,7 @@ def test_ideal_stage(rig: str, method: str) -> None:
 @pytest.mark.thorough
 @pytest.mark.parametrize(("method", "rig"), cases(("fsdi", "2dof")))
 def test_encoders_and_observer(rig: str, method: str) -> None:
-    data = flight(rig, "encoder")
+    data = trial(rig, "encoder")
     plain = errors(identify(data.recording, method, guess=half(data)).estimate.final, data.truth)
     assert max(plain.values()) < 0.025
     matched = errors(identify(data.recording, method, guess=half(data), match=True).estimate.final, data.truth)
@@ -81,13 +81,13 @@ def test_constants_of_another_rig(rig: str, seed: int) -> None:
 
 
 def real(rig: str) -> Identification:
-    return identify(flight(rig, "real").recording, match=True)
+    return identify(trial(rig, "real").recording, match=True)
 
 
 @pytest.mark.thorough
 def test_real_2dof_stage_hides_c4() -> None:
     found = real("2dof")
-    truth = flight("2dof", "real").truth
+    truth = trial("2dof", "real").truth
     assert [text for text in found.warnings if text.startswith("C4: cannot be identified")]
     assert found.standard_error["C4"] > 0.25 * found.estimate.final["C4"]
     assert 0.03 < found.estimate.final["C4"] < 0.2     # the thesis's own tables spread it from 0.06 to 0.18
@@ -101,7 +101,7 @@ def test_real_2dof_stage_hides_c4() -> None:
 
 @pytest.mark.thorough
 def test_real_3dof_stage() -> None:
-    found, truth = real("3dof"), flight("3dof", "real").truth
+    found, truth = real("3dof"), trial("3dof", "real").truth
     assert not [text for text in found.warnings if "cannot be identified" in text]
     apart = errors(found.estimate.final, truth)
     assert apart["C3"] < 0.05
@@ -114,7 +114,7 @@ def test_real_3dof_stage() -> None:
 @pytest.mark.thorough
 def test_standard_errors_are_of_the_spread() -> None:
     """White noise on the accelerations, several times: the spread of the estimates is what the standard errors say."""
-    data = flight("2dof", "ideal")
+    data = trial("2dof", "ideal")
     r = data.recording
     part = slice(0, 20001)
     short = MotionRecording(r.rig, r.time[part], r.positions[part], r.i_d[part], r.i_q[part])

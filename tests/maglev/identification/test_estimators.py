@@ -5,7 +5,7 @@ from functools import cache
 
 import numpy as np
 import pytest
-from identification_data import Data, flight, record
+from identification_data import Data, record, trial
 from scipy.integrate import solve_ivp
 
 from maglev.errors import IdentificationError
@@ -25,7 +25,7 @@ def start() -> Data:
 
 
 def lift_row(count: int) -> RowData:
-    """Vertical row of the 2-DOF rig in flight."""
+    """Vertical row of the 2-DOF rig while it runs."""
     data = start()
     part = slice(6000, 6000 + count)
     r = data.recording
@@ -165,7 +165,7 @@ def test_tiny_start_weight_is_stable(epsilon: float) -> None:
 @pytest.mark.thorough
 @pytest.mark.usefixtures("slow")
 def test_reduced_and_full_agree_as_epsilon_falls() -> None:
-    data = flight("2dof", "ideal")
+    data = trial("2dof", "ideal")
     r = data.recording
     rows = regressors(r.rig, r.positions[:40001], r.i_d[:40001], r.i_q[:40001], data.velocity[:40001])
     guess = {name: 0.5 * value for name, value in data.truth.items()}

@@ -7,7 +7,7 @@ from math import pi
 
 import numpy as np
 import pytest
-from identification_data import Data, flight, record
+from identification_data import Data, record, trial
 from scipy.integrate import solve_ivp
 
 from maglev.identification.estimators import estimate
@@ -20,7 +20,7 @@ from pmlsm.rig import Rig
 
 pytestmark = pytest.mark.usefixtures("slow")
 
-AS_ASSUMED = 2.0   # of the friction that a description has; that of the stages of `flight`
+AS_ASSUMED = 2.0   # of the friction that a description has; that of the stages of `trial`
 
 
 def described(rig: str, times: float) -> Rig:
@@ -33,7 +33,7 @@ def described(rig: str, times: float) -> Rig:
 @cache
 def real(rig: str, method: str = "reduced") -> tuple[Identification, Data]:
     """A stage with all effects, identified by a description that has them as they are."""
-    data = flight(rig, "real")
+    data = trial(rig, "real")
     recording = replace(data.recording, rig=rig_of(described(rig, AS_ASSUMED)))
     return identify(recording, method, match=True), data
 
@@ -57,7 +57,7 @@ def test_the_truth_is_within_the_uncertainty(rig: str, method: str) -> None:
 def test_it_bounds_what_a_stage_with_the_effects_gives_otherwise(rig: str) -> None:
     """Simulated and identified with and without them, and with one after the other switched off."""
     found, data = real(rig)
-    without = identify(flight(rig, "encoder").recording, match=True)
+    without = identify(trial(rig, "encoder").recording, match=True)
     for name, value in found.estimate.final.items():
         difference = abs(value - without.estimate.final[name])
         scatter = 2.0 * (found.standard_error[name] + without.standard_error[name])

@@ -152,7 +152,7 @@ def test_a_users_own_claims_are_counted_apart() -> None:
     assert [result.verdict for result in results] == ["met", "not met", "met", "not run"]
     assert (specification(results), sentences(results), bounds(results)) == (results, [], [])
     assert met_of(results) == "2 of 3"
-    assert of_modified_runs(results) == results, "whichever controller flies"
+    assert of_modified_runs(results) == results, "whichever controller runs"
 
 
 def test_a_modified_run_has_no_verdict_on_the_thesis_but_on_what_is_the_users_own() -> None:

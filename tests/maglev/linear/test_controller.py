@@ -59,7 +59,7 @@ class Adapting:
         return getattr(self.regulator, name)
 
 
-def block_that_flies(name: str, parameters: dict[str, float | str]) -> Any:
+def block_that_runs(name: str, parameters: dict[str, float | str]) -> Any:
     return Adapting(name, parameters) if name.startswith("Adaptive") else block_of(name, parameters)
 
 
@@ -119,7 +119,7 @@ def sample(block: Any, model: LinearModel, state: Sequence[float] | np.ndarray, 
 @pytest.mark.parametrize("currents", ["dq", "phases"])
 def test_matrices_are_those_of_the_block(name: str, parameters: dict[str, float | str], currents: Currents) -> None:
     model = linearise(name, rest_of(name, parameters), currents=currents, parameters=parameters)
-    block = block_that_flies(name, parameters)
+    block = block_that_runs(name, parameters)
     assert block.start() == 0
     x, u = operating_point(model, block)
     assert block.feasible

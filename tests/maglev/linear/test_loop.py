@@ -67,7 +67,7 @@ def test_closed_loop_is_that_of_the_blocks(plant: str, controller: str, at: dict
     assert loop.stable
 
 
-def test_the_gain_margin_with_a_flexible_mode_is_where_the_flying_loop_begins_to_swing() -> None:
+def test_the_gain_margin_with_a_flexible_mode_is_where_the_running_loop_begins_to_swing() -> None:
     """What is measured of x, times so much: 3 % below the margin a deviation dies out, 3 % above it grows."""
     mode = {"x.mode.frequency": 30.0, "x.mode.mass_share": 0.2, "x.mode.encoder_share": -1.0}
     rigid, loop = (linearise_loop("Plant3DOF", "PID3DOF", {"y": 25e-3}, plant_parameters=each) for each in (None, mode))

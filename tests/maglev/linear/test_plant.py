@@ -178,7 +178,7 @@ def test_micrometre_step_of_the_nonlinear_plant(name: str, place: tuple[float, .
         set_all(stage, list(masses), list(masses.values()))
         start = [position + sign * 1e-6 for position in place]
         plant_at(name, stage, start, model.equilibrium)
-        runs.append(flight(name, stage, steps, dt))
+        runs.append(trial(name, stage, steps, dt))
     block = (runs[0] - runs[1]) / 2.0
     deviation = np.zeros(len(model.states))
     deviation[:n] = 1e-6
@@ -206,13 +206,13 @@ def test_milliampere_step_of_the_nonlinear_plant(name: str, place: tuple[float, 
             motor, _, phase = command.rpartition(".")
             supply = getattr(stage, motor)
             setattr(supply, phase, getattr(supply, phase) + sign * 1e-3)
-            runs.append(flight(name, stage, steps, dt))
+            runs.append(trial(name, stage, steps, dt))
         block = (runs[0] - runs[1]) / 2.0
         linear = simulated(model, np.zeros(len(model.states)), 1e-3 * np.eye(len(model.inputs))[k], steps)
         assert np.abs(block - linear).max() < 1e-3 * np.abs(linear).max(), command
 
 
-def flight(name: str, stage: object, steps: int, dt: float) -> np.ndarray:
+def trial(name: str, stage: object, steps: int, dt: float) -> np.ndarray:
     """Positions of the block from now on, shape (steps + 1, axes)."""
     rows = []
     for k in range(steps + 1):
@@ -236,7 +236,7 @@ def test_stage_rests_at_the_equilibrium(name: str, place: tuple[float, ...]) -> 
     found = equilibrium(name, at(name, place))
     stage = smooth_stage(name, True)
     plant_at(name, stage, place, found)
-    moved = flight(name, stage, 25, 0.2e-3)[-1] - place
+    moved = trial(name, stage, 25, 0.2e-3)[-1] - place
     assert np.abs(moved).max() < 1e-6 * 0.5 * 9.81 * 0.005**2
     assert set(found.currents) == {f"{motor}.i_{c}" for motor in MOTORS[name] for c in "dq"}
 

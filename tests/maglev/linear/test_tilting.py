@@ -1,4 +1,4 @@
-"""A stage that tilts: its equations written again, the poles of its design, and margins flown with native FMUs."""
+"""A stage that tilts: its equations written again, the poles of its design, and native runs at its margins."""
 
 from collections.abc import Callable
 

@@ -11,7 +11,7 @@ import numpy as np
 import pytest
 from command_line import error_line, maglev
 from native_builds import require_native_tools
-from written_controllers import FLIGHT, LOOPS, PD
+from written_controllers import LOOPS, PD, TRIAL
 
 import maglev as front_door
 from maglev.api.comparing import put_in
@@ -131,12 +131,12 @@ def test_instructions_are_those_of_a_log(tmp_path: Path) -> None:
 def test_a_controller_of_a_python_file(fmus: Path, tmp_path: Path) -> None:
     """Its native FMU has a mathematical library, a microcontroller none: it is told what there is."""
     (tmp_path / "pd.py").write_text(PD)
-    (tmp_path / "flight.toml").write_text(FLIGHT.format(loop=LOOPS / "2dof.toml"))
-    said = error_line(maglev("target", tmp_path / "pd.py", "--run", tmp_path / "flight.toml", "--fmus", fmus))
+    (tmp_path / "trial.toml").write_text(TRIAL.format(loop=LOOPS / "2dof.toml"))
+    said = error_line(maglev("target", tmp_path / "pd.py", "--run", tmp_path / "trial.toml", "--fmus", fmus))
     assert "calls cos and sin" in said and "expected functions of pmlsm.elementary" in said
     (tmp_path / "pd.py").write_text(PD.replace("from math import cos, pi, sin", ELEMENTARY).replace(
         " cos(", " cosine(").replace(" sin(", " sine("))
-    done = maglev("target", tmp_path / "pd.py", "--run", tmp_path / "flight.toml", "--fmus", fmus, "--out", tmp_path)
+    done = maglev("target", tmp_path / "pd.py", "--run", tmp_path / "trial.toml", "--fmus", fmus, "--out", tmp_path)
     assert done.exit_code == 0, done.output
 
 

@@ -1,4 +1,4 @@
-"""Stages that are designed: what a motor's data sheet makes, how it flies, and what is said of it."""
+"""Stages that are designed: what a motor's data sheet makes, how it runs, and what is said of it."""
 
 import json
 import re
@@ -35,7 +35,7 @@ REAL = ["force_constant=93", "attraction=950", "attraction_gap=0.9mm", "pole_pit
         "gap=5mm", "mass=12kg"]
 
 
-def flown(rig: Rig, law: str = "") -> Any:
+def simulated(rig: Rig, law: str = "") -> Any:
     """Closed loop of a stage after its setpoints, each for 0.6 s; it has touched no stop."""
     loop = definition(f"ClosedLoop{law}{rig.suffix}").new_block()
     assert loop.start() == 0
@@ -51,11 +51,11 @@ def flown(rig: Rig, law: str = "") -> Any:
 @pytest.mark.few(1)
 @pytest.mark.usefixtures("slow")
 @pytest.mark.parametrize("law", ["", "Linear", "PID"])
-def test_a_real_motor_flies_at_the_first_try(tmp_path: Path, law: str) -> None:
+def test_a_real_motor_runs_at_the_first_try(tmp_path: Path, law: str) -> None:
     """What `new stage` wrote, unchanged; for the thesis's gains, scaled, it was another 0.5 ms and 4 A."""
     path, _ = new_stage(tmp_path / "heavy.toml", motor=REAL)
     rig = know_stage(path)
-    loop = flown(rig, law)
+    loop = simulated(rig, law)
     for axis, values in setpoints(rig).items():
         assert getattr(loop.plant, axis).position == pytest.approx(1e-3 * values[3], abs=5e-6)
     assert rig.sample_time == 1e-4
@@ -66,10 +66,10 @@ def test_a_real_motor_flies_at_the_first_try(tmp_path: Path, law: str) -> None:
 @pytest.mark.usefixtures("slow")
 @pytest.mark.parametrize(("motor", "like"), [("small", "2dof"), *(
     pytest.param(*each, marks=pytest.mark.thorough) for each in (("medium", "3dof"), ("large", "5dof")))])
-def test_packaged_motors_fly(tmp_path: Path, motor: str, like: str) -> None:
+def test_packaged_motors_run(tmp_path: Path, motor: str, like: str) -> None:
     path, _ = new_stage(tmp_path / f"{motor}.toml", like, motor=[motor])
     rig = know_stage(path)
-    loop = flown(rig)
+    loop = simulated(rig)
     for axis, values in setpoints(rig).items():
         assert getattr(loop.plant, axis).position == pytest.approx(1e-3 * values[3], abs=1e-4)
     found = maglev.stage(path)
@@ -158,7 +158,7 @@ def test_force_left_over_is_that_of_the_plant(tmp_path: Path) -> None:
      [r"v = 3.5 mm: i_d = 3.79 A holds the mover, expected less than 3 A: a larger limit"]),
     ({"continuous = 3.2": "continuous = 2.5"},
      [r"v = 3.5 mm: i_d = 3.79 A holds the mover, for good the amplifiers give 3.54 A"])])
-def test_what_flies_badly_is_said(tmp_path: Path, changes: dict[str, str], warnings: list[str]) -> None:
+def test_what_runs_badly_is_said(tmp_path: Path, changes: dict[str, str], warnings: list[str]) -> None:
     path, _ = new_stage(tmp_path / "heavy.toml", motor=REAL)
     text = path.read_text(encoding="utf-8")
     for old, new in changes.items():

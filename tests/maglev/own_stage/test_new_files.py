@@ -47,8 +47,8 @@ def test_a_scenario_of_a_stage_of_ones_own_names_its_description(tmp_path: Path)
         assert plan.rig is not None and plan.rig.name == "mine"
 
 
-def test_they_fly(fastest_fmus: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    """A scenario as it is meets what it claims; a study of it has nothing that a study refuses before it flies."""
+def test_they_run(fastest_fmus: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """A scenario as it is meets what it claims; a study of it has nothing that a study refuses before it runs."""
     monkeypatch.chdir(tmp_path)
     assert command("new", "scenario", "mine", "--stage", "2dof").exit_code == 0
     result = command("run", "mine.toml", "--fmus", fastest_fmus, "--out", tmp_path, "--fail-on-claims")

@@ -58,7 +58,7 @@ def references(plan: RunPlan, times: np.ndarray) -> dict[str, np.ndarray]:
 
 
 @pytest.mark.thorough
-def test_a_stage_whose_gap_was_edited_does_not_fly_the_references_of_before(
+def test_a_stage_whose_gap_was_edited_does_not_run_the_references_of_before(
         slow: None, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     """The scenario has setpoints about 20 mm; the description now says 3 mm."""
     monkeypatch.chdir(tmp_path)

@@ -72,7 +72,7 @@ def test_it_moves_by_its_equations(tmp_path: Path) -> None:
 
 @pytest.mark.few(1)
 @pytest.mark.parametrize("law", ["", "Linear", "PID"])
-def test_it_flies(tmp_path: Path, law: str) -> None:
+def test_it_runs(tmp_path: Path, law: str) -> None:
     rig = know_stage(written(tmp_path / "pair.toml", LIKE, UNEVEN))
     loop: Any = definition(f"ClosedLoop{law}Pair").new_block()
     assert loop.start() == 0

@@ -1,4 +1,4 @@
-"""What flies runs many times, draws them or keeps them takes a stage of one's own by its scenario."""
+"""What makes many runs, draws them or keeps them takes a stage of one's own by its scenario."""
 
 from pathlib import Path
 

@@ -9,7 +9,7 @@ import pytest
 from described_stages import written
 from reference_pair import ReferenceMotor, lagrangian_motion, sheet_forces
 from reference_stage import G
-from unlike_motors import THOROUGH, first_files, flown, given_separately, tables
+from unlike_motors import THOROUGH, first_files, given_separately, simulated, tables
 
 import maglev
 from maglev.errors import RigError
@@ -137,10 +137,10 @@ def test_it_moves_by_its_data_sheets(tmp_path: Path) -> None:
 
 
 @pytest.mark.parametrize("law", ["", *THOROUGH])
-def test_it_flies(tmp_path: Path, law: str) -> None:
+def test_it_runs(tmp_path: Path, law: str) -> None:
     """By its designed gains: motors of different strengths make one thrust and no torque."""
     rig = know_stage(described(tmp_path / "unlike.toml"))
-    rows, loop = flown(rig, law, 72)
+    rows, loop = simulated(rig, law, 72)
     target = [1e-3 * values[2] for values in setpoints(rig).values()]
     assert rows[-1] == pytest.approx(target, abs=3e-5)
     assert np.abs(rows[:8] - rows[0]).max() < 4e-4   # it is held as it begins, which asks for a current of each motor
@@ -157,7 +157,7 @@ def test_equal_motors_given_separately_are_those_given_once(tmp_path: Path, law:
     once = know_stage(common)
     assert [motor.kind is None for motor in twice.motors] == [False, False]
     assert [axis.design for axis in twice.axes] == [axis.design for axis in once.axes]
-    assert flown(twice, law, 20)[0].tolist() == flown(once, law, 20)[0].tolist()
+    assert simulated(twice, law, 20)[0].tolist() == simulated(once, law, 20)[0].tolist()
 
 
 def test_swapped_motors_tilt_to_the_other_side(tmp_path: Path) -> None:
@@ -168,7 +168,7 @@ def test_swapped_motors_tilt_to_the_other_side(tmp_path: Path) -> None:
     mirrored = moved(free(definition("PlantSwapped").new_block(), other, [*START[:2], -START[2]]), other,
                      CURRENTS[::-1])
     assert mirrored * [1.0, 1.0, -1.0] == pytest.approx(found, abs=1e-13)
-    assert flown(other, "", 10, -1.0)[0] * [1.0, 1.0, -1.0] == pytest.approx(flown(rig, "", 10)[0], abs=1e-9)
+    assert simulated(other, "", 10, -1.0)[0] * [1.0, 1.0, -1.0] == pytest.approx(simulated(rig, "", 10)[0], abs=1e-9)
 
 
 def test_the_first_files_know_both_motors(tmp_path: Path) -> None:

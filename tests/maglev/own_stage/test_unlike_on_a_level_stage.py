@@ -9,7 +9,7 @@ from described_stages import written
 from reference_pair import ReferenceMotor, sheet_forces
 from reference_stage import G
 from scipy.integrate import solve_ivp
-from unlike_motors import THOROUGH, first_files, flown, given_separately, tables
+from unlike_motors import THOROUGH, first_files, given_separately, simulated, tables
 
 import maglev
 from maglev.errors import RigError
@@ -133,10 +133,10 @@ def test_linear_model_and_rows_are_those_of_its_data_sheets(tmp_path: Path) -> N
 
 
 @pytest.mark.parametrize("law", ["", *THOROUGH])
-def test_it_flies(tmp_path: Path, law: str) -> None:
+def test_it_runs(tmp_path: Path, law: str) -> None:
     """By its designed gains, held from the beginning."""
     rig = know_stage(described(tmp_path / "unlike.toml"))
-    rows, loop = flown(rig, law, 100)
+    rows, loop = simulated(rig, law, 100)
     target = [1e-3 * values[2] for values in setpoints(rig).values()]
     assert np.abs(rows[:20, 0] - rig.vertical.start).max() < 1e-4
     assert rows[-1, 0] == pytest.approx(target[0], abs=5e-5)
@@ -148,7 +148,7 @@ def test_it_flies(tmp_path: Path, law: str) -> None:
 @pytest.mark.thorough
 @pytest.mark.parametrize("law", ["", *THOROUGH])
 def test_a_linear_loop_is_about_the_currents_that_a_law_comes_to(tmp_path: Path, law: str) -> None:
-    """Each law has its own: without friction and with exact encoders a flight comes to them."""
+    """Each law has its own: without friction and with exact encoders a run comes to them."""
     rig = know_stage(described(tmp_path / "unlike.toml", {"resolution = 1e-05": "resolution = 0.0"}))
     loop: Any = definition(f"ClosedLoop{law}Unlike").new_block()
     for axis in rig.axis_names:
@@ -175,9 +175,9 @@ def test_equal_motors_given_separately_are_those_given_once(tmp_path: Path, law:
     assert [motor.kind is None for motor in twice.motors] == [False, False]
     assert [axis.design for axis in twice.axes] == [axis.design for axis in once.axes]
     effects = {"magnet_rise": 15.0, "bus_voltage": 20.0}
-    expected = flown(once, law, 20, **effects)[0]
-    assert flown(twice, law, 20, **effects)[0] == pytest.approx(expected, abs=1e-11)
-    assert np.abs(flown(once, law, 20)[0] - expected).max() > 1e-6   # they do count
+    expected = simulated(once, law, 20, **effects)[0]
+    assert simulated(twice, law, 20, **effects)[0] == pytest.approx(expected, abs=1e-11)
+    assert np.abs(simulated(once, law, 20)[0] - expected).max() > 1e-6   # they do count
 
 
 def test_one_motor_given_apart_is_that_of_its_stage(tmp_path: Path) -> None:
@@ -189,7 +189,7 @@ def test_one_motor_given_apart_is_that_of_its_stage(tmp_path: Path) -> None:
     (tmp_path / "apart.toml").write_text(text, encoding="utf-8")
     rigs = [know_stage(tmp_path / f"{name}.toml") for name in ("common", "apart")]
     assert [rig.motors[0].kind is None for rig in rigs] == [True, False]
-    common_rows, apart_rows = (flown(rig, "", 20)[0] for rig in rigs)
+    common_rows, apart_rows = (simulated(rig, "", 20)[0] for rig in rigs)
     assert apart_rows == pytest.approx(common_rows, abs=1e-11)
 
 

@@ -18,7 +18,7 @@ from maglev.schema.run_plan import RunPlan
 from pmlsm.gap_functions import gap_functions
 from pmlsm.rigs import RIGS
 
-Flown = Callable[..., RunResult]
+Simulated = Callable[..., RunResult]
 
 CONSTANTS = {"2dof": {"C1": 13.0, "C2": 800.0, "C3": 31.5, "C4": 0.1},
              "3dof": {"C1": 0.6, "C2": 0.8, "C3": 330.0, "C4": 8.6, "C5": 0.005}}
@@ -102,19 +102,19 @@ def drive_of(name: str, thrusts: Mapping[str, float], rows: int = 2000) -> RunRe
 
 
 @pytest.fixture(scope="session")
-def flown() -> Flown:
+def simulated() -> Simulated:
     """Function that makes a run of the package; see `result_of`."""
     return result_of
 
 
 @pytest.fixture(scope="session")
-def staircase() -> Flown:
+def staircase() -> Simulated:
     """Function that makes a run of equilibria; see `staircase_of`."""
     return staircase_of
 
 
 @pytest.fixture(scope="session")
-def drive() -> Flown:
+def drive() -> Simulated:
     """Function that makes a run of parabolas; see `drive_of`."""
     return drive_of
 

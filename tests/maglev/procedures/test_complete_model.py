@@ -1,4 +1,4 @@
-"""Procedure 4: the model beside the rig, on a flight of the blocks and motions that differ from it by known shares."""
+"""Procedure 4: the model beside the rig, on a run of the blocks and motions that differ from it by known shares."""
 
 from collections.abc import Callable, Mapping
 from dataclasses import replace
@@ -21,14 +21,14 @@ from pmlsm.gap_functions import gap_functions
 
 pytestmark = pytest.mark.usefixtures("slow")   # it searches for long
 
-Flown = Callable[..., RunResult]
+Simulated = Callable[..., RunResult]
 Constants = dict[str, dict[str, float]]
 
 DT = 1e-3   # s, as results of the 2-DOF rig are written
 
 
 @pytest.fixture(scope="module")
-def flight() -> Data:
+def trial() -> Data:
     """Three seconds of the ideal 2-DOF stage, excited."""
     return record("2dof", 3.0, DT)
 
@@ -43,16 +43,16 @@ def columns_of(data: Data) -> dict[str, Any]:
 
 
 @pytest.fixture
-def rig(flown: Flown, flight: Data) -> RunResult:
+def rig(simulated: Simulated, trial: Data) -> RunResult:
     """The run of the rig, with estimates of `CONSTANTS`."""
-    return flown("2dof-identification-rig", flight.recording.time, columns_of(flight))
+    return simulated("2dof-identification-rig", trial.recording.time, columns_of(trial))
 
 
-def model_of(flown: Flown, data: Data, rows: int, shares: Mapping[str, float]) -> RunResult:
+def model_of(simulated: Simulated, data: Data, rows: int, shares: Mapping[str, float]) -> RunResult:
     """A model whose motion about the mean of the rig is larger by a share; a column without one is the rig's."""
     columns = {name: values[:rows] + shares.get(name, 0.0) * (values[:rows] - values[:rows].mean())
                for name, values in columns_of(data).items()}
-    return flown("2dof-identification-model", data.recording.time[:rows], columns)
+    return simulated("2dof-identification-model", data.recording.time[:rows], columns)
 
 
 def outcome_of(*results: RunResult) -> Outcome:
@@ -66,25 +66,25 @@ def deviations(outcome: Outcome) -> dict[str, float]:
 
 
 @pytest.mark.parametrize("rows", [3000, 1200])
-def test_a_model_that_flies_as_the_rig_deviates_by_nothing(flown: Flown, flight: Data, rig: RunResult,
+def test_a_model_that_runs_as_the_rig_deviates_by_nothing(simulated: Simulated, trial: Data, rig: RunResult,
                                                            rows: int) -> None:
-    """Also where it flew for less time."""
-    found = outcome_of(rig, model_of(flown, flight, rows, {}))
+    """Also where it ran for less time."""
+    found = outcome_of(rig, model_of(simulated, trial, rows, {}))
     assert deviations(found) == dict.fromkeys(("v.position", "v.speed", "h.position", "h.speed"), 0.0)
     assert found.runs == ("2dof-identification-rig", "2dof-identification-model")
 
 
 @pytest.mark.parametrize("rows", [3000, 1200])
-def test_a_model_that_moves_further_by_a_share_deviates_by_that(flown: Flown, flight: Data, rig: RunResult,
+def test_a_model_that_moves_further_by_a_share_deviates_by_that(simulated: Simulated, trial: Data, rig: RunResult,
                                                                 rows: int) -> None:
-    model = model_of(flown, flight, rows, {"v.position": 0.03, "h.position": -0.02, "h.velocity": 0.5})
+    model = model_of(simulated, trial, rows, {"v.position": 0.03, "h.position": -0.02, "h.velocity": 0.5})
     assert deviations(outcome_of(rig, model)) == pytest.approx(
         {"v.position": 0.03, "v.speed": 0.0, "h.position": 0.02, "h.speed": 0.5}, rel=1e-9, abs=1e-12)
 
 
-def test_a_constant_offset_counts(flown: Flown, flight: Data, rig: RunResult) -> None:
+def test_a_constant_offset_counts(simulated: Simulated, trial: Data, rig: RunResult) -> None:
     """Of a millimetre, beside the standard deviation of the rig's motion."""
-    model = model_of(flown, flight, 3000, {})
+    model = model_of(simulated, trial, 3000, {})
     position = np.array(model.columns["plant.v.position"])
     moved = with_columns(model, {**model.columns, "plant.v.position": position + 1e-3})
     assert deviations(outcome_of(rig, moved))["v.position"] == pytest.approx(1e-3 / position.std())
@@ -98,12 +98,12 @@ def test_constants_with_every_epsilon(rig: RunResult, constants: Constants) -> N
     assert found.tables[0].title.startswith("Table 4.3: ")
 
 
-def test_the_same_offline_is_on_the_recorded_rows(rig: RunResult, flight: Data) -> None:
+def test_the_same_offline_is_on_the_recorded_rows(rig: RunResult, trial: Data) -> None:
     """The three estimators of chapter 3, from the guesses of the estimator FMU."""
     table = outcome_of(rig).tables[1]
     assert table.header[0] == "constant"
     assert set(table.header[1:4]) == {"reduced", "full", "fsdi"}
-    recording = flight.recording
+    recording = trial.recording
     rows = regressors(recording.rig, recording.positions, recording.i_d, recording.i_q,
                       observed(recording.positions, recording.dt))
     for method in ("reduced", "full", "fsdi"):
@@ -113,7 +113,7 @@ def test_the_same_offline_is_on_the_recorded_rows(rig: RunResult, flight: Data) 
     assert [row[0] for row in table.rows] == ["C1", "C2", "C3", "C4"]
 
 
-def test_figures_have_the_runs_of_other_procedures_beside_it(rig: RunResult, staircase: Flown, drive: Flown,
+def test_figures_have_the_runs_of_other_procedures_beside_it(rig: RunResult, staircase: Simulated, drive: Simulated,
                                                              constants: Constants) -> None:
     parabolas = [drive(f"2dof-parabolas-{gap}mm", {"h": 14.0 * gap_functions(MOTOR, 1e-3 * gap)[0]})
                  for gap in (15, 20)]
@@ -135,11 +135,11 @@ def test_figures_have_the_runs_of_other_procedures_beside_it(rig: RunResult, sta
     assert len(alone["4.13"].panels[0].curves) == 1
 
 
-def test_bands_are_twice_the_scatter_of_what_uncertain_constants_predict(rig: RunResult, staircase: Flown,
-                                                                        flight: Data) -> None:
+def test_bands_are_twice_the_scatter_of_what_uncertain_constants_predict(rig: RunResult, staircase: Simulated,
+                                                                        trial: Data) -> None:
     """With constants drawn by the covariance of the identification, thrust and equilibrium currents scatter so."""
     charts = {chart.number: chart for chart in outcome_of(rig, staircase("2dof")).charts}
-    found = identify(flight.recording)
+    found = identify(trial.recording)
     c1, thrust = found.standard_error["C1"], charts["4.13"].panels[0].curves[0]
     assert thrust.margin == pytest.approx([2.0 * c1 * gap_functions(MOTOR, 1e-3 * gap)[0] for gap in thrust.x])
     measured, predicted = charts["4.14"].panels[0].curves
@@ -149,17 +149,17 @@ def test_bands_are_twice_the_scatter_of_what_uncertain_constants_predict(rig: Ru
     names = ("C2", "C3", "C4")
     centre = [rig.ends[f"estimator_10ms.{name}"] for name in names]
     drawn = rng.multivariate_normal(centre, found.diagnostics["v"].covariance, 4000)
-    scatter = np.std([equilibrium_currents(flight.recording.rig, gaps, dict(zip(names, each, strict=True)))
+    scatter = np.std([equilibrium_currents(trial.recording.rig, gaps, dict(zip(names, each, strict=True)))
                       for each in drawn], axis=0)
     assert predicted.margin == pytest.approx((2.0 * scatter).tolist(), rel=0.06)
 
 
-def test_what_is_not_identified_has_no_band(flown: Flown, flight: Data, staircase: Flown) -> None:
+def test_what_is_not_identified_has_no_band(simulated: Simulated, trial: Data, staircase: Simulated) -> None:
     """An air gap that is held tells nothing about the vertical constants: the band has no end, and is not drawn."""
-    columns = columns_of(flight)
+    columns = columns_of(trial)
     still = {**columns, "v.encoder": np.full_like(columns["v.encoder"], 0.02)}
     charts = {chart.number: chart for chart in outcome_of(
-        flown("2dof-identification-rig", flight.recording.time, still), staircase("2dof")).charts}
+        simulated("2dof-identification-rig", trial.recording.time, still), staircase("2dof")).charts}
     predicted = charts["4.14"].panels[0].curves[1]
     assert predicted.margin is not None
     assert np.isinf(predicted.margin).all()

@@ -80,9 +80,9 @@ def test_estimators_in_the_loop_find_the_constants(outcome: Outcome) -> None:
 
 def test_the_model_starts_from_these_constants_and_follows(results: dict[str, RunResult], outcome: Outcome) -> None:
     """Constants that are off by 2.5 % leave at most twice that of the motion, for the loop amplifies no more."""
-    flown, model = results["ideal-rig"], results["ideal-model"]
+    simulated, model = results["ideal-rig"], results["ideal-model"]
     for name in TRUTH:
-        assert model.parameters[f"plant.{name}"] == flown.ends[f"estimator_10ms.{name}"]
+        assert model.parameters[f"plant.{name}"] == simulated.ends[f"estimator_10ms.{name}"]
     deviations = {(each.name, each.axis): each.value for each in outcome.values if each.name.endswith("_deviation")}
     assert set(deviations) == {(name, axis) for name in ("position_deviation", "speed_deviation") for axis in "vh"}
     assert 0.0 < max(deviations.values()) < 0.05

@@ -13,7 +13,7 @@ from maglev.procedures.outcome import Outcome
 from pmlsm.gap_functions import gap_functions
 from pmlsm.rig_2dof import RIG as RIG_2DOF
 
-Flown = Callable[..., RunResult]
+Simulated = Callable[..., RunResult]
 Constants = dict[str, dict[str, float]]
 
 TIME = 1e-3 * np.arange(11)
@@ -31,9 +31,9 @@ def by_gap(outcome: Outcome, name: str) -> dict[float, float]:
 
 
 @both_rigs
-def test_exact_currents_deviate_by_nothing(rig: str, flown: Flown, staircase: Flown) -> None:
+def test_exact_currents_deviate_by_nothing(rig: str, simulated: Simulated, staircase: Simulated) -> None:
     """Though for two thirds of the time at each air gap the mover is elsewhere."""
-    runs = [staircase(rig), flown(f"{rig}-equilibrium-excitation", TIME, {})]
+    runs = [staircase(rig), simulated(f"{rig}-equilibrium-excitation", TIME, {})]
     found = named(evaluate_all(runs), f"{rig}-procedure-2")
     assert by_gap(found, "equilibrium_deviation") == pytest.approx(dict.fromkeys(ASKED[rig], 0.0), abs=1e-9)
     (chart,) = found.charts
@@ -45,20 +45,21 @@ def test_exact_currents_deviate_by_nothing(rig: str, flown: Flown, staircase: Fl
 
 
 @both_rigs
-def test_deviations_are_those_of_the_current_at_the_measured_gap(rig: str, flown: Flown, staircase: Flown) -> None:
+def test_deviations_are_those_of_the_current_at_the_measured_gap(rig: str, simulated: Simulated,
+                                                                 staircase: Simulated) -> None:
     """A gap that is missed moves the prediction, and the values stay with the gap that was asked for."""
-    runs = [staircase(rig, current_error=-0.125, gap_error=2e-4), flown(f"{rig}-equilibrium-excitation", TIME, {})]
+    runs = [staircase(rig, current_error=-0.125, gap_error=2e-4), simulated(f"{rig}-equilibrium-excitation", TIME, {})]
     found = named(evaluate_all(runs), f"{rig}-procedure-2")
     assert by_gap(found, "equilibrium_deviation") == pytest.approx(dict.fromkeys(ASKED[rig], 0.125), abs=1e-9)
     assert list(found.charts[0].panels[0].curves[0].x) == pytest.approx([gap + 0.2 for gap in ASKED[rig]])
 
 
 @both_rigs
-def test_constants_are_those_of_the_excitation_with_every_epsilon(rig: str, flown: Flown, staircase: Flown,
+def test_constants_are_those_of_the_excitation_with_every_epsilon(rig: str, simulated: Simulated, staircase: Simulated,
                                                                  constants: Constants) -> None:
     vertical = list(constants[rig])[-3:]
     others = {name: 2.0 * constants[rig][name] for name in vertical}
-    runs = [staircase(rig), flown(f"{rig}-equilibrium-excitation", TIME, {}, {"estimator_50ms": others})]
+    runs = [staircase(rig), simulated(f"{rig}-equilibrium-excitation", TIME, {}, {"estimator_50ms": others})]
     found = named(evaluate_all(runs), f"{rig}-procedure-2")
     values = {(each.constant, each.epsilon): each.value for each in found.values if each.name == "constant"}
     assert values == {(name, epsilon): constants[rig][name] * (2.0 if epsilon == 0.05 else 1.0)
@@ -76,12 +77,12 @@ def test_constants_are_those_of_the_excitation_with_every_epsilon(rig: str, flow
 
 @pytest.mark.parametrize(("rig", "constant", "mass", "low", "high"), [
     ("2dof", "C2", RIG_2DOF.vertical.mass, 10.0, 25.0), ("3dof", "C3", None, 17.0, 30.0)])
-def test_cogging_force_by_hand(rig: str, constant: str, mass: float | None, low: float, high: float, flown: Flown,
-                               staircase: Flown, constants: Constants) -> None:
+def test_cogging_force_by_hand(rig: str, constant: str, mass: float | None, low: float, high: float,
+                               simulated: Simulated, staircase: Simulated, constants: Constants) -> None:
     """ξ(g) = M (C − Ĉ) f2."""
     at_zero = constants[rig][constant]
-    offset = flown(f"{rig}-cogging", TIME, {}, {"estimator_10ms": {constant: at_zero - 21.0}})
-    excitation = flown(f"{rig}-equilibrium-excitation", TIME, {})
+    offset = simulated(f"{rig}-cogging", TIME, {}, {"estimator_10ms": {constant: at_zero - 21.0}})
+    excitation = simulated(f"{rig}-equilibrium-excitation", TIME, {})
     found = named(evaluate_all([offset, excitation, staircase(rig)]), f"{rig}-procedure-3")
     mass = offset.parameters["plant.y.mass"] if mass is None else mass
     force = {float(each.gap or 0.0): each.value for each in found.values if each.name == "cogging_force"}
@@ -100,11 +101,11 @@ def test_cogging_force_by_hand(rig: str, constant: str, mass: float | None, low:
     assert found.runs == (f"{rig}-cogging", f"{rig}-equilibrium-excitation", f"{rig}-equilibrium-currents")
 
 
-def test_a_heavier_mover_has_more_cogging_force(flown: Flown) -> None:
+def test_a_heavier_mover_has_more_cogging_force(simulated: Simulated) -> None:
     """C is an acceleration; the mass is that of the run, not of the data sheet."""
-    offset = flown("2dof-cogging", TIME, {}, {"estimator_10ms": {"C2": 780.0}})
+    offset = simulated("2dof-cogging", TIME, {}, {"estimator_10ms": {"C2": 780.0}})
     heavy = replace(offset, parameters={**offset.parameters, "plant.v.mass": 3.0 * offset.parameters["plant.v.mass"]})
-    excitation = flown("2dof-equilibrium-excitation", TIME, {})
+    excitation = simulated("2dof-equilibrium-excitation", TIME, {})
     light, heavier = (by_gap(named(evaluate_all([run, excitation]), "2dof-procedure-3"), "cogging_force")
                       for run in (offset, heavy))
     assert heavier == pytest.approx({gap: 3.0 * force for gap, force in light.items()}, rel=1e-12)

@@ -10,7 +10,7 @@ from maglev.experiment.execution import RunResult
 from maglev.procedures.evaluate import evaluate_all
 from maglev.procedures.outcome import Outcome
 
-Flown = Callable[..., RunResult]
+Simulated = Callable[..., RunResult]
 
 TIME = 1e-3 * np.arange(40_001)
 JUMP = 20.0   # s
@@ -29,13 +29,13 @@ def percent(text: str) -> float:
 
 
 @pytest.fixture(scope="module")
-def outcome(flown: Flown) -> Outcome:
+def outcome(simulated: Simulated) -> Outcome:
     """Estimates that are 3 % too large before the jump of C2, and scatter by 1 % there."""
     alternating = np.where(np.arange(len(TIME)) % 2 == 0, 0.01, -0.01) * (TIME < JUMP)
     estimates = {name: {"C1": path(*JUMPS["C1"], rate),
                         "C2": path(*JUMPS["C2"], rate) + JUMPS["C2"][0] * ((TIME < JUMP) * 0.03 + alternating)}
                  for name, rate in RATES.items()}
-    (found,) = evaluate_all([flown("2dof-forgetting", TIME, {}, estimates)])
+    (found,) = evaluate_all([simulated("2dof-forgetting", TIME, {}, estimates)])
     return found
 
 

@@ -15,7 +15,7 @@ from maglev.schema.loading import load_plan
 from maglev.schema.run_plan import StartValue
 from pmlsm.gap_functions import gap_functions
 
-Flown = Callable[..., RunResult]
+Simulated = Callable[..., RunResult]
 
 DT = {"2dof": 1e-3, "3dof": 0.5e-3}   # s
 TIME = 1e-3 * np.arange(11)
@@ -49,7 +49,7 @@ def rig(request: pytest.FixtureRequest) -> str:
 
 
 @pytest.fixture(scope="module")
-def results(rig: str, flown: Flown, staircase: Flown, drive: Flown) -> dict[str, RunResult]:
+def results(rig: str, simulated: Simulated, staircase: Simulated, drive: Simulated) -> dict[str, RunResult]:
     """Completed runs of a rig, by their names without it."""
     data = record(rig, 1.2, DT[rig])
     recording = data.recording
@@ -59,13 +59,13 @@ def results(rig: str, flown: Flown, staircase: Flown, drive: Flown) -> dict[str,
                     f"{axis}.velocity": data.velocity[:, k]}
     for k, motor in enumerate(recording.rig.motors):
         columns |= {f"{motor}.i_d": recording.i_d[:, k], f"{motor}.i_q": recording.i_q[:, k]}
-    made = {EXCITATION: flown(f"{rig}-{EXCITATION}", TIME, {}), CURRENTS: staircase(rig),
-            OFFSET: flown(f"{rig}-{OFFSET}", TIME, {}), RIG: flown(f"{rig}-{RIG}", recording.time, columns),
-            MODEL: flown(f"{rig}-{MODEL}", recording.time, columns)}
+    made = {EXCITATION: simulated(f"{rig}-{EXCITATION}", TIME, {}), CURRENTS: staircase(rig),
+            OFFSET: simulated(f"{rig}-{OFFSET}", TIME, {}), RIG: simulated(f"{rig}-{RIG}", recording.time, columns),
+            MODEL: simulated(f"{rig}-{MODEL}", recording.time, columns)}
     thrust = gap_functions(MOTOR, 0.02)[0]
     if rig == "2dof":
         made[ALONE[rig]] = drive(f"2dof-{ALONE[rig]}", {"h": 14.0 * thrust})
-        made["forgetting"] = flown("2dof-forgetting", 0.01 * np.arange(4001), {})
+        made["forgetting"] = simulated("2dof-forgetting", 0.01 * np.arange(4001), {})
     else:
         made[ALONE[rig]] = drive(f"3dof-{ALONE[rig]}", {"x": thrust})
         made[BOTH] = drive(f"3dof-{BOTH}", {"x": thrust, "z": thrust})
@@ -143,19 +143,19 @@ def test_runs_that_others_only_start_from_do_not_make_a_procedure(rig: str, resu
     ("2dof-identification-rig", {"plant.v.encoder": 0.02, "plant.h.encoder": 0.0}, "no axis is excited")])
 def test_runs_from_which_nothing_can_be_found_are_a_note(rig: str, results: dict[str, RunResult], part: str,
                                                          change: dict[str, float], words: str) -> None:
-    flown = {run.plan.name: run for run in results.values()}
+    simulated = {run.plan.name: run for run in results.values()}
     if rig == "3dof":
         part = part.replace("2dof-parabolas", "3dof-parabolas-x").replace("2dof", "3dof")
         change = {name.replace(".h.", ".x.").replace(".v.", ".y.").replace(".motor.", ".alpha."): value
                   for name, value in change.items()}
         words = words.replace("axis h", "axis x")
         change |= {"plant.z.encoder": 0.0} if "plant.y.encoder" in change else {}
-    run = flown[part]
+    run = simulated[part]
     columns = {**run.columns, **{name: np.full(len(run.time), value) for name, value in change.items()}}
     parameters = dict(run.parameters)
     if not change:
         del parameters["estimator_10ms.epsilon"]
-    others = [other for name, other in flown.items() if name != part and "parabolas" not in name]
+    others = [other for name, other in simulated.items() if name != part and "parabolas" not in name]
     (outcome,) = evaluate_all([with_columns(run, columns, parameters=parameters), *others], {part})
     assert outcome.values == ()
     assert words in outcome.notes[0]

@@ -13,7 +13,7 @@ from maglev.procedures.outcome import Outcome
 from maglev.schema.loading import load_plans
 from pmlsm.gap_functions import gap_functions
 
-Flown = Callable[..., RunResult]
+Simulated = Callable[..., RunResult]
 
 GAPS = {"2dof": [10.0, 12.5, 15.0, 17.5, 20.0, 22.5, 25.0, 27.5],
         "3dof": [15.0, 17.5, 20.0, 22.5, 25.0, 27.5, 30.0, 32.5, 35.0]}   # mm
@@ -53,7 +53,7 @@ def behind_the_stroke(result: RunResult, axis: str, end: float) -> RunResult:
     return with_columns(result, columns)
 
 
-def test_thrust_of_the_2dof_stage(drive: Flown) -> None:
+def test_thrust_of_the_2dof_stage(drive: Simulated) -> None:
     """A constant of its own at each air gap; the estimators are off by known shares."""
     constants = dict(zip(GAPS["2dof"], np.linspace(12.0, 16.0, 8).tolist(), strict=True))
     runs = []
@@ -84,7 +84,7 @@ def test_thrust_of_the_2dof_stage(drive: Flown) -> None:
 
 @pytest.mark.thorough
 @pytest.mark.usefixtures("slow")
-def test_thrust_of_the_3dof_stage_alone_and_with_both_axes(drive: Flown) -> None:
+def test_thrust_of_the_3dof_stage_alone_and_with_both_axes(drive: Simulated) -> None:
     """Two motors drive each axis; with both, the estimates here differ by 3 %."""
     runs = []
     for run in load_plans("3dof-parabolas"):
@@ -110,7 +110,7 @@ def test_thrust_of_the_3dof_stage_alone_and_with_both_axes(drive: Flown) -> None
 
 @pytest.mark.parametrize(("name", "axis", "end"), [("2dof-parabolas-20mm", "h", 0.05),
                                                    ("3dof-parabolas-x-20mm", "x", 0.06)])
-def test_what_is_behind_the_stroke_does_not_count(drive: Flown, name: str, axis: str, end: float) -> None:
+def test_what_is_behind_the_stroke_does_not_count(drive: Simulated, name: str, axis: str, end: float) -> None:
     clean = drive(name, {axis: 0.2}, rows=4000) if axis == "x" else drive(name, {axis: 6.0}, rows=1000)
     spoiled = behind_the_stroke(clean, axis, end)
     first, second = outcome_of([clean]), outcome_of([spoiled])
@@ -120,7 +120,7 @@ def test_what_is_behind_the_stroke_does_not_count(drive: Flown, name: str, axis:
     assert max(second.charts[0].panels[0].curves[0].y) == pytest.approx(1e3 * end, rel=0.01)
 
 
-def test_the_axis_that_is_there_first_ends_the_stroke_of_both(drive: Flown) -> None:
+def test_the_axis_that_is_there_first_ends_the_stroke_of_both(drive: Simulated) -> None:
     clean = drive("3dof-parabolas-both-20mm", {"x": 0.2, "z": 0.3}, rows=4000)
     end = int(np.flatnonzero(clean.columns["plant.z.encoder"] >= 0.06)[0]) + 1
     assert clean.columns["plant.x.encoder"][end] < 0.05
@@ -132,12 +132,12 @@ def test_the_axis_that_is_there_first_ends_the_stroke_of_both(drive: Flown) -> N
     assert values(found, "simultaneous_deviation", axis="x") == pytest.approx({20.0: 0.0}, abs=1e-12)
 
 
-def test_a_stroke_that_is_cut_short_is_fitted_as_far_as_it_goes(drive: Flown) -> None:
+def test_a_stroke_that_is_cut_short_is_fitted_as_far_as_it_goes(drive: Simulated) -> None:
     found = outcome_of([drive("2dof-parabolas-20mm", {"h": 6.0}, rows=100)])
     assert values(found, "thrust") == pytest.approx({20.0: 6.0}, rel=1e-9)
 
 
-def test_both_axes_without_one_alone_have_nothing_to_compare_with(drive: Flown) -> None:
+def test_both_axes_without_one_alone_have_nothing_to_compare_with(drive: Simulated) -> None:
     found = outcome_of([drive("3dof-parabolas-both-20mm", {"x": 0.2, "z": 0.3})])
     assert found.values == ()
     other_gap = outcome_of([drive("3dof-parabolas-both-20mm", {"x": 0.2, "z": 0.3}),

@@ -197,10 +197,10 @@ def test_numbers_stay_with_their_units():
 
 
 def test_a_run_figure_lists_the_claims_of_its_procedure_and_begins_with_the_time_that_counts():
-    flown = recorded(packaged("2dof-identification-rig"))
-    settings = flown.plan.procedure
+    simulated = recorded(packaged("2dof-identification-rig"))
+    settings = simulated.plan.procedure
     assert settings is not None
-    page = page_of([flown], outcomes=[Outcome(settings, (flown.plan.name,),
+    page = page_of([simulated], outcomes=[Outcome(settings, (simulated.plan.name,),
                                               (ProcedureValue("position_deviation", 0.02, axis="v"),))])
     shown = page.with_id("figure-4-15").text
     assert "follows the positions" in shown and "reproduced" in shown

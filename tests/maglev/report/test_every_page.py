@@ -23,7 +23,7 @@ if TYPE_CHECKING:
 
 WIDTHS = (1440, 820, 390)   # px
 PLOTTED = "document.querySelector('.plot').scrollIntoView() || document.querySelector('.panel-plot') !== null"
-FLIES = "maglevLive.frames > 5"
+RUNS = "maglevLive.frames > 5"
 MANY = ("#figures figure:nth-of-type(n+4)", "table.claims > tbody:nth-of-type(n+4)", "#assumptions dl")   # of a kind
 
 # What is wider than the window, whether the head covers what follows, what its own box or the window cuts off, and
@@ -85,7 +85,7 @@ def test_nothing_is_cut_or_covered_in_the_report_of_every_run(browser, whole_rep
 
 
 @pytest.mark.parametrize(("name", "drawn"), [
-    ("report.html", PLOTTED), ("compare.html", PLOTTED), ("study.html", "true"), ("live.html", FLIES),
+    ("report.html", PLOTTED), ("compare.html", PLOTTED), ("study.html", "true"), ("live.html", RUNS),
     (INDEX, "true")], ids=["report", "compare", "study", "live", "index"])
 def test_nothing_is_cut_or_covered_and_all_can_be_read(browser, pages: Path, name: str, drawn: str) -> None:
     tab = Tab(browser, pages / name, reduced_motion="reduce" if name == "report.html" else "no-preference")
@@ -113,7 +113,7 @@ def test_nothing_moves_by_itself_and_a_finger_hits_what_it_means(browser, pages:
                                                                  size: "ViewportSize") -> None:
     for attempt in range(3):   # a machine with other work paints a page of which it has not all
         tab = Tab(browser, pages / name, size)
-        wait_until(tab.page, FLIES if name == "live.html" else "document.readyState === 'complete'")
+        wait_until(tab.page, RUNS if name == "live.html" else "document.readyState === 'complete'")
         tab.page.wait_for_timeout(1000)   # what is drawn first is drawn
         shifts = tab.evaluate(SHIFTS)
         if sum(value for value, *_ in shifts) < 0.05:
@@ -213,7 +213,7 @@ def test_a_comparison_on_paper_has_its_plots_and_no_buttons(browser, pages: Path
     tab.close()
 
 
-@pytest.mark.parametrize(("name", "drawn"), [("live.html", FLIES), ("compare.html", "!!maglevReport.views")])
+@pytest.mark.parametrize(("name", "drawn"), [("live.html", RUNS), ("compare.html", "!!maglevReport.views")])
 def test_a_picture_is_printed_in_colours_of_paper(browser, pages: Path, name: str, drawn: str) -> None:
     """Of a reader of dark screens, too."""
     tab = Tab(browser, pages / name)
@@ -258,7 +258,7 @@ def test_bounds_of_figures_line_up_with_other_claims_on_paper(browser, pages: Pa
 @pytest.fixture
 def phone_live(browser, pages: Path) -> Iterator[Tab]:
     tab = Tab(browser, pages / "live.html", PHONE)
-    wait_until(tab.page, FLIES)
+    wait_until(tab.page, RUNS)
     yield tab
     problems = tab.problems + tab.evaluate("maglevLive.problems")
     tab.context.close()
@@ -316,12 +316,12 @@ def test_from_above_a_finger_moves_in_the_plane(phone_live: Tab) -> None:
     assert tab.evaluate("scrollY") == 0
 
 
-def test_a_page_of_another_stage_that_is_dropped_takes_the_place_of_what_flies(browser, pages: Path, wasm_fmus: Path,
+def test_a_page_of_another_stage_that_is_dropped_takes_the_place_of_what_runs(browser, pages: Path, wasm_fmus: Path,
                                                                                tmp_path: Path) -> None:
     other = tmp_path / "live-mine.html"
     other.write_text(live_page(wasm_fmus, [packaged("2dof-setpoints")]), encoding="utf-8")
     tab = Tab(browser, pages / "live.html")
-    wait_until(tab.page, FLIES)
+    wait_until(tab.page, RUNS)
     tab.page.set_input_files("#own-files", pages / "compare.html")
     wait_until(tab.page, "document.getElementById('status').textContent.startsWith('compare.html: expected a page')")
     assert tab.evaluate("maglevLive.run.plant") == "Plant3DOF"
@@ -340,7 +340,7 @@ def test_a_page_of_another_stage_that_is_dropped_takes_the_place_of_what_flies(b
 def test_what_a_worker_sends_is_heard_as_far_as_it_is_expected(browser, pages: Path) -> None:
     """A law can send its page anything: the page takes no text of it for its own, and no data of another shape."""
     tab = Tab(browser, pages / "live.html")
-    wait_until(tab.page, FLIES)
+    wait_until(tab.page, RUNS)
 
     def said(message: str) -> str:
         tab.evaluate(f"say(''); own.present = true; worker.onmessage({{ data: {message} }})")
@@ -353,7 +353,7 @@ def test_what_a_worker_sends_is_heard_as_far_as_it_is_expected(browser, pages: P
         assert said(message) == "", message
     assert said("{ type: 'not done', text: 'Your browser is out of date' }") == "law: Your browser is out of date"
     assert said("{ type: 'not done', text: 'Plant3DOF: no' }") == "Plant3DOF: no"
-    # What is still on its way from the flight before an experiment is none of it.
+    # What is still on its way from the run before an experiment is none of it.
     assert tab.evaluate("""(() => {
         tellStory("weak");
         worker.onmessage({ data: { type: "frame", rows: new Float32Array(page.width), ghostRows: new Float32Array(0),

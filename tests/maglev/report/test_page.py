@@ -66,7 +66,7 @@ def test_every_figure_and_run_is_on_the_page(page):
 
 
 def test_runs_open_live_where_the_live_page_lies_beside(tmp_path):
-    """Those that it can fly as they were flown here."""
+    """Those that it can run as they were run here."""
     results = [recorded(packaged("2dof-setpoints")), recorded(packaged("2dof-identification-rig"))]
     (tmp_path / "live.html").touch()
     write_report(tmp_path / "report.html", results, {})

@@ -53,9 +53,9 @@ def test_estimators_stand_beside_the_loop_where_something_is_identified(run: Run
         return   # what is estimated there is fed back
     others = {name: fmu for name, fmu in run.fmus.items() if name not in ("measurement", "controller", "plant")}
     assert {fmu.model for fmu in others.values()} <= {"Estimator2DOF" if run.name[:4] == "2dof" else "Estimator3DOF"}
-    # Equilibrium currents are measured, and the identified model only flies.
-    flown = run.name.endswith(("equilibrium-currents", "identification-model"))
-    assert bool(others) == ((run.name in IN_PROCEDURES and not flown) or run.path.stem.endswith("-estimator"))
+    # Equilibrium currents are measured, and the identified model only runs.
+    simulated = run.name.endswith(("equilibrium-currents", "identification-model"))
+    assert bool(others) == ((run.name in IN_PROCEDURES and not simulated) or run.path.stem.endswith("-estimator"))
     for name, fmu in others.items():
         assert all(source.startswith("plant.") for source in fmu.inputs.values()), "they see what a rig has"
         assert not any(source.startswith(f"{name}.") for source, _ in run.wires.values())

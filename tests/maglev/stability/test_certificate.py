@@ -27,7 +27,7 @@ def test_first_order_region_of_another_limit_and_pole() -> None:
 
 @pytest.mark.parametrize(("gains", "step", "sampled"), [(THESIS, 17.32e-3, 17.37e-3), (NONE, 14.49e-3, 14.41e-3)])
 def test_five_states_of_the_thesis(gains: NDArray[np.float64], step: float, sampled: float) -> None:
-    """Optima of the thesis's loop and of the one that flies, with the same limit: as the page says."""
+    """Optima of the thesis's loop and of the one that runs, with the same limit: as the page says."""
     loop = axis_loop("3dof", "x", "25 mm")
     assert loop.limits == pytest.approx([3.885], abs=0.5e-3)
     for each, optimum in ((five_states(loop.limits[0]), step), (loop, sampled)):

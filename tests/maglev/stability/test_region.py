@@ -125,9 +125,9 @@ def test_the_command_gives_text_picture_and_data(fastest_fmus: Path, tmp_path: P
 @pytest.mark.thorough
 def test_runs_are_as_simulated_while_the_gap_is_locked(fastest_fmus: Path) -> None:
     """A step of 20 mm, into the limit, without what the linear model leaves out but for the encoder."""
-    flown = region("3dof", "x", "25 mm", step="20 mm", set=SMOOTH, run=False)
+    simulated = region("3dof", "x", "25 mm", step="20 mm", set=SMOOTH, run=False)
     settings = {name.removeprefix("plant."): value for name, value in SMOOTH.items()}
-    for each in flown.candidates:
+    for each in simulated.candidates:
         gains = {f"x.ec{k}": float(gain) for k, gain in enumerate(each.gains, 1)}
         with StepRuns("3dof", "x", "25 mm", "Regulator3DOF", settings, {}, fastest_fmus, locked=True) as runs:
             response, held = runs.respond(0.02, gains)
@@ -138,14 +138,14 @@ def test_runs_are_as_simulated_while_the_gap_is_locked(fastest_fmus: Path) -> No
 
 @pytest.mark.thorough
 def test_at_25_mm_the_stage_holds_more_than_is_certified(fastest_fmus: Path) -> None:
-    flown = region("3dof", "x", "25 mm", run=True, fmus=fastest_fmus)
-    for each in flown.candidates:
+    simulated = region("3dof", "x", "25 mm", run=True, fmus=fastest_fmus)
+    for each in simulated.candidates:
         assert each.run is not None and each.run.held and each.run.largest_locked is not None
         assert each.certificate.step < each.run.largest < each.run.largest_locked
 
 
 @pytest.mark.thorough
-def test_what_is_flown_stands_beside_what_is_certified(fastest_fmus: Path, tmp_path: Path,
+def test_what_is_run_stands_beside_what_is_certified(fastest_fmus: Path, tmp_path: Path,
                                                        monkeypatch: pytest.MonkeyPatch) -> None:
     """At 29 mm, where the stage falls first, it holds less than is certified of its linear loop."""
     shown = []
@@ -170,13 +170,13 @@ def test_what_is_flown_stands_beside_what_is_certified(fastest_fmus: Path, tmp_p
     assert found["Ec"] == [1.2e-4, 1.1e-4, 1.1e-4]
     assert (found["certified_step"], found["run"]["largest_step"]) == pytest.approx((1e-3 * certified, 1e-3 * held),
                                                                                      abs=0.05e-3)
-    flown = shown[0]["as set"].run
-    assert flown is not None and flown.largest_locked is not None and flown.largest < flown.largest_locked
+    run = shown[0]["as set"].run
+    assert run is not None and run.largest_locked is not None and run.largest < run.largest_locked
     assert shown[0]["as set"].title == f"as set: {certified} mm certified, {held} mm held"
 
 
 def test_steps_end_where_the_stops_do(fastest_fmus: Path) -> None:
-    """At 20 mm the gap can step by 1 mm from a start off the lower stop: no more is flown, whatever is certified."""
+    """At 20 mm the gap can step by 1 mm from a start off the lower stop: no more is run, whatever is certified."""
     found = region("3dof", "y", "20 mm", fmus=fastest_fmus)["as set"]
     assert found.run is not None
     assert found.run.largest == found.run.room == pytest.approx(1e-3)
@@ -191,12 +191,12 @@ def test_certified_steps_of_a_platform_that_tilts_are_held(fastest_fmus: Path, a
     rows = [row for row in page_rows(rf"\| {axis} \| ") if row[2].endswith((" mm", " mrad"))]
     assert len(rows) == 1
     for _, _, *cells in rows:
-        certified, flown = (1e-3 * float(cell.split()[0]) for cell in cells[:2])
+        certified, simulated = (1e-3 * float(cell.split()[0]) for cell in cells[:2])
         loop = axis_loop("5dof", axis, "25 mm")
         assert certificate.certify(loop, loop.gains).step == pytest.approx(certified, rel=0.02)
         with StepRuns("5dof", axis, "25 mm", "Regulator5DOF", {}, {}, fastest_fmus) as runs:
             assert all(runs.respond(sign * certified, {})[1] for sign in (-1.0, 1.0)), axis
-            assert not all(runs.respond(sign * 1.1 * flown, {})[1] for sign in (-1.0, 1.0)), axis
+            assert not all(runs.respond(sign * 1.1 * simulated, {})[1] for sign in (-1.0, 1.0)), axis
             with pytest.raises(StabilityError, match="Plant5DOF: a step of .* begins at .*, expected a start from"):
                 runs.respond(0.04, {})
 
@@ -209,18 +209,18 @@ def page_rows(begin: str) -> list[list[str]]:
 
 
 @pytest.mark.thorough
-def test_the_page_has_what_is_flown(fastest_fmus: Path) -> None:
+def test_the_page_has_what_is_run(fastest_fmus: Path) -> None:
     """Steps somewhat smaller are held in both directions; larger ones, where there is room, are lost in one."""
     rows = page_rows(r"\| \d\d mm \|")
     assert len(rows) == 5
     for gap, *steps in rows:
-        for axis, (certified, flown) in zip("xzy", (steps[0:2], steps[3:5], steps[6:8]), strict=True):
+        for axis, (certified, simulated) in zip("xzy", (steps[0:2], steps[3:5], steps[6:8]), strict=True):
             loop = axis_loop("3dof", axis, gap)
             assert certificate.certify(loop, loop.gains).step == pytest.approx(1e-3 * float(certified), abs=0.0501e-3)
-            step = 1e-3 * float(flown.removeprefix("≥ "))
+            step = 1e-3 * float(simulated.removeprefix("≥ "))
             with StepRuns("3dof", axis, gap, "Regulator3DOF", {}, {}, fastest_fmus) as runs:
                 assert all(runs.respond(sign * 0.95 * step, {})[1] for sign in (-1.0, 1.0)), (gap, axis)
-                if not flown.startswith("≥"):
+                if not simulated.startswith("≥"):
                     assert not all(runs.respond(sign * 1.1 * step, {})[1] for sign in (-1.0, 1.0)), (gap, axis)
 
 

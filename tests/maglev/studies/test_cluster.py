@@ -11,7 +11,7 @@ import numpy as np
 import pytest
 from distributed import Client, LocalCluster
 from distributed.security import Security
-from tiny_study import fly_samples, of_a_crash, planned
+from tiny_study import of_a_crash, planned, simulate_samples
 
 import maglev
 from maglev.errors import ScenarioError
@@ -34,7 +34,7 @@ def cluster(slow: None) -> Iterator[LocalCluster]:
         yield cluster
 
 
-def flown(cluster: LocalCluster | None, study: PlannedStudy, out: Path) -> bytes:
+def simulated(cluster: LocalCluster | None, study: PlannedStudy, out: Path) -> bytes:
     """Bytes of the dataset."""
     address = None if cluster is None else str(cluster.scheduler_address)
     return run_study(study, out, 2, address, False, lambda _done, _all: None, print).read_bytes()
@@ -42,7 +42,7 @@ def flown(cluster: LocalCluster | None, study: PlannedStudy, out: Path) -> bytes
 
 def test_it_gives_the_bytes_of_this_machine(cluster: LocalCluster, fastest_fmus: Path, tmp_path: Path) -> None:
     study = planned(tmp_path, fastest_fmus)
-    assert flown(cluster, study, tmp_path / "there") == flown(None, study, tmp_path / "here")
+    assert simulated(cluster, study, tmp_path / "there") == simulated(None, study, tmp_path / "here")
 
 
 def test_a_dead_worker_costs_its_batch(cluster: LocalCluster, fastest_fmus: Path, tmp_path: Path) -> None:
@@ -56,11 +56,11 @@ def test_a_dead_worker_costs_its_batch(cluster: LocalCluster, fastest_fmus: Path
             os.kill(victim, signal.SIGKILL)
         found[batch.first] = batch
 
-    with runners(str(cluster.scheduler_address), 2) as fly:
-        fly(study.job, study.batches, study.values, store)
+    with runners(str(cluster.scheduler_address), 2) as simulate:
+        simulate(study.job, study.batches, study.values, store)
     assert sorted(found) == [batch.first for batch in study.batches]
     assert np.array_equal(np.concatenate([found[first].values for first in sorted(found)]),
-                          fly_samples(study.job, 0, study.values).values)
+                          simulate_samples(study.job, 0, study.values).values)
 
 
 @pytest.mark.thorough
@@ -69,8 +69,8 @@ def test_a_sample_that_takes_its_workers_with_it(cluster: LocalCluster, fastest_
     scheduler.allowed_failures = 0   # the first death is enough
     found: list[BatchResult] = []
     study = of_a_crash(fastest_fmus, tmp_path, limit=None)
-    with runners(str(cluster.scheduler_address), 2) as fly:
-        fly(study.job, study.batches, study.values, found.append)
+    with runners(str(cluster.scheduler_address), 2) as simulate:
+        simulate(study.job, study.batches, study.values, found.append)
     assert found[0].failures == ("the process that ran it ended (SIGSEGV)",)
 
 
@@ -78,7 +78,7 @@ def test_workers_of_another_version_are_refused(cluster: LocalCluster, fastest_f
                                                 monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(dask_workers, "code_of_package", lambda: "0.0 (other)")
     with pytest.raises(ScenarioError, match=r"worker tls://.* has maglev-fmus .*, expected 0\.0 \(other\)"):
-        flown(cluster, planned(tmp_path, fastest_fmus), tmp_path)
+        simulated(cluster, planned(tmp_path, fastest_fmus), tmp_path)
     assert not (tmp_path / "study.parts").exists()
 
 

@@ -9,7 +9,7 @@ import numpy as np
 import pyarrow.parquet as pq
 import pytest
 from psutil import STATUS_ZOMBIE, Process
-from tiny_study import fly_samples, of_a_crash, planned, scenario
+from tiny_study import of_a_crash, planned, scenario, simulate_samples
 
 import maglev
 from maglev.errors import Interrupted, MaglevError, ScenarioError
@@ -21,10 +21,10 @@ from maglev.studies.running import run_study
 
 
 def in_this_process(study: PlannedStudy) -> BatchResult:
-    return fly_samples(study.job, 0, study.values)
+    return simulate_samples(study.job, 0, study.values)
 
 
-def flown(study: PlannedStudy, out: Path, **options: Any) -> bytes:
+def simulated(study: PlannedStudy, out: Path, **options: Any) -> bytes:
     """Bytes of the dataset."""
     options = {"resume": False, "watch": lambda _done, _all: None, "say": print, **options}
     return run_study(study, out, 2, None, **options).read_bytes()
@@ -47,8 +47,8 @@ def test_a_dead_process_costs_its_batch(fastest_fmus: Path, tmp_path: Path, monk
             getattr(victim, end)()
         found[batch.first] = batch
 
-    with runners(None, 2) as fly:
-        fly(study.job, study.batches, study.values, store)
+    with runners(None, 2) as simulate:
+        simulate(study.job, study.batches, study.values, store)
     assert sorted(found) == [batch.first for batch in study.batches]
     expected = in_this_process(study)
     assert np.array_equal(np.concatenate([found[first].values for first in sorted(found)]), expected.values)
@@ -56,32 +56,32 @@ def test_a_dead_process_costs_its_batch(fastest_fmus: Path, tmp_path: Path, monk
 
 def test_an_interrupted_study_goes_on_to_the_same_bytes(fastest_fmus: Path, tmp_path: Path) -> None:
     study = planned(tmp_path, fastest_fmus, keep=["plant.v.position"])
-    whole = flown(study, tmp_path / "whole")
+    whole = simulated(study, tmp_path / "whole")
 
     def interrupt(done: int, _all: int) -> None:
         if done >= 5:
             raise KeyboardInterrupt
 
     with pytest.raises(Interrupted, match=r"of 20 samples are kept in .*resume=True"):
-        flown(study, tmp_path / "parts", watch=interrupt)
+        simulated(study, tmp_path / "parts", watch=interrupt)
     assert 0 < len(list((tmp_path / "parts" / "study.parts").glob("samples-*"))) < len(study.batches)
     with pytest.raises(ScenarioError, match="of 20 samples are done, expected resume=True"):
-        flown(study, tmp_path / "parts")
-    assert flown(study, tmp_path / "parts", resume=True) == whole
+        simulated(study, tmp_path / "parts")
+    assert simulated(study, tmp_path / "parts", resume=True) == whole
     assert not (tmp_path / "parts" / "study.parts").exists()
     kept = [(folder / "study.trajectories.parquet").read_bytes() for folder in (tmp_path / "whole", tmp_path / "parts")]
     assert kept[0] == kept[1]
     other = planned(tmp_path, fastest_fmus, vary=[{"set": "plant.v.mass", "kind": "list", "values": [4.0, 5.0]}])
     (tmp_path / "parts" / "study.parts").mkdir()
     with pytest.raises(ScenarioError, match="has parts of another study"):
-        flown(other, tmp_path / "parts", resume=True)
+        simulated(other, tmp_path / "parts", resume=True)
 
 
 def test_batches_do_not_show(fastest_fmus: Path, tmp_path: Path) -> None:
     """The rows of the merged parts are those of all samples in one batch, in their order."""
     study = planned(tmp_path, fastest_fmus, keep=["plant.v.position", "controller.v.reference"],
                     limits={"overshoot of v": {"max": "20 %"}})
-    flown(study, tmp_path)
+    simulated(study, tmp_path)
     table, expected = pq.read_table(tmp_path / "study.parquet"), in_this_process(study)
     assert len(study.batches) > 1
     assert table["sample"].to_pylist() == list(range(20))
@@ -100,7 +100,7 @@ def test_batches_do_not_show(fastest_fmus: Path, tmp_path: Path) -> None:
 def test_a_sample_that_fails_is_a_row_that_says_why(fastest_fmus: Path, tmp_path: Path) -> None:
     study = planned(tmp_path, fastest_fmus, vary=[{"set": "controller.sample_time", "kind": "list",
                                                    "values": ["0.5 ms", "0.7 ms"]}])
-    flown(study, tmp_path)
+    simulated(study, tmp_path)
     good, bad = pq.read_table(tmp_path / "study.parquet").to_pylist()
     assert good["failure"] is None and good["passed"]
     assert "sample_time" in bad["failure"] and not bad["passed"]
@@ -108,7 +108,7 @@ def test_a_sample_that_fails_is_a_row_that_says_why(fastest_fmus: Path, tmp_path
 
 
 def test_studies_as_data(fastest_fmus: Path, tmp_path: Path) -> None:
-    """pandas, xarray, Polars and DuckDB read the same; a sample's command flies it again."""
+    """pandas, xarray, Polars and DuckDB read the same; a sample's command runs it again."""
     import duckdb
     import polars
 
@@ -141,17 +141,17 @@ def test_studies_as_data(fastest_fmus: Path, tmp_path: Path) -> None:
 
 @pytest.mark.thorough
 def test_a_foreign_fmu_that_crashes(fastest_fmus: Path, tmp_path: Path) -> None:
-    """The study goes on, and says so; it was flown beside the process of its batch."""
-    flown(of_a_crash(fastest_fmus, tmp_path), tmp_path)
+    """The study goes on, and says so; it was run beside the process of its batch."""
+    simulated(of_a_crash(fastest_fmus, tmp_path), tmp_path)
     row, = pq.read_table(tmp_path / "study.parquet").to_pylist()
     assert row["failure"] == "the process that ran it ended (SIGSEGV)"
     assert not row["passed"] and row["rms error of v"] is None
 
 
 def test_a_sample_that_takes_its_processes_with_it(fastest_fmus: Path, tmp_path: Path) -> None:
-    """The others of its batch are flown all the same."""
+    """The others of its batch are run all the same."""
     study = of_a_crash(fastest_fmus, tmp_path, limit=None)
-    flown(study, tmp_path)
+    simulated(study, tmp_path)
     row, = pq.read_table(tmp_path / "study.parquet").to_pylist()
     assert row["failure"] == "the process that ran it ended (SIGSEGV)"
     assert not row["passed"] and row["rms error of v"] is None
@@ -163,10 +163,10 @@ def test_threads_give_the_bytes_of_processes(native_fmus: Path, tmp_path: Path,
     study = planned(tmp_path, native_fmus, keep=["plant.v.position", "controller.v.reference"], vary=[
         {"set": "plant.v.mass", "kind": "list", "values": [4.0, 4.5, 6.5]},
         {"set": "controller.sample_time", "kind": "list", "values": [5e-4, 7e-4]}])
-    processes = flown(study, tmp_path / "processes")
+    processes = simulated(study, tmp_path / "processes")
     monkeypatch.setattr(batches, "WORTH_COMPILING", 1)
     monkeypatch.setattr(batches, "side_by_side", None)   # which nothing asks for
-    assert flown(study, tmp_path / "threads") == processes
+    assert simulated(study, tmp_path / "threads") == processes
     table = pq.read_table(tmp_path / "threads" / "study.parquet")
     refused = [why for why in table["failure"].to_pylist() if why is not None]
     assert len(refused) == 3
@@ -179,13 +179,13 @@ def test_an_interrupt_ends_threads(native_fmus: Path, tmp_path: Path, monkeypatc
     """Also within a sample; what is done is kept, and `--resume` goes on to the same bytes."""
     monkeypatch.setattr(batches, "WORTH_COMPILING", 1)
     study = planned(tmp_path, native_fmus)
-    whole = flown(study, tmp_path / "whole")
+    whole = simulated(study, tmp_path / "whole")
 
     def interrupt(done: int, _all: int) -> None:
         if done >= 3:
             raise KeyboardInterrupt
 
     with pytest.raises(Interrupted, match=r"of 20 samples are kept in .*resume=True"):
-        flown(study, tmp_path / "parts", watch=interrupt)
-    assert not [each.name for each in threading.enumerate() if "fly_waiting" in each.name]
-    assert flown(study, tmp_path / "parts", resume=True) == whole
+        simulated(study, tmp_path / "parts", watch=interrupt)
+    assert not [each.name for each in threading.enumerate() if "simulate_waiting" in each.name]
+    assert simulated(study, tmp_path / "parts", resume=True) == whole

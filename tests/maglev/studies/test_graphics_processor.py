@@ -55,9 +55,9 @@ def code(fmus: Path, name: str) -> str:
     experiment = prepare(load_plan(name), fmus, {}, {})
     taken: list[Mapping[str, str]] = []
     with pytest.MonkeyPatch.context() as patch, RepeatedRun(
-            experiment, measuring=Measuring(experiment.plan, experiment.times)) as flight:
+            experiment, measuring=Measuring(experiment.plan, experiment.times)) as trial:
         patch.setattr(block_loop, "loop_of", lambda sources, _: taken.append(sources))
-        flight.load()
+        trial.load()
     return graphics.ptx(code_of(taken[0]), FUNCTION).decode()
 
 
@@ -69,15 +69,15 @@ def test_it_rounds_as_other_processors_do(native_fmus: Path, name: str) -> None:
 
 def test_what_is_common_is_left_out_and_the_rest_rounds_as_before(native_fmus: Path) -> None:
     experiment = prepare(load_plan("2dof-push"), native_fmus, {}, {})
-    with RepeatedRun(experiment, measuring=Measuring(experiment.plan, experiment.times)) as flight:
-        flight.load(build=True)
-        assert flight.loop is not None
-        masses = [flight.beginning({"plant.v.mass": mass}) for mass in (4.0, 5.0)]
+    with RepeatedRun(experiment, measuring=Measuring(experiment.plan, experiment.times)) as trial:
+        trial.load(build=True)
+        assert trial.loop is not None
+        masses = [trial.beginning({"plant.v.mass": mass}) for mass in (4.0, 5.0)]
         common = Common.of(words_of(masses))
-        sources = flight.loop.sources
-        made = graphics.ptx(code_of(sources, common.code(flight.loop.moved)), FUNCTION).decode()
+        sources = trial.loop.sources
+        made = graphics.ptx(code_of(sources, common.code(trial.loop.moved)), FUNCTION).decode()
         assert common.holds(words_of(masses)) and 0 < len(common.places) < 5
-        assert not common.holds(words_of([flight.beginning({"plant.h.mass": 4.0})]))
+        assert not common.holds(words_of([trial.beginning({"plant.h.mass": 4.0})]))
     require_exact(made, FUNCTION)
     assert len(made) < 0.6 * len(code(native_fmus, "2dof-push"))
 
@@ -107,11 +107,11 @@ def test_samples_have_the_bits_of_this_processor(native_fmus: Path, tmp_path: Pa
     cupy = stand_in(monkeypatch, memory=80_000)
     left: list[float] = []   # masses of the samples that are run here after all
 
-    def flown_here(job: Job, values: Array) -> Iterator[Sample | Found]:
+    def simulated_here(job: Job, values: Array) -> Iterator[Sample | Found]:
         left.extend(values[:, 0])
         return run_samples(job, values)
 
-    monkeypatch.setattr(graphics_processor, "run_samples", flown_here)
+    monkeypatch.setattr(graphics_processor, "run_samples", simulated_here)
     there, here = (judged(tmp_path, native_fmus, device) for device in ("gpu", "cpu"))
     assert len(cupy.launches) == 3 and {threads for _, threads in cupy.launches} == {(32,)}
     assert left == VALUES["plant.v.mass"][3:4]

@@ -1,4 +1,4 @@
-"""A stored sample is known by all that its flight is made of: whatever changes a flight changes the key."""
+"""A stored sample is known by all that its run is made of: whatever changes a run changes the key."""
 
 import copy
 import hashlib
@@ -130,13 +130,13 @@ def experiment(table: dict[str, Any], fmus: Path) -> Experiment | None:
     try:
         made = prepare(RunPlan.model_validate(table), fmus, {}, {})
         made.check()
-        flight(made)
+        trial(made)
     except (MaglevError, ValueError):
         return None
     return made
 
 
-def flight(made: Experiment) -> list[Any]:
+def trial(made: Experiment) -> list[Any]:
     """All that the master is given, and what is measured on a recording that has something of everything."""
     plan, descriptions = made.plan, made.check()
     times, drives = made.times, made.drives(descriptions)
@@ -187,19 +187,19 @@ def for_readers(keys: Keys) -> bool:
 
 
 @pytest.mark.thorough
-def test_whatever_changes_a_flight_changes_the_key(table: dict[str, Any], two_fmus: Path) -> None:
-    """Each value of a rich scenario changed, dropped or put in another place: of some hundred that can be flown."""
+def test_whatever_changes_a_run_changes_the_key(table: dict[str, Any], two_fmus: Path) -> None:
+    """Each value of a rich scenario changed, dropped or put in another place: of some hundred that can be run."""
     base = experiment(table, two_fmus)
     assert base is not None
-    flown, tried, moved = flight(base), 0, 0
-    seen = {key(base): flown}
+    simulated, tried, moved = trial(base), 0, 0
+    seen = {key(base): simulated}
     for keys, value in mutants(table):
         made = experiment(changed(table, keys, value), two_fmus)
         if made is None:
             continue
         tried += 1
-        now, known = flight(made), key(made)
-        moved += now != flown
+        now, known = trial(made), key(made)
+        moved += now != simulated
         assert seen.setdefault(known, now) == now, (keys, value)
         if for_readers(keys):
             assert known == key(base), (keys, value)
@@ -214,7 +214,7 @@ def test_two_changes_at_once(table: dict[str, Any], two_fmus: Path, data: st.Dat
     twice = changed(once, *data.draw(st.sampled_from(mutants(once))))
     made = [each for each in (experiment(each, two_fmus) for each in (table, once, twice)) if each is not None]
     for one, other in combinations(made, 2):
-        assert flight(one) == flight(other) or key(one) != key(other)
+        assert trial(one) == trial(other) or key(one) != key(other)
 
 
 def test_of_each_attribute_but_those_that_are_listed(table: dict[str, Any], two_fmus: Path) -> None:
@@ -246,7 +246,7 @@ def test_files_behind_a_plan_count_by_their_content(table: dict[str, Any], two_f
     assert key(base, ((4.0,), (5.5,))) != key(base)
 
 
-def test_the_cases_that_gave_another_flights_numbers(tmp_path: Path, two_fmus: Path) -> None:
+def test_the_cases_that_gave_another_runs_numbers(tmp_path: Path, two_fmus: Path) -> None:
     """An event that got an end; two FMUs without start values in another order."""
     texts = {"plain": "", "event": '[[events]]\nname = "push"\ntime = "0.1 s"\n',
              "ended": '[[events]]\nname = "push"\ntime = "0.1 s"\nend = "0.15 s"\n',

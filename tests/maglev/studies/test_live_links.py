@@ -5,7 +5,7 @@ from typing import Any
 from urllib.parse import parse_qsl
 
 import pytest
-from tiny_study import fly_samples, planned
+from tiny_study import planned, simulate_samples
 
 from maglev.api.many.studying import file_or_name
 from maglev.errors import shortened
@@ -57,13 +57,13 @@ def test_a_command_names_the_scenario_without_a_way_round(tmp_path: Path, monkey
     (about(given={"reference.y.amplitude": 1.0}), "the samples differ in reference.y.amplitude"),
     (about(scenario="2dof-identification-rig"), "it does not have 2dof-identification-rig"),
     (about(scenario="mine.toml"), "mine.toml is none of these")])
-def test_what_the_live_page_cannot_fly(said: dict[str, Any], why: str) -> None:
+def test_what_the_live_page_cannot_run(said: dict[str, Any], why: str) -> None:
     assert why in why_not_live(said)
 
 
 def test_links_stand_where_the_live_page_lies(fastest_fmus: Path, tmp_path: Path) -> None:
     study = planned(tmp_path, fastest_fmus, vary=[{"set": "plant.v.mass", "kind": "list", "values": [4.0, 4.35]}])
-    made = samples_table(study, fly_samples(study.job, 0, study.values), samples_schema(study))
+    made = samples_table(study, simulate_samples(study.job, 0, study.values), samples_schema(study))
     own = page(made, study.about, live=True)
     assert "The live page cannot run these: it has the packaged runs alone" in own, shortened(own)
     name = "2dof-setpoints"

@@ -9,7 +9,7 @@ import pytest
 from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 from written_controllers import controller
-from written_controllers import flight as flight_file
+from written_controllers import trial as trial_file
 
 import maglev
 from maglev.cosim import Order
@@ -33,32 +33,32 @@ LIMITS = '''class Limits:
 '''
 
 
-def flight_of(experiment: Experiment, kept: tuple[str, ...] = (), every: int = 1,
+def trial_of(experiment: Experiment, kept: tuple[str, ...] = (), every: int = 1,
               ended: c_int64 | None = None) -> RepeatedRun:
-    """A flight with the loop for it, compiled now."""
+    """A run with the loop for it, compiled now."""
     found = RepeatedRun(experiment, None, Measuring(experiment.plan, experiment.times, kept, every), ended)
     found.load(build=True)
     assert found.loop is not None
     return found
 
 
-def require_same(flight: RepeatedRun, changes: Changes) -> None:
+def require_same(trial: RepeatedRun, changes: Changes) -> None:
     """The same metrics, and the same of what is kept, of both ways."""
-    measured = flight.measure(changes)
+    measured = trial.measure(changes)
     assert measured is not None
     meter, *forms, rows = measured
-    plan = flight.experiment.plan
-    time, columns = flight.run(changes)
+    plan = trial.experiment.plan
+    time, columns = trial.run(changes)
     expected = named_values(plan, run_metrics(plan, time, columns, phase_resistances(plan)(changes)))
     found = named_values(plan, meter.metrics(*forms))
     assert list(found) == list(expected)
     for name, (value, unit) in expected.items():
         # As text, a NaN is itself; of a number, text is shortest, and so exact.
         assert [repr(float(each)) for each in found[name][0]] == [repr(float(value))] and found[name][1] == unit, name
-    assert flight.measuring is not None
-    for i, name in enumerate(flight.measuring.kept):
+    assert trial.measuring is not None
+    for i, name in enumerate(trial.measuring.kept):
         assert rows is not None
-        assert rows[:, i].tobytes() == columns[name][::flight.measuring.every].astype(np.float64).tobytes()
+        assert rows[:, i].tobytes() == columns[name][::trial.measuring.every].astype(np.float64).tobytes()
 
 
 def experiment_of(fmus: Path, name: str, stop_time: float | None = None, order: Order = "sequential") -> Experiment:
@@ -80,9 +80,9 @@ def test_metrics_are_those_of_the_recording(native_fmus: Path, name: str, stop_t
                                             order: Order) -> None:
     experiment = experiment_of(native_fmus, name, stop_time, order)
     kept = [name for axis in experiment.plan.axes.values() for name in (axis.position, axis.reference)]
-    with flight_of(experiment, tuple(kept), 7) as flight:
-        require_same(flight, {})
-        require_same(flight, {})   # nothing is left of the one before
+    with trial_of(experiment, tuple(kept), 7) as trial:
+        require_same(trial, {})
+        require_same(trial, {})   # nothing is left of the one before
 
 
 @pytest.mark.thorough
@@ -90,49 +90,49 @@ def test_metrics_are_those_of_the_recording(native_fmus: Path, name: str, stop_t
 def test_metrics_of_every_run(native_fmus: Path, name: str) -> None:
     """With the FMUs' own values where a run takes some from another."""
     experiment = experiment_of(native_fmus, name)
-    with flight_of(experiment) as flight:
-        if flight.measure({}) is not None:   # else it shows a refusal
-            require_same(flight, {})
+    with trial_of(experiment) as trial:
+        if trial.measure({}) is not None:   # else it shows a refusal
+            require_same(trial, {})
 
 
 @settings(max_examples=25, deadline=None, suppress_health_check=[HealthCheck.function_scoped_fixture])
 @given(mass=st.floats(3.0, 6.0), amplitude=st.floats(-0.03, 0.03), start=st.floats(0.012, 0.026),
        limit=st.floats(0.5, 9.0), friction=st.floats(0.0, 3.0))
-def test_metrics_of_random_flights(random_flight: RepeatedRun, mass: float, amplitude: float, start: float,
+def test_metrics_of_random_runs(random_trial: RepeatedRun, mass: float, amplitude: float, start: float,
                                    limit: float, friction: float) -> None:
     """Some settle, some hit a stop, some fall: also with other references, which move the windows of steps."""
-    require_same(random_flight, {
+    require_same(random_trial, {
         "plant.v.mass": mass, "reference.h.amplitude": 1.0 + 10.0 * amplitude, "plant.v.position_start": start,
         "controller.current_limit": limit, "plant.h.friction.coulomb": friction})
 
 
 @pytest.fixture(scope="module")
-def random_flight(native_fmus: Path) -> RepeatedRun:
-    return flight_of(experiment_of(native_fmus, "2dof-setpoints", 7.0))
+def random_trial(native_fmus: Path) -> RepeatedRun:
+    return trial_of(experiment_of(native_fmus, "2dof-setpoints", 7.0))
 
 
 def test_what_is_refused_is_left_to_the_calls(native_fmus: Path) -> None:
     """Of a value that is none, and of a step that does not fit: they say what is wrong."""
-    with flight_of(experiment_of(native_fmus, "2dof-setpoints", 1.5)) as flight:
-        assert flight.measure({"controller.sample_time": 0.7e-3}) is None
-        require_same(flight, {})
-        flight.load().drive({"controller.v.reference": [math.nan] * len(flight.experiment.times)})
-        assert flight.measure({}) is None
+    with trial_of(experiment_of(native_fmus, "2dof-setpoints", 1.5)) as trial:
+        assert trial.measure({"controller.sample_time": 0.7e-3}) is None
+        require_same(trial, {})
+        trial.load().drive({"controller.v.reference": [math.nan] * len(trial.experiment.times)})
+        assert trial.measure({}) is None
 
 
 def test_it_ends_when_it_is_told_to(native_fmus: Path) -> None:
     ended = c_int64()
-    with flight_of(experiment_of(native_fmus, "2dof-setpoints"), ended=ended) as flight:
-        assert flight.measure({}) is not None
+    with trial_of(experiment_of(native_fmus, "2dof-setpoints"), ended=ended) as trial:
+        assert trial.measure({}) is not None
         ended.value = 1   # as another thread says it
         with pytest.raises(KeyboardInterrupt):
-            flight.measure({})
+            trial.measure({})
 
 
 def test_fmus_of_fmi_3_are_taken(fmi3_fmus: Path) -> None:
-    with flight_of(experiment_of(fmi3_fmus, "3dof-setpoints-improved", 7.0), ("plant.at_stop",), 3) as flight:
-        require_same(flight, {})
-        require_same(flight, {"plant.y.mass": 9.0, "controller.current_limit": 3.0})
+    with trial_of(experiment_of(fmi3_fmus, "3dof-setpoints-improved", 7.0), ("plant.at_stop",), 3) as trial:
+        require_same(trial, {})
+        require_same(trial, {"plant.y.mass": 9.0, "controller.current_limit": 3.0})
 
 
 @pytest.mark.parametrize("shared", [False, True], ids=["of its own", "shared"])
@@ -143,22 +143,22 @@ def test_translated_classes_are_taken(native_fmus: Path, tmp_path: Path, shared:
                "self.limits)\n        self.travel = Rate(self.limits)"), ("        self.gap =", "        self.limits = "
                "Limits()\n        self.gap ="), ("class Rate:", f"{LIMITS}class Rate:"))
     fmu, = maglev.build(controller(tmp_path, *changes if shared else ()), fmus=tmp_path, kind="native", target="host")
-    experiment = prepare(load_plan(flight_file(tmp_path)), native_fmus, {"controller": Replacement(fmu)}, {})
+    experiment = prepare(load_plan(trial_file(tmp_path)), native_fmus, {"controller": Replacement(fmu)}, {})
     written = built_blocks(experiment.files)
     assert [*written] == ["controller"]
     measuring = Measuring(experiment.plan, experiment.times, ["plant.v.position"], 3)
-    with RepeatedRun(experiment, None, measuring, written=written) as flight:
-        flight.load(build=True)
-        assert (flight.loop is None) == shared
+    with RepeatedRun(experiment, None, measuring, written=written) as trial:
+        trial.load(build=True)
+        assert (trial.loop is None) == shared
         if not shared:
-            require_same(flight, {"plant.v.mass": 4.0})
-            require_same(flight, {"plant.v.mass": 5.0})
+            require_same(trial, {"plant.v.mass": 4.0})
+            require_same(trial, {"plant.v.mass": 5.0})
 
 
 def test_only_native_fmus_of_this_installation_are_taken(fmus: Path, clocked_fmus: Path) -> None:
     for folder in (fmus, clocked_fmus):
         experiment = experiment_of(folder, "3dof-setpoints", 1.5)
-        with RepeatedRun(experiment, None, Measuring(experiment.plan, experiment.times)) as flight:
-            flight.load(build=True)
-            assert flight.loop is None
-            assert flight.measure({}) is None
+        with RepeatedRun(experiment, None, Measuring(experiment.plan, experiment.times)) as trial:
+            trial.load(build=True)
+            assert trial.loop is None
+            assert trial.measure({}) is None

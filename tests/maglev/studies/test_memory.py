@@ -1,4 +1,4 @@
-"""Memory of a study does not grow with its samples: what was flown goes to the disk, batch by batch."""
+"""Memory of a study does not grow with its samples: what was run goes to the disk, batch by batch."""
 
 import gc
 import tracemalloc
@@ -29,7 +29,7 @@ def nobody(*_: object) -> Iterator[RunBatches]:
 
 def zeros(job: Job, batches: list[Batch], _values: NDArray[np.float64],
           store: Callable[[BatchResult], None]) -> None:
-    """Flights that take no time: results of the right shape."""
+    """Runs that take no time: results of the right shape."""
     for batch in batches:
         count = batch.last - batch.first
         store(BatchResult(batch.first, np.zeros((count, len(job.columns))), (None,) * count,

@@ -1,4 +1,4 @@
-"""Samples that are flown beside a worker: one that hangs is ended, and the others are what they are in any process."""
+"""Samples that are run beside a worker: one that hangs is ended, and the others are what they are in any process."""
 
 import os
 import pickle
@@ -11,8 +11,8 @@ import numpy as np
 import pytest
 from command_line import maglev as command
 from faulty_fmus import faulty, faulty_run
-from tiny_study import UNCHANGED, fly_samples, planned, tiny
-from written_controllers import controller, flight
+from tiny_study import UNCHANGED, planned, simulate_samples, tiny
+from written_controllers import controller, trial
 
 import maglev
 from maglev.errors import MaglevError
@@ -33,7 +33,7 @@ def of_a_fault(fault: str, fmus: Path, folder: Path) -> PlannedStudy:
 
 def test_the_same_samples_as_in_this_process(fastest_fmus: Path, tmp_path: Path) -> None:
     study = planned(tmp_path, fastest_fmus, keep=["plant.v.position"])
-    expected = fly_samples(study.job, 0, study.values)
+    expected = simulate_samples(study.job, 0, study.values)
     found = gathered(study.job, 0, run_samples_apart(study.job, study.values, 60.0))
     assert np.array_equal(found.values, expected.values, equal_nan=True)
     assert found.trajectories is not None and expected.trajectories is not None
@@ -63,11 +63,11 @@ def test_fmus_that_cannot_be_loaded_are_no_sample_s_fault(fastest_fmus: Path, tm
 
 def test_a_sample_that_hangs_costs_none_of_the_others(fmus: Path, tmp_path: Path) -> None:
     """From the command line: a controller of the user's own, which holds Python's lock for ever."""
-    path, scenario = controller(tmp_path, HANGS), flight(tmp_path)
+    path, scenario = controller(tmp_path, HANGS), trial(tmp_path)
     result = command("study", scenario, "--vary", "controller.bandwidth=60,70,61", "--controller", path, "--fmus",
                      fmus, "--out", tmp_path, "--jobs", "1", "--sample-timeout", "5 s")
     assert result.exit_code == 0, result.output
-    rows = maglev.Study(tmp_path / "flight.study.parquet").to_arrow().to_pylist()
+    rows = maglev.Study(tmp_path / "trial.study.parquet").to_arrow().to_pylist()
     assert [row["failure"] for row in rows] == [None, "took longer than 5 s", None]
     for row in (rows[0], rows[2]):
         run = maglev.run(scenario, fmus=fmus, controller=path,
@@ -79,11 +79,11 @@ def test_a_sample_that_hangs_costs_none_of_the_others(fmus: Path, tmp_path: Path
 def test_a_study_of_which_no_sample_comes_to_its_end(values: str, code: int, fastest_fmus: Path,
                                                      tmp_path: Path) -> None:
     """It says so in its last line and in its exit code; its results are there."""
-    result = command("study", flight(tmp_path), "--vary", f"controller.sample_time={values}", "--fmus", fastest_fmus,
+    result = command("study", trial(tmp_path), "--vary", f"controller.sample_time={values}", "--fmus", fastest_fmus,
                      "--out", tmp_path, "--jobs", "1")
     assert result.exit_code == code, result.output
-    assert ("flight.study: none of 2 samples was completed; of the first: " in result.stderr) == (code == 2)
-    assert maglev.Study(tmp_path / "flight.study.parquet").to_arrow().num_rows == 2
+    assert ("trial.study: none of 2 samples was completed; of the first: " in result.stderr) == (code == 2)
+    assert maglev.Study(tmp_path / "trial.study.parquet").to_arrow().num_rows == 2
 
 
 def test_a_controller_that_ends_its_process_costs_its_sample_and_no_worker(fmus: Path, tmp_path: Path) -> None:
@@ -91,9 +91,9 @@ def test_a_controller_that_ends_its_process_costs_its_sample_and_no_worker(fmus:
     exits = ("        w = self.bandwidth\n", "        if self.bandwidth > 65.0:\n            os._exit(0)\n"
                                               "        w = self.bandwidth\n")
     path = controller(tmp_path, exits, ("from math import", "import os\nfrom math import"))
-    result = command("study", flight(tmp_path), "--vary", "controller.bandwidth=60,70", "--controller", path,
+    result = command("study", trial(tmp_path), "--vary", "controller.bandwidth=60,70", "--controller", path,
                      "--fmus", fmus, "--out", tmp_path, "--jobs", "1")
-    rows = maglev.Study(tmp_path / "flight.study.parquet").to_arrow().to_pylist()
+    rows = maglev.Study(tmp_path / "trial.study.parquet").to_arrow().to_pylist()
     assert (result.exit_code, [row["failure"] for row in rows]) == (
         0, [None, "the process that ran it ended (exit code 0)"])
 

@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 from report_tab import DESKTOP, PHONE, SHIFTS, Tab
 from studied_grid import ABOUT, GRID, broken_at, table
-from tiny_study import fly_samples, planned, tiny
+from tiny_study import planned, simulate_samples, tiny
 
 from maglev.studies.dataset import samples_schema, samples_table
 from maglev.studies.design import unit_samples
@@ -61,7 +61,7 @@ def test_the_page_names_the_worst_sample_and_its_command(fastest_fmus: Path, tmp
     study = planned(tmp_path, fastest_fmus, title="a <b> title",
                     vary=[{"set": "plant.v.mass", "kind": "list", "values": [4.0, 4.35, 5.0]}],
                     limits={"rms error of v": {"max": "1 um"}})
-    made = samples_table(study, fly_samples(study.job, 0, study.values), samples_schema(study))
+    made = samples_table(study, simulate_samples(study.job, 0, study.values), samples_schema(study))
     text = page(made, study.about)
     worst = int(np.argmax(made["rms error of v"].to_numpy()))
     assert f'<th scope="row">{worst}</th><td data-label="why">largest rms error of v' in text
@@ -173,7 +173,7 @@ def test_the_page_in_a_browser(browser, tmp_path: Path, viewport, scheme) -> Non
           wide: document.documentElement.scrollWidth, first: picture.getBoundingClientRect().top };
     }""")
     assert (seen["metric"], seen["cells"], seen["fails"]) == ("overshoot of v", 12, 6)
-    assert {"1", "2", "3", "4", "0.5", "0.7", "1.5"} <= {*seen["ticks"]}, "ticks are values that were flown"
+    assert {"1", "2", "3", "4", "0.5", "0.7", "1.5"} <= {*seen["ticks"]}, "ticks are values that were simulated"
     assert (seen["cut"], seen["covered"]) == (0, 0)
     assert seen["wide"] == viewport["width"] and seen["first"] < viewport["height"]
     assert tab.evaluate("[...document.querySelectorAll('.wide:not(:has(#parallel))')]"

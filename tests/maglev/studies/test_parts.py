@@ -15,7 +15,7 @@ import pytest
 from command_line import error_line
 from command_line import maglev as command
 from numpy.typing import NDArray
-from tiny_study import fly_samples, planned, scenario
+from tiny_study import planned, scenario, simulate_samples
 
 from maglev.errors import Interrupted, ScenarioError
 from maglev.studies import running
@@ -103,23 +103,23 @@ Damage = Callable[[Path], None]
 
 
 class Here:
-    """Studies in this process, in place of those beside it; how many samples were flown."""
+    """Studies in this process, in place of those beside it; how many samples were run."""
 
     def __init__(self, monkeypatch: pytest.MonkeyPatch):
-        self.flown = 0
+        self.simulated = 0
         self.said: list[str] = []
-        monkeypatch.setattr(running, "runners", lambda *_: nullcontext(self.fly))
+        monkeypatch.setattr(running, "runners", lambda *_: nullcontext(self.simulate))
 
-    def fly(self, job: Job, batches: list[Batch], values: NDArray[Any],
+    def simulate(self, job: Job, batches: list[Batch], values: NDArray[Any],
             store: Callable[[BatchResult], None]) -> None:
         for batch in batches:
-            store(fly_samples(job, batch.first, values[batch.first:batch.last]))
-            self.flown += batch.last - batch.first
+            store(simulate_samples(job, batch.first, values[batch.first:batch.last]))
+            self.simulated += batch.last - batch.first
 
     def study(self, study: PlannedStudy, out: Path, resume: bool = False,
               watch: Callable[[int, int], None] = lambda _done, _all: None) -> list[bytes]:
-        """Fly it; what is in its files."""
-        self.flown = 0
+        """Run it; what is in its files."""
+        self.simulated = 0
         self.said = []
         path = running.run_study(study, out, 1, None, resume, watch, self.said.append)
         return [file.read_bytes() for file in (path, running.trajectories_path(path))]
@@ -176,7 +176,7 @@ def shortened(path: Path) -> None:
     (lambda out: (out / "study.parts" / "samples-0000001.parquet").write_bytes(b"PAR1"), 0, 1)],
     ids=["nothing", "deleted trajectories", "empty", "truncated", "truncated trajectories", "copied over another",
          "swapped", "renamed", "foreign", "another file"])
-def test_what_is_missing_or_broken_is_flown_again(damage: Damage, again: int, broken: int, here: Here,
+def test_what_is_missing_or_broken_is_run_again(damage: Damage, again: int, broken: int, here: Here,
                                                   fastest_fmus: Path, tmp_path: Path) -> None:
     study = planned(tmp_path, fastest_fmus, keep=["plant.v.position"])
     assert {batch.last - batch.first for batch in study.batches[:-1]} == {3}
@@ -185,7 +185,7 @@ def test_what_is_missing_or_broken_is_flown_again(damage: Damage, again: int, br
         here.study(study, tmp_path / "out", watch=until(12))
     damage(tmp_path / "out")
     assert here.study(study, tmp_path / "out", resume=True) == whole
-    assert here.flown == 8 + again
+    assert here.simulated == 8 + again
     assert here.said == ([] if broken == 0 else [
         f"{tmp_path / 'out' / 'study.parts'}: missing, or not as it was written: {broken} of the parts; {12 - again} "
         "of 20 samples are whole, the others are run again"])
@@ -205,7 +205,7 @@ def test_parts_of_another_study_are_none_of_this(here: Here, fastest_fmus: Path,
         the(tmp_path / "out", kind).unlink()
         shutil.copy(path, tmp_path / "out" / "study.parts")
     assert here.study(study, tmp_path / "out", resume=True) == whole
-    assert here.flown == 8 + 3
+    assert here.simulated == 8 + 3
     assert "2 of the parts; 9 of 20 samples are whole" in here.said[0]
 
 
@@ -221,7 +221,7 @@ def test_what_is_changed_meanwhile_is_never_merged(here: Here, fastest_fmus: Pat
         here.study(study, tmp_path / "out", watch=meddle)
     assert not (tmp_path / "out" / "study.parquet").exists()
     assert here.study(study, tmp_path / "out", resume=True) == whole
-    assert here.flown == 3
+    assert here.simulated == 3
 
 
 def flipped(path: Path) -> None:
@@ -252,10 +252,10 @@ def test_a_study_that_was_done_before_is_looked_at(damage: Damage, here: Here, f
     study = planned(tmp_path, fastest_fmus, keep=["plant.v.position"])
     whole = here.study(study, tmp_path / "out")
     assert here.study(study, tmp_path / "out", resume=True) == whole
-    assert here.flown == 0 and here.said == []
+    assert here.simulated == 0 and here.said == []
     damage(tmp_path / "out")
     assert here.study(study, tmp_path / "out", resume=True) == whole
-    assert here.flown == 20 and "all samples are run again" in here.said[0]
+    assert here.simulated == 20 and "all samples are run again" in here.said[0]
 
 
 NO_FILES: dict[str, Callable[[Path], Any]] = {

@@ -1,4 +1,4 @@
-"""What is refused before the first flight."""
+"""What is refused before the first run."""
 
 import shutil
 from collections import namedtuple
@@ -101,7 +101,7 @@ def test_factors_and_offsets_are_of_the_nominal_values(fastest_fmus: Path, tmp_p
 
 @pytest.mark.parametrize("given", [{"plant.v.mass": 4.5}, {"plant.h.mass": "4 kg"}])
 def test_what_varies_cannot_be_set_as_well(given: dict[str, str | float], tmp_path: Path) -> None:
-    """Each flight would overwrite it; what a factor is of can be set."""
+    """Each run would overwrite it; what a factor is of can be set."""
     name, = given
     both = {"set": ["plant.v.mass", "plant.h.mass"], "kind": "list", "values": [1.0]}
     with pytest.raises(ScenarioError, match=rf"set=.*{name}.*: {name} varies, expected to be set, or to vary"):

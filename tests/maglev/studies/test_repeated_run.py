@@ -1,4 +1,4 @@
-"""A scenario flown again and again on the same instances: bit for bit what single runs give."""
+"""A scenario run again and again on the same instances: bit for bit what single runs give."""
 
 from collections import Counter
 from pathlib import Path
@@ -28,10 +28,10 @@ values = [14.2, 14.2]
 """
 
 
-def test_flights_are_runs(either_kind: Path, tmp_path: Path) -> None:
-    with RepeatedRun(experiment(tmp_path, either_kind)) as flight:
+def test_runs_are_runs(either_kind: Path, tmp_path: Path) -> None:
+    with RepeatedRun(experiment(tmp_path, either_kind)) as trial:
         for changes in CHANGES:
-            time, columns = flight.run(changes)
+            time, columns = trial.run(changes)
             run = maglev.run(scenario(tmp_path), fmus=either_kind, set=changes)
             every = len(time) // (len(run.time) - 1)
             assert set(columns) == set(run.columns)
@@ -48,18 +48,18 @@ def test_signals_that_stay_are_made_once(fastest_fmus: Path, tmp_path: Path, mon
         return values_at(signal, times)
 
     monkeypatch.setattr(Steps, "values_at", counting)
-    with RepeatedRun(experiment(tmp_path, fastest_fmus)) as flight:
+    with RepeatedRun(experiment(tmp_path, fastest_fmus)) as trial:
         for amplitude in (2.0, 3.0):
-            flight.run({"reference.h.amplitude": amplitude})
+            trial.run({"reference.h.amplitude": amplitude})
     assert made == {"controller.h.reference": 3, "controller.v.reference": 1}
 
 
 def test_what_measures_stays_while_the_references_of_axes_do(native_fmus: Path, tmp_path: Path) -> None:
     """And what was found on a run stays what it was when the next one has other references in their place."""
     own = experiment(tmp_path, native_fmus, WEAKER)
-    with RepeatedRun(own, measuring=Measuring(own.plan, own.times)) as flight:
-        flight.load(build=True)
-        first, weaker, larger = (flight.measure(changes) for changes in (
+    with RepeatedRun(own, measuring=Measuring(own.plan, own.times)) as trial:
+        trial.load(build=True)
+        first, weaker, larger = (trial.measure(changes) for changes in (
             {}, {"reference.plant.C1.end": 12.0}, {"reference.h.amplitude": 2.0}))
         assert first is not None and weaker is not None and larger is not None
         assert first.meter is weaker.meter is not larger.meter
@@ -68,12 +68,12 @@ def test_what_measures_stays_while_the_references_of_axes_do(native_fmus: Path, 
         assert first.whole != weaker.whole
 
 
-def test_a_refusal_leaves_the_next_flight_alone(fastest_fmus: Path, tmp_path: Path) -> None:
-    with RepeatedRun(experiment(tmp_path, fastest_fmus)) as flight:
-        before = {name: values.copy() for name, values in flight.run({})[1].items()}
+def test_a_refusal_leaves_the_next_run_alone(fastest_fmus: Path, tmp_path: Path) -> None:
+    with RepeatedRun(experiment(tmp_path, fastest_fmus)) as trial:
+        before = {name: values.copy() for name, values in trial.run({})[1].items()}
         with pytest.raises(RunFailed, match="sample_time"):
-            flight.run({"controller.sample_time": 0.7e-3})
-        _, after = flight.run({})
+            trial.run({"controller.sample_time": 0.7e-3})
+        _, after = trial.run({})
         assert all(np.array_equal(after[name], values) for name, values in before.items())
 
 

@@ -13,15 +13,15 @@ COLUMNS = (Column("failed", "", max=0.0), Column("settling", "s"), Column("overs
 BEFORE = np.array([[0.0, 3.0, 0.2, 1.0], [0.0, inf, 0.3, 2.0]])   # of two plants
 
 
-def cost(*flown: list[float], over: str = "worst", times: float | None = None) -> float:
+def cost(*simulated: list[float], over: str = "worst", times: float | None = None) -> float:
     """Cost of one candidate with these metrics on the plants."""
-    return float(Cost(COLUMNS, (1,), {} if times is None else {2: times}, over).of(np.array([flown]), BEFORE)[0])
+    return float(Cost(COLUMNS, (1,), {} if times is None else {2: times}, over).of(np.array([simulated]), BEFORE)[0])
 
 
 def test_the_worst_plant_or_the_mean_of_all() -> None:
-    flown = [0.0, 1.0, 0.4, 9.0], [0.0, 2.0, 0.1, inf]
-    assert cost(*flown) == 2.0
-    assert cost(*flown, over="mean") == 1.5
+    simulated = [0.0, 1.0, 0.4, 9.0], [0.0, 2.0, 0.1, inf]
+    assert cost(*simulated) == 2.0
+    assert cost(*simulated, over="mean") == 1.5
 
 
 @pytest.mark.parametrize("broken", [[1.0, 1.0, 0.1, 1.0], [0.0, inf, 0.1, 1.0], [0.0, 1.0, 0.51, 1.0],

@@ -1,4 +1,4 @@
-"""Searches on a scenario of a fifth of a second: what is found, and what is refused before the first flight."""
+"""Searches on a scenario of a fifth of a second: what is found, and what is refused before the first run."""
 
 import shutil
 from contextlib import nullcontext
@@ -10,7 +10,7 @@ import pytest
 from command_line import error_line
 from command_line import maglev as command
 from graphics_stand_in import stand_in
-from tiny_study import experiment, fly_samples
+from tiny_study import experiment, simulate_samples
 from tiny_study import scenario as tiny_scenario
 
 import maglev
@@ -116,12 +116,12 @@ def test_refused(table: dict[str, object], words: str, fastest_fmus: Path, tmp_p
     assert "\n" not in str(refusal.value)
 
 
-def test_a_candidate_is_flown_with_its_gains_on_every_plant(fastest_fmus: Path, tmp_path: Path) -> None:
+def test_a_candidate_is_run_with_its_gains_on_every_plant(fastest_fmus: Path, tmp_path: Path) -> None:
     plan = planned(tmp_path, fastest_fmus, poles=[POLES], vary=[FRICTION], design=CUBE)
     assert plan.nominal.tolist() == [-1182.0, -55.0, -154440.0, -45128.0, -11924.0]   # (4.17)
     gains = plan.unknowns.parameters(np.array([10.0, 10.0, 1.0, 10.0, 1.0]))
     values = plan.values(np.array([plan.nominal, gains]), plan.plants)
-    found = fly_samples(plan.job, 0, values).values[:, -1]
+    found = simulate_samples(plan.job, 0, values).values[:, -1]
     for row, measured in zip(values, found, strict=True):
         set_there = dict(zip((target.name for target in plan.job.targets), row.tolist(), strict=True))
         run = maglev.run(tmp_path / "tiny.toml", set=set_there, fmus=fastest_fmus)
@@ -143,13 +143,13 @@ def test_a_graphics_processor_is_no_worker_of_a_scheduler(searched: Searched, tm
         maglev.tune(searched.file, out=tmp_path, device="gpu", scheduler="tcp://host:8786")
 
 
-def test_a_search_finds_the_least_whoever_flies(fastest_fmus: Path, searched: Searched, tmp_path: Path) -> None:
+def test_a_search_finds_the_least_whoever_runs(fastest_fmus: Path, searched: Searched, tmp_path: Path) -> None:
     tiny_scenario(tmp_path)
     tuned = maglev.tune(searched.file, fmus=fastest_fmus, out=tmp_path, jobs=2)
     plan, found = tuned.planned, tuned.found
     grid = np.linspace(-1e-3, 1e-3, 41)[:, None]
-    flown = fly_samples(plan.job, 0, plan.values(grid, plan.plants)).values.reshape(len(grid), len(plan.plants), -1)
-    costs = plan.cost.of(flown, found.before)
+    values = simulate_samples(plan.job, 0, plan.values(grid, plan.plants)).values
+    costs = plan.cost.of(values.reshape(len(grid), len(plan.plants), -1), found.before)
     assert found.cost <= costs.min() + 1e-6
     assert found.cost < found.cost_before
     assert abs(found.parameters["plant.h.position_start"] - grid[np.argmin(costs), 0]) < 1e-4
@@ -165,7 +165,7 @@ def test_a_search_finds_the_least_whoever_flies(fastest_fmus: Path, searched: Se
 
 @pytest.mark.thorough
 def test_an_interrupted_search_goes_on_to_the_same_file(fastest_fmus: Path, searched: Searched, tmp_path: Path) -> None:
-    """It flies nothing again; and it goes on with more generations."""
+    """It runs nothing again; and it goes on with more generations."""
     shutil.copytree(searched.parts, tmp_path / "tuned.parts")
     assert len(list(searched.parts.glob("runs-*.npy"))) == 3   # the scenario's own, and two generations
     with pytest.raises(ScenarioError, match="a part is done, expected resume=True"):
@@ -175,7 +175,7 @@ def test_an_interrupted_search_goes_on_to_the_same_file(fastest_fmus: Path, sear
                           watch=lambda _: nullcontext(lambda _name, done, _all: shown.append(done)))
     assert resumed.path.read_bytes() == searched.whole.path.read_bytes()
     assert np.array_equal(resumed.found.fresh_after, searched.whole.found.fresh_after)
-    assert min(shown) > 2 * (1 + 2 * 8)   # what is kept is not flown
+    assert min(shown) > 2 * (1 + 2 * 8)   # what is kept is not run
     assert not (tmp_path / "tuned.parts").exists()
 
 
@@ -200,7 +200,7 @@ def test_tuning_files_of_the_package(path: Path, fastest_fmus: Path) -> None:
 
 
 @pytest.mark.thorough
-def test_a_broken_generation_is_flown_again(fastest_fmus: Path, searched: Searched, tmp_path: Path) -> None:
+def test_a_broken_generation_is_run_again(fastest_fmus: Path, searched: Searched, tmp_path: Path) -> None:
     parts = tmp_path / "tuned.parts"
     shutil.copytree(searched.parts, parts)   # with the times of the files
     _, first, second = sorted(parts.glob("runs-*.npy"), key=lambda path: path.stat().st_mtime_ns)
@@ -211,7 +211,7 @@ def test_a_broken_generation_is_flown_again(fastest_fmus: Path, searched: Search
     assert said == [f"{parts}: not as it was written: 1 of the parts, run again"]
 
 
-def test_a_tuning_whose_flights_all_end_early(fastest_fmus: Path, tmp_path: Path) -> None:
+def test_a_tuning_whose_runs_all_end_early(fastest_fmus: Path, tmp_path: Path) -> None:
     tiny_scenario(tmp_path)
     path = tmp_path / "tuning.toml"
     path.write_text('set = { "controller.sample_time" = "0.7 ms" }\n' + FILE, encoding="utf-8")

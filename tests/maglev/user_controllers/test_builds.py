@@ -1,4 +1,4 @@
-"""FMUs of users' controllers: the same flight in all three forms, what they carry, and what cannot become C."""
+"""FMUs of users' controllers: the same run in all three forms, what they carry, and what cannot become C."""
 
 import zipfile
 from pathlib import Path
@@ -7,7 +7,7 @@ import pytest
 from command_line import error_line, maglev
 from fmpy_validation import validate_fmu
 from native_builds import require_native_tools
-from written_controllers import controller, flight, line_of
+from written_controllers import controller, line_of, trial
 
 import maglev as tool
 from maglev.cosim.fmu import Fmu, read_description
@@ -83,7 +83,7 @@ def in_modules(folder: Path, name: str = "model.py") -> Path:
 def test_modules_beside_the_file_are_carried(fastest_fmus: Path, tmp_path: Path) -> None:
     """Also where they are called as the C of our layer is."""
     require_native_tools()
-    path, plan = in_modules(tmp_path), flight(tmp_path)
+    path, plan = in_modules(tmp_path), trial(tmp_path)
     forms = [path, *tool.build(path, fmus=tmp_path / "built"),
              *tool.build(path, fmus=tmp_path / "built", kind="native", target="host")]
     for module in MODULES:
@@ -196,7 +196,7 @@ def test_a_name_for_a_part_inside_an_if(fastest_fmus: Path, tmp_path: Path) -> N
     with zipfile.ZipFile(native) as archive:
         assert "__del__(again)" not in archive.read("sources/own_pd.c").decode()
     with pytest.warns(UserWarning):
-        runs = [tool.run(flight(tmp_path), controller=form, fmus=fastest_fmus) for form in (path, native)]
+        runs = [tool.run(trial(tmp_path), controller=form, fmus=fastest_fmus) for form in (path, native)]
     assert runs[0]["plant.v.position"].tobytes() == runs[1]["plant.v.position"].tobytes()
 
 

@@ -12,7 +12,7 @@ from pathlib import Path
 
 import pytest
 from left_processes import ended, require_none
-from written_controllers import controller, flight
+from written_controllers import controller, trial
 
 # What a controller leaves behind at its last step, by name; and what is said of it.
 LEFT = {
@@ -75,14 +75,14 @@ def command(scenario: Path, fmus: Path, path: Path, out: Path, timeout: str) -> 
                                   for what in SAID])
 def test_a_complete_run_ends(fastest_fmus: Path, tmp_path: Path, marked: dict[str, str], what: str) -> None:
     path = leaving(tmp_path, what)
-    done = subprocess.run(command(flight(tmp_path), fastest_fmus, path, tmp_path, "2 s"), capture_output=True,
+    done = subprocess.run(command(trial(tmp_path), fastest_fmus, path, tmp_path, "2 s"), capture_output=True,
                           text=True, timeout=120, env=marked)
     assert done.returncode == 0, done.stderr
-    assert json.loads((tmp_path / "flight.json").read_text())["failure"] is None
-    assert (tmp_path / "flight.csv").read_text().splitlines()[-1].startswith("0.4,")
+    assert json.loads((tmp_path / "trial.json").read_text())["failure"] is None
+    assert (tmp_path / "trial.csv").read_text().splitlines()[-1].startswith("0.4,")
     assert "Traceback" not in done.stderr
     said = [line for line in done.stderr.splitlines() if "the process of " in line]
-    line = f"maglev: flight: the process of controller (pd.py) {SAID[what]}"
+    line = f"maglev: trial: the process of controller (pd.py) {SAID[what]}"
     # A copy ends as it has something to say: sooner or later than the first one.
     assert said == [line] if SAID[what] else said in ([], [f"{line}{BEHIND}"])
 
@@ -91,11 +91,11 @@ def test_a_complete_run_ends(fastest_fmus: Path, tmp_path: Path, marked: dict[st
 def test_a_pipe_that_is_closed_ends_the_run(fastest_fmus: Path, tmp_path: Path, marked: dict[str, str]) -> None:
     """The other side cannot know more, not even in which step."""
     path = leaving(tmp_path, "a closed pipe")
-    done = subprocess.run(command(flight(tmp_path), fastest_fmus, path, tmp_path, "2 s"), capture_output=True,
+    done = subprocess.run(command(trial(tmp_path), fastest_fmus, path, tmp_path, "2 s"), capture_output=True,
                           text=True, timeout=120, env=marked)
     assert (done.returncode, "Traceback" in done.stderr) == (2, False), done.stderr
     line = done.stderr.strip().splitlines()[-1]
-    assert re.search(r"^maglev: flight: at t = [0-9.]+ s: controller \(pd.py\) has closed the pipe of its process; "
+    assert re.search(r"^maglev: trial: at t = [0-9.]+ s: controller \(pd.py\) has closed the pipe of its process; "
                      r"what was recorded until then is in ", line), line
 
 
@@ -106,16 +106,16 @@ def test_one_signal_is_enough_after_the_end(fastest_fmus: Path, tmp_path: Path, 
     """The results are there when the signal comes, as the process of the run does not end; it lets nobody wait."""
     path = leaving(tmp_path, "a thread")
     begun = time.monotonic()
-    process = subprocess.Popen(command(flight(tmp_path), fastest_fmus, path, tmp_path, "10 min"), text=True, env=marked,
+    process = subprocess.Popen(command(trial(tmp_path), fastest_fmus, path, tmp_path, "10 min"), text=True, env=marked,
                                stdout=subprocess.PIPE, stderr=subprocess.PIPE, start_new_session=True)
     end = begun + 120.0
-    while not (tmp_path / "flight.json").exists():
+    while not (tmp_path / "trial.json").exists():
         assert process.poll() is None and time.monotonic() < end
         time.sleep(0.02)
     os.killpg(process.pid, number)
     errors = ended(process, begun)
     assert (process.returncode, errors.splitlines()[-1]) == (
-        128 + number, f"maglev: {word} after the end of the run; its results are in {tmp_path / 'flight.csv'}")
+        128 + number, f"maglev: {word} after the end of the run; its results are in {tmp_path / 'trial.csv'}")
     assert "Traceback" not in errors
 
 

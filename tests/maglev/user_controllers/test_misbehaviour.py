@@ -11,7 +11,7 @@ from typing import Any
 import numpy as np
 import pytest
 from command_line import error_line, maglev
-from written_controllers import PD, controller, flight, line_of
+from written_controllers import PD, controller, line_of, trial
 
 import maglev as tool
 from maglev.cosim.other_process import helper
@@ -41,7 +41,7 @@ def command(*arguments: str | Path) -> "subprocess.CompletedProcess[str]":
 def test_a_file_that_ends_its_process_has_no_result(fastest_fmus: Path, tmp_path: Path, place: str,
                                                     statement: str) -> None:
     path = misbehaving(tmp_path, place, statement)
-    done = command("run", flight(tmp_path), "--fmus", fastest_fmus, "--out", tmp_path, "--controller", path)
+    done = command("run", trial(tmp_path), "--fmus", fastest_fmus, "--out", tmp_path, "--controller", path)
     assert done.returncode == 2, done.stderr
     last = done.stderr.strip().splitlines()[-1]
     if statement == "sys.exit(0)":
@@ -49,19 +49,19 @@ def test_a_file_that_ends_its_process_has_no_result(fastest_fmus: Path, tmp_path
     else:
         assert ("controller (pd.py) ended its process with exit code 0 in fmi2DoStep" if place == "step" else
                 "maglev: pd.py: ended the process that reads it with exit code 0, expected a file that can be") in last
-    assert (tmp_path / "flight.partial.csv").exists() == (place == "step")
+    assert (tmp_path / "trial.partial.csv").exists() == (place == "step")
     if place == "step":
         assert "at t = 0.1005 s: " in last
-        assert (tmp_path / "flight.partial.csv").read_text().splitlines()[-1].startswith("0.1005,")
+        assert (tmp_path / "trial.partial.csv").read_text().splitlines()[-1].startswith("0.1005,")
 
 
 def test_compare_goes_on_without_it(fastest_fmus: Path, tmp_path: Path) -> None:
     path = misbehaving(tmp_path, "step", "os._exit(0)")
-    done = command("compare", flight(tmp_path), "--fmus", fastest_fmus, "--out", tmp_path, "--controller",
+    done = command("compare", trial(tmp_path), "--fmus", fastest_fmus, "--out", tmp_path, "--controller",
                    "Regulator2DOF", "--controller", path)
     assert done.returncode == 2, done.stderr
     assert "maglev: pd: at t = 0.1005 s: controller (pd.py) ended its process with exit code 0" in done.stderr
-    assert (tmp_path / "flight@Regulator2DOF.csv").exists()
+    assert (tmp_path / "trial@Regulator2DOF.csv").exists()
 
 
 @pytest.mark.few(1)
@@ -69,7 +69,7 @@ def test_compare_goes_on_without_it(fastest_fmus: Path, tmp_path: Path) -> None:
 def test_what_builds_an_fmu_of_it(fastest_fmus: Path, tmp_path: Path, words: list[str]) -> None:
     path = misbehaving(tmp_path, "import", "os._exit(0)")
     given = ["--controller", path, "--out", tmp_path] if words[0] == "study" else [path]
-    words = [str(flight(tmp_path)) if word == "SCENARIO" else word for word in words]
+    words = [str(trial(tmp_path)) if word == "SCENARIO" else word for word in words]
     done = command(*words, *given, "--fmus", fastest_fmus if words[0] == "study" else tmp_path)
     assert done.returncode == 2
     assert done.stderr.strip().splitlines()[-1].startswith("maglev: pd.py: ended the process that reads it with exit")
@@ -78,9 +78,9 @@ def test_what_builds_an_fmu_of_it(fastest_fmus: Path, tmp_path: Path, words: lis
 def test_a_step_that_hangs_ends_at_the_timeout(fastest_fmus: Path, tmp_path: Path) -> None:
     path = misbehaving(tmp_path, "step", "while True: pass")
     with pytest.raises(tool.RunFailed) as failure, pytest.warns(UserWarning):
-        tool.run(flight(tmp_path), controller=path, fmus=fastest_fmus, timeout=3.0)
+        tool.run(trial(tmp_path), controller=path, fmus=fastest_fmus, timeout=3.0)
     assert str(failure.value) == "at t = 0.1005 s: controller (pd.py) has been silent for 3 s in fmi2DoStep"
-    whole = tool.run(flight(tmp_path), controller=controller(tmp_path, name="whole.py"), fmus=fastest_fmus)
+    whole = tool.run(trial(tmp_path), controller=controller(tmp_path, name="whole.py"), fmus=fastest_fmus)
     recorded = failure.value.recording
     assert len(recorded.time) == 202
     for name, values in recorded.columns.items():
@@ -90,7 +90,7 @@ def test_a_step_that_hangs_ends_at_the_timeout(fastest_fmus: Path, tmp_path: Pat
 def test_an_import_that_hangs(fastest_fmus: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(helper, "READING", 3.0)
     path = misbehaving(tmp_path, "import", "import time\ntime.sleep(600)")
-    line = error_line(maglev("run", flight(tmp_path), "--controller", path, "--fmus", fastest_fmus, "--out", tmp_path,
+    line = error_line(maglev("run", trial(tmp_path), "--controller", path, "--fmus", fastest_fmus, "--out", tmp_path,
                              "--timeout", "2 s"))
     assert line.startswith("maglev: pd.py: was not read within 3 s, expected a file that can be imported")
 
@@ -99,7 +99,7 @@ def test_an_import_that_hangs(fastest_fmus: Path, tmp_path: Path, monkeypatch: p
 @pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM])
 def test_one_signal_ends_a_step_that_hangs(fastest_fmus: Path, tmp_path: Path, number: int) -> None:
     path = misbehaving(tmp_path, "step", "(open('hangs', 'w').close() or exec('while True: pass'))")
-    process = subprocess.Popen([sys.executable, "-m", "maglev", "run", flight(tmp_path), "--controller", path, "--fmus",
+    process = subprocess.Popen([sys.executable, "-m", "maglev", "run", trial(tmp_path), "--controller", path, "--fmus",
                                 fastest_fmus.absolute(), "--timeout", "10 min"], cwd=tmp_path, text=True,
                                stderr=subprocess.PIPE, stdout=subprocess.PIPE, start_new_session=True,
                                env={**os.environ, "PYTHONPATH": os.pathsep.join(map(os.path.abspath, sys.path))})
@@ -116,15 +116,15 @@ def test_one_signal_ends_a_step_that_hangs(fastest_fmus: Path, tmp_path: Path, n
 def test_what_it_prints_is_beside_the_results(fastest_fmus: Path, tmp_path: Path) -> None:
     path = misbehaving(tmp_path, "step", "print('a step')")
     path.write_text("print('imported')\nimport os\nos.system('echo from another process')\n" + path.read_text())
-    done = command("run", flight(tmp_path), "--json", "--fmus", fastest_fmus, "--out", tmp_path, "--controller", path)
+    done = command("run", trial(tmp_path), "--json", "--fmus", fastest_fmus, "--out", tmp_path, "--controller", path)
     assert done.returncode == 0, done.stderr
-    assert list(json.loads(done.stdout)["runs"]) == ["flight"]
+    assert list(json.loads(done.stdout)["runs"]) == ["trial"]
     for text in ("imported", "from another process", "a step"):
         assert text in done.stderr.splitlines()
 
 
-def test_a_class_flies_in_this_process(fastest_fmus: Path, tmp_path: Path) -> None:
-    """So that a debugger reaches it; the file flies in another, with the same bits."""
+def test_a_class_runs_in_this_process(fastest_fmus: Path, tmp_path: Path) -> None:
+    """So that a debugger reaches it; the file runs in another, with the same bits."""
     names: dict[str, Any] = {}
     exec(PD, names)
     base: Any = names["PD"]
@@ -136,9 +136,9 @@ def test_a_class_flies_in_this_process(fastest_fmus: Path, tmp_path: Path) -> No
         def start(self) -> None:
             processes.append(os.getpid())
 
-    run = tool.run(flight(tmp_path), controller=Told, fmus=fastest_fmus)
+    run = tool.run(trial(tmp_path), controller=Told, fmus=fastest_fmus)
     assert processes == [os.getpid()]
-    of_file = tool.run(flight(tmp_path), controller=controller(tmp_path), fmus=fastest_fmus)
+    of_file = tool.run(trial(tmp_path), controller=controller(tmp_path), fmus=fastest_fmus)
     np.testing.assert_array_equal(run["plant.v.position"], of_file["plant.v.position"])
 
 

@@ -26,7 +26,7 @@ SHORT = 'extends = "{path}"\nname = "short"\nstop_time = "{time}"\n'
 
 @pytest.mark.few(1)
 @pytest.mark.parametrize("stage", RIGS)
-def test_the_first_plant_flies(fastest_fmus: Path, tmp_path: Path, stage: str) -> None:
+def test_the_first_plant_runs(fastest_fmus: Path, tmp_path: Path, stage: str) -> None:
     """From a new file, without a change and without a complaint, through the first step."""
     path = tmp_path / "mover.py"
     made = maglev("new", "plant", tmp_path / "mover", "--stage", stage)

@@ -7,7 +7,7 @@ from pathlib import Path
 
 import pytest
 from command_line import error_line, maglev
-from written_controllers import controller, flight, line_of
+from written_controllers import controller, line_of, trial
 
 import maglev as tool
 from maglev.experiment.ports.replacement import Replacement
@@ -119,7 +119,7 @@ def test_arithmetic_that_fails_has_its_line(fastest_fmus: Path, tmp_path: Path, 
     """The layer around the blocks of this project, which have no lines of a user's, catches it as well."""
     path = controller(tmp_path, ("w = self.bandwidth", f"w = {expression}"))
     with pytest.raises(tool.RunFailed) as failure:
-        tool.run(flight(tmp_path), controller=path, fmus=fastest_fmus)
+        tool.run(trial(tmp_path), controller=path, fmus=fastest_fmus)
     assert f"pd.py, line {line_of(path, expression)}: {ARITHMETIC[expression]}" in str(failure.value)
 
 
@@ -144,19 +144,19 @@ def test_which_class_is_meant(tmp_path: Path) -> None:
 
 def test_a_file_that_is_not_there(tmp_path: Path) -> None:
     controller(tmp_path)
-    line = error_line(maglev("run", flight(tmp_path), "--controller", tmp_path / "dp.py", "--fmus", tmp_path))
+    line = error_line(maglev("run", trial(tmp_path), "--controller", tmp_path / "dp.py", "--fmus", tmp_path))
     assert "dp.py, nearest is 'pd.py'; `maglev new controller" in line
 
 
 def test_a_port_that_is_missing(fastest_fmus: Path, tmp_path: Path) -> None:
     path = controller(tmp_path, ('"motor.i_c_cmd": "A"', '"motor.i_c": "A"'),
                       ("motor_i_c_cmd = 0.0", "motor_i_c = 0.0"), ("motor_i_c_cmd = cos", "motor_i_c = cos"))
-    line = error_line(maglev("run", flight(tmp_path), "--controller", path, "--fmus", fastest_fmus, "--out", tmp_path))
+    line = error_line(maglev("run", trial(tmp_path), "--controller", path, "--fmus", fastest_fmus, "--out", tmp_path))
     assert "controller (pd.py): missing port: output motor.i_c_cmd (nearest is 'motor.i_c')" in line
 
 
 def test_a_parameter_that_is_not_there(fastest_fmus: Path, tmp_path: Path) -> None:
-    result = maglev("run", flight(tmp_path), "--controller", controller(tmp_path), "--fmus", fastest_fmus,
+    result = maglev("run", trial(tmp_path), "--controller", controller(tmp_path), "--fmus", fastest_fmus,
                     "--out", tmp_path, "--set", "controller.bandwith=3")
     assert result.exit_code == 2
     assert "controller has no parameter or input 'bandwith'; nearest is 'bandwidth'" in result.stderr
@@ -166,12 +166,12 @@ def test_a_sample_time_that_does_not_fit(fastest_fmus: Path, tmp_path: Path) -> 
     path = controller(tmp_path, ("self.sample_time = 0.5e-3", "self.sample_time = 0.7e-3"))
     with pytest.raises(tool.RunFailed, match=r"step = 0.0005 s, expected one that divides .*sample_time = 0.0007 s"), \
             pytest.warns(UserWarning):
-        tool.run(flight(tmp_path), controller=path, fmus=fastest_fmus)
+        tool.run(trial(tmp_path), controller=path, fmus=fastest_fmus)
 
 
-def test_a_class_does_not_fly_beside_an_fmu_that_is_not_ours(fastest_fmus: Path, tmp_path: Path) -> None:
-    """Such as one that an older version has built: it flies in another process, where the class is not."""
-    plan = load_plan(flight(tmp_path))
+def test_a_class_does_not_run_beside_an_fmu_that_is_not_ours(fastest_fmus: Path, tmp_path: Path) -> None:
+    """Such as one that an older version has built: it runs in another process, where the class is not."""
+    plan = load_plan(trial(tmp_path))
     old = tmp_path / "old"
     old.mkdir()
     for fmu in plan.fmus.values():
@@ -184,11 +184,11 @@ def test_a_class_does_not_fly_beside_an_fmu_that_is_not_ours(fastest_fmus: Path,
     spec.loader.exec_module(module)
     with pytest.raises(tool.ControllerError, match=r"class PD.*: .* but plant \(Plant2DOF\.fmu\) is not what this"), \
             pytest.warns(UserWarning):
-        tool.run(flight(tmp_path), controller=module.PD, fmus=old)
+        tool.run(trial(tmp_path), controller=module.PD, fmus=old)
 
 
 def test_a_class_is_of_its_process() -> None:
-    """Where the run would fly in another one, a sentence says so."""
+    """Where it would run in another one, a sentence says so."""
     class PD:
         pass
 

@@ -26,7 +26,7 @@ class Clamp:
         self.i_a, self.i_b, self.i_c = (max(-20.0, min(20.0, each)) for each in (self.a, self.b, self.c))
 '''
 SUPERVISED = '''
-extends = "flight.toml"
+extends = "trial.toml"
 name = "supervised"
 stop_time = "0.05 s"
 [fmus.clamp]
@@ -43,7 +43,7 @@ inputs = { a = "controller.motor.i_a_cmd", b = "controller.motor.i_b_cmd", c = "
 def test_each_block_of_the_loop_can_be_a_file(fastest_fmus: Path, tmp_path: Path) -> None:
     """Ideal ones give the bits of the loop without them, from the first sample on; and none has two sources."""
     blocks(tmp_path)
-    usual = maglev.run(tmp_path / "flight.toml", fmus=fastest_fmus)
+    usual = maglev.run(tmp_path / "trial.toml", fmus=fastest_fmus)
     runs = {name: maglev.run(tmp_path / f"{name}.toml", fmus=fastest_fmus) for name in WIRED}
     for name, run in runs.items():
         assert run.metrics.rms_errors == usual.metrics.rms_errors, name
@@ -62,7 +62,7 @@ def test_a_supervisor_is_stepped_where_it_stands(fastest_fmus: Path, tmp_path: P
     path.write_text(SUPERVISED)
     plan, = load_plans(path)
     assert list(plan.fmus) == ["controller", "clamp", "plant"]
-    usual = maglev.run(tmp_path / "flight.toml", fmus=fastest_fmus)
+    usual = maglev.run(tmp_path / "trial.toml", fmus=fastest_fmus)
     run = maglev.run(path, fmus=fastest_fmus)
     assert_array_equal(run["plant.v.position"], usual["plant.v.position"][:len(run.time)])
     path.write_text(SUPERVISED.replace('before = "plant"\n', ""))
@@ -72,7 +72,7 @@ def test_a_supervisor_is_stepped_where_it_stands(fastest_fmus: Path, tmp_path: P
 
 
 def test_a_study_takes_every_file(fastest_fmus: Path, tmp_path: Path) -> None:
-    """Those of the scenario and those that are put in; a row is what the files fly."""
+    """Those of the scenario and those that are put in; a row is what the files run."""
     path, plant = blocks(tmp_path) / "sensor.toml", tmp_path / "plant.py"
     study = maglev.study(path, vary={"sensor.resolution": [0.0, 1e-4]}, plant=plant, fmus=fastest_fmus,
                          out=tmp_path / "out", jobs=1, say=lambda _: None)
@@ -107,7 +107,7 @@ def test_what_does_not_fit_is_refused(fastest_fmus: Path, tmp_path: Path, old: s
 
 def test_an_empty_source_takes_a_connection_away(tmp_path: Path) -> None:
     path = blocks(tmp_path) / "cut.toml"
-    path.write_text('extends = "flight.toml"\nname = "cut"\n[fmus.controller.inputs]\n"v.measured" = ""\n')
+    path.write_text('extends = "trial.toml"\nname = "cut"\n[fmus.controller.inputs]\n"v.measured" = ""\n')
     plan, = load_plans(path)
     assert "controller.v.measured" not in [target for _, target in plan.wires.values()]
     assert len(plan.wires) == 4

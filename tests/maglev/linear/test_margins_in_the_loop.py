@@ -1,4 +1,4 @@
-"""Both sides of each margin flown: the blocks with a gain, a lag or a delay between the stage and its measurement."""
+"""Runs on both sides of each margin: the blocks with a gain, a lag or a delay between the stage and its measurement."""
 
 from collections import deque
 from collections.abc import Callable
@@ -79,9 +79,9 @@ CHANGES: dict[str, Callable[[Margins, float, float], Change]] = {
     "delay": lambda margins, far, dt: delayed(int(margins.delay * far / dt))}
 
 
-# Gains of the 3-DOF stage say what those of the 2-DOF one do; those of the 5-DOF stage are flown by native FMUs, in a
+# Gains of the 3-DOF stage say what those of the 2-DOF one do; those of the 5-DOF stage are run by native FMUs, in a
 # fifth of the time: test_tilting.py. Lags at its tilts take the time of those of both other stages, whose margins are
-# computed and flown by the same code.
+# computed and run by the same code.
 @pytest.mark.few(1)
 @pytest.mark.usefixtures("slow")
 @pytest.mark.parametrize(("stage", "changed"), [

@@ -32,7 +32,7 @@ TILTING = {"mass = 6.9 ": "mass = 7.5 ", "mass = 0.2 ": "mass = 0.22 ", "z = 0.2
            "x = 0.2 ": "x = 0.18 ", "x = -0.2 ": "x = -0.18 ", "coulomb = 1.1": "coulomb = 0.8"}
 
 
-def flown(suffix: str, axes: dict[str, float], seconds: float) -> tuple[Any, bool]:
+def simulated(suffix: str, axes: dict[str, float], seconds: float) -> tuple[Any, bool]:
     """Closed loop after a time under references (m), and whether it has touched a stop."""
     loop = definition(f"ClosedLoop{suffix}").new_block()
     assert loop.start() == 0
@@ -55,7 +55,7 @@ def flown(suffix: str, axes: dict[str, float], seconds: float) -> tuple[Any, boo
 def test_it_levitates(tmp_path: Path, name: str, like: str, changes: dict[str, str],
                       references: dict[str, float]) -> None:
     runnable(written(tmp_path / f"{name}.toml", like, changes))
-    loop, touched = flown(name.capitalize(), references, 2.5)
+    loop, touched = simulated(name.capitalize(), references, 2.5)
     assert not touched
     for axis, reference in references.items():
         assert getattr(loop.plant, axis).position == pytest.approx(reference, abs=1.2e-3 if axis in "xz" else 0.2e-3)
@@ -81,7 +81,7 @@ def test_single_motors_are_a_pair_with_one_current(tmp_path: Path) -> None:
 
 @pytest.mark.thorough
 def test_fmus_are_known_by_their_content(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    """They fly as ours do for as long as the description is as it was when they were built."""
+    """They run as ours do for as long as the description is as it was when they were built."""
     monkeypatch.chdir(tmp_path)
     description = written(tmp_path / "own.toml", "2dof", {})
     maglev.build(["PlantOwn", "RegulatorOwn"], stage="own.toml")
@@ -122,7 +122,7 @@ def test_fmus_are_known_by_their_content(tmp_path: Path, monkeypatch: pytest.Mon
     ("3dof", {"slot_pitch = 0.01905 ": "slot_pitch = 0.01 "}, "expected slots narrower than their pitch"),
     ("3dof", {'name = "hover"': 'name = "axis"'}, "name: 'axis', expected another one: modules of this project"),
     ("3dof", {'name = "hover"': 'name = "Hover"'}, "name: 'Hover', expected small letters and digits")])
-def test_what_cannot_fly_says_why(tmp_path: Path, like: str, changes: dict[str, str], message: str) -> None:
+def test_what_cannot_run_says_why(tmp_path: Path, like: str, changes: dict[str, str], message: str) -> None:
     path = written(tmp_path / "hover.toml", like, changes)
     with pytest.raises(RigError, match=f"hover.toml: .*({message})"):
         runnable(path)
@@ -154,7 +154,7 @@ def test_everything_takes_it(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) ->
 
 @pytest.mark.thorough
 def test_a_recording_tells_its_constants(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    """Of a stage with four motors without friction, under sinusoids on all axes: those of the block that flew."""
+    """Of a stage with four motors without friction, under sinusoids on all axes: those of the block that ran."""
     monkeypatch.chdir(tmp_path)
     rig = know_stage(written(tmp_path / "found.toml", "3dof", {**FOUR, "mass = 6.9 ": "mass = 6.0 "}))
     loop = definition("ClosedLoopFound").new_block()
@@ -176,7 +176,7 @@ def test_a_recording_tells_its_constants(tmp_path: Path, monkeypatch: pytest.Mon
     found = maglev.identify("mine.csv", stage="found.toml", matched=True)
     for name in ("C1", "C2", "C3", "C4"):
         assert found.estimate.final[name] == pytest.approx(getattr(plant, name), rel=0.01)
-    # Back into a flight: a model file of this stage, which no other takes.
+    # Back into a run: a model file of this stage, which no other takes.
     model, _, *_ = write_identification(found, "mine.csv", tmp_path)
     settings = model_settings(model, rig)
     assert settings["plant.C3"] == found.estimate.final["C3"]
@@ -186,7 +186,7 @@ def test_a_recording_tells_its_constants(tmp_path: Path, monkeypatch: pytest.Mon
 
 @pytest.mark.thorough
 def test_a_stage_that_tilts_is_taken(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    """Its scenario flies it, in rad too; what measures each axis by itself says that it does not take it."""
+    """Its scenario runs it, in rad too; what measures each axis by itself says that it does not take it."""
     monkeypatch.chdir(tmp_path)
     written(tmp_path / "leaning.toml", "5dof", TILTING)
     maglev.build(stage="leaning.toml", names=["StageLeaning"], kind="native", target="host")
@@ -199,7 +199,7 @@ def test_a_stage_that_tilts_is_taken(tmp_path: Path, monkeypatch: pytest.MonkeyP
     (tmp_path / "pid.toml").write_text('extends = "leaning-setpoints.toml"\nname = "pid"\n'
                                        'fmus.controller.model = "PIDLeaning"\n', encoding="utf-8")
     assert not maglev.run("pid.toml")["plant.at_stop"].any()
-    # The system of its plant and controller flies in another tool.
+    # The system of its plant and controller runs in another tool.
     plan = run.plan.model_copy(update={"stop_time": 1.2})
     rows = foreign("fmpy.ssp", plan, Path("fmus/native"), tmp_path, Path("fmus/native/StageLeaning.ssp"))
     assert np.ptp(rows, axis=0).min() > 1e-4

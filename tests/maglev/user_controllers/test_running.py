@@ -1,4 +1,4 @@
-"""Controllers that are Python files or classes, flown."""
+"""Controllers that are Python files or classes, run."""
 
 import hashlib
 import json
@@ -11,7 +11,7 @@ import numpy as np
 import pytest
 from command_line import error_line, maglev
 from numpy.testing import assert_array_equal
-from written_controllers import controller, flight, line_of
+from written_controllers import controller, line_of, trial
 
 import maglev as tool
 from maglev.schema.loading import load_plan
@@ -34,9 +34,9 @@ def pythonfmu_controller(slow: None, tmp_path: Path) -> Path:
 
 
 @pytest.mark.filterwarnings("ignore:controller .* has no")
-def test_a_file_flies_as_an_fmu_of_others_does(fastest_fmus: Path, pythonfmu_controller: Path, tmp_path: Path) -> None:
+def test_a_file_runs_as_an_fmu_of_others_does(fastest_fmus: Path, pythonfmu_controller: Path, tmp_path: Path) -> None:
     """pythonfmu's own slave and wrapper, and a process of its own, around the same law."""
-    plan = flight(tmp_path)
+    plan = trial(tmp_path)
     ours = tool.run(plan, controller=controller(tmp_path), fmus=fastest_fmus, set={"controller.bandwidth": 50.0})
     theirs = tool.run(plan, controller=pythonfmu_controller, fmus=fastest_fmus, set={"controller.bandwidth": 50.0})
     assert ours["plant.v.position"][-1] == pytest.approx(21e-3, abs=0.3e-3)
@@ -62,7 +62,7 @@ def test_a_class_may_close_over_numpy(fastest_fmus: Path, tmp_path: Path) -> Non
             super().step(t)
             self.motor_i_a_cmd: float = np.float64(self.motor_i_a_cmd)
 
-    plan = flight(tmp_path)
+    plan = trial(tmp_path)
     of_class = tool.run(plan, controller=Closed, fmus=fastest_fmus)
     of_file = tool.run(plan, controller=path, fmus=fastest_fmus)
     for name, values in columns(of_file).items():
@@ -75,7 +75,7 @@ def test_the_sample_time_is_kept(fastest_fmus: Path, tmp_path: Path) -> None:
     """Of a controller with a sample time of four communication steps, every fourth computes, the others hold."""
     path = controller(tmp_path, ("self.sample_time = 0.5e-3", "self.sample_time = 2.0e-3"),
                       ("self.motor_i_a_cmd = cos(angle) * i_d - sin(angle) * i_q", "self.motor_i_a_cmd = t"))
-    run = tool.run(flight(tmp_path), controller=path, fmus=fastest_fmus)
+    run = tool.run(trial(tmp_path), controller=path, fmus=fastest_fmus)
     # The command at a point is what the step before it has computed, from its sample's time on.
     held = run["controller.motor.i_a_cmd"][1:]
     expected = 2e-3 * np.floor((run.time[1:] - 0.25e-3) / 2e-3)
@@ -85,15 +85,15 @@ def test_the_sample_time_is_kept(fastest_fmus: Path, tmp_path: Path) -> None:
 def test_where_it_crashes_is_said(fastest_fmus: Path, tmp_path: Path) -> None:
     """In one line, with what was recorded; the traceback with --debug."""
     path = controller(tmp_path, ("angle = pi / POLE_PITCH", "angle = {}['gain'] if t > 0.0501 else pi / POLE_PITCH"))
-    arguments = ("run", flight(tmp_path), "--fmus", fastest_fmus, "--out", tmp_path, "--controller", path)
+    arguments = ("run", trial(tmp_path), "--fmus", fastest_fmus, "--out", tmp_path, "--controller", path)
     result = maglev(*arguments)
     assert result.exit_code == 2
     last = result.stderr.strip().splitlines()[-1]
     place = f"pd.py, line {line_of(path, 'angle = {}')}: KeyError: 'gain'"
-    assert last == (f"maglev: flight: at t = 0.0505 s: controller (pd.py): step failed at t = 0.0505 s: {place}; "
-                    f"what was recorded until then is in {tmp_path / 'flight.partial.csv'}")
+    assert last == (f"maglev: trial: at t = 0.0505 s: controller (pd.py): step failed at t = 0.0505 s: {place}; "
+                    f"what was recorded until then is in {tmp_path / 'trial.partial.csv'}")
     assert "Traceback" not in result.output
-    rows = (tmp_path / "flight.partial.csv").read_text().splitlines()
+    rows = (tmp_path / "trial.partial.csv").read_text().splitlines()
     assert rows[-1].startswith("0.0505,")
     assert 'angle = {}[' in maglev(*arguments, "--debug").output
 
@@ -105,7 +105,7 @@ def test_what_is_no_number_is_refused(fastest_fmus: Path, tmp_path: Path, value:
                                  f"self.motor_i_c_cmd = {value} if t > 0.02 else 0.0 * i_d"))
     path.write_text(path.read_text().replace(" - sin(angle - -2.0 * pi / 3.0) * i_q", ""))
     with pytest.raises(tool.RunFailed) as failure, pytest.warns(UserWarning):
-        tool.run(flight(tmp_path), controller=path, fmus=fastest_fmus)
+        tool.run(trial(tmp_path), controller=path, fmus=fastest_fmus)
     assert f"controller (pd.py): motor.i_c_cmd = {shown} at t = 0.0205 s, expected a finite number from PD" in str(
         failure.value)
     assert len(failure.value.recording.time) == 42
@@ -114,33 +114,33 @@ def test_what_is_no_number_is_refused(fastest_fmus: Path, tmp_path: Path, value:
 @pytest.mark.filterwarnings("ignore:controller .* has no")
 def test_a_boolean_of_numpy_is_one(fastest_fmus: Path, tmp_path: Path) -> None:
     """As `a < b` is of numbers of NumPy; something else is refused by its name."""
-    def flying(far: str) -> Path:
+    def running(far: str) -> Path:
         return controller(tmp_path, ("from math", "import numpy as np\nfrom math"),
                           ('outputs = {"motor.i_a_cmd"', 'outputs = {"far": "", "motor.i_a_cmd"'),
                           ("self.known = False", "self.known = self.far = False"),
                           ("w = self.bandwidth", f"self.far = {far}; w = self.bandwidth"))
 
-    of_numpy, plain = (tool.run(flight(tmp_path), fmus=fastest_fmus, controller=flying(far))["controller.far"]
+    of_numpy, plain = (tool.run(trial(tmp_path), fmus=fastest_fmus, controller=running(far))["controller.far"]
                        for far in ("np.float64(t) > 0.2", "t > 0.2"))
     assert_array_equal(of_numpy, plain)
-    path = flying("0.5 if t > 0.02 else t > 0.01")
+    path = running("0.5 if t > 0.02 else t > 0.01")
     with pytest.raises(tool.RunFailed, match=r"t = 0.0205 s: controller \(pd.py\): far = 0.5, expected True or False"):
-        tool.run(flight(tmp_path), controller=path, fmus=fastest_fmus)
+        tool.run(trial(tmp_path), controller=path, fmus=fastest_fmus)
 
 
-def test_what_flew_is_written_down(fastest_fmus: Path, tmp_path: Path) -> None:
+def test_what_ran_is_written_down(fastest_fmus: Path, tmp_path: Path) -> None:
     """The file and the module beside it by their digests; the run is a modified one."""
     (tmp_path / "numbers_of_mine.py").write_text("LARGEST = 6.0\n")
     path = controller(tmp_path, ("LARGEST = 6.0\n", "from numbers_of_mine import LARGEST\n"))
-    result = maglev("run", flight(tmp_path), "--fmus", fastest_fmus, "--out", tmp_path, "--controller", path)
+    result = maglev("run", trial(tmp_path), "--fmus", fastest_fmus, "--out", tmp_path, "--controller", path)
     assert result.exit_code == 0, result.output
-    written = json.loads((tmp_path / "flight.json").read_text())["provenance"]
+    written = json.loads((tmp_path / "trial.json").read_text())["provenance"]
     digests = {file.name: hashlib.sha256(file.read_bytes()).hexdigest()
                for file in (path, tmp_path / "numbers_of_mine.py")}
     assert (written["fmus"][0]["kind"], written["fmus"][0]["sha256"]) == ("Python file", digests)
     assert written["modified"]
     assert f"controller is pd.py (Python file, sha256 {digests['pd.py'][:12]}…)" in " ".join(
-        (tmp_path / "flight.txt").read_text().split())
+        (tmp_path / "trial.txt").read_text().split())
 
 
 def test_changes_of_a_file_and_of_its_modules_count_at_once(tmp_path: Path) -> None:
@@ -157,7 +157,7 @@ def test_changes_of_a_file_and_of_its_modules_count_at_once(tmp_path: Path) -> N
 
 @pytest.mark.few(1)
 @pytest.mark.parametrize("stage", RIGS)
-def test_the_first_controller_flies(fastest_fmus: Path, tmp_path: Path, stage: str) -> None:
+def test_the_first_controller_runs(fastest_fmus: Path, tmp_path: Path, stage: str) -> None:
     """From a new file, without a change, and within the limit of 4 A: through the first step."""
     path = tmp_path / "lqi.py"
     assert maglev("new", "controller", path, "--stage", stage).exit_code == 0
