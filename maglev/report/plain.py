@@ -32,8 +32,8 @@ class Escapes(RenderHook):
 
 
 def plain_console(**options: Any) -> Console:
-    """Console whose control sequences are its own; options as of rich's."""
-    console = Console(**options)
+    """Console whose control sequences are its own, and that prints in a notebook as elsewhere; options as of rich's."""
+    console = Console(force_jupyter=False, **options)
     console.push_render_hook(Escapes())
     return console
 

@@ -86,6 +86,16 @@ def test_a_text_in_html_is_no_html(run: maglev.Run, monkeypatch: pytest.MonkeyPa
     assert "a &lt;b&gt;bold&lt;/b&gt; title &amp; more" in run._repr_html_()
 
 
+def test_tables_go_where_they_are_wanted(run: maglev.Run, fastest_fmus: Path, tmp_path: Path,
+                                        monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]) -> None:
+    """A console of rich's, in a notebook, displays what it prints, and leaves the file empty that it prints to."""
+    monkeypatch.setattr("rich.console._is_jupyter", lambda: True)
+    maglev.run_all(NAME, fmus=fastest_fmus, out=tmp_path, jobs=1)
+    for text in ((tmp_path / f"{NAME}.txt").read_text(encoding="utf-8"), run._repr_html_()):
+        assert "Steps" in text
+    assert capsys.readouterr().out == ""
+
+
 def test_pictures_show_themselves(run: maglev.Run, results: maglev.Results) -> None:
     """As PNG, without pyplot."""
     compared = maglev.compare({"one": run, "other": results[NAME]})
