@@ -24,6 +24,7 @@
 Whoever catches `MaglevError` catches mistakes and refusals; every other exception but OSError is a bug of this package.
 """
 
+import copyreg
 import json
 import re
 import signal
@@ -61,7 +62,14 @@ def or_of_own_stage() -> str:
     return f"or with {option('stage', 'mine.toml')} one of your own stage"
 
 
-class MaglevError(Exception):
+class Sendable:
+    """What can be pickled, as an error that ends the work of another process has to be, whatever it is made of."""
+
+    def __reduce__(self) -> tuple[Any, ...]:   # an exception would be made anew of its message alone
+        return copyreg.__newobj__, (type(self), *self.args), vars(self)   # type: ignore[attr-defined]
+
+
+class MaglevError(Sendable, Exception):
     """What the user of this package can put right; one line with the name, its value and what was expected."""
 
 
@@ -119,7 +127,7 @@ class BuildError(MaglevError):
     """An FMU that cannot be built."""
 
 
-class Interrupted(KeyboardInterrupt):
+class Interrupted(Sendable, KeyboardInterrupt):
     """Ctrl-C or SIGTERM ended what was going on; one line that says what stands.
 
     No MaglevError: who goes on after a mistake does not want to go on after Ctrl-C.

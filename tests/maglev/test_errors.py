@@ -1,11 +1,18 @@
 """What all refusals share: keys as TOML has them, in one line."""
 
+import pickle
 import tomllib
+from copy import deepcopy
+from pathlib import Path
 
+import numpy as np
+import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from maglev.errors import in_one_line, key_path
+import maglev
+from maglev.cosim.master import Recording, RunInterrupted
+from maglev.errors import Interrupted, in_one_line, key_path
 
 KEYS = st.text(st.characters(exclude_categories=["Cs"]))
 
@@ -29,3 +36,20 @@ def test_keys_and_places() -> None:
 @given(st.text())
 def test_one_line(text: str) -> None:
     assert len(f"{in_one_line(text)} ".splitlines()) == 1
+
+
+RECORDING = Recording(np.zeros(1), {})
+
+
+@pytest.mark.parametrize("error", [
+    maglev.RunFailed("at t = 0 s", RECORDING), RunInterrupted("at t = 0 s", RECORDING, 15), Interrupted("ended", 15),
+    maglev.BatchInterrupted("ended", maglev.Batch({}, {}, {}, {}, [], {}, np.zeros(0)), 15),
+    maglev.CsvError(Path("run.csv"), "no numbers"), maglev.UnknownName("no column")],
+    ids=lambda error: type(error).__name__)
+def test_an_error_comes_over_from_another_process(error: BaseException) -> None:
+    """As multiprocessing sends it: a Pool would wait for ever for one that cannot be made anew."""
+    for other in (pickle.loads(pickle.dumps(error)), deepcopy(error)):
+        assert type(other) is type(error)
+        assert str(other) == str(error)
+        assert vars(other).keys() == vars(error).keys()
+        assert getattr(other, "number", 15) == 15
