@@ -193,8 +193,9 @@ def in_one_line(text: object) -> str:
 
 
 def shortened(value: object) -> str:
-    """Return the value as it would be written, cut to a readable length."""
+    """Return the value as it would be written, in one line and cut to a readable length."""
     text = repr(value)
+    text = in_one_line(text) if "\n" in text else text   # of an array
     return text if len(text) <= LONGEST_VALUE else text[:LONGEST_VALUE] + "…"
 
 

@@ -10,7 +10,7 @@ from contextlib import ExitStack
 from dataclasses import dataclass, field, replace
 from functools import partial
 from pathlib import Path
-from typing import Any
+from typing import Any, get_args
 
 import numpy as np
 import numpy.typing as npt
@@ -21,11 +21,20 @@ from maglev.cosim.open import open_fmu, read_description
 from maglev.cosim.port_map import PortMap, apply
 from maglev.cosim.step_loop import StepFailed, Stepper, new_counter, own_loop
 from maglev.cosim.wires.wiring import Call, Drives, Rate, Track, Wiring, wire
-from maglev.errors import FmuError, Interrupted, MaglevError, QuantityError, name_of, signal_of
+from maglev.errors import (
+    FmuError,
+    Interrupted,
+    MaglevError,
+    QuantityError,
+    name_of,
+    one_of,
+    shortened,
+    signal_of,
+)
 from maglev.processes.interrupts import held_interrupts
 from maglev.processes.side_by_side import Progress
 from maglev.time_grid import whole_steps
-from maglev.units import refused_as
+from maglev.units import positive_time, refused_as
 from maglev_files.cache import Kept
 
 MOST_MEMORY = 4e9      # bytes of a recording
@@ -37,18 +46,25 @@ class FmuSetup:
     """An FMU of a co-simulation: its name in it, file and start values; of a third-party one names and units."""
 
     name: str
-    path: Path
+    path: Path   # or text, which becomes one
     start: Mapping[str, float | bool] = field(default_factory=dict)
     ports: PortMap | None = None
 
+    def __post_init__(self) -> None:
+        if isinstance(self.path, str):
+            object.__setattr__(self, "path", Path(self.path))
 
-@dataclass(frozen=True)
+
+@dataclass(frozen=True, repr=False)
 class Recording:
     """Outputs of every FMU and the driven inputs at each communication point."""
 
     time: npt.NDArray[np.float64]   # communication points, s; shape (n,)
     columns: Mapping[str, npt.NDArray[Any]]   # by name, `fmu.variable`; Booleans as 0 and 1; shape (n,)
     notes: tuple[str, ...] = ()   # sentences about what FMUs said that went on, and about what went wrong after the end
+
+    def __repr__(self) -> str:
+        return f"<Recording: {len(self.time)} points to {self.time[-1]:g} s, {len(self.columns)} columns>"
 
 
 class RunFailed(MaglevError):
@@ -132,8 +148,8 @@ class Master:
         In the order in which they step.
     connections : sequence of (str, str)
         From an output to an input, both `fmu.variable`.
-    step : float
-        Communication step h, s.
+    step : float or str
+        Communication step h, s or with a unit.
     order : str
         "sequential" or "jacobi", see `wire`.
     observer : Observer, optional
@@ -145,26 +161,29 @@ class Master:
     Raises
     ------
     FmuError
-        If an FMU cannot be loaded.
+        If an FMU cannot be loaded, or two have one name.
 
     Examples
     --------
     Anybody's FMUs, without a scenario, a stage or a controller of this project:
 
-    >>> from pathlib import Path
     >>> import maglev
-    >>> pair = [maglev.FmuSetup("law", Path("law.fmu"), {"gain": 3.0}), maglev.FmuSetup("tank", Path("tank.fmu"))]
+    >>> pair = [maglev.FmuSetup("law", "law.fmu", {"gain": 3.0}), maglev.FmuSetup("tank", "tank.fmu")]
     >>> wires = [("tank.level", "law.measured"), ("law.flow", "tank.inflow")]
     >>> with maglev.Master(pair, wires, step=1e-3) as master:      # doctest: +SKIP
     ...     recording = master.run(10.0)
     """
 
-    def __init__(self, setups: Sequence[FmuSetup], connections: Sequence[tuple[str, str]], step: float,
+    def __init__(self, setups: Sequence[FmuSetup], connections: Sequence[tuple[str, str]], step: float | str,
                  order: Order = "sequential", observer: Observer | None = None, loop: Kept | None = None,
                  opened: Mapping[str, Callable[..., Fmu]] | None = None):
-        if not 0.0 < step < float("inf"):
-            raise FmuError(f"communication step = {step} s, expected a positive, finite step")
-        self.step = step
+        self.step = positive_time(step, FmuError, f"communication step = {step!r}")
+        if order not in get_args(Order):
+            raise FmuError(f"order = {order!r}, expected {one_of(order, get_args(Order))}")
+        names = [setup.name for setup in setups]
+        for name in names:
+            if names.count(name) > 1:
+                raise FmuError(f"there are two FMUs {name}, expected a name of its own for each")
         self.order = order
         self.setups = setups
         self.connections = connections
@@ -173,7 +192,7 @@ class Master:
         self.stack = ExitStack()
         self.fmus: dict[str, Fmu] = {}
         self.wiring: Wiring   # as soon as it is wired
-        self.has_run = False
+        self.has_run = self.closed = False
         described = [(p, read_description(p.name, p.path)) for p in setups]
         try:
             with held_interrupts():
@@ -191,17 +210,21 @@ class Master:
         return self
 
     def __exit__(self, *_: object) -> None:
+        self.closed = True
         with held_interrupts():
             self.stack.close()
 
-    def run(self, stop_time: float, drives: Drives | None = None,
+    def __repr__(self) -> str:
+        return f"<Master of {', '.join(self.fmus)}: every {self.step:g} s>"
+
+    def run(self, stop_time: float | str, drives: Drives | None = None,
             progress: Progress | None = None) -> Recording:
         """Run from 0 to the stop time (s), which must be a whole number of communication steps.
 
         Parameters
         ----------
-        stop_time : float
-            End of the run, s.
+        stop_time : float or str
+            End of the run, s or with a unit.
         drives : mapping of str to sequence of float or ndarray
             Values of driven inputs, `fmu.variable`, at every communication point, the last one included.
         progress : callable, optional
@@ -216,17 +239,20 @@ class Master:
         RunInterrupted
             After Ctrl-C or SIGTERM, likewise.
         """
-        self.wire(stop_time, drives or {})
+        self.wire(positive_time(stop_time, FmuError, f"stop time = {stop_time!r}"), drives or {})
         return self.terminated(self.run_again({}, progress))
 
     def wire(self, stop_time: float, drives: Drives) -> None:
         """Prepare runs from 0 to the stop time (s); parameters and errors as of `run`."""
+        if self.closed:
+            raise FmuError("the FMUs are freed, expected a run before the co-simulation is left, or another Master")
         self.stop_time, self.steps = stop_time, self.steps_to(stop_time)
         self.block = self.steps if self.observer.whole else PROGRESS_STEPS
         for target, values in drives.items():
-            if len(values) != self.steps + 1:
-                raise FmuError(f"{target} is driven by {len(values)} values, expected {self.steps + 1}, "
-                               "one for each communication point")
+            if np.shape(values) != (self.steps + 1,) or np.asarray(values).dtype.kind not in "biuf":
+                given = f"{len(values)} values" if np.ndim(values) == 1 else shortened(values)
+                raise FmuError(f"{target} is driven by {given}, expected {self.steps + 1} numbers, one for each "
+                               "communication point")
         rates = {p.name: rate(p.name, p.ports.step, self.step, self.steps) for p in self.setups
                  if p.ports is not None and p.ports.step is not None}
         self.wiring = wire(self.fmus, self.connections, drives, self.block + 1, self.step, self.order, rates,

@@ -19,7 +19,7 @@ from maglev.cosim import Order
 from maglev.cosim.fmu import Fmu, kind_of
 from maglev.cosim.port_map import Scale
 from maglev.cosim.versions.fmi import FMI2, FMI3
-from maglev.errors import FmuError
+from maglev.errors import FmuError, shortened
 
 KINDS = (*FMI2.types, *(kind for kind in FMI3.types if kind not in FMI2.types))
 
@@ -219,6 +219,9 @@ def sources_of(fmus: Mapping[str, Fmu], connections: Sequence[tuple[str, str]],
                drives: Drives) -> dict[str, str]:
     """Source of each fed input, `fmu.variable`; a signal is named as the input that it drives."""
     sources: dict[str, str] = {}
+    for pair in connections:
+        if isinstance(pair, str) or len(pair) != 2:
+            raise FmuError(f"connection {shortened(pair)}, expected a pair: an output and the input that it goes to")
     for source, target in [*connections, *((target, target) for target in drives)]:
         if target in sources:
             raise FmuError(f"{target} has two sources, expected one connection or signal")

@@ -2,9 +2,11 @@
 
 import math
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
+from pythonfmu.builder import FmuBuilder
 from sampled_loop import PHASES, sampled_loop
 
 from maglev.cosim import Order
@@ -131,19 +133,60 @@ def test_interrupted_step_keeps_the_recording(fmus: Path) -> None:
     ([("plant.at_stop", "controller.y.measured")], {}, "differ in type"),
     ([("plant.y.encoder", "controller.y.measured")] * 2, {}, "two sources"),
     ([("plant.y.encoder", "controller.y.measured")], {"controller.y.measured": [0.0] * 6}, "two sources"),
+    ([("plant.y.encoder",)], {}, r"connection \('plant.y.encoder',\), expected a pair"),
+    ({"plant.y.encoder": "controller.y.measured"}, {}, "connection 'plant.y.encoder', expected a pair"),
+    ([], {"controller.y.reference": 0.025}, "driven by 0.025, expected 6 numbers"),
+    ([], {"controller.y.reference": [[0.0], [0.0]]}, "driven by .*, expected 6 numbers"),
+    ([], {"controller.y.reference": ["25 mm"] * 6}, "6 values, expected 6 numbers"),
     ([], {"controller.y.reference": [0.0] * 5}, "5 values, expected 6")])
-def test_wrong_wiring(fmus: Path, connections: list[tuple[str, str]], drives: dict[str, list[float]],
+def test_wrong_wiring(fmus: Path, connections: Any, drives: dict[str, Any],
                       message: str) -> None:
     with Master(three(fmus)[:2], connections, 2e-4) as master, pytest.raises(FmuError, match=message):
         master.run(0.001, drives)
 
 
 @pytest.mark.parametrize(("start", "message"), [({"y.mas": 1.0}, "no variable y.mas; nearest is 'y.mass'"),
-                                                ({"y.mass": -1.0}, "y.mass = -1.0 kg, expected a number from 0.001")])
-def test_wrong_start_value(fmus: Path, start: dict[str, float], message: str) -> None:
+                                                ({"y.mass": -1.0}, "y.mass = -1.0 kg, expected a number from 0.001"),
+                                                ({"y.mass": "7.5 kg"}, "plant.y.mass = '7.5 kg': it is Real"),
+                                                ({"y.mass": True}, "it is Real, expected a number")])
+def test_wrong_start_value(fmus: Path, start: dict[str, Any], message: str) -> None:
     plant = FmuSetup("plant", fmus / "Plant3DOF.fmu", start)
     with Master([plant], [], 2e-4) as master, pytest.raises(FmuError, match=message):
         master.run(0.001)
+
+
+TANK = """
+from pythonfmu import Boolean, Fmi2Causality, Fmi2Slave, Fmi2Variability, Integer, Real, String
+
+class Tank(Fmi2Slave):
+    def __init__(self, **options):
+        super().__init__(**options)
+        self.pumps, self.open, self.label, self.level = 1, True, "tank", 0.0
+        kept = {"causality": Fmi2Causality.parameter, "variability": Fmi2Variability.fixed}
+        for variable in (Integer("pumps", **kept), Boolean("open", **kept), String("label", **kept),
+                         Real("level", causality=Fmi2Causality.output)):
+            self.register_variable(variable)
+
+    def do_step(self, time, step):
+        self.level += step * self.pumps * self.open
+        return True
+"""
+
+
+def test_start_values_of_each_type_of_others(tmp_path: Path) -> None:
+    (tmp_path / "tank.py").write_text(TANK, encoding="utf-8")
+    path = FmuBuilder.build_FMU(tmp_path / "tank.py", dest=tmp_path)
+
+    def level(start: dict[str, Any]) -> float:
+        with Master([FmuSetup("tank", path, start)], [], 0.5) as master:
+            return float(master.run(1.0).columns["tank.level"][-1])
+
+    assert [level({"pumps": np.int64(2)}), level({"open": False}), level({"open": 1})] == [2.0, 0.0, 1.0]
+    for start, expected in (({"pumps": 2.5}, "2.5: it is Integer, expected a whole number"),
+                            ({"open": 2}, "2: it is Boolean, expected true or false"),
+                            ({"label": "x"}, "'x': it is String, expected one of Real, Integer, Boolean to set")):
+        with pytest.raises(FmuError, match=f"tank.{next(iter(start))} = {expected}"):
+            level(start)
 
 
 def test_stop_time_that_is_no_whole_number_of_steps(fmus: Path) -> None:
@@ -155,6 +198,22 @@ def test_stop_time_that_is_no_whole_number_of_steps(fmus: Path) -> None:
 def test_step_that_is_not_positive(fmus: Path, step: float) -> None:
     with pytest.raises(FmuError, match="communication step"):
         Master(three(fmus)[:2], [], step)
+
+
+def test_setups_that_are_none(fmus: Path) -> None:
+    with pytest.raises(FmuError, match="there are two FMUs plant, expected"):
+        Master([three(fmus)[1]] * 2, [], 2e-4)
+    with pytest.raises(FmuError, match="order = 'parallel', expected one of sequential, jacobi"):
+        Master(three(fmus), [], 2e-4, "parallel")   # type: ignore[arg-type]
+
+
+def test_paths_and_times_as_text(fmus: Path) -> None:
+    with Master([FmuSetup("plant", str(fmus / "Plant3DOF.fmu"))], [], "0.2 ms") as master:   # type: ignore[arg-type]
+        recording = master.run("1 ms")
+    assert repr(master) == "<Master of plant: every 0.0002 s>"
+    assert repr(recording) == f"<Recording: 6 points to 0.001 s, {len(recording.columns)} columns>"
+    with pytest.raises(FmuError, match="the FMUs are freed, expected a run before"):
+        master.run(0.001)
 
 
 def test_file_that_is_no_fmu(tmp_path: Path) -> None:
