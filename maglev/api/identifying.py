@@ -32,8 +32,8 @@ def identify(data: Data, *, columns: Mapping[str, str] | None = None, stage: str
     columns : mapping of str to str, optional
         What the data call their columns, by these names: {"time": "t", "v": "gap"}.
     stage : str, optional
-        "2dof", "3dof", or the description of a stage of the user's, "mine.toml"; seen from the columns, as one of the
-        first two, if not given.
+        "2dof", "3dof", "5dof", or the description of a stage of the user's, "mine.toml"; seen from the columns, as one
+        of the first three, if not given, and of a `Run` that of its scenario.
     method : "reduced", "full" or "fsdi"
         Estimator (3.8), (3.6) or (3.3).
     epsilon : float or str
@@ -59,7 +59,8 @@ def identify(data: Data, *, columns: Mapping[str, str] | None = None, stage: str
     """
     path = path_of(data)
     table = read_csv(path) if isinstance(data, str | Path) else given_table(str(path), data)
-    recording = read_recording(table.renamed(columns or {}), stage)
+    recording = read_recording(table.renamed(columns or {}),
+                               stage or getattr(getattr(data, "plan", None), "rig_file", None))
     with refused_as(IdentificationError, option("epsilon", epsilon)):
         seconds = parse_quantity(number_or_text(epsilon) if isinstance(epsilon, str) else epsilon, "s")
     start = {}

@@ -1,6 +1,7 @@
 """Recorded data of a rig, read from CSV and checked before anything is computed from them."""
 
-from collections.abc import Sequence
+import json
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -80,6 +81,9 @@ def chosen_rig(table: CsvTable, rig_name: str | None) -> Rig:
     """The rig asked for, or the one whose positions are there."""
     if rig_name is not None:
         return rig_of(rig_named(rig_name))
+    if plant := own_plant(table.path):
+        raise IdentificationError(f"{table.path}: is of a run of {plant}, expected {option('stage', 'mine.toml')}, the "
+                                  "description of its stage, with it")
     present = {rig.name: sum(has_axis(table, rig, axis) for axis in rig.axes) for rig in RIGS.values()}
     best = max(present, key=lambda name: present[name] / len(RIGS[name].axes))
     complete = [rig for rig in RIGS.values() if present[rig.name] == len(rig.axes)]
@@ -93,6 +97,20 @@ def chosen_rig(table: CsvTable, rig_name: str | None) -> Rig:
         raise IdentificationError(f"{table.path}: no column of a position, expected {axes}; its columns are "
                                   f"{', '.join(table.names[:8])}{' …' if len(table.names) > 8 else ''}")
     return RIGS[whole[0] if whole else best]
+
+
+def own_plant(recording: Path) -> str | None:
+    """Plant of a stage of the user's that moved in a run, by the record beside its columns; None of other recordings.
+
+    Its columns may be called as those of a packaged stage, whose masses and motors are others.
+    """
+    try:
+        used = json.loads(recording.with_suffix(".json").read_text(encoding="utf-8"))["provenance"]["fmus"]
+        packaged = [f"Plant{rig.described.suffix}" for rig in RIGS.values()]
+        return next((fmu["model"] for fmu in used if f"{fmu['name']}." == PLANT and fmu["model"].startswith("Plant")
+                     and fmu["kind"] in ("native", "Python") and fmu["model"] not in packaged), None)
+    except (OSError, ValueError, KeyError, TypeError, AttributeError):
+        return None
 
 
 def has_axis(table: CsvTable, rig: Rig, axis: str) -> bool:
@@ -109,12 +127,12 @@ def has_gaps(table: CsvTable, rig: Rig) -> bool:
 def read_positions(table: CsvTable, rig: Rig, kept: int) -> Array:
     """Positions of all axes (m, rad), shape (kept, axes); those that are in the gaps at the motors, from there."""
     at_motors = has_gaps(table, rig)
-    axes = [axis.name for axis in rig.described.measured] if at_motors else rig.axes
-    names = [find(table, axis_names(axis)) for axis in axes]
-    names += [find(table, gap_names(motor)) for motor in rig.motors if at_motors]
-    columns = np.stack([table.column(name)[:kept] for name in names], axis=1)
-    gaps = range(len(axes), len(names)) if at_motors else range(1)
-    check_positions(table, rig, names, columns, gaps)
+    axes = rig.described.measured if at_motors else rig.described.axes
+    units = {find(table, axis_names(axis.name)): axis.unit("m") for axis in axes}
+    units |= {find(table, gap_names(motor)): "m" for motor in rig.motors if at_motors}
+    columns = np.stack([table.column(name)[:kept] for name in units], axis=1)
+    gaps = range(len(axes), len(units)) if at_motors else range(1)
+    check_positions(table, rig, units, columns, gaps)
     return columns @ rig.places.measuring(rig.described).T if at_motors else columns
 
 
@@ -160,19 +178,20 @@ def even_part(table: CsvTable, time: Array) -> int:
     return kept
 
 
-def check_positions(table: CsvTable, rig: Rig, names: Sequence[str], positions: Array, gaps: range) -> None:
-    """Refuse positions in another unit than m, and gaps, some of the columns, that the model does not know."""
+def check_positions(table: CsvTable, rig: Rig, units: Mapping[str, str], positions: Array, gaps: range) -> None:
+    """Refuse positions in another unit than m or rad, and gaps, some of the columns, that the model does not know."""
+    names = [*units]
     gap = float(np.median(positions[:, gaps[0]]))
     for least, unit in ((5e3, "µm"), (5.0, "mm"), (0.5, "cm")):
         if gap >= least:
             raise table.refusal(names[gaps[0]], 0, f"expected an air gap in m, such as 0.020: looks like {unit}")
-    for k, name in enumerate(names):
+    for k, (name, unit) in enumerate(units.items()):
         field = rig.motor.field
         lower, upper = (field.lower, field.upper) if k in gaps else (-LARGEST_TRAVEL, LARGEST_TRAVEL)
         outside = np.flatnonzero((positions[:, k] < lower) | (positions[:, k] > upper))
         if len(outside):
-            hint = "" if k in gaps else ": looks like mm"
-            raise table.refusal(name, int(outside[0]), f"expected {lower} to {upper} m{hint}")
+            hint = "" if k in gaps else f": looks like m{unit} or µ{unit}"
+            raise table.refusal(name, int(outside[0]), f"expected {lower} to {upper} {unit}{hint}")
 
 
 def motor_currents(table: CsvTable, rig: Rig, motor: str, displacement: Array) -> tuple[Array, Array]:

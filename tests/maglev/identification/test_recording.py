@@ -1,5 +1,6 @@
 """Reading recordings: what columns may be called, and every file that is refused."""
 
+import json
 from collections.abc import Callable
 from pathlib import Path
 
@@ -79,6 +80,19 @@ def test_3dof_columns(tmp_path: Path) -> None:
     assert "stage = '4dof', expected one of 2dof, 3dof, 5dof" in refusal(tmp_path / "a.csv", "4dof")
 
 
+def test_run_of_a_stage_of_the_user_s_asks_for_its_description(tmp_path: Path) -> None:
+    """Its columns are those of a packaged stage, whose field, motors and friction would be taken for its own."""
+    path, fmu = write(tmp_path / "a.csv", good()), {"name": "plant", "model": "PlantMine", "kind": "native"}
+    for model, kind in (("PlantMine", "native"), ("Plant2DOF", "native"), ("PlantMine", "foreign")):
+        record = {"provenance": {"fmus": [{**fmu, "model": model, "kind": kind}]}}
+        path.with_suffix(".json").write_text(json.dumps(record))
+        if (model, kind) == ("PlantMine", "native"):
+            assert "a.csv: is of a run of PlantMine, expected stage='mine.toml', the description" in refusal(path)
+            assert read_recording(path, "2dof").rig.name == "2dof"
+        else:
+            assert read_recording(path).rig.name == "2dof"
+
+
 def put(column: str, row: int, value: float) -> Callable[[Table], None]:
     def change(table: Table) -> None:
         table[column][row] = value
@@ -114,7 +128,7 @@ def rename(old: str, new: str) -> Callable[[Table], None]:
     (scale("time", 1e3), "has a sample every 0.5 s, expected every 0.005 s or more often, looks like ms"),
     (scale("v", 1e3), "row 2, column v is 20, expected an air gap in m, such as 0.020: looks like mm"),
     (scale("v", 1e6), "row 2, column v is 20000, expected an air gap in m, such as 0.020: looks like µm"),
-    (scale("h", 1e3), "expected -0.5 to 0.5 m: looks like mm"),
+    (scale("h", 1e3), "expected -0.5 to 0.5 m: looks like mm or µm"),
     (scale("i_d", 1e3), "row 2, column i_d is 1000, expected a current within ±100.0 A: looks like mA"),
     (put("v", 50, 0.05), "row 52, column v is 0.05, expected 0.008 to 0.04 m"),
     (rename("i_q", "iq"), "no column i_q, expected i_d and i_q or i_a, i_b and i_c of motor motor; nearest is 'iq'"),
