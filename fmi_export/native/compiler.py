@@ -86,9 +86,18 @@ def in_one_unit(sources: Mapping[str, str], name: str) -> Iterator[Path]:
         yield root
 
 
+def kept_at_home() -> bool:
+    """Whether zig can keep what it has compiled of the C libraries in this user's home, which not every service has."""
+    home = os.environ.get("XDG_CACHE_HOME") or os.environ.get("HOME")
+    if not home:
+        return False
+    folder = Path(home).absolute() / ("zig" if os.environ.get("XDG_CACHE_HOME") else ".cache/zig")
+    return os.access(next(place for place in (folder, *folder.parents) if place.exists()), os.W_OK)
+
+
 def compiled(root: Path, arguments: list[str]) -> None:
     place = {}
-    if "HOME" not in os.environ:   # where zig keeps what it has compiled of the C libraries; not every service has one
+    if not kept_at_home():
         shared = Path(tempfile.gettempdir()) / "maglev_zig"
         shared.mkdir(mode=0o700, exist_ok=True)
         place["ZIG_GLOBAL_CACHE_DIR"] = str(shared if is_private(shared) else root / "zig")   # of another user

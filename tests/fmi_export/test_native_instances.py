@@ -201,6 +201,19 @@ def test_compiler_that_refuses() -> None:
                                            fmi_export.native.compiler.PLATFORMS["x86_64-linux"])
 
 
+def test_compiler_without_a_home(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """None, or one that cannot be written to: what zig keeps goes elsewhere."""
+    from fmi_export.native.compiler import kept_at_home
+    monkeypatch.delenv("XDG_CACHE_HOME", raising=False)
+    for home, kept in ((str(tmp_path), True), (str(tmp_path / "not" / "there"), True), ("", False)):
+        monkeypatch.setenv("HOME", home)
+        assert kept_at_home() is kept
+    monkeypatch.setenv("XDG_CACHE_HOME", str(tmp_path))
+    asked = []
+    monkeypatch.setattr("os.access", lambda place, mode: asked.append(place))
+    assert not kept_at_home() and asked == [tmp_path]
+
+
 def test_machine_that_is_not_known(monkeypatch: pytest.MonkeyPatch) -> None:
     from fmi_export.native.build import host_platform
     monkeypatch.setattr("platform.system", lambda: "Plan9")
