@@ -188,7 +188,9 @@ def visible(text: str) -> str:
 
 
 def in_one_line(text: object) -> str:
-    """Message of an error, or another text, in one line without control characters."""
+    """Message of an error, or another text, in one line without control characters; of a file its name goes before."""
+    if isinstance(text, OSError) and text.filename is not None and text.strerror:
+        text = f"{text.filename}: {text.strerror}"
     return visible(" ".join(str(text).split()))
 
 

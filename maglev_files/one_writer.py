@@ -15,23 +15,24 @@ class Busy(OSError):
 
 
 class NoLock(OSError):
-    """A file system without locks, or a place where none can be made."""
+    """A file system without locks, or something else in the lock's place."""
 
 
 @contextmanager
 def only_writer(path: Path, wait: bool = False) -> Iterator[None]:
     """Keep others out for the block, who ask by the same path: a file beside what is written, which goes at the end.
 
-    Busy if another is at work, unless it is waited for; NoLock if nobody can be kept out.
+    Busy if another is at work, unless it is waited for; NoLock if nobody can be kept out; OSError if nothing can be
+    written there.
     """
     while True:
+        path.parent.mkdir(parents=True, exist_ok=True)
+        if os.path.lexists(path) and not stat.S_ISREG(path.lstat().st_mode):   # a pipe would wait for ever
+            raise NoLock(errno.EINVAL, "what lies there is no file", str(path))
         try:
-            path.parent.mkdir(parents=True, exist_ok=True)
-            if os.path.lexists(path) and not stat.S_ISREG(path.lstat().st_mode):   # a pipe would wait for ever
-                raise OSError(errno.EINVAL, "what lies there is no file")
             file = path.open("a")
-        except OSError as error:
-            raise NoLock(error.errno, error.strerror, str(path)) from None
+        except OSError as error:   # what is to be written there cannot be either
+            raise OSError(error.errno, error.strerror, str(path.parent)) from None
         with file:
             try:
                 lock(file, wait)

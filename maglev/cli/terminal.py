@@ -49,7 +49,7 @@ def one_line_errors(debug: bool) -> Iterator[None]:
         if debug:
             raise
         say("a file has something nested too deeply, expected expressions and tables of fewer levels (--debug: where)"
-            if isinstance(error, RecursionError) else str(error))
+            if isinstance(error, RecursionError) else error)
         raise typer.Exit(2) from None
     finally:
         spelling.reset(in_python)
@@ -73,7 +73,7 @@ def require_environment() -> None:
         raise typer.Exit(2) from None
 
 
-def say(sentence: str) -> None:
+def say(sentence: object) -> None:
     """Print a sentence beside the results, in one line."""
     typer.echo(f"maglev: {in_one_line(sentence)}", err=True)
 

@@ -72,6 +72,16 @@ def test_what_the_block_raises_is_not_taken_for_a_lock(tmp_path: Path, monkeypat
         pass
 
 
+def test_a_folder_that_takes_no_lock_takes_nothing(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    def read_only(*_: object) -> None:
+        raise PermissionError(errno.EACCES, "Permission denied", str(tmp_path / ".lock"))
+
+    monkeypatch.setattr("maglev_files.one_writer.Path.open", read_only)
+    with pytest.raises(PermissionError) as raised, only_writer(tmp_path / ".lock"):
+        pass
+    assert raised.value.filename == str(tmp_path)
+
+
 @pytest.mark.parametrize(("record", "own"), [
     ("{}", True), ("[]", True), ("no JSON", True), ('{"files": 3}', True), ('{"files": {"other.csv": "0"}}', True),
     ('{"files": {"run.csv": "0"}}', False), ('{"files": {"run.csv": 3}}', False),
