@@ -150,8 +150,10 @@ def name_of(error: KeyboardInterrupt) -> str:
 FAILURES = (MaglevError, OSError)   # what users can put right; everything else is a bug
 
 
-def nearest(name: object, valid: Iterable[str]) -> str:
-    """Return the valid name most like `name`, quoted, or the words 'none exists'."""
+def nearest(name: object, valid: Iterable[str], *endings: str) -> str:
+    """Return the file that has this name and one of the endings, or the valid name most like it; or 'none exists'."""
+    if files := [f"{name}{ending}" for ending in endings if Path(f"{name}{ending}").is_file()]:
+        return repr(files[0])
     # Cutoff 0 names the best match however poor: it at least shows what a valid name looks like.
     matches = get_close_matches(str(name), list(valid), n=1, cutoff=0.0)
     return repr(matches[0]) if matches else "none exists"
@@ -168,11 +170,12 @@ def require_table(given: Any, place: str, error: type[MaglevError], like: str) -
         raise error(f"{place} = {shortened(given)}, expected a table, values by name, such as {like}")
 
 
-def nearest_file(path: Path) -> str:
-    """Say which file beside a missing one has the most similar name, of those with the same ending."""
+def nearest_file(path: Path, ending: str = "") -> str:
+    """Say which file beside a missing one has the most similar name, of those with its ending or, without, this one."""
     if path.exists() or not path.parent.is_dir():
         return ""
-    files = sorted(entry.name for entry in path.parent.iterdir() if entry.is_file() and entry.suffix == path.suffix)
+    ending = path.suffix or ending
+    files = sorted(entry.name for entry in path.parent.iterdir() if entry.is_file() and entry.suffix == ending)
     return f", nearest is {nearest(path.name, files)}" if files else ""
 
 

@@ -15,7 +15,7 @@ def text_of(path: Path) -> str:
     try:
         return path.read_text(encoding="utf-8-sig")
     except OSError as error:
-        raise ScenarioError(f"{path}: cannot be read: {error.strerror}{nearest_file(path)}") from None
+        raise ScenarioError(f"{path}: cannot be read: {error.strerror}{nearest_file(path, '.toml')}") from None
     except UnicodeDecodeError:
         raise ScenarioError(f"{path}: cannot be read: expected UTF-8 text") from None
 

@@ -60,7 +60,7 @@ def rig_named(rig: str | Path) -> Rig:
     known = STAGES.rigs
     if rig not in known:
         raise RigError(f"stage = {rig!r}, expected one of {', '.join(known)}, or a description NAME.toml; nearest is "
-                       f"{nearest(rig, known)}")
+                       f"{nearest(rig, known, '.toml')}")
     return known[str(rig)]
 
 

@@ -24,6 +24,8 @@ def read_own(path: Path) -> Rig:
 
     RigError, ScenarioError as of `read_rig`.
     """
+    if str(path) in RIGS and not path.exists():
+        raise RigError(f"{path}: is a stage of the package, expected the description of one of yours, NAME.toml")
     return described(path, text_of(path))
 
 
@@ -31,6 +33,8 @@ def read_own(path: Path) -> Rig:
 def described(path: Path, text: str) -> Rig:
     """What the text of a description says; errors as of `read_own`."""
     table, reader = read_toml(path, text), Reader(path)
+    if "extends" in table or isinstance(table.get("stage", table.get("rig")), str):
+        raise RigError(f"{path}: is a scenario, expected the description of a stage")
     put_packaged_motors(reader, table)
     unlike = unlike_motors(table)
     sheet = reader.read(Catalogue, table.pop("catalogue"), "catalogue") if "catalogue" in table else None

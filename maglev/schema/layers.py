@@ -63,6 +63,12 @@ def extended(layer: Layer, extending: tuple[Path, ...] = ()) -> list[Layer]:
     if isinstance(signals, str) and (signals != SETPOINTS or "stage" not in table):
         raise ScenarioError(f'{path}: signals = {signals!r}: expected "{SETPOINTS}" with stage = "NAME.toml", or '
                             "[[signals]]")
+    stage = table.get("stage", "")
+    if isinstance(stage, dict) or {"motor", "geometry", "catalogue"} & {*table}:
+        raise ScenarioError(f"{path}: is the description of a stage, expected a scenario, such as one with "
+                            f'stage = "{path.name}"')
+    if not isinstance(stage, str):
+        raise ScenarioError(f'{path}: stage = {shortened(stage)}: expected the file of a description, "NAME.toml"')
     if "stage" in table:
         rig = read_own(Path(table["stage"]))
         layers = [Layer(Path(table["stage"]), loop_table(rig))]

@@ -33,7 +33,7 @@ def load_plans(given: Scenario) -> list[RunPlan]:
         scenario = asked if asked in files else scenario_of(asked)
         if scenario is None:
             raise ScenarioError(f"there is no scenario {asked!r}; nearest is "
-                                f"{nearest(asked, {**files, **packaged_runs()})}")
+                                f"{nearest(asked, {**files, **packaged_runs()}, '.toml')}")
         path = files[scenario]
     runs = run_layers(path)
     names = names_of(runs)

@@ -225,8 +225,8 @@ def file_of(name_or_path: str | Path, folder: Path, what: str) -> Path:
         return path
     names = {file.stem: file for file in sorted(folder.glob("*.toml"))}
     if path.name not in names:
-        raise ScenarioError(f"there is no {what} {path.name!r}; nearest is {nearest(path.name, names)}, or give the "
-                            "path of a TOML file")
+        raise ScenarioError(f"there is no {what} {path.name!r}; nearest is "
+                            f"{nearest(path.name, names, '.toml')}, or give the path of a TOML file")
     return names[path.name]
 
 

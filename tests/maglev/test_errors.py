@@ -29,6 +29,26 @@ def test_a_key_is_one_that_toml_reads(keys: list[str]) -> None:
     assert found == 1
 
 
+def test_a_name_without_its_ending_is_nearest_to_that_file(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.chdir(tmp_path)
+    (tmp_path / "3dof-mine.toml").touch()
+    for read in (maglev.run, maglev.study, maglev.tune):
+        with pytest.raises(maglev.ScenarioError, match="'3dof-mine'; nearest is '3dof-mine.toml'"):
+            read("3dof-mine")
+    with pytest.raises(maglev.MaglevError, match="nearest is '3dof-mine.toml'"):
+        maglev.region("3dof-mine", "x", "25 mm")
+    with pytest.raises(maglev.MaglevError, match="3dof-mine: cannot be read.* nearest is '3dof-mine.toml'"):
+        maglev.fmus(stage="3dof-mine")
+    (tmp_path / "pd.py").touch()
+    with pytest.raises(maglev.MaglevError, match="controller pd: .*nearest is 'pd.py'"):
+        maglev.run("3dof-setpoints", controller="pd")
+
+
+def test_a_file_goes_before_what_the_system_says_of_it() -> None:
+    assert in_one_line(PermissionError(13, "Permission denied", "results")) == "results: Permission denied"
+    assert in_one_line(OSError("no disk")) == "no disk"
+
+
 def test_keys_and_places() -> None:
     assert key_path(["signals", 0, "v.reference", "a\nb"]) == 'signals[0]."v.reference"."a\\nb"'
 

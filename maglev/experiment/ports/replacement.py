@@ -66,7 +66,7 @@ def named_or_path(role: str, given: Given, plans: Iterable[RunPlan]) -> str | Pa
         suffixes = tuple(plan.rig.suffix for plan in plans if plan.rig is not None)
         names = [name for name in STAGES.definitions() if name.endswith(suffixes)] or STAGES.definitions()
         raise UnknownName(f"{role} {given}: is no FMU of this project and no file, nearest is "
-                          f"{nearest(str(given), names)}")
+                          f"{nearest(given, names, '.py', '.fmu')}")
     return str(given)
 
 

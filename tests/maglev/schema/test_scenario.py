@@ -2,6 +2,7 @@ from types import SimpleNamespace
 
 import pytest
 
+import maglev
 from maglev.errors import ScenarioError
 from maglev.experiment.ports.port_check import check_names
 from maglev.schema.loading import load_plan
@@ -186,6 +187,20 @@ def test_a_claim_about_an_event_needs_one(write):
 
 def test_unknown_name_names_the_nearest():
     assert refusal("3dof-setpoint") == "there is no scenario '3dof-setpoint'; nearest is '3dof-setpoints'"
+
+
+def test_a_stage_in_place_of_a_scenario_and_the_other_way_round(tmp_path):
+    path = tmp_path / "mine.toml"
+    for text, message in (("stage = 3", 'stage = 3: expected the file of a description, "NAME.toml"'),
+                          ("[stage]\nattraction = 3", 'expected a scenario, such as one with stage = "mine.toml"'),
+                          ("[catalogue]", "is the description of a stage")):
+        path.write_text(text)
+        assert message in refusal(path)
+    path.write_text('stage = "other.toml"')
+    with pytest.raises(maglev.MaglevError, match="mine.toml: is a scenario, expected the description of a stage"):
+        maglev.stage(path)
+    with pytest.raises(maglev.MaglevError, match="3dof: is a stage of the package, expected the description of one of"):
+        maglev.stage("3dof")
 
 
 def test_missing_path(tmp_path):
