@@ -14,7 +14,7 @@ from maglev.linear.parameters import linear_names
 from maglev.live.javascript import law_text, parts_text, python_law
 from maglev.own_fmus import stale
 from maglev.own_stage.adoption import know_stage
-from maglev.panels import PANELS
+from maglev.pages.panels import PANELS
 from maglev.schema.layers import is_packaged, packaged_files
 from maglev.schema.loading import load_plans
 from maglev.schema.run_plan import RunPlan

@@ -6,7 +6,7 @@ from typing import Any
 from maglev.experiment.execution import RunResult
 from maglev.judging.verdicts import Judgements
 from maglev.live import content
-from maglev.panels import PANELS, kinds_of
+from maglev.pages.panels import PANELS, kinds_of
 from maglev.report.plots.charts import ShownChart, chart_data, shown_charts
 from maglev.report.plots.figures import (
     Panel,

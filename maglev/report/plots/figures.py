@@ -12,7 +12,7 @@ from pydantic import Field, field_validator
 
 from maglev.experiment.execution import RunResult
 from maglev.live.content import LAW_COLOURS, LAWS
-from maglev.panels import PANELS, kinds_of
+from maglev.pages.panels import PANELS, kinds_of
 from maglev.report.status import shown_until
 from maglev.schema.run_plan import Axis, RunPlan
 from maglev.schema.toml_table import Seconds, Table

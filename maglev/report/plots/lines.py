@@ -4,7 +4,7 @@ from collections.abc import Iterator, Mapping
 from typing import NamedTuple
 
 from maglev.experiment.execution import RunResult
-from maglev.panels import PANELS
+from maglev.pages.panels import PANELS
 from maglev.report.plots.figures import Panel, needed_columns, shown_by
 from maglev.schema.run_plan import RunPlan
 

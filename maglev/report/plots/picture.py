@@ -8,8 +8,8 @@ import numpy as np
 
 from maglev.cosim.master import Recording
 from maglev.experiment.execution import RunResult
+from maglev.pages.panels import PANELS
 from maglev.pages.shell import colour
-from maglev.panels import PANELS
 from maglev.pictures import new_figure
 from maglev.report.plots.figures import Panel, axis_of, own_outputs, recorded_columns, run_colours
 from maglev.report.plots.lines import panel_levels, panel_lines

@@ -31,8 +31,8 @@ from maglev.live.page import FOLDER, SCRIPTS, WORKER, live_page, plans_of, reaso
 from maglev.own_fmus import definition, installed
 from maglev.own_stage.adoption import know_stage
 from maglev.own_stage.new import new_stage
+from maglev.pages.panels import PANELS
 from maglev.pages.shell import scene
-from maglev.panels import PANELS
 from maglev.schema.layers import packaged_files
 from maglev.schema.loading import load_plan, load_plans
 from maglev.stages import STAGES

@@ -7,7 +7,7 @@ from hypothesis import example, given
 from hypothesis import strategies as st
 from packed_series import decode, unpack
 
-from maglev.panels import PANELS
+from maglev.pages.panels import PANELS
 from maglev.report.plots.series import FIRST_ROWS, LARGEST_COUNT, QUANTA, encode, pack, thin
 
 INTERVAL = 1e-3   # s
