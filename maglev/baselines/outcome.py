@@ -50,6 +50,9 @@ class UpdateResult:
     notes: tuple[str, ...] = ()                                # as of `Recording`
     baseline: Baseline | None = None                           # the new one; None after an error
 
+    def __repr__(self) -> str:
+        return f"<UpdateResult {self.name}: {self.message}>"
+
 
 def describe(result: CheckResult | UpdateResult) -> str:
     """One line about a result, the name of the plan first."""

@@ -1,7 +1,7 @@
 """A linear state-space model whose states, inputs and outputs have names and units, and the place it holds about."""
 
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from itertools import chain
 from typing import Any
 
@@ -22,9 +22,9 @@ class Equilibrium:
     positions: dict[str, float]   # of each axis, the vertical one first, m
     i_d: tuple[float, ...]   # of each motor, A; both motors of the 3-DOF stage have the same
     i_q: tuple[float, ...]   # of each motor, A
-    rig: Rig
+    rig: Rig = field(repr=False)
     along: tuple[float, ...]   # displacement of each motor, m
-    geometries: tuple[MotorGeometry, ...]
+    geometries: tuple[MotorGeometry, ...] = field(repr=False)
 
     @property
     def motors(self) -> tuple[str, ...]:

@@ -81,6 +81,9 @@ class Consequences:
     wanted: float
     places: tuple[Place, Place, Place]
 
+    def __repr__(self) -> str:
+        return f"<Consequences of {self.brief}>"
+
     def resting(self, place: Place) -> dict[str, float]:
         """Currents (A) at a place by their names, such as "left.i_d", or as "i_d" where all motors have the same."""
         alike = all(len({f"{current:.3g}" for current in place.currents.values()}) <= 1 for place in self.places)

@@ -40,6 +40,10 @@ class Tuned:
     found: SearchResult
     planned: PlannedTuning
 
+    def __repr__(self) -> str:
+        found = ", ".join(f"{name} = {value:g}" for name, value in self.parameters.items())
+        return f"<Tuned {self.planned.tuning.name}: {found}, in {self.path}>"
+
     def show(self, console: Any) -> None:
         """Print it on a console of rich."""
         show_result(console, self.planned.tuning, self.planned.cost, self.found)

@@ -61,9 +61,12 @@ def controller_that_fails(folder: Path) -> Path:
     return folder / "failing.py"
 
 
-def test_texts_are_short(run: maglev.Run, results: maglev.Results, fastest_fmus: Path) -> None:
+def test_texts_are_short(run: maglev.Run, results: maglev.Results, fastest_fmus: Path, tmp_path: Path) -> None:
     linear = maglev.linearise("Plant2DOF", {"v": "20 mm"})
-    for shown in (run, results, results.runs[0], linear, *maglev.check(NAME, fmus=fastest_fmus, jobs=1)):
+    assert len(repr(linear.equilibrium)) < SHORT
+    for shown in (run, results, results.runs[0], linear, *maglev.check(NAME, fmus=fastest_fmus, jobs=1),
+                  *maglev.update(NAME, fmus=fastest_fmus, jobs=1, baselines=tmp_path),
+                  maglev.stage(maglev.new_stage(tmp_path / "mine.toml")[0])):
         assert repr(shown).startswith(f"<{type(shown).__name__} ") or repr(shown).startswith("<Results: ")
         assert len(repr(shown)) < SHORT
     assert f"{NAME}: completed" in repr(results)

@@ -1,5 +1,6 @@
 """Searches on a scenario of a fifth of a second: what is found, and what is refused before the first run."""
 
+import re
 import shutil
 from contextlib import nullcontext
 from pathlib import Path
@@ -156,6 +157,7 @@ def test_a_search_finds_the_least_whoever_runs(fastest_fmus: Path, searched: Sea
     assert found.fresh_after.shape == (3, len(plan.job.columns))
     assert not set(plan.fresh[:, 0]) & set(plan.plants[:, 0])
     assert searched.whole.found.parameters == found.parameters
+    assert re.fullmatch(r"<Tuned tuned: plant.h.position_start = \S+, in .*tuned.toml>", repr(searched.whole))
     assert searched.whole.path.read_text() == tuned.path.read_text()
     # What was found, as a file that a scenario extends.
     extending = tmp_path / "extending.toml"
