@@ -163,7 +163,8 @@ def labelled(controllers: Controllers) -> dict[str, Given]:
         pairs: list[tuple[str, Given]] = list(controllers.items())
     else:
         pairs = []
-        for given in [controllers] if isinstance(controllers, str | Path) else controllers:
+        alone = isinstance(controllers, str | Path) or not isinstance(controllers, Iterable)
+        for given in [controllers] if alone else controllers:
             if not isinstance(given, str | Path):
                 pairs.append((name_of(given), given))
                 continue
@@ -175,7 +176,9 @@ def labelled(controllers: Controllers) -> dict[str, Given]:
                 pairs.append((name if colon and head.endswith(".py") else Path(label).stem, given))
     by_label: dict[str, Given] = {}
     for label, controller in pairs:
-        if not label or set(label) & set('/\\\0<>:"|?*') or label.startswith("."):
+        if controller is None:
+            raise ScenarioError("controllers: None is one, expected names, files, classes or objects of them")
+        if not isinstance(label, str) or not label or set(label) & set('/\\\0<>:"|?*') or label.startswith("."):
             raise ScenarioError(f"controller {controller}: label = {label!r}, expected one that can be part of a "
                                 "file's name")
         number = 2

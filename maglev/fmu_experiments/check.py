@@ -102,7 +102,7 @@ def named(paths: Sequence[Path]) -> dict[str, tuple[Path, CarriedExperiment]]:
     return by_name
 
 
-def check_fmus(paths: Iterable[str | Path], *, jobs: int | None = None, junit: str | Path | None = None,
+def check_fmus(paths: str | Path | Iterable[str | Path], *, jobs: int | None = None, junit: str | Path | None = None,
                timeout: float = TIMEOUT, partial: bool = False, watch: Watch | None = None) -> list[CheckResult]:
     """Run the experiments that FMUs carry, ours or third-party, and compare with the results that they carry.
 
@@ -112,7 +112,7 @@ def check_fmus(paths: Iterable[str | Path], *, jobs: int | None = None, junit: s
 
     Parameters
     ----------
-    paths : iterable of str or Path
+    paths : str or Path, or iterable of these
         FMUs of FMI 2.0 or 3.0.
     jobs : int, optional
         Number at a time, in as many processes; as many as processors if not given.
@@ -131,7 +131,7 @@ def check_fmus(paths: Iterable[str | Path], *, jobs: int | None = None, junit: s
     list of CheckResult
         One for each experiment, with the status "passed", "deviated" or "error".
     """
-    experiments = named([Path(path) for path in paths])
+    experiments = named([Path(path) for path in ([paths] if isinstance(paths, str | Path) else paths)])
     with (watch or unwatched)(list(experiments)) as watcher:
         results = check_all(experiments, processors(jobs), watcher, timeout, partial)
     if junit is not None:

@@ -31,15 +31,15 @@ POLICY = ("script-src 'unsafe-inline' 'wasm-unsafe-eval' blob:; worker-src blob:
           "img-src data:")
 
 
-def write_live(out: str | Path = "results", *, files: Iterable[str | Path] = (), fmus: str | Path | None = None,
-               say: Say = warn, watch: Watch = unwatched) -> Path:
+def write_live(out: str | Path = "results", *, files: str | Path | Iterable[str | Path] = (),
+               fmus: str | Path | None = None, say: Say = warn, watch: Watch = unwatched) -> Path:
     """Write one page that runs stages in a browser, from disk and without network.
 
     Parameters
     ----------
     out : path
         Folder for the page, made if it is not there.
-    files : iterable of path
+    files : path, or iterable of path
         What runs there in place of all packaged runs: scenarios, or descriptions of stages, which rest at their start.
     fmus : path, optional
         Folder of FMUs, whose folder `wasm` has the WebAssembly modules and their descriptions. If not given, these are
@@ -58,7 +58,7 @@ def write_live(out: str | Path = "results", *, files: Iterable[str | Path] = (),
         If a module is missing or was built of other variables, which `build(kind="native", target="wasm")` makes; or
         if a run cannot run there.
     """
-    named = [*map(Path, files)]
+    named = [*map(Path, [files] if isinstance(files, str | Path) else files)]
     plans = [plan for file in named for plan in plans_of(file)] if named else live_runs()
     path = Path(out) / (f"{Path(NAME).stem}-{named[0].stem}.html" if named else NAME)
     if fmus is None:

@@ -144,6 +144,7 @@ def test_labels() -> None:
     assert labelled(["PID2DOF", "a/lqi.fmu", "b/lqi.py", "mine=c.fmu", "d/two.py:LQI", Hold]) == {
         "PID2DOF": "PID2DOF", "lqi": "a/lqi.fmu", "lqi-2": "b/lqi.py", "mine": "c.fmu", "LQI": "d/two.py:LQI",
         "Hold": Hold}
+    assert labelled(Hold) == {"Hold": Hold}   # type: ignore[arg-type]
     with pytest.raises(maglev.ScenarioError, match=r"label = 'a/b'"):
         labelled({"a/b": "c.fmu"})
 

@@ -36,6 +36,7 @@ def test_every_kind_repeats_the_same(kind: str, request: pytest.FixtureRequest) 
     folder: Path = request.getfixturevalue(kind)
     results = check_fmus([folder / f"{name}.fmu" for name in ("Plant3DOF", "Regulator3DOF", "Estimator3DOF")], jobs=1)
     assert [result.status for result in results] == ["passed"] * 6
+    assert [result.status for result in check_fmus(str(folder / "Plant3DOF.fmu"), jobs=1)] == ["passed"] * 2
 
 
 def outcome(path: Path, partial: bool = False) -> tuple[str, str]:

@@ -219,6 +219,7 @@ def mine(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Iterator[Path]:
 
 @pytest.mark.usefixtures("slow")
 def test_a_page_of_a_stage_of_ones_own(mine: Path, tmp_path: Path) -> None:
+    assert write_live(tmp_path, files="mine-setpoints.toml", fmus=tmp_path).name == "live-mine-setpoints.html"
     page = write_live(tmp_path, files=["mine.toml", "mine-setpoints.toml"], fmus=tmp_path)
     assert page.name == "live-mine.html"   # beside the page of ours
     data = json.loads(element(page.read_text(encoding="utf-8"), "data"))
