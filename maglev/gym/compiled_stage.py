@@ -160,6 +160,8 @@ class CompiledStage:
 
     def restore(self, saved: Saved) -> None:
         """Go back to a state; it must be one of a stage of the same rig and options that has been started."""
+        if len(saved.fmus) != len(self.parts) or len(saved.row) != self.row.nbytes:
+            raise FmuError("a state of another environment, expected one of the same stage and options")
         for fmu, content in zip(self.parts.values(), saved.fmus, strict=True):
             state = fmu.instance.deserializeFMUState(content)
             fmu.instance.setFMUState(state)

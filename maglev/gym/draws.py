@@ -9,7 +9,7 @@ import numpy.typing as npt
 from fmpy.model_description import ScalarVariable
 
 from maglev.arrays import Array
-from maglev.errors import ScenarioError, UnknownName, nearest, require_table
+from maglev.errors import ScenarioError, UnknownName, nearest, require_table, shortened
 from maglev.parameter import Parameter, require_parameter
 from maglev.waves import sines_cosines
 from pmlsm.elementary.exponential import exponential
@@ -88,8 +88,8 @@ def read_draw(place: str, setting: Any, parameter: Parameter) -> Draw:
 
 
 def listed(given: Any) -> Any:
-    """An array of NumPy as its numbers."""
-    return given.tolist() if isinstance(given, np.ndarray) else given
+    """An array of NumPy, or a Series of pandas, as its numbers."""
+    return given.tolist() if hasattr(given, "tolist") else given
 
 
 def wanted(kind: str) -> str:
@@ -259,7 +259,11 @@ class References:
 
 def table(given: npt.ArrayLike, low: Array, high: Array) -> Array:
     """References of a user's table, shape (samples, axes)."""
-    rows = np.asarray(given, dtype=np.float64)
+    try:
+        rows = np.asarray(given, dtype=np.float64)
+    except (TypeError, ValueError):
+        raise ScenarioError(f"reference = {shortened(given)}, expected an array of numbers, (samples, {len(low)})"
+                            ) from None
     if rows.ndim != 2 or rows.shape[1] != len(low) or not len(rows):
         raise ScenarioError(f"reference of shape {rows.shape}, expected (samples, {len(low)}), an axis a column")
     if not ((rows >= low) & (rows <= high)).all():

@@ -14,7 +14,7 @@ import numpy.typing as npt
 from controller_fmu.velocity_observer import ObserverFilter, VelocityObserver
 from maglev.arrays import Array
 from maglev.catalogue.for_runs import fmus_for_runs
-from maglev.errors import ScenarioError, UnknownName, nearest
+from maglev.errors import ScenarioError, UnknownName, nearest, shortened
 from maglev.gym.compiled_stage import CompiledStage, Saved
 from maglev.gym.draws import Drawn, Parameters, References, Setting, Settings, can_change, sample_of
 from maglev.gym.picture import StagePicture
@@ -23,6 +23,7 @@ from maglev.linear.places import MotorPlaces
 from maglev.own_stage.adoption import rig_named
 from maglev.parameter import Parameter
 from maglev.schema.options import formerly
+from maglev.time_grid import MOST_STEPS
 from maglev.units import positive_time
 from pmlsm.rig import RigAxis
 
@@ -115,8 +116,9 @@ class Stage(gymnasium.Env[Array, Array]):
         self.samples = whole_samples(sample_time, self.rig.sample_time)
         self.sample_time = self.samples * self.rig.sample_time
         self.last = round(positive_time(duration, ScenarioError, f"duration = {duration!r}") / self.sample_time)
-        if self.last < 1:
-            raise ScenarioError(f"duration = {duration!r}, expected at least a sample of {self.sample_time} s")
+        if not 1 <= self.last <= MOST_STEPS:
+            raise ScenarioError(f"duration = {duration!r}, expected 1 to {MOST_STEPS:.0e} samples of "
+                                f"{self.sample_time} s")
         asked = {"plant": True, "commutation": action == "dq", "measurement": measurement is not None}
         parts = [part for part, needed in asked.items() if needed]
         folder = fmus_for_runs([f"{part.title()}{self.rig.suffix}" for part in parts], fmus,
@@ -131,8 +133,8 @@ class Stage(gymnasium.Env[Array, Array]):
         of_measurement = {} if self.stage.measurement is None else {
             name: variable for name, variable in self.stage.measurement.variables.items()
             if variable.causality == "parameter" and name != "sample_time"}
-        self.parameters = Parameters("plant", of_plant, parameters or {})
-        self.measurement = Parameters("measurement", of_measurement, measurement or {})
+        self.parameters = Parameters("plant", of_plant, {} if parameters is None else parameters)
+        self.measurement = Parameters("measurement", of_measurement, {} if measurement is None else measurement)
         self.render_mode = render_mode
         self.metadata = {**self.metadata, "render_fps": round(1.0 / self.sample_time)}
         self.picture: StagePicture | None = None
@@ -246,6 +248,8 @@ class Stage(gymnasium.Env[Array, Array]):
 
     def restore_state(self, state: State) -> None:
         """Go back to a state of this environment, or of one made with the same options that has been reset."""
+        if not isinstance(state, State):
+            raise ScenarioError(f"state = {shortened(state)}, expected one of clone_state")
         self.stage.restore(state.stage)
         self.episode, self.due, self.sample = state.episode, [*state.due], state.sample
         for observer, (position, velocity) in zip(self.observers, state.observers, strict=True):

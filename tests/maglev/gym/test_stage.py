@@ -251,7 +251,9 @@ def test_vector_environments(make: Make, folder: Path, kind: Any) -> None:
     ({"sample_time": "0.3 ms"}, ScenarioError, "expected a multiple"),
     ({"sample_time": "0 s"}, ScenarioError, "expected a time above 0 s"),
     ({"duration": "2 mm"}, ScenarioError, "duration = '2 mm': '2 mm' is in mm"),
-    ({"duration": 1e-5}, ScenarioError, "expected at least a sample")], ids=str)
+    ({"duration": 1e12}, ScenarioError, "duration = 1000000000000.0, expected 1 to 1e+08 samples"),
+    ({"reference": [[0.025, 0.0, 0.0], [0.025]]}, ScenarioError, "expected an array of numbers, (samples, 3)"),
+    ({"duration": 1e-5}, ScenarioError, "expected 1 to 1e+08 samples of 0.0002 s")], ids=str)
 def test_refused_options(make: Make, options: dict[str, Any], error: type[MaglevError], words: str) -> None:
     with pytest.raises(error) as raised:
         make("3dof", **options)
@@ -334,6 +336,10 @@ def test_a_state_is_saved_and_gone_back_to(make: Make, rig: str) -> None:
     other.reset(seed=99)
     other.restore_state(pickle.loads(saved))
     assert same_bits(rest(other), first)
+    for foreign, words in ((None, "state = None, expected one of clone_state"), (
+            make(rig).clone_state(), "a state of another environment, expected one of the same stage and options")):
+        with pytest.raises(MaglevError, match=words):
+            env.restore_state(foreign)
 
 
 def test_forces_act_and_are_those_that_are_asked_for(make: Make) -> None:
