@@ -15,7 +15,7 @@ from functools import lru_cache
 from typing import Any, NamedTuple
 
 from fmi_export.units import UnknownUnit, exponents, factors, written
-from maglev.errors import MaglevError, QuantityError
+from maglev.errors import MaglevError, QuantityError, shortened
 
 PREFIXES = {"n": 1e-9, "u": 1e-6, "µ": 1e-6, "m": 1e-3, "k": 1e3, "M": 1e6}
 
@@ -254,6 +254,15 @@ def positive_time(value: object, error: type[MaglevError], place: str) -> float:
     if found <= 0.0:
         raise error(f"{place}: expected a time above 0 s")
     return found
+
+
+def whole_number(value: object, error: type[MaglevError], name: str, least: int = 1, most: int | None = None) -> int:
+    """A whole number, Python's or NumPy's, from the least to the most; an error that begins with its name."""
+    number = own_number(value)
+    if type(number) is not int or number < least or (most is not None and number > most):
+        wanted = f"from {least} on" if most is None else f"from {least} to {most}"
+        raise error(f"{name} = {shortened(value)}, expected a whole number {wanted}")
+    return number
 
 
 def to_unit(value: float, unit: str) -> float:

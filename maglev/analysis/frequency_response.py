@@ -24,7 +24,7 @@ from maglev.errors import LinearModelError
 from maglev.linear.loop import Loop, linearise_loop
 from maglev.linear.parameters import Quantity, controllers, plants
 from maglev.schema.options import formerly
-from maglev.units import parse_quantity, refused_as
+from maglev.units import parse_quantity, refused_as, whole_number
 from maglev.user_controllers.source import Given
 
 AMPLITUDE = 100e-6   # m or rad, peak of what is added
@@ -36,13 +36,14 @@ LEAD = 4.0           # s, at least, until a loop has forgotten the multisine bef
 
 @formerly(stage="rig")
 def frequency_response(plant: str | Path, controller: Given, at: Mapping[str, Quantity],
-                       signals: str | Sequence[str] = (), *, amplitude: Quantity = AMPLITUDE, lowest: float = LOWEST,
-                       highest: float = HIGHEST, lines: int = LINES, realisations: int = REALISATIONS,
-                       periods: int = PERIODS, smooth: bool = False, linear: bool = True, settle: float = SETTLE,
-                       seed: int = 1, fmus: str | Path | None = None, kind: str | None = None, fmi: int = 2,
-                       ports: str | Path | None = None, plant_parameters: Settings | None = None,
-                       controller_parameters: Settings | None = None, sample_time: Quantity | None = None,
-                       stage: str | Path | None = None, timeout: float = TIMEOUT) -> dict[str, FrequencyResponse]:
+                       signals: str | Sequence[str] = (), *, amplitude: Quantity = AMPLITUDE,
+                       lowest: Quantity = LOWEST, highest: Quantity = HIGHEST, lines: int = LINES,
+                       realisations: int = REALISATIONS, periods: int = PERIODS, smooth: bool = False,
+                       linear: bool = True, settle: float = SETTLE, seed: int = 1, fmus: str | Path | None = None,
+                       kind: str | None = None, fmi: int = 2, ports: str | Path | None = None,
+                       plant_parameters: Settings | None = None, controller_parameters: Settings | None = None,
+                       sample_time: Quantity | None = None, stage: str | Path | None = None,
+                       timeout: float = TIMEOUT) -> dict[str, FrequencyResponse]:
     """Simulate a loop with a multisine on a measurement, and give the response of the loop opened there.
 
     The loop is measured as it runs at that amplitude: with friction, rounding, limits.
@@ -54,8 +55,8 @@ def frequency_response(plant: str | Path, controller: Given, at: Mapping[str, Qu
         "alpha1.gap_measured"; that of every axis if not given.
     amplitude : float or str
         Peak of what is added, m or rad or with a unit.
-    lowest, highest : float
-        rad/s; a period takes 2π/lowest.
+    lowest, highest : float or str
+        rad/s or with a unit; a period takes 2π/lowest.
     lines, realisations, periods : int
         Frequencies; multisines, at least two; periods that are recorded of each, after those of at least 4 s.
     smooth : bool
@@ -79,13 +80,15 @@ def frequency_response(plant: str | Path, controller: Given, at: Mapping[str, Qu
     LinearModelError, FmuError, ControllerError, ScenarioError
         As of `make_pair` and `at_rest`, or if the grid or a signal is none.
     """
-    if realisations < 2 or periods < 1:
-        raise LinearModelError(f"{realisations} multisines of {periods} periods, expected at least 2 of 1: what they "
-                               "differ by is the error")
+    for name, number, least in (("lines", lines, 1), ("realisations", realisations, 2), ("periods", periods, 1),
+                                ("seed", seed, 0)):   # what two realisations differ by is the error
+        whole_number(number, LinearModelError, name, least)
+    with refused_as(LinearModelError, "lowest, highest"):
+        ends = parse_quantity(lowest, "rad/s"), parse_quantity(highest, "rad/s")
     asked = AskedPair(plant, controller, at, fmus_named((plant, controller), stage, fmus, kind, fmi), ports,
                       plant_parameters, controller_parameters, sample_time, stage)
     signals = (signals,) if isinstance(signals, str) else tuple(signals)
-    return apart(responses_here, asked.files, timeout, asked, signals, amplitude, (lowest, highest, lines),
+    return apart(responses_here, asked.files, timeout, asked, signals, amplitude, (*ends, lines),
                  range(seed, seed + realisations), periods, settle, smooth, linear)
 
 

@@ -30,6 +30,7 @@ from maglev.own_stage.loop import loop_table
 from maglev.parameter import Parameter, require_parameter
 from maglev.processes.beside import Gone, Send
 from maglev.stages import STAGES
+from maglev.units import positive_time
 from maglev.user_controllers.source import Given, is_class, is_written, name_of, path_of
 from pmlsm.dq_transform import clarke, park
 from pmlsm.elementary.sine_cosine import sine_cosine
@@ -270,6 +271,7 @@ def at_rest(pair: Pair, settle: float = SETTLE, strict: bool = True) -> Iterator
     The controller steps first, as under the master of `maglev run`: with the measurements at t_k, whose commands the
     plant then has until t_k+1. LinearModelError if it does not get there or, unless `strict` is False, still moves.
     """
+    settle = positive_time(settle, LinearModelError, f"settle = {settle!r}")
     steps, look = max(2, round(settle / pair.step)), max(2, round(LOOK / pair.step))
     references = list(pair.references.values())
     with Participant(pair.controller, (*pair.signals, *pair.references), pair.commands, pair.step) as controller, \

@@ -27,6 +27,7 @@ from maglev.schema.layers import Scenario
 from maglev.schema.loading import load_plan
 from maglev.schema.options import Format, RunOptions, takes_run_options
 from maglev.schema.run_plan import RunPlan
+from maglev.units import own_number
 from maglev_files.whole_file import write_whole
 
 MOST_SHOWN = 5   # runs in the text of results
@@ -286,9 +287,10 @@ def run_all(names: Scenarios | None = None, *, out: str | Path = "results", plot
 
 def keeping(experiments: Sequence[Experiment], every: int | None) -> list[Experiment]:
     """Runs of which every so many communication steps are kept, as planned without a number; ScenarioError of none."""
+    number = own_number(every)
     for experiment in experiments if every is not None else ():
         steps = len(experiment.times) - 1
-        if type(every) is not int or not 1 <= every <= steps:
+        if type(number) is not int or not 1 <= number <= steps:
             raise ScenarioError(f"{option('every', every)}: expected a whole number from 1 to {steps}, the "
                                 f"communication steps of {experiment.plan.name}")
     return [experiment if every is None else replace(experiment, plan=experiment.plan.model_copy(

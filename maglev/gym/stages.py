@@ -22,6 +22,7 @@ from maglev.gym.reward import Seen
 from maglev.gym.stage import Due, Stage, positions
 from maglev.processes import processors
 from maglev.schema.options import formerly
+from maglev.units import whole_number
 
 FEWEST = 32   # environments for which a thread is worth its start
 NEVER = np.iinfo(np.int64).max
@@ -110,8 +111,7 @@ class Stages(VectorEnv[Array, Array, npt.NDArray[Any]]):
     @formerly(stage="rig")
     def __init__(self, num_envs: int, stage: str | Path, threads: int | None = None, device: str = "cpu",
                  **options: Any):
-        if num_envs < 1:
-            raise ScenarioError(f"num_envs = {num_envs}, expected at least 1")
+        num_envs = whole_number(num_envs, ScenarioError, "num_envs")
         require_device(device)
         self.one = Stage(stage, **options)   # begins every episode
         self.num_envs = num_envs

@@ -225,7 +225,7 @@ def linearise_loop(plant: str, controller: str | LinearModel, at: Mapping[str, Q
     """
     for name, known, what in ((plant, plants(), "plant"), (measurement, measurements(), "measurement"),
                               (controller, controllers(), "controller with a linear model")):
-        if isinstance(name, str) and name not in known:
+        if not isinstance(name, LinearModel) and name not in (*known, *([None] if what == "measurement" else [])):
             raise LinearModelError(f"{name!r} is no {what}, expected {one_of(name, known, or_of_own_stage())}")
     currents: Currents = "dq" if measurement is None else "phases"
     split = None

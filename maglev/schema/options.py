@@ -128,6 +128,9 @@ def takes_run_options(*left_out: str) -> Callable[[Callable[P, T]], Callable[P, 
                 raise ScenarioError(f"{option(name, options[name])}: expected none with {function.__name__}"
                                     if name in OPTIONS else
                                     f"{name}: unknown option, nearest is {nearest(name, shown.parameters)}")
+            for name, value in options.items():
+                if shown.parameters[name].annotation is bool and value not in (None, False, True):
+                    raise ScenarioError(f"{option(name, value)}: expected True or False")
             return function(*arguments, **options)
         called.__signature__ = shown   # type: ignore[attr-defined]  # where inspect, help and editors look
         return called

@@ -6,18 +6,19 @@ from typing import Annotated, Any, Literal
 
 from pydantic import BeforeValidator, Field, PlainValidator, StringConstraints, field_validator, model_validator
 
-from maglev.errors import ScenarioError, nearest
+from maglev.errors import ScenarioError, nearest, shortened
 from maglev.schema.layers import PACKAGED, Layer
 from maglev.schema.run_plan import StartValue, read_start_value
 from maglev.schema.toml_table import Seconds, Table, key_refused
 from maglev.toml_file import read_toml
+from maglev.units import own_number
 
 FOLDER = PACKAGED / "studies"   # those that come with the package
 MOST_SAMPLES = 1_000_000
 
 Quantity = Annotated[StartValue, PlainValidator(read_start_value)]
-Count = Annotated[int, Field(strict=True, ge=1, le=MOST_SAMPLES)]
-Seed = Annotated[int, Field(strict=True, ge=0)]
+Count = Annotated[int, BeforeValidator(own_number), Field(strict=True, ge=1, le=MOST_SAMPLES)]
+Seed = Annotated[int, BeforeValidator(own_number), Field(strict=True, ge=0)]
 Kind = Literal["grid", "list", "uniform", "normal", "log-uniform", "percent"]
 Mode = Literal["value", "factor", "offset"]
 
@@ -220,6 +221,8 @@ def load_study(name_or_path: str | Path) -> tuple[StudyFile, Path]:
 
 def file_of(name_or_path: str | Path, folder: Path, what: str) -> Path:
     """File of a folder of the package by its name, or the path itself; ScenarioError says what there is not."""
+    if not isinstance(name_or_path, str | Path):
+        raise ScenarioError(f"{what}: {shortened(name_or_path)}, expected a name or a path")
     path = Path(name_or_path)
     if path.name != str(name_or_path) or path.suffix == ".toml":
         return path

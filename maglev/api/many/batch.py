@@ -22,6 +22,7 @@ from maglev.studies.batch.samples import BatchResult
 from maglev.studies.page.again import options_of
 from maglev.studies.planning import plan_study
 from maglev.studies.schema import read_study
+from maglev.units import whole_number
 
 UNDONE = "was not run: the batch was interrupted"
 
@@ -86,9 +87,8 @@ class Batch:
 
     def run(self, sample: int) -> Run:
         """A sample as `maglev.run` runs it, with everything recorded: the same bits."""
-        if not 0 <= sample < len(self):
-            raise UnknownName(f"there is no sample {sample}, expected 0 to {len(self) - 1}")
-        return rerun(**options_of(self.about, {name: values[sample].item() for name, values in self.settings.items()}))
+        number = whole_number(sample, UnknownName, "sample", 0, len(self) - 1)
+        return rerun(**options_of(self.about, {name: values[number].item() for name, values in self.settings.items()}))
 
 
 @takes_run_options("timeout", "parameters")

@@ -44,7 +44,7 @@ from maglev.studies.planning import plan_study
 from maglev.studies.schema import StudyFile, load_study, read_study
 from maglev.studies.targets import require_free
 from maglev.tuning.schema import TuneFile
-from maglev.units import number_or_text
+from maglev.units import number_or_text, whole_number
 from maglev.user_controllers.source import carried, is_written
 from maglev_files.scratch import scratch
 
@@ -129,9 +129,8 @@ class Study:
 
     def row(self, sample: int) -> dict[str, Any]:
         """A sample's row of the dataset; UnknownName if there is none of the number."""
-        if not 0 <= sample < self.about["samples"]:
-            raise UnknownName(f"{self.name}: there is no sample {sample}, expected 0 to {self.about['samples'] - 1}")
-        return dict(self.to_arrow().slice(sample, 1).to_pylist()[0])
+        number = whole_number(sample, UnknownName, f"{self.name}: sample", 0, self.about["samples"] - 1)
+        return dict(self.to_arrow().slice(number, 1).to_pylist()[0])
 
     def write_page(self, path: str | Path | None = None) -> Path:
         """Write the page about the study, one HTML file; beside the dataset if no path is given.

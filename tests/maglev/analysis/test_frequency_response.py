@@ -2,8 +2,9 @@
 
 import json
 from collections.abc import Callable
-from math import floor, isnan, pi, sqrt
+from math import floor, isnan, nan, pi, sqrt
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
@@ -169,5 +170,13 @@ def test_command_line(fastest_fmus: Path, tmp_path: Path) -> None:
 def test_grids_that_are_none() -> None:
     with pytest.raises(LinearModelError, match=r"from 10 to 7000 rad/s, expected .* half the sample rate, 6283"):
         make_grid(10.0, 7000.0, 5, 0.5e-3)
-    with pytest.raises(LinearModelError, match="1 multisines of 2 periods, expected at least 2 of 1"):
-        frequency_response("Plant2DOF", "Regulator2DOF", {"v": 20e-3}, realisations=1)
+
+
+@pytest.mark.parametrize(("options", "words"), [
+    ({"realisations": 1}, "realisations = 1, expected a whole number from 2 on"),
+    ({"seed": -1}, "seed = -1, expected a whole number from 0 on"), ({"lines": 6.5}, "lines = 6.5, expected a whole"),
+    ({"lowest": "50 Hz"}, "lowest, highest: '50 Hz' is in Hz, expected a quantity in rad/s"),
+    ({"settle": nan}, "settle = nan: nan is not a quantity"), ({"settle": -1}, "settle = -1: expected a time")])
+def test_options_that_are_none(fastest_fmus: Path, options: dict[str, Any], words: str) -> None:
+    with pytest.raises(LinearModelError, match=words):
+        frequency_response("Plant2DOF", "Regulator2DOF", {"v": 20e-3}, fmus=fastest_fmus, linear=False, **options)

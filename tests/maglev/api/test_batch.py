@@ -166,8 +166,9 @@ def test_a_sample_that_fails_is_a_row(native_fmus: Path) -> None:
     assert repr(found) == f"<Batch of {RUN}: 2 samples, 1 not completed, {len(found.columns)} metrics>"
     with pytest.raises(maglev.UnknownName, match="nearest is 'overshoot of v'"):
         found["overshot of v"]
-    with pytest.raises(maglev.UnknownName, match="no sample 2, expected 0 to 1"):
-        found.run(2)
+    for sample in (2, -1, True, 1.0, "a"):
+        with pytest.raises(maglev.UnknownName, match=f"sample = {sample!r}, expected a whole number from 0 to 1"):
+            found.run(sample)   # type: ignore[arg-type]
 
 
 @pytest.mark.parametrize(("values", "words"), [
@@ -191,10 +192,10 @@ def test_a_table_of_which_no_sample_could_be_run_again_is_refused(tmp_path: Path
         maglev.study(table, vary=masses, out=tmp_path)   # type: ignore[arg-type]
 
 
-@pytest.mark.parametrize("jobs", [0, -2])
-def test_fewer_than_one_job_is_refused(native_fmus: Path, jobs: int) -> None:
+@pytest.mark.parametrize("jobs", [0, -2, 1.5, True, "2"])
+def test_fewer_than_one_job_is_refused(native_fmus: Path, jobs: Any) -> None:
     """Nothing waits for a process that never starts."""
-    with pytest.raises(maglev.ScenarioError, match=f"jobs = {jobs}, expected at least 1"):
+    with pytest.raises(maglev.ScenarioError, match=f"jobs = {jobs!r}, expected a whole number from 1 on"):
         maglev.batch(RUN, {"plant.v.mass": [4.0]}, jobs=jobs, fmus=native_fmus)
 
 

@@ -60,7 +60,14 @@ def test_an_option_that_does_not_exist_is_refused() -> None:
      "Plant3DOF: parameters = 'y.mass=7', expected a table"),
     (maglev.region, "3dof", {"axis": "y", "gap": 0.02, "set": "plant.y.mass=7"},
      "set = 'plant.y.mass=7', expected a table, values by name"),
-    (maglev.compare, [], {}, "runs: there is none, expected two or more")])
+    (maglev.compare, [], {}, "runs: there is none, expected two or more"),
+    (maglev.compare, "2dof-smooth-nonlinear", {"controllers": [None]}, "controllers: None is one, expected names"),
+    (maglev.compare, "2dof-smooth-nonlinear", {"controllers": {1: "PID2DOF"}}, "controller PID2DOF: label = 1, expec"),
+    (maglev.run_all, "2dof-smooth-nonlinear", {"plot": "no"}, "plot='no': expected True or False"),
+    (maglev.run, "2dof-smooth-nonlinear", {"keep_settings": "no"}, "keep_settings='no': expected True or False"),
+    (maglev.tune, {"name": "mine"}, {}, "tuning file: {'name': 'mine'}, expected a name or a path"),
+    (maglev.linearise_loop, "Plant3DOF", {"controller": None, "at": {"y": 0.025}},
+     "None is no controller with a linear model, expected one of")])
 def test_what_is_of_another_kind_is_refused_by_its_name(function: Callable[..., object], given: Any,
                                                         options: dict[str, Any], words: str) -> None:
     with pytest.raises(maglev.MaglevError, match=f"^{re.escape(words)}"):

@@ -138,5 +138,6 @@ def test_actions_of_another_shape_or_too_soon_are_refused(folder: Path) -> None:
     with pytest.raises(ScenarioError, match="seed: 2 of them, expected 3"):
         envs.reset(seed=[1, 2])
     envs.close()
-    with pytest.raises(ScenarioError, match="num_envs = 0, expected at least 1"):
-        stages.Stages(0, "2dof", fmus=folder)
+    for number in (0, 1.5):
+        with pytest.raises(ScenarioError, match=f"num_envs = {number}, expected a whole number from 1 on"):
+            stages.Stages(number, "2dof", fmus=folder)   # type: ignore[arg-type]
