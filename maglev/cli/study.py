@@ -78,7 +78,7 @@ def finish(study: "maglev.Study") -> None:
 
     table = study.to_arrow()
     show_study(report_console(), table, study.about)
-    typer.echo(f"results: {study.path}, {study.write_page()}")
+    typer.echo(f"results: {study.path}, {study.write_page(study.path.with_suffix('.html'))}")
     if table["failure"].null_count == 0:
         say(f"{study.name}: none of {table.num_rows} samples was completed; of the first: {table['failure'][0]}")
         raise typer.Exit(2)

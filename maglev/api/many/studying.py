@@ -74,7 +74,8 @@ class Study:
         from maglev.studies.dataset import metadata_of
 
         self.path = Path(path)
-        self.about: Mapping[str, Any] = metadata_of(self.path)
+        self.file = self.path.absolute()   # wherever this process goes
+        self.about: Mapping[str, Any] = metadata_of(self.file)
         if not self.about:
             raise MaglevError(f"{path}: cannot be read as the dataset of a study, expected one that maglev study wrote")
 
@@ -86,7 +87,7 @@ class Study:
     @property
     def units(self) -> dict[str, str]:
         """Units of the columns, "1" of shares, empty text of counts."""
-        schema = import_module("pyarrow.parquet").read_schema(self.path)
+        schema = import_module("pyarrow.parquet").read_schema(self.file)
         return {field.name: (field.metadata or {}).get(b"unit", b"").decode() for field in schema}
 
     def __repr__(self) -> str:
@@ -96,7 +97,7 @@ class Study:
         """Table of the samples, a pyarrow.Table; MaglevError if the dataset is not as it was written."""
         from maglev.studies.dataset import read_dataset
 
-        return read_dataset(self.path)
+        return read_dataset(self.file)
 
     def to_pandas(self) -> Any:
         """Table of the samples, a pandas.DataFrame by number of the sample; `attrs["units"]` has the units."""
@@ -139,7 +140,7 @@ class Study:
         """
         from maglev.studies.page.page import write_page
 
-        page = self.path.with_suffix(".html") if path is None else Path(path)
+        page = self.file.with_suffix(".html") if path is None else Path(path)
         write_page(page, self.to_arrow(), self.about)
         return page
 

@@ -99,6 +99,17 @@ def test_tables_go_where_they_are_wanted(run: maglev.Run, fastest_fmus: Path, tm
     assert capsys.readouterr().out == ""
 
 
+def test_a_study_is_read_from_another_folder(fastest_fmus: Path, tmp_path: Path,
+                                             monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.chdir(tmp_path)
+    two: Any = np.int64(2)
+    study = maglev.study(NAME, vary={"plant.v.mass": (4.0, 5.0)}, samples=two, fmus=fastest_fmus, jobs=1)
+    monkeypatch.chdir(tmp_path.parent)
+    assert study.path == Path("results", f"{study.name}.parquet")
+    assert len(study.to_pandas()) == 2
+    assert study.write_page() == tmp_path / "results" / f"{study.name}.html"
+
+
 def test_pictures_show_themselves(run: maglev.Run, results: maglev.Results) -> None:
     """As PNG, without pyplot."""
     compared = maglev.compare({"one": run, "other": results[NAME]})
