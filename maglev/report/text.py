@@ -83,7 +83,7 @@ def text_of(result: RunResult, verdicts: Sequence[ClaimResult]) -> str:
 
 def as_text(show: Callable[[Console], None]) -> str:
     text = StringIO()
-    show(plain_console(file=text, width=REPORT_WIDTH))
+    show(plain_console(file=text, width=REPORT_WIDTH, force_terminal=False))   # which FORCE_COLOR would make it
     return text.getvalue()
 
 

@@ -91,11 +91,15 @@ def test_a_text_in_html_is_no_html(run: maglev.Run, monkeypatch: pytest.MonkeyPa
 
 def test_tables_go_where_they_are_wanted(run: maglev.Run, fastest_fmus: Path, tmp_path: Path,
                                         monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]) -> None:
-    """A console of rich's, in a notebook, displays what it prints, and leaves the file empty that it prints to."""
+    """A console of rich's, in a notebook, displays what it prints, and leaves the file empty that it prints to.
+
+    With FORCE_COLOR, as on many servers, it takes a file for a terminal.
+    """
     monkeypatch.setattr("rich.console._is_jupyter", lambda: True)
+    monkeypatch.setenv("FORCE_COLOR", "1")
     maglev.run_all(NAME, fmus=fastest_fmus, out=tmp_path, jobs=1)
     for text in ((tmp_path / f"{NAME}.txt").read_text(encoding="utf-8"), run._repr_html_()):
-        assert "Steps" in text
+        assert "Steps" in text and "\x1b" not in text
     assert capsys.readouterr().out == ""
 
 
