@@ -1,21 +1,24 @@
 """Runs against their committed baselines, and the update of these."""
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from functools import partial
 from pathlib import Path
 from typing import TypeVar, Unpack
 
 from maglev.api.options import experiments_of
 from maglev.api.running import say_notes
+from maglev.baselines.baseline import baseline_files
 from maglev.baselines.check import check_all
 from maglev.baselines.outcome import CheckResult, UpdateResult, write_junit
 from maglev.baselines.update import update_all
+from maglev.errors import ScenarioError, option
 from maglev.experiment.selection import Scenarios, needed, select
 from maglev.pictures import require_matplotlib
 from maglev.processes import processors
 from maglev.processes.side_by_side import Say, Watch, unwatched, warn
 from maglev.schema.layers import PACKAGED
 from maglev.schema.options import RunOptions, takes_run_options
+from maglev.schema.run_plan import RunPlan
 
 Result = TypeVar("Result", CheckResult, UpdateResult)
 
@@ -31,7 +34,7 @@ def check(names: Scenarios | None = None, *, baselines: str | Path | None = None
     names : str, Path or mapping, or iterable of these, optional
         Scenarios, variants, TOML files or tables; every scenario of the package if not given.
     baselines : path, optional
-        Folder with `NAME_ref.csv` and `NAME_ref.opt`; the package's if not given.
+        Folder with `NAME_ref.csv` and `NAME_ref.opt`; for scenarios of the package its own if not given.
     junit : path, optional
         Also write the outcome as JUnit XML.
     pictures : path, optional
@@ -76,12 +79,22 @@ def update(names: Scenarios | None = None, *, baselines: str | Path | None = Non
     return compare(update_all, names, baselines, jobs, watch, say, options)
 
 
+def require_packaged(plans: Sequence[RunPlan], write: bool) -> None:
+    """Refuse to look among the baselines of the package for that of a scenario of the user's, and to write it there."""
+    for plan in plans:
+        if plan.own and (write or not baseline_files(PACKAGED / "baselines", plan.name)[0].exists()):
+            raise ScenarioError(f"{plan.path}: expected {option('baselines')} with it, the folder of its baseline: "
+                                "those of the package are for its own scenarios")
+
+
 def compare(every: Callable[..., list[Result]], names: Scenarios | None,
             baselines: str | Path | None, jobs: int | None, watch: Watch | None, say: Say | None,
             options: RunOptions) -> list[Result]:
     """Check or update what is asked for and, after it, the runs that it starts from."""
     plans = select(names)
     plans += needed(plans)
+    if baselines is None:
+        require_packaged(plans, every is update_all)
     experiments = experiments_of(plans, options, say or warn, watch or unwatched)
     say_notes(experiments, say or warn)
     with (watch or unwatched)([experiment.plan.name for experiment in experiments]) as watcher:

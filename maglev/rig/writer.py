@@ -62,7 +62,7 @@ def environment() -> "Environment":
 @cache
 def own_names() -> frozenset[str]:
     """Names that blocks have of their own: no axis and no motor can be called so."""
-    taken = {*kwlist, *KEYWORDS_OF_C, "self", "t", "dt", "law", HELD}
+    taken = {*kwlist, *KEYWORDS_OF_C, "self", "t", "dt", "law", HELD, "time"}   # which is a column of recordings
     for path in TEMPLATES.rglob("*.j2"):
         if path.name.endswith((".html.j2", ".toml.j2")) or path.parent.name in ("repository", "written"):
             continue

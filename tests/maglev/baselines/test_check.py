@@ -10,6 +10,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
+import maglev
 from maglev.baselines.baseline import (
     Baseline,
     Tolerance,
@@ -25,7 +26,7 @@ from maglev.baselines.deviation import Deviation, WorstDifference, first_deviati
 from maglev.baselines.outcome import CheckResult, UpdateResult, describe, exit_code
 from maglev.baselines.update import renewed, written
 from maglev.cosim.master import Recording, RunFailed
-from maglev.errors import BaselineError
+from maglev.errors import BaselineError, ScenarioError
 from maglev.experiment.ports.replacement import Replacement
 from maglev.experiment.preparation import Experiment, prepare
 from maglev.schema.loading import load_plan
@@ -168,6 +169,17 @@ def test_the_same_run_passes(fmus: Path, baselines: Path) -> None:
     assert (result.status, result.deviation, exit_code([result])) == ("passed", None, 0)
     assert set(result.worst) == set(short().check.signals)
     assert result.units == {"plant.v.position": "m", "plant.h.position": "m", "controller.saturated": ""}
+
+
+def test_the_package_keeps_no_baseline_of_another_scenario(tmp_path: Path) -> None:
+    """Neither beside those that it has, nor over one of the same name."""
+    for name in ("mine", "2dof-setpoints"):
+        path = tmp_path / f"{name}.toml"
+        path.write_text(f'extends = "2dof-push.toml"\nname = "{name}"\n')
+        with pytest.raises(ScenarioError, match=f"{name}.toml: expected baselines with it, the folder of its baseline"):
+            maglev.update(path)
+    with pytest.raises(ScenarioError, match="mine.toml: expected baselines with it"):
+        maglev.check(tmp_path / "mine.toml")
 
 
 def test_a_changed_parameter_deviates(fmus: Path, baselines: Path) -> None:

@@ -38,7 +38,7 @@ TEXT = (PACKAGED / "3dof.toml").read_text(encoding="utf-8")
     ("[stage]", '[motor_stop]\nlower = "18 mm"\nupper = "32 mm"\n\n[stage]',
      "motor_stop: expected only where the platform tilts"),
     *(("[motors.beta]", f"[motors.{name}]", f"motors.{name}: '{name}', expected another name: blocks have something "
-       "called so") for name in ("gamma", "lambda", "double", "z")),
+       "called so") for name in ("gamma", "lambda", "double", "z", "time")),
     ('title = "3-DOF stage"', "title = 'the \"fast\" stage'", "title: 'the \"fast\" stage', expected words on one line "
                                                                 "without \" and \\"),
     ('equation = "(5.3)"', 'equation = """(5.3)\nimport os"""', "equation: '(5.3)\\nimport os', expected words on one "
