@@ -16,10 +16,11 @@ from pythonfmu.fmi2slave import Fmi2Slave
 
 from fmi_export.definition import FmuDefinition, Variable
 
-# By how much the master's clock may miss the end of the step before: see fmi_export/native/c/life.c.
+# By how much the clock of a master may miss the end of the step before, and what is no step: see native/c/life.c.
 CONTINUITY = 1.0e-3     # of a communication step
 LARGEST_MISS = 1.0e-5   # s
 ROUNDING = 1.0e-14      # of the time
+NO_STEP = 1.0e-8        # s
 
 # Phases of an instance (FMI 2.0.5, figure 11), in the words of a refusal.
 INSTANTIATED = "before fmi2EnterInitializationMode"
@@ -178,7 +179,7 @@ class BlockSlave(Fmi2Slave):
             status = self.block.step(current_time, step_size)
         except self.raised as error:
             raise self.failed(error, current_time) from error
-        if status:
+        if status and (self.definition.variable_step or step_size > NO_STEP):
             self.refuse(status, current_time, step_size)
         self.next_time = end
         return True

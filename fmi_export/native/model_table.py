@@ -40,6 +40,7 @@ def model_table(definition: FmuDefinition, guid: str, timed: bool) -> str:
         "MORE_HEADERS": f'#include "{tangent_name(header)}.h"\n' if definition.continuous else "",
         "CONTINUOUS_TABLES": continuous_tables(definition),
         "CONTINUOUS": "&CONTINUOUS" if definition.continuous else "NULL",
+        "VARIABLE_STEP": "true" if definition.variable_step else "false",
         "SAMPLING_TABLE": sampling, "SAMPLING": "&SAMPLING" if sampling else "NULL",
         "ARGUMENTS": arguments, "NAME_TEXT": text_literal(definition.name), "GUID": text_literal(guid),
         "VARIABLES": "\n".join([*map(variable_row, definition.native_variables), *([TIME] if timed else [])]),

@@ -14,6 +14,8 @@
  * so many seconds, and beside them the rounding of the time. */
 #define CONTINUITY 1.0e-3
 #define LARGEST_MISS 1.0e-5
+/* s: a step that does not fit, and is no longer, is none. An importer that adds up its steps may have it left at the end. */
+#define NO_STEP 1.0e-8
 
 static void renew(struct Instance *instance)
 {
@@ -197,7 +199,7 @@ enum Status take_step(struct Instance *instance, const char *call, double time, 
     } else if (hold(instance, &end) != DONE) {
         return fail(instance);
     }
-    if (status != 0) {
+    if (status != 0 && (MODEL.variable_step || size > NO_STEP)) {
         refuse_status(instance, REFUSED, status, time, size);
         return fail(instance);
     }

@@ -58,6 +58,7 @@ struct Model {
     void (*construct)(void *block);
     int64_t (*start)(void *block);                             /* 0, or the status of a refusal */
     int64_t (*step)(void *block, double time, double step);    /* the same; s, s */
+    bool variable_step;                                        /* any step fits */
     const struct Variable *variables;
     size_t variable_count;
     const struct Refusal *refusals;

@@ -40,5 +40,6 @@ static const struct Refusal REFUSALS[] = {
     .refusals = REFUSALS,
     .refusal_count = sizeof REFUSALS / sizeof *REFUSALS,
     .continuous = @CONTINUOUS@,
+    .variable_step = @VARIABLE_STEP@,
     .sampling = @SAMPLING@,
 };
