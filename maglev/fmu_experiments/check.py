@@ -21,7 +21,7 @@ from maglev.baselines.outcome import CheckResult, write_junit
 from maglev.cosim.fmu import checked_description, unpack, unpacking_folder
 from maglev.cosim.other_process.run import TIMEOUT
 from maglev.cosim.versions.fmi import Messages, fmi_of
-from maglev.errors import FAILURES, FmuError, in_one_line, nearest
+from maglev.errors import FAILURES, FmuError, in_one_line, nearest, option
 from maglev.experiment.chain import in_order
 from maglev.fmu_experiments import tables
 from maglev.fmu_experiments.carried import CarriedExperiment, File, carried_experiments
@@ -163,7 +163,7 @@ def check_experiment(name: str, path: Path, experiment: CarriedExperiment,
         lacking = missing_times(expected.time, asked)
         if lacking and not partial:
             raise FmuError(f"{experiment.results.place}: no results from {lacking[0]}, expected some for the whole "
-                           "experiment; with `partial` those are compared that there are")
+                           f"experiment; with {option('partial', True)} those are compared that there are")
         result, said = simulate(path, description, asked,
                            tables.start_values(experiment.parameters, variables) if experiment.parameters else {},
                            tables.input_array(experiment.inputs, variables) if experiment.inputs else None,
@@ -207,7 +207,7 @@ def expected_results(file: File, variables: Mapping[str, ScalarVariable],
     absent = next((name for name in left_out if name not in variables), None)
     if absent is not None and not partial:
         raise FmuError(f"{file.place}: column {absent}: the FMU has no such variable, nearest is "
-                       f"{nearest(absent, variables)}; with `partial` the others are compared")
+                       f"{nearest(absent, variables)}; with {option('partial', True)} the others are compared")
     tolerances = {name: given.get(name, Tolerance(
         tables.TOLERANCE * float(np.max(np.abs(column))) if variables[name].type in REALS else 0.0, 0.0))
         for name, column in values.items()}

@@ -50,7 +50,7 @@ def numbers(file: File, name: str, texts: Sequence[str]) -> Array:
     """Values of a column, shape (n, m): m is 1, or the number of elements of an array; all finite."""
     values: list[list[float]] = []
     for number, text in enumerate(texts, 2):
-        parts = text.split()
+        parts = text.lower().split()   # fmpy writes True, others true
         if not parts or not all(part in BOOLEANS or is_finite(part) for part in parts):
             raise FmuError(f"{file.place}: row {number}, column {name} is {shortened(text)}, expected finite numbers")
         row = [BOOLEANS[part] if part in BOOLEANS else float(part) for part in parts]
