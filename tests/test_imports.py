@@ -42,7 +42,7 @@ REACHES = {"maglev.identification": {"controller_fmu", "estimator_fmu", "plant_f
 BLOCKS = ("plant_fmu", "controller_fmu", "estimator_fmu", "measurement_fmu", "closed_loop_fmu")
 
 # The rooms of the tool, from the lowest to the highest: each knows those before it.
-ROOMS = ("errors", "packages", "arrays", "waves", "processes", "copies", "units", "parameter", "time_grid",
+ROOMS = ("errors", "packages", "arrays", "waves", "units", "processes", "copies", "parameter", "time_grid",
          "quantities", "csv_table", "toml_file", "shown_figure", "pictures", "rig", "stages", "linear",
          "own_stage", "identification", "user_controllers", "kinds", "own_fmus", "cosim", "schema", "catalogue", "gym",
          "pages", "maps", "live", "judging", "experiment", "analysis", "baselines", "fmu_experiments", "procedures",
