@@ -35,6 +35,7 @@ from maglev.processes.interrupts import held_interrupts
 from maglev.processes.side_by_side import Progress
 from maglev.time_grid import whole_steps
 from maglev.units import positive_time, refused_as
+from maglev.user_controllers.source import path_of
 from maglev_files.cache import Kept
 
 MOST_MEMORY = 4e9      # bytes of a recording
@@ -46,13 +47,12 @@ class FmuSetup:
     """An FMU of a co-simulation: its name in it, file and start values; of a third-party one names and units."""
 
     name: str
-    path: Path   # or text, which becomes one
+    path: Path   # or text, a class or an object of one, of which it becomes one
     start: Mapping[str, float | bool] = field(default_factory=dict)
     ports: PortMap | None = None
 
     def __post_init__(self) -> None:
-        if isinstance(self.path, str):
-            object.__setattr__(self, "path", Path(self.path))
+        object.__setattr__(self, "path", path_of(self.path))
 
 
 @dataclass(frozen=True, repr=False)

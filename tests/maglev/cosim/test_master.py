@@ -2,7 +2,7 @@
 
 import math
 from pathlib import Path
-from typing import Any
+from typing import Any, ClassVar
 
 import numpy as np
 import pytest
@@ -11,7 +11,7 @@ from sampled_loop import PHASES, sampled_loop
 
 from maglev.cosim import Order
 from maglev.cosim.master import FmuSetup, Master, RunFailed, RunInterrupted
-from maglev.errors import FmuError
+from maglev.errors import ControllerError, FmuError
 from maglev.experiment.preparation import prepare
 from maglev.schema.loading import load_plan
 from pmlsm.rig_3dof import RIG as RIG_3DOF
@@ -214,6 +214,28 @@ def test_paths_and_times_as_text(fmus: Path) -> None:
     assert repr(recording) == f"<Recording: 6 points to 0.001 s, {len(recording.columns)} columns>"
     with pytest.raises(FmuError, match="the FMUs are freed, expected a run before"):
         master.run(0.001)
+
+
+class Doubled:
+    """A class of a user's, with one input and one output."""
+
+    inputs: ClassVar[dict[str, str]] = {"u": ""}
+    outputs: ClassVar[dict[str, str]] = {"y": ""}
+
+    def __init__(self) -> None:
+        self.sample_time = 0.5
+        self.u = self.y = 0.0
+
+    def step(self, t: float) -> None:
+        self.y = 2.0 * self.u
+
+
+def test_a_class_or_an_object_in_place_of_a_path() -> None:
+    for given in (Doubled, Doubled()):
+        with Master([FmuSetup("law", given)], [], 0.5) as master:   # type: ignore[arg-type]
+            assert master.run(1.0, {"law.u": [1.0, 2.0, 3.0]}).columns["law.y"].tolist() == [0.0, 2.0, 4.0]
+    with pytest.raises(ControllerError, match="None: expected a file, a class with a method step"):
+        FmuSetup("law", None)   # type: ignore[arg-type]
 
 
 def test_file_that_is_no_fmu(tmp_path: Path) -> None:
