@@ -73,6 +73,18 @@ class Parameter(NamedTuple):
         return value
 
 
+def expected_of(kind: str, value: object) -> str:
+    """Return what a variable of a type of FMI expects in place of a value; empty if it fits."""
+    boolean = isinstance(value, bool)
+    if kind == "Boolean":
+        return "" if boolean else "true or false"
+    if kind in (*INTEGERS, "Enumeration"):
+        return "" if isinstance(value, int) and not boolean else "a whole number"
+    if kind not in REALS:
+        return "a variable that is Real, Integer or Boolean"
+    return "" if isinstance(value, int | float) and not boolean else "a number"
+
+
 def require_parameter(name: str, known: Iterable[str], owner: str, error: type[MaglevError]) -> None:
     """Refuse a name that no parameter of the owner has; the error has the nearest one that there is."""
     valid = list(known)

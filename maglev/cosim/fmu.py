@@ -24,7 +24,7 @@ from maglev.cosim.versions.exchange import with_solver
 from maglev.cosim.versions.fmi import FMI3, LISTENERS, WARNING, Fmi, Messages, fmi_of, function_of
 from maglev.errors import FmuError, in_one_line, nearest, nearest_file, option, shortened
 from maglev.own_fmus import built_here
-from maglev.parameter import REALS
+from maglev.parameter import REALS, expected_of
 from maglev.units import known_unit, own_number
 from maglev_files.environment import MOST_UNPACKED, number_in
 from maglev_files.scratch import remove_scratch, scratch_folder
@@ -245,7 +245,7 @@ class Fmu:
                    give_inputs: Callable[[], None] = lambda: None) -> None:
         """Set start values and go through the initialization, in which it is given inputs."""
         for name, value in start.items():
-            self.require_start(name, own_number(value))
+            self.require_start(name, value)
         buffers = self.buffers([self.variable(name) for name in start])
         for buffer in buffers:
             for i, name in enumerate(buffer.names):
@@ -264,15 +264,12 @@ class Fmu:
                            f"{self.said() or error}") from error
 
     def require_start(self, name: str, value: object) -> None:
-        """Refuse a start value that is none of the variable's type; a Boolean may be 0 or 1, as in a row of a study."""
-        kind = kind_of(self.variable(name))
-        number, boolean = isinstance(value, int | float), isinstance(value, bool)
-        fits = number and (value in (0, 1) if kind == "Boolean" else
-                           not boolean and (kind in REALS or value % 1 == 0))   # type: ignore[operator]
-        if kind not in self.fmi.types or not fits:
-            wanted = ("true or false" if kind == "Boolean" else "a number" if kind in REALS else
-                      "a whole number" if kind in self.fmi.types else f"one of {', '.join(self.fmi.types)} to set")
-            raise FmuError(f"{self.name}.{name} = {shortened(value)}: it is {kind}, expected {wanted}")
+        """Refuse a start value that is none of the variable's type; in a row of a study all are floats."""
+        kind, number = kind_of(self.variable(name)), own_number(value)
+        if isinstance(number, int | float) and kind not in REALS and number % 1 == 0:
+            number = bool(number) if kind == "Boolean" and number in (0, 1) else int(number)
+        if expected := expected_of(kind, number):
+            raise FmuError(f"{self.name}.{name} = {shortened(value)}: it is {kind}, expected {expected}")
 
     def buffers(self, variables: Sequence[ScalarVariable]) -> list[Buffer]:
         """Buffers for variables, one for each FMI type that occurs, in the order of the variables."""

@@ -4,8 +4,8 @@ from collections.abc import Mapping
 from pathlib import Path
 
 from maglev.errors import ScenarioError, key_path, nearest, shortened
-from maglev.parameter import INTEGERS, REALS, Described
-from maglev.schema.run_plan import RunPlan, StartValue
+from maglev.parameter import REALS, Described, expected_of
+from maglev.schema.run_plan import RunPlan
 from maglev.schema.signals.kinds import Steps
 from maglev.units import known_unit, measures
 from maglev.user_controllers.source import declared_in, is_written
@@ -122,7 +122,7 @@ class PortCheck:
                     raise self.refuse(key, start.written, f"{name!r} is fed by {self.fed[f'{fmu}.{name}']} from "
                                       "the start, expected a parameter, an input that nothing feeds, or "
                                       "reference.AXIS.amplitude, .start or .end")
-                if expected := expected_start(start, variable):
+                if expected := expected_of(variable.type, start.value):
                     raise self.refuse(key, start.written, f"{name!r} is {variable.type}, expected {expected}")
                 if start.unit is not None:
                     self.dimension(key, start.written, start.unit, variable)
@@ -157,16 +157,6 @@ def compatible(one: str, other: str) -> bool:
     known, and_known = known_unit(one), known_unit(other)
     return one == other or (known is not None and and_known is not None
                             and (known.dimension, known.factor) == (and_known.dimension, and_known.factor))
-
-
-def expected_start(start: StartValue, variable: Described) -> str:
-    """Return what the variable expects instead of the start value; empty if it fits."""
-    boolean = isinstance(start.value, bool)
-    if variable.type == "Boolean":
-        return "" if boolean else "true or false"
-    if variable.type in (*INTEGERS, "Enumeration"):
-        return "" if isinstance(start.value, int) and not boolean else "a whole number"
-    return "a number" if boolean or variable.type not in REALS else ""
 
 
 def check_names(plan: RunPlan, descriptions: Descriptions, files: Mapping[str, Path]) -> None:
