@@ -225,7 +225,8 @@ def linearise_loop(plant: str, controller: str | LinearModel, at: Mapping[str, Q
     """
     for name, known, what in ((plant, plants(), "plant"), (measurement, measurements(), "measurement"),
                               (controller, controllers(), "controller with a linear model")):
-        if not isinstance(name, LinearModel) and name not in (*known, *([None] if what == "measurement" else [])):
+        left_out = name is None and what == "measurement"
+        if not (isinstance(name, LinearModel) or left_out or name in [*known]):
             raise LinearModelError(f"{name!r} is no {what}, expected {one_of(name, known, or_of_own_stage())}")
     currents: Currents = "dq" if measurement is None else "phases"
     split = None
