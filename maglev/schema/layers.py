@@ -11,7 +11,7 @@ from functools import cache, lru_cache
 from pathlib import Path
 from typing import Any, NamedTuple
 
-from maglev.errors import ScenarioError, shortened
+from maglev.errors import ScenarioError, nearest, shortened
 from maglev.own_stage.loop import loop_table, setpoint_signals
 from maglev.own_stage.reading import read_own
 from maglev.toml_file import read_toml
@@ -83,9 +83,15 @@ def extended(layer: Layer, extending: tuple[Path, ...] = ()) -> list[Layer]:
 
 def extended_file(path: Path, base: str) -> Path:
     """File that a file extends: beside it, or else among those of the package, such as "loops/3dof.toml"."""
-    beside = (path.parent / base).resolve()
-    packaged = [folder / base for folder in (PACKAGED, *(PACKAGED / rig for rig in RIGS))]
-    return next((file.resolve() for file in (beside, *packaged) if file.is_file()), beside)
+    folders = (PACKAGED, *(PACKAGED / rig for rig in RIGS))
+    for file in (folder / base for folder in (path.parent, *folders)):
+        if file.is_file():
+            return file.resolve()
+    beside = [str(Path(base).parent / file.name) for file in (path.parent / base).parent.glob("*.toml")
+              if file != path]
+    packaged = sorted(str(file.relative_to(folder)) for folder in folders for file in folder.rglob("*.toml"))
+    raise ScenarioError(f"{path}: extends = {base!r}: there is no such file beside it or in the package; nearest is "
+                        f"{nearest(base, [*beside, *packaged])}")
 
 
 def path_of(given: Scenario) -> Path:

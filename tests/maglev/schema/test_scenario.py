@@ -135,7 +135,8 @@ def test_csv_lies_beside_its_scenario(write):
     ('title = "', 'check.signals = { "plant.y" = { absolute = -1 } }\ntitle = "',
      ["hold.toml: check.signals.\"plant.y\".absolute = -1", "expected 0 or more"]),
     ('"loops/loop.toml"', '"hold.toml"', ["hold.toml: extends", "itself"]),
-    ('"loops/loop.toml"', '"loops/lop.toml"', ["lop.toml: cannot be read"]),
+    ('"loops/loop.toml"', '"2dof-setpoints"', ["extends = '2dof-setpoints'", "nearest is '2dof-setpoints.toml'"]),
+    ('"loops/loop.toml"', '"loops/lop.toml"', ["extends = 'loops/lop.toml'", "nearest is 'loops/loop.toml'"]),
     ('"loops/loop.toml"', "3", ["hold.toml: extends = 3", "relative path"])])
 def test_refusals_are_one_line_with_file_key_value_and_expectation(write, old, new, words):
     message = refusal(write((old, new)))
