@@ -92,6 +92,9 @@ class FmuTable(Table):
         """Refuse an FMU that is neither or both."""
         if (self.model is None) == (self.file is None):
             raise ValueError("expected either model, the name of an FMU of this project, or file, the path of an FMU")
+        if self.model is not None and self.model.endswith((".fmu", ".py")):
+            raise key_refused("model", self.model, "expected the name of an FMU of this project; of a path the key is "
+                              "file")
         for name, start in self.start.items() if self.model is not None else ():
             try:
                 parse_quantity(start.written) if isinstance(start.written, str) else None

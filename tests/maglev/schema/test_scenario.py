@@ -137,7 +137,8 @@ def test_csv_lies_beside_its_scenario(write):
     ('"loops/loop.toml"', '"hold.toml"', ["hold.toml: extends", "itself"]),
     ('"loops/loop.toml"', '"2dof-setpoints"', ["extends = '2dof-setpoints'", "nearest is '2dof-setpoints.toml'"]),
     ('"loops/loop.toml"', '"loops/lop.toml"', ["extends = 'loops/lop.toml'", "nearest is 'loops/loop.toml'"]),
-    ('"loops/loop.toml"', "3", ["hold.toml: extends = 3", "relative path"])])
+    ('"loops/loop.toml"', "3", ["hold.toml: extends = 3", "relative path"]),
+    ('"Regulator"', '"law.fmu"', ["fmus.controller.model = 'law.fmu'", "of a path the key is file"])])
 def test_refusals_are_one_line_with_file_key_value_and_expectation(write, old, new, words):
     message = refusal(write((old, new)))
     assert all(word in message for word in words), message
