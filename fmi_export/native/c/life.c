@@ -14,7 +14,7 @@
  * so many seconds, and beside them the rounding of the time. */
 #define CONTINUITY 1.0e-3
 #define LARGEST_MISS 1.0e-5
-/* s: a step that does not fit, and is no longer, is none. An importer that adds up its steps may have it left at the end. */
+/* s: a step that does not fit is ignored up to here. An importer that adds up its steps may have it left at the end. */
 #define NO_STEP 1.0e-8
 
 static void renew(struct Instance *instance)
