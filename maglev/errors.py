@@ -39,6 +39,7 @@ from unicodedata import category
 from maglev_files.extras import lacking
 
 LONGEST_VALUE = 80   # characters of an offending value in a message
+MOST_NAMED = 3       # names in a row, where there are many
 
 HIDDEN = ("Cc", "Cf", "Cs")   # categories of control characters, such that reorder or join others, and surrogates
 
@@ -179,6 +180,12 @@ def nearest_file(path: Path, ending: str = "") -> str:
     return f", nearest is {nearest(path.name, files)}" if files else ""
 
 
+def few(names: Sequence[str]) -> str:
+    """Names in a row, not too many."""
+    shown = ", ".join(names[:MOST_NAMED])
+    return shown if len(names) <= MOST_NAMED else f"{shown} and {len(names) - MOST_NAMED} others"
+
+
 def visible(text: str) -> str:
     """Return the text with escapes in place of control characters other than line ends and tabs.
 
@@ -193,7 +200,8 @@ def visible(text: str) -> str:
 def in_one_line(text: object) -> str:
     """Message of an error, or another text, in one line without control characters; of a file its name goes before."""
     if isinstance(text, OSError) and text.filename is not None and text.strerror:
-        text = f"{text.filename}: {text.strerror}"
+        wanted = ", expected a folder" if isinstance(text, FileExistsError) else ""   # what making one raises of a file
+        text = f"{text.filename}: {text.strerror}{wanted}"
     return visible(" ".join(str(text).split()))
 
 

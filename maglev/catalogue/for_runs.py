@@ -17,7 +17,7 @@ from fmi_export.errors import ExportError
 from maglev.catalogue import PYTHON, Kind, build, build_step_loop, uncacheable
 from maglev.catalogue.shipped import take_native
 from maglev.copies import copied
-from maglev.errors import BuildError, ScenarioError, option
+from maglev.errors import BuildError, ScenarioError, few, option
 from maglev.own_fmus import definition, kind_folder, stale
 from maglev.own_stage.adoption import know_stage
 from maglev.packages import PACKAGES
@@ -111,7 +111,7 @@ def built(names: Collection[str], kind: Kind, say: Say, watch: Watch) -> Path:
         for stage in {stage.file: stage for stage in map(STAGES.own_of, missing) if stage is not None}:
             require_runnable(stage, say)
         what = "WebAssembly modules" if kind.target == "wasm" else f"{'native' if kind.native else 'Python'} FMUs"
-        say(f"{', '.join(missing)}: {what} are built, once for all runs")
+        say(f"{few(missing)}: {what} are built, once for all runs")
         with scratch() as folder, watch(["FMUs"]) as watcher:
             build(missing, folder, kind, partial(watcher, "FMUs"))
             ready |= {file: (folder / file).read_bytes() for name in missing for file in files_of(name, kind)}

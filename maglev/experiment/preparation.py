@@ -18,10 +18,10 @@ from maglev.cosim.other_process.run import TIMEOUT, Complete, Job, run_apart
 from maglev.cosim.port_map import PortMap, apply
 from maglev.cosim.step_loop import LIBRARY, own_loop
 from maglev.cosim.wires.wiring import Drives
-from maglev.errors import ControllerError, FmuError, ScenarioError, option
+from maglev.errors import ControllerError, FmuError, ScenarioError, few, option
 from maglev.experiment.ports.parameter_file import without_fed
 from maglev.experiment.ports.port_check import check_names
-from maglev.experiment.ports.replacement import Replacement, few, fit, known_ports, require_essential
+from maglev.experiment.ports.replacement import Replacement, fit, known_ports, require_essential
 from maglev.experiment.ports.starts import Following, Starts, in_declared_units, known_participant, known_start
 from maglev.experiment.provenance import Provenance, UsedFmu, departures_of
 from maglev.experiment.reach import require_reachable

@@ -44,9 +44,13 @@ def test_a_name_without_its_ending_is_nearest_to_that_file(tmp_path: Path, monke
         maglev.run("3dof-setpoints", controller="pd")
 
 
-def test_a_file_goes_before_what_the_system_says_of_it() -> None:
+def test_a_file_goes_before_what_the_system_says_of_it(tmp_path: Path) -> None:
     assert in_one_line(PermissionError(13, "Permission denied", "results")) == "results: Permission denied"
     assert in_one_line(OSError("no disk")) == "no disk"
+    (tmp_path / "file").touch()
+    with pytest.raises(FileExistsError) as refused:
+        (tmp_path / "file").mkdir(exist_ok=True)
+    assert in_one_line(refused.value) == f"{tmp_path}/file: File exists, expected a folder"
 
 
 def test_keys_and_places() -> None:

@@ -10,7 +10,7 @@ from fmpy.model_description import ModelDescription
 from maglev.cosim.fmu import OWN_TOOL
 from maglev.cosim.open import read_description
 from maglev.cosim.port_map import PortMap, apply
-from maglev.errors import ScenarioError, UnknownName, nearest, option
+from maglev.errors import ScenarioError, UnknownName, few, nearest, option
 from maglev.own_fmus import built_here, definition
 from maglev.schema.judged.claims import RunClaim
 from maglev.schema.run_plan import Motor, RunPlan, StartValue
@@ -19,7 +19,6 @@ from maglev.units import known_unit
 from maglev.user_controllers.source import Given, declared_in, is_written, path_of
 
 LACKING = "it has no such variable"
-MOST_NAMED = 3           # start values that are named one by one
 SETTING = "it is a setting of"   # and the model's name
 
 
@@ -116,12 +115,6 @@ def start_value_notes(plan: RunPlan, files: Mapping[str, Path], left_out: Mappin
 def has_no(name: str, path: Path, lacking: Sequence[str], shown: Callable[[list[str]], str] = ", ".join) -> str:
     """Say what a participant of a run lacks, variables `fmu.variable`."""
     return f"{name} ({path.name}) has no {shown([full.removeprefix(f'{name}.') for full in lacking])}"
-
-
-def few(names: Sequence[str]) -> str:
-    """Names in a row, not too many."""
-    shown = ", ".join(names[:MOST_NAMED])
-    return shown if len(names) <= MOST_NAMED else f"{shown} and {len(names) - MOST_NAMED} others"
 
 
 def essential_ports(plan: RunPlan, name: str) -> dict[str, str]:
