@@ -43,16 +43,25 @@ def refine(time: Array, values: Array, tolerance: float, first: Rows, most: int)
 
     Returns None when this takes more than `most` rows.
     """
-    rows = first
-    while len(rows) <= most:
-        distance = np.abs(values - np.interp(time, time[rows], values[rows]))
-        worst = np.repeat(np.maximum.reduceat(distance, rows[:-1]), np.diff(rows))
-        candidates = np.flatnonzero((distance[:-1] == worst) & (worst > tolerance))
-        if not len(candidates):
-            return rows
+    found = [first]
+    starts, ends = first[:-1], first[1:]   # of the stretches that are not within the tolerance yet
+    samples = np.arange(len(time) - 1)     # in them; a start is one, an end is not
+    while sum(map(len, found)) <= most:
+        lengths = ends - starts
+        slopes = np.repeat((values[ends] - values[starts]) / (time[ends] - time[starts]), lengths)
+        lines = slopes * (time[samples] - np.repeat(time[starts], lengths)) + np.repeat(values[starts], lengths)
+        distance = np.abs(values[samples] - lines)
+        begins = np.cumsum(lengths) - lengths
+        largest = np.maximum.reduceat(distance, begins)
+        beyond = largest > tolerance
+        if not beyond.any():
+            return np.sort(np.concatenate(found))
         # Of equally bad samples of a stretch one is enough.
-        stretch = np.searchsorted(rows, candidates)
-        rows = np.union1d(rows, candidates[np.append(True, np.diff(stretch) > 0)])
+        worst = np.flatnonzero(distance == np.repeat(largest, lengths))
+        found.append(samples[worst[np.searchsorted(worst, begins[beyond])]])
+        samples = samples[np.repeat(beyond, lengths)]
+        starts, ends = (np.column_stack(pair).ravel() for pair in ((starts[beyond], found[-1]),
+                                                                   (found[-1], ends[beyond])))
     return None
 
 
