@@ -6,7 +6,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 from command_line import error_line, maglev
-from identification_data import trial
+from identification_data import record
 
 from maglev.errors import IdentificationError, MaglevError
 from maglev.identification.model_file import model_settings
@@ -15,10 +15,10 @@ from pmlsm.rigs import RIGS
 
 @pytest.fixture(scope="module")
 def recording(slow: None, tmp_path_factory: pytest.TempPathFactory) -> Path:
-    """20 s of the real 2-DOF stage at 1 kHz."""
-    r = trial("2dof", "real").recording
+    """10 s of the real 2-DOF stage at 1 kHz."""
+    r = record("2dof", 10.0, 1e-3, ideal=False).recording
     path = tmp_path_factory.mktemp("data") / "mine.csv"
-    np.savetxt(path, np.column_stack([r.time, r.positions, r.i_d, r.i_q])[:40001:2], delimiter=",",
+    np.savetxt(path, np.column_stack([r.time, r.positions, r.i_d, r.i_q]), delimiter=",",
                header="time,v,h,i_d,i_q", comments="", fmt="%.9g")
     return path
 

@@ -74,7 +74,7 @@ def test_encoders_and_observer(rig: str, method: str) -> None:
 @pytest.mark.parametrize(("rig", "seed"), [("2dof", 1), ("3dof", 3)])
 def test_constants_of_another_rig(rig: str, seed: int) -> None:
     scale = np.random.default_rng(seed).uniform(0.8, 1.3, 5).tolist()
-    data = record(rig, 15.0, 0.5e-3, scale={f"C{k + 1}": factor for k, factor in enumerate(scale)})
+    data = record(rig, 15.0, 1e-3, scale={f"C{k + 1}": factor for k, factor in enumerate(scale)})
     found = identify(data.recording, velocities=data.velocity)
     # In 15 s the last constant, coils on iron, is the slowest.
     assert max(errors(found.estimate.final, data.truth).values()) < 0.02
@@ -128,7 +128,7 @@ def test_standard_errors_are_of_the_spread() -> None:
 
 
 def test_excitation_grows_and_correlation_is_the_inverse() -> None:
-    data = record("2dof", 8.0, 0.5e-3)
+    data = record("2dof", 4.0, 1e-3)
     found = identify(data.recording, velocities=data.velocity)
     vertical = found.diagnostics["v"]
     assert np.all(np.diff(vertical.excitation) > -1e-12)
