@@ -2,6 +2,7 @@
 
 import re
 import shutil
+from collections.abc import Iterator
 from contextlib import nullcontext
 from pathlib import Path
 from typing import NamedTuple
@@ -18,6 +19,7 @@ import maglev
 from maglev.errors import Interrupted, ScenarioError
 from maglev.experiment.preparation import prepare
 from maglev.schema.loading import load_plan
+from maglev.studies.batch import batches
 from maglev.tuning.planning import PlannedTuning, plan_tuning
 from maglev.tuning.schema import FOLDER, load_tuning, read_tuning
 
@@ -51,12 +53,19 @@ samples = 2
 """
 
 
+@pytest.fixture(scope="module", autouse=True)
+def two_batches() -> Iterator[None]:
+    """Of a generation: each loads the FMUs, which takes longer than its samples."""
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(batches, "FEWEST_BATCHES", 2)
+        yield
+
+
 class Searched(NamedTuple):
-    """A tuning file, what it finds in one process, and the folder of parts that an interrupted search leaves."""
+    """A tuning file, and what it finds in one process."""
 
     file: Path
     whole: maglev.Tuned
-    parts: Path
 
 
 @pytest.fixture(scope="module")
@@ -65,15 +74,21 @@ def searched(fastest_fmus: Path, tmp_path_factory: pytest.TempPathFactory) -> Se
     tiny_scenario(folder)
     file = folder / "tuning.toml"
     file.write_text(FILE, encoding="utf-8")
+    return Searched(file, maglev.tune(file, out=folder / "whole", fmus=fastest_fmus, jobs=1))
+
+
+@pytest.fixture(scope="module")
+def left(fastest_fmus: Path, searched: Searched, tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """Folder of parts that an interrupted search leaves."""
+    folder = tmp_path_factory.mktemp("left")
 
     def interrupted(_name: str, done: int, _all: int) -> None:
         if done >= 40:   # of 8 candidates on 2 plants, in the third generation
             raise KeyboardInterrupt
 
     with pytest.raises(Interrupted, match=r"interrupted: generations that are done are kept in .*resume=True"):
-        maglev.tune(file, out=folder / "parts", fmus=fastest_fmus, jobs=1, watch=lambda _: nullcontext(interrupted))
-    return Searched(file, maglev.tune(file, out=folder / "whole", fmus=fastest_fmus, jobs=1),
-                    folder / "parts" / "tuned.parts")
+        maglev.tune(searched.file, out=folder, fmus=fastest_fmus, jobs=1, watch=lambda _: nullcontext(interrupted))
+    return folder / "tuned.parts"
 
 
 def planned(folder: Path, fmus: Path, **table: object) -> PlannedTuning:
@@ -139,9 +154,9 @@ def test_a_graphics_processor_finds_the_same(native_fmus: Path, searched: Search
     assert len(cupy.launches) >= 8   # generations
 
 
-def test_a_graphics_processor_is_no_worker_of_a_scheduler(searched: Searched, tmp_path: Path) -> None:
+def test_a_graphics_processor_is_no_worker_of_a_scheduler(tmp_path: Path) -> None:
     with pytest.raises(ScenarioError, match="device='gpu': expected no scheduler with it"):
-        maglev.tune(searched.file, out=tmp_path, device="gpu", scheduler="tcp://host:8786")
+        maglev.tune("horizontal-3dof", out=tmp_path, device="gpu", scheduler="tcp://host:8786")
 
 
 def test_a_search_finds_the_least_whoever_runs(fastest_fmus: Path, searched: Searched, tmp_path: Path) -> None:
@@ -166,10 +181,11 @@ def test_a_search_finds_the_least_whoever_runs(fastest_fmus: Path, searched: Sea
 
 
 @pytest.mark.thorough
-def test_an_interrupted_search_goes_on_to_the_same_file(fastest_fmus: Path, searched: Searched, tmp_path: Path) -> None:
+def test_an_interrupted_search_goes_on_to_the_same_file(fastest_fmus: Path, searched: Searched, left: Path,
+                                                        tmp_path: Path) -> None:
     """It runs nothing again; and it goes on with more generations."""
-    shutil.copytree(searched.parts, tmp_path / "tuned.parts")
-    assert len(list(searched.parts.glob("runs-*.npy"))) == 3   # the scenario's own, and two generations
+    shutil.copytree(left, tmp_path / "tuned.parts")
+    assert len(list(left.glob("runs-*.npy"))) == 3   # the scenario's own, and two generations
     with pytest.raises(ScenarioError, match="a part is done, expected resume=True"):
         maglev.tune(searched.file, out=tmp_path, fmus=fastest_fmus, jobs=1)
     shown: list[int] = []
@@ -202,9 +218,9 @@ def test_tuning_files_of_the_package(path: Path, fastest_fmus: Path) -> None:
 
 
 @pytest.mark.thorough
-def test_a_broken_generation_is_run_again(fastest_fmus: Path, searched: Searched, tmp_path: Path) -> None:
+def test_a_broken_generation_is_run_again(fastest_fmus: Path, searched: Searched, left: Path, tmp_path: Path) -> None:
     parts = tmp_path / "tuned.parts"
-    shutil.copytree(searched.parts, parts)   # with the times of the files
+    shutil.copytree(left, parts)   # with the times of the files
     _, first, second = sorted(parts.glob("runs-*.npy"), key=lambda path: path.stat().st_mtime_ns)
     first.write_bytes(second.read_bytes())   # of the right shape
     said: list[str] = []
