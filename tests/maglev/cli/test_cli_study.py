@@ -50,8 +50,8 @@ def hold(tmp_path: Path) -> Path:
     return path
 
 
-def test_run_of_several_tells_of_each(fmus: Path, hold: Path, tmp_path: Path) -> None:
-    result = maglev("run", hold, "--fmus", fmus, "--out", tmp_path, "--jobs", "2")
+def test_run_of_several_tells_of_each(fastest_fmus: Path, hold: Path, tmp_path: Path) -> None:
+    result = maglev("run", hold, "--fmus", fastest_fmus, "--out", tmp_path, "--jobs", "2")
     assert result.exit_code == 0, result.output
     for words in ("Your runs", "hold-ours", "hold-theirs", "0 of 1", "no claims"):
         assert words in result.output
@@ -61,9 +61,9 @@ def test_run_of_several_tells_of_each(fmus: Path, hold: Path, tmp_path: Path) ->
     assert "| `hold-ours` | Ours is better | p. 1 | mean tracking error < that of hold-theirs | " in claims
 
 
-def test_a_run_that_fails_is_told_of_and_the_others_stand(fmus: Path, hold: Path, tmp_path: Path) -> None:
+def test_a_run_that_fails_is_told_of_and_the_others_stand(fastest_fmus: Path, hold: Path, tmp_path: Path) -> None:
     hold.write_text(hold.read_text() + '[variants.theirs.fmus.controller.start]\n"v.pole" = 5\n')
-    result = maglev("run", hold, "--fmus", fmus, "--out", tmp_path)
+    result = maglev("run", hold, "--fmus", fastest_fmus, "--out", tmp_path)
     assert result.exit_code == 2
     assert "hold-theirs: " in result.stderr
     assert "v.pole = 5.0" in result.stderr
@@ -140,8 +140,8 @@ def test_a_study_without_a_file_shows_each_of_its_values(fastest_fmus: Path, hol
     assert "--samples: expected --vary with it" in error_line(maglev("study", "payload-friction", "--samples", "3"))
 
 
-def test_report(fmus: Path, hold: Path, tmp_path: Path) -> None:
-    result = maglev("report", hold, "--fmus", fmus, "--out", tmp_path)
+def test_report(fastest_fmus: Path, hold: Path, tmp_path: Path) -> None:
+    result = maglev("report", hold, "--fmus", fastest_fmus, "--out", tmp_path)
     assert result.exit_code == 0, result.output
     page = (tmp_path / "report.html").read_text()
     assert "Ours is better" in page
@@ -154,8 +154,8 @@ def procedure(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr("maglev.api.running.evaluate_all", lambda *_: [outcome()])
 
 
-def test_run_tells_what_a_procedure_found(fmus: Path, hold: Path, tmp_path: Path, procedure: None) -> None:
-    result = maglev("run", hold, "--fmus", fmus, "--out", tmp_path)
+def test_run_tells_what_a_procedure_found(fastest_fmus: Path, hold: Path, tmp_path: Path, procedure: None) -> None:
+    result = maglev("run", hold, "--fmus", fastest_fmus, "--out", tmp_path)
     assert result.exit_code == 0, result.output
     words = ("hold-ours", "1 procedure", "2dof-thrust: Thrust by parabolas", "Constants",
              "note: C3 is not excited.", "The cogging force is 2 N", "results: ")
@@ -170,15 +170,16 @@ def test_run_tells_what_a_procedure_found(fmus: Path, hold: Path, tmp_path: Path
     assert "| `2dof-thrust` | The cogging force is 2 N | p. 34, Fig. 4.9 | " in claims
 
 
-def test_a_single_run_tells_what_its_procedure_found(fmus: Path, hold: Path, tmp_path: Path, procedure: None) -> None:
+def test_a_single_run_tells_what_its_procedure_found(fastest_fmus: Path, hold: Path, tmp_path: Path,
+                                                     procedure: None) -> None:
     hold.write_text(hold.read_text().partition("[variants.ours]")[0])
-    result = maglev("run", hold, "--fmus", fmus, "--out", tmp_path)
+    result = maglev("run", hold, "--fmus", fastest_fmus, "--out", tmp_path)
     assert result.exit_code == 0, result.output
     assert result.output.index("hold: A short hold") < result.output.index("2dof-thrust: Thrust by parabolas")
 
 
-def test_report_shows_what_a_procedure_found(fmus: Path, hold: Path, tmp_path: Path, procedure: None) -> None:
-    result = maglev("report", hold, "--fmus", fmus, "--out", tmp_path)
+def test_report_shows_what_a_procedure_found(fastest_fmus: Path, hold: Path, tmp_path: Path, procedure: None) -> None:
+    result = maglev("report", hold, "--fmus", fastest_fmus, "--out", tmp_path)
     assert result.exit_code == 0, result.output
     page = (tmp_path / "report.html").read_text()
     for text in ('id="figure-4-9-2dof-thrust"', "C3 is not excited.", "The cogging force is 2 N"):
@@ -190,46 +191,46 @@ def check(hold: Path, fmus: Path, *arguments: str | Path) -> list[str | Path]:
     return ["check", hold, "--fmus", fmus, "--baselines", hold.parent / "baselines", *arguments]
 
 
-def test_check_update_pass_and_deviate(fmus: Path, hold: Path, tmp_path: Path) -> None:
-    missing = maglev(*check(hold, fmus))
+def test_check_update_pass_and_deviate(fastest_fmus: Path, hold: Path, tmp_path: Path) -> None:
+    missing = maglev(*check(hold, fastest_fmus))
     assert missing.exit_code == 2
     assert "hold-ours_ref.csv: there is no such file" in missing.output
-    new = maglev(*check(hold, fmus, "--update"))
+    new = maglev(*check(hold, fastest_fmus, "--update"))
     assert new.exit_code == 0
     assert "hold-ours: new, 2 signals at 11 samples to t = 0.05 s" in new.output
     junit = tmp_path / "check.xml"
-    passed = maglev(*check(hold, fmus, "--junit", junit, "--jobs", "2"))
+    passed = maglev(*check(hold, fastest_fmus, "--junit", junit, "--jobs", "2"))
     assert passed.exit_code == 0
     assert passed.output.count(": passed, ") == 2
     assert ElementTree.parse(junit).getroot().attrib["failures"] == "0"
-    deviated = maglev(*check(hold, fmus, "--junit", junit, "--set", "plant.v.mass=5"))
+    deviated = maglev(*check(hold, fastest_fmus, "--junit", junit, "--set", "plant.v.mass=5"))
     assert deviated.exit_code == 1
     assert "hold-theirs: deviates first at t = 0.0" in deviated.output
     assert "plant.v.position expected 0.0" in deviated.output
     assert ElementTree.parse(junit).getroot().attrib["failures"] == "2"
-    moved = maglev(*check(hold, fmus, "--update", "--set", "plant.v.mass=5"))
+    moved = maglev(*check(hold, fastest_fmus, "--update", "--set", "plant.v.mass=5"))
     assert moved.exit_code == 0
     assert "plant.v.position moved by at most" in moved.output
 
 
-def test_check_of_another_controller(fmus: Path, hold: Path) -> None:
-    assert maglev(*check(hold, fmus, "--update")).exit_code == 0
-    result = maglev(*check(hold, fmus, "--controller", fmus / "PID2DOF.fmu"))
+def test_check_of_another_controller(fastest_fmus: Path, hold: Path) -> None:
+    assert maglev(*check(hold, fastest_fmus, "--update")).exit_code == 0
+    result = maglev(*check(hold, fastest_fmus, "--controller", fastest_fmus / "PID2DOF.fmu"))
     assert result.exit_code == 1
     assert "hold-ours: deviates first" in result.output
     assert "hold-theirs: passed" in result.output
 
 
-def test_check_refusals(fmus: Path, hold: Path) -> None:
-    assert maglev(*check(hold, fmus, "--update")).exit_code == 0
-    assert "--junit" in error_line(maglev(*check(hold, fmus, "--update", "--junit", "x.xml")))
-    assert "there is no scenario 'hold'" in error_line(maglev("check", "hold", "--fmus", fmus))
-    assert "there is no file missing.fmu" in error_line(maglev(*check(hold, fmus, "--plant", "missing.fmu")))
-    wrong = maglev(*check(hold, fmus, "--plant", fmus / "Plant3DOF.fmu"))
+def test_check_refusals(fastest_fmus: Path, hold: Path) -> None:
+    assert maglev(*check(hold, fastest_fmus, "--update")).exit_code == 0
+    assert "--junit" in error_line(maglev(*check(hold, fastest_fmus, "--update", "--junit", "x.xml")))
+    assert "there is no scenario 'hold'" in error_line(maglev("check", "hold", "--fmus", fastest_fmus))
+    assert "there is no file missing.fmu" in error_line(maglev(*check(hold, fastest_fmus, "--plant", "missing.fmu")))
+    wrong = maglev(*check(hold, fastest_fmus, "--plant", fastest_fmus / "Plant3DOF.fmu"))
     assert wrong.exit_code == 2
     assert wrong.output.count("error: ") == 2
     hold.write_text(hold.read_text().replace("[check.signals]", '[check.signals]\n"plant.v.positon" = {}'))
-    misspelt = maglev(*check(hold, fmus, "--update"))
+    misspelt = maglev(*check(hold, fastest_fmus, "--update"))
     assert misspelt.exit_code == 2
     assert "nearest is 'v.position'" in misspelt.output
 
@@ -237,21 +238,21 @@ def test_check_refusals(fmus: Path, hold: Path) -> None:
 @pytest.mark.parametrize(("text", "message"), [
     ("", "is empty, expected a CSV file"), ("time,plant.v.position\n0,x\n1,2\n", "there is no such column"),
     ("\0", "hold-ours_ref.csv")])
-def test_a_corrupt_baseline_is_an_error(fmus: Path, hold: Path, text: str, message: str) -> None:
-    assert maglev(*check(hold, fmus, "--update")).exit_code == 0
+def test_a_corrupt_baseline_is_an_error(fastest_fmus: Path, hold: Path, text: str, message: str) -> None:
+    assert maglev(*check(hold, fastest_fmus, "--update")).exit_code == 0
     (hold.parent / "baselines" / "hold-ours_ref.csv").write_text(text)
-    result = maglev(*check(hold, fmus))
+    result = maglev(*check(hold, fastest_fmus))
     assert result.exit_code == 2
     assert message in result.output
     assert "hold-theirs: passed" in result.output
 
 
-def test_a_model_goes_over_the_scenario_and_set_over_the_model(fmus: Path, hold: Path, tmp_path: Path) -> None:
-    assert maglev(*check(hold, fmus, "--update")).exit_code == 0
+def test_a_model_goes_over_the_scenario_and_set_over_the_model(fastest_fmus: Path, hold: Path, tmp_path: Path) -> None:
+    assert maglev(*check(hold, fastest_fmus, "--update")).exit_code == 0
     model = tmp_path / "model.toml"
     model.write_text('rig = "2dof"\n[plant]\nC1 = 14.2\nC2 = 800.0\n[controller]\nC1 = 14.2\n')
-    deviated = maglev(*check(hold, fmus, "--model", model))
+    deviated = maglev(*check(hold, fastest_fmus, "--model", model))
     assert deviated.exit_code == 1
-    assert maglev(*check(hold, fmus, "--model", model, "--set", "plant.C2=791")).exit_code == 0
+    assert maglev(*check(hold, fastest_fmus, "--model", model, "--set", "plant.C2=791")).exit_code == 0
     assert "expected constants of the rig 3dof" in error_line(maglev("run", "3dof-setpoints", "--model", model))
     assert "expected runs of one stage" in error_line(maglev("run", "3dof-smooth", "2dof-smooth", "--model", model))
