@@ -102,8 +102,11 @@ def test_a_second_command_is_refused(word: str, text: str | None, more: list[str
 Damage = Callable[[Path], None]
 
 
+SIMULATED: dict[tuple[str, int], BatchResult] = {}   # by key of a study and first sample: what is kept is the subject
+
+
 class Here:
-    """Studies in this process, in place of those beside it; how many samples were run."""
+    """Studies in this process, in place of those beside it; how many samples were run, for the first time or again."""
 
     def __init__(self, monkeypatch: pytest.MonkeyPatch):
         self.simulated = 0
@@ -113,7 +116,10 @@ class Here:
     def simulate(self, job: Job, batches: list[Batch], values: NDArray[Any],
             store: Callable[[BatchResult], None]) -> None:
         for batch in batches:
-            store(simulate_samples(job, batch.first, values[batch.first:batch.last]))
+            place = job.key, batch.first
+            if place not in SIMULATED:
+                SIMULATED[place] = simulate_samples(job, batch.first, values[batch.first:batch.last])
+            store(SIMULATED[place])
             self.simulated += batch.last - batch.first
 
     def study(self, study: PlannedStudy, out: Path, resume: bool = False,
