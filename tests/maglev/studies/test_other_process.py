@@ -17,13 +17,20 @@ from written_controllers import controller, trial
 import maglev
 from maglev.errors import MaglevError
 from maglev.studies import planning
+from maglev.studies.batch import batches
 from maglev.studies.batch.samples import gathered, run_samples_apart
 from maglev.studies.planning import PlannedStudy, plan_study
 
 pytestmark = pytest.mark.usefixtures("slow")
 
-HANGS = ("        w = self.bandwidth\n", "        while self.bandwidth > 65.0:\n            pass\n"
-                                          "        w = self.bandwidth\n")
+HANGS = (("        w = self.bandwidth\n", "        while self.bandwidth > 65.0:\n            PyDLL(None).pause()\n"
+          "        w = self.bandwidth\n"), ("from math import", "from ctypes import PyDLL\nfrom math import"))
+
+
+@pytest.fixture(autouse=True)
+def one_batch(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Samples run beside their worker, those of each batch in a process of its own."""
+    monkeypatch.setattr(batches, "FEWEST_BATCHES", 1)
 
 
 def of_a_fault(fault: str, fmus: Path, folder: Path) -> PlannedStudy:
@@ -61,16 +68,16 @@ def test_fmus_that_cannot_be_loaded_are_no_sample_s_fault(fastest_fmus: Path, tm
         list(run_samples_apart(study.job, study.values, 60.0))
 
 
-def test_a_sample_that_hangs_costs_none_of_the_others(fmus: Path, tmp_path: Path) -> None:
-    """From the command line: a controller of the user's own, which holds Python's lock for ever."""
-    path, scenario = controller(tmp_path, HANGS), trial(tmp_path)
+def test_a_sample_that_hangs_costs_none_of_the_others(fastest_fmus: Path, tmp_path: Path) -> None:
+    """From the command line: a user's controller holds Python's lock for ever, without the use of a processor."""
+    path, scenario = controller(tmp_path, *HANGS), trial(tmp_path)
     result = command("study", scenario, "--vary", "controller.bandwidth=60,70,61", "--controller", path, "--fmus",
-                     fmus, "--out", tmp_path, "--jobs", "1", "--sample-timeout", "5 s")
+                     fastest_fmus, "--out", tmp_path, "--jobs", "1", "--sample-timeout", "5 s")
     assert result.exit_code == 0, result.output
     rows = maglev.Study(tmp_path / "trial.study.parquet").to_arrow().to_pylist()
     assert [row["failure"] for row in rows] == [None, "took longer than 5 s", None]
     for row in (rows[0], rows[2]):
-        run = maglev.run(scenario, fmus=fmus, controller=path,
+        run = maglev.run(scenario, fmus=fastest_fmus, controller=path,
                          set={"controller.bandwidth": row["controller.bandwidth"]})
         assert run.metrics.rms_errors["v"] == row["rms error of v"]
 
@@ -86,13 +93,14 @@ def test_a_study_of_which_no_sample_comes_to_its_end(values: str, code: int, fas
     assert maglev.Study(tmp_path / "trial.study.parquet").to_arrow().num_rows == 2
 
 
-def test_a_controller_that_ends_its_process_costs_its_sample_and_no_worker(fmus: Path, tmp_path: Path) -> None:
+def test_a_controller_that_ends_its_process_costs_its_sample_and_no_worker(fastest_fmus: Path,
+                                                                           tmp_path: Path) -> None:
     """Without being asked for a limit."""
     exits = ("        w = self.bandwidth\n", "        if self.bandwidth > 65.0:\n            os._exit(0)\n"
                                               "        w = self.bandwidth\n")
     path = controller(tmp_path, exits, ("from math import", "import os\nfrom math import"))
     result = command("study", trial(tmp_path), "--vary", "controller.bandwidth=60,70", "--controller", path,
-                     "--fmus", fmus, "--out", tmp_path, "--jobs", "1")
+                     "--fmus", fastest_fmus, "--out", tmp_path, "--jobs", "1")
     rows = maglev.Study(tmp_path / "trial.study.parquet").to_arrow().to_pylist()
     assert (result.exit_code, [row["failure"] for row in rows]) == (
         0, [None, "the process that ran it ended (exit code 0)"])

@@ -15,6 +15,13 @@ from maglev.studies.batch import batches
 
 pytestmark = pytest.mark.usefixtures("slow")
 
+
+@pytest.fixture(autouse=True)
+def one_batch(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Samples of a controller in Python run beside their worker, those of each batch in a process of its own."""
+    monkeypatch.setattr(batches, "FEWEST_BATCHES", 1)
+
+
 RANGES = {"plant.v.friction.coulomb,plant.h.friction.coulomb": "±20 %", "controller.bandwidth": "50:70"}
 
 
