@@ -18,7 +18,7 @@ from fmpy.model_description import ModelDescription
 from maglev.cosim.fmu import HERE
 from maglev.own_fmus import built_here, own_build, stale
 from maglev.packages.installed import code, edited
-from maglev.schema.layers import packaged_runs
+from maglev.schema.layers import scenario_of
 from maglev.schema.run_plan import RunPlan
 from maglev.user_controllers.source import digests, is_class, is_written, requirements
 from maglev_files.cache import digest_of
@@ -124,7 +124,7 @@ def departures_of(plan: RunPlan, files: Mapping[str, Path], put_in: Iterable[str
     for name, fmu in plan.fmus.items():
         if name not in put_in and fmu.model is not None and stale(fmu.model, files[name]):
             yield f"{name} is a {fmu.model}.fmu that this installation did not build"
-    if plan.own and plan.name in packaged_runs():
+    if plan.own and scenario_of(plan.name) is not None:
         yield f"the scenario is {plan.path}, not the package's {plan.name}"
     for changed in edited():
         yield f"{changed} is not as it was installed"

@@ -21,7 +21,7 @@ from maglev.report.plots.figures import Shown, anchor, law_of, moved, read_figur
 from maglev.report.status import is_listed, run_status
 from maglev.report.text import sentence
 from maglev.report.what_if import NOTHING, Again
-from maglev.schema.layers import packaged_runs
+from maglev.schema.layers import packaged_runs, scenario_of
 from maglev_files.environment import DATE, number_in
 from pmlsm.rigs import RIGS
 
@@ -98,12 +98,11 @@ def report_page(results: Sequence[RunResult], judgements: Judgements, outcomes: 
 
 def origin(results: Sequence[RunResult]) -> str:
     """How many of the package's runs the report has, if any, and with what, when and where all were run."""
-    packaged = packaged_runs()
-    here = sum(result.plan.name in packaged and not result.plan.own for result in results)
+    here = sum(not result.plan.own and scenario_of(result.plan.name) is not None for result in results)
     made = dict.fromkeys((provenance.version, provenance.commit, provenance.python)
                           for provenance in (result.provenance for result in results) if provenance is not None)
     day = datetime.fromtimestamp(number_in(DATE) if os.environ.get(DATE) else time(), UTC).date()
-    share = f"{here} of the {len(packaged)} runs of the package, " if here else ""
+    share = f"{here} of the {len(packaged_runs())} runs of the package, " if here else ""
     return "; ".join([share + day.isoformat(),
                       *(f"Maglev FMUs {version}{f' ({commit})' if commit else ''}, Python {python}"
                         for version, commit, python in made)])

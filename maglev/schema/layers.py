@@ -264,11 +264,9 @@ def packaged_runs() -> dict[str, str]:
 
 @lru_cache(maxsize=256)
 def scenario_of(run: str) -> str | None:
-    """Scenario of the package that a run belongs to; None if there is none."""
-    files = packaged_files()
-    # Runs are called after their scenario: seldom is more than one file read.
-    return next((scenario for scenario in sorted(files, key=lambda name: not run.startswith(name))
-                 if run in names_of(run_layers(files[scenario]))), None)
+    """Scenario of the package that a run belongs to, and is called after; None if there is none."""
+    return next((scenario for scenario, path in packaged_files().items()
+                 if run.startswith(scenario) and run in names_of(run_layers(path))), None)
 
 
 def run_layers(path: Path) -> list[list[Layer]]:

@@ -7,7 +7,7 @@ from typing import Any
 from maglev.errors import ScenarioError
 from maglev.live.content import can_run_live, live_address
 from maglev.own_fmus import DEFINITIONS, definition
-from maglev.schema.layers import packaged_runs
+from maglev.schema.layers import scenario_of
 from maglev.schema.loading import load_plan
 from maglev.schema.options import OPTIONS
 
@@ -50,7 +50,7 @@ def command_of(about: Mapping[str, Any], row: Mapping[str, Any] | None) -> str:
 def why_not_live(about: Mapping[str, Any]) -> str:
     """Why the live page cannot run the samples of a study as they were run; empty if it can."""
     name, run = about["scenario"], run_of(about)
-    if run["scenario"] != name or name not in packaged_runs():
+    if run["scenario"] != name or scenario_of(name) is None:
         return f"it has the packaged runs alone, and {name} is none of these"
     plan = load_plan(name)
     if not can_run_live(plan):
