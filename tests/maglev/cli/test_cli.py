@@ -90,16 +90,16 @@ def test_half_a_step_is_refused(fastest_fmus: Path, short: Path) -> None:
         tool.run(short, fmus=fastest_fmus, every=2.5)   # type: ignore[arg-type]
 
 
-def test_order_reaches_the_master(fmus: Path, short: Path, tmp_path: Path) -> None:
+def test_order_reaches_the_master(fastest_fmus: Path, short: Path, tmp_path: Path) -> None:
     """In Jacobi order the stage's first step is one without current."""
     first = {}
     for order in ("sequential", "jacobi"):
-        result = maglev("run", short, "--fmus", fmus, "--out", tmp_path / order, "--order", order)
+        result = maglev("run", short, "--fmus", fastest_fmus, "--out", tmp_path / order, "--order", order)
         assert result.exit_code == 0, result.output
         with (tmp_path / order / "short.csv").open() as file:
             first[order] = float(list(csv.DictReader(file))[1]["plant.y.velocity"])
     assert first["jacobi"] > first["sequential"] + 1e-4   # m/s, downwards
-    assert maglev("run", short, "--fmus", fmus, "--order", "parallel").exit_code == 2
+    assert maglev("run", short, "--fmus", fastest_fmus, "--order", "parallel").exit_code == 2
 
 
 def test_set_reaches_the_fmu(fmus: Path, short: Path, tmp_path: Path) -> None:
@@ -302,6 +302,7 @@ def test_help_shows_its_examples_one_on_a_line() -> None:
         assert any(line.startswith((f"maglev {command} ", f"maglev {command}:")) for line in lines), command
 
 
+@pytest.mark.few(2)
 @pytest.mark.parametrize(("words", "expected"), [("ru", "run"), ("run 2dof-step-4-l", "2dof-step-4-linear"),
                                                  ("run 3dof-setpoints-i", "3dof-setpoints-improved")])
 @pytest.mark.usefixtures("slow")
