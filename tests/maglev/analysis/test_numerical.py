@@ -9,13 +9,19 @@ from command_line import error_line, maglev
 from scipy.linalg import block_diag
 from written_controllers import controller
 
-from maglev.analysis.numerical import linearise_numerically
+from maglev.analysis.numerical import NumericalLoop, linearise_numerically
 from maglev.analysis.pair import AskedPair, make_pair
 from maglev.catalogue.for_runs import fmus_named
 from maglev.errors import LinearModelError
 from maglev.linear.loop import linearise_loop
 
 WITHIN = 2e-4   # of a margin: the loop that runs rests within some nanometres of where the equations do
+
+
+@pytest.fixture(scope="module")
+def pd_loop(fastest_fmus: Path, pd_class) -> NumericalLoop:
+    """A class that runs in this process with our plant."""
+    return linearise_numerically("Plant2DOF", pd_class(), {"v": 20e-3}, settle=2.0, fmus=fastest_fmus)
 
 
 @pytest.mark.few(1)
@@ -41,13 +47,12 @@ def test_our_regulators_by_differences_are_those_of_the_equations(
     np.testing.assert_allclose(found.linear().rates[:len(slow)], slow, rtol=1e-3, atol=1e-3)
 
 
-def test_plant_of_another_name_is_found_by_its_answers(fastest_fmus: Path, tmp_path: Path, pd_class) -> None:
+def test_plant_of_another_name_is_found_by_its_answers(fastest_fmus: Path, tmp_path: Path, pd_class,
+                                                        pd_loop: NumericalLoop) -> None:
     """In this process ours is foreign by its name alone; its controller is a class."""
     theirs = tmp_path / "theirs.fmu"
     theirs.write_bytes((fastest_fmus / "Plant2DOF.fmu").read_bytes())
-    law = pd_class()
-    found, known = (linearise_numerically(plant, law, {"v": 20e-3}, settle=2.0, fmus=fastest_fmus)
-                    for plant in (theirs, "Plant2DOF"))
+    found, known = linearise_numerically(theirs, pd_class(), {"v": 20e-3}, settle=2.0, fmus=fastest_fmus), pd_loop
     # Positions, velocities, and the two currents that the mover sees.
     assert len(found.linear().plant.states) == 6
     rates = known.linear().plant.rates
@@ -58,11 +63,10 @@ def test_plant_of_another_name_is_found_by_its_answers(fastest_fmus: Path, tmp_p
             {key: ours[key] for key in ours if key != "at"}, rel=WITHIN)
 
 
-def test_the_loop_as_python_control_has_it(fastest_fmus: Path, pd_class) -> None:
+def test_the_loop_as_python_control_has_it(pd_loop: NumericalLoop) -> None:
     """What its references do: a PD law without bias comes to rest where h is asked to be, and knows no other way."""
     pytest.importorskip("control")
-    found = linearise_numerically("Plant2DOF", pd_class(), {"v": 20e-3}, settle=2.0, fmus=fastest_fmus)
-    closed = found.linear().closed.to_control()
+    closed = pd_loop.linear().closed.to_control()
     assert closed.dt == 0.5e-3
     assert list(closed.input_labels) == ["v_reference", "h_reference"]
     gains = np.real(closed(1.0))   # at rest
