@@ -16,8 +16,9 @@ ASKS = ("extra", "lacking")
 
 def asked() -> set[tuple[str, str]]:
     """Modules and extras that the sources name when they ask whether one is installed."""
-    calls = [node for package in OURS for path in (ROOT / package).rglob("*.py")
-             for node in ast.walk(ast.parse(path.read_text(encoding="utf-8"))) if isinstance(node, ast.Call)]
+    texts = [path.read_text(encoding="utf-8") for package in OURS for path in (ROOT / package).rglob("*.py")]
+    calls = [node for text in texts if any(f"{name}(" in text for name in ASKS)
+             for node in ast.walk(ast.parse(text)) if isinstance(node, ast.Call)]
     return {(str(call.args[0].value), str(call.args[1].value)) for call in calls
             if isinstance(call.func, ast.Name) and call.func.id in ASKS
             and isinstance(call.args[0], ast.Constant) and isinstance(call.args[1], ast.Constant)}
