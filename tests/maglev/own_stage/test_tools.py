@@ -17,6 +17,8 @@ name = "short"
 stop_time = "2.5 s"
 """
 
+BRIEF = 'extends = "short.toml"\nname = "brief"\nstop_time = "0.5 s"\n'
+
 STUDY = """name = "payload"
 scenario = "short.toml"
 [[vary]]
@@ -53,7 +55,7 @@ def folder(slow: None, tmp_path_factory: pytest.TempPathFactory) -> Path:
     path, _ = new_stage(folder / "kite.toml", like="2dof")
     path.write_text(path.read_text(encoding="utf-8").replace("pole_pitch = 0.05715", "pole_pitch = 0.05"),
                     encoding="utf-8")
-    for name, text in (("short", SHORT), ("payload", STUDY), ("quicker", TUNING)):
+    for name, text in (("short", SHORT), ("brief", BRIEF), ("payload", STUDY), ("quicker", TUNING)):
         (folder / f"{name}.toml").write_text(text, encoding="utf-8")
     return folder
 
@@ -91,15 +93,15 @@ def settling(run: maglev.Run) -> float:
 
 def test_baselines() -> None:
     """What the stage does is kept, and another guide is noticed."""
-    maglev.update(["short.toml"], baselines="baselines", kind="python")
-    same, = maglev.check(["short.toml"], baselines="baselines", kind="python")
+    maglev.update(["brief.toml"], baselines="baselines", kind="python")
+    same, = maglev.check(["brief.toml"], baselines="baselines", kind="python")
     assert same.status == "passed"
-    other, = maglev.check(["short.toml"], baselines="baselines", kind="python", set={"plant.h.friction.coulomb": 1.0})
+    other, = maglev.check(["brief.toml"], baselines="baselines", kind="python", set={"plant.h.friction.coulomb": 1.0})
     assert other.status == "deviated"
 
 
 def test_report() -> None:
-    assert command("report", "short.toml", "--kind", "python").exit_code == 0
+    assert command("report", "brief.toml", "--kind", "python").exit_code == 0
     assert "stage kite" in Path("results/report.html").read_text(encoding="utf-8")
 
 
