@@ -6,9 +6,10 @@ of DISPLACEMENTS, whose transposes take the motors' forces to forces and torques
 
 from collections.abc import Callable
 from dataclasses import dataclass
+from math import pi, sin
 
 import numpy as np
-from reference_stage import LAG, T1, Crossing, G, ReferenceAxis, park_matrix, shape_functions
+from reference_stage import LAG, T1, Crossing, G, ReferenceAxis, limited, park_matrix, shape_functions
 from scipy.integrate import solve_ivp
 
 ARM, HEIGHT = 0.2, -0.03
@@ -61,7 +62,7 @@ class Reference5DOF:
         for i, (gap, d) in enumerate(zip(GAPS @ q, DISPLACEMENTS @ q, strict=True)):
             f1, f2, f3, f4 = shape_functions(gap)
             i_d, i_q = park_matrix(d) @ currents[i]
-            pull = ATTRACTION * f2 * (1 - self.modulation * np.sin(np.pi * d / T1)**2)
+            pull = ATTRACTION * f2 * (1 - self.modulation * sin(pi * d / T1)**2)
             normal[i] = NOMINAL[0] * (COILS * f3 * i_d - IRON * f4 * (i_d**2 + i_q**2) - pull)
             thrust[i] = -NOMINAL[1 + i // 2] * THRUST[i // 2] * f1 * i_q
         return normal, thrust
@@ -74,7 +75,7 @@ class Reference5DOF:
         others = [axis.acceleration(*each) for axis, *each in zip(self.axes, q, v, w, strict=True)]
         deflection = [axis.deflection_rate(*each) for axis, *each in zip(self.axes, v, w, strict=True)]
         return np.concatenate([v, by_motors + others, deflection,
-                               ((np.clip(commands, -PEAK, PEAK) - currents) / LAG).ravel()])
+                               ((limited(commands, -PEAK, PEAK) - currents) / LAG).ravel()])
 
     def solve(self, start: np.ndarray, commands: Callable[[int], np.ndarray], dt: float, steps: int) -> np.ndarray:
         """Positions at every communication point, shape (steps + 1, 5).
