@@ -164,7 +164,7 @@ def fmus(slow: None, request: pytest.FixtureRequest, tmp_path_factory: pytest.Te
 
 
 @pytest.fixture(scope="session", autouse=True)
-def own_cache(request: pytest.FixtureRequest, tmp_path_factory: pytest.TempPathFactory) -> Iterator[None]:
+def own_cache(request: pytest.FixtureRequest, tmp_path_factory: pytest.TempPathFactory) -> Iterator[Path]:
     """What is kept for this user is kept for these tests: blocks as C, the loop that steps FMUs.
 
     With --fmus it lies there, and the next session makes what has changed since.
@@ -173,7 +173,7 @@ def own_cache(request: pytest.FixtureRequest, tmp_path_factory: pytest.TempPathF
     folder = built_once(tmp_path_factory, "cache", lambda _: None, asked and asked / "cache")
     with pytest.MonkeyPatch.context() as patch:
         patch.setenv("MAGLEV_CACHE", str(folder))
-        yield
+        yield folder
 
 
 @pytest.fixture(scope="session", autouse=True)

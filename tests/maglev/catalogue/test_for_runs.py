@@ -12,7 +12,6 @@ from pathlib import Path
 import pytest
 from command_line import error_line
 from command_line import maglev as command
-from native_builds import require_native_tools
 
 import maglev
 from fmi_export.errors import ExportError
@@ -23,7 +22,7 @@ from maglev.cosim.step_loop import LIBRARY, build_loop, own_loop
 from maglev.errors import BuildError, MaglevError
 from maglev.own_stage.adoption import know_stage
 from maglev.stages import STAGES
-from maglev_files.cache import BLOCK_LOOPS, PLACE, keep
+from maglev_files.cache import BLOCK_LOOPS, PLACE, TRANSLATIONS, keep
 
 pytestmark = pytest.mark.usefixtures("slow")
 
@@ -74,8 +73,8 @@ def test_what_a_controller_takes_the_place_of_is_not_built(no_compiler: None) ->
     assert builds(result.stderr) == ["maglev: Plant2DOF, PID2DOF: Python FMUs are built, once for all runs"]
 
 
-def test_native_where_there_is_a_compiler_with_the_same_bits() -> None:
-    require_native_tools()
+def test_native_where_there_is_a_compiler_with_the_same_bits(here: Path, native_fmus: Path, own_cache: Path) -> None:
+    shutil.copytree(own_cache / TRANSLATIONS, here / "cache" / TRANSLATIONS)   # of the same blocks, in `native_fmus`
     with pytest.warns(UserWarning, match="Regulator2DOF, Plant2DOF: native FMUs are built"):
         native = maglev.run("short.toml")
     with pytest.warns(UserWarning, match="Python FMUs are built"):
