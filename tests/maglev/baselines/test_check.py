@@ -144,6 +144,12 @@ def updated(plan: RunPlan, fmus: Path, replaced: dict[str, Replacement], setting
 
 
 @pytest.fixture(scope="module")
+def fmus(fastest_fmus: Path) -> Path:
+    """Those that are run here; a check does not ask for their kind."""
+    return fastest_fmus
+
+
+@pytest.fixture(scope="module")
 def committed(fmus: Path, tmp_path_factory: pytest.TempPathFactory) -> Path:
     """Folder with the baseline of the short run."""
     folder = tmp_path_factory.mktemp("baselines")
