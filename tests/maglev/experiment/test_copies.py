@@ -44,6 +44,12 @@ class Law:
 
 
 @pytest.fixture
+def fmus(fastest_fmus: Path) -> Path:
+    """FMUs of either kind are run as copies."""
+    return fastest_fmus
+
+
+@pytest.fixture
 def law(tmp_path: Path) -> Path:
     """A controller's file with two modules beside it."""
     (tmp_path / "current.py").write_text("CURRENT = 0.25\n")

@@ -52,7 +52,7 @@ def test_step_order_and_fmu(fmus: Path) -> None:
 
 def test_a_modified_run_has_no_verdict_on_the_thesis(fastest_fmus: Path, tmp_path: Path) -> None:
     """Neither the run nor a comparison with it; what was measured stands beside the thesis's value, for who asks."""
-    results = run_all(["3dof-pid-small"], out=tmp_path, fmus=fastest_fmus, set={"plant.y.mass": 8}, jobs=2,
+    results = run_all(["3dof-pid-small"], out=tmp_path, fmus=fastest_fmus, set={"plant.y.mass": 8},
                       claims="thesis")
     judged = [claim for claims in results.verdicts.values() for claim in claims]
     assert judged

@@ -15,13 +15,14 @@ from maglev.schema.settings import start_values
 SHORT = {"stop_time": 0.2}   # s
 
 
-def test_a_failed_run_leaves_the_others(fmus: Path, tmp_path: Path) -> None:
+def test_a_failed_run_leaves_the_others(fastest_fmus: Path, tmp_path: Path) -> None:
     good, other = (load_plan(name).model_copy(update=SHORT)
                    for name in ("2dof-smooth-nonlinear", "2dof-smooth-pid"))
     failing = good.model_copy(update={"name": "failing"})
     dead = good.model_copy(update={"name": "dead"})
-    experiments = [prepare(good, fmus, {}, {}), prepare(failing, fmus, {}, start_values({"plant.v.mass": -1})),
-                   prepare(dead, tmp_path / "nowhere", {}, {}), prepare(other, fmus, {}, {})]
+    experiments = [prepare(good, fastest_fmus, {}, {}),
+                   prepare(failing, fastest_fmus, {}, start_values({"plant.v.mass": -1})),
+                   prepare(dead, tmp_path / "nowhere", {}, {}), prepare(other, fastest_fmus, {}, {})]
     reports: list[tuple[str, int, int]] = []
     results = execute_all(experiments, tmp_path, "csv", 2, lambda *report: reports.append(report))
     assert [result.plan.name for result in results] == ["2dof-smooth-nonlinear", "failing", "dead",
