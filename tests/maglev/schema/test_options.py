@@ -2,6 +2,7 @@
 
 import inspect
 import typing
+from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
@@ -12,6 +13,8 @@ from command_line import maglev as command
 import maglev
 from maglev.cli.app import app
 from maglev.cosim.other_process.run import TIMEOUT
+from maglev.experiment.execution import RunResult
+from maglev.experiment.preparation import Experiment
 from maglev.schema.loading import load_plan
 from maglev.schema.options import OPTIONS, RunOptions, completed
 
@@ -100,10 +103,20 @@ def test_messages_of_other_processes_speak_alike(tmp_path: Path) -> None:
     assert said.exit_code == 2 and "without --fmus those of" in said.output and "stage=" not in said.output
 
 
-def test_values_of_ones_own_bring_no_runs_to_compare_with(fastest_fmus: Path, tmp_path: Path) -> None:
+def test_values_of_ones_own_bring_no_runs_to_compare_with(fastest_fmus: Path, tmp_path: Path,
+                                                          monkeypatch: pytest.MonkeyPatch) -> None:
     """The thesis's claims are not judged then; what they compare with may be of a stage without such a parameter."""
+    made: list[str] = []
+
+    def noted(experiments: Sequence[Experiment], *_: object) -> list[RunResult]:
+        made[:] = [experiment.plan.name for experiment in experiments]
+        return []
+
     def names(**options: Any) -> list[str]:
-        return [*maglev.run_all(["3dof-tracking-nonlinear"], out=tmp_path, fmus=fastest_fmus, jobs=1, **options)]
+        maglev.run_all(["3dof-tracking-nonlinear"], out=tmp_path, fmus=fastest_fmus, **options)
+        return [*made]
+
+    monkeypatch.setattr("maglev.api.running.run_experiments", noted)
 
     own = {"plant.x.friction.coulomb": 0.0}
     assert names(set=own) == ["3dof-tracking-nonlinear"]
