@@ -23,13 +23,25 @@ from maglev_files.extras import lacking
 from maglev_files.programs import output_of
 from maglev_files.scratch import scratch
 
-# One process for all modules: starting pyccel takes longer than a translation. What they import is parsed once, for all
-# of them; the C printer renames its methods, by whose names the next module looks for them. Half of the time would go
-# to looking for trees that nothing holds any more, and to types in the stubs of imported modules, where quoted ones are
-# parsed apart.
+# One process for all modules: starting pyccel takes longer than a translation, and a quarter of that were grammars of
+# pragmas, which wait until there is one. What they import is parsed once, for all of them; the C printer renames its
+# methods, by whose names the next module looks for them. Half of the time would go to looking for trees that nothing
+# holds any more, and to types in the stubs of imported modules, where quoted ones are parsed apart.
 TRANSLATE = r"""
 import gc, os, re, sys
+from functools import cache
+from importlib import import_module
 from pathlib import Path
+from types import SimpleNamespace
+
+@cache
+def grammar(name):
+    del sys.modules[name]
+    return import_module(name)
+
+for name in ("pyccel.parser.syntax.openmp", "pyccel.parser.syntax.openacc"):
+    sys.modules[name] = SimpleNamespace(parse=lambda stmts, name=name: grammar(name).parse(stmts=stmts))
+
 from pyccel.codegen.pipeline import execute_pyccel
 from pyccel.codegen.printing.ccode import CCodePrinter
 from pyccel.parser.parser import Parser
