@@ -63,7 +63,7 @@ def desktop(browser, report) -> Iterator[Tab]:
     tab.close()
 
 
-@pytest.fixture
+@pytest.fixture(scope="module")
 def phone(browser, report) -> Iterator[Tab]:
     tab = Tab(browser, report, PHONE)
     yield tab

@@ -10,11 +10,14 @@ FIGURES = "#figures figure:visible"
 
 
 @pytest.fixture
-def tab(browser, report):
-    """A fresh tab."""
-    tab = Tab(browser, report)
-    yield tab
-    tab.close()
+def tab(desktop):
+    """The tab as it was opened: all is shown, from the top on."""
+    yield desktop
+    desktop.page.select_option("#index-rig", "")
+    desktop.page.select_option("#index-verdict", "")
+    desktop.page.fill("#index-search", "")
+    wait_until(desktop.page, "!document.querySelector('#filter-result').textContent")
+    desktop.evaluate("history.replaceState(null, '', location.pathname); scrollTo(0, 0)")
 
 
 def test_the_filter_shows_one_verdict(tab):
@@ -148,9 +151,7 @@ def test_claims_are_a_table_on_paper(phone):
 
 def test_a_link_into_the_page_lands_where_it_leads(browser, report):
     """Though the moving picture above grows while the page begins; from then on the place is the reader's."""
-    tab = Tab(browser, report)
-    tab.page.goto("about:blank")
-    tab.page.goto(f"{tab.url}#figure-5-20")
+    tab = Tab(browser, report, fragment="#figure-5-20")
     wait_until(tab.page, "maglevReport.views && document.querySelector('#figure-5-20 .line')")
     top = "document.getElementById('figure-5-20').getBoundingClientRect().top"
     wait_until(tab.page, f"Math.abs({top} - 16) < 60")
