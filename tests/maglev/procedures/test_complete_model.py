@@ -29,8 +29,8 @@ DT = 1e-3   # s, as results of the 2-DOF rig are written
 
 @pytest.fixture(scope="module")
 def trial() -> Data:
-    """Three seconds of the ideal 2-DOF stage, excited."""
-    return record("2dof", 3.0, DT)
+    """A second and a half of the ideal 2-DOF stage, excited."""
+    return record("2dof", 1.5, DT)
 
 
 def columns_of(data: Data) -> dict[str, Any]:
@@ -65,7 +65,7 @@ def deviations(outcome: Outcome) -> dict[str, float]:
             if found.name.endswith("_deviation")}
 
 
-@pytest.mark.parametrize("rows", [3000, 1200])
+@pytest.mark.parametrize("rows", [1500, 600])
 def test_a_model_that_runs_as_the_rig_deviates_by_nothing(simulated: Simulated, trial: Data, rig: RunResult,
                                                            rows: int) -> None:
     """Also where it ran for less time."""
@@ -74,7 +74,7 @@ def test_a_model_that_runs_as_the_rig_deviates_by_nothing(simulated: Simulated, 
     assert found.runs == ("2dof-identification-rig", "2dof-identification-model")
 
 
-@pytest.mark.parametrize("rows", [3000, 1200])
+@pytest.mark.parametrize("rows", [1500, 600])
 def test_a_model_that_moves_further_by_a_share_deviates_by_that(simulated: Simulated, trial: Data, rig: RunResult,
                                                                 rows: int) -> None:
     model = model_of(simulated, trial, rows, {"v.position": 0.03, "h.position": -0.02, "h.velocity": 0.5})
@@ -84,7 +84,7 @@ def test_a_model_that_moves_further_by_a_share_deviates_by_that(simulated: Simul
 
 def test_a_constant_offset_counts(simulated: Simulated, trial: Data, rig: RunResult) -> None:
     """Of a millimetre, beside the standard deviation of the rig's motion."""
-    model = model_of(simulated, trial, 3000, {})
+    model = model_of(simulated, trial, 1500, {})
     position = np.array(model.columns["plant.v.position"])
     moved = with_columns(model, {**model.columns, "plant.v.position": position + 1e-3})
     assert deviations(outcome_of(rig, moved))["v.position"] == pytest.approx(1e-3 / position.std())

@@ -51,7 +51,7 @@ def rig(request: pytest.FixtureRequest) -> str:
 @pytest.fixture(scope="module")
 def results(rig: str, simulated: Simulated, staircase: Simulated, drive: Simulated) -> dict[str, RunResult]:
     """Completed runs of a rig, by their names without it."""
-    data = record(rig, 1.2, DT[rig])
+    data = record(rig, 0.6, DT[rig])
     recording = data.recording
     columns: dict[str, np.ndarray] = {}
     for k, axis in enumerate(recording.rig.axes):
