@@ -117,15 +117,15 @@ def test_steps_grow_as_the_limit() -> None:
     free = {"x.bias": 0.0, "z.bias": 0.0}
     steps = [certify(loop, loop.gains).step for loop in
              (axis_loop("3dof", "x", "25 mm", plant_parameters=free,
-                        controller_parameters={"current_limit": limit}) for limit in (2.0, 3.0, 4.0))]
-    assert steps == pytest.approx([steps[2] * share for share in (0.5, 0.75, 1.0)], rel=5e-3)
+                        controller_parameters={"current_limit": limit}) for limit in (2.0, 4.0))]
+    assert steps[0] == pytest.approx(0.5 * steps[1], rel=5e-3)
 
 
 def test_steps_grow_with_the_limit_of_an_unstable_axis() -> None:
     loops = [axis_loop("3dof", "y", "25 mm", controller_parameters={"current_limit": limit})
-             for limit in (2.0, 3.0, 4.0)]
+             for limit in (2.0, 4.0)]
     steps = [certify(loop, loop.gains).step for loop in loops]
-    assert steps[0] < steps[1] < steps[2]
+    assert steps[0] < steps[1]
 
 
 @pytest.mark.few(2)
@@ -140,6 +140,6 @@ def test_what_is_certified_is_less_than_what_comes_back(rig: str, axis: str, gap
 def test_synthesised_gains_certify_several_times_the_step() -> None:
     """And keep the rate of decay that was asked for, on an ellipsoid that is still much larger than the thesis's."""
     loop = axis_loop("3dof", "x", "25 mm")
-    gains = synthesise(loop, 1.0)
-    assert certify(loop, gains).step > 5.0 * certify(loop, loop.gains).step
-    assert certify(loop, gains, decay=0.9).step > 2.0 * certify(loop, loop.gains).step
+    gains, thesis = synthesise(loop, 1.0), certify(loop, loop.gains).step
+    assert certify(loop, gains).step > 5.0 * thesis
+    assert certify(loop, gains, decay=0.9).step > 2.0 * thesis
