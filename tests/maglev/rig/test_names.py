@@ -38,10 +38,12 @@ def named(text: str) -> set[str]:
 def test_no_module_decides_by_the_name_of_a_rig() -> None:
     assert [named(text) for text in ("3dof-setpoints", "3dof", "([23])dof", "fmus/Plant2DOF.fmu", "alpha.i_d")] == [
         set(), {"3dof"}, {"dof"}, {"Plant2DOF"}, {"alpha"}]
-    files = [path for package in PACKAGES for path in (ROOT / package).rglob("*.py") if path not in GENERATED]
-    assert len(files) > 100
-    found = [f"{path.relative_to(ROOT)}:{line}: {words}" for path in files
-             for line, text in texts(path.read_text(encoding="utf-8")) for words in sorted(named(text))]
+    sources = {path: path.read_text(encoding="utf-8") for package in PACKAGES
+               for path in (ROOT / package).rglob("*.py") if path not in GENERATED}
+    assert len(sources) > 100
+    found = [f"{path.relative_to(ROOT)}:{line}: {words}" for path, source in sources.items()
+             if named(source.replace(" ", "\n"))   # in whatever is no string: those take long to find
+             for line, text in texts(source) for words in sorted(named(text))]
     assert found == []
 
 
