@@ -50,17 +50,18 @@ def test_one_current_alone_saturates(load_fastest: Load) -> None:
 
 
 @pytest.mark.parametrize(("displacement", "i_d"), [(0.0, 2.00), (9.5e-3, 1.60)])
-def test_direct_current_drops_under_a_large_quadrature_current(load: Load, displacement: float, i_d: float) -> None:
-    plant = held(load, displacement)
+def test_direct_current_drops_under_a_large_quadrature_current(load_fastest: Load, displacement: float,
+                                                               i_d: float) -> None:
+    plant = held(load_fastest, displacement)
     command(plant, 2.0, 0.0, displacement)
     assert delivered(plant, 2e-3, 2e-4)[0] == pytest.approx(2.0, abs=1e-6)
     command(plant, 2.0, 6.0, displacement)
     assert delivered(plant, 4e-3, 2e-4, 2e-3)[0] == pytest.approx(i_d, abs=0.005)
 
 
-def test_continuous_limit(load: Load) -> None:
+def test_continuous_limit(load_fastest: Load) -> None:
     """A phase that is commanded 8 A delivers the peak for two seconds and the continuous current later."""
-    plant = held(load, 0.0)
+    plant = held(load_fastest, 0.0)
     put(plant, {"beta.i_a_cmd": 8.0})
     step, currents = 0.01, []
     for k in range(600):
@@ -74,11 +75,11 @@ def test_continuous_limit(load: Load) -> None:
 
 
 @pytest.mark.parametrize(("gap", "sign"), [(20e-3, 1.0), (26e-3, -1.0)])
-def test_sign_of_the_direct_current_that_holds_the_mover(load: Load, gap: float, sign: float) -> None:
+def test_sign_of_the_direct_current_that_holds_the_mover(load_fastest: Load, gap: float, sign: float) -> None:
     """Too small a gap needs a current that pushes away, a positive one; too large a gap one that pulls."""
     ends = []
     for i_d in (0.0, sign):
-        plant = load("Plant3DOF")
+        plant = load_fastest("Plant3DOF")
         plant.initialise({"y.position_start": gap}, 0.0, 10.0)
         command(plant, i_d, 0.0, 0.0)
         put(plant, {f"beta.i_{phase}_cmd": read(plant, f"alpha.i_{phase}") for phase in "abc"})
