@@ -71,7 +71,7 @@ class ReferenceRegulator:
 @pytest.mark.parametrize("rig", [pytest.param(2, marks=pytest.mark.thorough), 3])
 @pytest.mark.usefixtures("slow")
 def test_every_command_of_a_run(rig: int) -> None:
-    """Steps on all axes that saturate the commands; same measurements to both, 1.5 s."""
+    """Steps on all axes that saturate the commands; same measurements to both, 0.7 s."""
     axes, motors, dt = RIGS[rig]
     controller, stage = (Regulator2DOF(), Stage2DOF()) if rig == 2 else (Regulator3DOF(), Stage3DOF())
     controller.start()
@@ -80,7 +80,7 @@ def test_every_command_of_a_run(rig: int) -> None:
     first = np.array([getattr(stage, name).encoder for name in axes])
     jump = np.array([3e-3, 25e-3, -25e-3])[:len(axes)]
     worst, saturated = 0.0, 0
-    for k in range(round(1.5 / dt)):
+    for k in range(round(0.7 / dt)):
         reference = first + 0.4e-3 + (jump if k * dt >= 0.2 else 0.0)
         measured = np.array([getattr(stage, name).encoder for name in axes])
         for name, r, m in zip(axes, reference, measured, strict=True):

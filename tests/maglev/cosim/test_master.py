@@ -26,9 +26,9 @@ from pmlsm.rig_3dof import RIG as RIG_3DOF
 @pytest.mark.parametrize("order", ["sequential", "jacobi"])
 @pytest.mark.usefixtures("slow")
 def test_run_equals_direct_calls_bit_for_bit(request: pytest.FixtureRequest, name: str, order: Order) -> None:
-    """1.5 s under every controller, the first step of the setpoints included; one order with each kind of FMU."""
+    """1.1 s under every controller, the first step of the setpoints included; one order with each kind of FMU."""
     fmus: Path = request.getfixturevalue("fmus" if order == "sequential" else "fastest_fmus")
-    plan = load_plan(name).model_copy(update={"stop_time": 1.5})
+    plan = load_plan(name).model_copy(update={"stop_time": 1.1})
     experiment = prepare(plan, fmus, {}, {}, {"order": order})
     recording = experiment.run()
     drives = experiment.drives(experiment.check())
