@@ -40,15 +40,13 @@ def solve(rig: int, trial: dict[str, np.ndarray], start: np.ndarray, weights: np
         state = np.concatenate([start[constants], q0.ravel(), [0.0]])
         for k, sample in enumerate(samples):
             _, a, b = rows(rig, sample)[number]
-            y = velocity[k]
+            y, grown = velocity[k], ((1 - gamma**-2) * np.outer(a, a) + forgetting * q0).ravel()
 
             def rates(_: float, z: np.ndarray, a: np.ndarray = a, b: float = b, y: float = y, n: int = n,
-                      q0: np.ndarray = q0) -> np.ndarray:
-                theta, sigma, error = z[:n], z[n:-1].reshape(n, n), y - z[-1]
-                return np.concatenate([
-                    np.linalg.solve(sigma, a) * error / epsilon,
-                    ((1 - gamma**-2) * np.outer(a, a) - forgetting * (sigma - q0)).ravel(),
-                    [a @ theta + b + error / epsilon]])
+                      grown: np.ndarray = grown) -> np.ndarray:
+                theta, sigma, error = z[:n], z[n:-1], (y - z[-1]) / epsilon
+                gain = np.linalg.solve(sigma.reshape(n, n), a) if n > 1 else a / sigma
+                return np.concatenate([gain * error, grown - forgetting * sigma, [a @ theta + b + error]])
 
             state = solve_ivp(rates, (0, dt), state, method="DOP853", rtol=1e-10, atol=1e-13).y[:, -1]
             estimates[k, constants] = state[:n]
