@@ -9,6 +9,7 @@ from collections.abc import Iterator, Mapping
 from functools import cache
 from math import inf
 from pathlib import Path
+from types import SimpleNamespace
 from typing import Any
 
 import numpy as np
@@ -24,7 +25,7 @@ from maglev.api.many.studying import plain
 from maglev.arrays import Array
 from maglev.cosim.blocks import block_loop
 from maglev.cosim.blocks.block_loop import Common, words_of
-from maglev.cosim.blocks.graphics_processor import require_device
+from maglev.cosim.blocks.graphics_processor import kernels, require_device
 from maglev.errors import Interrupted
 from maglev.experiment.preparation import prepare
 from maglev.schema.loading import load_plan
@@ -49,6 +50,13 @@ VALUES = {"plant.v.mass": [4.0, 4.35, 9.0, 4.1, 4.2], "controller.sample_time": 
           "plant.v.position_start": [0.02, 0.021, 0.0195, 0.02, 0.02]}
 
 
+def ptx_of(files: Mapping[str, str]) -> str:
+    """What the driver gets of C files by name, compiled if it was not before."""
+    kernel, = kernels(SimpleNamespace(RawModule=lambda path: SimpleNamespace(get_function=lambda _: path)), files,
+                      FUNCTION)
+    return Path(kernel).read_text(encoding="utf-8")
+
+
 @cache
 def code(fmus: Path, name: str) -> str:
     """PTX of a run, with its metrics."""
@@ -58,7 +66,7 @@ def code(fmus: Path, name: str) -> str:
             experiment, measuring=Measuring(experiment.plan, experiment.times)) as trial:
         patch.setattr(block_loop, "loop_of", lambda sources, _: taken.append(sources))
         trial.load()
-    return graphics.ptx(code_of(taken[0]), FUNCTION).decode()
+    return ptx_of(code_of(taken[0]))
 
 
 @pytest.mark.parametrize("name", RUNS)
@@ -75,7 +83,7 @@ def test_what_is_common_is_left_out_and_the_rest_rounds_as_before(native_fmus: P
         masses = [trial.beginning({"plant.v.mass": mass}) for mass in (4.0, 5.0)]
         common = Common.of(words_of(masses))
         sources = trial.loop.sources
-        made = graphics.ptx(code_of(sources, common.code(trial.loop.moved)), FUNCTION).decode()
+        made = ptx_of(code_of(sources, common.code(trial.loop.moved)))
         assert common.holds(words_of(masses)) and 0 < len(common.places) < 5
         assert not common.holds(words_of([trial.beginning({"plant.h.mass": 4.0})]))
     require_exact(made, FUNCTION)
