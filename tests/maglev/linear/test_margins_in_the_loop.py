@@ -17,7 +17,7 @@ from maglev.linear.parameters import block_of
 
 # Where the direct current is large and commutation with a wrong displacement turns it into the most thrust.
 PLACES = {"2DOF": ("h", {"v": 12e-3}), "3DOF": ("x", {"y": 19e-3}), "5DOF": ("roll", {"y": 21e-3, "pitch": 3e-3})}
-SECONDS, WINDOW = 8.0, 3.0       # s
+SECONDS, WINDOW = 6.0, 2.0       # s
 BEGINNING, LOST = 1e-8, 1e-6   # m; far below where a limit makes the loop another one
 Change = Callable[[float], float]
 
@@ -28,7 +28,7 @@ def loop_of(stage: str) -> Loop:
 
 
 def growth(stage_name: str, change: Change) -> float:
-    """How much larger than in its second to fourth second the error is in its last three; inf if the stage is lost.
+    """How much larger than in its second and third second the error is in its last two; inf if the stage is lost.
 
     `change` makes the measured deviation (m) of the true one, sample by sample.
     """
