@@ -27,6 +27,12 @@ from maglev_files.scratch import remove_leftovers
 ROWS = round(AT / 5e-4) + 1   # until the fault, with the first one
 
 
+@pytest.fixture(scope="module")
+def fmus(fastest_fmus: Path) -> Path:
+    """The plant beside what is at fault is of either kind."""
+    return fastest_fmus
+
+
 @pytest.fixture
 def unpacked(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Iterator[Path]:
     """The folder for temporary files, which has to be empty in the end, as has the list of processes."""
