@@ -37,8 +37,8 @@ def small_fmu(folder: Path, holes: Mapping[str, str], exchange: bool = False) ->
     defines = [f"-D{name}={statement}" for name, statement in holes.items()]
     library = folder / f"small{fmpy.sharedLibraryExtension}"
     (folder / "absent.c").write_text(absent_functions(SOURCE.read_text()))
-    subprocess.run([*require_compiler(), "-O2", "-shared", "-fPIC", *FMI_HEADERS, *defines, SOURCE, folder / "absent.c",
-                    "-o", library, "-lm"], check=True)
+    subprocess.run([*require_compiler(), "-shared", "-fPIC", *FMI_HEADERS, *defines, SOURCE, folder / "absent.c", "-o",
+                    library, "-lm"], check=True)
     with zipfile.ZipFile(folder / "small.fmu", "w") as archive:
         archive.writestr("modelDescription.xml", DESCRIPTION.format(
             kind="ModelExchange" if exchange else "CoSimulation",
