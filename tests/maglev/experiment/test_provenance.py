@@ -80,8 +80,9 @@ def test_the_page_says_which_controller_ran(fastest_fmus: Path, tmp_path: Path) 
     assert 'data-verdict="reproduced"' not in page
 
 
-def test_the_command_is_told(fmus: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_the_command_is_told(fastest_fmus: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr("sys.argv", ["/somewhere/maglev", "run", "2dof-smooth-nonlinear", "--set", "plant.v.mass=3 kg"])
-    maglev("run", "2dof-smooth-nonlinear", "--set", "plant.v.mass=3 kg", "--fmus", fmus, "--out", tmp_path)
+    maglev("run", "2dof-smooth-nonlinear", "--set", "plant.v.mass=3 kg", "--fmus", fastest_fmus, "--out",
+           tmp_path)
     data = json.loads((tmp_path / "2dof-smooth-nonlinear.json").read_text())
     assert data["provenance"]["command"] == "maglev run 2dof-smooth-nonlinear --set 'plant.v.mass=3 kg'"
