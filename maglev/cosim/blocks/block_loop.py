@@ -14,6 +14,7 @@ rail, a noise. Every operation that is left has the operands that it had, so tha
 import re
 from collections.abc import Collection, Iterable, Iterator, Mapping, Sequence
 from ctypes import CDLL, POINTER, Array, Structure, addressof, byref, c_double, c_int64, c_void_p, create_string_buffer
+from functools import lru_cache
 from pathlib import Path
 from string import Template
 from typing import Any, NamedTuple, Self
@@ -255,7 +256,9 @@ def parts_of(fmus: Iterable[Fmu],
             block = Block.of(definition(build.name))
         if block is None or fmu.scales:
             return None
-        part = Part(number, block, files_of_block(fmu.path))
+        written_at = fmu.path.stat()
+        part = Part(number, block, files_of_block(fmu.path, written_at.st_mtime_ns, written_at.st_size,
+                                                  written_at.st_ino))
         parts[id(fmu)] = part if own else with_names_of_its_own(part)
         if any(ELSEWHERE.search(text) for name, text in parts[id(fmu)].files.items() if name not in INSTANCE):
             return None
@@ -281,8 +284,12 @@ def value_at(number: int, column: int, tracks: Sequence[Track]) -> str:
     return f"row{number}[{column}]" if tracks[number].signals is None else f"row{number}[{column} * points + k]"
 
 
-def files_of_block(path: Path) -> dict[str, str]:
-    """C files, by name, that an FMU carries of its block, without those of derivatives, and what an instance is."""
+@lru_cache(maxsize=16)
+def files_of_block(path: Path, _written: int, _size: int, _file: int) -> dict[str, str]:
+    """C files, by name, that an FMU carries of its block, without those of derivatives, and what an instance is.
+
+    Read once for as long as the FMU stays as it is: every batch asks for them. Nothing may be changed in them.
+    """
     carried = {name.removeprefix(SOURCES): data.decode("utf-8") for name, data in files_in(path).items()
                if name.startswith(SOURCES)}
     layer = {PREFIX, TABLE, BUILD, *(name for shell in SHELLS.values() for name in shell.layer)}
