@@ -80,6 +80,7 @@ def clash(home: Path) -> Path:
 def test_the_command_runs_beside_packages_of_our_names(installed: Path, clash: Path) -> None:
     """Its own folder comes first where Python imports, not the user's; so does what an FMU carries."""
     said(installed, clash, "maglev", "build", "Plant2DOF", "PID2DOF")
+    (clash / "excited.toml").write_text(EXCITED.replace("2 s", "0.2 s"))
     said(installed, clash, "maglev", "run", "excited.toml", "--fmus", "fmus")
     assert (clash / "results" / "excited.csv").is_file()
     assert "Regulator3DOF" in said(installed, clash, "python", "-P", "-m", "maglev", "list")

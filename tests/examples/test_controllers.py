@@ -55,8 +55,10 @@ def test_c_controller_levitates_the_stage(fmus: Path, step: Path, c_controller: 
     assert max(abs(sum(currents)) for currents in zip(*phases, strict=True)) < 1e-12
 
 
-def test_what_it_lacks_is_said_once_and_left_out(fmus: Path, step: Path, c_controller: Path, tmp_path: Path) -> None:
-    result = maglev("report", step, "--fmus", fmus, "--out", tmp_path, "--controller", c_controller, "--map", MAP)
+def test_what_it_lacks_is_said_once_and_left_out(fastest_fmus: Path, step: Path, c_controller: Path,
+                                                 tmp_path: Path) -> None:
+    result = maglev("report", step, "--fmus", fastest_fmus, "--out", tmp_path, "--controller", c_controller,
+                    "--map", MAP)
     assert result.exit_code == 0, result.output
     assert result.stderr.count("controller (pd_controller.fmu) has no tripped, motor.i_d_cmd, motor.i_q_cmd") == 1
     text = (tmp_path / "step.txt").read_text()
@@ -68,21 +70,23 @@ def test_what_it_lacks_is_said_once_and_left_out(fmus: Path, step: Path, c_contr
     assert (tmp_path / "report.html").is_file()
 
 
-def test_python_controller_needs_no_map(fmus: Path, step: Path, python_controller: Path, c_controller: Path,
+def test_python_controller_needs_no_map(fastest_fmus: Path, step: Path, python_controller: Path, c_controller: Path,
                                         tmp_path: Path) -> None:
-    result = maglev("run", step, "--fmus", fmus, "--out", tmp_path / "python", "--controller", python_controller)
+    result = maglev("run", step, "--fmus", fastest_fmus, "--out", tmp_path / "python", "--controller",
+                    python_controller)
     assert result.exit_code == 0, result.output
     levitates(tmp_path / "python" / "step.csv")
-    maglev("run", step, "--fmus", fmus, "--out", tmp_path / "c", "--controller", c_controller, "--map", MAP)
+    maglev("run", step, "--fmus", fastest_fmus, "--out", tmp_path / "c", "--controller", c_controller, "--map", MAP)
     gaps = [column(tmp_path / name / "step.csv", "plant.v.position") for name in ("python", "c")]
     # The same law: they differ by rounding, until that is a step of the encoder.
     assert max(abs(a - b) for a, b in zip(*gaps, strict=True)) < 0.1e-3
 
 
 @pytest.mark.parametrize("own", ["1 ms", "0.1 ms", "0.5 ms"])
-def test_other_steps(fmus: Path, step: Path, c_controller: Path, tmp_path: Path, mapped, own: str) -> None:
+def test_other_steps(fastest_fmus: Path, step: Path, c_controller: Path, tmp_path: Path, mapped, own: str) -> None:
     ports = mapped(("[controller]", f'[controller]\nstep = "{own}"'))
-    result = maglev("run", step, "--fmus", fmus, "--out", tmp_path, "--controller", c_controller, "--map", ports)
+    result = maglev("run", step, "--fmus", fastest_fmus, "--out", tmp_path, "--controller", c_controller, "--map",
+                    ports)
     assert result.exit_code == 0, result.output
     levitates(tmp_path / "step.csv")
 
@@ -103,9 +107,9 @@ def test_other_steps(fmus: Path, step: Path, c_controller: Path, tmp_path: Path,
     ([("[controller]", "[controller")], "TOML syntax"),
     ([('"v.measured" = { port = "gap", unit = "mm" }\n', ""), ('"motor.i_c_cmd" = "current_w"\n', "")],
      "missing ports: input v.measured (nearest is 'gap'), output motor.i_c_cmd (nearest is 'current_w')")])
-def test_wrong_maps(fmus: Path, step: Path, c_controller: Path, tmp_path: Path, mapped,
+def test_wrong_maps(fastest_fmus: Path, step: Path, c_controller: Path, tmp_path: Path, mapped,
                     changes: list[tuple[str, str]], message: str) -> None:
-    result = maglev("run", step, "--fmus", fmus, "--out", tmp_path, "--controller", c_controller, "--map",
+    result = maglev("run", step, "--fmus", fastest_fmus, "--out", tmp_path, "--controller", c_controller, "--map",
                     mapped(*changes))
     assert result.exit_code == 2, result.output
     *notes, error = result.stderr.strip().splitlines()
@@ -113,8 +117,8 @@ def test_wrong_maps(fmus: Path, step: Path, c_controller: Path, tmp_path: Path, 
     assert all("(pd_controller.fmu) has no" in line or "starts with" in line for line in notes)
 
 
-def test_map_without_an_fmu(fmus: Path, step: Path) -> None:
-    line = error_line(maglev("run", step, "--fmus", fmus, "--map", MAP))
+def test_map_without_an_fmu(fastest_fmus: Path, step: Path) -> None:
+    line = error_line(maglev("run", step, "--fmus", fastest_fmus, "--map", MAP))
     assert "[controller]: expected --controller with it" in line
 
 

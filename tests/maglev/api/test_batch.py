@@ -20,23 +20,24 @@ from maglev.studies.batch.samples import Batch
 
 RUN = "2dof-step-1-nonlinear"
 MASSES = np.array([4.0, 4.35, 9.0])
+WAYS = ("threads", "processes")
 
 
-@pytest.fixture(params=["threads", "processes"])
-def way(request: pytest.FixtureRequest, monkeypatch: pytest.MonkeyPatch) -> str:
-    """Who runs, and nobody else."""
-    monkeypatch.setattr(batches, "WORTH_COMPILING", 1 if request.param == "threads" else np.inf)
-    monkeypatch.setattr(batches, "side_by_side" if request.param == "threads" else "run_in_threads", None)
+def only(way: str, patch: pytest.MonkeyPatch) -> None:
+    """Samples are run in this way, and in no other."""
+    patch.setattr(batches, "WORTH_COMPILING", 1 if way == "threads" else np.inf)
+    patch.setattr(batches, "side_by_side" if way == "threads" else "run_in_threads", None)
     # Whether a loop was kept of another test does not count.
-    monkeypatch.setattr("maglev.cosim.blocks.block_loop.kept", lambda *_: None)
-    return str(request.param)
+    patch.setattr("maglev.cosim.blocks.block_loop.kept", lambda *_: None)
 
 
-@pytest.fixture
-def batch(way: str, native_fmus: Path) -> maglev.Batch:
-    return maglev.batch(RUN, {"plant.v.mass": MASSES, "controller.v.k1,controller.h.k1": [-1662.0, -1500.0, -1662.0]},
-                        keep=["plant.v.position", "plant.at_stop", "controller.v.reference"], keep_interval=0.5,
-                        fmus=native_fmus)
+@pytest.fixture(scope="module", params=WAYS)
+def batch(request: pytest.FixtureRequest, native_fmus: Path) -> maglev.Batch:
+    with pytest.MonkeyPatch.context() as patch:
+        only(request.param, patch)
+        return maglev.batch(
+            RUN, {"plant.v.mass": MASSES, "controller.v.k1,controller.h.k1": [-1662.0, -1500.0, -1662.0]},
+            keep=["plant.v.position", "plant.at_stop", "controller.v.reference"], keep_interval=0.5, fmus=native_fmus)
 
 
 def test_samples_are_runs(batch: maglev.Batch) -> None:
@@ -117,8 +118,11 @@ def require_done(error: maglev.BatchInterrupted, least: int) -> None:
     assert run.metrics is not None and found["rms error of v"][last] == run.metrics.rms_errors["v"]
 
 
-def test_what_was_done_is_there_after_an_interrupt(way: str, native_fmus: Path,
-                                                   monkeypatch: pytest.MonkeyPatch) -> None:
+@pytest.mark.parametrize("way", WAYS)
+def test_what_was_done_is_there_after_an_interrupt(native_fmus: Path, monkeypatch: pytest.MonkeyPatch,
+                                                   way: str) -> None:
+    only(way, monkeypatch)
+
     @contextmanager
     def watch(_names: Sequence[str]) -> Iterator[Any]:
         def interrupt(_name: str, _done: int, _all: int) -> None:

@@ -84,26 +84,26 @@ def test_a_stage_whose_gap_was_edited_does_not_run_the_references_of_before(
         maglev.run("small-setpoints.toml")
 
 
-def test_what_was_there_stays(fmus: Path, tmp_path: Path) -> None:
+def test_what_was_there_stays(fastest_fmus: Path, tmp_path: Path) -> None:
     path = tmp_path / "short.toml"
     path.write_text(SHORT, encoding="utf-8")
-    assert command("run", path, "--fmus", fmus, "--out", tmp_path).exit_code == 0
+    assert command("run", path, "--fmus", fastest_fmus, "--out", tmp_path).exit_code == 0
     before = {file: file.read_bytes() for file in tmp_path.iterdir()}
     for value in ("28.1mm", "7.9mm"):
         set_to = f"reference.v.start={value}"
-        said = error_line(command("run", path, "--fmus", fmus, "--out", tmp_path, "--set", set_to))
+        said = error_line(command("run", path, "--fmus", fastest_fmus, "--out", tmp_path, "--set", set_to))
         assert f"reference of v = {value[:4].removesuffix('m')} mm at t = 0 s: out of reach" in said
-    assert command("run", path, "--fmus", fmus, "--out", tmp_path, "--set", "reference.v.start=28.1mm", "--set",
+    assert command("run", path, "--fmus", fastest_fmus, "--out", tmp_path, "--set", "reference.v.start=28.1mm", "--set",
                    "plant.v.stop.upper=29mm").exit_code == 0
     assert json.loads(before[tmp_path / "short.json"])["name"] == "short"
 
 
 @pytest.mark.usefixtures("slow")
-def test_a_study_may_vary_what_is_within_reach(fmus: Path, tmp_path: Path) -> None:
+def test_a_study_may_vary_what_is_within_reach(fastest_fmus: Path, tmp_path: Path) -> None:
     """Its samples are simulated as it asks, as maps of the operating range do; which touch a stop is what it finds."""
     path = tmp_path / "short.toml"
     path.write_text(SHORT, encoding="utf-8")
-    study = maglev.study(path, vary={"reference.v.start": ["20 mm", "30 mm"]}, fmus=fmus, out=tmp_path)
+    study = maglev.study(path, vary={"reference.v.start": ["20 mm", "30 mm"]}, fmus=fastest_fmus, out=tmp_path)
     rows = study.to_arrow()
     assert rows["failure"].to_pylist() == [None, None]
     assert rows["passed"].to_pylist() == [True, False]
