@@ -3,6 +3,7 @@
 import json
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
+from functools import cache
 from html.parser import HTMLParser
 from typing import Any
 
@@ -53,8 +54,9 @@ def failed(plan: RunPlan, message: str) -> RunResult:
     return RunResult(plan, failure=message)
 
 
+@cache
 def packaged(name: str) -> RunPlan:
-    """Scenario of a packaged run."""
+    """Scenario of a packaged run, in which nothing is changed: all of them take seconds to read."""
     (plan,) = load_plans(name)
     return plan
 
