@@ -35,6 +35,7 @@ from maglev.pages.panels import PANELS
 from maglev.pages.shell import scene
 from maglev.schema.layers import packaged_files
 from maglev.schema.loading import load_plan, load_plans
+from maglev.schema.run_plan import RunPlan
 from maglev.stages import STAGES
 from plant_fmu.axis import Axis
 from plant_fmu.motor_mount import MotorMount
@@ -53,8 +54,14 @@ def element(page: str, name: str) -> bytes:
 
 
 @pytest.fixture(scope="module")
-def page(wasm_fmus: Path) -> str:
-    return live_page(wasm_fmus, live_runs())
+def runs(slow: None) -> list[RunPlan]:
+    """What can run in it; to find out all scenarios are read."""
+    return live_runs()
+
+
+@pytest.fixture(scope="module")
+def page(wasm_fmus: Path, runs: list[RunPlan]) -> str:
+    return live_page(wasm_fmus, runs)
 
 
 @pytest.fixture(scope="module")
@@ -62,9 +69,9 @@ def data(page: str) -> Any:
     return json.loads(element(page, "data"))
 
 
-def test_the_page_is_small_and_the_same_again(page: str, wasm_fmus: Path) -> None:
+def test_the_page_is_small_and_the_same_again(page: str, wasm_fmus: Path, runs: list[RunPlan]) -> None:
     assert len(page.encode()) < LARGEST
-    assert live_page(wasm_fmus, live_runs()) == page
+    assert live_page(wasm_fmus, runs) == page
     said = re.findall(r"(\d+) kB", (FOLDER.parents[1] / "docs" / "live.md").read_text(encoding="utf-8"))
     assert [float(size) for size in said] == [pytest.approx(len(page.encode()) / 1e3, rel=0.02)]
 
@@ -116,17 +123,16 @@ def test_every_experiment_with_one_controller_is_in_it(data: Any) -> None:
         assert [run["plant"], *run["laws"]] == linear_names(RIGS[run["rig"]])
 
 
-@pytest.mark.usefixtures("slow")
-def test_runs_that_it_cannot_run_are_not_in_it() -> None:
+def test_runs_that_it_cannot_run_are_not_in_it(runs: list[RunPlan]) -> None:
     assert not can_run_live(load_plan("2dof-identification-rig"))   # estimators
     assert not can_run_live(load_plan("3dof-laws-nonlinear"))       # for the check alone
     assert not can_run_live(load_plan("5dof-guided-first-linear"))   # a controller of another stage
     said = {name: why for why, names in not_live().items() for name in names}
     assert "Plant5DOF (a law without references of roll and pitch), expected" in said["5dof-guided-first-linear"]
-    runs = {plan.name for name in packaged_files() for plan in load_plans(name) if not plan.check_only}
-    assert said.keys() == runs - {plan.name for plan in live_runs()}
+    judged = {plan.name for name in packaged_files() for plan in load_plans(name) if not plan.check_only}
+    assert said.keys() == judged - {plan.name for plan in runs}
     assert f"<li>2dof-cogging: {said['2dof-cogging']}</li>" in reasons({said["2dof-cogging"]: ["2dof-cogging"]})
-    assert all(plan.fmus["plant"].model in MODULES for plan in live_runs())
+    assert all(plan.fmus["plant"].model in MODULES for plan in runs)
 
 
 def test_tilts_are_seen_from_the_side_that_the_gap_grows_to() -> None:
@@ -193,10 +199,9 @@ def test_forces_are_drawn_from_the_shape_functions() -> None:
         np.testing.assert_allclose(table["values"][k], expected, rtol=1e-5)
 
 
-@pytest.mark.usefixtures("slow")
-def test_a_missing_module_is_refused(tmp_path: Path) -> None:
+def test_a_missing_module_is_refused(tmp_path: Path, runs: list[RunPlan]) -> None:
     with pytest.raises(FmuError, match=r"Plant2DOF\.wasm: there is no such file, expected the modules"):
-        page_data(tmp_path, live_runs())
+        page_data(tmp_path, runs)
     said = error_line(maglev("live", "--fmus", tmp_path, "--out", tmp_path))
     assert "maglev build --kind native --target wasm" in said
     assert not (tmp_path / "live.html").exists()
