@@ -43,7 +43,6 @@ ELSEWHERE = {
     "maglev/rig/data_sheet.py": "constants of a stage, kept to twelve digits or a field of 1e-10 T",
     "maglev/own_stage/consequences.py": "what `maglev stage` prints, which is in no stage",
     "maglev/own_stage/design.py": "gains of a stage, kept to twelve digits",
-    "maglev/report/plots": "pictures",
     "maglev/stability": "certified regions",
     # Values of what varies: docs/accuracy.md says that their last digits are a machine's.
     "maglev/studies/design.py": "quantiles of normal distributions, and powers between the ends of wide ranges",
