@@ -68,7 +68,6 @@ def test_it_has_the_bits_of_single_stages(folder: Path, what: str, monkeypatch: 
     theirs.close()
 
 
-@pytest.mark.few(3)
 @pytest.mark.few(2)
 @pytest.mark.parametrize("what", ["3-DOF, drawn", "2-DOF", "3-DOF, weights", "5-DOF", "2-DOF, phases"])
 def test_it_has_the_same_bits_on_a_graphics_processor(folder: Path, what: str, monkeypatch: pytest.MonkeyPatch) -> None:
