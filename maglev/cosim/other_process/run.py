@@ -8,6 +8,7 @@ import mmap
 import os
 import sys
 from collections.abc import Callable, Sequence
+from contextlib import suppress
 from functools import partial
 from pathlib import Path
 from traceback import format_exc
@@ -164,7 +165,7 @@ class Follower:
         self.process = process
         self.timeout = timeout
         self.stage = STARTING
-        self.wired: Wired   # as soon as it is told
+        self.wired = Wired([], [], [], [])   # until it is told, before the first call
         self.counted = 0
         self.cut = False   # whether somebody has cut the file with the number of calls
 
@@ -175,7 +176,11 @@ class Follower:
                 limit = max(self.timeout, TIMEOUT) if self.stage == STARTING else self.timeout
                 report = self.process.next(limit, self.calls).what
             except KeyboardInterrupt as error:
-                if not self.calls():
+                with suppress(Gone):
+                    while self.calls() and not self.wired.phases:   # what was told is still in the pipe
+                        if isinstance(report := self.process.next(PATIENCE).what, Wired):
+                            self.wired = report
+                if not self.begun():
                     raise
                 raise self.early(error) from None
             except Gone as gone:
@@ -229,6 +234,10 @@ class Follower:
             self.counted = int.from_bytes(count, sys.byteorder)
         return self.counted
 
+    def begun(self) -> bool:
+        """Whether a call of the run was begun, and it is known which."""
+        return self.calls() > 0 and bool(self.wired.phases)
+
     def last(self) -> tuple[int, Stage]:
         """Communication step and name of the last call that was begun."""
         initial, phases, final, _ = self.wired
@@ -248,7 +257,7 @@ class Follower:
 
     def blame(self, gone: Gone) -> FmuError:
         """Error of the FMU that was called last, which did this."""
-        begun = self.calls()
+        begun = self.begun()
         if self.cut or not (gone.how or isinstance(gone, Silent)):   # others were called since
             return FmuError(f"{self.foreign()} {gone}{', after the count of calls was cut' if self.cut else ''}")
         fmu, doing = self.last()[1] if begun else self.stage
@@ -256,7 +265,7 @@ class Follower:
 
     def early(self, reason: BaseException) -> BaseException:
         """Error for the end of the run, with what was recorded until then, if anything was."""
-        if not self.calls():
+        if not self.begun():
             return reason
         step, _ = self.last()
         self.process.end()   # before its memory is read

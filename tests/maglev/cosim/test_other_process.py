@@ -7,7 +7,8 @@ import subprocess
 import sys
 import tempfile
 import time
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
+from math import inf
 from pathlib import Path
 
 import numpy as np
@@ -22,6 +23,7 @@ from maglev.cosim.master import FmuSetup, Recording, RunFailed, RunInterrupted
 from maglev.cosim.other_process.run import Follower, Job, run_apart
 from maglev.errors import FmuError
 from maglev.experiment.execution import execute
+from maglev.processes.beside import Beside, Said
 from maglev_files.scratch import remove_leftovers
 
 ROWS = round(AT / 5e-4) + 1   # until the fault, with the first one
@@ -203,6 +205,24 @@ def test_interrupt_keeps_the_recording(fmus: Path, healthy: Recording, tmp_path:
         faulty_run(faulty("hang", tmp_path), fmus).run()
     require_beginning(failure.value.recording, healthy, len(failure.value.recording.time))
     assert failure.value.number == signal.SIGINT
+
+
+def test_interrupt_before_it_is_read_what_runs(fmus: Path, healthy: Recording, tmp_path: Path, unpacked: Path,
+                                               monkeypatch: pytest.MonkeyPatch) -> None:
+    """Ctrl-C on a machine that is so busy that what the process has told is still in the pipe."""
+    read, interrupts = Beside.next, [signal.SIGINT]
+
+    def late(self: Beside, limit: float = inf, sign: Callable[[], object] = lambda: None) -> Said:
+        if interrupts:
+            interrupts.pop()
+            until(lambda: int(str(sign())) > 3 * ROWS)
+            raise KeyboardInterrupt
+        return read(self, limit, sign)
+
+    monkeypatch.setattr(Beside, "next", late)
+    with pytest.raises(RunInterrupted, match=r"^at t = 0\.[01]\d* s: interrupted$") as failure:
+        faulty_run(faulty("hang", tmp_path), fmus).run()
+    require_beginning(failure.value.recording, healthy, len(failure.value.recording.time))
 
 
 STARTED = """
