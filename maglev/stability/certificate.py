@@ -172,8 +172,8 @@ class Inequalities:
             except self.cvxpy.SolverError:
                 continue
         else:
-            raise StabilityError(f"{self.scaled.name}: Clarabel gave up, expected a solution; try a smaller rate of "
-                                 "decay")
+            raise StabilityError(f"{self.scaled.name}: Clarabel gave up, expected a solution; try another rate of "
+                                 "decay: how far it gets is a matter of rounding")
         if self.Q.value is None:
             raise StabilityError(f"{self.scaled.name}: the inequalities are {problem.status}, expected a solution; "
                                  "try a smaller rate of decay")
