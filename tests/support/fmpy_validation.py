@@ -22,14 +22,15 @@ def parsed(grammar: str, start: str, text: str) -> Any:
 class Parser:
     """What fmpy asks of lark's parser, which does names of one shape once; one that it refuses raises each time.
 
-    To the grammar of FMI all letters are the same, but for those of `der(`, and a word of them is as good as one.
+    To the grammar of FMI all letters are the same, but for those of `der(` and behind a backslash, and a word of them
+    is as good as one.
     """
 
     def __init__(self, grammar: str, start: str):
         self.grammar, self.start = grammar, start
 
     def parse(self, text: str) -> Any:
-        return parsed(self.grammar, self.start, re.sub(r"(der\()|[A-Za-z]+", lambda word: word[1] or "a", text))
+        return parsed(self.grammar, self.start, re.sub(r"(der\(|\\.)|[A-Za-z]+", lambda word: word[1] or "a", text))
 
 
 @contextmanager

@@ -65,20 +65,18 @@ ALONE = """(height) => {
 }"""
 
 
-def violations(page: "Page", left_out: Sequence[str] = (), rules: Sequence[str] = (),
-               only: Sequence[str] = ()) -> list[str]:
-    """What axe-core finds on a page as it is seen now, by its rules of WCAG 2.1, A and AA, and best practices, or some.
+def violations(page: "Page", left_out: Sequence[str] = (), rules: Sequence[str] = ()) -> list[str]:
+    """What axe-core finds on a page as it is seen now, by its rules of WCAG 2.1, A and AA, and best practices.
 
     Elements by whose like enough is looked at are left out, and rules that ask for what is not ours.
     """
     package = pytest.importorskip("axe_playwright_python", reason="axe-playwright-python is not installed")
     page.evaluate((Path(package.__file__).parent / "axe.min.js").read_text(encoding="utf-8"))
-    found = page.evaluate("""async ([names, rules, only]) => {
+    found = page.evaluate("""async ([names, rules]) => {
         const exclude = names.filter((name) => document.querySelector(name)).map((name) => [name]);
         return (await axe.run({ include: [["html"]], exclude }, { resultTypes: ["violations"],
-            rules: Object.fromEntries(rules.map((rule) => [rule, { enabled: false }])),
-            ...(only.length ? { runOnly: only } : {}) })).violations;
-    }""", [[*left_out], [*rules], [*only]])
+            rules: Object.fromEntries(rules.map((rule) => [rule, { enabled: false }])) })).violations;
+    }""", [[*left_out], [*rules]])
     return [f"{each['id']}: {each['help']}: {each['nodes'][0]['html'][:100]}" for each in found]
 
 

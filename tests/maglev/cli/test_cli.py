@@ -302,7 +302,6 @@ def test_help_shows_its_examples_one_on_a_line() -> None:
         assert any(line.startswith((f"maglev {command} ", f"maglev {command}:")) for line in lines), command
 
 
-@pytest.mark.few(2)
 @pytest.mark.parametrize(("words", "expected"), [("ru", "run"), ("run 2dof-step-4-l", "2dof-step-4-linear"),
                                                  ("run 3dof-setpoints-i", "3dof-setpoints-improved")])
 @pytest.mark.usefixtures("slow")

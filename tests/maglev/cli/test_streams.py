@@ -48,7 +48,7 @@ def test_a_full_disk_behind_the_output_is_one_line(what: str) -> None:
 @pytest.mark.usefixtures("slow")
 def test_errors_that_cannot_be_written_keep_their_exit_code() -> None:
     for redirection in ("2>/dev/full", "2>&-"):
-        assert redirected(redirection, *MAGLEV, "run").returncode == 2   # of what
+        assert redirected(redirection, *MAGLEV, "run", "no-such-run").returncode == 2
 
 
 def test_a_closed_output_leaves_the_result(tmp_path: Path) -> None:

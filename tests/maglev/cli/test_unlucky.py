@@ -30,7 +30,7 @@ def full_disk(*_: Any, **__: Any) -> None:
 def test_two_runs_into_one_folder_leave_whole_files(fmus: Path, tmp_path: Path) -> None:
     """Of the same name and different length: every file is all of one of them, and who comes second is told."""
     base = load_plan("2dof-setpoints").path
-    lengths = (0.4, 0.6)
+    lengths = (1.0, 1.5)
     commands = []
     for seconds in lengths:
         scenario = tmp_path / f"of_{seconds}.toml"
@@ -59,11 +59,11 @@ def test_a_full_disk_is_told_with_the_name_of_the_file(tmp_path: Path) -> None:
     assert list(tmp_path.iterdir()) == [path]
 
 
-def test_a_full_disk_does_not_hide_what_the_fmu_said(fastest_fmus: Path, tmp_path: Path,
+def test_a_full_disk_does_not_hide_what_the_fmu_said(fmus: Path, tmp_path: Path,
                                                      monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr("maglev.experiment.results.csv.writer", full_disk)
     with pytest.raises(RunFailed) as failure:
-        execute(faulty_run(faulty("negative", tmp_path), fastest_fmus), tmp_path)
+        execute(faulty_run(faulty("negative", tmp_path), fmus), tmp_path)
     assert str(failure.value).startswith("at t = 0.1 s: controller (pd_controller.fmu) refused fmi2DoStep with status "
                                          "-1: it gave no message; what was recorded until then cannot be written: ")
     assert str(failure.value).endswith(f"{tmp_path / '2dof-step-1-nonlinear.partial.csv'}: No space left on device")

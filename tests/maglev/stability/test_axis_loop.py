@@ -60,7 +60,7 @@ def test_large_steps_are_those_of_the_regulator_itself() -> None:
     assert answer.command.min() == -4.0 and answer.command.max() == 4.0
     block.sample()   # at rest, before the step
     block.x.reference = step
-    for k in range(5000):
+    for k in range(10000):
         block.x.measured = float(state[0])
         block.sample()
         assert answer.position[k] == pytest.approx(state[0], abs=1e-8)
@@ -147,7 +147,7 @@ def test_large_steps_are_those_of_the_regulator_itself_where_the_platform_tilts(
     limited = False
     block.sample()   # at rest, before the step
     getattr(block, axis).reference = step
-    for k in range(3000):
+    for k in range(6000):
         seen = dict(zip(plant.outputs, plant.C @ state, strict=True))
         block.x.measured, block.z.measured = seen["x.position"], seen["z.position"]
         for name, place in zip(("alpha1", "alpha2", "beta1", "beta2"), places, strict=True):

@@ -117,15 +117,15 @@ def test_steps_grow_as_the_limit() -> None:
     free = {"x.bias": 0.0, "z.bias": 0.0}
     steps = [certify(loop, loop.gains).step for loop in
              (axis_loop("3dof", "x", "25 mm", plant_parameters=free,
-                        controller_parameters={"current_limit": limit}) for limit in (2.0, 4.0))]
-    assert steps[0] == pytest.approx(0.5 * steps[1], rel=5e-3)
+                        controller_parameters={"current_limit": limit}) for limit in (2.0, 3.0, 4.0))]
+    assert steps == pytest.approx([steps[2] * share for share in (0.5, 0.75, 1.0)], rel=5e-3)
 
 
 def test_steps_grow_with_the_limit_of_an_unstable_axis() -> None:
     loops = [axis_loop("3dof", "y", "25 mm", controller_parameters={"current_limit": limit})
-             for limit in (2.0, 4.0)]
+             for limit in (2.0, 3.0, 4.0)]
     steps = [certify(loop, loop.gains).step for loop in loops]
-    assert steps[0] < steps[1]
+    assert steps[0] < steps[1] < steps[2]
 
 
 @pytest.mark.few(2)
