@@ -20,18 +20,20 @@ OF_A_NUMBER = re.compile(r"^BLOCK_FUNCTION (?=double \w+\(double \w+\)$)", re.MU
 CALLED = "static __attribute__((unused, __noinline__)) "   # `noinline` is a macro above
 
 
-def files_of(sources: Mapping[str, str]) -> dict[str, str]:
-    """C files by name as they are compiled, and headers in place of a library's."""
+def in_one_rounding(sources: Mapping[str, str]) -> dict[str, str]:
+    """C files by name as they are compiled, and headers in place of a library's.
+
+    Operations round as those of other processors: none is contracted, approximate, or a library's.
+    """
     headers = {"math.h": f"{template('arithmetic.h')}\n#define INFINITY HUGE_VAL\n", "stdlib.h": ""}
     return {**{file: OF_A_NUMBER.sub(CALLED, text) for file, text in sources.items()}, **headers}
 
 
-def ptx(sources: Mapping[str, str], name: str) -> bytes:
-    """PTX of C files by name, of blocks and a kernel over them; `name` is its file name's stem.
+def ptx(files: Mapping[str, str], name: str) -> bytes:
+    """PTX of such files, of blocks and a kernel over them; `name` is its file name's stem.
 
-    Operations round as those of other processors: none is contracted, approximate, or a library's. ExportError of the
-    compiler.
+    ExportError of the compiler.
     """
-    with in_one_unit(files_of(sources), name) as root:
+    with in_one_unit(files, name) as root:
         compiled(root, [*FLAGS, "-o", f"{name}.ptx", UNIT.format(name)])
         return (root / f"{name}.ptx").read_bytes()

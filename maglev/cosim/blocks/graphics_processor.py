@@ -9,7 +9,7 @@ from typing import Any
 
 import numpy as np
 
-from fmi_export.target.graphics import FLAGS, files_of, ptx
+from fmi_export.target.graphics import FLAGS, in_one_rounding, ptx
 from maglev.errors import MaglevError, ScenarioError, extra, one_of, option
 from maglev_files.cache import BLOCK_LOOPS, keep, kept, key_of
 
@@ -48,8 +48,9 @@ def driver() -> Any:
 
 def kernels(cupy: Any, code: Mapping[str, str], *names: str) -> list[Any]:
     """Functions of C files by name, compiled now if they were not before; ExportError, or OSError if not kept."""
-    place = key_of(BLOCK_LOOPS, sorted(files_of(code).items()), FLAGS)
-    file = kept(place, FILE) or keep(place, FILE, ptx(code, names[0]))
+    files = in_one_rounding(code)
+    place = key_of(BLOCK_LOOPS, sorted(files.items()), FLAGS)
+    file = kept(place, FILE) or keep(place, FILE, ptx(files, names[0]))
     module = cupy.RawModule(path=str(file.path))
     return [module.get_function(name) for name in names]
 

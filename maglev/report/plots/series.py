@@ -43,10 +43,10 @@ def refine(time: Array, values: Array, tolerance: float, first: Rows, most: int)
 
     Returns None when this takes more than `most` rows.
     """
-    found = [first]
+    rows = [first]
     starts, ends = first[:-1], first[1:]   # of the stretches that are not within the tolerance yet
     samples = np.arange(len(time) - 1)     # in them; a start is one, an end is not
-    while sum(map(len, found)) <= most:
+    while sum(map(len, rows)) <= most:
         lengths = ends - starts
         slopes = np.repeat((values[ends] - values[starts]) / (time[ends] - time[starts]), lengths)
         lines = slopes * (time[samples] - np.repeat(time[starts], lengths)) + np.repeat(values[starts], lengths)
@@ -55,13 +55,13 @@ def refine(time: Array, values: Array, tolerance: float, first: Rows, most: int)
         largest = np.maximum.reduceat(distance, begins)
         beyond = largest > tolerance
         if not beyond.any():
-            return np.sort(np.concatenate(found))
+            return np.sort(np.concatenate(rows))
         # Of equally bad samples of a stretch one is enough.
         worst = np.flatnonzero(distance == np.repeat(largest, lengths))
-        found.append(samples[worst[np.searchsorted(worst, begins[beyond])]])
+        rows.append(samples[worst[np.searchsorted(worst, begins[beyond])]])
         samples = samples[np.repeat(beyond, lengths)]
-        starts, ends = (np.column_stack(pair).ravel() for pair in ((starts[beyond], found[-1]),
-                                                                   (found[-1], ends[beyond])))
+        starts, ends = (np.column_stack(pair).ravel() for pair in ((starts[beyond], rows[-1]),
+                                                                   (rows[-1], ends[beyond])))
     return None
 
 

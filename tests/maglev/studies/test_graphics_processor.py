@@ -95,7 +95,8 @@ def test_what_is_common_is_left_out_and_the_rest_rounds_as_before(native_fmus: P
 def test_contraction_would_be_seen(monkeypatch: pytest.MonkeyPatch, contraction: str) -> None:
     require_native_tools()
     monkeypatch.setattr(graphics, "FLAGS", [each.replace("=off", f"={contraction}") for each in graphics.FLAGS])
-    made = graphics.ptx({"it.c": "double it(double a, double b, double c) { return a * b + c; }\n"}, "it").decode()
+    files = graphics.in_one_rounding({"it.c": "double it(double a, double b, double c) { return a * b + c; }\n"})
+    made = graphics.ptx(files, "it").decode()
     assert of_numbers(made) == ({"fma.rn.f64": 1} if contraction == "fast" else {"mul.rn.f64": 1, "add.rn.f64": 1})
 
 
