@@ -3,10 +3,10 @@
 import re
 from pathlib import Path
 
+from packaged_plans import RUNS
+
 from maglev.judging.verdicts import VERDICTS
 from maglev.schema.judged.claims import CLAIM_KINDS, Claim
-from maglev.schema.layers import packaged_files
-from maglev.schema.loading import load_plans
 
 DOCS = Path(__file__).parents[1] / "docs"
 
@@ -24,9 +24,8 @@ def test_the_table_has_every_claim_with_a_verdict() -> None:
     page = (DOCS / "claims_table.md").read_text(encoding="utf-8")
     rows = [[cell.strip() for cell in line.split(" | ")] for line in page.splitlines()
             if line.startswith("| `") and line.count(" | ") == 5]
-    runs = [run for name in packaged_files() for run in load_plans(name)]
-    procedures = {run.procedure.name: run.procedure for run in runs if run.procedure is not None}
-    claims: list[tuple[str, Claim]] = [(run.name, claim) for run in runs for claim in run.claims]
+    procedures = {run.procedure.name: run.procedure for run in RUNS if run.procedure is not None}
+    claims: list[tuple[str, Claim]] = [(run.name, claim) for run in RUNS for claim in run.claims]
     claims += [(name, claim) for name, procedure in sorted(procedures.items()) for claim in procedure.claims]
     # The claims in words stand in tables of their own by what they state, before the bounds of figures.
     kinds = [*CLAIM_KINDS]

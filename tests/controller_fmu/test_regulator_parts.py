@@ -109,6 +109,7 @@ def test_integral_of_sine_at_zero() -> None:
     assert integral_of_sine(0.0) == 1.0 / 6.0
 
 
+@pytest.mark.usefixtures("slow")
 @pytest.mark.parametrize(("omega", "sample_time"),
                          [(1.5 * math.pi, 0.2e-3), (1.5 * math.pi, 0.5e-3), (1000.0, 1e-3)])
 def test_internal_model_is_marginally_stable(omega: float, sample_time: float) -> None:
@@ -164,6 +165,7 @@ def test_trip_threshold(error: float, trip: float, expected: bool) -> None:
     assert exceeds(error, trip) is expected
 
 
+@pytest.mark.usefixtures("slow")
 @settings(max_examples=10, deadline=None)
 @given(st.integers(1, 12), st.integers(0, 2**32 - 1))
 def test_clock_samples_every_nth_step_whatever_the_rounding(count: int, seed: int) -> None:

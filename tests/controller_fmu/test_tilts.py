@@ -141,6 +141,7 @@ def test_the_currents_make_the_demanded_accelerations(gaps: tuple[float, ...], v
     assert thrusts[2] == pytest.approx(thrusts[3], abs=1e-12)
 
 
+@pytest.mark.usefixtures("slow")
 @pytest.mark.parametrize("law", [NONLINEAR, LINEAR])
 def test_without_tilt_it_is_the_regulator_without_tilts(law: int) -> None:
     """Levitation alone: what thrusts take from the vertical acceleration, these make good at other motors."""

@@ -3,7 +3,6 @@
 from importlib import import_module
 from pathlib import Path
 
-import control
 import numpy as np
 import pytest
 from example_builds import EXAMPLES
@@ -165,8 +164,11 @@ def test_lqi_and_its_filter_are_stable_at_every_gap() -> None:
         assert np.abs(np.linalg.eigvals(error)).max() < 1.0
 
 
+@pytest.mark.usefixtures("slow")
 def test_h_infinity_reaches_the_norm_that_it_is_designed_for() -> None:
     """‖[I; K] (I − G K)⁻¹ [I, G]‖∞ of the shaped plant, by its frequency response, lies between the least γ and γ."""
+    import control  # which takes a second
+
     design = import_module("h_infinity")
     for crossover, a in ((50.0, 15.0), (35.0, 12.0)):
         law = design.LoopShaping(crossover, a)
@@ -181,6 +183,8 @@ def test_h_infinity_reaches_the_norm_that_it_is_designed_for() -> None:
 
 
 def test_without_limits_the_programme_is_the_linear_quadratic_regulator() -> None:
+    import control  # which takes a second
+
     mpc = import_module("mpc_osqp")
     for acceleration in mpc.ACCELERATION.values():
         P, F = mpc.prediction(acceleration)

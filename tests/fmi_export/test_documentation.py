@@ -177,6 +177,7 @@ def test_equations_of_a_text_are_typeset() -> None:
     assert 'display="inline"' in text and 'display="block"' in text
 
 
+@pytest.mark.usefixtures("slow")
 def test_users_controllers_have_a_face() -> None:
     assert png_icon(tuple(WRITTEN_ICON.drawn())) not in {png_icon(icon_of(definition(name))) for name in DEFINITIONS}
     assert all("<svg" in written(sampled) for sampled in (0, 1))

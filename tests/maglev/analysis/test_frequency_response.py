@@ -19,6 +19,7 @@ from maglev.linear.margins import Margins, margins_between
 STEP = 0.2e-3    # m, of the rounding
 
 
+@pytest.mark.usefixtures("slow")
 def test_a_multisine_has_its_lines_alone_and_its_peak(monkeypatch: pytest.MonkeyPatch) -> None:
     grid = make_grid(3.0, 300.0, 20, 1e-3)
     signal = multisine(grid, 2e-4, 5)

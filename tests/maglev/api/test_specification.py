@@ -163,6 +163,7 @@ def test_own_runs_are_shown_before_the_thesiss_and_apart(tmp_path: Path) -> None
         "claimsspecifications✓ reproduced1✗ not reproduced1all2"]
 
 
+@pytest.mark.usefixtures("slow")
 def test_a_crash_early_on_is_drawn_around(tmp_path: Path) -> None:
     """Of 10 s, of which 9.95 are on the stop; a run that comes to a stop late, or none, is drawn whole."""
     pytest.importorskip("matplotlib")

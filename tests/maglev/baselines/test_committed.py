@@ -3,18 +3,17 @@
 from pathlib import Path
 
 import pytest
+from packaged_plans import RUNS
 
 from maglev.baselines.baseline import baseline_files, digest_file
 from maglev.baselines.check import check_run
 from maglev.baselines.outcome import CheckResult, describe
 from maglev.experiment.preparation import prepare
-from maglev.schema.layers import PACKAGED, packaged_files
-from maglev.schema.loading import load_plans
+from maglev.schema.layers import PACKAGED
 from maglev.schema.run_plan import RunPlan
 from maglev.schema.settings import start_values
 
 BASELINES = PACKAGED / "baselines"
-RUNS = [run for name in packaged_files() for run in load_plans(name)]
 SMOOTH = [run for run in RUNS if "smooth" in run.name]
 every_pair = pytest.mark.parametrize("run", SMOOTH, ids=lambda run: run.name)
 

@@ -51,6 +51,7 @@ def test_errors_that_cannot_be_written_keep_their_exit_code() -> None:
         assert redirected(redirection, *MAGLEV, "run", "no-such-run").returncode == 2
 
 
+@pytest.mark.usefixtures("slow")
 def test_a_closed_output_leaves_the_result(tmp_path: Path) -> None:
     file = tmp_path / "lqi.py"
     assert redirected("<&- >&- 2>&-", *MAGLEV, "new", "controller", str(file)).returncode == 0

@@ -61,6 +61,7 @@ def test_what_claims_compare_with_is_run_as_well() -> None:
     assert [run.name for run in compared(load_plans("3dof-setpoints-improved"))] == ["3dof-setpoints"]
 
 
+@pytest.mark.usefixtures("slow")
 def test_claims_about_a_run_that_failed_are_not_run(tmp_path: Path) -> None:
     runs = [prepare(run, tmp_path / "nowhere", {}, {}) for run in load_plans("2dof-step-1")]
     verdicts = judge_all(execute_all(runs, tmp_path, "csv", 2, lambda *_: None))

@@ -2,7 +2,6 @@
 
 from functools import cache
 
-import control
 import numpy as np
 import pytest
 from hypothesis import given
@@ -72,6 +71,8 @@ def test_gain_and_delay_to_the_limit_and_beyond(controller: str, at: str) -> Non
 @pytest.mark.usefixtures("slow")
 def test_margins_are_those_of_python_control(controller: str, at: str) -> None:
     """On a grid of its own; python-control has the smallest phase margin, and one of the gain margins."""
+    import control  # which takes a second
+
     loop, margins = opened(controller, at)
     system = loop.to_control()
     grid = np.geomspace(0.3, 0.999 * np.pi / system.dt, 4000)

@@ -79,6 +79,7 @@ def test_a_loop_loses_its_margin_of_delay() -> None:
                                                                                                          rel=1e-3)
 
 
+@pytest.mark.usefixtures("slow")
 def test_command_line_and_what_has_no_linear_model() -> None:
     words = ("linearise", "Plant3DOF", "Measurement3DOF", "Regulator3DOF", "--at", "y=25mm", "--open", "y")
     result = maglev(*words, "--set", "measurement.delay=0.4ms")

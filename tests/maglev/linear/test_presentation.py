@@ -6,7 +6,6 @@ import sys
 from importlib import import_module
 from pathlib import Path
 
-import control
 import numpy as np
 import pytest
 from command_line import maglev
@@ -27,6 +26,8 @@ def test_text_has_names_units_equilibrium_and_poles() -> None:
 
 
 def test_python_control_has_the_same_model() -> None:
+    import control  # which takes a second
+
     plant = linearise("Plant3DOF", {"y": "25 mm"})
     system = plant.to_control()
     assert system.isctime(strict=True)

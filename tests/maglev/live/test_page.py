@@ -12,6 +12,7 @@ import numpy as np
 import pytest
 from command_line import error_line, maglev
 from motor import MOTOR
+from packaged_plans import RUNS
 
 from fmi_export.model_description import model_description
 from fmi_export.native.build import made_of
@@ -33,8 +34,7 @@ from maglev.own_stage.adoption import know_stage
 from maglev.own_stage.new import new_stage
 from maglev.pages.panels import PANELS
 from maglev.pages.shell import scene
-from maglev.schema.layers import packaged_files
-from maglev.schema.loading import load_plan, load_plans
+from maglev.schema.loading import load_plan
 from maglev.schema.run_plan import RunPlan
 from maglev.stages import STAGES
 from plant_fmu.axis import Axis
@@ -113,7 +113,7 @@ def test_plans_are_those_of_the_scenarios(data: Any) -> None:
 
 def test_every_experiment_with_one_controller_is_in_it(data: Any) -> None:
     """Those of figures, but for identification, which runs estimators or starts from other runs."""
-    shown = {plan.name for name in packaged_files() for plan in load_plans(name)
+    shown = {plan.name for plan in RUNS
              if plan.figures and plan.procedure is None and not plan.needs
              and set(plan.fmus) == {"controller", "plant"}}
     assert shown and shown <= set(data["runs"])
@@ -129,7 +129,7 @@ def test_runs_that_it_cannot_run_are_not_in_it(runs: list[RunPlan]) -> None:
     assert not can_run_live(load_plan("5dof-guided-first-linear"))   # a controller of another stage
     said = {name: why for why, names in not_live().items() for name in names}
     assert "Plant5DOF (a law without references of roll and pitch), expected" in said["5dof-guided-first-linear"]
-    judged = {plan.name for name in packaged_files() for plan in load_plans(name) if not plan.check_only}
+    judged = {plan.name for plan in RUNS if not plan.check_only}
     assert said.keys() == judged - {plan.name for plan in runs}
     assert f"<li>2dof-cogging: {said['2dof-cogging']}</li>" in reasons({said["2dof-cogging"]: ["2dof-cogging"]})
     assert all(plan.fmus["plant"].model in MODULES for plan in runs)

@@ -11,13 +11,13 @@ from command_line import maglev as command
 from described_stages import SMALL, written
 from hypothesis import assume, given, settings
 from hypothesis import strategies as st
+from packaged_plans import RUNS
 
 import maglev
 from maglev.errors import ScenarioError
 from maglev.experiment.reach import Start, gaps_of, require_reachable
 from maglev.own_fmus import definition
-from maglev.schema.layers import packaged_files
-from maglev.schema.loading import load_plan, load_plans
+from maglev.schema.loading import load_plan
 from maglev.schema.run_plan import RunPlan
 from maglev.schema.settings import with_reference
 from pmlsm.rigs import RIGS
@@ -113,7 +113,7 @@ def test_a_study_may_vary_what_is_within_reach(fastest_fmus: Path, tmp_path: Pat
 def test_packaged_runs_stay_within_their_stops() -> None:
     """And with a reference that is moved beyond a stop each of them is refused."""
     refused = looked_at = 0
-    for plan in (plan for name in packaged_files() for plan in load_plans(name)):
+    for plan in RUNS:
         times = np.linspace(0.0, plan.stop_time, 1001)
         start = starts_of(plan)
         require_reachable(plan, times, references(plan, times), start)

@@ -171,6 +171,7 @@ def test_numbers_are_those_of_json():
     assert page.data["figures"][CHART]["chart"][0]["curves"] == [curve_data(curve)]
 
 
+@pytest.mark.usefixtures("slow")
 def test_a_long_line_loses_points_but_not_its_shape():
     x = np.linspace(0.0, 60.0, 50001)
     data = curve_data(Curve("a", x, np.sin(x)))

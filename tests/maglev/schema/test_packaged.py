@@ -3,16 +3,16 @@
 import re
 
 import pytest
+from packaged_plans import RUNS
 
 from maglev.identification.rigs import RIGS
 from maglev.own_fmus import definition
 from maglev.schema.judged.procedure import ProcedureSettings
-from maglev.schema.layers import PACKAGED, packaged_files, packaged_runs
-from maglev.schema.loading import load_plan, load_plans
+from maglev.schema.layers import PACKAGED, packaged_runs
+from maglev.schema.loading import load_plan
 from maglev.schema.run_plan import RunOutput, RunPlan
 from studies.estimation import read_settings
 
-RUNS = [run for name in packaged_files() for run in load_plans(name)]
 PROCEDURES: dict[str, ProcedureSettings] = {run.procedure.name: run.procedure for run in RUNS if run.procedure}
 IN_PROCEDURES = {run.name for run in RUNS if run.procedure}
 

@@ -4,13 +4,10 @@ import os
 import signal
 from collections.abc import Iterator
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
-import dask
 import numpy as np
 import pytest
-from distributed import Client, LocalCluster
-from distributed.security import Security
 from tiny_study import of_a_crash, planned, simulate_samples
 
 import maglev
@@ -21,10 +18,17 @@ from maglev.studies.batch.samples import BatchResult
 from maglev.studies.planning import PlannedStudy
 from maglev.studies.running import run_study
 
+if TYPE_CHECKING:   # imports of it take a second
+    from distributed import LocalCluster
+
 
 @pytest.fixture(scope="module")
-def cluster(slow: None) -> Iterator[LocalCluster]:
+def cluster(slow: None) -> "Iterator[LocalCluster]":
     """Two workers, whose certificate is in this process's configuration of Dask: their address is enough."""
+    import dask
+    from distributed import LocalCluster
+    from distributed.security import Security
+
     security = Security.temporary()
     with LocalCluster(n_workers=2, threads_per_worker=1, processes=True, host="127.0.0.1", security=security,
                       dashboard_address=":0", silence_logs=50) as cluster, dask.config.set({
@@ -34,20 +38,22 @@ def cluster(slow: None) -> Iterator[LocalCluster]:
         yield cluster
 
 
-def simulated(cluster: LocalCluster | None, study: PlannedStudy, out: Path) -> bytes:
+def simulated(cluster: "LocalCluster | None", study: PlannedStudy, out: Path) -> bytes:
     """Bytes of the dataset."""
     address = None if cluster is None else str(cluster.scheduler_address)
     return run_study(study, out, 2, address, False, lambda _done, _all: None, print).read_bytes()
 
 
-def test_it_gives_the_bytes_of_this_machine(cluster: LocalCluster, fastest_fmus: Path, tmp_path: Path) -> None:
+def test_it_gives_the_bytes_of_this_machine(cluster: "LocalCluster", fastest_fmus: Path, tmp_path: Path) -> None:
     study = planned(tmp_path, fastest_fmus)
     assert simulated(cluster, study, tmp_path / "there") == simulated(None, study, tmp_path / "here")
 
 
-def test_a_dead_worker_costs_its_batch(cluster: LocalCluster, fastest_fmus: Path, tmp_path: Path) -> None:
+def test_a_dead_worker_costs_its_batch(cluster: "LocalCluster", fastest_fmus: Path, tmp_path: Path) -> None:
     study = planned(tmp_path, fastest_fmus)
     found: dict[int, BatchResult] = {}
+
+    from distributed import Client
 
     def store(batch: BatchResult) -> None:
         if not found:   # batches are under way on both
@@ -64,7 +70,7 @@ def test_a_dead_worker_costs_its_batch(cluster: LocalCluster, fastest_fmus: Path
 
 
 @pytest.mark.thorough
-def test_a_sample_that_takes_its_workers_with_it(cluster: LocalCluster, fastest_fmus: Path, tmp_path: Path) -> None:
+def test_a_sample_that_takes_its_workers_with_it(cluster: "LocalCluster", fastest_fmus: Path, tmp_path: Path) -> None:
     scheduler: Any = cluster.scheduler
     scheduler.allowed_failures = 0   # the first death is enough
     found: list[BatchResult] = []
@@ -74,7 +80,7 @@ def test_a_sample_that_takes_its_workers_with_it(cluster: LocalCluster, fastest_
     assert found[0].failures == ("the process that ran it ended (SIGSEGV)",)
 
 
-def test_workers_of_another_version_are_refused(cluster: LocalCluster, fastest_fmus: Path, tmp_path: Path,
+def test_workers_of_another_version_are_refused(cluster: "LocalCluster", fastest_fmus: Path, tmp_path: Path,
                                                 monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(dask_workers, "code_of_package", lambda: "0.0 (other)")
     with pytest.raises(ScenarioError, match=r"worker tls://.* has maglev-fmus .*, expected 0\.0 \(other\)"):
@@ -82,6 +88,7 @@ def test_workers_of_another_version_are_refused(cluster: LocalCluster, fastest_f
     assert not (tmp_path / "study.parts").exists()
 
 
+@pytest.mark.usefixtures("slow")
 def test_an_unreachable_scheduler_is_refused(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(dask_workers, "REACHED_WITHIN", 0.5)
     with pytest.raises(ScenarioError, match="scheduler='tcp://127.0.0.1:9': cannot be reached"), \
@@ -89,6 +96,7 @@ def test_an_unreachable_scheduler_is_refused(monkeypatch: pytest.MonkeyPatch) ->
         pass
 
 
+@pytest.mark.usefixtures("slow")
 def test_it_is_refused_before_anything_is_built(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
     monkeypatch.setattr(dask_workers, "REACHED_WITHIN", 0.5)
     monkeypatch.setattr("maglev.api.many.studying.experiments_of", None)   # which builds
@@ -98,7 +106,9 @@ def test_it_is_refused_before_anything_is_built(monkeypatch: pytest.MonkeyPatch,
 
 
 @pytest.mark.thorough
-def test_without_a_certificate_one_line_says_so(cluster: LocalCluster) -> None:
+def test_without_a_certificate_one_line_says_so(cluster: "LocalCluster") -> None:
+    import dask
+
     with dask.config.set({"distributed.comm.tls.ca-file": None, "distributed.comm.tls.client.cert": None,
                           "distributed.comm.tls.client.key": None}), \
             pytest.raises(ScenarioError, match=r"scheduler='tls://.*: cannot be reached .*TLS") as refusal, \

@@ -96,6 +96,7 @@ def test_modules_beside_the_file_are_carried(fastest_fmus: Path, tmp_path: Path)
     assert runs[0]["plant.v.position"].tobytes() == runs[1]["plant.v.position"].tobytes()
 
 
+@pytest.mark.usefixtures("slow")
 def test_what_is_not_carried_is_said(tmp_path: Path) -> None:
     path = controller(tmp_path, ("LARGEST = 6.0\n", "import numpy as np\n\nLARGEST = float(np.float64(6.0))\n"))
     result = maglev("build", path, "--fmus", tmp_path)
