@@ -142,7 +142,7 @@ def reference_loop(pair: Pair, steps: int) -> Callable[[], float]:
     return measure
 
 
-def options(about: str | None, gates: Mapping[str, float]) -> argparse.Namespace:
+def read_arguments(about: str | None, gates: Mapping[str, float]) -> argparse.Namespace:
     parser = argparse.ArgumentParser(description=about)
     parser.add_argument("--gate", action="store_true", help=f"only what is gated; fail if a ratio exceeds {gates}")
     parser.add_argument("--record", action="store_true", help="add the ratios to the history of this commit")

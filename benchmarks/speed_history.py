@@ -74,7 +74,7 @@ def names(entries: list[Measured]) -> dict[str, list[str]]:
     return rows
 
 
-def page(recorded: list[Measured]) -> str:
+def speed_page(recorded: list[Measured]) -> str:
     """The page of what was recorded, the oldest first; the newest has the first column, which is seen on a phone."""
     entries = recorded[::-1]
     lines = [f"| | {' | '.join(f'{entry.commit}, {entry.date[:10]}' for entry in entries)} |",
@@ -87,7 +87,7 @@ def page(recorded: list[Measured]) -> str:
 
 
 def main() -> None:
-    (ROOT / "docs" / "speed.md").write_text(page(history()), encoding="utf-8")
+    (ROOT / "docs" / "speed.md").write_text(speed_page(history()), encoding="utf-8")
 
 
 if __name__ == "__main__":

@@ -41,7 +41,7 @@ def too_large(times: Mapping[str, float]) -> dict[str, float]:
             if way in times and times[way] > largest * reference[way]}
 
 
-def measure(pair: Pair, folder: Path, native: bool, fmi3: Path | None) -> dict[str, float]:
+def step_times(pair: Pair, folder: Path, native: bool, fmi3: Path | None) -> dict[str, float]:
     """Time of one step by what was measured, s.
 
     The folder has the FMUs in its folders python and native, `fmi3` those of FMI 3.0; without it a few rounds do, where
@@ -81,7 +81,7 @@ def growth(pair: Pair, folder: Path) -> int:
 
 def main() -> int:
     """Print the table; with --gate, return 1 if a ratio is too large."""
-    asked = loops.options(__doc__, GATES)
+    asked = loops.read_arguments(__doc__, GATES)
     gate: bool = asked.gate
     native = all(find_spec(name) is not None for name in ("pyccel", "ziglang"))
     console = Console(width=110)
@@ -100,7 +100,7 @@ def main() -> int:
         table = Table("stage", "way", "step (µs)", "of the frozen C loop", "of the bare loop", "real time",
                       title="Cost of a communication step, every output recorded")
         for pair in PAIRS:
-            times = measure(pair, folder, native, None if gate else Path(name) / "fmi3")
+            times = step_times(pair, folder, native, None if gate else Path(name) / "fmi3")
             for way, time in sorted(times.items(), key=lambda item: item[1]):
                 of_c = f"{time / times[FROZEN]:.2f}" if native else ""
                 table.add_row(pair.stage, way, f"{1e6 * time:.2f}", of_c, f"{time / times['bare Python loop']:.2f}",

@@ -16,7 +16,7 @@ from pathlib import Path
 from time import perf_counter, process_time
 from unittest.mock import patch
 
-from loops import FROZEN, PAIRS, fastest, options, reference_loop
+from loops import FROZEN, PAIRS, fastest, read_arguments, reference_loop
 from rich.console import Console
 from rich.table import Table
 from speed_history import WHOLE, record
@@ -25,7 +25,7 @@ from maglev.api.options import experiments_of
 from maglev.catalogue import HOST, build
 from maglev.cosim.blocks import block_loop
 from maglev.cosim.master import FmuSetup, Master, Recording
-from maglev.experiment.execution import completed, measured
+from maglev.experiment.execution import completed_run, whole_metrics
 from maglev.experiment.preparation import Experiment, prepare, runs_apart
 from maglev.experiment.results import write_csv, write_parquet
 from maglev.schema.loading import load_plan
@@ -64,15 +64,15 @@ def timed(way: Callable[[], object]) -> Callable[[], float]:
     return measure
 
 
-def load(experiment: Experiment) -> None:
+def load_fmus(experiment: Experiment) -> None:
     with Master([FmuSetup(name, path) for name, path in experiment.files.items()], [], experiment.step):
         pass
 
 
 def whole(experiment: Experiment) -> Recording:
     recording = experiment.run()
-    completed(experiment, recording)
-    measured(experiment.plan, recording)
+    completed_run(experiment, recording)
+    whole_metrics(experiment.plan, recording)
     return recording
 
 
@@ -86,8 +86,8 @@ def ways(experiment: Experiment, folder: Path) -> dict[str, Callable[[], float]]
         FROZEN: timed(c_step),
         STEPPING: lambda: stepping(experiment, recordings),
         "reference signals": timed(lambda: experiment.drives(descriptions)),
-        "unpacking and loading": timed(lambda: load(experiment)),
-        "metrics": timed(lambda: measured(experiment.plan, recordings[0])),
+        "unpacking and loading": timed(lambda: load_fmus(experiment)),
+        "metrics": timed(lambda: whole_metrics(experiment.plan, recordings[0])),
         "CSV": timed(lambda: write_csv(csv, recordings[0], experiment.output_every())),
         "Parquet": timed(lambda: write_parquet(parquet, recordings[0], {}, {}, experiment.output_every())),
         IN_MEMORY: timed(lambda: whole(experiment)),
@@ -99,7 +99,7 @@ def too_large(times: Mapping[str, float]) -> dict[str, float]:
             if times[way] > largest * times[FROZEN]}
 
 
-def planned(fmus: Path, folder: Path) -> PlannedStudy:
+def planned_study(fmus: Path, folder: Path) -> PlannedStudy:
     """Study of the run with native FMUs, whose results would go to a folder."""
     study = read_study({"name": "cost", "scenario": NAME, "vary": [
         {"set": "plant.y.mass", "kind": "grid", "from": 6.5, "to": 7.5, "number": SAMPLES}]}, Path("cost"))
@@ -112,7 +112,7 @@ def batch_result(study: PlannedStudy, samples: int, job: Job | None = None) -> B
     return gathered(job, 0, run_samples(job, study.values[:samples]))
 
 
-def side_by_side(study: PlannedStudy, jobs: int) -> float:
+def time_in_threads(study: PlannedStudy, jobs: int) -> float:
     """Wall time of a study in so many threads, s."""
     with runners(None, jobs) as run_all:
         run_all(study.job, study.batches[:2 * jobs], study.values, lambda _result: None)
@@ -136,12 +136,12 @@ def study_times(study: PlannedStudy) -> dict[str, float]:
     with patch.object(batches, "WORTH_SPECIALISING", 0):
         special = batches.loop_for(study.job, study.batches, study.values)
     times["… with what is common constant"] = alone(special)
-    return times | {f"{jobs} side by side: wall time": side_by_side(study, jobs) / SAMPLES for jobs in (1, 2)}
+    return times | {f"{jobs} side by side: wall time": time_in_threads(study, jobs) / SAMPLES for jobs in (1, 2)}
 
 
 def main() -> int:
     """Print the table; with --gate, return 1 if a ratio is too large."""
-    asked = options(__doc__, GATES)
+    asked = read_arguments(__doc__, GATES)
     gate: bool = asked.gate
     console = Console(width=110)
     if any(find_spec(name) is None for name in ("pyccel", "ziglang")):
@@ -156,7 +156,7 @@ def main() -> int:
         if any(map(runs_apart, experiment.files.values())):   # in a process of its own, whose time would not count
             sys.exit(f"{asked.fmus}: FMUs that this installation did not build, expected those of `maglev build`")
         times = fastest(ways(experiment, folder), too_large, gate)
-        samples = {} if gate else study_times(planned(asked.fmus or folder, folder))
+        samples = {} if gate else study_times(planned_study(asked.fmus or folder, folder))
     table = Table("part", "time (ms)", "of the frozen C loop", "of a step (µs)",
                   title=f"{NAME}: {plan.steps} steps, all recorded, every {experiment.output_every()}. written")
     for way, time in (times | {f"sample of a study {way}": time for way, time in samples.items()}).items():

@@ -176,10 +176,10 @@ def ports(rig: Rig, by_all: bool = False, by_gap: bool = False) -> tuple[Variabl
 
 def model_constants(rig: Rig) -> tuple[Variable, ...]:
     """Constants of the controllers' model of a stage."""
-    return tuple(constant(entry, rig.source("model")) for entry in rig.constants)
+    return tuple(model_constant(entry, rig.source("model")) for entry in rig.constants)
 
 
-def constant(of: RigConstant, source: str) -> Variable:
+def model_constant(of: RigConstant, source: str) -> Variable:
     """Constant of the controller's motor model; it divides, so that 0 is no value."""
     return parameter(of.name, of.unit, f"constant of the {of.meaning} in the controller's model", source, 1e-9, 1e6,
                      1.0)

@@ -37,7 +37,7 @@ def estimator_variables(rig: Rig) -> tuple[Variable, ...]:
             *control.gap_inputs(rig),
             *(real_input(f"{motor}.i_{current}", "A", f"delivered {text} current", 1000.0, 1.0)
               for motor in rig.motor_names for current, text in (("d", "direct"), ("q", "quadrature"))),
-            *(v for constant in rig.constants for v in estimate(constant, inputs[constant.axis])),
+            *(v for constant in rig.constants for v in estimate_variables(constant, inputs[constant.axis])),
             *(v for axis in inputs for v in axis_outputs(axis, control.measurements(rig, axis), inputs[axis])),
             *(v for constant in rig.constants
               for v in guess(constant, rig.source("estimator.guess"), rig.source("estimator.weight"))),
@@ -62,7 +62,7 @@ def axis_outputs(axis: str, measured: tuple[str, ...], inputs: tuple[str, ...]) 
                         " low-passed with time constant epsilon", 0.1, discrete=True, depends_on=inputs))
 
 
-def estimate(of: RigConstant, inputs: tuple[str, ...]) -> tuple[Variable, ...]:
+def estimate_variables(of: RigConstant, inputs: tuple[str, ...]) -> tuple[Variable, ...]:
     """Estimate of a constant; `inputs` are those of its row."""
     name = of.name
     return (placed(of, real_output(name, of.unit, f"estimated constant of the {of.meaning}", 1.0, discrete=True,

@@ -44,7 +44,7 @@ UNIT = len(INPUT_SCALES) + 2
 CONTROLLER = Path(__file__).with_name("gym_learned.py.j2")   # what the file of an agent is made of
 
 
-def currents(weights: np.ndarray, parts: np.ndarray, gaps: np.ndarray) -> np.ndarray:
+def agent_currents(weights: np.ndarray, parts: np.ndarray, gaps: np.ndarray) -> np.ndarray:
     """Currents (A) of agents, shape (environments, 2).
 
     `weights` has a row for each; `parts`, shape (environments, 2, 4), errors, their sums, velocities and one by axis.
@@ -56,7 +56,7 @@ def currents(weights: np.ndarray, parts: np.ndarray, gaps: np.ndarray) -> np.nda
     return linear + OUTPUT_SCALE * (units[:, :, -2:] * (total / (1.0 + np.abs(total)))[:, :, None]).sum(axis=1)
 
 
-def simulate(envs: Any, weights: np.ndarray, seeds: list[int]) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+def run_episodes(envs: Any, weights: np.ndarray, seeds: list[int]) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """An episode in each environment, with weights of shape (environments, weights).
 
     Returns of the episodes, their errors (m), shape (samples, environments, 2), and whether they ended at a stop.
@@ -71,7 +71,7 @@ def simulate(envs: Any, weights: np.ndarray, seeds: list[int]) -> tuple[np.ndarr
         sums += SAMPLE_TIME * parts[:, :, 0]
         parts[:, :, 1], parts[:, :, 2] = sums, observations[:, 2:4]
         # Currents beyond the peak are limited; those beyond 1000 A would be refused.
-        asked = np.clip(currents(weights, parts, observations[:, 0]), -900.0, 900.0)
+        asked = np.clip(agent_currents(weights, parts, observations[:, 0]), -900.0, 900.0)
         observations, rewards, terminated, truncated, _ = envs.step(asked)
         returns += np.where(going, rewards, 0.0)
         crashed |= going & terminated
@@ -87,7 +87,7 @@ def train(envs: Any, random: np.random.Generator, generations: int, mean: np.nda
     for generation in range(generations):
         tried = mean + spread * random.standard_normal((candidates, mean.size))
         seeds = random.integers(2**31, size=EPISODES).tolist()
-        rewards, _, _ = simulate(envs, np.repeat(tried, EPISODES, axis=0), seeds * candidates)
+        rewards, _, _ = run_episodes(envs, np.repeat(tried, EPISODES, axis=0), seeds * candidates)
         returns = rewards.reshape(candidates, EPISODES).mean(axis=1)
         best = tried[np.argsort(returns)[-candidates // BEST:]]
         # A little spread more than the best have, less and less of it, keeps the search from stopping too soon.
@@ -100,7 +100,7 @@ def train(envs: Any, random: np.random.Generator, generations: int, mean: np.nda
 def tested(envs: Any, weights: np.ndarray) -> str:
     """How an agent does in episodes of 5 s, with setpoints that it has not seen."""
     count = envs.num_envs
-    _, errors, crashed = simulate(envs, np.tile(weights, (count, 1)), list(range(1_000_000, 1_000_000 + count)))
+    _, errors, crashed = run_episodes(envs, np.tile(weights, (count, 1)), list(range(1_000_000, 1_000_000 + count)))
     text = f"{(~crashed).sum()} of {count} episodes of 5 s held"
     if crashed.all():
         return text
@@ -110,7 +110,7 @@ def tested(envs: Any, weights: np.ndarray) -> str:
     return f"{text}; RMS error at the end of a setpoint: v {rms[0]:.3f} mm, h {rms[1]:.3f} mm"
 
 
-def written(weights: np.ndarray, limit: float, name: str) -> str:
+def controller_text(weights: np.ndarray, limit: float, name: str) -> str:
     """Controller file of an agent: scales become part of its weights."""
     v, h = (", ".join(map(repr, row)) for row in (weights[:LINEAR].reshape(2, 4) * SCALES).tolist())
     units = []
@@ -152,7 +152,7 @@ def main() -> None:
         envs.close()
         print(f"network: {tested(test, weights)}")
     test.close()
-    asked.out.write_text(written(weights, limit, asked.out.name), encoding="utf-8")
+    asked.out.write_text(controller_text(weights, limit, asked.out.name), encoding="utf-8")
     print(f"wrote {asked.out}")
 
 

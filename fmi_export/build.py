@@ -76,7 +76,7 @@ def build_fmu(definition: FmuDefinition, written: str, maker: Maker, destination
     texts: dict[str, str] = {}
     for module in (definition.slave[0], *imported_modules("", written)):
         texts |= carried_modules(module, packages)
-    contents = what_runs(definition, written, maker, texts, build_date()) | described(definition, maker)
+    contents = what_runs(definition, written, maker, texts, build_date()) | common_files(definition, maker)
     contents["documentation/licenses/pythonfmu.txt"] = licence_of("pythonfmu").encode("utf-8")
     contents["documentation/externalDependencies.txt"] = external_dependencies(definition).encode("utf-8")
     return write_archive(destination / f"{definition.name}.fmu", contents | dict(extra or {}))
@@ -127,7 +127,7 @@ def what_runs(definition: FmuDefinition, written: str, maker: Maker, texts: Mapp
     return contents
 
 
-def described(definition: FmuDefinition, maker: Maker, fmi: str = "2.0") -> dict[str, bytes]:
+def common_files(definition: FmuDefinition, maker: Maker, fmi: str = "2.0") -> dict[str, bytes]:
     """What every FMU of a version of FMI has beside its model description: icon, documentation, licence; terminals.
 
     The latter only in FMI 3.0: FMI 2.0.4 allows them, with the schema of FMI 3.0, and FMI Library refuses just that.

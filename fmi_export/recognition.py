@@ -10,7 +10,7 @@ from pathlib import PurePosixPath
 
 from fmi_export.build import CARRIED, Maker, what_runs
 from fmi_export.definition import FmuDefinition
-from fmi_export.native.build import BINARIES, DIGESTS, SHELLS, SOURCES, TABLE, digests, native_sources
+from fmi_export.native.build import BINARIES, DIGESTS, SHELLS, SOURCES, TABLE, library_digests, native_sources
 from fmi_export.native.tangent import tangent_name
 from fmi_export.sources import module_path
 
@@ -57,7 +57,7 @@ def is_native_build(contents: Mapping[str, bytes], definition: FmuDefinition, ma
     platforms = [PurePosixPath(name).parent.name for name in libraries]
     definition = replace(definition, clocked=b"<Clock " in contents["modelDescription.xml"])
     made = native_sources(definition, texts, sources, maker.version, platforms, shell, date_of(contents))
-    return contents.get(DIGESTS) == digests(libraries) and runs == {
+    return contents.get(DIGESTS) == library_digests(libraries) and runs == {
         **{f"{SOURCES}{name}": text.encode("utf-8") for name, text in made.files.items()}, **libraries,
         "modelDescription.xml": made.description}
 

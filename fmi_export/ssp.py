@@ -64,7 +64,7 @@ def write_ssp(path: Path, components: Mapping[str, tuple[FmuDefinition, Path]], 
                                                                  "type": FMU_TYPE, "source": f"resources/{file.name}"})
         add_connectors(SubElement(component, f"{{{SSD}}}Connectors"), definition.variables, fmi)
         SubElement(component, f"{{{SSD}}}ElementGeometry", box)
-        starts = start_values(definition, (start or {}).get(name, {}))
+        starts = all_start_values(definition, (start or {}).get(name, {}))
         values = parameter_set(name, starts)
         binding = SubElement(SubElement(component, f"{{{SSD}}}ParameterBindings"), f"{{{SSD}}}ParameterBinding")
         if fmi == 3:
@@ -104,7 +104,7 @@ def type_of(variable: Variable, fmi: int) -> str:
     return "Boolean" if variable.boolean else "Real" if fmi == 2 else "Float64"
 
 
-def start_values(definition: FmuDefinition, others: Mapping[str, float | bool]) -> list[Value]:
+def all_start_values(definition: FmuDefinition, others: Mapping[str, float | bool]) -> list[Value]:
     """Every start value, those of an FMU and `others` by name: not every tool takes those of the FMU."""
     return [Value(variable.name, type_of(variable, 2), others.get(variable.name, definition.start_value(variable)),
                   variable.unit) for variable in definition.variables if variable.causality != "output"]

@@ -70,7 +70,7 @@ def exponents(unit: str) -> dict[str, int]:
     return {base: exponent for base, exponent in total.items() if exponent}
 
 
-def written(powers: Mapping[str, int]) -> str:
+def unit_text(powers: Mapping[str, int]) -> str:
     """Unit of exponents of the SI base units: a symbol that has them, or what they make, such as "kg/(m.s2)"."""
     found = {base: power for base, power in powers.items() if power}
     for symbol, made_of in SYMBOLS.items():

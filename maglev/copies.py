@@ -17,7 +17,7 @@ ORIGIN = ".origin"        # file beside copies that names the folder that they a
 
 
 @cache
-def place() -> Path:
+def folder_of_copies() -> Path:
     """Folder of all copies of this process and of those that it starts; it goes with the first of them."""
     if (SERVING or parent_process() is not None) and PLACE in os.environ:
         return Path(os.environ[PLACE])
@@ -30,9 +30,9 @@ def place() -> Path:
 def copied(files: Mapping[str, bytes], origin: Path) -> Path:
     """Folder with copies of files, by their paths in the folder that they are from; the same of the same content."""
     files = {**files, ORIGIN: os.fsencode(origin.absolute())}
-    copy = place() / digest_of_all(files)[:32]
+    copy = folder_of_copies() / digest_of_all(files)[:32]
     if not copy.is_dir():
-        unfinished = Path(tempfile.mkdtemp(dir=place()))
+        unfinished = Path(tempfile.mkdtemp(dir=folder_of_copies()))
         for name, data in files.items():
             path = unfinished / name
             path.parent.mkdir(parents=True, exist_ok=True)

@@ -143,7 +143,7 @@ def signal_of(error: KeyboardInterrupt) -> int:
     return error.number if isinstance(error, Interrupted) else signal.SIGINT
 
 
-def name_of(error: KeyboardInterrupt) -> str:
+def ended_by(error: KeyboardInterrupt) -> str:
     """What the signal behind an error has done."""
     return "terminated" if signal_of(error) == signal.SIGTERM else "interrupted"
 

@@ -4,7 +4,7 @@ import math
 from collections.abc import Iterable
 from typing import Literal, NamedTuple
 
-from maglev.units import factor, known_unit, to_unit
+from maglev.units import known_unit, si_factor, to_unit
 
 # Units that people read, by the SI unit, and what a small value has in place of them.
 PRINTED_UNITS = {"1": "%", "m": "mm", "rad": "mrad", "m/s": "mm/s", "rad/s": "mrad/s", "m.s": "mm s", "rad.s": "mrad s"}
@@ -46,7 +46,7 @@ def common_unit(values: Iterable[float], unit: str) -> str:
 def shown_in(values: Iterable[float], unit: str) -> tuple[str, float]:
     """That unit, and how many of it are one SI unit; 1 where it is not known here."""
     shown = common_unit(values, unit)
-    return shown, 1.0 / factor(shown) if known_unit(shown) else 1.0
+    return shown, 1.0 / si_factor(shown) if known_unit(shown) else 1.0
 
 
 def metric_text(name: str, value: float, unit: str) -> str:
@@ -152,7 +152,7 @@ def in_words(column: str) -> str:
     return f"{known.get(last, last.replace('_cmd', ' command'))} of {'.'.join(parts)}" if parts else column
 
 
-def place(epsilon: float | None, gaps: tuple[float, float] | None) -> str:
+def place_words(epsilon: float | None, gaps: tuple[float, float] | None) -> str:
     """Words for where a procedure's value is looked for: at ε (s), in a range of air gaps (m)."""
     words = "" if epsilon is None else f", ε = {epsilon:g} s"
     if gaps is not None:

@@ -10,7 +10,7 @@ DEEPEST = 50   # tables or lists in each other
 NESTED = "TOML syntax: tables or lists nested too deeply, expected some levels"
 
 
-def text_of(path: Path) -> str:
+def toml_text(path: Path) -> str:
     """Text of a file, without a byte-order mark; ScenarioError if it cannot be read, or is no UTF-8 text."""
     try:
         return path.read_text(encoding="utf-8-sig")
@@ -23,7 +23,7 @@ def text_of(path: Path) -> str:
 def read_toml(path: Path, text: str | None = None) -> dict[str, Any]:
     """Read a TOML file, or its text; ScenarioError as of `text_of`, or if it is no TOML, or has control characters."""
     try:
-        table = tomllib.loads(text_of(path) if text is None else text)
+        table = tomllib.loads(toml_text(path) if text is None else text)
     except ValueError as error:   # of TOML, or of a number with thousands of digits
         raise ScenarioError(f"{path}: TOML syntax: {in_one_line(error)}") from None
     except RecursionError:

@@ -14,7 +14,7 @@ from difflib import get_close_matches
 from functools import lru_cache
 from typing import Any, NamedTuple
 
-from fmi_export.units import UnknownUnit, exponents, factors, written
+from fmi_export.units import UnknownUnit, exponents, factors, unit_text
 from maglev.errors import MaglevError, QuantityError, shortened
 
 PREFIXES = {"n": 1e-9, "u": 1e-6, "µ": 1e-6, "m": 1e-3, "k": 1e3, "M": 1e6}
@@ -139,7 +139,7 @@ POWERS = str.maketrans("⁻⁰¹²³⁴⁵⁶⁷⁸⁹", "-0123456789")
 
 def unit_of_powers(powers: Mapping[str, int], by: float) -> Unit:
     """Unit by its exponents of the SI base units, and how many of what these make it is."""
-    si = written(powers)
+    si = unit_text(powers)
     return Unit(si, by, dimension_of(si))
 
 
@@ -149,7 +149,7 @@ def dimension_of(si: str) -> tuple[tuple[str, int], ...]:
     return (*exponents(si).items(), *([("cycle", cycles)] if cycles else []))
 
 
-def markdown() -> str:
+def units_markdown() -> str:
     """The units by what they measure, for docs/scenarios.md."""
     prefixed = sorted({si for si, _ in UNITS.values() if f"k{si}" in UNITS and f"n{si}" in UNITS})
     return "\n".join(["| | |", "|---|---|", *(f"| {measured} | {units} |" for measured, units in MEASURED.items()), "",
@@ -164,7 +164,7 @@ def si_unit(unit: str) -> str:
     return unit_of(unit).si
 
 
-def factor(unit: str) -> float:
+def si_factor(unit: str) -> float:
     """Return how many SI units one `unit` is."""
     return unit_of(unit).factor
 
@@ -191,14 +191,14 @@ def read_quantity(value: object, unit: str | None = None) -> Quantity:
         raise QuantityError(f"{value!r} is not a quantity, expected a number or text such as '25 mm'")
     if not abs(value) <= LARGEST:   # a whole number can be too large for a float, and no float is NaN
         raise QuantityError(f"{value!r} is not a quantity, expected a finite number")
-    return Quantity(float(value) if unit is None else scaled(float(value), factor(unit)), None)
+    return Quantity(float(value) if unit is None else exact_product(float(value), si_factor(unit)), None)
 
 
 def read_text(text: str) -> Quantity:
     """Read a number with its unit."""
     number, unit = split_text(text)
     with refused_as(QuantityError, repr(text)):
-        value = scaled(number, factor(unit))
+        value = exact_product(number, si_factor(unit))
     if not math.isfinite(value):
         raise QuantityError(f"{text!r} is not a quantity, expected a finite number")
     return Quantity(value, unit)
@@ -226,7 +226,7 @@ def well_written(text: str) -> str:
     return "one number, such as 3.5, or with a unit, such as '25 mm'"
 
 
-def scaled(number: float, by: float) -> float:
+def exact_product(number: float, by: float) -> float:
     """Multiply as on paper: "25 mm" becomes exactly the number that 0.025 is."""
     if not math.isfinite(number):
         return number
@@ -271,7 +271,7 @@ def to_unit(value: float, unit: str) -> float:
     QuantityError if the unit is unknown; the message names the value and the nearest known unit.
     """
     with refused_as(QuantityError, f"cannot convert {value!r}"):
-        by = factor(unit)
+        by = si_factor(unit)
     if not math.isfinite(value):
         return value
     return float(Decimal(repr(float(value))) / Decimal(repr(by)))

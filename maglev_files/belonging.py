@@ -4,13 +4,13 @@ import json
 from collections.abc import Iterable
 from pathlib import Path
 
-from maglev_files.cache import digest_of
+from maglev_files.cache import digest_at
 
 KEY = "files"   # of the JSON: digests by file name
 
 
 def digests_of(paths: Iterable[Path]) -> dict[str, str]:
-    return {path.name: digest_of(path) for path in paths}
+    return {path.name: digest_at(path) for path in paths}
 
 
 def stranger(path: Path) -> str:
@@ -23,6 +23,6 @@ def stranger(path: Path) -> str:
         expected = json.loads(beside.read_text(encoding="utf-8"))[KEY][path.name]
     except (OSError, ValueError, KeyError, TypeError):
         return ""
-    return "" if digest_of(path) == expected else (
+    return "" if digest_at(path) == expected else (
         f"is not the file that {beside.name} beside it is of: it was edited, or is of another run; expected both of "
         "one run, or this file alone")

@@ -26,7 +26,7 @@ class Kept(NamedTuple):
 
     @property
     def intact(self) -> bool:
-        return digest_of(self.path) == self.sha256
+        return digest_at(self.path) == self.sha256
 
 
 def cache_folder() -> Path:
@@ -87,7 +87,7 @@ def clear() -> None:
             shutil.rmtree(cache_folder() / part)
 
 
-def digest_of(path: Path) -> str:
+def digest_at(path: Path) -> str:
     """SHA-256 of a file; empty text if it cannot be read."""
     try:
         with path.open("rb") as file:

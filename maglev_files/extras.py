@@ -3,7 +3,7 @@
 from importlib.util import find_spec
 
 
-def command(extra: str) -> str:
+def installing(extra: str) -> str:
     """What installs an extra where this package is installed, which pip then looks for on no index."""
     return f"python -m pip install 'maglev-fmus[{extra}]'"
 
@@ -13,4 +13,4 @@ def lacking(module: str, extra: str, user: str) -> str:
     package = module.partition(".")[0]
     if find_spec(package) is not None:
         return ""
-    return f"{user} needs {package}, expected it to be installed: {command(extra)}, with the Python that runs maglev"
+    return f"{user} needs {package}, expected it to be installed: {installing(extra)}, with the Python that runs maglev"

@@ -121,7 +121,7 @@ def mode_parameters(rig: Rig, of: RigAxis) -> tuple[Variable, ...]:
                  for name, unit, text, low, high, nominal, hint in rows)
 
 
-def place(rig: Rig, what: str, way: str, source: str, fixed: bool) -> Variable:
+def platform_place(rig: Rig, what: str, way: str, source: str, fixed: bool) -> Variable:
     """Place of something on a platform that tilts, along x or z."""
     axes = [axis.name for axis in rig.horizontal]
     along = f"across {axes[0]}" if len(axes) == 1 else f"along {axes['xz'.index(way)]}"
@@ -138,7 +138,7 @@ def mount_variables(rig: Rig, motor: str) -> tuple[tuple[Variable, ...], tuple[V
         real_output(f"{motor}.gap_encoder", "m", "measured air gap of the motor", 0.01, discrete=True,
                     starts_from=(*decides, "encoder.resolution")),
         real_output(f"{motor}.gap", "m", "true air gap of the motor", 0.01, starts_from=decides))
-    parameters = (place(rig, motor, way, rig.source(f"motors.{motor}.{way}"), fixed=True) for way in rig.spots)
+    parameters = (platform_place(rig, motor, way, rig.source(f"motors.{motor}.{way}"), fixed=True) for way in rig.spots)
     placed = [lying_at(v, v.name.replace(motor, mount, 1)) for v in (*outputs, *parameters)]
     return tuple(placed[:2]), (*placed[2:], *stop_parameters(motor, mount, rig.source("motor_stop")))
 
@@ -155,10 +155,10 @@ def platform_variables(rig: Rig) -> tuple[Variable, ...]:
             parameter("height", "m", "height of the magnets' faces against the centre of mass, downwards",
                       rig.source("height"), -1.0, 1.0, 0.01, fixed=True),
             parameter("payload.mass", "kg", "mass of a payload that lies on the platform", NONE, 0.0, 1e6, 1.0),
-            *(place(rig, "payload", way, NONE, fixed=False) for way in rig.spots), *guides)
+            *(platform_place(rig, "payload", way, NONE, fixed=False) for way in rig.spots), *guides)
 
 
-def constant(of: RigConstant, source: str) -> Variable:
+def motion_constant(of: RigConstant, source: str) -> Variable:
     """Constant of the motion's equations; positive, so that every motor keeps its sign."""
     return parameter(of.name, of.unit, f"constant of the {of.meaning}, at the nominal {of.axis}.mass", source, 0.0, 1e6,
                      1.0)
@@ -174,7 +174,7 @@ def stage_variables(rig: Rig) -> tuple[Variable, ...]:
     inputs = [v for part in parts for v in part[0]]
     outputs = [v for part in parts for v in part[1]]
     parameters = [v for part in parts for v in part[2]]
-    constants = [constant(entry, rig.source("stage")) for entry in rig.constants]
+    constants = [motion_constant(entry, rig.source("stage")) for entry in rig.constants]
     stopped = "an axis or a motor" if rig.rotations else "an axis"
     at_stop = flag("at_stop", f"{stopped} was beyond an end stop during the step")
     return (*inputs, *outputs, at_stop, *constants,

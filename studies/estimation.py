@@ -15,7 +15,7 @@ from pathlib import Path
 from maglev.api.comparing import run_compared
 from maglev.api.options import experiments_of
 from maglev.experiment.execution import RunResult
-from maglev.experiment.selection import compared, needed, select
+from maglev.experiment.selection import compared_with, needed, select
 from maglev.judging.run_claims import judge_run
 from maglev.judging.verdicts import ClaimResult, count_verdicts, least_ratio, miss, ratio, sentences
 from maglev.procedures.evaluate import evaluate_all, judge_procedure
@@ -93,14 +93,14 @@ def of_model(values: Defaults, model: str | None, absent: Iterable[str] = ()) ->
 def row(settings: Settings, scale: float, ripple: Defaults | None = None) -> WeightRow:
     """All the evidence at a scale of friction, with slot ripple if it is given."""
     plans = [plan for plan in select(None) if not plan.check_only]
-    plans = [*plans, *compared(plans)]
+    plans = [*plans, *compared_with(plans)]
     defaults = {**times(scale, settings.assumed), **(ripple or {})}
     experiments = [replace(experiment, plan=with_defaults(experiment.plan, defaults, times(scale, settings.follows)))
                    for experiment in experiments_of([*plans, *needed(plans)], {})]
-    return split(settings, scale, ripple is not None, judge(list(run_compared(experiments, unwatched).values())))
+    return split(settings, scale, ripple is not None, judge_claims(list(run_compared(experiments, unwatched).values())))
 
 
-def judge(results: Sequence[RunResult]) -> list[Judged]:
+def judge_claims(results: Sequence[RunResult]) -> list[Judged]:
     """Verdicts on the claims about runs and procedures; other readings of an experiment are no further evidence."""
     metrics = {result.plan.name: result.metrics for result in results}
     return [*((run.plan.name, result) for run in results if not run.plan.another_reading

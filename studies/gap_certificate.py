@@ -67,7 +67,7 @@ class Loop(NamedTuple):
     middle: tuple[float, ...]
 
 
-def table(loop: Loop) -> Any:
+def law_of(loop: Loop) -> Any:
     """The regulator, started."""
     regulator = loop.regulator(INTERPOLATED)
     if regulator.start():
@@ -122,7 +122,7 @@ def slopes(regulator: Any, cell: int) -> tuple[Any, Any]:
     return (high.current - iv.mpf(low.current)) / spacing, (high.gain - iv.mpf(low.gain)) / spacing
 
 
-def parts_of(regulator: Any, cell: int, lower: float, upper: float) -> Iterator[Part]:
+def gap_parts(regulator: Any, cell: int, lower: float, upper: float) -> Iterator[Part]:
     """Parts between two gaps (m) in a cell of the table.
 
     The plant's bias counts, its ripple as any force that it can be, the modulation of the attraction as any of its
@@ -143,12 +143,12 @@ def parts_of(regulator: Any, cell: int, lower: float, upper: float) -> Iterator[
                    2 * constant / (COILS * f3 + root))
 
 
-def bounds(regulator: Any, cell: int, lower: float, upper: float) -> Box:
+def gap_bounds(regulator: Any, cell: int, lower: float, upper: float) -> Box:
     """Bounds of μ, −β i*', σ and β'/β between two gaps (m) in a cell; the ripple's stiffness is any that it can be."""
     slope, gain_slope = slopes(regulator, cell)
     waves, limit = RIG.vertical.ripple.amplitude * 2 * pi / RIG.vertical.ripple.period, regulator.current_limit
     intervals: dict[str, list[Any]] = {"mu": [], "alpha": [], "sigma": [], "growth": []}
-    for gain, attraction, f3, f4, (slope2, slope3, slope4), root, rest in parts_of(regulator, cell, lower, upper):
+    for gain, attraction, f3, f4, (slope2, slope3, slope4), root, rest in gap_parts(regulator, cell, lower, upper):
         stiffness = COILS * slope3 * rest - IRON * slope4 * rest**2 - attraction * slope2 + iv.mpf([-waves, waves])
         intervals["mu"].append((COILS * f3 - IRON * f4 * (iv.mpf([-limit, limit]) + rest)) / gain)
         intervals["alpha"].append(-gain * slope)
@@ -204,7 +204,7 @@ def corners(box: Mapping[str, tuple[float, float]], rate: float) -> Iterator[tup
 
 def find(loop: Loop, rate: float, decay: float) -> dict[str, Any]:
     """Certificate for a rate of the gap (m/s), V decreasing as exp(−2 decay t); its P are of x in units of `scale`."""
-    cvxpy, regulator = solver(), table(loop)
+    cvxpy, regulator = solver(), law_of(loop)
     parts = cells(loop, regulator)
     middle = np.array(loop.matrix(regulator, *loop.middle, 0.0))
     # Each state in the unit in which a first V, of one gap alone, is about 1.
@@ -237,7 +237,7 @@ def find(loop: Loop, rate: float, decay: float) -> dict[str, Any]:
 
 def verify(loop: Loop, certificate: Mapping[str, Any]) -> bool:
     """Whether V is positive and decreases at every corner of every cell, in rational arithmetic alone."""
-    regulator, decay = table(loop), Fraction(certificate["decay"])
+    regulator, decay = law_of(loop), Fraction(certificate["decay"])
     scale = rational(certificate["scale"])
     P = [rational(matrix) / np.outer(scale, scale) for matrix in certificate["P"]]
     parts = cells(loop, regulator)
@@ -280,11 +280,11 @@ def run_group(number: int) -> tuple[float, Any]:
     return after, maglev.batch(RUNS, values, set=common, kind="native", metrics=["stop contact time", "end error"])
 
 
-VERTICAL = Loop(PACKAGED / "studies" / "gap_certificate.json", Regulator3DOF, vertical, bounds,
+VERTICAL = Loop(PACKAGED / "studies" / "gap_certificate.json", Regulator3DOF, vertical, gap_bounds,
                 (1.0, 1300.0, 0.0, -70.0))
 
 
-def certify(loop: Loop, group: Callable[[int], tuple[float, Any]], units: Mapping[str, str], words: str) -> None:
+def certify_loop(loop: Loop, group: Callable[[int], tuple[float, Any]], units: Mapping[str, str], words: str) -> None:
     """Find a certificate of a loop, verify it, and write it; or run groups, and print how they end, by axis."""
     parser = argparse.ArgumentParser(description=words)
     parser.add_argument("--rate", type=float, default=0.05, help="of the gap, m/s")
@@ -311,4 +311,4 @@ def certify(loop: Loop, group: Callable[[int], tuple[float, Any]], units: Mappin
 
 
 if __name__ == "__main__":
-    certify(VERTICAL, run_group, {"y": "µm"}, __doc__.splitlines()[0])
+    certify_loop(VERTICAL, run_group, {"y": "µm"}, __doc__.splitlines()[0])

@@ -93,7 +93,7 @@ def border(change: Change, errors: Floats) -> str:
     return f"{sizes[some.argmax()]:.1f}" + (f", {sizes[every.argmax()]:.1f}" if every.any() else ", never")
 
 
-def compared(fixed: Floats, errors: Floats) -> list[str]:
+def beside_fixed(fixed: Floats, errors: Floats) -> list[str]:
     """Of a law beside the fixed one: runs that it saves, and that it loses alone, and its errors over the other's.
 
     Of errors, where both hold, the median, the largest, and the share that is over 2 % worse.
@@ -110,7 +110,7 @@ def table(found: Maps) -> str:
             " worse in |", "|---|---|---|---:|---:|---:|---:|---:|"]
     for name, maps in found.items():
         for law, errors in maps.items():
-            cells = [""] * 5 if law == "fixed" else compared(maps["fixed"], errors)
+            cells = [""] * 5 if law == "fixed" else beside_fixed(maps["fixed"], errors)
             rows.append("| " + " | ".join([CHANGES[name].title if law == "fixed" else "", law,
                                            border(CHANGES[name], errors), *cells]) + " |")
     return "\n".join(rows)
@@ -159,7 +159,7 @@ def draw(found: Maps, path: Path) -> None:
     write_figure(path, figure)
 
 
-def kept(folder: Path, name: str, law: str, cells: int, jobs: int | None) -> Floats:
+def kept_map(folder: Path, name: str, law: str, cells: int, jobs: int | None) -> Floats:
     """A map, from the folder if it is there."""
     path = folder / f"sudden-changes-{name}-{law}-{cells}.npy"
     if path.exists():
@@ -180,7 +180,7 @@ def main() -> None:
     parser.add_argument("--picture", type=Path, default=Path("docs/sudden_changes.png"))
     options = parser.parse_args()
     # What is about adaptation is compared with the fixed law alone.
-    found = {name: {law: kept(options.out, name, law, options.cells, options.jobs) for law in LAWS
+    found = {name: {law: kept_map(options.out, name, law, options.cells, options.jobs) for law in LAWS
                     if law != "ADRC" or "controller.adaptation.range" not in CHANGES[name].beside}
              for name in options.changes}
     draw(found, options.picture)

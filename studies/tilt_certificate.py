@@ -26,7 +26,7 @@ import maglev
 from controller_fmu.regulator_5dof import Regulator5DOF
 from maglev.schema.layers import PACKAGED
 from pmlsm.rig_5dof import RIG
-from studies.gap_certificate import COILS, GROUP, IRON, Box, Loop, certify, hulls, matrix_of, parts_of, slopes
+from studies.gap_certificate import COILS, GROUP, IRON, Box, Loop, certify_loop, gap_parts, hulls, matrix_of, slopes
 
 ABOUT = 0.8   # A
 RUNS = Path(__file__).with_suffix(".toml")
@@ -41,7 +41,7 @@ def bounds(regulator: Any, cell: int, lower: float, upper: float) -> Box:
     slope, gain_slope = slopes(regulator, cell)
     about = iv.mpf([-ABOUT, ABOUT])
     intervals: dict[str, list[Any]] = {"mu": [], "nu": [], "eta": [], "growth": []}
-    for gain, attraction, f3, f4, (slope2, slope3, slope4), _, rest in parts_of(regulator, cell, lower, upper):
+    for gain, attraction, f3, f4, (slope2, slope3, slope4), _, rest in gap_parts(regulator, cell, lower, upper):
         current = rest + about
         intervals["mu"].append((COILS * f3 - 2 * IRON * f4 * current) / gain)
         intervals["nu"].append(SHARE * (COILS * slope3 * current - IRON * slope4 * current**2 - attraction * slope2))
@@ -77,4 +77,4 @@ def run_group(number: int) -> tuple[float, Any]:
 
 
 if __name__ == "__main__":
-    certify(TILT, run_group, {"y": "µm", "roll": "µrad", "pitch": "µrad"}, __doc__.splitlines()[0])
+    certify_loop(TILT, run_group, {"y": "µm", "roll": "µrad", "pitch": "µrad"}, __doc__.splitlines()[0])

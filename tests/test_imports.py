@@ -9,7 +9,7 @@ import pytest
 
 from fmi_export.native.build import EXTERNAL, PARTS, SHELLS
 from maglev.packages import OURS
-from tools.house_map import drawing, imported, page, room_of
+from tools.house_map import drawing, imported_lines, map_page, room_of
 
 ROOT = Path(__file__).parents[1]
 
@@ -75,7 +75,7 @@ def test_imports_point_down(package: str) -> None:
         reached = {name for room, names in REACHES.items() if module.startswith(room) for name in names}
         # The table of the FMUs, and what writes blocks, names their modules as text.
         reached |= set(BLOCKS) if module.startswith(("maglev.stages", "maglev.rig.")) else set()
-        for line, name in imported(path):
+        for line, name in imported_lines(path):
             if PACKAGE.fullmatch(name) and name.split(".")[0] not in {package} | BELOW[package] | reached:
                 wrong.append(f"{path.relative_to(ROOT)}:{line}: {name}")
     assert sources(package)
@@ -87,7 +87,7 @@ def room_arrows() -> dict[tuple[str, str], list[str]]:
     found: dict[tuple[str, str], list[str]] = {}
     for path in sources("maglev"):
         room = room_of(".".join(path.relative_to(ROOT).with_suffix("").parts))
-        for line, name in imported(path):
+        for line, name in imported_lines(path):
             if name.split(".")[0] == "maglev" and room_of(name) != room:
                 found.setdefault((room, room_of(name)), []).append(f"{path.relative_to(ROOT)}:{line}")
     return found
@@ -107,7 +107,7 @@ def test_what_runs_any_fmu_knows_no_stage(room: str) -> None:
     files = sources(f"maglev/{room}")
     assert files
     for path in files:
-        for line, name in imported(path):
+        for line, name in imported_lines(path):
             known = room_of(name) if name.startswith("maglev.") else name.split(".")[0]
             assert known not in (*BLOCKS, "pmlsm", *OF_STAGES), f"{path.relative_to(ROOT)}:{line}: {name}"
 
@@ -120,7 +120,7 @@ def test_the_master_reaches_nothing_that_writes_or_reads_a_stage() -> None:
     while waiting:
         if (name := waiting.pop()) not in reached:
             reached.add(name)
-            waiting += [other for _, other in imported(files[name]) if other in files]
+            waiting += [other for _, other in imported_lines(files[name]) if other in files]
     assert "maglev.own_fmus" in reached
     assert not {name for name in reached if name.startswith(("maglev.rig", "maglev.own_stage", "maglev.linear"))}
 
@@ -129,7 +129,7 @@ def test_modules_have_no_circles() -> None:
     """Not within a room either, types and what is imported in functions included."""
     files = {".".join(path.relative_to(ROOT).with_suffix("").parts): path for package in BELOW
              for path in sources(package)}
-    TopologicalSorter({module: {name for _, name in imported(path)} & files.keys() - {module}
+    TopologicalSorter({module: {name for _, name in imported_lines(path)} & files.keys() - {module}
                        for module, path in files.items()}).prepare()   # CycleError has their names
 
 
@@ -177,7 +177,7 @@ def test_folders_and_files_stay_small() -> None:
 
 
 def test_the_map_is_that_of_the_imports() -> None:
-    for name, made in (("map.svg", drawing()), ("map.md", page())):
+    for name, made in (("map.svg", drawing()), ("map.md", map_page())):
         assert (ROOT / "docs" / name).read_text(encoding="utf-8") == made, "`python tools/house_map.py` draws it anew"
 
 
@@ -185,7 +185,7 @@ def test_the_map_is_that_of_the_imports() -> None:
 def test_blocks_know_no_fmu(package: str) -> None:
     wrong = [f"{path.relative_to(ROOT)}:{line}: {name}" for path in sources(package)
              if not DESCRIBES.fullmatch(path.stem) and path.parent.name != "drawings"
-             for line, name in imported(path) if name.split(".")[0] == "fmi_export"]
+             for line, name in imported_lines(path) if name.split(".")[0] == "fmi_export"]
     assert not wrong
 
 

@@ -29,7 +29,7 @@ def tool() -> ModuleType:
 
 TOOL = tool()
 MUTATIONS = TOOL.read_mutations()
-plans_of = cache(TOOL.plans_of)
+named_plans = cache(TOOL.named_plans)
 
 
 @pytest.mark.few(70)
@@ -42,7 +42,7 @@ def test_a_mutation_changes_one_place_of_a_block_of_its_runs(mutation: Any) -> N
         return
     assert ast.dump(ast.parse(changed)) != ast.dump(ast.parse((ROOT / mutation.file).read_text(encoding="utf-8")))
     assert set(mutation.fmus) <= set(DEFINITIONS)
-    simulated = {fmu.model for plan in plans_of(mutation.runs) for fmu in plan.fmus.values()}
+    simulated = {fmu.model for plan in named_plans(mutation.runs) for fmu in plan.fmus.values()}
     assert set(mutation.fmus) <= simulated
 
 
@@ -59,4 +59,4 @@ def test_fmus_of_changed_sources_are_run_and_not_refused(monkeypatch: pytest.Mon
         return CheckResult(experiment.plan.name, "passed", "", None, {}, 0.0)
 
     monkeypatch.setattr(TOOL, "check_run", check_run)
-    assert TOOL.noticed(plans_of(("3dof-effects-ripple",)), Path()) == ""
+    assert TOOL.noticed(named_plans(("3dof-effects-ripple",)), Path()) == ""

@@ -6,7 +6,7 @@ from pathlib import Path
 
 import pytest
 
-from fmi_export.native.translation import translated
+from fmi_export.native.translation import translate_modules
 from fmi_export.sources import carried_modules
 from maglev.own_fmus import DEFINITIONS, definition
 from maglev.packages import PACKAGES
@@ -127,4 +127,4 @@ def test_pyccel_translates_every_block() -> None:
     of_fmus = {module for name in DEFINITIONS
                for module in carried_modules(definition(name).block.__module__, PACKAGES)}
     for name in BLOCKS.keys() - of_fmus:
-        assert f"{name.rpartition('.')[2]}.c" in translated(carried_modules(name, PACKAGES))
+        assert f"{name.rpartition('.')[2]}.c" in translate_modules(carried_modules(name, PACKAGES))

@@ -28,7 +28,7 @@ from typing import Any, NamedTuple
 from fmi_export.definition import FmuDefinition
 from fmi_export.native.build import translated_blocks
 from fmi_export.native.compiler import FLAGS, UNIT, WEBASSEMBLY, Platform, library
-from fmi_export.native.translation import files_of, literal
+from fmi_export.native.translation import c_literal, module_files
 from fmi_export.sources import carried_modules
 from fmi_export.target.freestanding import template
 from maglev.microcontroller.emulator import OPTIONS, PROGRAM
@@ -92,26 +92,26 @@ class Run:
     def code(self) -> str:
         """The same as a function in C."""
         name = self.of.block.__name__
-        arguments = "".join(f", {literal(argument)}" for argument in self.of.arguments)
-        start = [f"loop.{place} = {literal(value)};" for place, value in self.start.items()]
-        waves = [f"loop.{place} = {literal(w.middle)} + {literal(w.amplitude)} * sine_of_turns("
-                 f"{literal(w.frequency)} * t + {literal(w.phase)});" for place, w in self.waves.items()]
+        arguments = "".join(f", {c_literal(argument)}" for argument in self.of.arguments)
+        start = [f"loop.{place} = {c_literal(value)};" for place, value in self.start.items()]
+        waves = [f"loop.{place} = {c_literal(w.middle)} + {c_literal(w.amplitude)} * sine_of_turns("
+                 f"{c_literal(w.frequency)} * t + {c_literal(w.phase)});" for place, w in self.waves.items()]
         taken = [f"digest = taken(digest, loop.{place});" for place in self.numbers]
         return "\n".join([
             f'#include "{self.of.block.__module__.rpartition(".")[2]}.h"', '#include "sine_cosine.h"', "",
             "static uint64_t run(void)", "{", f"    struct {name} loop;", f"    {name}__init__(&loop{arguments});",
-            *indented(1, start), f"    if ({name}__start(&loop)) {{", "        return 0;", "    }",
+            *indented_lines(1, start), f"    if ({name}__start(&loop)) {{", "        return 0;", "    }",
             "    uint64_t digest = EMPTY_DIGEST;", f"    for (int k = 0; k < {self.steps}; ++k) {{",
-            f"        const double t = k * {literal(self.step)};", *indented(2, waves),
-            f"        if ({name}__step(&loop, t, {literal(self.step)})) {{", "            return 0;", "        }",
-            *indented(2, taken), "    }", "    return digest;", "}", ""])
+            f"        const double t = k * {c_literal(self.step)};", *indented_lines(2, waves),
+            f"        if ({name}__step(&loop, t, {c_literal(self.step)})) {{", "            return 0;", "        }",
+            *indented_lines(2, taken), "    }", "    return digest;", "}", ""])
 
 
-def indented(depth: int, lines: Iterable[str]) -> list[str]:
+def indented_lines(depth: int, lines: Iterable[str]) -> list[str]:
     return [4 * depth * " " + line for line in lines]
 
 
-def run_of(name: str) -> Run:
+def loop_run(name: str) -> Run:
     """The run of a closed loop; ValueError if an effect or a wave is of no variable of it."""
     of = definition(name)
     block = of.new_block()
@@ -138,7 +138,7 @@ def run_of(name: str) -> Run:
 
 @cache
 def runs() -> tuple[Run, ...]:
-    return tuple(map(run_of, NAMES))
+    return tuple(map(loop_run, NAMES))
 
 
 @cache
@@ -148,7 +148,7 @@ def all_blocks() -> dict[str, str]:
 
 def sources(run: Run) -> dict[str, str]:
     modules = carried_modules(run.of.block.__module__, PACKAGES)
-    return {**files_of(modules, all_blocks()), "prefix.h": "", "run.h": run.code(),
+    return {**module_files(modules, all_blocks()), "prefix.h": "", "run.h": run.code(),
             "host.c": (HOSTS / "host.c").read_text(encoding="utf-8")}
 
 
@@ -156,7 +156,7 @@ class Absent(Exception):
     """What an environment lacks on this machine."""
 
 
-def command(*names: str) -> str:
+def program_path(*names: str) -> str:
     """Path of the first of some programs that is there."""
     for name in names:
         if path := shutil.which(name):
@@ -164,7 +164,7 @@ def command(*names: str) -> str:
     raise Absent(f"no {names[0]}")
 
 
-def printed(*arguments: str | Path, text: str = "", environment: Mapping[str, str] | None = None) -> str:
+def printed_digest(*arguments: str | Path, text: str = "", environment: Mapping[str, str] | None = None) -> str:
     """The digest that a program prints. RuntimeError if it prints anything else."""
     done = subprocess.run(arguments, input=text, capture_output=True, text=True,
                           env={**os.environ, **(environment or {})})
@@ -181,12 +181,12 @@ def python(minor: int, run: Run) -> str:
     path = own or next(map(str, pyenv.glob(f"3.{minor}.*/bin/python")), None) or shutil.which(f"python3.{minor}")
     if path is None:
         raise Absent(f"no Python 3.{minor}")
-    return printed(path, "-IB", HOSTS / "host.py", ROOT, text=json.dumps(run.plan()))
+    return printed_digest(path, "-IB", HOSTS / "host.py", ROOT, text=json.dumps(run.plan()))
 
 
 def by_gcc(run: Run) -> str:
     """The C library and the compiler of this system."""
-    compiler = command("gcc")
+    compiler = program_path("gcc")
     with scratch() as folder:
         for name, text in sources(run).items():
             (folder / name).write_text(text, encoding="utf-8")
@@ -194,19 +194,19 @@ def by_gcc(run: Run) -> str:
         units = "".join(f'#include "{name}"\n' for name in sorted(sources(run)) if name.endswith(".c"))
         (folder / unit).write_text(units, encoding="utf-8")
         subprocess.run([compiler, *FLAGS, "-o", folder / "bits", folder / unit], check=True)
-        return printed(folder / "bits")
+        return printed_digest(folder / "bits")
 
 
 def by_zig(target: str, flags: tuple[str, ...], emulator: str, run: Run,
            further: Mapping[str, str] | None = None) -> str:
     """A target of zig's, perhaps with further files, on this machine as it is or by an emulator, with its options."""
-    before = [*map(command, emulator.split()[:1]), *emulator.split()[1:]]
+    before = [*map(program_path, emulator.split()[:1]), *emulator.split()[1:]]
     ending = ".exe" if "windows" in target else ""
     with scratch() as folder:
         program = folder / f"bits{ending}"
         program.write_bytes(library({**sources(run), **(further or {})}, "bits", Platform((target,), ending, flags)))
         program.chmod(0o700)
-        return printed(*before, program, environment={
+        return printed_digest(*before, program, environment={
             "WINEDEBUG": "-all", "WINEPREFIX": wine_prefix(), "DISPLAY": ""} if emulator == "wine" else {})
 
 
@@ -232,10 +232,10 @@ def webassembly(name: str) -> bytes:
 
 
 def node(run: Run) -> str:
-    program = command("node")
+    program = program_path("node")
     with scratch() as folder:
         (folder / "bits.wasm").write_bytes(webassembly(run.of.name))
-        return printed(program, HOSTS / "host.mjs", folder / "bits.wasm")
+        return printed_digest(program, HOSTS / "host.mjs", folder / "bits.wasm")
 
 
 def in_wasmtime(run: Run) -> str:
@@ -255,7 +255,7 @@ def chromium(run: Run) -> str:
         from playwright.sync_api import sync_playwright
     except ImportError:
         raise Absent("no playwright") from None
-    path = command("chromium", "chromium-browser", "google-chrome")
+    path = program_path("chromium", "chromium-browser", "google-chrome")
     with sync_playwright() as playwright:
         browser = playwright.chromium.launch(executable_path=path, args=["--no-sandbox"])
         digest = browser.new_page().evaluate("""async (text) => {
@@ -311,7 +311,7 @@ THOROUGH = (
     Environment("WebAssembly", "zig, Chromium", chromium))
 
 
-def table(results: Mapping[Environment, tuple[str, ...] | str]) -> str:
+def results_table(results: Mapping[Environment, tuple[str, ...] | str]) -> str:
     rows = [f"| {environment.name} | {environment.by} | " + (
         f"{NOT_HERE}: {result} |{(len(NAMES) - 1) * ' |'}" if isinstance(result, str)
         else " | ".join(f"`{digest}`" for digest in result) + " |") for environment, result in results.items()]
@@ -339,7 +339,7 @@ def main() -> None:
     if arguments.check:
         seen |= of_page()
     else:
-        PAGE.write_text(with_part(PAGE, "bits", table(results)), encoding="utf-8")
+        PAGE.write_text(with_part(PAGE, "bits", results_table(results)), encoding="utf-8")
     if len(seen) != 1 or any("0" * 16 in digest for digest in seen):
         sys.exit(f"not the same bits: {seen}")
 

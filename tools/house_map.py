@@ -40,7 +40,7 @@ line leads to, directly or through others. Yellow boxes are the blocks, which be
 
 
 @cache
-def imported(path: Path) -> list[tuple[int, str]]:
+def imported_lines(path: Path) -> list[tuple[int, str]]:
     """Lines and names of the modules that a file imports: at the top, in functions, and by name as text."""
     package, found = ".".join(path.relative_to(ROOT).parent.parts), []
     for node in ast.walk(ast.parse(path.read_text(encoding="utf-8"))):
@@ -69,7 +69,7 @@ def arrows() -> dict[str, set[str]]:
     graph: dict[str, set[str]] = {}
     for path in (path for package in OURS for path in sorted((ROOT / package).rglob("*.py"))):
         box = box_of(".".join(path.relative_to(ROOT).with_suffix("").parts))
-        reached = {box_of(name) for _, name in imported(path) if name.split(".")[0] in OURS and " " not in name}
+        reached = {box_of(name) for _, name in imported_lines(path) if name.split(".")[0] in OURS and " " not in name}
         graph[box] = graph.get(box, set()) | reached - {box}
     return {box: reached & graph.keys() for box, reached in graph.items()}
 
@@ -91,7 +91,7 @@ def reduced(graph: dict[str, set[str]]) -> dict[str, set[str]]:
             for box, reached in graph.items()}
 
 
-def rows_of(graph: dict[str, set[str]], lines: dict[str, set[str]]) -> list[list[str]]:
+def box_rows(graph: dict[str, set[str]], lines: dict[str, set[str]]) -> list[list[str]]:
     """Boxes row by row from the top, each below the middle of those that import it."""
     level = levels(graph)
     rows: list[list[str]] = []
@@ -108,7 +108,7 @@ def rows_of(graph: dict[str, set[str]], lines: dict[str, set[str]]) -> list[list
 def drawing() -> str:
     graph = arrows()
     lines = reduced(graph)
-    rows = rows_of(graph, lines)
+    rows = box_rows(graph, lines)
     width = max(map(len, rows)) * (WIDTH + GAP) - GAP + 2 * SIDE
     place = {box: (width / 2 + (k - (len(row) - 1) / 2) * (WIDTH + GAP), SIDE + number * LEVEL)
              for number, row in enumerate(rows) for k, box in enumerate(row)}
@@ -132,11 +132,11 @@ def shown(box: str) -> str:
     return {"__init__": "import maglev", "__main__": "maglev"}.get(box, box)
 
 
-def page() -> str:
+def map_page() -> str:
     """The page with the map: from the top, what each box is, as the first line of its docstring says."""
     graph = arrows()
     table = []
-    for box in (box for row in rows_of(graph, reduced(graph)) for box in row):
+    for box in (box for row in box_rows(graph, reduced(graph)) for box in row):
         place = ROOT / box if box in OURS else ROOT / TOOL / box
         file = place / "__init__.py" if place.is_dir() else place.with_suffix(".py")
         said = (ast.get_docstring(ast.parse(file.read_text(encoding="utf-8"))) or "").splitlines()[0]
@@ -146,4 +146,4 @@ def page() -> str:
 
 if __name__ == "__main__":
     (ROOT / "docs" / "map.svg").write_text(drawing(), encoding="utf-8", newline="\n")
-    (ROOT / "docs" / "map.md").write_text(page(), encoding="utf-8", newline="\n")
+    (ROOT / "docs" / "map.md").write_text(map_page(), encoding="utf-8", newline="\n")

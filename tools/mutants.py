@@ -78,12 +78,12 @@ def read_mutations() -> list[Mutation]:
             for name, group in groups.items() for mutation in group["mutations"]]
 
 
-def plans_of(runs: Sequence[str]) -> list[RunPlan]:
+def named_plans(runs: Sequence[str]) -> list[RunPlan]:
     """Plans of runs; the name of a scenario stands for its variants."""
     return [plan for name in runs for plan in load_plans(name)]
 
 
-def copied(source: Path, *further: str) -> Path:
+def copied_packages(source: Path, *further: str) -> Path:
     """A folder with a copy of the packages, and of further folders."""
     for name in (*COPIED, *further):
         shutil.copytree(ROOT / name, source / name, ignore=shutil.ignore_patterns("__pycache__", "baselines"))
@@ -92,9 +92,9 @@ def copied(source: Path, *further: str) -> Path:
     return source
 
 
-def built(mutation: Mutation, folder: Path, unchanged: Path) -> str:
+def mutated_fmus(mutation: Mutation, folder: Path, unchanged: Path) -> str:
     """Build the FMUs of a mutation beside links to the unchanged ones; what the compiler refuses, in a line."""
-    source, fmus = copied(folder / "source", *(TESTED if mutation.tests else ())), folder / "fmus"
+    source, fmus = copied_packages(folder / "source", *(TESTED if mutation.tests else ())), folder / "fmus"
     (source / mutation.file).write_text(mutation.source(), encoding="utf-8")
     fmus.mkdir()
     if not mutation.fmus:
@@ -116,7 +116,7 @@ def noticed(plans: Sequence[RunPlan], fmus: Path) -> str:
     return ""
 
 
-def failing(tests: Sequence[str], source: Path) -> str:
+def failing_test(tests: Sequence[str], source: Path) -> str:
     """What pytest says of the first test that fails with copied sources; empty if all pass."""
     done = subprocess.run([sys.executable, "-m", "pytest", "-x", "--no-header", "-p", "no:cacheprovider", *tests],
                           cwd=source, text=True, capture_output=True, env={**os.environ, "PYTHONPATH": str(source)})
@@ -126,7 +126,7 @@ def failing(tests: Sequence[str], source: Path) -> str:
     return "".join(failed[:1])
 
 
-def chosen(mutations: Sequence[Mutation], words: Sequence[str]) -> list[tuple[int, Mutation]]:
+def chosen_mutations(mutations: Sequence[Mutation], words: Sequence[str]) -> list[tuple[int, Mutation]]:
     """Numbered mutations, those that any of the words is for."""
     return [(k, mutation) for k, mutation in enumerate(mutations, 1)
             if not words or any(word == str(k) or (not word.isdigit() and word in f"{mutation.group} {mutation}")
@@ -138,25 +138,25 @@ def main() -> int:
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("words", nargs="*", help="numbers, or parts of group, file or text")
     words = parser.parse_args().words
-    mutations = chosen(read_mutations(), words)
+    mutations = chosen_mutations(read_mutations(), words)
     wrong: list[str] = []
     with tempfile.TemporaryDirectory(prefix="mutants-") as temporary:
         unchanged = Path(temporary) / "unchanged"
-        plans = {run: plans_of([run]) for _, mutation in mutations for run in mutation.runs}
+        plans = {run: named_plans([run]) for _, mutation in mutations for run in mutation.runs}
         used = {str(fmu.model) for some in plans.values() for plan in some for fmu in plan.fmus.values()}
         build(used, unchanged, HOST)
         tests = list(dict.fromkeys(test for _, mutation in mutations for test in mutation.tests))
         failure = noticed([plan for some in plans.values() for plan in some], unchanged) or (
-            failing(tests, copied(Path(temporary) / "source", *TESTED)) if tests else "")
+            failing_test(tests, copied_packages(Path(temporary) / "source", *TESTED)) if tests else "")
         if failure:
             print(f"without a mutation: {failure}")
             return 1
         for number, mutation in mutations:
             folder = Path(temporary) / str(number)
-            failure = built(mutation, folder, unchanged)
+            failure = mutated_fmus(mutation, folder, unchanged)
             text = f"cannot be built: {failure}" if failure else noticed(
-                plans_of(mutation.runs), folder / "fmus") or (
-                failing(mutation.tests, folder / "source") if mutation.tests else "")
+                named_plans(mutation.runs), folder / "fmus") or (
+                failing_test(mutation.tests, folder / "source") if mutation.tests else "")
             shutil.rmtree(folder)
             expected = bool(text) != bool(mutation.equivalent) and not failure
             verdict = "noticed" if text else "survived"

@@ -24,14 +24,14 @@ def main() -> int:
     for page, rows in tomllib.loads(LIST.read_text(encoding="utf-8")).items():
         text = " ".join((ROOT / "docs" / page).read_text(encoding="utf-8").split())
         for template, *specifications in rows:
-            expected = template.format(*(number(specification) for specification in specifications))
+            expected = template.format(*(run_number(specification) for specification in specifications))
             if expected not in text:
                 wrong += 1
                 print(f"docs/{page}: expected {expected!r} by {', '.join(specifications)}")
     return 1 if wrong else 0
 
 
-def number(specification: str) -> float:
+def run_number(specification: str) -> float:
     """What a run has, in the unit: the largest of all steps and events, or their mean."""
     match = VALUE.fullmatch(specification)
     if match is None:

@@ -57,13 +57,13 @@ SETS = (
 )
 
 
-def difference(gain_set: GainSet) -> float:
+def largest_difference(gain_set: GainSet) -> float:
     """Largest relative difference of a coefficient of the polynomial of the gains from that of the printed poles."""
     printed = np.poly(gain_set.poles).real
     return float(np.abs(regulator_polynomial(gain_set.gains, OMEGA0) / printed - 1.0)[1:].max())
 
 
-def verdict(share: float) -> str:
+def poles_verdict(share: float) -> str:
     return "the same" if share < SAME else "nearly" if share < NEARLY else "**not these**"
 
 
@@ -89,7 +89,7 @@ def axis_rates(loop: Loop, axis: str) -> Array:
     return slowest_first(equivalents(poles, loop.controller.sample_time or 0.0))
 
 
-def written(poles: Array | tuple[complex, ...]) -> str:
+def pole_words(poles: Array | tuple[complex, ...]) -> str:
     """Poles as text, the fastest first, a pair as one."""
     values = sorted((complex(pole) for pole in poles), key=lambda pole: pole.real)
     return ", ".join((f"{pole.real:.1f} ± {pole.imag:.1f}i" if pole.imag else f"{pole.real:.1f}").replace("-", "−")
@@ -101,14 +101,14 @@ def design_table() -> list[str]:
     rows = ["| gains | printed poles (1/s) | poles of the gains (1/s) | coefficients within | verdict |",
             "|---|---|---|---|---|"]
     for gain_set in SETS:
-        share, poles = difference(gain_set), slowest_first(
+        share, poles = largest_difference(gain_set), slowest_first(
             np.roots(regulator_polynomial(gain_set.gains, OMEGA0)).astype(np.complex128))
-        rows.append(f"| {gain_set.name} {gain_set.source} | {written(gain_set.poles)} | "
-                    f"{written(poles)} | {100.0 * share:.2g} % | {verdict(share)} |")
+        rows.append(f"| {gain_set.name} {gain_set.source} | {pole_words(gain_set.poles)} | "
+                    f"{pole_words(poles)} | {100.0 * share:.2g} % | {poles_verdict(share)} |")
     return rows
 
 
-def loop_table() -> list[str]:
+def poles_beside_loop() -> list[str]:
     """Poles of the design beside those of the sampled loop of plant and regulator, and its margins."""
     rows = ["| gains | axis, at | poles in the loop, to 300 /s (1/s) | gain factor | phase | delay | Ms | disk |",
             "|---|---|---|---|---|---|---|---|"]
@@ -118,13 +118,13 @@ def loop_table() -> list[str]:
         margins = loop.margins(axis)
         slow = [rate for rate in axis_rates(loop, axis) if abs(rate) < FAST]
         rows.append(f"| {gain_set.name} {gain_set.source} | {axis}, {1e3 * gain_set.gap:.0f} mm | "
-                    f"{written(np.array(slow))} | {margins.gain_down:.2f}…{margins.gain_up:.0f} | "
+                    f"{pole_words(np.array(slow))} | {margins.gain_down:.2f}…{margins.gain_up:.0f} | "
                     f"{np.degrees(margins.phase):.0f}° | {1e3 * margins.delay:.1f} ms | "
                     f"{margins.sensitivity_peak:.2f} | {margins.disk:.2f} |")
     return rows
 
 
-TABLES = {"design": design_table, "loop": loop_table}
+TABLES = {"design": design_table, "loop": poles_beside_loop}
 
 
 def main() -> None:

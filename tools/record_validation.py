@@ -13,7 +13,7 @@ from pathlib import Path
 
 from fmi_export.experiments.files import VALIDATION
 from maglev.experiment.preparation import prepare
-from maglev.fmu_experiments.pack import recorded
+from maglev.fmu_experiments.pack import recorded_experiment
 from maglev.own_fmus import DEFINITIONS, definition
 from maglev.schema.layers import PACKAGED, packaged_runs
 from maglev.schema.loading import load_plan
@@ -39,10 +39,10 @@ def run_with(name: str) -> tuple[RunPlan, str] | None:
     plan = load_plan(next(run for suffix, run in first.items() if name.endswith(suffix)))
     places = {f"{v.place.partition('.')[0]}.{v.name}": f"loop.{v.name}" for v in definition(name).variables
               if v.causality == "input"}
-    return (alone(plan, name, places), "loop") if {signal.to for signal in plan.signals} <= places.keys() else None
+    return (loop_plan(plan, name, places), "loop") if {signal.to for signal in plan.signals} <= places.keys() else None
 
 
-def alone(plan: RunPlan, name: str, inputs: Mapping[str, str]) -> RunPlan:
+def loop_plan(plan: RunPlan, name: str, inputs: Mapping[str, str]) -> RunPlan:
     """The references of a run, given to a closed loop, whose inputs are by their names in the run."""
     signals = [signal.model_copy(update={"to": inputs[signal.to], "rate_to": inputs.get(signal.rate_to or "")})
                for signal in plan.signals]
@@ -72,8 +72,8 @@ def main() -> None:
         plan, fmu = found_run
         steps, every = (LOOP_STEPS, LOOP_EVERY) if fmu == "loop" else (STEPS, EVERY)
         experiment = prepare(early(plan, steps * plan.step), Path("fmus"), {}, {})
-        files = recorded(experiment, experiment.run(), fmu, f"{name}_validation", VALIDATION,
-                         f"{name} as in the start of the scenario {plan.name}", every, DIGITS)
+        files = recorded_experiment(experiment, experiment.run(), fmu, f"{name}_validation", VALIDATION,
+                                    f"{name} as in the start of the scenario {plan.name}", every, DIGITS)
         for old in FOLDER.glob(f"{files.name}*"):
             old.unlink()
         for file, data in files.files().items():

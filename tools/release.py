@@ -90,7 +90,7 @@ def release(out: Path, parts: list[str]) -> None:
                 distributions(Path(scratch), out, version, int(date))
             else:
                 folder = SITE if part == "site" else fmus(Path(scratch) / part, part)
-                packed(out / f"maglev-fmus-{version}-{part}.zip", folder)
+                pack_archive(out / f"maglev-fmus-{version}-{part}.zip", folder)
     provenance = {"project": "maglev-fmus", "version": version, "commit": commit, "dirty": dirty,
                   "date": datetime.fromtimestamp(int(date), UTC).isoformat(), "python": platform.python_version(),
                   "system": f"{platform.system()} {platform.machine()}",
@@ -178,7 +178,7 @@ def fmus(folder: Path, part: str) -> Path:
     return folder
 
 
-def packed(path: Path, folder: Path) -> None:
+def pack_archive(path: Path, folder: Path) -> None:
     """Write an archive of a folder, sorted, dated by the commit."""
     from fmi_export.build import write_archive
 

@@ -45,7 +45,7 @@ def laws() -> dict[str, str]:
     return runs
 
 
-def measured(name: str, run: str) -> Cost:
+def cost_of(name: str, run: str) -> Cost:
     with TemporaryDirectory() as folder:
         report = maglev.target(name, run, out=folder).report
     assert report is not None, "expected qemu-system-arm to be installed"
@@ -67,7 +67,7 @@ def as_markdown(costs: Mapping[str, Cost]) -> str:
 def main() -> None:
     costs = {}
     for name, run in laws().items():
-        costs[name] = measured(name, run)
+        costs[name] = cost_of(name, run)
         print(name, costs[name], flush=True)
     COSTS.write_text(as_toml(costs), encoding="utf-8")
     PAGE.write_text(with_part(PAGE, "costs", as_markdown(costs)), encoding="utf-8")

@@ -17,7 +17,7 @@ from maglev.schema.judged.claims import Claim, Elsewhere, ProcedureClaim, RunCla
 from maglev.schema.judged.procedure import ProcedureSettings
 from maglev.schema.signals.kinds import Constant, Csv, SignalTable, Sinusoids, Steps, Term
 from maglev.schema.toml_table import Table, ValueKind
-from maglev.units import markdown as markdown_of_units
+from maglev.units import units_markdown as markdown_of_units
 from maglev_files.marked import with_part
 
 TABLES: tuple[type[Table], ...] = (
@@ -61,31 +61,31 @@ def keys_of(table: type[Table]) -> Iterator[Key]:
         key = field.alias or name
         if field.description and name not in shared:
             named = f": {', '.join(f'`{name}`' for name in NAMES[table, key])}" if (table, key) in NAMES else ""
-            yield Key(key, kind_of(field), without(key, field), field.description + named)
+            yield Key(key, key_kind(field), without_key(key, field), field.description + named)
 
 
-def kind_of(field: FieldInfo) -> str:
+def key_kind(field: FieldInfo) -> str:
     kind = next((item for item in field.metadata if isinstance(item, ValueKind)), None)
-    return kind.words if kind is not None else words(field.annotation)
+    return kind.words if kind is not None else kind_words(field.annotation)
 
 
-def words(annotation: Any) -> str:
+def kind_words(annotation: Any) -> str:
     arguments = get_args(annotation)
     origin = get_origin(annotation)
     if origin is Annotated:
         kind = next((item for item in arguments[1:] if isinstance(item, ValueKind)), None)
-        return kind.words if kind is not None else words(arguments[0])
+        return kind.words if kind is not None else kind_words(arguments[0])
     if origin in (Union, UnionType):
-        return ", or ".join(dict.fromkeys(words(argument) for argument in arguments if argument is not NoneType))
+        return ", or ".join(dict.fromkeys(kind_words(argument) for argument in arguments if argument is not NoneType))
     if origin is Literal:
         return " or ".join(f'"{argument}"' for argument in arguments)
     if origin is list:
-        of = words(arguments[0])
+        of = kind_words(arguments[0])
         return "tables" if "table" in of else f"list of {'pairs' if get_origin(arguments[0]) is tuple else plural(of)}"
     if origin is tuple:
-        return f"two {plural(words(arguments[0]))}"
+        return f"two {plural(kind_words(arguments[0]))}"
     if origin is dict:
-        of = words(arguments[1])
+        of = kind_words(arguments[1])
         return "tables by name" if of == "table" else f"{plural(of)} by name"
     if isinstance(annotation, type) and issubclass(annotation, Table):
         return "table"
@@ -96,7 +96,7 @@ def plural(text: str) -> str:
     return {"quantity": "quantities"}.get(text, text if text.startswith(("text", "list")) else f"{text}s")
 
 
-def without(key: str, field: FieldInfo) -> str:
+def without_key(key: str, field: FieldInfo) -> str:
     """What a key is without it; empty text for nothing."""
     if key == "output_interval":
         return "`step`"
@@ -113,7 +113,7 @@ def without(key: str, field: FieldInfo) -> str:
     return f"{default:g} {unit}".rstrip() if isinstance(default, float) else str(default)
 
 
-def markdown() -> str:
+def keys_markdown() -> str:
     return "\n".join(line for table in TABLES for line in table_lines(table)) + "\n"
 
 
@@ -127,7 +127,7 @@ def table_lines(table: type[Table]) -> Iterator[str]:
 
 
 PAGE = Path(__file__).parents[1] / "docs" / "scenarios.md"
-PARTS: dict[str, Callable[[], str]] = {"units": markdown_of_units, "keys": markdown}
+PARTS: dict[str, Callable[[], str]] = {"units": markdown_of_units, "keys": keys_markdown}
 
 
 if __name__ == "__main__":

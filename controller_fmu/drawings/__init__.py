@@ -7,4 +7,4 @@ DIAGRAMS = "controller_fmu.drawings.block_diagrams"
 
 # Of a class that somebody has written in a Python file.
 WRITTEN_ICON = Drawing(ICONS, "controller", ("written",))
-WRITTEN_SKETCH = Drawing(DIAGRAMS, "written")
+WRITTEN_SKETCH = Drawing(DIAGRAMS, "own_class")

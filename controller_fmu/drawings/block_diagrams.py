@@ -1,6 +1,6 @@
 """Block diagrams of the controllers: signals go from above to below, what is measured beside them on the right."""
 
-from fmi_export.pages.sketch import arrow, box, difference, line, picture, sketch, symbol, words
+from fmi_export.pages.sketch import arrow, box, junction, line, picture, sketch, symbol, words
 
 LAWS = {"nonlinear": ("feedback", "linearisation"), "linear": ("motor linearised", "about g*"),
         "scheduled": ("one of four", "linearisations"), "interpolated": ("linearised at", "the gap")}
@@ -15,7 +15,7 @@ def regulator(law: str) -> str:
         "demands an acceleration; the motor's linearisation makes currents of it, which are limited and commutated. "
         "What the limit takes away goes back to the internal model.",
         picture(
-            535, symbol(60, 16, "r"), arrow([(60, 22), (60, 51)]), difference(60, 60), arrow([(RAIL, 60), (69, 60)]),
+            535, symbol(60, 16, "r"), arrow([(60, 22), (60, 51)]), junction(60, 60), arrow([(RAIL, 60), (69, 60)]),
             line([(60, 69), (60, 84)]), symbol(48, 86, "e"), arrow([(60, 84), (60, 104)]),
             arrow([(60, 84), (165, 84), (165, 190)]), box(10, 104, 135, 48, "internal model", "$ξ′ = φ ξ + N e$"),
             arrow([(110, 152), (110, 190)]), symbol(120, 175, "ξ"),
@@ -25,7 +25,7 @@ def regulator(law: str) -> str:
             arrow([(165, 240), (165, 272)]), symbol(177, 260, "v"), box(95, 272, 140, 50, *LAWS[law]), by_gap,
             limit_and_commutation(165, 322),
             line([(142, 377), (36, 377), (36, 160)], "dashed"), arrow([(36, 160), (36, 152)]),
-            symbol(44, 366, "E_c (sat(u) − u)", "start"), measured(464)))
+            symbol(44, 366, "E_c (sat(u) − u)", "start"), measured_inputs(464)))
 
 
 def pid() -> str:
@@ -35,12 +35,12 @@ def pid() -> str:
         "its rate makes currents, which are limited and commutated.",
         picture(
             445, symbol(60, 16, "r"), arrow([(60, 22), (60, 40)]), box(10, 40, 100, 50, "pre-filter", "$ω$"),
-            arrow([(60, 90), (60, 121)]), symbol(74, 105, "r_f"), difference(60, 130), arrow([(RAIL, 130), (69, 130)]),
+            arrow([(60, 90), (60, 121)]), symbol(74, 105, "r_f"), junction(60, 130), arrow([(RAIL, 130), (69, 130)]),
             arrow([(60, 139), (60, 182)]), symbol(72, 164, "e"),
             box(10, 182, 190, 50, "PID", "$k_p e + k_i ∫e dt + k_d ė$"),
             box(190, 146, 125, 28, "velocity observer"), arrow([(RAIL, 160), (315, 160)]),
             arrow([(260, 174), (260, 207), (200, 207)]), symbol(230, 200, "ė"),
-            limit_and_commutation(105, 232), measured(374)))
+            limit_and_commutation(105, 232), measured_inputs(374)))
 
 
 def commutation() -> str:
@@ -48,10 +48,10 @@ def commutation() -> str:
     return sketch(
         "Block diagram: the direct and quadrature currents are limited; the commutation makes phase currents of them "
         "at the measured displacement.",
-        picture(225, limit_and_commutation(105, 10), measured(152)))
+        picture(225, limit_and_commutation(105, 10), measured_inputs(152)))
 
 
-def written(sampled: int) -> str:
+def own_class(sampled: int) -> str:
     """A class of which its inputs and outputs are known, and whether it has samples, 1, or not, 0."""
     when, said = (("every sample_time", "at every sample the class computes its outputs from its inputs; they hold in "
                                         "between") if sampled else
@@ -74,6 +74,6 @@ def limit_and_commutation(x: float, y: float) -> str:
         words((x + 53 + RAIL) / 2, y + 135, "displacement", "small")])
 
 
-def measured(y: float) -> str:
+def measured_inputs(y: float) -> str:
     """What is measured, on the right, from above to the commutation at y."""
     return words(RAIL + 10, 16, "measured", "end") + line([(RAIL, 22), (RAIL, y)])

@@ -57,14 +57,14 @@ def index_equations(_app: Any, document: nodes.document) -> None:
     """Add to each section the numbers of the thesis's equations in it: the search has "(4.12)" and "equation 4.12"."""
     for section in document.findall(nodes.section):
         own = [child for child in section.children if not isinstance(child, nodes.section)]
-        numbers = dict.fromkeys(number for child in own for number in NUMBER.findall(text_of(child)))
+        numbers = dict.fromkeys(number for child in own for number in NUMBER.findall(node_text(child)))
         if numbers and section["ids"]:
             entries = [("single", text, section["ids"][0], "", None)
                        for number in numbers for text in (f"({number})", f"equation {number}")]
             section.insert(1, addnodes.index(entries=entries))
 
 
-def text_of(node: nodes.Node) -> str:
+def node_text(node: nodes.Node) -> str:
     """Text of a part of a page with the TeX of its equations, whose numbers stand in it behind \\qquad."""
     return "\n".join(text.astext() for text in node.findall(nodes.Text)) if node.children else node.astext()
 

@@ -44,7 +44,7 @@ def lag(run: maglev.Run, axis: str) -> float:
     return float(np.abs(run[f"plant.{axis}.position"] - run[f"controller.{axis}.reference"])[after].max())
 
 
-def table(runs: dict[str, maglev.Run]) -> str:
+def motion_table(runs: dict[str, maglev.Run]) -> str:
     """What was measured, a column for each run."""
     def row(name: str, form: str, of: object) -> str:
         return f"{name:34}" + "".join(f"{', '.join(format(v, form) for v in of(run)):>26}" for run in runs.values())
@@ -59,7 +59,7 @@ def table(runs: dict[str, maglev.Run]) -> str:
         row("peak of a phase current (A)", ".2f", lambda run: [max(np.abs(run[name]).max() for name in PHASES)])))
 
 
-def picture(runs: dict[str, maglev.Run], path: Path) -> None:
+def draw_motions(runs: dict[str, maglev.Run], path: Path) -> None:
     """Draw what was planned, and what came of it."""
     figure, axes = plt.subplots(3, 2, figsize=(11, 7), layout="constrained")
     for k, axis in enumerate(GOALS):
@@ -96,9 +96,9 @@ def main() -> None:
     parser.add_argument("--out", type=Path, default=Path("results"), help="folder for the picture")
     asked = parser.parse_args()
     runs = {name: maglev.run(HERE / f"{name}.toml", fmus=asked.fmus) for name in COLOURS}
-    print(table(runs))
+    print(motion_table(runs))
     asked.out.mkdir(parents=True, exist_ok=True)
-    picture(runs, asked.out / "optimal_motion.png")
+    draw_motions(runs, asked.out / "optimal_motion.png")
     print(asked.out / "optimal_motion.png")
 
 

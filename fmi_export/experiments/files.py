@@ -52,7 +52,7 @@ class ExperimentFiles:
 
     def files(self) -> dict[str, bytes]:
         times = self.results["time"]
-        by_name = {f"{self.name}_ref.csv": table(self.results), f"{self.name}_ref.opt": self.options()}
+        by_name = {f"{self.name}_ref.csv": csv_table(self.results), f"{self.name}_ref.opt": self.options()}
         root = Element("Experiments", {"name": self.name, "description": self.description})
         experiment = SubElement(root, "Experiment", {"name": self.name, "description": self.description})
         SubElement(experiment, "TransientSimulation", {"startTime": repr(float(times[0])),
@@ -61,7 +61,7 @@ class ExperimentFiles:
             by_name[f"{self.name}.ssv"] = xml_file(parameter_set(self.name, self.parameters))
             SubElement(experiment, "Parameters", {"source": f"{self.name}.ssv"})
         if self.inputs:
-            by_name[f"{self.name}_in.csv"] = table(self.inputs)
+            by_name[f"{self.name}_in.csv"] = csv_table(self.inputs)
             SubElement(experiment, "Stimuli", {"source": f"{self.name}_in.csv"})
         SubElement(experiment, "References", {"source": f"{self.name}_ref.csv"})
         return {f"{self.name}.exp": xml_file(root), **by_name}
@@ -108,7 +108,7 @@ def tolerances(results: Mapping[str, Sequence[float]],
             for name, values in results.items() if name != "time"}
 
 
-def table(columns: Mapping[str, Sequence[float]]) -> bytes:
+def csv_table(columns: Mapping[str, Sequence[float]]) -> bytes:
     """Columns as CSV; whole numbers, so also Booleans, without a decimal point."""
     text = io.StringIO()
     writer = csv.writer(text, lineterminator="\n")
@@ -118,8 +118,8 @@ def table(columns: Mapping[str, Sequence[float]]) -> bytes:
     return text.getvalue().encode()
 
 
-def carried(experiments: Mapping[str, tuple[str, Mapping[str, bytes]]],
-            before: Mapping[str, bytes] | None = None) -> dict[str, bytes]:
+def experiments_files(experiments: Mapping[str, tuple[str, Mapping[str, bytes]]],
+                      before: Mapping[str, bytes] | None = None) -> dict[str, bytes]:
     """Files of experiments by name in the FMU, and a manifest that lists them.
 
     Experiments are, by name, a role and files as of `ExperimentFiles.files`. What the manifest in the files `before`

@@ -9,7 +9,7 @@ from importlib.resources import files
 from pathlib import Path
 from typing import NamedTuple
 
-from fmi_export.build import Maker, build_date, described, digest, write_archive
+from fmi_export.build import Maker, build_date, common_files, digest, write_archive
 from fmi_export.definition import FmuDefinition
 from fmi_export.errors import ExportError
 from fmi_export.model_description import model_description
@@ -17,7 +17,7 @@ from fmi_export.native.compiler import FLAGS, MACOS, PLATFORMS, WEBASSEMBLY, Pla
 from fmi_export.native.model_description_3 import build_description, model_description_3
 from fmi_export.native.model_table import SOURCE, model_table
 from fmi_export.native.tangent import tangent_module, tangent_name
-from fmi_export.native.translation import TEMPLATES, files_of, translated
+from fmi_export.native.translation import TEMPLATES, module_files, translate_modules
 from fmi_export.sources import carried_modules
 from fmi_export.templates import filled
 from maglev_files.whole_file import write_whole
@@ -70,7 +70,7 @@ def translated_blocks(definitions: Iterable[FmuDefinition], packages: tuple[str,
         texts |= own
         if definition.continuous:
             texts[tangent_name(definition.block.__module__)] = tangent_module(own, definition.block.__name__, "derive")
-    return translated(texts)
+    return translate_modules(texts)
 
 
 def build_native_fmu(definition: FmuDefinition, translation: Mapping[str, str], maker: Maker, destination: Path,
@@ -90,8 +90,8 @@ def build_native_fmu(definition: FmuDefinition, translation: Mapping[str, str], 
     libraries = {f"{BINARIES}{folder}/{definition.name}{platform.ending}":
                  library({**made.files, **made.headers}, definition.name, platform)
                  for folder, platform in chosen.items()}
-    contents |= {**libraries, DIGESTS: digests(libraries)}
-    contents |= described(definition, maker, shell.version)
+    contents |= {**libraries, DIGESTS: library_digests(libraries)}
+    contents |= common_files(definition, maker, shell.version)
     contents["documentation/licenses/fmi.txt"] = fmi_licence(made.headers[shell.headers[0]]).encode("utf-8")
     contents["modelDescription.xml"] = made.description
     return write_archive(destination / f"{definition.name}.fmu", contents | dict(extra or {}))
@@ -144,7 +144,7 @@ def native_sources(definition: FmuDefinition, texts: Mapping[str, str], translat
     """
     timed = shell.version == "3.0"
     differentiated = [tangent_name(definition.block.__module__)] if definition.continuous else []
-    blocks = files_of([*texts, *differentiated], translation)
+    blocks = module_files([*texts, *differentiated], translation)
     above = layer_files(shell.layer)
     # Not in the FMU: FMI leaves its headers to the importer. fmpy brings them along.
     headers = {name: files("fmpy").joinpath("c-code", name).read_text(encoding="utf-8") for name in shell.headers}
@@ -179,7 +179,7 @@ def layer_files(names: Iterable[str]) -> dict[str, str]:
     return {name: files("fmi_export.native").joinpath("c", name).read_text(encoding="utf-8") for name in names}
 
 
-def digests(libraries: Mapping[str, bytes]) -> bytes:
+def library_digests(libraries: Mapping[str, bytes]) -> bytes:
     """SHA-256 of files by name, a line for each."""
     return "".join(f"{hashlib.sha256(data).hexdigest()}  {name}\n"
                    for name, data in sorted(libraries.items())).encode("ascii")

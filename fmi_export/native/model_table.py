@@ -6,7 +6,7 @@ from textwrap import wrap
 
 from fmi_export.definition import SAMPLE_TIME, FmuDefinition, Variable
 from fmi_export.native.tangent import named, tangent_name
-from fmi_export.native.translation import TEMPLATES, literal
+from fmi_export.native.translation import TEMPLATES, c_literal
 from fmi_export.templates import filled
 
 SOURCE = TEMPLATES / "model.c"
@@ -23,7 +23,7 @@ def model_table(definition: FmuDefinition, guid: str, timed: bool) -> str:
     """
     block = definition.block
     header = block.__module__.rpartition(".")[2]
-    arguments = ", ".join(["block", *(literal(argument) for argument in definition.arguments)])
+    arguments = ", ".join(["block", *(c_literal(argument) for argument in definition.arguments)])
     known = {v.name for v in definition.variables} | {"time", "step"}
     for text in definition.refusals.values():
         for name in re.findall(r"\{([\w.]+)\}", text):
@@ -44,7 +44,7 @@ def model_table(definition: FmuDefinition, guid: str, timed: bool) -> str:
         "SAMPLING_TABLE": sampling, "SAMPLING": "&SAMPLING" if sampling else "NULL",
         "ARGUMENTS": arguments, "NAME_TEXT": text_literal(definition.name), "GUID": text_literal(guid),
         "VARIABLES": "\n".join([*map(variable_row, definition.native_variables), *([TIME] if timed else [])]),
-        "REFUSALS": "\n".join(f"    {{{literal(status)}, {text_literal(text)}}},"
+        "REFUSALS": "\n".join(f"    {{{c_literal(status)}, {text_literal(text)}}},"
                               for status, text in sorted(definition.refusals.items()))})
 
 
@@ -65,7 +65,7 @@ def continuous_tables(definition: FmuDefinition) -> str:
     return filled(TEMPLATES / "continuous.c", {
         "BLOCK": definition.block.__name__, "DIFFERENTIATED": named(f"{definition.block.__name__}.derive"),
         "STATES": references(states), "RATES": references(rates), "INDICATORS": references(model.indicators),
-        "NOMINALS": wrapped(literal(nominal[name]) for name in states),
+        "NOMINALS": wrapped(c_literal(nominal[name]) for name in states),
         "UNKNOWNS": references(dict.fromkeys([*rates, *outputs]))})
 
 
@@ -77,7 +77,7 @@ def wrapped(cells: Iterable[str]) -> str:
 def variable_row(variable: Variable) -> str:
     cells = (text_literal(variable.name), text_literal(variable.unit), f"AT({variable.place})",
              "true" if variable.boolean else "false", "true" if variable.variability == "fixed" else "false",
-             variable.causality.upper(), literal(float(variable.low)), literal(float(variable.high)),
+             variable.causality.upper(), c_literal(float(variable.low)), c_literal(float(variable.high)),
              text_literal(variable.hinted))
     return f"    {{{', '.join(cells)}}},"
 

@@ -92,7 +92,7 @@ PRELUDE_FILE = "block_math.h"   # of the translated blocks
 ENDINGS = (".c", ".h", ".pyi")   # of what pyccel makes of a module
 
 
-def translated(texts: Mapping[str, str]) -> dict[str, str]:
+def translate_modules(texts: Mapping[str, str]) -> dict[str, str]:
     """C files, by name, of Python modules in pyccel's subset.
 
     `texts` has, by dotted name, every module that one of them imports, but `math`. Those with constants can be imported
@@ -102,8 +102,8 @@ def translated(texts: Mapping[str, str]) -> dict[str, str]:
         raise ExportError(missing)
     files = {PRELUDE_FILE: (TEMPLATES / PRELUDE_FILE).read_text(encoding="utf-8")}
     with scratch() as root:
-        names = in_order({name: [other for other in imported_modules(name, text) if other in texts]
-                          for name, text in texts.items()})
+        names = imported_first({name: [other for other in imported_modules(name, text) if other in texts]
+                                for name, text in texts.items()})
         for name in names:
             path = root / f"{name.replace('.', '/')}.py"
             path.parent.mkdir(parents=True, exist_ok=True)
@@ -121,13 +121,13 @@ def translated(texts: Mapping[str, str]) -> dict[str, str]:
     return files
 
 
-def files_of(modules: Iterable[str], translation: Mapping[str, str]) -> dict[str, str]:
+def module_files(modules: Iterable[str], translation: Mapping[str, str]) -> dict[str, str]:
     """Those of the translated files, by name, that belong to modules by dotted name."""
     names = [f"{module.rpartition('.')[2]}{ending}" for module in modules for ending in (".h", ".c")]
     return {name: translation[name] for name in (PRELUDE_FILE, *names)}
 
 
-def in_order(imports: Mapping[str, Iterable[str]]) -> list[str]:
+def imported_first(imports: Mapping[str, Iterable[str]]) -> list[str]:
     """Names of modules or headers, each after those that it imports."""
     sorter = TopologicalSorter(imports)
     try:
@@ -185,14 +185,14 @@ def run_pyccel(root: Path, paths: Iterable[str]) -> None:
 def finished_header(header: str, module: str) -> str:
     """Header with constants of a module for variables, without the function that fills them, with the FMU's prefix."""
     header = DECLARED.sub(lambda match: f"static const {match[1]} {match[2]} = "
-                                        f"{literal(getattr(import_module(module), match[2]))};", header)
+                                        f"{c_literal(getattr(import_module(module), match[2]))};", header)
     header = re.sub(r"^void \w+__init\(void\);\n", "", header, flags=re.MULTILINE)
     included = f'\n#include "prefix.h"\n#include "{PRELUDE_FILE}"'
     header = re.sub(r"^#define \w+_H\n", lambda match: match[0] + included, header, count=1, flags=re.MULTILINE)
     return marked(header.replace("#include <math.h>\n", ""))
 
 
-def literal(value: float | int | bool) -> str:
+def c_literal(value: float | int | bool) -> str:
     """C literal of a number, with the same value."""
     if isinstance(value, float):
         if isinf(value):

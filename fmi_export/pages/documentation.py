@@ -33,7 +33,7 @@ def icon_of(definition: FmuDefinition) -> tuple[Shape, ...]:
 def documentation(definition: FmuDefinition, version: str) -> str:
     """HTML page with a sketch, the block's equations, limits and variables."""
     module = definition.block.__module__
-    sections = typeset("\n".join(section(module, package, name) for package, name in definition.documentation))
+    sections = typeset("\n".join(block_section(module, package, name) for package, name in definition.documentation))
     sketch = "" if definition.sketch is None else definition.sketch.drawn()
     return filled(HERE / "page.html", {
         "NAME": escape(definition.name), "ABOUT": escape(definition.description),
@@ -44,7 +44,7 @@ def documentation(definition: FmuDefinition, version: str) -> str:
            for causality in ("input", "output", "parameter")}})
 
 
-def section(module: str, package: str, name: str) -> str:
+def block_section(module: str, package: str, name: str) -> str:
     """HTML of a section: what is written with the module of a block, or else from the folder of a package."""
     written = module_path(module).parents[1] / package / "documentation" / name
     page = written if written.is_file() else module_path(package).parent / "documentation" / name
@@ -57,8 +57,8 @@ def variable_table(definition: FmuDefinition, causality: str) -> str:
     rows = []
     for v in (variable for variable in definition.variables if variable.causality == causality):
         start = "" if v.causality == "output" else str(definition.start_value(v))
-        bounds = "" if v.minimum is None or v.maximum is None else f"{number(v.minimum)} … {number(v.maximum)}"
-        start = start if v.causality == "output" or v.boolean else number(float(start))
+        bounds = "" if v.minimum is None or v.maximum is None else f"{numeral(v.minimum)} … {numeral(v.maximum)}"
+        start = start if v.causality == "output" or v.boolean else numeral(float(start))
         rows.append((v.name, start, typeset_unit(v.unit), bounds, v.variability, v.description, v.source))
     shown = [k for k in range(len(titles)) if any(row[k] for row in rows)]
     head = "".join(f'<th scope="col">{titles[k]}</th>' for k in shown)
@@ -72,7 +72,7 @@ def breakable(name: str) -> str:
     return re.sub(r"(?<=\.)|(?<=[a-z])(?=[A-Z])", "<wbr>", escape(name))
 
 
-def number(value: float) -> str:
+def numeral(value: float) -> str:
     """A number as people write it, with all its digits: 0.0002, −1000, 10⁻⁶, 2.5 · 10⁷."""
     text = repr(value).removesuffix(".0")
     if value and not 1e-4 <= abs(value) < 1e6:

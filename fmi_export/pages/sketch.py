@@ -71,7 +71,7 @@ def box(x: float, y: float, width: float, height: float, *lines: str) -> str:
     return f'<rect class="box" x="{x:g}" y="{y:g}" width="{width:g}" height="{height:g}" rx="4"/>' + "".join(texts)
 
 
-def filled(x: float, y: float, width: float, height: float, kind: str) -> str:
+def filled_box(x: float, y: float, width: float, height: float, kind: str) -> str:
     """A filled rectangle: "iron", "north", "south" or "paper"."""
     return f'<rect class="{kind}" x="{x:g}" y="{y:g}" width="{width:g}" height="{height:g}"/>'
 
@@ -95,6 +95,6 @@ def labelled_arrow(points: Sequence[Point], label: str, kind: str, at: Point, an
     return f'<g class="{kind}">{arrow(points)}{symbol(*at, label, anchor)}</g>'
 
 
-def difference(x: float, y: float) -> str:
+def junction(x: float, y: float) -> str:
     """The point where a signal from above is taken from one from the right."""
     return f'<circle class="box" cx="{x:g}" cy="{y:g}" r="9"/>{words(x - 12, y - 12, "−")}{words(x + 18, y - 6, "+")}'

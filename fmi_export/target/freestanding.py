@@ -12,7 +12,7 @@ from textwrap import wrap
 
 from fmi_export.definition import SAMPLE_TIME, FmuDefinition, Variable
 from fmi_export.errors import ExportError
-from fmi_export.native.translation import PRELUDE_FILE, files_of, in_order, literal
+from fmi_export.native.translation import PRELUDE_FILE, c_literal, imported_first, module_files
 from fmi_export.templates import filled
 
 # What pyccel writes.
@@ -86,16 +86,16 @@ def freestanding(definition: FmuDefinition, modules: Iterable[str], translation:
             "STRUCTS": structs},
         f"{name}.c": {
             "ARITHMETIC": template("arithmetic.h"), "CONSTANTS": constants, "FUNCTIONS": functions,
-            "ARGUMENTS": ", ".join(["&self->block", *(literal(argument) for argument in definition.arguments)]),
+            "ARGUMENTS": ", ".join(["&self->block", *(c_literal(argument) for argument in definition.arguments)]),
             "CHECKED_PARAMETERS": checks(definition, "parameter"), "CHECKED_INPUTS": checks(definition, "input"),
             "TAKEN": "\n".join(f"    block->{v.place} = inputs->{member(v)};" for v in inputs),
             "GIVEN": "\n".join(f"    outputs->{member(v)} = block->{v.place};" for v in readable),
             "SAMPLE_TIME": sampling.place},
         "qemu/table.h": {
-            "SETTABLE": places(name, "block", ((v.place, v) for v in settable)),
-            "READABLE": places(name, "block", ((v.place, v) for v in readable)),
-            "OUTPUTS": places(name, "outputs", ((member(v), v) for v in readable)),
-            "INPUTS": "\n".join(f"    {{{place(name, 'inputs', member(v), v)}, {k}}},"
+            "SETTABLE": place_rows(name, "block", ((v.place, v) for v in settable)),
+            "READABLE": place_rows(name, "block", ((v.place, v) for v in readable)),
+            "OUTPUTS": place_rows(name, "outputs", ((member(v), v) for v in readable)),
+            "INPUTS": "\n".join(f"    {{{place_row(name, 'inputs', member(v), v)}, {k}}},"
                                 for k, v in enumerate(settable) if v.causality == "input")},
         **{file: {} for file in ("main.c", "board.h", "CMakeLists.txt", "qemu/board_qemu.c", "qemu/mps2_an500.ld")}}
     return {file: filled(C_FILES / file.replace(f"{name}.", "controller."), common | own)
@@ -109,14 +109,14 @@ def code_of(definition: FmuDefinition, modules: Iterable[str],
     Structures, constants, and functions with their declarations before them.
     """
     name, block = definition.name, definition.block.__name__
-    parts = {file: text for file, text in files_of(modules, translation).items() if file != PRELUDE_FILE}
-    headers = in_order({file: [other for other in INCLUDED.findall(text) if other in parts]
-                        for file, text in parts.items() if file.endswith(".h")})
+    parts = {file: text for file, text in module_files(modules, translation).items() if file != PRELUDE_FILE}
+    headers = imported_first({file: [other for other in INCLUDED.findall(text) if other in parts]
+                              for file, text in parts.items() if file.endswith(".h")})
     texts = [without_unread(FREED.sub("", parts[file]))
              for file in (*headers, *sorted(file for file in parts if file.endswith(".c")))]
     structs = {match[1]: match[0] for text in texts for match in STRUCT.finditer(text)}
-    functions = called({match[1]: match[0] for text in texts for match in FUNCTION.finditer(text)},
-                       [f"{block}__init__", f"{block}__start", f"{block}__step"])
+    functions = called_functions({match[1]: match[0] for text in texts for match in FUNCTION.finditer(text)},
+                                 [f"{block}__init__", f"{block}__start", f"{block}__step"])
     wanted = set(CALL.findall("".join(functions.values()))) - functions.keys() - KNOWN
     if wanted:
         raise ExportError(f"{name}: calls {' and '.join(sorted(wanted))}, which a processor without a mathematical "
@@ -143,7 +143,7 @@ def without_unread(text: str) -> str:
     return text
 
 
-def called(functions: Mapping[str, str], roots: Iterable[str]) -> dict[str, str]:
+def called_functions(functions: Mapping[str, str], roots: Iterable[str]) -> dict[str, str]:
     """Functions that the roots call, and what these call, in their order; destructors that nobody calls go."""
     reached: set[str] = set()
     waiting = [*roots]
@@ -197,17 +197,17 @@ def checks(definition: FmuDefinition, causality: str) -> str:
     for number, v in enumerate(definition.variables):
         if v.causality == causality and not v.boolean:
             value = f"inputs->{member(v)}" if causality == "input" else f"block->{v.place}"
-            limits = [f"{value} {sign} {literal(float(bound))}" for sign, bound in ((">=", v.low), ("<=", v.high))
+            limits = [f"{value} {sign} {c_literal(float(bound))}" for sign, bound in ((">=", v.low), ("<=", v.high))
                       if isfinite(bound)]
             fits = limits if len(limits) == 2 else [f"isfinite({value})", *limits]
             lines += [f"    if (!({' && '.join(fits)})) {{", f"        return {REFUSED_VALUE + number};", "    }"]
     return "\n".join(lines)
 
 
-def place(name: str, struct: str, path: str, variable: Variable) -> str:
+def place_row(name: str, struct: str, path: str, variable: Variable) -> str:
     """Initialiser of a row of a table of places."""
     return f"{{offsetof(struct {name}_{struct}, {path}), {'true' if variable.boolean else 'false'}}}"
 
 
-def places(name: str, struct: str, members: Iterable[tuple[str, Variable]]) -> str:
-    return "\n".join(f"    {place(name, struct, path, variable)}," for path, variable in members)
+def place_rows(name: str, struct: str, members: Iterable[tuple[str, Variable]]) -> str:
+    return "\n".join(f"    {place_row(name, struct, path, variable)}," for path, variable in members)

@@ -16,7 +16,7 @@ from fmi_export.definition import SAMPLE_TIME, DefaultExperiment, Drawing, FmuDe
 from fmi_export.errors import ExportError
 from fmi_export.units import SYMBOLS, UnknownUnit, exponents
 from fmi_export.user_classes.sampled_block import FIRST_PORT, STEP_MISFIT, SampledBlock
-from fmi_export.user_classes.trouble import RAISED, described
+from fmi_export.user_classes.trouble import RAISED, error_text
 
 TABLES = {"inputs": "input", "outputs": "output", "parameters": "parameter"}
 
@@ -145,7 +145,7 @@ def new_object(written: type) -> Any:
     try:
         return written()
     except RAISED as error:
-        raise ExportError(f"{written.__name__}() failed: {described(error, written)}") from error
+        raise ExportError(f"{written.__name__}() failed: {error_text(error, written)}") from error
 
 
 def read_table(written: type, table: str) -> dict[str, str]:

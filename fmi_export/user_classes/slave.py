@@ -8,7 +8,7 @@ from typing import Any
 
 from fmi_export.definition import FmuDefinition
 from fmi_export.slave import BlockSlave, Refused, Slot
-from fmi_export.user_classes.trouble import RAISED, described
+from fmi_export.user_classes.trouble import RAISED, error_text
 
 
 class WrittenSlave(BlockSlave):
@@ -26,7 +26,7 @@ class WrittenSlave(BlockSlave):
     def failed(self, error: BaseException, time: float | None = None) -> Refused:
         """Refusal with the line of the class that failed."""
         what = "start failed" if time is None else f"step failed at t = {time} s"
-        return self.refused(f"{what}: {described(error, self.written)}")
+        return self.refused(f"{what}: {error_text(error, self.written)}")
 
     def get_boolean(self, vrs: list[int]) -> list[bool]:
         """Booleans, those of other packages too; 0 and 1 are such."""
@@ -50,7 +50,7 @@ class WrittenSlave(BlockSlave):
         try:
             return super()._get_fmu_state() | {"block": deepcopy((vars(self.block.law), vars(self.block.clock)))}
         except Exception as error:
-            raise self.refused(f"the state cannot be saved: {described(error, self.written)}") from error
+            raise self.refused(f"the state cannot be saved: {error_text(error, self.written)}") from error
 
     def _set_fmu_state(self, state: dict[str, Any]) -> None:
         saved = deepcopy(state["block"])

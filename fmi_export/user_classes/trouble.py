@@ -8,7 +8,7 @@ RAISED = (Exception, SystemExit)   # what ends a step, but no process: a class t
 OWN = "own_"   # begins the names of the user's modules in an FMU: a model.py must not meet another model.c
 
 
-def described(error: BaseException, written: type | None = None) -> str:
+def error_text(error: BaseException, written: type | None = None) -> str:
     """File, line, kind and text of an error: the innermost line of the files beside that of a class, if there is one.
 
     Without a class, or without such a line, the innermost line of all.

@@ -15,7 +15,7 @@ import numpy as np
 
 from maglev.analysis.multisine import Grid, crest_factor, make_grid, multisine
 from maglev.analysis.numerical import linearised_here
-from maglev.analysis.pair import SETTLE, AskedPair, Pair, Rest, Settings, apart, at_rest, make_pair
+from maglev.analysis.pair import SETTLE, AskedPair, Pair, Rest, Settings, apart, make_pair, resting_pair
 from maglev.analysis.response import FrequencyResponse
 from maglev.arrays import Array, Complex
 from maglev.catalogue.for_runs import fmus_named
@@ -78,7 +78,7 @@ def frequency_response(plant: str | Path, controller: Given, at: Mapping[str, Qu
     Raises
     ------
     LinearModelError, FmuError, ControllerError, ScenarioError
-        As of `make_pair` and `at_rest`, or if the grid or a signal is none.
+        As of `make_pair` and `resting_pair`, or if the grid or a signal is none.
     """
     for name, number, least in (("lines", lines, 1), ("realisations", realisations, 2), ("periods", periods, 1),
                                 ("seed", seed, 0)):   # what two realisations differ by is the error
@@ -100,7 +100,7 @@ def responses_here(asked: AskedPair, signals: tuple[str, ...], amplitude: Quanti
     grid = make_grid(*lines, pair.step)
     peaks = [read_amplitude(pair, name, amplitude) for name in names]
     loop, why_not = linear_loop_of(asked, settle) if linear else (None, "it was not asked for")
-    with at_rest(pair, settle, strict=False) as rest:
+    with resting_pair(pair, settle, strict=False) as rest:
         return {name: measured_at(rest, name, peak, grid, seeds, periods, loop, why_not)
                 for name, peak in zip(names, peaks, strict=True)}
 

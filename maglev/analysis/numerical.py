@@ -10,8 +10,8 @@ import numpy as np
 
 from maglev.analysis.differences.derivatives import Derivative, derivative
 from maglev.analysis.differences.realisation import Realisation, misfit, realise
-from maglev.analysis.differences.translated import translated
-from maglev.analysis.pair import SETTLE, AskedPair, Pair, Rest, Settings, apart, at_rest, make_pair
+from maglev.analysis.differences.translated import translated_realisation
+from maglev.analysis.pair import SETTLE, AskedPair, Pair, Rest, Settings, apart, make_pair, resting_pair
 from maglev.arrays import Array
 from maglev.catalogue.for_runs import fmus_named
 from maglev.cosim.other_process.run import TIMEOUT
@@ -157,7 +157,7 @@ def linearise_numerically(plant: str | Path, controller: Given, at: Mapping[str,
     Raises
     ------
     LinearModelError, FmuError, ControllerError, ScenarioError
-        As of `make_pair` and `at_rest`.
+        As of `make_pair` and `resting_pair`.
     """
     asked = AskedPair(plant, controller, at, fmus_named((plant, controller), stage, fmus, kind, fmi), ports,
                       plant_parameters, controller_parameters, sample_time, stage)
@@ -165,7 +165,7 @@ def linearise_numerically(plant: str | Path, controller: Given, at: Mapping[str,
 
 
 def linearised_here(asked: AskedPair, references: bool, settle: float) -> NumericalLoop:
-    with at_rest(make_pair(asked), settle) as rest:
+    with resting_pair(make_pair(asked), settle) as rest:
         return linearised(rest, references, asked.plant_parameters or {})
 
 
@@ -181,7 +181,7 @@ def linearised(rest: Rest, references: bool, plant_parameters: Settings) -> Nume
     inputs = part.inputs[:len(slopes)]
     responses, coarse = (np.stack([getattr(slope, kind) for slope in slopes], axis=2)
                          for kind in ("response", "coarse"))
-    code = translated(part, base, len(slopes))
+    code = translated_realisation(part, base, len(slopes))
     apart = np.inf if code is None else misfit(*code[0][:4], responses)
     exact = code is not None and apart <= MISFIT
     if code is not None and exact:
@@ -189,7 +189,7 @@ def linearised(rest: Rest, references: bool, plant_parameters: Settings) -> Nume
     else:
         ways = [(realise(answers), ()) for answers in (responses, coarse)]
     (controller, worst), (rough, _) = (
-        model_of(inputs, pair.commands, pair.controller_name, pair, rest.equilibrium, "A", *way) for way in ways)
+        named_model(inputs, pair.commands, pair.controller_name, pair, rest.equilibrium, "A", *way) for way in ways)
     stages, by_current = stages_of(rest, plant_parameters)
     derivatives = (*slopes, *by_current)
     worst = max(worst, *(stage[1] for stage in stages))
@@ -199,8 +199,8 @@ def linearised(rest: Rest, references: bool, plant_parameters: Settings) -> Nume
                          part.means, rest.moving, exact)
 
 
-def model_of(inputs: tuple[str, ...], outputs: tuple[str, ...], name: str, pair: Pair, equilibrium: Equilibrium,
-             unit: str, realised: Realisation, states: tuple[str, ...] = ()) -> tuple[LinearModel, float]:
+def named_model(inputs: tuple[str, ...], outputs: tuple[str, ...], name: str, pair: Pair, equilibrium: Equilibrium,
+                unit: str, realised: Realisation, states: tuple[str, ...] = ()) -> tuple[LinearModel, float]:
     """A realisation with its names, and its misfit; the states are numbered if they have none."""
     states = states or tuple(f"x{k}" for k in range(1, len(realised.A) + 1))
     units = {**dict.fromkeys(states, ""), **dict.fromkeys(outputs, unit),
@@ -227,5 +227,5 @@ def stages_of(rest: Rest, parameters: Settings) -> tuple[list[tuple[LinearModel,
         responses = np.stack([getattr(slope, kind) for slope in slopes], axis=2)
         # What a plant gives after a step is measured at the next sample.
         later: Array = np.concatenate([np.zeros((1, *responses.shape[1:])), responses])
-        stages.append(model_of(pair.commands, outputs, pair.plant_name, pair, rest.equilibrium, "m", realise(later)))
+        stages.append(named_model(pair.commands, outputs, pair.plant_name, pair, rest.equilibrium, "m", realise(later)))
     return stages, slopes

@@ -162,7 +162,7 @@ class Part(NamedTuple):
 
     def setup(self, start: Mapping[str, float | bool], settings: Settings | None) -> FmuSetup:
         """It with start values, and settings of the user's in place of some of them."""
-        return FmuSetup(self.role, self.file, {**start, **read_settings(self.name, settings or {}, self.description)},
+        return FmuSetup(self.role, self.file, {**start, **read_values(self.name, settings or {}, self.description)},
                         self.ports)
 
 
@@ -178,7 +178,7 @@ def make_pair(asked: AskedPair, smooth: bool = True) -> Pair:
     controller = part_of("controller", asked.controller, controllers(), asked.fmus, maps)
     stage = plants().get(plant.name) or controllers().get(controller.name) or rig_with(plant.variables)
     positions = read_positions(f"Plant{stage.suffix}", asked.at)
-    signals, commands = connected(stage, {"plant": plant, "controller": controller})
+    signals, commands = pair_wires(stage, {"plant": plant, "controller": controller})
     inputs = {name for name, variable in controller.variables.items() if variable.causality == "input"}
     references = {name: value for axis, place in positions.items()
                   for name, value in ((f"{axis}.reference", place), (f"{axis}.reference_rate", 0.0)) if name in inputs}
@@ -210,7 +210,7 @@ def part_of(role: str, given: Given, known: Collection[str], fmus: Path, maps: M
     return Part(role, name, file, maps.get(role), description)
 
 
-def connected(stage: Rig, parts: Mapping[str, Part]) -> tuple[dict[str, str], tuple[str, ...]]:
+def pair_wires(stage: Rig, parts: Mapping[str, Part]) -> tuple[dict[str, str], tuple[str, ...]]:
     """Outputs of the plant by the inputs of the controller that they go to, and the commands that it takes."""
     signals, commands = {}, []
     for ends in loop_table(stage)["connections"]:
@@ -237,7 +237,7 @@ def rig_with(variables: Mapping[str, object]) -> Rig:
                            f"encoders and commands as they have them; {option('ports')} says what it calls its ports")
 
 
-def read_settings(name: str, settings: Settings, description: ModelDescription) -> dict[str, float | bool]:
+def read_values(name: str, settings: Settings, description: ModelDescription) -> dict[str, float | bool]:
     """Values of parameters, SI: of our FMUs checked by their table, of others by their model description."""
     if name in plants() or name in controllers():
         known = {v.name: Parameter.of(v) for v in STAGES.definition(name).variables if v.causality == "parameter"}
@@ -265,7 +265,7 @@ def sample_time_of(rig: Rig, name: str, variables: Mapping[str, object], setup: 
 
 
 @contextmanager
-def at_rest(pair: Pair, settle: float = SETTLE, strict: bool = True) -> Iterator[Rest]:
+def resting_pair(pair: Pair, settle: float = SETTLE, strict: bool = True) -> Iterator[Rest]:
     """Run a pair until it rests, for `settle` s at most, and mark both its parts there.
 
     The controller steps first, as under the master of `maglev run`: with the measurements at t_k, whose commands the

@@ -170,7 +170,7 @@ class FrequencyResponse:
 
     def __str__(self) -> str:
         """What was measured, a table of the lines, and one of the margins."""
-        parts = [heading(self), lines_text(self), *([margins_text(self)] if len(self.frequencies) >= MANY else [])]
+        parts = [head_text(self), lines_text(self), *([margins_text(self)] if len(self.frequencies) >= MANY else [])]
         return "\n\n".join(parts) + "\n"
 
     __repr__ = __str__
@@ -245,7 +245,7 @@ def jackknife(left_out: Any) -> Any:
     return np.sqrt((n - 1) / n * (np.abs(left_out - left_out.mean(axis=0)) ** 2).sum(axis=0))
 
 
-def heading(response: FrequencyResponse) -> str:
+def head_text(response: FrequencyResponse) -> str:
     lines, grid = response.frequencies, response.grid
     axis = response.at.rpartition(".")[0]
     unit = next((known.unit("m") for known in response.equilibrium.rig.axes if known.name == axis), "m")

@@ -43,13 +43,13 @@ def fmus(stage: str | Path | None = None) -> list[FmuEntry]:
     >>> [entry.name for entry in maglev.fmus()][:2]
     ['Plant2DOF', 'Regulator2DOF']
     """
-    names, connected = names_of(stage), STAGES.systems()
+    names, connected = fmu_names(stage), STAGES.systems()
     return [FmuEntry(name, "ssp", f"plant and controller of {connected[name].experiment or connected[name].title}, "
                      "connected (SSP)") if name in connected else FmuEntry(name, "fmu", definition(name).description)
             for name in names]
 
 
-def names_of(stage: str | Path | None) -> list[str]:
+def fmu_names(stage: str | Path | None) -> list[str]:
     """Names of all FMUs and systems, of this project or of a stage of the user's."""
     if stage is None:
         return [*DEFINITIONS, *SYSTEMS]
@@ -144,7 +144,7 @@ def build(names: Iterable[Given] | Given = (), *, stage: str | Path | None = Non
             say(follows.brief)
         for warning in follows.warnings:
             (say or warn)(f"{stage}: {warning}")
-    all_of = [name for name in names_of(stage) if name not in STAGES.systems() or target != "wasm"]
+    all_of = [name for name in fmu_names(stage) if name not in STAGES.systems() or target != "wasm"]
     folder = kind_folder(Path(fmus), native, fmi, clocked)
     if target == "wasm":
         folder = Path(fmus) / "wasm"

@@ -8,7 +8,7 @@ from typing import TypeVar, Unpack
 from maglev.api.options import experiments_of
 from maglev.api.running import say_notes
 from maglev.baselines.baseline import baseline_files
-from maglev.baselines.check import check_all
+from maglev.baselines.check import check_runs
 from maglev.baselines.outcome import CheckResult, UpdateResult, write_junit
 from maglev.baselines.update import update_all
 from maglev.errors import ScenarioError, option
@@ -62,7 +62,7 @@ def check(names: Scenarios | None = None, *, baselines: str | Path | None = None
     """
     if pictures is not None:
         require_matplotlib()
-    every = partial(check_all, pictures=None if pictures is None else Path(pictures))
+    every = partial(check_runs, pictures=None if pictures is None else Path(pictures))
     results = compare(every, names, baselines, jobs, watch, say, options)
     if junit is not None:
         write_junit(Path(junit), results)

@@ -10,12 +10,12 @@ import numpy as np
 from maglev.api.options import experiments_of
 from maglev.api.run import Run
 from maglev.api.running import say_notes
-from maglev.comparison.files import comparison_data, rows_of, write_comparison
+from maglev.comparison.files import compared_rows, comparison_data, write_comparison
 from maglev.comparison.table import Row
 from maglev.cosim.master import RunFailed
 from maglev.errors import FAILURES, ScenarioError, extra, in_one_line, shortened
 from maglev.experiment.chain import Ends, started
-from maglev.experiment.execution import RunResult, failed, run_each, simulate, thinned
+from maglev.experiment.execution import RunResult, failed_run, run_each, simulate, thinned
 from maglev.experiment.preparation import Experiment, know_stage_of
 from maglev.experiment.selection import needed
 from maglev.pictures import require_matplotlib
@@ -65,7 +65,7 @@ class Comparison:
     @property
     def rows(self) -> list[Row]:
         """What was measured, side by side: quantity, axis or motor, time of the step, values by label, the best."""
-        return rows_of(self.results)
+        return compared_rows(self.results)
 
     def as_data(self) -> dict[str, Any]:
         """The comparison as JSON has it."""
@@ -215,14 +215,14 @@ def run_compared(experiments: Sequence[Experiment], watch: Watch) -> dict[str, R
         try:
             return simulate(replace(experiment, plan=started(experiment.plan, ends)), progress)
         except RunFailed as error:   # what was recorded until then can be drawn
-            return replace(failed(experiment, in_one_line(error)),
+            return replace(failed_run(experiment, in_one_line(error)),
                            recording=thinned(error.recording, experiment.output_every()))
         except FAILURES as error:
-            return failed(experiment, in_one_line(error))
+            return failed_run(experiment, in_one_line(error))
 
     with watch([experiment.plan.name for experiment in experiments]) as watcher:
         return {result.plan.name: result
-                for result in run_each(experiments, run_or_fail, failed, 1, watcher, here=True)}
+                for result in run_each(experiments, run_or_fail, failed_run, 1, watcher, here=True)}
 
 
 def comparison_of(runs: Iterable[Run] | Mapping[str, Run]) -> Comparison:

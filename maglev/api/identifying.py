@@ -6,7 +6,7 @@ from typing import Any
 
 from maglev.csv_table import given_table, read_csv
 from maglev.errors import IdentificationError, nearest, option
-from maglev.identification.convergence import write_convergence, write_picture
+from maglev.identification.convergence import write_convergence, write_convergence_picture
 from maglev.identification.identify import Identification
 from maglev.identification.identify import identify as identified
 from maglev.identification.model_file import write_model
@@ -57,7 +57,7 @@ def identify(data: Data, *, columns: Mapping[str, str] | None = None, stage: str
     MaglevError
         If the data or a setting cannot be used.
     """
-    path = path_of(data)
+    path = data_path(data)
     table = read_csv(path) if isinstance(data, str | Path) else given_table(str(path), data)
     recording = read_recording(table.renamed(columns or {}),
                                stage or getattr(getattr(data, "plan", None), "rig_file", None))
@@ -78,7 +78,7 @@ def identify(data: Data, *, columns: Mapping[str, str] | None = None, stage: str
         raise IdentificationError(f"{path}: {error}") from None
 
 
-def path_of(data: Data) -> Path:
+def data_path(data: Data) -> Path:
     """Path of data, or a name for those that have none."""
     return Path(data if isinstance(data, str | Path) else getattr(data, "name", "data"))
 
@@ -94,9 +94,9 @@ def write_identification(found: Identification, data: Data, out: str | Path = "r
     out : path
         Folder for the files.
     """
-    folder, name = Path(out), path_of(data).stem
+    folder, name = Path(out), data_path(data).stem
     model, convergence = folder / f"{name}.identified.toml", folder / f"{name}.convergence.csv"
-    write_model(model, found, path_of(data))
+    write_model(model, found, data_path(data))
     write_convergence(convergence, found)
-    picture = write_picture(folder / f"{name}.convergence", found)
+    picture = write_convergence_picture(folder / f"{name}.convergence", found)
     return [model, convergence, *([] if picture is None else [picture])]

@@ -14,7 +14,7 @@ from maglev.experiment.selection import prepare_all
 from maglev.identification.model_file import model_settings
 from maglev.own_fmus import own_fmu
 from maglev.processes.side_by_side import Say, Watch, unwatched, warn
-from maglev.schema.options import RunOptions, completed
+from maglev.schema.options import RunOptions, completed_options
 from maglev.schema.run_plan import RunPlan, StartValue
 from maglev.schema.settings import start_values
 from maglev.user_controllers.source import copy_of, is_written
@@ -23,7 +23,7 @@ from maglev.user_controllers.source import copy_of, is_written
 def experiments_of(plans: Sequence[RunPlan], options: RunOptions, say: Say = warn, watch: Watch = unwatched,
                    everywhere: bool = False) -> list[Experiment]:
     """Runs made ready, arguments also as of `fmus_for_runs`; MaglevError if an option or a plan cannot be used."""
-    options = completed(options)
+    options = completed_options(options)
     for plan in plans:
         know_stage_of(plan)
     settings = starts(plans, options)

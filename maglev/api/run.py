@@ -11,8 +11,8 @@ from numpy.typing import NDArray
 
 from maglev.cosim.master import Recording
 from maglev.errors import MeasurementError, UnknownName, extra, nearest
-from maglev.experiment.execution import RunResult, judge_all, measured, write_columns
-from maglev.judging.measures import Measure, measures
+from maglev.experiment.execution import RunResult, judge_all, whole_metrics, write_columns
+from maglev.judging.measures import Measure, measures_of
 from maglev.judging.metrics import Metrics
 from maglev.judging.verdicts import ClaimResult
 from maglev.report.plots.picture import figure_of
@@ -63,7 +63,7 @@ class Run(Mapping[str, NDArray[Any]]):
         if self.made.metrics is not None:
             return self.made.metrics
         assert self.recording is not None
-        fresh = measured(self.plan, self.recording)
+        fresh = whole_metrics(self.plan, self.recording)
         self.recording = None
         return fresh
 
@@ -78,7 +78,7 @@ class Run(Mapping[str, NDArray[Any]]):
 
         `pandas.DataFrame(run.measures)` is a table of them.
         """
-        return measures(self.plan, self.metrics)
+        return measures_of(self.plan, self.metrics)
 
     @property
     def verdicts(self) -> Sequence[ClaimResult]:

@@ -8,11 +8,11 @@ from typing import Any, Literal, Unpack, get_args
 from maglev.api.options import experiments_of
 from maglev.api.run import Run
 from maglev.errors import ScenarioError, UnknownName, nearest, one_of, option
-from maglev.experiment.execution import RunResult, completed, execute_all, judge_all, require_judgeable, run_data
+from maglev.experiment.execution import RunResult, completed_run, execute_all, judge_all, require_judgeable, run_as_json
 from maglev.experiment.ports.replacement import start_value_notes
 from maglev.experiment.preparation import Experiment
 from maglev.experiment.results import alone, require_parquet
-from maglev.experiment.selection import Scenarios, compared, needed, select
+from maglev.experiment.selection import Scenarios, compared_with, needed, select
 from maglev.judging.verdicts import ClaimResult, Judgements
 from maglev.pictures import require_matplotlib, write_figure
 from maglev.procedures.evaluate import evaluate_all, judge_outcomes
@@ -21,7 +21,7 @@ from maglev.processes import processors
 from maglev.processes.side_by_side import Progress, Say, Watch, unwatched, warn
 from maglev.report.page import write_report
 from maglev.report.plots.picture import figure_of
-from maglev.report.text import as_html, claims_markdown, short_outcome, study_tables, text_of, write_outcomes
+from maglev.report.text import as_html, claims_markdown, run_text, short_outcome, study_tables, write_outcomes
 from maglev.report.what_if import run_frictionless
 from maglev.schema.layers import Scenario
 from maglev.schema.loading import load_plan
@@ -97,7 +97,7 @@ class Results(Mapping[str, Run]):
 
     def as_data(self) -> dict[str, Any]:
         """Everything but the columns as JSON has it: by run, provenance, metrics, measures and verdicts."""
-        runs = {result.plan.name: {**run_data(result), "claims": claims_data(self.verdicts[result.plan.name])}
+        runs = {result.plan.name: {**run_as_json(result), "claims": claims_data(self.verdicts[result.plan.name])}
                 for result in self.runs}
         procedures = {outcome.settings.name: {"title": outcome.settings.title,
                                               "claims": claims_data(self.verdicts[outcome.settings.name])}
@@ -202,7 +202,7 @@ def run(name: Scenario, *, every: int | None = None, progress: Progress | None =
     recording = experiment.run(progress)
     for note in recording.notes:
         warn(note)
-    return Run(completed(experiment, recording), experiment.units(recording.columns), recording)
+    return Run(completed_run(experiment, recording), experiment.units(recording.columns), recording)
 
 
 @takes_run_options()
@@ -312,12 +312,12 @@ def experiments_to_run(asked: Sequence[RunPlan], options: RunOptions, thesis: bo
 
     if not (options.get("plant") or options.get("controller")):
         changed = any(options.get(name) for name in ("set", "parameters", "model"))
-        plans = [*asked, *compared([without_thesis(plan) if (plan.own or changed) and not thesis else plan
-                                    for plan in asked])]
+        plans = [*asked, *compared_with([without_thesis(plan) if (plan.own or changed) and not thesis else plan
+                                         for plan in asked])]
         return of_its_runs(experiments_of([*plans, *needed(plans)], options, say, watch))
     plans = [*asked, *needed(asked)]
     names = {plan.name for plan in plans}
-    others = [plan for plan in compared(list(map(without_thesis, asked)))
+    others = [plan for plan in compared_with(list(map(without_thesis, asked)))
               if not names & {other.name for other in needed([plan])}]
     as_planned: RunOptions = {**options, "set": None, "parameters": None, "model": None, "plant": None,
                               "controller": None, "ports": None, "keep_settings": False}
@@ -348,7 +348,7 @@ def write_runs(runs: Sequence[RunResult], verdicts: Judgements, out: Path, form:
     files = []
     for result in runs:
         name = result.plan.name
-        write_whole(out / f"{name}.txt", text_of(result, verdicts[name]))
+        write_whole(out / f"{name}.txt", run_text(result, verdicts[name]))
         recorded = [out / f"{name}.{form}", out / f"{name}.json"] if result.metrics is not None else []
         files += [*recorded, out / f"{name}.txt"]
         if plot and result.metrics is not None:

@@ -20,7 +20,7 @@ from maglev.processes.side_by_side import Progress, Watcher
 from maglev.quantities import common_unit
 from maglev.schema.run_plan import RunPlan
 from maglev.time_grid import ON_GRID
-from maglev.units import factor
+from maglev.units import si_factor
 
 BEYOND = 2   # check intervals that a run goes on after the end of its baseline, to see why it ends there
 RENEW = "; `maglev check --update` writes a new baseline"
@@ -64,7 +64,7 @@ def check_run(baselines: Path, experiment: Experiment, ends: Ends, progress: Pro
             picture = pictures / f"{plan.name}.check.png"
             picture.unlink(missing_ok=True)   # of an earlier check
             if deviation is not None:
-                write_picture(picture, baseline, recording, samples, deviation)
+                write_deviation_picture(picture, baseline, recording, samples, deviation)
     except FAILURES as error:
         return CheckResult(plan.name, "error", in_one_line(error), None, {}, time.perf_counter() - begin)
     # A run that was cut short has not come to the results that others start from.
@@ -83,7 +83,7 @@ def check_run(baselines: Path, experiment: Experiment, ends: Ends, progress: Pro
     else:
         signal, *sizes = nearest
         unit = common_unit(sizes[1:], units[signal])   # in which what is allowed reads well
-        off = " of ".join(f"{size / factor(unit):.3g}" if unit else f"{size:.3g}" for size in sizes)
+        off = " of ".join(f"{size / si_factor(unit):.3g}" if unit else f"{size:.3g}" for size in sizes)
         message += f"are within their tolerances, the closest is {signal}, off by {off} {unit}".rstrip()
     if baseline.digest is None and experiment.exact():
         message += f"; not bit for bit, for there is no {plan.name}_ref.sha256"
@@ -102,8 +102,8 @@ def recorded_to(experiment: Experiment, end: float, progress: Progress | None) -
         return error.recording
 
 
-def check_all(experiments: Sequence[Experiment], baselines: Path, jobs: int, watch: Watcher,
-              pictures: Path | None = None) -> list[CheckResult]:
+def check_runs(experiments: Sequence[Experiment], baselines: Path, jobs: int, watch: Watcher,
+               pictures: Path | None = None) -> list[CheckResult]:
     """Check runs in other processes, at most `jobs` at a time; other parameters as of `check_run`."""
     return run_each(experiments, partial(check_run, baselines, pictures=pictures),
                     lambda experiment, message: CheckResult(experiment.plan.name, "error", message, None, {}, 0.0),
@@ -152,8 +152,8 @@ def require_whole(plan: RunPlan, baseline: Baseline, recording: Recording, folde
 MOST = 6   # signals, that of the deviation among them
 
 
-def write_picture(path: Path, baseline: Baseline, recording: Recording, samples: Mapping[str, Array],
-                  deviation: Deviation) -> None:
+def write_deviation_picture(path: Path, baseline: Baseline, recording: Recording, samples: Mapping[str, Array],
+                            deviation: Deviation) -> None:
     """Write a picture, a row for each signal: both curves, and their difference. MaglevError without matplotlib."""
     names = [deviation.signal, *(name for name in baseline.columns if name != deviation.signal)][:MOST]
     figure = new_figure(11.0, 1.0 + 1.6 * len(names))

@@ -41,7 +41,7 @@ def first_deviation(times: Array, columns: Mapping[str, Array], samples: Mapping
     first: Deviation | None = None
     largest_excess = 0.0
     for name, got in samples.items():
-        expected, differing = columns[name], difference(columns[name], got)
+        expected, differing = columns[name], absolute_difference(columns[name], got)
         allowed = tolerances[name].at(expected)
         deviating = (differing > allowed) | ~np.isfinite(got)
         if not deviating.any():
@@ -59,7 +59,7 @@ def worst(times: Array, columns: Mapping[str, Array], samples: Mapping[str, Arra
     """Largest difference of each signal; arguments as of `first_deviation`."""
     largest = {}
     for name, got in samples.items():
-        differing = difference(columns[name], got)
+        differing = absolute_difference(columns[name], got)
         i = int(np.argmax(differing))
         largest[name] = WorstDifference(float(differing[i]), float(times[i]))
     return largest
@@ -69,7 +69,7 @@ def closest(baseline: Baseline, samples: Mapping[str, Array]) -> tuple[str, floa
     """Signal, difference and allowance (SI) of the sample closest to its tolerance; None where all are as expected."""
     nearest, largest_share = None, 0.0
     for name, got in samples.items():
-        differing = difference(baseline.columns[name], got)
+        differing = absolute_difference(baseline.columns[name], got)
         allowed = baseline.tolerances[name].at(baseline.columns[name])
         shares = np.divide(differing, allowed, out=np.where(differing > 0.0, np.inf, 0.0), where=allowed > 0.0)
         i = int(np.argmax(shares))
@@ -109,7 +109,7 @@ def samples_of(baseline: Baseline, recording: Recording) -> dict[str, Array]:
     return {name: recorded(recording, name)[rows].astype(np.float64) for name in baseline.columns}
 
 
-def difference(expected: Array, got: Array) -> Array:
+def absolute_difference(expected: Array, got: Array) -> Array:
     """Absolute difference of finite expected values from others; infinite where these are not finite."""
     with np.errstate(invalid="ignore", over="ignore"):
         return np.where(np.isfinite(got), np.abs(got - expected), np.inf)

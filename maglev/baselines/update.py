@@ -46,7 +46,7 @@ def renewed(baselines: Path, experiment: Experiment, ends: Ends, progress: Progr
         "unchanged", f"unchanged, {extent}", moved)
 
 
-def written(result: UpdateResult, baselines: Path) -> UpdateResult:
+def write_updated(result: UpdateResult, baselines: Path) -> UpdateResult:
     """Write the new baseline of a result; after an error, which is a result, too, the old one stands."""
     try:
         if result.baseline is not None:
@@ -57,7 +57,7 @@ def written(result: UpdateResult, baselines: Path) -> UpdateResult:
 
 
 def update_all(experiments: Sequence[Experiment], baselines: Path, jobs: int, watch: Watcher) -> list[UpdateResult]:
-    """Update the baselines of runs; parameters as of `check_all`.
+    """Update the baselines of runs; parameters as of `check_runs`.
 
     They are written together when all runs are done: whoever is interrupted before has the old ones.
     """
@@ -65,7 +65,7 @@ def update_all(experiments: Sequence[Experiment], baselines: Path, jobs: int, wa
                        lambda experiment, message: UpdateResult(experiment.plan.name, "error", message, {}, 0.0), jobs,
                        watch)
     with held_interrupts():
-        return [written(result, baselines) for result in results]
+        return [write_updated(result, baselines) for result in results]
 
 
 def old_baseline(folder: Path, name: str) -> tuple[Baseline | None, str | None]:

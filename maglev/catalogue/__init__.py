@@ -9,7 +9,7 @@ from typing import NamedTuple
 from fmi_export.build import build_fmu
 from fmi_export.definition import FmuDefinition
 from fmi_export.errors import ExportError
-from fmi_export.experiments.files import SMOKE_TEST, VALIDATION, carried, smoke_test
+from fmi_export.experiments.files import SMOKE_TEST, VALIDATION, experiments_files, smoke_test
 from fmi_export.native.build import build_native_fmu, build_webassembly, translated_blocks
 from fmi_export.native.compiler import require_zig
 from fmi_export.ssp import write_ssp
@@ -24,7 +24,7 @@ from maglev.stages import STAGES
 from maglev.user_controllers.blocks import BUILT, Block
 from maglev.user_controllers.build import FMU, buildable, finished, named_lines
 from maglev.user_controllers.source import is_class
-from maglev_files.cache import PLACE, cache_folder, digest_of
+from maglev_files.cache import PLACE, cache_folder, digest_at
 from maglev_files.programs import programs_side_by_side
 from maglev_files.whole_file import whole_files
 
@@ -76,7 +76,7 @@ def build_written(path: Path, folder: Path, kind: Kind = PYTHON) -> Path:
             make = maker([own], kind, written.packages)
         made = make(own, unfinished)
         if written.ends:
-            BUILT[digest_of(made)] = Block.of(own)
+            BUILT[digest_at(made)] = Block.of(own)
         return folder / made.name
 
 
@@ -155,12 +155,12 @@ def experiments_in(definition: FmuDefinition) -> dict[str, bytes]:
     test, name = smoke_test(definition), f"{definition.name}_validation"
     carried_files = {test.name: (SMOKE_TEST, test.files())}
     recorded = {path.name: path.read_bytes() for path in sorted((PACKAGED / "validation").glob(f"{name}*"))}
-    return carried(carried_files | ({name: (VALIDATION, recorded)} if recorded else {}))
+    return experiments_files(carried_files | ({name: (VALIDATION, recorded)} if recorded else {}))
 
 
 def with_parts(names: Iterable[str]) -> list[str]:
     """FMUs to build: those that are named, and in place of a system, those of its scenario."""
-    chosen = [list(loop_of(name).models.values()) if name in STAGES.systems() else [name] for name in names]
+    chosen = [list(system_loop(name).models.values()) if name in STAGES.systems() else [name] for name in names]
     return list(dict.fromkeys(part for parts in chosen for part in parts))
 
 
@@ -172,7 +172,7 @@ class SystemLoop(NamedTuple):
     stop_time: float
 
 
-def loop_of(name: str) -> SystemLoop:
+def system_loop(name: str) -> SystemLoop:
     """Loop of a system: that of an experiment, or of a stage of the user's the one that its scenarios have."""
     from maglev.schema.loading import load_plan  # to list what there is takes no pydantic
 
@@ -214,7 +214,7 @@ def build_systems(names: Iterable[str], fmus: Path, folder: Path, fmi: int = 2) 
     """
     written = []
     for name in names:
-        loop = loop_of(name)
+        loop = system_loop(name)
         parts = {part: (definition(model), fmus / f"{model}.fmu") for part, model in loop.models.items()}
         for ports in (True, False) if fmi == 2 else (True,):
             path = folder / (f"{name}.ssp" if ports else f"{name}NoPorts.ssp")

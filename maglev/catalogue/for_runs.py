@@ -21,7 +21,7 @@ from maglev.errors import BuildError, ScenarioError, few, option
 from maglev.own_fmus import definition, kind_folder, stale
 from maglev.own_stage.adoption import know_stage
 from maglev.packages import PACKAGES
-from maglev.packages.installed import HERE, digest_of
+from maglev.packages.installed import HERE, files_digest
 from maglev.processes.side_by_side import Say, Watch, unwatched, warn
 from maglev.schema.layers import PACKAGED
 from maglev.schema.options import KindName
@@ -101,12 +101,12 @@ def built(names: Collection[str], kind: Kind, say: Say, watch: Watch) -> Path:
     ready: dict[str, bytes] = {}
     for name in names:
         ready |= kept_files(name, kind)
-    shipped = [name for name in names if files_of(name, kind)[0] not in ready and is_shipped(name, kind)]
+    shipped = [name for name in names if file_names(name, kind)[0] not in ready and is_shipped(name, kind)]
     if shipped:
         contents = shipped_files(shipped, kind)
         ready |= contents
         keep_files(shipped, kind, contents, say)
-    missing = [name for name in names if files_of(name, kind)[0] not in ready]
+    missing = [name for name in names if file_names(name, kind)[0] not in ready]
     if missing:
         for stage in {stage.file: stage for stage in map(STAGES.own_of, missing) if stage is not None}:
             require_runnable(stage, say)
@@ -114,7 +114,7 @@ def built(names: Collection[str], kind: Kind, say: Say, watch: Watch) -> Path:
         say(f"{few(missing)}: {what} are built, once for all runs")
         with scratch() as folder, watch(["FMUs"]) as watcher:
             build(missing, folder, kind, partial(watcher, "FMUs"))
-            ready |= {file: (folder / file).read_bytes() for name in missing for file in files_of(name, kind)}
+            ready |= {file: (folder / file).read_bytes() for name in missing for file in file_names(name, kind)}
         keep_files(missing, kind, ready, say)
     elif kind.native and kind.target != "wasm":
         step_in_c()
@@ -124,7 +124,7 @@ def built(names: Collection[str], kind: Kind, say: Say, watch: Watch) -> Path:
 def is_shipped(name: str, kind: Kind) -> bool:
     """Whether the installed wheel brings an FMU, or a module, of a kind."""
     folder = SHIPPED / "wasm" if kind.target == "wasm" else kind_folder(SHIPPED, kind.native, kind.fmi)
-    return kind.native and (folder / files_of(name, kind)[0]).is_file()
+    return kind.native and (folder / file_names(name, kind)[0]).is_file()
 
 
 def shipped_files(names: Collection[str], kind: Kind) -> dict[str, bytes]:
@@ -135,18 +135,18 @@ def shipped_files(names: Collection[str], kind: Kind) -> dict[str, bytes]:
     for name in names:
         if old := stale(name, SHIPPED / "wasm" / f"{name}.wasm"):
             raise BuildError(old)
-    return {file: (SHIPPED / "wasm" / file).read_bytes() for name in names for file in files_of(name, kind)}
+    return {file: (SHIPPED / "wasm" / file).read_bytes() for name in names for file in file_names(name, kind)}
 
 
-def files_of(name: str, kind: Kind) -> tuple[str, ...]:
+def file_names(name: str, kind: Kind) -> tuple[str, ...]:
     return (f"{name}.wasm", f"{name}.xml") if kind.target == "wasm" else (f"{name}.fmu",)
 
 
 def kept_files(name: str, kind: Kind) -> dict[str, bytes]:
     """Files that the cache has of one, all or none."""
-    entries = [kept(key(name, kind), file) for file in files_of(name, kind)]
+    entries = [kept(fmu_key(name, kind), file) for file in file_names(name, kind)]
     try:
-        return {file: entry.path.read_bytes() for file, entry in zip(files_of(name, kind), entries, strict=True)
+        return {file: entry.path.read_bytes() for file, entry in zip(file_names(name, kind), entries, strict=True)
                 if entry is not None and None not in entries}
     except OSError:   # cleared by another process
         return {}
@@ -156,8 +156,8 @@ def keep_files(names: Iterable[str], kind: Kind, contents: dict[str, bytes], say
     """Put files into the cache; where it cannot be written, one sentence says so."""
     try:
         for name in names:
-            for file in files_of(name, kind):
-                keep(key(name, kind), file, contents[file])
+            for file in file_names(name, kind):
+                keep(fmu_key(name, kind), file, contents[file])
         lost = any(not kept_files(name, kind) for name in names)
     except OSError:
         lost = True
@@ -165,11 +165,11 @@ def keep_files(names: Iterable[str], kind: Kind, contents: dict[str, bytes], say
         say(uncacheable("what is built", "it is for this command alone"))
 
 
-def key(name: str, kind: Kind) -> str:
+def fmu_key(name: str, kind: Kind) -> str:
     """Place in the cache, by all that it is made of: sources, tools, kind; of an own stage, what is written of it."""
     stage = STAGES.own_of(name)
-    own = "" if stage is None else digest_of(stage.folder, stage.folder.glob("*/**/*.*"))
-    return key_of(FMUS, installed(), tuple(kind), number_in(DATE), own)
+    own = "" if stage is None else files_digest(stage.folder, stage.folder.glob("*/**/*.*"))
+    return key_of(FMUS, what_all_depend_on(), tuple(kind), number_in(DATE), own)
 
 
 def require_runnable(description: Path, say: Say) -> None:
@@ -181,11 +181,11 @@ def require_runnable(description: Path, say: Say) -> None:
 
 
 @cache
-def installed() -> tuple[str, ...]:
+def what_all_depend_on() -> tuple[str, ...]:
     """What every FMU depends on: sources with what is carried, versions of tools, this machine."""
     folders = [HERE / package for package in (*PACKAGES, "fmi_export", "maglev/catalogue")]
-    return (digest_of(HERE, (path for folder in folders for path in folder.rglob("*.*"))),
-            digest_of(PACKAGED, (PACKAGED / "validation").iterdir()),
+    return (files_digest(HERE, (path for folder in folders for path in folder.rglob("*.*"))),
+            files_digest(PACKAGED, (PACKAGED / "validation").iterdir()),
             *map(version_of, ("maglev-fmus", *TOOLS)), platform.system(), platform.machine())
 
 

@@ -5,7 +5,7 @@ from tempfile import TemporaryDirectory
 
 from fmi_export.definition import FmuDefinition, with_inputs
 from fmi_export.parameter_set import SSV, parameter_set, xml_file
-from fmi_export.ssp import add_units, start_values, write_ssp
+from fmi_export.ssp import add_units, all_start_values, write_ssp
 from maglev.catalogue import Kind, build_errors, maker
 from maglev.errors import BuildError
 from maglev.own_fmus import definition
@@ -22,12 +22,12 @@ def build_scenario(plan: RunPlan, folder: Path, kind: Kind) -> list[Path]:
     either: those that something leads to are inputs of the FMUs in it. BuildError for an FMU that is not of this
     project, and start values that are results of other runs; errors as of `maker`.
     """
-    parts = parts_of(plan)
+    parts = system_parts(plan)
     make = maker(list({part.name: part for part in parts.values()}.values()), kind)
     start = {name: {variable: value.value for variable, value in fmu.start.items()}
              for name, fmu in plan.fmus.items()}
     values = [value._replace(name=f"{name}.{value.name}") for name, part in parts.items()
-              for value in start_values(part, start[name]) if value.name in start[name]]
+              for value in all_start_values(part, start[name]) if value.name in start[name]]
     with TemporaryDirectory() as place, whole_files(folder) as unfinished:
         built = {part.name: make(part, Path(place)) for part in parts.values()}
         system = write_ssp(unfinished / f"{plan.name}.ssp", {name: (part, built[part.name])
@@ -39,7 +39,7 @@ def build_scenario(plan: RunPlan, folder: Path, kind: Kind) -> list[Path]:
     return [folder / f"{plan.name}{ending}" for ending in (".ssp", ".ssv")]
 
 
-def parts_of(plan: RunPlan) -> dict[str, FmuDefinition]:
+def system_parts(plan: RunPlan) -> dict[str, FmuDefinition]:
     """What the FMUs of a run are in its system, by name in the run."""
     led_to = {target for _, target in plan.wires.values()}
     led_to |= {name for signal in plan.signals for name in (signal.to, signal.rate_to) if name}

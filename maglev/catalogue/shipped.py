@@ -44,11 +44,11 @@ def take_native(names: Iterable[str], given: Path, folder: Path, fmi: int = 2, c
             kind = kind_folder(Path(), True, fmi, clocked and definition(part).sampled)
             file = f"{(kind / part).as_posix()}.fmu"
             path = unfinished / f"{part}.fmu"
-            path.write_bytes(file_of(given, file))
+            path.write_bytes(shipped_file(given, file))
             if not built_here(path):
                 raise BuildError(f"{option('source', str(given))}: {file} is of other sources than those that are "
                                  f"installed, expected the FMUs of the release of maglev-fmus {installed().version}")
-        content = file_of(given, loop)
+        content = shipped_file(given, loop)
         build_systems([name for name in names if name in STAGES.systems()], unfinished, unfinished, fmi)
         with suppress(OSError):   # no room in the cache: runs are stepped in Python, then
             kept = keep_loop(content)
@@ -59,7 +59,7 @@ def take_native(names: Iterable[str], given: Path, folder: Path, fmi: int = 2, c
         return [folder / path.name for path in sorted(unfinished.iterdir())]
 
 
-def file_of(given: Path, name: str) -> bytes:
+def shipped_file(given: Path, name: str) -> bytes:
     """A file by its path in an archive or a folder; BuildError if it is not there."""
     try:
         if given.is_dir():

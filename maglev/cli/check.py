@@ -9,7 +9,7 @@ import maglev
 from maglev.cli.options import Debug, Jobs, NamesOrFmus, Out, with_run_options
 from maglev.cli.terminal import one_line_errors, print_outcomes, progress_of, say
 from maglev.errors import ScenarioError, option
-from maglev.schema.options import OPTIONS, completed
+from maglev.schema.options import OPTIONS, completed_options
 
 if TYPE_CHECKING:
     from maglev.baselines.outcome import CheckResult
@@ -63,7 +63,7 @@ def check(names: NamesOrFmus = None,
                                     **options)
             print_outcomes(updated)
             raise typer.Exit(exit_code(updated))
-        timeout = float(completed({"timeout": options["timeout"]})["timeout"])
+        timeout = float(completed_options({"timeout": options["timeout"]})["timeout"])
         checked: list[CheckResult] = []
         if runs or not fmus:
             checked += maglev.check(runs or None, baselines=baselines, pictures=out if plot else None, jobs=jobs,

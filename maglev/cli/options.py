@@ -87,6 +87,6 @@ def pairs(flag: str, words: Iterable[str] | None, expected: str, error: type[Mag
         yield name, value
 
 
-def value_of(text: str) -> float | str | bool:
+def option_value(text: str) -> float | str | bool:
     """A value as an option has it: true, false, a number, or a quantity with its unit."""
     return text == "true" if text in ("true", "false") else number_or_text(text)

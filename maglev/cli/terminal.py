@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING, Any, TextIO
 import typer
 
 import maglev
-from maglev.errors import FAILURES, in_one_line, name_of, signal_of, spelling, visible
+from maglev.errors import FAILURES, ended_by, in_one_line, signal_of, spelling, visible
 from maglev.processes.interrupts import termination_like_interrupt
 from maglev.schema.options import as_flag
 from maglev_files.environment import require_numbers
@@ -38,12 +38,12 @@ def one_line_errors(debug: bool) -> Iterator[None]:
     in_python = spelling.set(as_flag)
     try:
         with termination_like_interrupt(), warnings.catch_warnings():
-            warnings.showwarning = said
+            warnings.showwarning = warn_line
             yield
     except KeyboardInterrupt as error:
         if debug:
             raise
-        say(str(error) or name_of(error))
+        say(str(error) or ended_by(error))
         raise typer.Exit(128 + signal_of(error)) from None
     except (RecursionError, *FAILURES) as error:
         if debug:
@@ -55,8 +55,8 @@ def one_line_errors(debug: bool) -> Iterator[None]:
         spelling.reset(in_python)
 
 
-def said(message: Warning | str, category: type[Warning], filename: str, lineno: int, file: TextIO | None = None,
-         line: str | None = None) -> None:
+def warn_line(message: Warning | str, category: type[Warning], filename: str, lineno: int, file: TextIO | None = None,
+              line: str | None = None) -> None:
     """Say what a function of ours warns of in one line; what Python or others warn of is as ever."""
     if category is UserWarning:
         say(str(message))

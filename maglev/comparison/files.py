@@ -11,10 +11,10 @@ from typing import Any
 from rich.console import Console
 from rich.text import Text
 
-from maglev.comparison.table import Row, ending, legend, side_by_side, summary, verdict
-from maglev.experiment.execution import RunResult, json_text, run_data, write_record
+from maglev.comparison.table import Row, comparison_verdict, ending, legend, measure_rows, summary
+from maglev.experiment.execution import RunResult, json_text, run_as_json, write_record
 from maglev.experiment.results import ResultFiles, write_csv
-from maglev.judging.measures import measures
+from maglev.judging.measures import measures_of
 from maglev.pages import shell
 from maglev.pictures import write_figure
 from maglev.report.claim_table import unbroken
@@ -42,10 +42,10 @@ def instructions() -> dict[str, float]:
     return {name: float(table["mean"]) for name, table in tomllib.loads(text).items()}
 
 
-def rows_of(runs: Runs) -> list[Row]:
+def compared_rows(runs: Runs) -> list[Row]:
     """What was measured on the completed runs, side by side; and what their laws cost, if known."""
     metrics = {label: run.metrics for label, run in runs.items() if run.metrics is not None}
-    rows = side_by_side({label: measures(runs[label].plan, measured) for label, measured in metrics.items()})
+    rows = measure_rows({label: measures_of(runs[label].plan, measured) for label, measured in metrics.items()})
     costs = {label: instructions()[law] for label in metrics
              if runs[label].provenance is not None and (law := controller_of(runs[label])) in instructions()}
     failed = frozenset(label for label, measured in metrics.items() if measured.failed)
@@ -83,7 +83,7 @@ def write_comparison(folder: Path, name: str, title: str, runs: Runs, *, picture
             write_whole(written[-1], text)
         if page:
             written.append(folder / f"{name}.compare.html")
-            shell.publish(written[-1], comparison_page(name, title, runs, rows_of(runs)))
+            shell.publish(written[-1], comparison_page(name, title, runs, compared_rows(runs)))
         recorded = {label: run for label, run in runs.items() if len(run.time)}
         if picture and recorded:
             written.append(folder / f"{name}.compare.png")
@@ -93,18 +93,18 @@ def write_comparison(folder: Path, name: str, title: str, runs: Runs, *, picture
 
 def comparison_data(name: str, title: str, runs: Runs) -> dict[str, Any]:
     """A comparison as JSON has it, SI: each run, and the rows of the table; null for what never came to an end."""
-    return {"name": name, "title": title, "verdict": verdict(runs, summary(rows_of(runs))),
-            "runs": {label: run_data(run) for label, run in runs.items()},
+    return {"name": name, "title": title, "verdict": comparison_verdict(runs, summary(compared_rows(runs))),
+            "runs": {label: run_as_json(run) for label, run in runs.items()},
             "rows": [{"quantity": row.quantity, "of": row.of, "time": row.time, "unit": row.unit,
                       "values": {label: value if value < float("inf") else None for label, value in row.values.items()},
-                      "best": list(row.best)} for row in rows_of(runs)]}
+                      "best": list(row.best)} for row in compared_rows(runs)]}
 
 
 def show_comparison(console: Console, name: str, title: str, runs: Runs, every_step: bool = False) -> None:
     """Print how each run ended, and the table side by side: the worst of all steps, or every step."""
     console.print(heading(name, title))
-    rows = rows_of(runs)
-    console.print(Text(verdict(runs, summary(rows))))
+    rows = compared_rows(runs)
+    console.print(Text(comparison_verdict(runs, summary(rows))))
     for label, run in runs.items():
         console.print(Text.assemble((label, "bold"), f": {ending(run)}"))
     if not rows:
@@ -127,7 +127,7 @@ def comparison_page(name: str, title: str, runs: Mapping[str, RunResult], rows: 
     data = {"runs": runs_data(list(runs.values()), figures),
             "figures": {f"figure-{number}": figure_data(shown, {}) for number, shown in enumerate(figures)},
             "moving": {run.plan.name: film for run in [*recorded.values()][:1] if (film := moving(recorded))}}
-    said = escape(unbroken(verdict(runs, summary(rows))))
+    said = escape(unbroken(comparison_verdict(runs, summary(rows))))
     return shell.page(
         "compare", f"{escape(name)}: runs side by side", said, read("style.css"),
         shell.read("comparison.html", Path(__file__).parent),

@@ -58,14 +58,14 @@ class Row:
     @property
     def ahead(self) -> str:
         """The same in words, behind "the next is"; a dash where none is the best."""
-        return larger(self.lead).removesuffix(" as large")
+        return times_larger(self.lead).removesuffix(" as large")
 
     def text(self, label: str) -> str:
         """Value of a run with its unit."""
         return metric_text(self.quantity, self.values[label], self.unit) if label in self.values else "–"
 
 
-def side_by_side(measured: Mapping[str, Sequence[Measure]]) -> list[Row]:
+def measure_rows(measured: Mapping[str, Sequence[Measure]]) -> list[Row]:
     """Rows of what was measured, in the order of the first run that has it; `measured` is by label of the run."""
     failed = frozenset(label for label, measures in measured.items()
                        if any(measure.quantity == "failed" and measure.value for measure in measures))
@@ -90,7 +90,7 @@ def summary(rows: Sequence[Row]) -> list[Row]:
     return [*(row for row in rows if row.time is None), *worst]
 
 
-def larger(times: float) -> str:
+def times_larger(times: float) -> str:
     """How much larger one value is than another; a dash where it is not, or cannot be said."""
     return ("–" if times in (1.0, inf) else f"{100.0 * (times - 1.0):.2g} % larger" if times < 2.0 else
             f"{times:.2g} times as large" if times < 100.0 else
@@ -104,7 +104,7 @@ def ending(run: RunResult) -> str:
     return ", ".join([state_of(run.metrics), *troubles(run)])
 
 
-def verdict(runs: Mapping[str, RunResult], rows: Sequence[Row]) -> str:
+def comparison_verdict(runs: Mapping[str, RunResult], rows: Sequence[Row]) -> str:
     """One sentence: which run is the better one, by its rms errors, by how much, and in what another one is better.
 
     Rows are those of the summary. Of completed runs; that others failed comes last, or decides.
@@ -124,7 +124,7 @@ def verdict(runs: Mapping[str, RunResult], rows: Sequence[Row]) -> str:
     else:
         most = max(errors, key=lambda row: row.values[second] / max(row.values[best], TINY))
         said = (f"{best} is {'better' if len(ours) == 2 else 'best'}: the rms errors of {second} are on average "
-                f"{larger(times)} (most on {most.of}, {most.text(best)} against {most.text(second)})")
+                f"{times_larger(times)} (most on {most.of}, {most.text(best)} against {most.text(second)})")
     parts = [said]
     for label in ours if times < DIFFERENCE else [label for label in ours if label != best]:
         rival = best if label != best else second

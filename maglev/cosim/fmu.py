@@ -69,11 +69,11 @@ def read_description(name: str, path: Path) -> ModelDescription:
                        "of yours")
     written = path.stat()
     # Who gives the variables other names and units does it on a list of their own.
-    return copy(described(name, path, written.st_mtime_ns, written.st_size))
+    return copy(description_at(name, path, written.st_mtime_ns, written.st_size))
 
 
 @lru_cache(maxsize=64)
-def described(name: str, path: Path, _written: int, _size: int) -> ModelDescription:
+def description_at(name: str, path: Path, _written: int, _size: int) -> ModelDescription:
     """Model description of a file, read once for as long as the file stays as it is."""
     description = checked_description(f"{name}: {original(path)}", path)
     if description.coSimulation is None:

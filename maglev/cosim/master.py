@@ -26,7 +26,7 @@ from maglev.errors import (
     Interrupted,
     MaglevError,
     QuantityError,
-    name_of,
+    ended_by,
     one_of,
     shortened,
     signal_of,
@@ -253,7 +253,7 @@ class Master:
                 given = f"{len(values)} values" if np.ndim(values) == 1 else shortened(values)
                 raise FmuError(f"{target} is driven by {given}, expected {self.steps + 1} numbers, one for each "
                                "communication point")
-        rates = {p.name: rate(p.name, p.ports.step, self.step, self.steps) for p in self.setups
+        rates = {p.name: step_rate(p.name, p.ports.step, self.step, self.steps) for p in self.setups
                  if p.ports is not None and p.ports.step is not None}
         self.wiring = wire(self.fmus, self.connections, drives, self.block + 1, self.step, self.order, rates,
                            self.observer.allocate)
@@ -367,7 +367,7 @@ def call_all(calls: Sequence[Call]) -> None:
         call.at(0)
 
 
-def rate(name: str, own: float, step: float, steps: int) -> Rate:
+def step_rate(name: str, own: float, step: float, steps: int) -> Rate:
     """Steps of an FMU that wants steps of its own (s) among communication steps (s); FmuError if they misfit."""
     try:
         own_rate = Rate(every=whole_steps(own, step)) if own > step else Rate(parts=whole_steps(step, own))
@@ -383,7 +383,7 @@ def rate(name: str, own: float, step: float, steps: int) -> Rate:
 def ended(reason: BaseException, time: float, recording: Recording) -> RunFailed | RunInterrupted:
     """Error for a run that ended early at a time (s)."""
     if isinstance(reason, KeyboardInterrupt):
-        return RunInterrupted(f"at t = {time:.9g} s: {name_of(reason)}", recording, signal_of(reason))
+        return RunInterrupted(f"at t = {time:.9g} s: {ended_by(reason)}", recording, signal_of(reason))
     return RunFailed(f"at t = {time:.9g} s: {reason}", recording)
 
 

@@ -83,7 +83,7 @@ def in_c(phases: Sequence[Sequence[Call]]) -> bool:
 
 def own_loop() -> Kept | None:
     """The library with the loop of this installation; None if none was built, or it is not as it was written."""
-    return kept(key(), LIBRARY)
+    return kept(step_loop_key(), LIBRARY)
 
 
 def build_loop() -> Kept:
@@ -94,11 +94,11 @@ def build_loop() -> Kept:
 
 def keep_loop(content: bytes) -> Kept:
     """Keep a library as that of this installation; OSError if it cannot be written."""
-    return keep(key(), LIBRARY, content)
+    return keep(step_loop_key(), LIBRARY, content)
 
 
 @cache
-def key() -> str:
+def step_loop_key() -> str:
     """Key of this version's loop on this machine: of its text and of the compiler's flags."""
     platform, = host_platform().values()
     return key_of(STEP_LOOP, source(), FLAGS, platform)

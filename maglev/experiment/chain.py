@@ -26,9 +26,9 @@ class Ended(Protocol):
 T = TypeVar("T", bound=Ended)
 
 
-def in_order(needs: Mapping[str, set[str]], task: Callable[[str, Ends], Task[T]], jobs: int,
-             died: Callable[[str, str], T], watch: Watcher, silent: float = math.inf,
-             here: bool = False) -> dict[str, T]:
+def chained(needs: Mapping[str, set[str]], task: Callable[[str, Ends], Task[T]], jobs: int,
+            died: Callable[[str, str], T], watch: Watcher, silent: float = math.inf,
+            here: bool = False) -> dict[str, T]:
     """Do the tasks of runs, those that others need before them, otherwise side by side; results by name, as in `needs`.
 
     `needs` has, by name of a run, those that it starts from; `task` makes a task of a name and the ends of what it
@@ -54,7 +54,7 @@ def in_order(needs: Mapping[str, set[str]], task: Callable[[str, Ends], Task[T]]
 
 
 def waves(needs: Mapping[str, set[str]]) -> Iterator[list[str]]:
-    """Runs that can go side by side, after those of the waves before; arguments and errors as of `in_order`."""
+    """Runs that can go side by side, after those of the waves before; arguments and errors as of `chained`."""
     for name, others in needs.items():
         if others - needs.keys():
             raise cannot_go_before(name, *sorted(others - needs.keys()))

@@ -13,12 +13,12 @@ from numpy.typing import NDArray
 
 from maglev.cosim.master import Recording, RunFailed, RunInterrupted
 from maglev.errors import FAILURES, Interrupted, MeasurementError, ScenarioError, in_one_line
-from maglev.experiment.chain import Ended, Ends, ends_of, in_order, started
+from maglev.experiment.chain import Ended, Ends, chained, ends_of, started
 from maglev.experiment.preparation import Experiment
 from maglev.experiment.provenance import Provenance
 from maglev.experiment.results import ResultFiles, write_csv, write_parquet
 from maglev.judging import run_claims
-from maglev.judging.measures import measures, measures_data
+from maglev.judging.measures import measures_data, measures_of
 from maglev.judging.metrics import Metrics, metrics_data, phase_resistances, run_metrics
 from maglev.judging.verdicts import Judgements, of_modified_runs
 from maglev.processes.side_by_side import Progress, Watcher
@@ -66,7 +66,7 @@ class RunResult:
 def simulate(experiment: Experiment, progress: Progress | None = None) -> RunResult:
     """Run an experiment and measure it; errors as of `execute`, and no files."""
     recording = experiment.run(progress)
-    return replace(completed(experiment, recording), metrics=measured(experiment.plan, recording))
+    return replace(completed_run(experiment, recording), metrics=whole_metrics(experiment.plan, recording))
 
 
 def execute(experiment: Experiment, out: Path, form: Format = "csv", progress: Progress | None = None) -> RunResult:
@@ -82,18 +82,18 @@ def execute(experiment: Experiment, out: Path, form: Format = "csv", progress: P
         """Write what the run gave, whatever its FMUs do after it."""
         files.forget_reports()   # they are about an earlier run
         files.file("json").unlink(missing_ok=True)   # and never beside the columns of this one
-        result = completed(experiment, recording)
+        result = completed_run(experiment, recording)
         write_columns(files.file(form), form, result, experiment.units(recording.columns), recording, every)
-        results.append(replace(result, metrics=measured(experiment.plan, recording)))
+        results.append(replace(result, metrics=whole_metrics(experiment.plan, recording)))
         write_record(files, form, results[0])
         files.forget_others(form)
 
     try:
         recording = experiment.run(progress, complete)
     except RunFailed as error:
-        raise RunFailed(f"{error}; {kept(files, error.recording, every)}", error.recording) from error
+        raise RunFailed(f"{error}; {keep_recording(files, error.recording, every)}", error.recording) from error
     except RunInterrupted as error:
-        message = f"{error}; {kept(files, error.recording, every)}"
+        message = f"{error}; {keep_recording(files, error.recording, every)}"
         files.set_aside()   # what an earlier run has left must not pass for what this one gave
         raise RunInterrupted(message, error.recording, error.number) from error
     except Interrupted as error:
@@ -105,7 +105,7 @@ def execute(experiment: Experiment, out: Path, form: Format = "csv", progress: P
 
 def write_record(files: ResultFiles, form: Format, result: RunResult) -> None:
     """Write what is known about a run beside its columns, with the digest of these: they belong together."""
-    write_whole(files.file("json"), json_text({**run_data(result), KEY: digests_of([files.file(form)])}))
+    write_whole(files.file("json"), json_text({**run_as_json(result), KEY: digests_of([files.file(form)])}))
 
 
 def write_columns(path: Path, form: Format, result: RunResult, units: Mapping[str, str], recording: Recording,
@@ -114,11 +114,11 @@ def write_columns(path: Path, form: Format, result: RunResult, units: Mapping[st
     if form == "csv":
         write_csv(path, recording, every)
     else:
-        about = {key: value for key, value in run_data(result).items() if key in ("name", "title", "provenance")}
+        about = {key: value for key, value in run_as_json(result).items() if key in ("name", "title", "provenance")}
         write_parquet(path, recording, units, about, every)
 
 
-def kept(files: ResultFiles, recording: Recording, every: int) -> str:
+def keep_recording(files: ResultFiles, recording: Recording, every: int) -> str:
     """Write what was recorded of a run that ended early; says where it is, or why it is not."""
     try:
         write_csv(files.file("partial.csv"), recording, every)
@@ -127,7 +127,7 @@ def kept(files: ResultFiles, recording: Recording, every: int) -> str:
     return f"what was recorded until then is in {files.file('partial.csv')}"
 
 
-def measured(plan: RunPlan, recording: Recording) -> Metrics:
+def whole_metrics(plan: RunPlan, recording: Recording) -> Metrics:
     """What is measured on a run that was recorded to its end, on all of it."""
     return run_metrics(plan, recording.time, recording.columns, phase_resistances(plan)({}))
 
@@ -161,23 +161,23 @@ def require_judgeable(experiments: Sequence[Experiment]) -> None:
             others = {name: expected(by_name[name]) for claim in plan.claims for name in claim.other_runs
                       if name in by_name}
             try:
-                run_claims.require_judgeable(plan.claims, expected(experiment), others)
+                run_claims.require_sides(plan.claims, expected(experiment), others)
             except MeasurementError as error:
                 raise ScenarioError(f"{plan.path}: {error}") from None
 
 
-def completed(experiment: Experiment, recording: Recording) -> RunResult:
+def completed_run(experiment: Experiment, recording: Recording) -> RunResult:
     """Result of a run that was recorded to its end: every output interval of it; nothing is measured yet."""
     return RunResult(experiment.plan, thinned(recording, experiment.output_every()), ends=ends_of(recording),
                      parameters=experiment.parameters(), provenance=experiment.provenance())
 
 
-def run_data(result: RunResult) -> dict[str, Any]:
+def run_as_json(result: RunResult) -> dict[str, Any]:
     """What is known about a run beside its columns, as JSON has it; what never happened or is not finite is None."""
     return {"name": result.plan.name, "title": result.plan.title, "failure": result.failure,
             "provenance": None if result.provenance is None else result.provenance.as_data(),
             "metrics": None if result.metrics is None else metrics_data(result.metrics),
-            "measures": [] if result.metrics is None else measures_data(measures(result.plan, result.metrics))}
+            "measures": [] if result.metrics is None else measures_data(measures_of(result.plan, result.metrics))}
 
 
 def json_text(data: Mapping[str, Any]) -> str:
@@ -193,21 +193,21 @@ def thinned(recording: Recording, every: int) -> Recording:
 
 def run_each(experiments: Sequence[Experiment], job: Callable[[Experiment, Ends, Progress], T],
              died: Callable[[Experiment, str], T], jobs: int, watch: Watcher, here: bool = False) -> list[T]:
-    """Do a job with each experiment and the ends of the runs that it starts from, which go before it; as of `in_order`.
+    """Do a job with each experiment and the ends of the runs that it starts from, which go before it; as of `chained`.
 
     In other processes, at most `jobs` at a time; `here`, and with a class that was given, in this one.
     """
     by_name = {experiment.plan.name: experiment for experiment in experiments}
-    return list(in_order({name: experiment.plan.needs for name, experiment in by_name.items()},
-                         lambda name, ends: partial(job, by_name[name], ends), jobs,
-                         lambda name, message: died(by_name[name], message), watch,
-                         here=here or any(experiment.here for experiment in experiments)).values())
+    return list(chained({name: experiment.plan.needs for name, experiment in by_name.items()},
+                        lambda name, ends: partial(job, by_name[name], ends), jobs,
+                        lambda name, message: died(by_name[name], message), watch,
+                        here=here or any(experiment.here for experiment in experiments)).values())
 
 
 def execute_all(experiments: Sequence[Experiment], out: Path, form: Format, jobs: int, watch: Watcher,
                 here: bool = False) -> list[RunResult]:
     """Run experiments as of `run_each`; one that fails, or whose process dies, has a result that says why."""
-    return run_each(experiments, partial(execute_or_fail, out, form), failed, jobs, watch, here)
+    return run_each(experiments, partial(execute_or_fail, out, form), failed_run, jobs, watch, here)
 
 
 def execute_or_fail(out: Path, form: Format, experiment: Experiment, ends: Ends, progress: Progress) -> RunResult:
@@ -217,10 +217,10 @@ def execute_or_fail(out: Path, form: Format, experiment: Experiment, ends: Ends,
     except FAILURES as error:
         # What an earlier run has left must not pass for what this one gave.
         ResultFiles(out, experiment.plan.name).set_aside()
-        return failed(experiment, in_one_line(error), "".join(format_exception(error)))
+        return failed_run(experiment, in_one_line(error), "".join(format_exception(error)))
 
 
-def failed(experiment: Experiment, message: str, traceback: str = "") -> RunResult:
+def failed_run(experiment: Experiment, message: str, traceback: str = "") -> RunResult:
     return RunResult(experiment.plan, failure=message, traceback=traceback)
 
 

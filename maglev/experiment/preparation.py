@@ -28,7 +28,7 @@ from maglev.experiment.reach import require_reachable
 from maglev.own_fmus import built_here, own_fmu, stale
 from maglev.own_stage.adoption import know_stage
 from maglev.processes.side_by_side import Progress
-from maglev.schema.options import OPTIONS, RunOptions, completed
+from maglev.schema.options import OPTIONS, RunOptions, completed_options
 from maglev.schema.run_plan import RunPlan, StartValue
 from maglev.schema.settings import with_references
 from maglev.schema.signals.kinds import Signal
@@ -36,7 +36,7 @@ from maglev.stages import STAGES
 from maglev.time_grid import whole_steps
 from maglev.units import refused_as
 from maglev.user_controllers.source import copy_of, is_class, is_written, keeps_bits
-from maglev_files.cache import Kept, digest_of
+from maglev_files.cache import Kept, digest_at
 
 
 @dataclass(frozen=True)
@@ -240,7 +240,7 @@ def prepare(plan: RunPlan, fmus: Path, replaced: Mapping[str, Replacement], sett
     no whole number of steps.
     """
     know_stage_of(plan)
-    options = completed(options or {})
+    options = completed_options(options or {})
     step = plan.step if options["step"] is None else float(options["step"])
     with refused_as(ScenarioError, f"{plan.path}: stop_time = {plan.stop_time} s with {option('step', step)}"):
         whole_steps(plan.stop_time, step)
@@ -269,7 +269,7 @@ def prepare(plan: RunPlan, fmus: Path, replaced: Mapping[str, Replacement], sett
     return replace(
         experiment, changes=(*other_references, *changes_of(experiment, plan, asked)),
         not_compared=tuple(name for name in plan.check.signals if name not in fitted.check.signals),
-        parameter_sets={setting.file: digest_of(Path(setting.file)) for setting in settings.values() if setting.file})
+        parameter_sets={setting.file: digest_at(Path(setting.file)) for setting in settings.values() if setting.file})
 
 
 def in_place(plan: RunPlan, files: Mapping[str, Path], replaced: Mapping[str, Replacement]) -> dict[str, Replacement]:

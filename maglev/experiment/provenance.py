@@ -21,7 +21,7 @@ from maglev.packages.installed import code, edited
 from maglev.schema.layers import scenario_of
 from maglev.schema.run_plan import RunPlan
 from maglev.user_controllers.source import digests, is_class, is_written, requirements
-from maglev_files.cache import digest_of
+from maglev_files.cache import digest_at
 
 DIGITS = 12   # of a digest that are shown; NAME.json has all
 
@@ -71,7 +71,7 @@ class UsedFmu:
     def of(cls, name: str, path: Path, description: ModelDescription, **given: Any) -> "UsedFmu":
         """That of a file; what a run does with it is `given`."""
         written = is_written(path)
-        sha256 = dict(digests(path)) if written else {path.name: digest_of(path)}
+        sha256 = dict(digests(path)) if written else {path.name: digest_at(path)}
         return cls(name, path.name, description.modelName or "", description.guid or "",
                    description.generationTool or "", kind(path), built_here=built_here(path), sha256=sha256,
                    libraries=versions(requirements(path)) if written else libraries_in(path, sha256[path.name]),

@@ -23,7 +23,7 @@ def require_reachable(plan: RunPlan, times: Array, references: Mapping[str, Arra
     known = {axis.position: references[axis.reference] for axis in plan.axes.values() if axis.reference in references}
     vertical = next((axis.position for axis in plan.axes.values() if axis.vertical), None)
     begin = None if vertical is None else start(f"{vertical.rpartition('.')[0]}.position_start")
-    gap = "" if begin is None else f", for a stage that begins with a gap of {millimetres(begin)}"
+    gap = "" if begin is None else f", for a stage that begins with a gap of {in_mm(begin)}"
     for name, axis in plan.axes.items():
         if axis.position in known:
             place = axis.position.rpartition(".")[0]
@@ -53,9 +53,9 @@ def require_between(what: str, times: Array, values: Array, place: str, start: S
     beyond = np.flatnonzero((values < lower) | (values > upper))
     if len(beyond):
         k = int(beyond[0])
-        raise ScenarioError(f"{what} = {millimetres(float(values[k]))} at t = {times[k]:g} s: out of reach, expected "
-                            f"between the stops at {millimetres(lower)} and {millimetres(upper)}{gap}")
+        raise ScenarioError(f"{what} = {in_mm(float(values[k]))} at t = {times[k]:g} s: out of reach, expected "
+                            f"between the stops at {in_mm(lower)} and {in_mm(upper)}{gap}")
 
 
-def millimetres(value: float) -> str:
+def in_mm(value: float) -> str:
     return f"{1e3 * value:g} mm"

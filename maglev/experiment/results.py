@@ -83,7 +83,7 @@ def write_csv(path: Path, recording: Recording, every: int = 1) -> None:
     Numbers are written as short as gives the same bits when they are read. The file appears under its name when it is
     complete: what stood there before is intact until then.
     """
-    columns = columns_of(recording, every)
+    columns = thinned_columns(recording, every)
     with whole_file(path) as unfinished, unfinished.open("wb") as file:
         header = io.StringIO()
         csv.writer(header, lineterminator="\n").writerow(columns)   # an array's name has a comma
@@ -105,7 +105,7 @@ def write_parquet(path: Path, recording: Recording, units: Mapping[str, str], ab
     import pyarrow
     from pyarrow import parquet
 
-    columns = columns_of(recording, every)
+    columns = thinned_columns(recording, every)
     # From buffers, for pyarrow.array imports pandas where it is installed, to ask whether a column is a pandas.Series.
     arrays = [pyarrow.Array.from_buffers(pyarrow.from_numpy_dtype(column.dtype), len(column),
                                          [None, pyarrow.py_buffer(column)]) for column in columns.values()]
@@ -121,7 +121,7 @@ def require_parquet() -> None:
     extra("pyarrow", "data", "Parquet")
 
 
-def columns_of(recording: Recording, every: int) -> dict[str, Any]:
+def thinned_columns(recording: Recording, every: int) -> dict[str, Any]:
     """Every n-th communication point of a recording, and the last one: time, then the columns, by name."""
     last = len(recording.time) - 1
     rows = np.append(np.arange(0, last, every), last)

@@ -37,7 +37,7 @@ def select(names: Scenarios | None) -> list[RunPlan]:
     return list(runs.values())
 
 
-def compared(runs: Sequence[RunPlan]) -> list[RunPlan]:
+def compared_with(runs: Sequence[RunPlan]) -> list[RunPlan]:
     """Runs that claims of the given ones compare with, and that are not among them."""
     names = {run.name for run in runs}
     named = [name for run in runs for claim in run.claims for name in claim.other_runs]

@@ -84,7 +84,7 @@ def beside(path: Path) -> Iterator[CarriedExperiment]:
 
 def in_manifest(path: Path, files: Mapping[str, bytes]) -> Iterator[CarriedExperiment]:
     """Experiments that the manifest lists, and the default experiment for results that none of them refers to."""
-    root = parsed(File(f"{path}: {MANIFEST}", files[MANIFEST]), "fmiReferences")
+    root = parsed_xml(File(f"{path}: {MANIFEST}", files[MANIFEST]), "fmiReferences")
     listed: dict[str, list[tuple[str, Element]]] = {"experiment": [], "result": []}
     for related in root.iter("Related"):
         role = related.get("role", "")
@@ -98,7 +98,7 @@ def in_manifest(path: Path, files: Mapping[str, bytes]) -> Iterator[CarriedExper
     used: set[str | None] = set()
     for source, _ in listed["experiment"]:
         try:
-            elements = list(parsed(file_of(path, source, MANIFEST, files), "Experiments").iter("Experiment"))
+            elements = list(parsed_xml(carried_file(path, source, MANIFEST, files), "Experiments").iter("Experiment"))
         except FmuError as error:
             yield CarriedExperiment(source, problem=str(error).removeprefix(f"{path}: "))
             continue
@@ -116,11 +116,11 @@ def in_manifest(path: Path, files: Mapping[str, bytes]) -> Iterator[CarriedExper
             continue
         label = related.get("description") or source
         try:
-            results = file_of(path, source, MANIFEST, files)
+            results = carried_file(path, source, MANIFEST, files)
         except FmuError as error:
             yield CarriedExperiment(label, problem=str(error))
         else:
-            yield CarriedExperiment(label, results=results, options=options_of(path, results, files))
+            yield CarriedExperiment(label, results=results, options=options_beside(path, results, files))
 
 
 def experiment(path: Path, place: str, element: Element, files: Mapping[str, bytes]) -> CarriedExperiment:
@@ -140,17 +140,17 @@ def experiment(path: Path, place: str, element: Element, files: Mapping[str, byt
             continue
         if (given := child.get("type", kind)) != kind:
             raise FmuError(f"{place}: {tag} are of type {given}, expected {kind}")
-        by_tag[tag] = file_of(path, child.get("source", ""), place, files)
+        by_tag[tag] = carried_file(path, child.get("source", ""), place, files)
     if "References" not in by_tag:
         raise FmuError(f"{place}: experiment {label} has no References, expected some to compare with")
-    numbers = {key: number(place, key, times[key]) for key in ("startTime", "stopTime", "stepSize", "tolerance")
+    numbers = {key: finite_number(place, key, times[key]) for key in ("startTime", "stopTime", "stepSize", "tolerance")
                if key in times}
     return CarriedExperiment(label, numbers.get("startTime"), numbers.get("stopTime"), numbers.get("stepSize"),
                              numbers.get("tolerance"), by_tag.get("Parameters"), by_tag.get("Stimuli"),
-                             by_tag["References"], options_of(path, by_tag["References"], files))
+                             by_tag["References"], options_beside(path, by_tag["References"], files))
 
 
-def number(place: str, key: str, text: str) -> float:
+def finite_number(place: str, key: str, text: str) -> float:
     """A number of an experiments file: finite, and positive but for times."""
     positive = key in ("stepSize", "tolerance")
     if not is_finite(text) or (positive and float(text) <= 0.0):
@@ -159,7 +159,7 @@ def number(place: str, key: str, text: str) -> float:
     return float(text)
 
 
-def options_of(path: Path, results: File, files: Mapping[str, bytes]) -> File | None:
+def options_beside(path: Path, results: File, files: Mapping[str, bytes]) -> File | None:
     """Tolerances beside results, NAME_ref.opt beside NAME_ref.csv, if there are any."""
     name = f"{results.place.removeprefix(f'{path}: ').removesuffix('.csv')}.opt"
     return File(f"{path}: {name}", files[name]) if name in files else None
@@ -174,7 +174,7 @@ def place_of(source: str, base: str) -> str | None:
     return None if name.startswith(("..", "/")) else name
 
 
-def file_of(path: Path, source: str, base: str, files: Mapping[str, bytes]) -> File:
+def carried_file(path: Path, source: str, base: str, files: Mapping[str, bytes]) -> File:
     """File of an FMU that a URI in the file `base` means; FmuError if there is none."""
     name = place_of(source, base)
     if name is not None and name in files:
@@ -184,7 +184,7 @@ def file_of(path: Path, source: str, base: str, files: Mapping[str, bytes]) -> F
     raise FmuError(f"{base}: there is no file {shortened(source)} in the FMU, expected what it says{hint}")
 
 
-def parsed(file: File, tag: str | None = None) -> Element:
+def parsed_xml(file: File, tag: str | None = None) -> Element:
     """Root of an XML file, which may have to be a certain element."""
     try:
         root = fromstring(file.data)

@@ -22,7 +22,7 @@ from maglev.cosim.fmu import checked_description, unpack, unpacking_folder
 from maglev.cosim.other_process.run import TIMEOUT
 from maglev.cosim.versions.fmi import Messages, fmi_of
 from maglev.errors import FAILURES, FmuError, in_one_line, nearest, option
-from maglev.experiment.chain import in_order
+from maglev.experiment.chain import chained
 from maglev.fmu_experiments import tables
 from maglev.fmu_experiments.carried import CarriedExperiment, File, carried_experiments
 from maglev.parameter import REALS
@@ -43,7 +43,7 @@ class Times(NamedTuple):
     tolerance: float | None
 
 
-def simulate(path: Path, description: ModelDescription, times: Times, parameters: Mapping[str, str],
+def run_fmu(path: Path, description: ModelDescription, times: Times, parameters: Mapping[str, str],
         inputs: npt.NDArray[Any] | None, outputs: list[str], progress: Progress) -> tuple[npt.NDArray[Any], str]:
     """What an FMU gives at the communication points, with the column time, and what it has said.
 
@@ -87,7 +87,7 @@ class Expected(NamedTuple):
     left_out: list[str]
 
 
-def named(paths: Sequence[Path]) -> dict[str, tuple[Path, CarriedExperiment]]:
+def named_experiments(paths: Sequence[Path]) -> dict[str, tuple[Path, CarriedExperiment]]:
     """Every experiment of FMUs, by the name that its outcome has."""
     by_name: dict[str, tuple[Path, CarriedExperiment]] = {}
     for path in paths:
@@ -131,7 +131,7 @@ def check_fmus(paths: str | Path | Iterable[str | Path], *, jobs: int | None = N
     list of CheckResult
         One for each experiment, with the status "passed", "deviated" or "error".
     """
-    experiments = named([Path(path) for path in ([paths] if isinstance(paths, str | Path) else paths)])
+    experiments = named_experiments([Path(path) for path in ([paths] if isinstance(paths, str | Path) else paths)])
     with (watch or unwatched)(list(experiments)) as watcher:
         results = check_all(experiments, processors(jobs), watcher, timeout, partial)
     if junit is not None:
@@ -142,10 +142,10 @@ def check_fmus(paths: str | Path | Iterable[str | Path], *, jobs: int | None = N
 def check_all(experiments: Mapping[str, tuple[Path, CarriedExperiment]], jobs: int, watch: Watcher,
               timeout: float = TIMEOUT, partial: bool = False) -> list[CheckResult]:
     """Check experiments of FMUs, by the names of their outcomes, in other processes, at most `jobs` at a time."""
-    return list(in_order({name: set() for name in experiments},
-                         lambda name, _: functools.partial(check_experiment, name, *experiments[name], partial=partial),
-                         jobs, lambda name, message: CheckResult(name, "error", message, None, {}, 0.0), watch,
-                         timeout).values())
+    return list(chained({name: set() for name in experiments},
+                        lambda name, _: functools.partial(check_experiment, name, *experiments[name], partial=partial),
+                        jobs, lambda name, message: CheckResult(name, "error", message, None, {}, 0.0), watch,
+                        timeout).values())
 
 
 def check_experiment(name: str, path: Path, experiment: CarriedExperiment,
@@ -157,18 +157,18 @@ def check_experiment(name: str, path: Path, experiment: CarriedExperiment,
             raise FmuError(experiment.problem or "there are no results, expected some to compare with")
         description = checked_description(f"{path}:", path)
         variables = {v.name: v for v in description.modelVariables}
-        run, tolerances = tables.options(experiment.options)
+        run, tolerances = tables.run_options(experiment.options)
         expected = expected_results(experiment.results, variables, tolerances, partial)
         asked = times_of(experiment, description, run, expected.time)
         lacking = missing_times(expected.time, asked)
         if lacking and not partial:
             raise FmuError(f"{experiment.results.place}: no results from {lacking[0]}, expected some for the whole "
                            f"experiment; with {option('partial', True)} those are compared that there are")
-        result, said = simulate(path, description, asked,
-                           tables.start_values(experiment.parameters, variables) if experiment.parameters else {},
+        result, said = run_fmu(path, description, asked,
+                           tables.given_starts(experiment.parameters, variables) if experiment.parameters else {},
                            tables.input_array(experiment.inputs, variables) if experiment.inputs else None,
                            list(expected.values), progress)
-        deviation, differences = compared(expected, result, variables)
+        deviation, differences = largest_differences(expected, result, variables)
     except FAILURES as error:
         return CheckResult(name, "error", in_one_line(error), None, {}, time.perf_counter() - begin)
     units = {signal: (variables.get(signal) or variables[signal.rpartition("[")[0]]).unit or ""
@@ -191,10 +191,10 @@ def check_experiment(name: str, path: Path, experiment: CarriedExperiment,
 def expected_results(file: File, variables: Mapping[str, ScalarVariable],
                      given: Mapping[str, Tolerance], partial: bool) -> Expected:
     """Results of a file that are numbers of a variable of the FMU; tolerances and `partial` as of `check_fmus`."""
-    columns = tables.read_table(file)
+    columns = tables.read_columns(file)
     left_out = [name for name in columns if name != "time" and
                 (name not in variables or variables[name].type in tables.TEXTS)]
-    values = {name: tables.numbers(file, name, texts) for name, texts in columns.items()
+    values = {name: tables.column_values(file, name, texts) for name, texts in columns.items()
               if name != "time" and name not in left_out}
     if not values:
         name = left_out[0]
@@ -211,7 +211,7 @@ def expected_results(file: File, variables: Mapping[str, ScalarVariable],
     tolerances = {name: given.get(name, Tolerance(
         tables.TOLERANCE * float(np.max(np.abs(column))) if variables[name].type in REALS else 0.0, 0.0))
         for name, column in values.items()}
-    return Expected(tables.times(file, columns), values, tolerances, left_out)
+    return Expected(tables.table_times(file, columns), values, tolerances, left_out)
 
 
 def missing_times(given: Array, asked: Times) -> list[str]:
@@ -246,8 +246,8 @@ def times_of(experiment: CarriedExperiment, description: ModelDescription, run: 
     return Times(start, stop, step, first(experiment.tolerance, run.get("RelTol") or None, of_default("tolerance")))
 
 
-def compared(expected: Expected, result: npt.NDArray[Any],
-             variables: Mapping[str, ScalarVariable]) -> tuple[Deviation | None, dict[str, WorstDifference]]:
+def largest_differences(expected: Expected, result: npt.NDArray[Any],
+                        variables: Mapping[str, ScalarVariable]) -> tuple[Deviation | None, dict[str, WorstDifference]]:
     """The first deviation, and the largest difference of every variable, or element of an array.
 
     Where a result has two values at one time, as at an event, either will do. At times between communication points a

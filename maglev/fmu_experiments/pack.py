@@ -9,7 +9,7 @@ from zipfile import ZIP_DEFLATED, BadZipFile, ZipFile
 import numpy as np
 from fmpy.model_description import ModelDescription
 
-from fmi_export.experiments.files import FOLDER, VALIDATION, ExperimentFiles, carried, tolerances
+from fmi_export.experiments.files import FOLDER, VALIDATION, ExperimentFiles, experiments_files, tolerances
 from fmi_export.parameter_set import Value
 from maglev.arrays import Array
 from maglev.baselines.outcome import CheckResult
@@ -82,8 +82,8 @@ def pack_reference(fmu: str | Path, scenario: str | Path, *, name: str | None = 
     experiment.require_current()
     recording = experiment.run(lambda done, steps: watch(plan.name, min(done, steps - 1), steps))
     every = max(1, round(plan.check.interval / experiment.step)) if plan.check.signals else experiment.output_every()
-    made = recorded(experiment, recording, place, plan.name, VALIDATION,
-                    f"As {place} in the scenario {plan.name}: {plan.title}", every)
+    made = recorded_experiment(experiment, recording, place, plan.name, VALIDATION,
+                               f"As {place} in the scenario {plan.name}: {plan.title}", every)
     compared = {signal.removeprefix(f"{place}."): tolerance for signal, tolerance in plan.check.signals.items()
                 if signal.removeprefix(f"{place}.") in made.results and signal.startswith(f"{place}.")}
     if compared:   # as a baseline of the scenario has them of the FMU
@@ -109,7 +109,7 @@ def with_experiment(path: Path, destination: Path, name: str, files: Mapping[str
     try:
         with ZipFile(path) as archive, ZipFile(destination, "w", ZIP_DEFLATED) as written:
             before = {entry: archive.read(entry) for entry in archive.namelist() if entry.startswith(FOLDER)}
-            new = carried({name: (VALIDATION, files)}, before)
+            new = experiments_files({name: (VALIDATION, files)}, before)
             for entry in archive.infolist():
                 if entry.filename not in new:
                     written.writestr(entry, archive.read(entry))
@@ -119,8 +119,8 @@ def with_experiment(path: Path, destination: Path, name: str, files: Mapping[str
         raise FmuError(f"{path}: cannot be read as an FMU: {error}") from error
 
 
-def recorded(experiment: Experiment, recording: Recording, fmu: str, name: str, role: str, description: str,
-             every: int, digits: int = 17) -> ExperimentFiles:
+def recorded_experiment(experiment: Experiment, recording: Recording, fmu: str, name: str, role: str, description: str,
+                        every: int, digits: int = 17) -> ExperimentFiles:
     """Experiment in which an FMU gets what it got in a run in sequential order; what it gave there are the results.
 
     Of the results there is one row for `every` so many communication steps, with so many digits. ScenarioError if the

@@ -14,7 +14,7 @@ from maglev.arrays import Array
 from maglev.baselines.baseline import Tolerance, option_rows
 from maglev.csv_table import is_finite
 from maglev.errors import FmuError, nearest, shortened
-from maglev.fmu_experiments.carried import File, parsed
+from maglev.fmu_experiments.carried import File, parsed_xml
 from maglev.parameter import REALS, require_parameter
 
 TEXTS = ("String", "Binary", "Clock")   # fmpy records none of these
@@ -23,7 +23,7 @@ BOOLEANS = {"true": 1.0, "false": 0.0}
 TOLERANCE = 1e-3   # of the largest value of a Real result, where nothing says how close it has to be
 
 
-def read_table(file: File) -> dict[str, list[str]]:
+def read_columns(file: File) -> dict[str, list[str]]:
     """Columns of a CSV file as texts: "time" first, then names; full rows, one at least."""
     try:
         text = file.data.decode("utf-8-sig")
@@ -46,7 +46,7 @@ def read_table(file: File) -> dict[str, list[str]]:
     return {name: [row[k] for row in rows[1:]] for k, name in enumerate(header)}
 
 
-def numbers(file: File, name: str, texts: Sequence[str]) -> Array:
+def column_values(file: File, name: str, texts: Sequence[str]) -> Array:
     """Values of a column, shape (n, m): m is 1, or the number of elements of an array; all finite."""
     values: list[list[float]] = []
     for number, text in enumerate(texts, 2):
@@ -61,9 +61,9 @@ def numbers(file: File, name: str, texts: Sequence[str]) -> Array:
     return np.array(values)
 
 
-def times(file: File, columns: Mapping[str, list[str]]) -> Array:
+def table_times(file: File, columns: Mapping[str, list[str]]) -> Array:
     """Times of a table, s; FmuError if one is before the one above it."""
-    instants: Array = numbers(file, "time", columns["time"])[:, 0]
+    instants: Array = column_values(file, "time", columns["time"])[:, 0]
     back = np.flatnonzero(np.diff(instants) < 0.0)
     if len(back):
         k = int(back[0]) + 1
@@ -74,8 +74,8 @@ def times(file: File, columns: Mapping[str, list[str]]) -> Array:
 
 def input_array(file: File, variables: Mapping[str, ScalarVariable]) -> npt.NDArray[Any]:
     """Inputs as fmpy takes them; a column has to be an input or a tunable parameter of the FMU."""
-    columns = read_table(file)
-    by_name = {"time": times(file, columns)}
+    columns = read_columns(file)
+    by_name = {"time": table_times(file, columns)}
     for name, texts in columns.items():
         if name == "time":
             continue
@@ -86,7 +86,7 @@ def input_array(file: File, variables: Mapping[str, ScalarVariable]) -> npt.NDAr
                            if known else f"{file.place}: column {name}: the FMU has no inputs, expected no file")
         if variable.type in TEXTS:
             raise FmuError(f"{file.place}: column {name} is of type {variable.type}, expected numbers or Booleans")
-        values = numbers(file, name, texts)
+        values = column_values(file, name, texts)
         by_name[name] = values[:, 0] if values.shape[1] == 1 else values
     result = np.zeros(len(by_name["time"]), [(name, np.float64, values.shape[1:]) for name, values in by_name.items()])
     for name, values in by_name.items():
@@ -94,10 +94,10 @@ def input_array(file: File, variables: Mapping[str, ScalarVariable]) -> npt.NDAr
     return result
 
 
-def start_values(file: File, variables: Mapping[str, ScalarVariable]) -> dict[str, str]:
+def given_starts(file: File, variables: Mapping[str, ScalarVariable]) -> dict[str, str]:
     """Start values of a parameter set, as texts by name; FmuError for one that the FMU does not have."""
     options = {}
-    for name, typed in parameters_in(parsed(file)):
+    for name, typed in parameters_in(parsed_xml(file)):
         require_parameter(name, variables, f"{file.place}: the FMU", FmuError)
         if typed is None:
             raise FmuError(f"{file.place}: parameter {name} has no value, expected one")
@@ -110,7 +110,7 @@ def start_values(file: File, variables: Mapping[str, ScalarVariable]) -> dict[st
     return options
 
 
-def options(file: File | None) -> tuple[dict[str, float], dict[str, Tolerance]]:
+def run_options(file: File | None) -> tuple[dict[str, float], dict[str, Tolerance]]:
     """Options of the run by key, and tolerances by signal; no negative ones."""
     run: dict[str, float] = {}
     signals: dict[str, Tolerance] = {}

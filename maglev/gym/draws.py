@@ -60,7 +60,7 @@ class Draw(NamedTuple):
 
 def read_draw(place: str, setting: Any, parameter: Parameter) -> Draw:
     """A draw as a user writes it: a value, a pair, or a table such as {"normal": ("7 kg", "0.2 kg")}."""
-    setting = listed(setting)
+    setting = plain_numbers(setting)
     if not isinstance(setting, Mapping):
         pair = setting if isinstance(setting, Sequence) and not isinstance(setting, str) else (setting, setting)
         if len(pair) != 2:
@@ -71,7 +71,7 @@ def read_draw(place: str, setting: Any, parameter: Parameter) -> Draw:
             wrong = next((kind for kind in setting if kind not in KINDS), "")
             raise ScenarioError(f"{place} = {dict(setting)!r}, expected one of {', '.join(map(repr, KINDS))} with its "
                                 f"values{f'; nearest is {nearest(str(wrong), KINDS)}' if wrong else ''}")
-        given = listed(setting[kind])
+        given = plain_numbers(setting[kind])
         count = len(given) if isinstance(given, Sequence) and not isinstance(given, str) else 0
         if not count or (kind != "choice" and count != 2):
             raise ScenarioError(f"{place} = {dict(setting)!r}, expected {wanted(kind)}")
@@ -87,7 +87,7 @@ def read_draw(place: str, setting: Any, parameter: Parameter) -> Draw:
     return Draw(kind, values, parameter.low, parameter.high)
 
 
-def listed(given: Any) -> Any:
+def plain_numbers(given: Any) -> Any:
     """An array of NumPy, or a Series of pandas, as its numbers."""
     return given.tolist() if hasattr(given, "tolist") else given
 
@@ -146,7 +146,7 @@ class Parameters:
 
     def read_one(self, key: str, setting: Setting) -> Draw | Change:
         """Draw or change of a name, or of several with commas between."""
-        names = names_of(key)
+        names = key_names(key)
         for name in names:
             require_parameter(name, self.known, f"the {self.part}", UnknownName)
         given = [Parameter.described(self.known[name]) for name in names]
@@ -172,7 +172,7 @@ class Parameters:
 
     def extremes(self, name: str) -> tuple[float, float]:
         """Smallest and largest value that a parameter can have; the part's own if none is given."""
-        matching = [draw for key, draw in self.draws.items() if name in names_of(key)]
+        matching = [draw for key, draw in self.draws.items() if name in key_names(key)]
         if not matching:
             return self.own(name), self.own(name)
         last = matching[-1]
@@ -192,10 +192,10 @@ class Parameters:
         changes: dict[str, dict[str, float | bool]] = {}
         for key, draw in draws.items():
             if isinstance(draw, Draw):
-                values |= dict.fromkeys(names_of(key), draw.drawn(random))
+                values |= dict.fromkeys(key_names(key), draw.drawn(random))
             else:
                 change = {word: made.drawn(random) for word, made in draw.items()}
-                changes |= dict.fromkeys(names_of(key), change)
+                changes |= dict.fromkeys(key_names(key), change)
         return Drawn(values, changes)
 
 
@@ -203,7 +203,7 @@ def can_change(variable: ScalarVariable) -> bool:
     return bool(variable.causality == "input" or variable.variability == "tunable")
 
 
-def names_of(key: str) -> list[str]:
+def key_names(key: str) -> list[str]:
     return [name.strip() for name in key.split(",")]
 
 
@@ -227,7 +227,7 @@ class References:
             raise ScenarioError(f"reference = {kind!r}, expected {', '.join(map(repr, REFERENCES))}, or an array")
         self.low, self.high = low, high
         times = sample_time * np.arange(count)
-        self.given = table(kind, low, high)[:count] if self.kind == "table" else np.zeros((0, len(low)))
+        self.given = table_references(kind, low, high)[:count] if self.kind == "table" else np.zeros((0, len(low)))
         self.most = int(times[-1] / SETPOINT_TIME) + 2   # setpoints: one more than a rounding of times can ask for
         self.which = np.zeros(count, int)   # of the points of an episode, by sample
         self.wave = np.zeros(count)         # times the amplitudes of an episode
@@ -257,7 +257,7 @@ class References:
         return reference
 
 
-def table(given: npt.ArrayLike, low: Array, high: Array) -> Array:
+def table_references(given: npt.ArrayLike, low: Array, high: Array) -> Array:
     """References of a user's table, shape (samples, axes)."""
     try:
         rows = np.asarray(given, dtype=np.float64)

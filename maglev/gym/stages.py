@@ -14,7 +14,7 @@ from gymnasium.vector.utils import batch_space
 
 from fmi_export.definition import Variable
 from maglev.arrays import Array
-from maglev.cosim.blocks.block_loop import Part, filled, indented, loop_of, out_of_range, parts_of
+from maglev.cosim.blocks.block_loop import Part, filled_in, indented, loop_of, native_parts, out_of_range
 from maglev.cosim.blocks.graphics_processor import driver, kernels, launch, require_device, sent
 from maglev.errors import FmuError, MaglevError, ScenarioError, option, shortened
 from maglev.gym.compiled_stage import CompiledStage
@@ -43,9 +43,9 @@ class Batch(Structure):
 Change = np.dtype([("stage", np.int64), ("what", np.int64), ("value", np.float64)])   # the struct change
 
 
-def sources_of(stage: CompiledStage, changing: Sequence[tuple[str, str]]) -> dict[str, str]:
+def stage_sources(stage: CompiledStage, changing: Sequence[tuple[str, str]]) -> dict[str, str]:
     """C files by name, with what can change, by part and name; FmuError where an FMU is none of this installation."""
-    collected = parts_of(stage.parts.values())
+    collected = native_parts(stage.parts.values())
     if collected is None:
         raise FmuError("expected native FMUs of this installation")
     files, by_fmu = collected
@@ -80,7 +80,7 @@ def sources_of(stage: CompiledStage, changing: Sequence[tuple[str, str]]) -> dic
             f"case {k}: {value(*place)} = value{' != 0' if variable(*place).boolean else ''}; break;"
             for k, place in enumerate(changing)),
         "wrong": " || ".join(wrong), "step": indented(lines, 8), "at_stop": value("plant", "at_stop")}
-    return {**files, "stages.c": filled(SOURCE, **made)}
+    return {**files, "stages.c": filled_in(SOURCE, **made)}
 
 
 class Stages(VectorEnv[Array, Array, npt.NDArray[Any]]):
@@ -122,7 +122,7 @@ class Stages(VectorEnv[Array, Array, npt.NDArray[Any]]):
         compiled = self.one.stage
         changing = [*self.one.changing()]
         self.number_of = {place: number for number, place in enumerate(changing)}
-        sources = sources_of(compiled, changing)
+        sources = stage_sources(compiled, changing)
         library = loop_of(sources, build=True)
         assert library is not None
         self.c = CDLL(str(library.path.absolute()))

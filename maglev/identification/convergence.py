@@ -13,7 +13,7 @@ from maglev_files.whole_file import write_whole
 ROWS = 2000   # of the CSV, at most about
 
 
-def table_of(identified: Identification) -> tuple[list[str], Array]:
+def convergence_table(identified: Identification) -> tuple[list[str], Array]:
     """Header and rows: time, every constant, the excitation of every axis."""
     estimate = identified.estimate
     every = max(1, len(estimate.time) // ROWS)
@@ -25,19 +25,19 @@ def table_of(identified: Identification) -> tuple[list[str], Array]:
 
 
 def write_convergence(path: Path, identified: Identification) -> None:
-    header, rows = table_of(identified)
+    header, rows = convergence_table(identified)
     text = [",".join(header), *(",".join(map(repr, row)) for row in rows.tolist())]
     write_whole(path, "\n".join(text) + "\n")
 
 
-def write_picture(stem: Path, identified: Identification) -> Path | None:
+def write_convergence_picture(stem: Path, identified: Identification) -> Path | None:
     """Write `stem`.png: every constant over time with its standard error at the end, and the excitation.
 
     None without matplotlib, an extra.
     """
     if find_spec("matplotlib") is None:
         return None
-    header, rows = table_of(identified)
+    header, rows = convergence_table(identified)
     names = identified.estimate.names
     figure = new_figure(10, 1.8 * (len(names) + 1))
     estimate = identified.estimate

@@ -38,8 +38,8 @@ class Estimate:
         return dict(zip(self.names, self.theta[-1].tolist(), strict=True))
 
 
-def estimate(method: str, rows: Sequence[RowData], time: Array, guess: Mapping[str, float],
-             epsilon: float = EPSILON, gamma: float = GAMMA, q0: float | None = None) -> Estimate:
+def run_estimator(method: str, rows: Sequence[RowData], time: Array, guess: Mapping[str, float],
+                  epsilon: float = EPSILON, gamma: float = GAMMA, q0: float | None = None) -> Estimate:
     """Run an estimator, "reduced", "full" or "fsdi", over a recording with evenly spaced times, s, shape (n,).
 
     `guess` has the initial value of every constant, ε is the confidence level of the measurement, here a time (s):

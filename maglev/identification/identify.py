@@ -11,7 +11,7 @@ from controller_fmu.velocity_observer import ObserverFilter, VelocityObserver
 from maglev.arrays import Array
 from maglev.errors import IdentificationError
 from maglev.identification.diagnostics import RowDiagnostics, diagnose, unidentified, warnings_of
-from maglev.identification.estimators import Estimate, estimate
+from maglev.identification.estimators import Estimate, run_estimator
 from maglev.identification.recording import MotionRecording
 from maglev.identification.rigs import RowData, accelerations, functions, regressors
 from maglev.identification.settings import EPSILON, GAMMA
@@ -55,12 +55,12 @@ class Identification:
 def identify(recording: MotionRecording, method: str = "reduced", epsilon: float = EPSILON, gamma: float = GAMMA,
              guess: Mapping[str, float] | None = None, match: bool = False, velocities: Array | None = None,
              q0: float | None = None) -> Identification:
-    """Estimate the constants of a rig from a recording; see `estimate` for method, ε, γ and Q0.
+    """Estimate the constants of a rig from a recording; see `run_estimator` for method, ε, γ and Q0.
 
     A `guess` has initial values; those of the estimator FMU are for constants that it does not name. `match` puts
     positions and currents through the filters that the observer's velocity has gone through. `velocities` are in m/s,
     shape (n, axes), by default those of the high-gain observer. IdentificationError if no axis is excited, or as of
-    `estimate`.
+    `run_estimator`.
     """
     rig, dt = recording.rig, recording.dt
     start = {**rig.guess, **(guess or {})}
@@ -71,7 +71,7 @@ def identify(recording: MotionRecording, method: str = "reduced", epsilon: float
     rows = regressors(rig, positions, i_d, i_q, seen)
 
     def estimated(seen_rows: Sequence[RowData]) -> Estimate:
-        return estimate(method, seen_rows, recording.time, start, epsilon, gamma, q0)
+        return run_estimator(method, seen_rows, recording.time, start, epsilon, gamma, q0)
 
     estimates = estimated(rows)
     travel = np.ptp(recording.positions, axis=0).tolist()

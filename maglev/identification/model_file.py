@@ -5,7 +5,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from maglev.errors import IdentificationError, nearest, one_of, shortened
-from maglev.identification.rigs import RIGS, rig_of
+from maglev.identification.rigs import RIGS, estimated_rig
 from maglev.toml_file import read_toml
 from maglev_files.whole_file import write_whole
 from pmlsm.rig import Rig as RigDescription
@@ -53,7 +53,7 @@ def model_settings(path: Path, rig: RigDescription | None = None) -> dict[str, f
         raise IdentificationError(f"{path}: ends with {shortened(text[-20:])}, expected the line {END!r}: the file was "
                                   "cut")
     named = table.pop("rig", None)
-    known = {**RIGS, **({} if rig is None else {rig.name: rig_of(rig)})}
+    known = {**RIGS, **({} if rig is None else {rig.name: estimated_rig(rig)})}
     if named is not None and (not isinstance(named, str) or named not in known):
         raise IdentificationError(f"{path}: rig = {named!r}: expected {one_of(str(named), known)}")
     if named is not None and rig is not None and named != rig.name:

@@ -10,7 +10,7 @@ import numpy as np
 from maglev.arrays import Array
 from maglev.csv_table import CsvTable, read_csv
 from maglev.errors import IdentificationError, nearest, option
-from maglev.identification.rigs import RIGS, Rig, rig_of
+from maglev.identification.rigs import RIGS, Rig, estimated_rig
 from maglev.own_stage.adoption import rig_named
 from pmlsm.dq_transform import clarke, park
 from pmlsm.elementary.sine_cosine import sine_cosine
@@ -50,7 +50,7 @@ def read_recording(given: Path | CsvTable, rig_name: str | None = None) -> Motio
     """
     table = read_csv(given) if isinstance(given, Path) else given
     rig = chosen_rig(table, rig_name)
-    time = table.column(find(table, ["time", "t"]))
+    time = table.column(first_column(table, ["time", "t"]))
     kept = even_part(table, time)
     positions = read_positions(table, rig, kept)
     along = positions @ rig.places.along.T
@@ -66,7 +66,7 @@ def axis_names(axis: str) -> list[str]:
             for prefix in ("", PLANT)]
 
 
-def gap_names(motor: str) -> list[str]:
+def gap_columns(motor: str) -> list[str]:
     """Columns that the air gap at a motor may be recorded in, the best first."""
     return [f"{prefix}{motor}.{name}" for name in ("gap_encoder", "gap_measured", "gap") for prefix in ("", PLANT)]
 
@@ -80,7 +80,7 @@ def current_names(rig: Rig, motor: str, current: str) -> list[str]:
 def chosen_rig(table: CsvTable, rig_name: str | None) -> Rig:
     """The rig asked for, or the one whose positions are there."""
     if rig_name is not None:
-        return rig_of(rig_named(rig_name))
+        return estimated_rig(rig_named(rig_name))
     if plant := own_plant(table.path):
         raise IdentificationError(f"{table.path}: is of a run of {plant}, expected {option('stage', 'mine.toml')}, the "
                                   "description of its stage, with it")
@@ -121,15 +121,15 @@ def has_axis(table: CsvTable, rig: Rig, axis: str) -> bool:
 
 def has_gaps(table: CsvTable, rig: Rig) -> bool:
     """Whether the gaps are recorded at all motors of a platform that tilts."""
-    return bool(rig.described.rotations) and all(column_in(table, gap_names(motor)) for motor in rig.motors)
+    return bool(rig.described.rotations) and all(column_in(table, gap_columns(motor)) for motor in rig.motors)
 
 
 def read_positions(table: CsvTable, rig: Rig, kept: int) -> Array:
     """Positions of all axes (m, rad), shape (kept, axes); those that are in the gaps at the motors, from there."""
     at_motors = has_gaps(table, rig)
     axes = rig.described.measured if at_motors else rig.described.axes
-    units = {find(table, axis_names(axis.name)): axis.unit("m") for axis in axes}
-    units |= {find(table, gap_names(motor)): "m" for motor in rig.motors if at_motors}
+    units = {first_column(table, axis_names(axis.name)): axis.unit("m") for axis in axes}
+    units |= {first_column(table, gap_columns(motor)): "m" for motor in rig.motors if at_motors}
     columns = np.stack([table.column(name)[:kept] for name in units], axis=1)
     gaps = range(len(axes), len(units)) if at_motors else range(1)
     check_positions(table, rig, units, columns, gaps)
@@ -141,7 +141,7 @@ def column_in(table: CsvTable, names: Sequence[str]) -> str | None:
     return next((name for name in names if name in table.names), None)
 
 
-def find(table: CsvTable, names: Sequence[str]) -> str:
+def first_column(table: CsvTable, names: Sequence[str]) -> str:
     """First of the names that is a column; IdentificationError if none is."""
     name = column_in(table, names)
     if name is None:

@@ -121,7 +121,7 @@ def row_of_axis(described: RigDescription, places: MotorPlaces, k: int) -> Const
                        columns(normal, thrust, described.sharing))
 
 
-def rig_of(described: RigDescription) -> Rig:
+def estimated_rig(described: RigDescription) -> Rig:
     """A rig as the estimators see it: the vertical row, then a row for each other axis."""
     places = MotorPlaces.of(described)
     guess = {constant.name: constant.guess for constant in described.constants}
@@ -129,7 +129,7 @@ def rig_of(described: RigDescription) -> Rig:
                described.motor(), guess)
 
 
-RIGS = {name: rig_of(described) for name, described in DESCRIPTIONS.items()}
+RIGS = {name: estimated_rig(described) for name, described in DESCRIPTIONS.items()}
 
 
 def shape_functions(motor: MotorGeometry, gaps: Array) -> Array:

@@ -87,7 +87,7 @@ def measured_values(metrics: Metrics | ManyMetrics, name: str) -> Iterator[Value
             "stop_contact": metrics.stop_contact is not None}[name])
 
 
-def measures(plan: RunPlan, metrics: Metrics) -> tuple[Measure, ...]:
+def measures_of(plan: RunPlan, metrics: Metrics) -> tuple[Measure, ...]:
     """Every number of the metrics of a run, in the order of the table; of currents as far as they were recorded."""
     return tuple(Measure(words, of, time, float(value), unit, event)
                  for words, of, time, value, unit, event in numbers(plan, metrics))

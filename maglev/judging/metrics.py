@@ -293,7 +293,7 @@ def event_responses(plan: RunPlan, time: Array, columns: Mapping[str, Array], er
                                    f"{event.time} s")
         responses.append(EventResponse(
             event.name, event.time, float(time[inside][-1]),
-            tuple(deviation(axis, time[inside], errors[axis][inside], plan.metrics.bands_of(names))
+            tuple(event_deviation(axis, time[inside], errors[axis][inside], plan.metrics.bands_of(names))
                   for axis, names in plan.axes.items()),
             tuple(effort(motor, time[inside], [column(columns, name, len(time))[inside] for name in names.currents],
                          [column(columns, name, len(time))[inside] for name in names.commands], ohms[motor][inside])
@@ -301,7 +301,7 @@ def event_responses(plan: RunPlan, time: Array, columns: Mapping[str, Array], er
     return tuple(responses)
 
 
-def deviation(axis: str, time: Array, error: Array, bands: Sequence[float]) -> Deviation:
+def event_deviation(axis: str, time: Array, error: Array, bands: Sequence[float]) -> Deviation:
     """Measure the error (m, of a rotation rad) of an axis in the window of an event, which begins with it."""
     return Deviation(axis, float(np.abs(error).max()), {band: settling_time(time, error, band) for band in bands},
                      integral(time, np.abs(error)))
@@ -331,7 +331,7 @@ def total(values: Array) -> float:
     return float(np.add.accumulate(values)[-1]) if len(values) else 0.0
 
 
-def larger(a: Any, b: Any) -> Any:
+def larger_of(a: Any, b: Any) -> Any:
     """The larger one, of numbers as Python's `max` has it, of arrays (of one shape) each."""
     return (b if b > a else a) if isinstance(b, float | int) else np.where(b > a, b, a)
 

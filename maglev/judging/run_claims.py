@@ -16,17 +16,17 @@ def judge_run(claims: Sequence[RunClaim], metrics: Metrics | None,
     `others` are those of the runs that claims compare with, by name. MeasurementError if the run has nothing that a
     claim could be judged on.
     """
-    return [judge(claim, *measured(claim, metrics, others)) for claim in claims]
+    return [judge(claim, *run_sides(claim, metrics, others)) for claim in claims]
 
 
-def require_judgeable(claims: Sequence[RunClaim], expected: Metrics, others: Mapping[str, Metrics | None]) -> None:
+def require_sides(claims: Sequence[RunClaim], expected: Metrics, others: Mapping[str, Metrics | None]) -> None:
     """Refuse a claim that nothing can be judged on in a run with the metrics that are expected; as of `judge_run`."""
     for claim in claims:
         if claim.columns is None:   # of which these do not know whether they are recorded
-            measured(claim, expected, others)
+            run_sides(claim, expected, others)
 
 
-def measured(claim: RunClaim, metrics: Metrics | None, others: Mapping[str, Metrics | None]) -> Sides:
+def run_sides(claim: RunClaim, metrics: Metrics | None, others: Mapping[str, Metrics | None]) -> Sides:
     """Values that a claim is about and, if it is comparative, those that it compares with, as `judge` takes them."""
     other = metrics if claim.than is None else others.get(claim.than)
     if claim.quantity is None or metrics is None or other is None:

@@ -99,7 +99,7 @@ def sentences(claims: Iterable[ClaimResult]) -> list[ClaimResult]:
     return [claim for claim in claims if claim.claim.figure is None and not claim.claim.own]
 
 
-def bounds(claims: Iterable[ClaimResult]) -> list[ClaimResult]:
+def bound_claims(claims: Iterable[ClaimResult]) -> list[ClaimResult]:
     """Claims that the axis of a figure of the thesis makes."""
     return [claim for claim in claims if claim.claim.figure is not None and not claim.claim.own]
 
@@ -120,12 +120,12 @@ def met_of(claims: Iterable[ClaimResult]) -> str:
 
 def bounds_met(claims: Iterable[ClaimResult]) -> str:
     """How many of the figure bounds that were judged are met, such as "5 of 7"; empty if none was."""
-    return met_of(bounds(claims))
+    return met_of(bound_claims(claims))
 
 
 def bounds_in_words(claims: Iterable[ClaimResult]) -> str:
     """The same in words, with how many of those met are no independent evidence; empty if none was judged."""
-    judged = bounds(claims)
+    judged = bound_claims(claims)
     if not met_of(judged):
         return ""
     chose = sum(claim.claim.chose is not None and claim.verdict == "met" for claim in judged)
@@ -156,7 +156,7 @@ def judge(claim: Claim, here: Sequence[MeasuredValue] | None,
         if isinstance(target, tuple):
             return within(claim, values, target)
         measured = decisive(claim, values, mean, lambda value: miss(claim, value, target), float)
-        return ClaimResult(claim, measured, verdict(claim, meets(claim, measured, target), measured, target))
+        return ClaimResult(claim, measured, figure_verdict(claim, meets(claim, measured, target), measured, target))
     counterparts = {place: value for value, place in there}
     pairs = [(value, counterparts[place]) for value, place in here if place in counterparts]
     if not pairs:
@@ -190,7 +190,7 @@ def against_each_other(claim: Claim, pairs: Sequence[tuple[float, float]]) -> Cl
         lambda pair: miss(claim, ratio(*pair), claim.factor), lambda pair: ratio(*pair))
     share = ratio(measured, against)
     met = miss(claim, share, least_ratio(claim)) < 0.0
-    return ClaimResult(claim, measured, verdict(claim, met, share, claim.factor), against)
+    return ClaimResult(claim, measured, figure_verdict(claim, met, share, claim.factor), against)
 
 
 def least_ratio(claim: Claim) -> float:
@@ -200,7 +200,7 @@ def least_ratio(claim: Claim) -> float:
     return DIFFERENCE if claim.relation == ">" else 1.0 / DIFFERENCE
 
 
-def verdict(claim: Claim, met: bool, value: float, figure: float) -> Verdict:
+def figure_verdict(claim: Claim, met: bool, value: float, figure: float) -> Verdict:
     """Verdict on a claim about a figure, a target or a factor, that a value meets or misses."""
     if claim.own:
         return "met" if met else "not met"

@@ -11,7 +11,7 @@ from maglev.arrays import Array
 from maglev.errors import LinearModelError, one_of, require_table
 from maglev.linear.blocks.plant import BALANCED, at_rest, moved
 from maglev.linear.model import Equilibrium
-from maglev.linear.parameters import Quantity, block_of, controllers, linear_names, regulator_in, rig_of
+from maglev.linear.parameters import Quantity, block_of, controllers, linear_names, linear_rig, regulator_in
 from maglev.linear.places import MotorPlaces
 from maglev.stages import STAGES
 from maglev.units import parse_quantity, refused_as
@@ -44,7 +44,7 @@ def equilibrium_of(name: str, block: Any, positions: dict[str, float], split: An
     With a `split` that is a stage whose normal forces change evenly over a platform that tilts; without one the direct
     currents do.
     """
-    rig = rig_of(name)
+    rig = linear_rig(name)
     place = f"{name} at {', '.join(spelled(rig, positions, rig.vertical.name))}"
     places = MotorPlaces.of(rig, block)
     check_gaps(place, rig, block, places, positions)
@@ -100,7 +100,7 @@ def modelled(rig: Rig, controller: Any) -> Any:
 
 def model_of(name: str, block: Any) -> Any:
     """The stage by which a controller makes the normal forces change evenly over a platform; None if currents do."""
-    rig = rig_of(name)
+    rig = linear_rig(name)
     return modelled(rig, block) if rig.rotations and regulator_in(name).startswith("Regulator") else None
 
 
@@ -109,7 +109,7 @@ def check_gaps(place: str, rig: Rig, block: Any, places: MotorPlaces, positions:
     if not rig.rotations:
         return
     for motor, gap in zip(rig.motor_names, (places.gaps @ list(positions.values())).tolist(), strict=True):
-        mount, field = getattr(block, f"{motor}_mount", None), geometry_of(block, motor).field
+        mount, field = getattr(block, f"{motor}_mount", None), geometry_at(block, motor).field
         low, high = (field.lower, field.upper) if mount is None else (mount.stop.lower, mount.stop.upper)
         if not low <= gap <= high:
             raise LinearModelError(f"{place}: {motor}.gap = {1e3 * gap:.4g} mm, expected it within {1e3 * low:g}…"
@@ -148,10 +148,10 @@ def solve(place: str, rig: Rig, block: Any, places: MotorPlaces, positions: dict
         currents = balanced(place, rig, stage, places, currents, None if split is None else at_rest(split, positions))
     along = tuple((places.along @ list(positions.values())).tolist())
     return Equilibrium(positions, tuple(currents[0::2].tolist()), tuple(currents[1::2].tolist()), rig, along,
-                       tuple(geometry_of(block, motor) for motor in rig.motor_names))
+                       tuple(geometry_at(block, motor) for motor in rig.motor_names))
 
 
-def geometry_of(block: Any, motor: str) -> MotorGeometry:
+def geometry_at(block: Any, motor: str) -> MotorGeometry:
     geometry: MotorGeometry = getattr(block, f"{motor}_geometry", block.geometry)
     return geometry
 
@@ -215,7 +215,7 @@ def check_limit(place: str, block: Any, equilibrium: Equilibrium) -> None:
 
 def read_positions(name: str, at: Mapping[str, Quantity]) -> dict[str, float]:
     """Positions of all axes (m) from what a user gives; see `equilibrium`."""
-    rig = rig_of(name)
+    rig = linear_rig(name)
     require_table(at, f"{name} at", LinearModelError, f"{{{rig.axis_names[0]!r}: '25 mm'}}")
     positions = dict.fromkeys(rig.axis_names, 0.0)
     for axis, given in at.items():

@@ -9,7 +9,7 @@ from maglev.linear.blocks.measurement import linear_measurement
 from maglev.linear.blocks.plant import linear_plant
 from maglev.linear.equilibrium import check_limit, equilibrium_of, read_positions
 from maglev.linear.model import Equilibrium, LinearModel
-from maglev.linear.parameters import Quantity, block_of, controllers, linear_names, measurements, rig_of
+from maglev.linear.parameters import Quantity, block_of, controllers, linear_names, linear_rig, measurements
 from maglev.parameter import Parameter
 
 Currents = Literal["dq", "phases"]
@@ -78,7 +78,7 @@ def linearise(name: str, at: Mapping[str, Quantity] | Equilibrium, *, currents: 
     >>> print(f"{max(plant.poles.real):.1f} /s")
     38.7 /s
     """
-    rig = rig_of(name)
+    rig = linear_rig(name)
     if currents not in get_args(Currents):
         raise LinearModelError(f"currents = {currents!r}, expected {one_of(str(currents), get_args(Currents))}")
     block = block_of(name, parameters or {})
@@ -96,12 +96,12 @@ def resting(name: str, block: Any, at: Mapping[str, Quantity] | Equilibrium) -> 
     """Equilibrium of a block: found at given positions, or given and checked."""
     if not isinstance(at, Equilibrium):
         if name in measurements():   # where the plant rests that is as it starts
-            plant = linear_names(rig_of(name))[0]
+            plant = linear_names(linear_rig(name))[0]
             return equilibrium_of(plant, block_of(plant, {}), read_positions(name, at))
         return equilibrium_of(name, block, read_positions(name, at))
-    if at.motors != rig_of(name).motor_names:
+    if at.motors != linear_rig(name).motor_names:
         raise LinearModelError(f"{name} at {at}: expected an equilibrium of its own stage, with "
-                               f"{', '.join(rig_of(name).motor_names)}")
+                               f"{', '.join(linear_rig(name).motor_names)}")
     if name in controllers():
         check_limit(f"{name} at {at}", block, at)
     return at

@@ -36,7 +36,7 @@ def measurements() -> dict[str, Rig]:
     return {f"Measurement{rig.suffix}": rig for rig in STAGES.rigs.values()}
 
 
-def rig_of(name: str) -> Rig:
+def linear_rig(name: str) -> Rig:
     """Rig of what can be linearised; LinearModelError if there is no linear model of an FMU of this name."""
     known = plants() | controllers() | measurements()
     if name not in known:
@@ -56,7 +56,7 @@ def block_of(name: str, parameters: Mapping[str, Quantity | bool]) -> Any:
     Of a regulator that adapts it is its law, with the constants that it begins with: no constant moves at rest.
     LinearModelError if the FMU has no such parameter or cannot take its value.
     """
-    rig, definition = rig_of(name), STAGES.definition(name)
+    rig, definition = linear_rig(name), STAGES.definition(name)
     known = {variable.name: variable for variable in definition.variables if variable.causality == "parameter"}
     block = definition.new_block()
     require_table(parameters, f"{name}: parameters", LinearModelError, "{'y.mass': '7.2 kg'}")
@@ -65,7 +65,7 @@ def block_of(name: str, parameters: Mapping[str, Quantity | bool]) -> Any:
         value = Parameter.of(known[key]).read(given, f"{name}: {key}", LinearModelError)
         setattr(*known[key].slot(block), value)
     if regulator_in(name) != name:
-        prepare(name, block)
+        prepare_fixed(name, block)
         block = block.regulator
     # What a motor of another geometry owes to it; one that is none is refused by `prepare`.
     for part in ("geometry", *(f"{motor.name}_geometry" for motor in rig.unlike)) if name not in measurements() else ():
@@ -87,7 +87,7 @@ def by_part(settings: Mapping[str, Quantity | bool], error: type[MaglevError], *
     return parts
 
 
-def prepare(name: str, block: Any) -> None:
+def prepare_fixed(name: str, block: Any) -> None:
     """Have a controller compute what follows from its fixed parameters.
 
     LinearModelError with the text by which the FMU refuses them.

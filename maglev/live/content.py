@@ -108,10 +108,10 @@ def page_data(fmus: Path, plans: Iterable[RunPlan]) -> dict[str, Any]:
         if rig.name not in data["rigs"]:
             own = f"--stage {plan.rig_file} " if plan.rig_file is not None else ""
             again = f"maglev build {own}--kind native --target wasm"
-            data["rigs"][rig.name] = {**rig_data(rig), "law": law_text(rig)}
+            data["rigs"][rig.name] = {**live_rig(rig), "law": law_text(rig)}
             rigs.append(rig)
             data["fmus"] |= {name: module_data(fmus, name, again) for name in modules_of(rig)}
-        data["runs"][plan.name] = run_data(plan, rig)
+        data["runs"][plan.name] = live_run(plan, rig)
     return {**data, "parts": parts_text(map(python_law, rigs))}
 
 
@@ -142,7 +142,7 @@ def variable_data(variable: ScalarVariable) -> dict[str, Any]:
     return data
 
 
-def run_data(plan: RunPlan, rig: Rig) -> dict[str, Any]:
+def live_run(plan: RunPlan, rig: Rig) -> dict[str, Any]:
     """A run's plan as the page runs it, SI."""
     plant, *controllers = linear_names(rig)
     command = shlex.quote(str(plan.path)) if plan.own else plan.name if is_packaged(plan.path) else ""
@@ -159,7 +159,7 @@ def run_data(plan: RunPlan, rig: Rig) -> dict[str, Any]:
             "signals": [signal.model_dump() for signal in plan.signals]}
 
 
-def rig_data(rig: Rig) -> dict[str, Any]:
+def live_rig(rig: Rig) -> dict[str, Any]:
     """Its data sheet, how much room it takes, and what the forces in the picture are computed with."""
     motor, place = rig.motor(), PANELS["position"]
     sheet = {name: getattr(motor, name) for name in ("slot_pitch", "slot_width", "pole_pitch", "magnet_height")}
@@ -169,7 +169,7 @@ def rig_data(rig: Rig) -> dict[str, Any]:
     return {"title": rig.title, "home": rig.experiment, "sheet": sheet, "gap": gap_table(motor),
             "unlike": {motor.name: gap_table(rig.motor(motor), motor.ratios) for motor in rig.unlike},
             "room": {"along": along, "ends": [gap.lower, gap.upper]}, "sharing": rig.sharing, "places": places(rig),
-            "mass": {axis.name: axis.mass for axis in rig.axes}, "tilts": tilts(rig),
+            "mass": {axis.name: axis.mass for axis in rig.axes}, "tilts": visible_tilts(rig),
             "vertical": rig.constants_of(rig.vertical.name),
             "thrust": {axis.name: rig.constants_of(axis.name)[0] for axis in rig.horizontal},
             "shown": {axis.name: {"name": place.words(axis.name, axis is rig.vertical),
@@ -188,7 +188,7 @@ def strips(rig: Rig) -> Iterator[dict[str, Any]]:
     yield {"kind": "currents", "axes": [], **PANELS["currents"].data("motor")}
 
 
-def tilts(rig: Rig) -> dict[str, Any]:
+def visible_tilts(rig: Rig) -> dict[str, Any]:
     """By horizontal axis the tilt that is seen from its side, and what the plant calls the motors' places along it.
 
     With a tilt the gap grows along the axis (sign 1) or shrinks (−1), see `plant_fmu.motor_mount`.

@@ -30,7 +30,7 @@ def law_text(rig: Rig) -> str:
     head = (f"// {(ast.get_docstring(ast.parse(text)) or '').splitlines()[0]}\n//\n"
             "// All of it is yours to change. What has to stay: the tables of ports, and a step that gives the phase\n"
             "// currents. What it does not define itself are parts of the project's controllers, in JavaScript.\n")
-    return head + "\n" + translated(text)
+    return head + "\n" + module_in_javascript(text)
 
 
 def parts_text(texts: Iterable[str]) -> str:
@@ -44,7 +44,7 @@ def parts_text(texts: Iterable[str]) -> str:
                 assert spec is not None and spec.origin is not None
                 source = Path(spec.origin).read_text(encoding="utf-8")
                 collect(source)
-                modules[node.module] = translated(source)
+                modules[node.module] = module_in_javascript(source)
 
     for text in texts:
         collect(text)
@@ -56,9 +56,9 @@ def python_law(rig: Rig) -> str:
     return written_class("controller", rig, "Law", "law.py")
 
 
-def translated(source: str) -> str:
+def module_in_javascript(source: str) -> str:
     """A module in the blocks' subset of Python as JavaScript, without imports; ControllerError of anything else."""
-    text = "\n".join(fitted(line.rstrip()) for line in Writer(source).lines) + "\n"
+    text = "\n".join(broken_line(line.rstrip()) for line in Writer(source).lines) + "\n"
     return text.replace("{\n\n", "{\n")
 
 
@@ -67,7 +67,7 @@ def not_of_blocks(node: ast.AST) -> ControllerError:
     return ControllerError(f"{ast.unparse(node)!r} cannot be put into JavaScript, expected what blocks are made of")
 
 
-def fitted(line: str) -> str:
+def broken_line(line: str) -> str:
     """A line broken after commas where it is too long."""
     code, mark, comment = line.partition(" // ")
     if len(code) <= WIDTH or code.lstrip().startswith(("//", "/*", "*")):
@@ -211,11 +211,11 @@ def undocumented(node: ast.ClassDef | ast.FunctionDef) -> list[ast.stmt]:
 
 def expression(node: ast.expr, within: int = 0) -> str:
     """An expression, in parentheses if it binds less closely than what it is in."""
-    text, binds = written(node)
+    text, binds = expression_text(node)
     return f"({text})" if binds < within else text
 
 
-def written(node: ast.expr) -> tuple[str, int]:
+def expression_text(node: ast.expr) -> tuple[str, int]:
     """Text of an expression, and how closely its outermost operator binds."""
     match node:
         case ast.Constant(value=bool() as value):

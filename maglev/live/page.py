@@ -85,15 +85,15 @@ def plans_of(file: Path) -> list[RunPlan]:
 def live_page(fmus: Path, plans: Iterable[RunPlan], elsewhere: Mapping[str, Iterable[str]] | None = None) -> str:
     """Text of a page that simulates runs, and says why others are `elsewhere`; the same files give the same text."""
     data = page_data(fmus, plans)
-    modules = {name: shell.packed((fmus / f"{name}.wasm").read_bytes()) for name in data["fmus"]}
+    modules = {name: shell.packed_text((fmus / f"{name}.wasm").read_bytes()) for name in data["fmus"]}
     return shell.page(
         "live", "Maglev stage, live", ABOUT, read("style.css"), read("page.html"), POLICY,
         version=version("maglev-fmus"),
         elsewhere=reasons(elsewhere or {}),
         modules="\n".join(f'<script type="text/plain" id="fmu-{name}">{text}</script>'
                           for name, text in modules.items()),
-        data=shell.packed(json.dumps(data, allow_nan=False, separators=(",", ":")).encode("utf-8")),
-        editor=shell.packed(b"/*\n%s*/\n%s" % (EDITOR.with_name("LICENSE").read_bytes(), EDITOR.read_bytes())),
+        data=shell.packed_text(json.dumps(data, allow_nan=False, separators=(",", ":")).encode("utf-8")),
+        editor=shell.packed_text(b"/*\n%s*/\n%s" % (EDITOR.with_name("LICENSE").read_bytes(), EDITOR.read_bytes())),
         worker="\n".join((parts_text([WAVES]), *map(read, WORKER))),
         scripts=shell.scripts(shell.scene(), *map(read, SCRIPTS)))
 

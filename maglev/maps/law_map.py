@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from maglev.pages.shell import packed
+from maglev.pages.shell import packed_text
 from maglev.quantities import shown_in
 
 Outcomes = NDArray[np.uint8]   # indices of the words of a kind of maps
@@ -43,7 +43,7 @@ class LawMap:
 def maps_data(maps: Sequence[LawMap], words: Sequence[str]) -> dict[str, Any]:
     """What the script draws of maps over the same values."""
     return {"factors": [factor.shown() for factor in maps[0].factors], "outcomes": words,
-            "laws": [{"name": law.name, "command": law.command, "packed": packed(law.cells.tobytes())}
+            "laws": [{"name": law.name, "command": law.command, "packed": packed_text(law.cells.tobytes())}
                      for law in maps]}
 
 

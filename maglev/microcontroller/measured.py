@@ -127,8 +127,8 @@ class Measured:
         return "\n".join([head, *(f"  {name:14}{text}" for name, text in rows.items())]) + "\n"
 
 
-def measured(controller: FmuDefinition, files: Mapping[str, str], experiment: Experiment, place: str, folder: Path,
-             clock: float, cycles: float, timeout: float, progress: Progress = lambda done, steps: None) -> Measured:
+def on_target(controller: FmuDefinition, files: Mapping[str, str], experiment: Experiment, place: str, folder: Path,
+              clock: float, cycles: float, timeout: float, progress: Progress = lambda done, steps: None) -> Measured:
     """Run an experiment as it is, and again with a controller on an emulated Cortex-M7 in its place.
 
     `files` are its C; `place` is the name in the experiment of the same controller as an FMU or a Python file; the

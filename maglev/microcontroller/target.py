@@ -12,7 +12,7 @@ from maglev.errors import BuildError, ScenarioError, option
 from maglev.experiment.execution import json_text
 from maglev.microcontroller.emulator import EmulatorError, require_emulator
 from maglev.microcontroller.image import generated
-from maglev.microcontroller.measured import Measured, measured
+from maglev.microcontroller.measured import Measured, on_target
 from maglev.own_stage.adoption import know_stage
 from maglev.processes.side_by_side import Watch, unwatched
 from maglev.schema.layers import Scenario
@@ -112,8 +112,8 @@ def target(controller: Given, run: Scenario | None = None, *, stage: str | Path 
             raise ScenarioError(f"{plan.name}: has no controller, expected a run with plant and controller")
         experiment = put_in(plan, described.name, controller, {"kind": "native", "fmus": fmus}, watch=watch)
         with watch([plan.name]) as watcher, scratch() as place:
-            report = measured(described, files, experiment, "controller", place, frequency, cycles, TIMEOUT,
-                              partial(watcher, plan.name))
+            report = on_target(described, files, experiment, "controller", place, frequency, cycles, TIMEOUT,
+                               partial(watcher, plan.name))
         files |= {"report.txt": str(report), "report.json": json_text(report.as_data())}
     except (EmulatorError, ExportError, BuildError) as error:   # no emulator, or no compiler
         left_out = f"it is not run: {error}"

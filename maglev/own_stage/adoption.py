@@ -7,7 +7,7 @@ from pathlib import Path
 from maglev.copies import copied
 from maglev.errors import RigError, nearest
 from maglev.own_stage.reading import read_own
-from maglev.rig.writer import MODULES, written
+from maglev.rig.writer import MODULES, module_texts
 from maglev.stages import STAGES, OwnStage
 from pmlsm.rig import Rig
 from pmlsm.rigs import RIGS
@@ -45,7 +45,7 @@ def know_stage(path: str | Path) -> Rig:
     known = STAGES.own.get(rig.name)
     if known is None or known.rig != rig:
         require_free_name(file, rig.name)
-        texts = {place: text.encode("utf-8") for place, text in written(rig).items()}
+        texts = {place: text.encode("utf-8") for place, text in module_texts(rig).items()}
         STAGES.add(OwnStage(rig, copied(texts, file.absolute().parent), file))
     return rig
 

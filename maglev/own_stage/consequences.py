@@ -204,7 +204,7 @@ def stage(path: str | Path) -> Consequences:
     True
     """
     rig = runnable(path)
-    gap, *ends = design.travel(rig)
+    gap, *ends = design.gap_travel(rig)
     inward = 1e-6 * (ends[1] - ends[0])   # a stop itself is touched
     forces = {f"thrust {axis.name}": axis.mass * rig.sharing * rig.model.thrust[axis.name] * sum(
         motor.ratios[0] * gap_functions(rig.motor(motor), gap)[0] for motor in rig.motors_of(axis.name))
@@ -212,14 +212,14 @@ def stage(path: str | Path) -> Consequences:
     for name in ("coils", "attraction"):
         forces["normal" if name == "coils" else name] = rig.vertical.mass * mean(
             getattr(pull, name) for pull in design.pulls(rig, gap))
-    places = (place(rig, gap), place(rig, ends[0] + inward), place(rig, ends[1] - inward))
+    places = (place_at_gap(rig, gap), place_at_gap(rig, ends[0] + inward), place_at_gap(rig, ends[1] - inward))
     return Consequences(rig, forces, dict(zip(rig.motor_names, design.current_limits(rig), strict=True)), fall(rig),
                         design.unstable_rate(rig), design.wanted_sample_time(rig), places)
 
 
-def place(rig: Rig, gap: float) -> Place:
+def place_at_gap(rig: Rig, gap: float) -> Place:
     at = design.held(rig, gap)
-    closing, opening = (rig.vertical.mass * acceleration for acceleration in design.accelerations(rig, gap))
+    closing, opening = (rig.vertical.mass * acceleration for acceleration in design.vertical_accelerations(rig, gap))
     if at is None:
         return Place(gap, {}, closing, opening, {})
     lifted = {f"{motor}.amplifier.{key}": value for motor in rig.motor_names

@@ -13,7 +13,7 @@ from maglev.arrays import Array, Complex
 from maglev.errors import RigError
 from maglev.linear.design import gains_of
 from maglev.linear.places import MotorPlaces
-from maglev.rig.data_sheet import kept
+from maglev.rig.data_sheet import twelve_digits
 from pmlsm.gap_functions import gap_functions
 from pmlsm.gap_slopes import gap_slopes
 from pmlsm.rig import Rig, RigAxis, RigMotor
@@ -57,7 +57,7 @@ def gains_of_poles(place: str, given: Any) -> list[float]:
     if len(poles) != 5 or any(complex(pole).real >= 0.0 for pole in poles):
         raise RigError(f"{place}: {given!r}, expected five poles with real parts below 0, such as "
                        "[-90, [-4, 6], [-2, 2]]: a number, or real and imaginary part of a pair")
-    return [kept(gain) for gain in gains_of(np.poly(np.array(poles)).real.tolist(), OMEGA0)]
+    return [twelve_digits(gain) for gain in gains_of(np.poly(np.array(poles)).real.tolist(), OMEGA0)]
 
 
 class Held(NamedTuple):
@@ -111,7 +111,7 @@ def held(rig: Rig, gap: float) -> list[Held] | None:
     return currents
 
 
-def travel(rig: Rig) -> tuple[float, float, float]:
+def gap_travel(rig: Rig) -> tuple[float, float, float]:
     """Air gaps (m): the start, and both ends of what the stops leave."""
     return rig.vertical.start, rig.gap_stop.lower, rig.gap_stop.upper
 
@@ -171,7 +171,7 @@ def current_limits(rig: Rig) -> list[float]:
     return [min(limit_of(rig, motor), motor.amplifier.peak) for motor in rig.motors]
 
 
-def accelerations(rig: Rig, gap: float) -> tuple[float, float]:
+def vertical_accelerations(rig: Rig, gap: float) -> tuple[float, float]:
     """Largest accelerations (m/s²) that close a gap (m) and that open it, level, with direct currents up to a limit."""
     closing, opening = [], []
     for pull, limit in zip(pulls(rig, gap), current_limits(rig), strict=True):
@@ -184,9 +184,9 @@ def accelerations(rig: Rig, gap: float) -> tuple[float, float]:
     return min(closing), min(opening)
 
 
-def steps(rig: Rig) -> dict[str, float]:
+def feasible_steps(rig: Rig) -> dict[str, float]:
     """Step (m, rad) for which gains ask for half of the force left over at the start, horizontally for all of it."""
-    vertical = min(accelerations(rig, rig.vertical.start))
+    vertical = min(vertical_accelerations(rig, rig.vertical.start))
     errors = {}
     for axis in rig.axes:
         given = 2.0 * strongest(rig, axis.name) if axis in rig.horizontal else max(vertical, 0.0)
@@ -198,7 +198,7 @@ def steps(rig: Rig) -> dict[str, float]:
 
 def longest_sample_time(rig: Rig) -> float:
     """Sample time (s) by which sampling costs the fastest axis 5° of phase; RigError as of `unstable_rate`."""
-    alphas = [stiffness(rig, axis, at) for gap in travel(rig) if (at := held(rig, gap)) is not None
+    alphas = [stiffness(rig, axis, at) for gap in gap_travel(rig) if (at := held(rig, gap)) is not None
               for axis in uncontrolled(rig)]
     return WANTED_SAMPLING / max(unstable_rate(rig), sqrt(max(0.0, *alphas)))
 
@@ -234,7 +234,7 @@ class DelayedAxis(NamedTuple):
         """Rate (rad/s) for the fast poles under a regulator's terms (see `law_terms`), and its margin."""
         best = (float(self.rates[0]), 0.0)
         for rate in self.rates.tolist():
-            margin = self.disk(terms @ weights(regulator_gains(rate)))
+            margin = self.disk(terms @ weights(gains_at_rate(rate)))
             if margin > best[1]:
                 best = rate, margin
             if margin >= DISK and not self.best:
@@ -247,7 +247,7 @@ def delayed(rig: Rig, axis: RigAxis, z: Complex) -> DelayedAxis:
 
     A horizontal axis that nothing drives off its place is as fast as its motors can make it over a tenth of its way.
     """
-    alphas = [stiffness(rig, axis.name, at) for gap in travel(rig) if (at := held(rig, gap)) is not None]
+    alphas = [stiffness(rig, axis.name, at) for gap in gap_travel(rig) if (at := held(rig, gap)) is not None]
     leaving = sqrt(max([*alphas, 1e-6]))
     rates = leaving * RATES
     if axis in rig.horizontal:
@@ -307,20 +307,20 @@ def weights(gains: Sequence[float]) -> Array:
     return np.array([*gains[:2], gains[2] + 1.0, *gains[3:]])
 
 
-def regulator_gains(rate: float) -> tuple[float, ...]:
+def gains_at_rate(rate: float) -> tuple[float, ...]:
     """Gains k1…k5 for a fast pair of poles at a rate (rad/s), and three slow ones."""
     slow = min(max(SLOW * rate, OMEGA0), SLOWEST * rate)
     fast = rate * complex(*FAST)
     poles = [-fast, -fast.conjugate(), -slow, -slow * (0.8 + 0.6j), -slow * (0.8 - 0.6j)]
-    return tuple(kept(gain) for gain in gains_of(np.poly(np.array(poles)).real.tolist(), OMEGA0))
+    return tuple(twelve_digits(gain) for gain in gains_of(np.poly(np.array(poles)).real.tolist(), OMEGA0))
 
 
 def axis_design(rig: Rig, axis: RigAxis, rate: float) -> dict[str, Any]:
     """What the design of an axis follows from the rate (rad/s) of its fast poles, by its names."""
-    bandwidth = kept(BANDWIDTH * rate)
+    bandwidth = twelve_digits(BANDWIDTH * rate)
     # Steps of gap and tilts share the currents of the motors: without a pre-filter they end on the stops.
     tilting = rig.rotations and axis not in rig.horizontal
-    return {"gains": regulator_gains(rate), "bandwidth": bandwidth,
+    return {"gains": gains_at_rate(rate), "bandwidth": bandwidth,
             "pid": (-SLOW * rate, -FAST[0] * rate, FAST[1] * rate),
             "prefilter": min(bandwidth, 1.0 / rig.sample_time) if tilting else 0.0}
 
@@ -334,7 +334,7 @@ def designed_rates(rig: Rig, axes: Sequence[str], observer_time: float | None) -
     """
     z = frequencies(rig.sample_time)
     loops = {axis: delayed(rig, rig.axis(axis), z) for axis in axes}
-    best = (0.0, 0.0, {axis: kept(float(loop.rates[0])) for axis, loop in loops.items()})
+    best = (0.0, 0.0, {axis: twelve_digits(float(loop.rates[0])) for axis, loop in loops.items()})
     if not all(loop.places for loop in loops.values()):
         return (OBSERVER_TIMES[0] if observer_time is None else observer_time), best[2], 0.0
     for time in OBSERVER_TIMES if observer_time is None else (observer_time,):
@@ -342,7 +342,7 @@ def designed_rates(rig: Rig, axes: Sequence[str], observer_time: float | None) -
         rates = {axis: loop.rate(terms) for axis, loop in loops.items()}
         margin = min(margin for _, margin in rates.values())
         if margin > best[0] or best[1] == 0.0:
-            best = margin, time, {axis: kept(rate) for axis, (rate, _) in rates.items()}
+            best = margin, time, {axis: twelve_digits(rate) for axis, (rate, _) in rates.items()}
         if margin >= DISK:
             break
     return best[1], best[2], best[0]

@@ -2,7 +2,7 @@
 
 from typing import Any
 
-from maglev.own_stage.design import steps
+from maglev.own_stage.design import feasible_steps
 from pmlsm.rig import Rig
 
 PHASES = ("a", "b", "c")
@@ -17,7 +17,7 @@ LARGEST = 0.2           # step, of the way
 
 def setpoints(rig: Rig) -> dict[str, list[float]]:
     """Setpoints of every axis (mm, mrad), at the times of `TIMES`: within the travel and the forces of the stage."""
-    gaps, largest = {}, steps(rig)
+    gaps, largest = {}, feasible_steps(rig)
     for axis, shares in zip(rig.axes, SHARES, strict=False):
         stop, start = axis.stop or rig.gap_stop, rig.vertical.start if axis.rotation else axis.start
         way = min(start - stop.lower, stop.upper - start) / (rig.arm if axis.rotation else 1.0)

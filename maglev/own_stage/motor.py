@@ -26,7 +26,7 @@ SURFACE_FIELD = 0.6   # T, at the magnets; forces are known at a gap, so that on
 RESOLUTION = 1e-6   # m, of the encoders beside a motor of such a gap
 
 
-def side_by_side() -> Rig:
+def two_motors() -> Rig:
     """The 2-DOF stage on two of its motors, twice as heavy, with a platform that tilts about the horizontal axis."""
     rig, roll = RIGS[SINGLE], next(rig.rotations[0] for rig in RIGS.values() if rig.rotations)
     travelling = rig.horizontal[0]
@@ -107,7 +107,7 @@ def field_of(motor: Motor, gap: float) -> Field:
                  decay=float(f"{motor.pole_pitch / pi:.4g}"))
 
 
-def geometry_of(motor: Motor) -> dict[str, float]:
+def drawing_geometry(motor: Motor) -> dict[str, float]:
     """Drawing of a motor."""
     slot_pitch = motor.slot_pitch or motor.pole_pitch / 3.0
     return {"pole_pitch": motor.pole_pitch, "slot_pitch": float(f"{slot_pitch:.6g}"),
@@ -120,7 +120,7 @@ def packaged_tables(name: str, gap: float) -> dict[str, dict[str, object]]:
     motor = read_motor([name])
     sheet, field = ({key: value for key, value in asdict(of).items() if value not in (None, ())}
                     for of in (sheet_of(motor), field_of(motor, gap)))
-    return {"geometry": dict(geometry_of(motor)), "catalogue": sheet, "field": field}
+    return {"geometry": dict(drawing_geometry(motor)), "catalogue": sheet, "field": field}
 
 
 def with_motor(rig: Rig, motor: Motor) -> tuple[Rig, Field]:
@@ -132,7 +132,7 @@ def with_motor(rig: Rig, motor: Motor) -> tuple[Rig, Field]:
     if gap > motor.pole_pitch:
         raise RigError(f"--motor gap={1e3 * gap:g}mm: expected at most pole_pitch = {1e3 * motor.pole_pitch:g} mm: "
                        "further away next to nothing is left of the field")
-    field, geometry = field_of(motor, gap), geometry_of(motor)
+    field, geometry = field_of(motor, gap), drawing_geometry(motor)
     if not geometry["slot_width"] < geometry["slot_pitch"]:
         raise RigError(f"--motor slot_width={geometry['slot_width']:g}: expected less than slot_pitch = "
                        f"{geometry['slot_pitch']:g} m")

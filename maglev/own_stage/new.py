@@ -7,7 +7,7 @@ from pathlib import Path
 from maglev.errors import MaglevError, RigError, one_of, option
 from maglev.own_stage.adoption import require_free_name, rig_named
 from maglev.own_stage.loop import TIMES, setpoints
-from maglev.own_stage.motor import SIDE_BY_SIDE, Motor, read_motor, sheet_of, side_by_side, with_motor
+from maglev.own_stage.motor import SIDE_BY_SIDE, Motor, read_motor, sheet_of, two_motors, with_motor
 from maglev.own_stage.reading import read_own
 from maglev.rig.data_sheet import Catalogue, Field
 from maglev.rig.writer import render
@@ -50,7 +50,7 @@ def new_stage(path: str | Path, like: str | None = None, motor: Sequence[str] = 
     like = like or (SINGLE if motor else EXAMPLE)
     if like not in (*RIGS, SIDE_BY_SIDE):
         raise RigError(f"{option('like', like)}: expected {one_of(like, (*RIGS, SIDE_BY_SIDE))}")
-    rig = side_by_side() if like == SIDE_BY_SIDE else RIGS[like]
+    rig = two_motors() if like == SIDE_BY_SIDE else RIGS[like]
     scenario = file.with_name(f"{file.stem}-setpoints.toml")
     require_free_name(file, file.stem)
     write_new(file, stage_text(rig, file, read_motor(motor) if motor else None))

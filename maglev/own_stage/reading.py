@@ -8,9 +8,9 @@ from typing import Any
 from maglev.errors import RigError, one_of
 from maglev.own_stage.design import axis_design, designed_rates, gains_of_poles, unstable_rate, wanted_sample_time
 from maglev.own_stage.motor import MOTORS, packaged_tables
-from maglev.rig.data_sheet import Catalogue, Field, catalogue_constants, field_geometry, kept
+from maglev.rig.data_sheet import Catalogue, Field, catalogue_constants, field_geometry, twelve_digits
 from maglev.rig.description import Reader
-from maglev.toml_file import read_toml, text_of
+from maglev.toml_file import read_toml, toml_text
 from pmlsm.rig import Constants, Estimator, MotorKind, Rig, RigMotor
 from pmlsm.rigs import EXAMPLE, RIGS
 
@@ -26,11 +26,11 @@ def read_own(path: Path) -> Rig:
     """
     if str(path) in RIGS and not path.exists():
         raise RigError(f"{path}: is a stage of the package, expected the description of one of yours, NAME.toml")
-    return described(path, text_of(path))
+    return rig_from_text(path, toml_text(path))
 
 
 @lru_cache(maxsize=32)   # a run asks for its stage a dozen times, and the design takes its time
-def described(path: Path, text: str) -> Rig:
+def rig_from_text(path: Path, text: str) -> Rig:
     """What the text of a description says; errors as of `read_own`."""
     table, reader = read_toml(path, text), Reader(path)
     if "extends" in table or isinstance(table.get("stage", table.get("rig")), str):
@@ -47,7 +47,7 @@ def described(path: Path, text: str) -> Rig:
         raise RigError(f"{path}: stage: expected the constants there, or the numbers of a data sheet in [catalogue]"
                        + (", not both" if sheet is not None else ""))
     said = {"sample_time"} & {*table} | {*design_of(table)}
-    open_designs = completed(path, table, sheet, sheets)
+    open_designs = fill_in(path, table, sheet, sheets)
     rig: Rig = reader.read(Rig, table, "")
     if field is not None:
         rig = replace(rig, geometry={**rig.geometry, **field_geometry(f"{path}: field", field)})
@@ -63,7 +63,7 @@ def described(path: Path, text: str) -> Rig:
     if not with_model:
         rig = replace(rig, model=rig.stage)
     if not with_estimator:
-        rig = replace(rig, estimator=Estimator(scaled(rig.model, 0.5), weights(rig)))
+        rig = replace(rig, estimator=Estimator(scaled_constants(rig.model, 0.5), thesis_weights(rig)))
     reader.check(rig)
     limit = rig.design.current_limit if "current_limit" in said else peak
     rig = replace(rig, design=replace(
@@ -123,11 +123,11 @@ def with_kind(reader: Reader, rig: Rig, motor: RigMotor, of: Table, sheet: Catal
         own = catalogue_constants(f"{reader.path}: {place}.catalogue", sheet, replace(rig, geometry=geometry))
     ratios = ((own.thrust[axis], common.thrust[axis]), (own.attraction, common.attraction), (own.coils, common.coils),
               (own.iron, common.iron), (motor.amplifier.peak, peak))
-    return replace(motor, kind=MotorKind(geometry, *(kept(one / other) for one, other in ratios)))
+    return replace(motor, kind=MotorKind(geometry, *(twelve_digits(one / other) for one, other in ratios)))
 
 
-def completed(path: Path, table: Table, sheet: Catalogue | None, own: dict[str, Catalogue | None]
-              ) -> dict[str, set[str]]:
+def fill_in(path: Path, table: Table, sheet: Catalogue | None, own: dict[str, Catalogue | None]
+            ) -> dict[str, set[str]]:
     """Put into a table what it may leave out; returns, for each axis, what of its design is still to be found.
 
     The motors of `own` have their data sheets there.
@@ -184,12 +184,12 @@ def design_of(table: Table) -> Table:
     return design if isinstance(design, dict) else {}
 
 
-def scaled(of: Constants, factor: float) -> Constants:
+def scaled_constants(of: Constants, factor: float) -> Constants:
     return Constants({axis: factor * value for axis, value in of.thrust.items()}, factor * of.attraction,
                      factor * of.coils, factor * of.iron)
 
 
-def weights(rig: Rig) -> Constants:
+def thesis_weights(rig: Rig) -> Constants:
     """Weights of the 3-DOF stage, whichever the axes."""
     of = RIGS[EXAMPLE].estimator.weight
     return replace(of, thrust={axis.name: max(of.thrust.values()) for axis in rig.horizontal})

@@ -17,10 +17,10 @@ COMPARED = (".py", ".c", ".h", ".toml", ".j2")   # endings of what executes, or 
 @cache
 def code() -> str:
     """SHA-256 of all Python modules of this project that are installed."""
-    return digest_of(HERE, (path for package in OURS for path in (HERE / package).rglob("*.py")))
+    return files_digest(HERE, (path for package in OURS for path in (HERE / package).rglob("*.py")))
 
 
-def digest_of(root: Path, files: Iterable[Path]) -> str:
+def files_digest(root: Path, files: Iterable[Path]) -> str:
     """SHA-256 of files below a folder, of their paths in it and what is in them; not of what Python has compiled."""
     return digest_of_all({path.relative_to(root).as_posix(): path.read_bytes() for path in files
                           if path.suffix != ".pyc"})

@@ -3,7 +3,7 @@
 from typing import Any, Literal, NamedTuple
 
 from maglev.quantities import PRINTED_UNITS
-from maglev.units import factor
+from maglev.units import si_factor
 
 
 class PanelKind(NamedTuple):
@@ -23,7 +23,7 @@ class PanelKind(NamedTuple):
     @property
     def scale(self) -> float:
         """How many of the unit in which it is drawn are one SI unit."""
-        return 1.0 / factor(self.printed_unit() or "1")
+        return 1.0 / si_factor(self.printed_unit() or "1")
 
     @property
     def drawn_floor(self) -> float | None:
@@ -59,6 +59,6 @@ PANELS = {
     "own": PanelKind("column", "{}", "", 1e-4, 6)}   # of an output that no FMU of this project has
 
 
-def kinds_of(*shown: str) -> tuple[str, ...]:
+def panel_kinds(*shown: str) -> tuple[str, ...]:
     """Kinds of panels that show an axis, a motor, a column."""
     return tuple(kind for kind, panel in PANELS.items() if panel.of in shown)

@@ -72,7 +72,7 @@ def scene() -> str:
     return "\n".join(map(read, SCENE))
 
 
-def packed(data: bytes) -> str:
+def packed_text(data: bytes) -> str:
     """Bytes as gzip in base64: its time is zero, so that the same bytes give the same text."""
     return base64.b64encode(gzip.compress(data, 9, mtime=0)).decode("ascii")
 

@@ -6,7 +6,7 @@ from maglev.arrays import Array
 from maglev.errors import ScenarioError
 from maglev.identification.rigs import attraction_force, equilibrium_currents
 from maglev.identification.settings import EPSILON
-from maglev.procedures.equilibrium import measured
+from maglev.procedures.equilibrium import find_equilibria
 from maglev.procedures.outcome import Chart, Curve, Outcome, Panel, ProcedureValue
 from maglev.procedures.rig_data import Runs, constants_of, estimate, rig_of
 from maglev.schema.judged.procedure import ProcedureSettings
@@ -40,7 +40,7 @@ def evaluate(settings: ProcedureSettings, runs: Runs) -> Outcome:
     curves = [Curve("predicted, no offset", 1e3 * gaps, equilibrium_currents(rig, gaps, at_zero)),
               Curve("predicted, between the slots", 1e3 * gaps, equilibrium_currents(rig, gaps, between))]
     if currents is not None:
-        seen = measured(currents, rig)
+        seen = find_equilibria(currents, rig)
         curves.insert(0, Curve("measured, no offset", 1e3 * seen.gaps, seen.currents, marked=True))
     charts = (Chart(settings.figures.get("force"), "Estimate of the peak cogging force of one motor over the air gap.",
                     (Panel("air gap (mm)", "force (N)", (Curve("estimate", 1e3 * gaps, force),)),)),

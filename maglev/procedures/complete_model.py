@@ -7,12 +7,12 @@ import numpy as np
 
 from maglev.arrays import Array
 from maglev.experiment.execution import RunResult
-from maglev.identification.estimators import estimate as estimate_offline
+from maglev.identification.estimators import run_estimator as estimate_offline
 from maglev.identification.identify import Identification, identify, observed
 from maglev.identification.recording import MotionRecording
 from maglev.identification.rigs import Rig, equilibrium_currents, regressors, row_of, thrust_shape
 from maglev.identification.settings import EPSILON, METHODS
-from maglev.procedures.equilibrium import beside_each_other, measured
+from maglev.procedures.equilibrium import beside_each_other, find_equilibria
 from maglev.procedures.outcome import Chart, Curve, Outcome, Panel, ProcedureValue, ValueTable
 from maglev.procedures.parabolas import Thrust, all_thrusts, over_gap
 from maglev.procedures.rig_data import Runs, column, constants_of, estimate, estimators, positions_of, rig_of
@@ -34,7 +34,7 @@ def evaluate(settings: ProcedureSettings, runs: Runs) -> Outcome:
     values, table = constants_of(settings, rig_run, rig.constants)
     if model is not None:
         for axis in (row.axis for row in rig.rows):   # tilts are held, or small
-            values += [ProcedureValue(f"{name}_deviation", deviation(rig_run, model, f"{axis}.{signal}"), axis=axis)
+            values += [ProcedureValue(f"{name}_deviation", rms_deviation(rig_run, model, f"{axis}.{signal}"), axis=axis)
                        for name, signal in (("position", "position"), ("speed", "velocity"))]
     held = [thrust for thrust in all_thrusts(settings.runs["parabolas"], runs) if thrust.alone]
     values += [ProcedureValue("thrust", thrust.by_parabola, axis=thrust.axis, gap=thrust.gap) for thrust in held]
@@ -48,7 +48,7 @@ def evaluate(settings: ProcedureSettings, runs: Runs) -> Outcome:
                    tuple(identified.warnings))
 
 
-def deviation(rig_run: RunResult, model: RunResult, name: str) -> float:
+def rms_deviation(rig_run: RunResult, model: RunResult, name: str) -> float:
     """RMS of model − rig over the RMS of the rig's motion about its mean, for as long as both ran."""
     rows = min(len(model.time), len(rig_run.time))
     there, here = column(model, f"plant.{name}")[:rows], column(rig_run, f"plant.{name}")[:rows]
@@ -98,7 +98,7 @@ def current_charts(settings: ProcedureSettings, rig_run: RunResult, runs: Runs, 
     currents = runs.get(settings.runs["currents"])
     if currents is None:
         return []
-    seen = measured(currents, rig)
+    seen = find_equilibria(currents, rig)
     constants = estimate(rig_run, rig.rows[0].constants)
     theory = equilibrium_currents(rig, seen.gaps, constants)
     margin = ERRORS * current_errors(model, seen.gaps, constants)

@@ -24,7 +24,7 @@ class Measured(NamedTuple):
     currents: Array
 
 
-def measured(result: RunResult, rig: Rig) -> Measured:
+def find_equilibria(result: RunResult, rig: Rig) -> Measured:
     """Equilibria of a run that holds one air gap after the other, ascending."""
     axis = rig.axes[0]
     reference = column(result, entry(result.plan.axes, axis, result).reference)
@@ -56,7 +56,7 @@ def evaluate(settings: ProcedureSettings, runs: Runs) -> Outcome:
     values, table = constants_of(settings, excitation, constants)
     if currents is None:
         return Outcome(settings, names, tuple(values), (table,))
-    seen = measured(currents, rig)
+    seen = find_equilibria(currents, rig)
     theory = equilibrium_currents(rig, seen.gaps, estimate(excitation, constants))
     values += [ProcedureValue("equilibrium_current", here, gap=asked) for asked, here
                in zip(seen.asked.tolist(), seen.currents.tolist(), strict=True)]

@@ -49,10 +49,10 @@ def judge_outcomes(outcomes: Sequence[Outcome], modified: Collection[str] = ()) 
 
 
 def judge_procedure(outcome: Outcome) -> list[ClaimResult]:
-    return [judge(claim, *measured(claim, outcome)) for claim in outcome.settings.claims]
+    return [judge(claim, *procedure_sides(claim, outcome)) for claim in outcome.settings.claims]
 
 
-def measured(claim: ProcedureClaim, outcome: Outcome) -> Sides:
+def procedure_sides(claim: ProcedureClaim, outcome: Outcome) -> Sides:
     """Values that a claim is about and, if it is comparative, their mean and that of those it compares with."""
     here = values_at(claim, outcome, claim.epsilon, claim.gaps)
     than = claim.than

@@ -48,7 +48,7 @@ def measured_thrust(result: RunResult, rig: Rig) -> list[Thrust]:
             if f"{axis.name}.locked" not in start or not start[f"{axis.name}.locked"].value]
     if not axes:
         return []
-    end = min(stroke(positions[axis]) for axis in axes)
+    end = min(stroke_rows(positions[axis]) for axis in axes)
     if end < FEWEST:
         raise ScenarioError(f"{result.plan.name}: {end} rows of a parabola, expected {FEWEST} or more")
     time = result.time[:end]
@@ -66,7 +66,7 @@ def measured_thrust(result: RunResult, rig: Rig) -> list[Thrust]:
     return thrusts
 
 
-def stroke(position: Array) -> int:
+def stroke_rows(position: Array) -> int:
     """Number of rows until an axis is as far on the other side as it began; behind that it may touch a stop."""
     there = np.flatnonzero(position * np.sign(position[0]) <= -abs(position[0]))
     return int(there[0]) + 1 if len(there) else len(position)
@@ -98,17 +98,17 @@ def evaluate(settings: ProcedureSettings, runs: Runs) -> Outcome:
     for thrust in together:
         other = single.get((thrust.axis, millimetres(thrust.gap)))
         if other is not None:
-            share = deviation(thrust.estimated, other.estimated)
+            share = relative_error(thrust.estimated, other.estimated)
             values.append(ProcedureValue("simultaneous_deviation", share, axis=thrust.axis, gap=thrust.gap))
     names = tuple(sorted({thrust.run.plan.name for thrust in thrusts}))
     every = load_plans(thrusts[0].run.plan.path)
     notes = (f"this rests on {len(names)} of {len(every)} runs",) if len(names) < len(every) else ()
     return Outcome(settings, names, tuple(values),
-                   tuple(table(axis, of_axis) for axis, of_axis in alone.items()),
+                   tuple(thrust_table(axis, of_axis) for axis, of_axis in alone.items()),
                    tuple(charts(settings, alone, together)), notes)
 
 
-def deviation(value: float, other: float) -> float:
+def relative_error(value: float, other: float) -> float:
     """Share by which a value differs from another."""
     return abs(value / other - 1.0) if other != 0.0 else math.inf
 
@@ -117,11 +117,11 @@ def thrust_values(thrust: Thrust) -> list[ProcedureValue]:
     return [ProcedureValue("thrust", thrust.by_parabola, axis=thrust.axis, gap=thrust.gap),
             *(ProcedureValue("estimated_thrust", by_estimator, axis=thrust.axis, epsilon=epsilon, gap=thrust.gap)
               for epsilon, by_estimator in thrust.by_estimator.items()),
-            *(ProcedureValue("estimator_deviation", deviation(by_estimator, thrust.by_parabola), axis=thrust.axis,
+            *(ProcedureValue("estimator_deviation", relative_error(by_estimator, thrust.by_parabola), axis=thrust.axis,
                              epsilon=epsilon, gap=thrust.gap) for epsilon, by_estimator in thrust.by_estimator.items())]
 
 
-def table(axis: str, thrusts: Sequence[Thrust]) -> ValueTable:
+def thrust_table(axis: str, thrusts: Sequence[Thrust]) -> ValueTable:
     epsilons = list(thrusts[0].by_estimator)
     return ValueTable(
         f"Thrust of the {axis}-axis, m/(s² A)",

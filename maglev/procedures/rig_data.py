@@ -9,7 +9,7 @@ from maglev.arrays import Array
 from maglev.errors import ScenarioError, nearest
 from maglev.experiment.execution import RunResult
 from maglev.identification.rigs import Rig
-from maglev.identification.rigs import rig_of as described
+from maglev.identification.rigs import estimated_rig as described
 from maglev.identification.settings import EPSILON
 from maglev.procedures.outcome import ProcedureValue, ValueTable
 from maglev.schema.judged.procedure import ProcedureSettings

@@ -24,7 +24,7 @@ NUMBERS = "biufc"           # kinds of arrays
 
 def line_of(value: Any) -> bytes:
     """A value in one line, with its end; TypeError of what is none of these."""
-    return json.dumps(packed(value)).encode("ascii") + b"\n"
+    return json.dumps(as_json(value)).encode("ascii") + b"\n"
 
 
 def value_of(line: bytes) -> Any:
@@ -35,24 +35,24 @@ def value_of(line: bytes) -> Any:
         raise ValueError(f"{error}") from error
 
 
-def packed(value: Any) -> Any:
+def as_json(value: Any) -> Any:
     """The same of what JSON has."""
     if value is None or isinstance(value, bool | int | float | str):
         return value
     if isinstance(value, tuple) and not hasattr(value, "_fields"):
-        return [packed(entry) for entry in value]
+        return [as_json(entry) for entry in value]
     for name, (own_kind, parts_of, _) in PLAIN.items():
         if isinstance(value, own_kind):
             return {name: parts_of(value)}
     if isinstance(value, np.ndarray) and value.dtype.kind in NUMBERS:
-        return {"array": [value.dtype.str, list(value.shape), packed(value.tobytes())]}
+        return {"array": [value.dtype.str, list(value.shape), as_json(value.tobytes())]}
     if isinstance(value, BaseException):
         return {"error": packed_error(value)}
     kind = type(value)
     if not is_own(kind):
         raise TypeError(f"a {kind.__name__} cannot be said to another process")
     held = {name: getattr(value, name) for name in kind._fields} if isinstance(value, tuple) else vars(value)
-    return {"own": [kind.__module__, kind.__name__, {name: packed(entry) for name, entry in held.items()}]}
+    return {"own": [kind.__module__, kind.__name__, {name: as_json(entry) for name, entry in held.items()}]}
 
 
 def unpacked(message: Any) -> Any:
@@ -85,8 +85,8 @@ def unpacked(message: Any) -> Any:
 
 # Classes with what JSON has of an object, and the object of that.
 PLAIN: dict[str, tuple[type, Callable[[Any], Any], Callable[[Any], Any]]] = {
-    "list": (list, lambda value: [packed(entry) for entry in value], lambda what: [unpacked(entry) for entry in what]),
-    "dict": (dict, lambda value: [[packed(key), packed(entry)] for key, entry in value.items()],
+    "list": (list, lambda value: [as_json(entry) for entry in value], lambda what: [unpacked(entry) for entry in what]),
+    "dict": (dict, lambda value: [[as_json(key), as_json(entry)] for key, entry in value.items()],
              lambda what: {unpacked(key): unpacked(entry) for key, entry in what}),
     "complex": (complex, lambda value: [value.real, value.imag], lambda what: complex(*what)),
     "bytes": (bytes, lambda value: b64encode(value).decode("ascii"), b64decode), "path": (Path, str, Path)}

@@ -12,7 +12,7 @@ from functools import partial
 from queue import Empty, SimpleQueue
 from typing import Any, TypeVar
 
-from maglev.errors import Interrupted, name_of, signal_of
+from maglev.errors import Interrupted, ended_by, signal_of
 from maglev.processes.beside import PATIENCE, POLL, Beside, Inbox, Said, Send
 
 T = TypeVar("T")
@@ -100,7 +100,7 @@ def side_by_side(tasks: Mapping[str, Task[T]], jobs: int, died: Callable[[str, s
                 watch(name, 1, 1)
     except KeyboardInterrupt as error:
         left = asked_to_end(running, inbox, results)
-        raise Stopped(signal_of(error), name_of(error), results, left) from None
+        raise Stopped(signal_of(error), ended_by(error), results, left) from None
     finally:
         for process in running:
             process.end()

@@ -24,7 +24,7 @@ from maglev.procedures.outcome import Outcome
 from maglev.report.plots.charts import ShownChart
 from maglev.report.plots.figures import Shown, anchor, rig_name
 from maglev.report.plots.marks import FIGURE_LIST, FIGURE_NUMBER, cited_figures
-from maglev.report.status import apart, is_listed, modification, run_status
+from maglev.report.status import is_listed, modification, own_and_packaged, run_status
 from maglev.report.text import counted, sentence
 
 MOST_TOLD = 4   # runs that have a sentence in the head of a report
@@ -87,7 +87,7 @@ def verdict_options(judgements: Judgements) -> str:
         for verdict in VERDICTS if every[verdict])
 
 
-def summary(results: Sequence[RunResult], judgements: Judgements) -> str:
+def claims_summary(results: Sequence[RunResult], judgements: Judgements) -> str:
     """Numbers of claims by what they state and by verdict, of figure bounds, and of runs."""
     everything = those_that_count(result for claims in judgements.values() for result in claims)
     of_axes, met = bounds_in_words(everything), met_of(specification(everything))
@@ -122,7 +122,7 @@ def kind_table(claims: Sequence[ClaimResult]) -> str:
 def claim_groups(results: Sequence[RunResult], judgements: Judgements, shown: Sequence[Shown | ShownChart],
                  outcomes: Sequence[Outcome] = ()) -> str:
     """Bodies of the table, one for each run, then one for each procedure; a user's own first, under a heading."""
-    own, packaged = apart(results, outcomes)
+    own, packaged = own_and_packaged(results, outcomes)
     groups = []
     for part, heading in ((own, "Your runs"), (packaged, "The thesis")):
         if own and part:

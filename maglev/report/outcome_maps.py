@@ -46,7 +46,7 @@ def of_rigs(kind: Kind, rigs: Collection[str]) -> dict[str, RigGrids]:
     return {rig: of_rig for rig, of_rig in read_grids(kind.file).items() if rig in rigs}
 
 
-def section(kind: Kind, shown: Mapping[str, RigGrids]) -> str:
+def maps_section(kind: Kind, shown: Mapping[str, RigGrids]) -> str:
     """Section of the page with the maps of rigs; empty if there are none."""
     if not shown:
         return ""
@@ -67,14 +67,14 @@ native FMUs of {made_by}. <code>{kind.tool}</code>, in the repository, runs them
 
 def article(kind: Kind, rig: str, of_rig: RigGrids) -> str:
     title = RIGS[rig].title if rig in RIGS else rig
-    places = "\n".join(f'<div data-maps="{name}"></div>' for name in rig_data(kind, rig, of_rig))
+    places = "\n".join(f'<div data-maps="{name}"></div>' for name in map_data(kind, rig, of_rig))
     head, *body = kind.rows(of_rig)
     table = value_table(ValueTable(f"{title}: {kind.table}", head, tuple(body)))
     return (f'<article id="{kind.name}-{rig}" data-rig="{rig}"><h3>{escape(title)}: {kind.subject}</h3>\n{places}\n'
             f"{table}</article>")
 
 
-def rig_data(kind: Kind, rig: str, of_rig: RigGrids) -> dict[str, dict[str, Any]]:
+def map_data(kind: Kind, rig: str, of_rig: RigGrids) -> dict[str, dict[str, Any]]:
     """What the script draws of a rig, by place; what is marked is an outcome more."""
     return {f"{kind.name}-{rig}-{number}": {**maps_data(maps, [*kind.outcomes, kind.dots]),
                                             "looks": [*kind.looks, MARKED]}

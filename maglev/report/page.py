@@ -15,9 +15,9 @@ from maglev.live.content import NAME, can_run_live, live_address
 from maglev.pages import shell
 from maglev.procedures.outcome import Outcome
 from maglev.report import claim_table, findings, outcome_maps
-from maglev.report.plots.charts import ShownChart, in_order, shown_charts
+from maglev.report.plots.charts import ShownChart, by_number, shown_charts
 from maglev.report.plots.data import figure_data, moving, runs_data
-from maglev.report.plots.figures import Shown, anchor, law_of, moved, read_figures, rig_name, shown_figures
+from maglev.report.plots.figures import Shown, anchor, law_of, moving_runs, read_figures, rig_name, shown_figures
 from maglev.report.status import is_listed, run_status
 from maglev.report.text import sentence
 from maglev.report.what_if import NOTHING, Again
@@ -51,7 +51,7 @@ def report_page(results: Sequence[RunResult], judgements: Judgements, outcomes: 
                 live: bool = False, frictionless: Again = NOTHING) -> str:
     """Text of the page; `live` is whether the live page lies beside it."""
     figures = shown_figures(read_figures(), results)
-    shown = in_order(figures, shown_charts(outcomes))
+    shown = by_number(figures, shown_charts(outcomes))
     section = findings.findings_section(outcomes)
     theirs = [result for result in results if not (result.modified or result.plan.own)]   # the thesis's
     title = f"{results[0].plan.name}: {results[0].plan.title}" if len(results) == 1 else TITLE
@@ -60,11 +60,11 @@ def report_page(results: Sequence[RunResult], judgements: Judgements, outcomes: 
     parts = {"identification": "Identification"} if section else {}
     parts |= {kind.anchor: kind.heading for kind, of_rigs in maps.items() if of_rigs}
     drawn = {figure.id: figure_data(figure, judgements, frictionless) for figure in shown}
-    films = {run.plan.name: film for run in moved(results) if (film := moving({law_of(run): run}))}
+    films = {run.plan.name: film for run in moving_runs(results) if (film := moving({law_of(run): run}))}
     data = {"runs": runs_data(results, figures, frictionless.runs), "figures": drawn,
             "moving": films, "maps": {place: outcome_map for kind, of_rigs in maps.items()
                                       for rig, of_rig in of_rigs.items()
-                                      for place, outcome_map in outcome_maps.rig_data(kind, rig, of_rig).items()}}
+                                      for place, outcome_map in outcome_maps.map_data(kind, rig, of_rig).items()}}
     told = {run.plan.name for run in claim_table.summarised_runs(results, judgements)}
     message = claim_table.run_sentences(results, judgements) + claim_table.message(judgements)
     return shell.page(
@@ -78,8 +78,8 @@ def report_page(results: Sequence[RunResult], judgements: Judgements, outcomes: 
         verdicts=claim_table.verdict_options(judgements),
         index="\n".join(f'<li><a href="#{figure.id}"><b>{escape(figure.title)}</b> '
                         f"<span>{escape(figure.caption)}</span></a></li>" for figure in shown),
-        origin=escape(origin(results)),
-        summary=claim_table.summary(results, judgements),
+        origin=escape(page_origin(results)),
+        summary=claim_table.claims_summary(results, judgements),
         claims=claim_table.claim_groups(results, judgements, shown, outcomes),
         links="".join(f'<li><a href="#{part}">{heading}</a></li>' for part, heading in parts.items()),
         findings=section,
@@ -87,7 +87,7 @@ def report_page(results: Sequence[RunResult], judgements: Judgements, outcomes: 
                           for figure in shown)
         or f"<p>No {'figure shows these runs' if any(len(run.time) for run in results) else 'run was recorded'}.</p>",
 
-        ranges="".join(outcome_maps.section(kind, of_rigs) for kind, of_rigs in maps.items()),
+        ranges="".join(outcome_maps.maps_section(kind, of_rigs) for kind, of_rigs in maps.items()),
         assumptions=read("assumptions.html"),
         descriptions="\n".join(
             f"<dt>{escape(result.plan.name)}: {escape(result.plan.title)}{live_link(result) if live else ''}</dt>"
@@ -96,7 +96,7 @@ def report_page(results: Sequence[RunResult], judgements: Judgements, outcomes: 
         scripts=shell.scripts(shell.scene(), *map(read, SCRIPTS)))
 
 
-def origin(results: Sequence[RunResult]) -> str:
+def page_origin(results: Sequence[RunResult]) -> str:
     """How many of the package's runs the report has, if any, and with what, when and where all were run."""
     here = sum(not result.plan.own and scenario_of(result.plan.name) is not None for result in results)
     made = dict.fromkeys((provenance.version, provenance.commit, provenance.python)

@@ -13,14 +13,14 @@ from rich.text import Text
 from maglev.errors import visible
 from maglev.experiment.execution import RunResult
 from maglev.experiment.provenance import Provenance
-from maglev.judging.measures import Measure, measures
+from maglev.judging.measures import Measure, measures_of
 from maglev.judging.metrics import Metrics
 from maglev.judging.verdicts import (
     VERDICTS,
     ClaimResult,
     Judgements,
     Verdict,
-    bounds,
+    bound_claims,
     bounds_in_words,
     bounds_met,
     by_kind,
@@ -33,7 +33,7 @@ from maglev.judging.verdicts import (
 from maglev.procedures.outcome import Chart, Outcome
 from maglev.quantities import PRINTED_UNITS, printed
 from maglev.report.plain import plain_console, result_table
-from maglev.report.status import apart, events, is_listed, modification, run_status, troubles
+from maglev.report.status import events, is_listed, modification, own_and_packaged, run_status, troubles
 from maglev.schema.judged.claims import CLAIM_KINDS
 from maglev.schema.run_plan import RunPlan
 from maglev_files.whole_file import write_whole
@@ -73,10 +73,10 @@ def show_measured(console: Console, result: RunResult, above: Iterable[Table] = 
         console.print(Text(origin(result.provenance), style="dim"))
     for table in (*above, *metric_tables(plan, result.metrics)):
         console.print(table)
-    console.print("; ".join([outcome(result, result.metrics), *sums(verdicts)]))
+    console.print("; ".join([outcome_line(result, result.metrics), *sums(verdicts)]))
 
 
-def text_of(result: RunResult, verdicts: Sequence[ClaimResult]) -> str:
+def run_text(result: RunResult, verdicts: Sequence[ClaimResult]) -> str:
     """What `show` prints, as text."""
     return as_text(lambda console: show(console, result, verdicts))
 
@@ -109,7 +109,7 @@ def heading(name: str, title: str) -> Text:
 def metric_tables(plan: RunPlan, metrics: Metrics) -> list[Table]:
     """Tables of steps, events, errors and currents, as far as the run has them; of what is in m or rad apart."""
     groups: dict[tuple[str, str], list[Measure]] = {}
-    for measure in measures(plan, metrics):
+    for measure in measures_of(plan, metrics):
         if measure.of:
             unit = plan.axes[measure.of].unit if measure.of in plan.axes else ""
             kind = ("event" if unit else "effort") if measure.event else "step" if measure.time is not None else (
@@ -144,7 +144,7 @@ def measure_table(title: str, heads: Sequence[str], shown: Sequence[Measure], st
 def claim_tables(results: Sequence[ClaimResult]) -> Iterator[Table]:
     """Tables of a user's own claims, of the thesis's in words and of the bounds of its figures."""
     for title, claims in (("Your specification", specification(results)), ("Claims of the thesis", sentences(results)),
-                          ("Bounds by the axes of figures", bounds(results))):
+                          ("Bounds by the axes of figures", bound_claims(results))):
         if claims:
             yield claim_table(f"{title}: {met_of(claims)} met" if met_of(claims) else title, claims)
 
@@ -161,7 +161,7 @@ def claim_table(title: str, results: Sequence[ClaimResult]) -> Table:
 def study_tables(results: Sequence[RunResult], verdicts: Judgements, outcomes: Sequence[Outcome] = ()
                  ) -> Iterator[Table]:
     """Tables of many runs and of procedures: a user's own first, then those of the package."""
-    own, packaged = apart(results, outcomes)
+    own, packaged = own_and_packaged(results, outcomes)
     if own:
         rows = [*((run.plan.name, short_outcome(run)) for run in own.results),
                 *((outcome.settings.name, counted(outcome.values, "value")) for outcome in own.outcomes)]
@@ -173,7 +173,7 @@ def study_tables(results: Sequence[RunResult], verdicts: Judgements, outcomes: S
 
 def study_table(results: Sequence[RunResult], verdicts: Judgements, outcomes: Sequence[Outcome] = ()) -> Table:
     """Table of many runs and of procedures: how each ended, and how many of its claims have which verdict."""
-    claims = those_that_count(judged for _, judged in in_order(results, verdicts, outcomes))
+    claims = those_that_count(judged for _, judged in claims_in_order(results, verdicts, outcomes))
     totals = count_verdicts(sentences(claims))
     shown = [verdict for verdict in VERDICTS if totals[verdict]]
     procedures = counted(outcomes, "procedure") if outcomes else ""
@@ -187,8 +187,8 @@ def study_table(results: Sequence[RunResult], verdicts: Judgements, outcomes: Se
         [f"{len(results)} runs", procedures, *(str(totals[verdict]) for verdict in shown), bounds_met(claims)]], left=2)
 
 
-def in_order(results: Sequence[RunResult], verdicts: Judgements,
-             outcomes: Sequence[Outcome]) -> list[tuple[str, ClaimResult]]:
+def claims_in_order(results: Sequence[RunResult], verdicts: Judgements,
+                    outcomes: Sequence[Outcome]) -> list[tuple[str, ClaimResult]]:
     """All claims with the names of what they are about: the runs first, then the procedures."""
     names = [*(result.plan.name for result in results), *(outcome.settings.name for outcome in outcomes)]
     return [(name, judged) for name in names for judged in verdicts[name]]
@@ -213,14 +213,14 @@ def claims_markdown(results: Sequence[RunResult], verdicts: Judgements, outcomes
 
     A user's own runs go before the thesis's, and apart.
     """
-    own, packaged = apart(results, outcomes)
-    mine = in_order(own.results, verdicts, own.outcomes)
+    own, packaged = own_and_packaged(results, outcomes)
+    mine = claims_in_order(own.results, verdicts, own.outcomes)
     met = met_of(specification(judged for _, judged in mine))
     text = (f"# Your runs\n\n{f'{met} claims met.' if met else 'No claims.'}\n\n"
-            f"{markdown_table('claim', mine, 'expected')}" if own else "")
+            f"{claims_table('claim', mine, 'expected')}" if own else "")
     if not packaged:
         return TAG.sub("&lt;", visible(text))
-    claims = in_order(packaged.results, verdicts, packaged.outcomes)
+    claims = claims_in_order(packaged.results, verdicts, packaged.outcomes)
     counting = those_that_count(judged for _, judged in claims)
     subjects = counted(packaged.results, "run") + (
         f" and {counted(packaged.outcomes, 'procedure')}" if packaged.outcomes else "")
@@ -234,9 +234,9 @@ def claims_markdown(results: Sequence[RunResult], verdicts: Judgements, outcomes
         + (f"{of_axes}.\n\n" if of_axes else "") + notice)
     for kind, name in CLAIM_KINDS.items():
         rows = [row for row in claims if row[1].claim.figure is None and row[1].claim.kind == kind]
-        text += f"## {name.capitalize()}\n\n{markdown_table('claim', rows)}\n" if rows else ""
+        text += f"## {name.capitalize()}\n\n{claims_table('claim', rows)}\n" if rows else ""
     of_figures = [row for row in claims if row[1].claim.figure is not None]
-    text += f"## Bounds by the axes of figures\n\n{markdown_table('bound', of_figures)}" if of_figures else ""
+    text += f"## Bounds by the axes of figures\n\n{claims_table('bound', of_figures)}" if of_figures else ""
     return TAG.sub("&lt;", visible(text))
 
 
@@ -254,22 +254,22 @@ def kinds_markdown(claims: Sequence[ClaimResult]) -> str:
         rows.append((name, len(of_kind), *(counts[verdict] or "–" for verdict in shown),
                      *(sum(claim.verdict == "reproduced" and claim.claim.chose is not None for claim in of_kind) or "–"
                        for _ in chosen)))
-    return markdown(["what is claimed", "claims", *shown, *chosen], rows)
+    return markdown_rows(["what is claimed", "claims", *shown, *chosen], rows)
 
 
-def markdown_table(noun: str, claims: Sequence[tuple[str, ClaimResult]], expected: str = "thesis value") -> str:
+def claims_table(noun: str, claims: Sequence[tuple[str, ClaimResult]], expected: str = "thesis value") -> str:
     """Claims of one kind with the names of what they are about, as a table in Markdown."""
-    return markdown(("run", noun, "source", expected, "here", "verdict"), (
+    return markdown_rows(("run", noun, "source", expected, "here", "verdict"), (
         (f"`{name}`", judged.claim.text, judged.claim.cited, judged.claim.criterion, judged.measured_text,
          f"**{judged.verdict}**: {judged.note}" if judged.note else judged.verdict) for name, judged in claims))
 
 
-def markdown(heads: Sequence[str], rows: Iterable[Sequence[object]]) -> str:
+def markdown_rows(heads: Sequence[str], rows: Iterable[Sequence[object]]) -> str:
     lines = ["| " + " | ".join(str(cell).replace("|", "\\|") for cell in cells) + " |" for cells in (heads, *rows)]
     return "\n".join([lines[0], "|---" * len(heads) + "|", *lines[1:]]) + "\n"
 
 
-def outcome(result: RunResult, metrics: Metrics) -> str:
+def outcome_line(result: RunResult, metrics: Metrics) -> str:
     """One line on whether the run failed, with everything that disturbed it and its error at the end."""
     words = [*troubles(result), *(f"largest end error {error}" for error in worst_of(result.plan, metrics.end_errors))]
     return state_of(metrics) + (": " if words else "") + ", ".join(words)

@@ -17,7 +17,7 @@ DEGREE = 12                     # of the polynomial of `MagnetField`
 LARGEST_MISFIT = 0.01           # of the polynomial, relative to the field there
 
 
-def kept(value: float) -> float:
+def twelve_digits(value: float) -> float:
     """A number to twelve digits: libraries differ from one another in the last four, and stages would with them."""
     return float(f"{value:.12g}")
 
@@ -169,8 +169,8 @@ def catalogue_constants(place: str, sheet: Catalogue, rig: Rig) -> Constants:
         iron = sheet.iron_attraction * per_peak**2 / f4
     elif iron is None:
         iron = coils**2 / (4.0 * attraction)
-    return Constants({axis.name: kept(thrust / axis.mass) for axis in rig.horizontal},
-                     *(kept(constant / vertical.mass) for constant in (attraction, coils, iron)))
+    return Constants({axis.name: twelve_digits(thrust / axis.mass) for axis in rig.horizontal},
+                     *(twelve_digits(constant / vertical.mass) for constant in (attraction, coils, iron)))
 
 
 def formulas(of: Winding, motor: MotorGeometry) -> tuple[float, float, float, float]:

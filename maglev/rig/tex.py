@@ -17,21 +17,21 @@ def tex(rig: Rig) -> dict[str, Any]:
     the words for what drives an axis.
     """
     horizontal = [axis.name for axis in rig.horizontal]
-    attraction, coils, iron = (constant(name) for name in rig.constants_of(rig.vertical.name))
+    attraction, coils, iron = (constant_symbol(name) for name in rig.constants_of(rig.vertical.name))
     i_q = {axis: [current(rig, "q", motor.name) for motor in rig.motors_of(axis)] for axis in horizontal}
     alone = len(rig.motors) == 1
     return {
         "gap": axis(rig.vertical.name), "symbol": {name: axis(name) for name in rig.axis_names},
         "attraction": attraction, "coils": coils, "iron": iron,
-        "thrust": {name: constant(rig.constants_of(name)[0]) for name in horizontal},
-        "n": number(rig.sharing), "all": number(rig.carrying), "twice": number(2.0 * rig.carrying),
+        "thrust": {name: constant_symbol(rig.constants_of(name)[0]) for name in horizontal},
+        "n": factor_text(rig.sharing), "all": factor_text(rig.carrying), "twice": factor_text(2.0 * rig.carrying),
         "i_q": i_q, "i_d": [current(rig, "d", motor) for motor in rig.motor_names],
         "squares": " + ".join(f"{current(rig, component, motor)}^2" for motor in rig.motor_names for component in "qd"),
-        "shared_squares": " + ".join([*(f"{number(len(i_q[name]))}{i_q[name][0]}^2" for name in horizontal),
-                                      f"{number(len(rig.motors))}i_d^2"]),
+        "shared_squares": " + ".join([*(f"{factor_text(len(i_q[name]))}{i_q[name][0]}^2" for name in horizontal),
+                                      f"{factor_text(len(rig.motors))}i_d^2"]),
         "currents": r", \qquad ".join(
-            rf"{' = '.join(i_q[name])} = -\frac{{v_{axis(name)}}}{{{number(rig.sharing * len(i_q[name]))}"
-            rf"{constant(rig.constants_of(name)[0])} f_1}}" for name in horizontal),
+            rf"{' = '.join(i_q[name])} = -\frac{{v_{axis(name)}}}{{{factor_text(rig.sharing * len(i_q[name]))}"
+            rf"{constant_symbol(rig.constants_of(name)[0])} f_1}}" for name in horizontal),
         "alone": alone, "drivers": {name: drivers(rig, name) for name in horizontal}}
 
 
@@ -43,7 +43,7 @@ def drivers(rig: Rig, name: str) -> str:
     return " and ".join(f"the {group} {motor.name}" for motor in rig.motors_of(name))
 
 
-def number(factor: float) -> str:
+def factor_text(factor: float) -> str:
     """Factor in front of a term; nothing if it is 1."""
     return "" if factor == 1.0 else f"{factor:g} "
 
@@ -52,7 +52,7 @@ def axis(name: str) -> str:
     return name if len(name) == 1 else rf"{{\mathrm{{{name.replace('_', '')}}}}}"
 
 
-def constant(name: str) -> str:
+def constant_symbol(name: str) -> str:
     return f"C_{{{name[1:]}}}" if len(name) > 2 else f"C_{name[1:]}"
 
 
@@ -69,6 +69,6 @@ def cited(source: str) -> str:
     return "" if text in ("", "assumed") else f" {text}" if text.startswith("(") else f" ({text})"
 
 
-def sentence(note: str) -> str:
+def tex_sentence(note: str) -> str:
     """A sentence of the description's sources."""
     return f"{escape(note[0].upper())}{escape(note[1:])}."

@@ -19,14 +19,14 @@ def each(items: Iterable[str | tuple[str, ...]], text: str, between: str = ", ")
     return between.join(text.format(*((item,) if isinstance(item, str) else item)) for item in items)
 
 
-def total(items: Sequence[str], text: str = "{0}") -> str:
+def sum_text(items: Sequence[str], text: str = "{0}") -> str:
     """Sum of the text for each item, in brackets where there are several."""
     terms = each(items, text, " + ")
     return terms if len(items) == 1 else f"({terms})"
 
 
 def mean(items: Sequence[str], text: str) -> str:
-    return factor(1.0 / len(items)) + total(items, text)
+    return factor(1.0 / len(items)) + sum_text(items, text)
 
 
 def factor(value: float) -> str:
@@ -39,7 +39,7 @@ def unit_words(unit: str) -> str:
     return unit.replace(".", " ").replace("2", "²").replace("4", "⁴")
 
 
-def said(part: Any) -> dict[str, Any]:
+def stated(part: Any) -> dict[str, Any]:
     """Names and values of a description's dataclass that have no default, or are not as their class has them."""
     values = {member.name: getattr(part, member.name) for member in fields(part)}
     return {member.name: values[member.name] for member in fields(part) if values[member.name] != (
@@ -48,10 +48,10 @@ def said(part: Any) -> dict[str, Any]:
 
 def not_default(part: Ripple | Roughness | Stop | Mode) -> list[tuple[str, float]]:
     """Names and values of what the constructor of an axis does not take and is not as it has it."""
-    return [(name, value) for name, value in said(part).items() if hasattr(type(part), name)]   # a default is there
+    return [(name, value) for name, value in stated(part).items() if hasattr(type(part), name)]   # a default is there
 
 
-def imports(text: str) -> str:
+def sorted_imports(text: str) -> str:
     """Imports in their order, those of one module together; a line for each member where they are too many for one."""
     members: dict[str, set[str]] = {}
     for module, names in re.findall(r"^from (\S+) import (.+)$", text, re.MULTILINE):
@@ -66,7 +66,7 @@ def imports(text: str) -> str:
     return written
 
 
-def aligned(text: str) -> str:
+def aligned_comments(text: str) -> str:
     """Assignments with their comments below each other."""
     pairs = [line.partition("  # ") for line in text.splitlines()]
     width = max(len(code) for code, _, _ in pairs) + 2
@@ -129,7 +129,7 @@ def literal(value: Any, depth: int = 0, before: str = "") -> str:
     """Text of a value of a description behind its name, a line for each of its members if they are too many for one."""
     inner = " " * (4 * depth + 4)
     if is_dataclass(value):
-        members = [literal(member, depth + 1, f"{name}=") for name, member in said(value).items()]
+        members = [literal(member, depth + 1, f"{name}=") for name, member in stated(value).items()]
         begin = f"{before}rig.{type(value).__name__}("
         short = f"{begin}{', '.join(members)})"
         if "\n" not in short and len(short) < LONGEST - 6 - 4 * depth:   # brackets that others close behind it

@@ -52,9 +52,9 @@ def environment() -> "Environment":
     made = Environment(loader=FileSystemLoader(TEMPLATES), undefined=StrictUndefined, trim_blocks=True,
                        lstrip_blocks=True, keep_trailing_newline=True)
     made.filters |= {
-        "aligned": text.aligned, "cited": tex.cited, "each": text.each,
-        "imports": text.imports, "literal": text.literal, "mean": text.mean, "not_default": text.not_default,
-        "sentence": tex.sentence, "stop": lambda axis: axis.stop or text.NO_STOP, "total": text.total,
+        "aligned": text.aligned_comments, "cited": tex.cited, "each": text.each,
+        "imports": text.sorted_imports, "literal": text.literal, "mean": text.mean, "not_default": text.not_default,
+        "sentence": tex.tex_sentence, "stop": lambda axis: axis.stop or text.NO_STOP, "total": text.sum_text,
         "unit": text.unit_words}
     return made
 
@@ -74,10 +74,10 @@ def own_names() -> frozenset[str]:
 def render(template: str, rig: Rig, **more: Any) -> str:
     """Text by a template; in the equations of a page, the names are in TeX."""
     page = template.endswith(".html.j2")
-    return environment().get_template(template).render(words(rig) | (tex.tex(rig) if page else {}) | more)
+    return environment().get_template(template).render(template_values(rig) | (tex.tex(rig) if page else {}) | more)
 
 
-def words(rig: Rig) -> dict[str, Any]:
+def template_values(rig: Rig) -> dict[str, Any]:
     """What stands in the templates of a rig.
 
     `y` is the name of the vertical axis, `x`, `z`, `roll` and `pitch` are those of the others where the platform tilts;
@@ -149,29 +149,29 @@ def paths(rig: Rig) -> tuple[str, ...]:
     return MODULES if rig.rotations else (*(path for path in MODULES if path != PLATFORM), *PAGES)
 
 
-def template(path: str, tilting: bool) -> str:
+def module_template(path: str, tilting: bool) -> str:
     """Template of a module, by its path; of what is written for users too."""
     own = path.replace("{}", "tilting") + ".j2"
     return own if tilting and (TEMPLATES / own).is_file() else path.replace("_{}", "") + ".j2"
 
 
 def module(path: str, rig: Rig) -> str:
-    content = render(template(path, bool(rig.rotations)), rig)
+    content = render(module_template(path, bool(rig.rotations)), rig)
     return text.fitted(content) if path.endswith(".py") else content
 
 
 def written_class(kind: str, rig: Rig, name: str, file: str) -> str:
     """Text of a "controller" or a "plant" for a user of a rig to begin with: a class of a name, in a file."""
-    return text.fitted(render(template(f"new/{kind}_{{}}.py", bool(rig.rotations)), rig, name=name, file=file))
+    return text.fitted(render(module_template(f"new/{kind}_{{}}.py", bool(rig.rotations)), rig, name=name, file=file))
 
 
-def written(rig: Rig) -> dict[str, str]:
+def module_texts(rig: Rig) -> dict[str, str]:
     """Text of every module of a rig, by its path from the folder of the packages."""
     return {path.format(rig.name): module(path, rig) for path in paths(rig)}
 
 
 def write(rig: Rig, root: Path) -> None:
     """Write the modules of a rig below a folder that holds the packages."""
-    for path, content in written(rig).items():
+    for path, content in module_texts(rig).items():
         (root / path).parent.mkdir(parents=True, exist_ok=True)
         (root / path).write_text(content, encoding="utf-8")

@@ -47,7 +47,7 @@ def read_layers(path: Path, extending: tuple[Path, ...] = ()) -> list[Layer]:
         raise ScenarioError(f"{extending[0]}: extends = {str(path)!r}: a file cannot extend itself")
     if len(extending) == DEEPEST:
         raise ScenarioError(f"{extending[0]}: extends: {DEEPEST} files extend each other before {path}, expected fewer")
-    return extended(Layer(path, placed(path)), extending)
+    return extended(Layer(path, file_table(path)), extending)
 
 
 def extended(layer: Layer, extending: tuple[Path, ...] = ()) -> list[Layer]:
@@ -94,7 +94,7 @@ def extended_file(path: Path, base: str) -> Path:
                         f"{nearest(base, [*beside, *packaged])}")
 
 
-def path_of(given: Scenario) -> Path:
+def scenario_path(given: Scenario) -> Path:
     """Path of a scenario; of a table one that stands for it, a file of the working folder as it were.
 
     ScenarioError if it is none of these, or something in the table is not what TOML can have.
@@ -104,7 +104,7 @@ def path_of(given: Scenario) -> Path:
     if not isinstance(given, Mapping):
         raise ScenarioError(f"scenario = {shortened(given)}: expected a name, a path or a table")
     try:
-        text = json.dumps(dict(given), default=plain)
+        text = json.dumps(dict(given), default=json_value)
     except ValueError as error:
         raise ScenarioError(f"scenario given as a table: {error}, expected no table in itself") from None
     name = re.sub(r"[^\w-]", "_", str(given.get("name", "without a name")))
@@ -113,7 +113,7 @@ def path_of(given: Scenario) -> Path:
     return path
 
 
-def plain(value: Any) -> Any:
+def json_value(value: Any) -> Any:
     """A value of a table that JSON does not know by itself."""
     if isinstance(value, Mapping):
         return dict(value)
@@ -129,24 +129,24 @@ def merged(layers: list[Layer]) -> dict[str, Any]:
     """Merge layers, later ones over earlier ones."""
     table: dict[str, Any] = {}
     for layer in layers:
-        table = merge(without_fed(table, layer.table), layer.table)
+        table = merge(without_wired(table, layer.table), layer.table)
     return table
 
 
-def without_fed(base: dict[str, Any], over: Mapping[str, Any]) -> dict[str, Any]:
+def without_wired(base: dict[str, Any], over: Mapping[str, Any]) -> dict[str, Any]:
     """Table without what feeds the inputs that `over` wires: its wires take the place of wires and signals below them.
 
     Nothing is looked for in what is not as expected; that is refused later.
     """
     fed = {f"{name}.{port}" for name, fmu in entries(over.get("fmus")).items()
            for port in entries(entries(fmu).get("inputs"))}
-    fed |= {target_of(pair) for pair in items(over.get("connections"))}
+    fed |= {wired_input(pair) for pair in items(over.get("connections"))}
     fed.discard("")
     if not fed or not base:
         return base
     table = dict(base)
     if isinstance(base.get("connections"), list):
-        table["connections"] = [pair for pair in base["connections"] if target_of(pair) not in fed]
+        table["connections"] = [pair for pair in base["connections"] if wired_input(pair) not in fed]
     if isinstance(base.get("signals"), list):
         table["signals"] = [{key: value for key, value in signal.items() if key != "rate_to"}
                             if text(signal, "rate_to") in fed else signal for signal in base["signals"]
@@ -159,7 +159,7 @@ def without_fed(base: dict[str, Any], over: Mapping[str, Any]) -> dict[str, Any]
     return table
 
 
-def target_of(pair: Any) -> str:
+def wired_input(pair: Any) -> str:
     """Input of a connection; empty text of what is none."""
     return pair[1] if isinstance(pair, list) and len(pair) == 2 and isinstance(pair[1], str) else ""
 
@@ -180,7 +180,7 @@ def items(value: Any) -> list[Any]:
     return value if isinstance(value, list) else []
 
 
-def placed(path: Path) -> dict[str, Any]:
+def file_table(path: Path) -> dict[str, Any]:
     """Table of one TOML file; its relative file names are made absolute. Nothing may be changed in it."""
     written = path.stat() if path.is_file() else None
     return placed_once(path, *((written.st_mtime_ns, written.st_size) if written else (0, 0)))
@@ -259,14 +259,14 @@ def packaged_files() -> dict[str, Path]:
 @cache
 def packaged_runs() -> dict[str, str]:
     """Names of all runs that come with the package, one for each variant, and the scenarios that they belong to."""
-    return {name: scenario for scenario, path in packaged_files().items() for name in names_of(run_layers(path))}
+    return {name: scenario for scenario, path in packaged_files().items() for name in names_of_runs(run_layers(path))}
 
 
 @lru_cache(maxsize=256)
 def scenario_of(run: str) -> str | None:
     """Scenario of the package that a run belongs to, and is called after; None if there is none."""
     return next((scenario for scenario, path in packaged_files().items()
-                 if run.startswith(scenario) and run in names_of(run_layers(path))), None)
+                 if run.startswith(scenario) and run in names_of_runs(run_layers(path))), None)
 
 
 def run_layers(path: Path) -> list[list[Layer]]:
@@ -290,6 +290,6 @@ def run_layers(path: Path) -> list[list[Layer]]:
     return runs or [base]
 
 
-def names_of(runs: list[list[Layer]]) -> list[str]:
+def names_of_runs(runs: list[list[Layer]]) -> list[str]:
     return [next((str(layer.table["name"]) for layer in reversed(layers) if "name" in layer.table), "None")
             for layers in runs]

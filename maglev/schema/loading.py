@@ -11,12 +11,12 @@ from maglev.schema.layers import (
     Scenario,
     is_packaged,
     merged,
-    names_of,
+    names_of_runs,
     packaged_files,
     packaged_runs,
-    path_of,
     run_layers,
     scenario_of,
+    scenario_path,
 )
 from maglev.schema.run_plan import RunPlan
 
@@ -27,7 +27,7 @@ def load_plans(given: Scenario) -> list[RunPlan]:
     There is one run for each variant of the scenario, or the one that is named. ScenarioError if there is no such
     scenario, or something in it is not as expected; one line with file, key, value and what was expected.
     """
-    path, asked = path_of(given), ""
+    path, asked = scenario_path(given), ""
     if path not in GIVEN and path.name == str(given) and path.suffix != ".toml":
         asked, files = path.name, packaged_files()
         scenario = asked if asked in files else scenario_of(asked)
@@ -36,7 +36,7 @@ def load_plans(given: Scenario) -> list[RunPlan]:
                                 f"{nearest(asked, {**files, **packaged_runs()}, '.toml')}")
         path = files[scenario]
     runs = run_layers(path)
-    names = names_of(runs)
+    names = names_of_runs(runs)
     return [read_plan(path, layers, names) for layers, name in zip(runs, names, strict=True)
             if asked not in names or name == asked]
 
@@ -45,7 +45,7 @@ def load_plan(given: Scenario) -> RunPlan:
     runs = load_plans(given)
     if len(runs) != 1:
         expected = "a scenario without" if runs[0]._own else f"one of {', '.join(run.name for run in runs)}"
-        raise ScenarioError(f"{path_of(given)} has variants, expected {expected}")
+        raise ScenarioError(f"{scenario_path(given)} has variants, expected {expected}")
     return runs[0]
 
 

@@ -88,7 +88,7 @@ class RunOptions(TypedDict, total=False):
 OPTIONS: Mapping[str, Option] = {name: kind.__metadata__[0] for name, kind in RunOptions.__annotations__.items()}
 
 
-def completed(options: RunOptions) -> RunOptions:
+def completed_options(options: RunOptions) -> RunOptions:
     """Options with the defaults of the others, times in s; ScenarioError if one cannot be used."""
     given = {name: value for name, value in options.items() if value is not None}
     for name, value in given.items():

@@ -52,7 +52,7 @@ def with_references(plan: RunPlan, settings: Mapping[str, StartValue]
             about_fmus[name] = value
             continue
         variable = name.partition(".")[2]
-        unit = unit_of(plan, variable)
+        unit = reference_unit(plan, variable)
         if (value.unit is not None and not measures(value.unit, unit)) or isinstance(value.value, bool):
             raise ScenarioError(f"{value.origin}: expected a number, or a quantity in {unit}")
         changed_plan = with_reference(plan, variable, float(value.value))
@@ -62,7 +62,7 @@ def with_references(plan: RunPlan, settings: Mapping[str, StartValue]
     return plan, about_fmus, others
 
 
-def unit_of(plan: RunPlan, setting: str) -> str:
+def reference_unit(plan: RunPlan, setting: str) -> str:
     """SI unit of a setting of a reference, `AXIS.what`; of one that is not there, or of no axis, "1"."""
     name, _, what = setting.rpartition(".")
     unit, axis = UNITS.get(what, "1"), plan.axes.get(name)

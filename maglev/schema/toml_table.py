@@ -131,7 +131,7 @@ def one_line(error: ValidationError, layers: list[Layer], model: type[Table] = T
         valid_names = re.findall(r"'([^']*)'", valid)
         expectation += f", nearest is {nearest(str(value), valid_names)}"
     given = "" if value is None else f" = {shortened(value)}"
-    return f"{file_of(keys, layers)}: {key_path(keys)}{given}: {expectation}"
+    return f"{file_with(keys, layers)}: {key_path(keys)}{given}: {expectation}"
 
 
 def keys_in(table: Any, location: tuple[str | int, ...]) -> list[str | int]:
@@ -146,7 +146,7 @@ def keys_in(table: Any, location: tuple[str | int, ...]) -> list[str | int]:
     return keys
 
 
-def file_of(keys: list[str | int], layers: list[Layer]) -> Path:
+def file_with(keys: list[str | int], layers: list[Layer]) -> Path:
     for layer in layers[::-1]:
         entry: Any = layer.table
         for key in keys:

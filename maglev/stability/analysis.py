@@ -18,7 +18,7 @@ from maglev.own_stage.loop import loop_table
 from maglev.quantities import printed
 from maglev.schema.loading import load_plan
 from maglev.schema.options import formerly
-from maglev.stability.axis_loop import axis_loop, currents_of, rig_named
+from maglev.stability.axis_loop import axis_loop, currents_of, rig_and_regulators
 from maglev.stability.certificate import certify
 from maglev.stability.certificate import synthesise as synthesised_gains
 from maglev.stability.result import Candidate, Region, RunSteps
@@ -45,7 +45,7 @@ class StepRuns(RepeatedRun):
 
     def __init__(self, rig: str | Path, axis: str, gap: Quantity, controller: str, plant: Settings, settings: Settings,
                  fmus: Path, locked: bool = False):
-        self.rig, self.stage, _ = rig_named(rig)
+        self.rig, self.stage, _ = rig_and_regulators(rig)
         self.axis, self.vertical = axis, self.rig.vertical.name
         plant = {**plant, f"{self.vertical}.locked": True} if locked else plant
         self.middle = read_positions(self.stage, {self.vertical: gap})
@@ -200,7 +200,7 @@ def region(stage: str | Path, axis: str, gap: Quantity, *, controller: str | Non
     with ExitStack() as stack:
         runs: list[StepRuns] = []
         if run:
-            described, _, regulators = rig_named(stage)
+            described, _, regulators = rig_and_regulators(stage)
             name = controller or regulators[0]
             folder = fmus_for_runs([name, f"Plant{described.suffix}"], fmus, kind, fmi)
             # Where limits move other axes, too, the certificate is not of a loop at a frozen gap.

@@ -76,7 +76,7 @@ class AxisLoop:
                              if self.sample_time else poles)
 
 
-def rig_named(rig: str | Path) -> tuple[Rig, str, list[str]]:
+def rig_and_regulators(rig: str | Path) -> tuple[Rig, str, list[str]]:
     """Description of a rig, and the names of its plant and of its output regulators, the nonlinear one first.
 
     StabilityError if there is no such rig.
@@ -106,7 +106,7 @@ def axis_loop(rig: str | Path, axis: str, gap: Quantity, *, controller: str | No
     start values. StabilityError if there is no such rig, axis or output regulator, its commands have no limit, or the
     loop is not stable; LinearModelError if a parameter cannot be used, or the stage cannot rest at this gap.
     """
-    described, stage, regulators = rig_named(rig)
+    described, stage, regulators = rig_and_regulators(rig)
     vertical = described.vertical.name
     if axis not in described.axis_names:
         raise StabilityError(f"{rig}: axis = {axis!r}, expected one of {', '.join(described.axis_names)}")

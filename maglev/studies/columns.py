@@ -8,7 +8,7 @@ from typing import Any
 
 from maglev.errors import ScenarioError, nearest
 from maglev.judging.measures import numbers
-from maglev.judging.metrics import ManyMetrics, Metrics, larger
+from maglev.judging.metrics import ManyMetrics, Metrics, larger_of
 from maglev.quantities import printed
 from maglev.schema.run_plan import RunPlan
 from maglev.studies.schema import Limit
@@ -47,7 +47,7 @@ def named_values(plan: RunPlan, metrics: Metrics | ManyMetrics) -> dict[str, tup
         name = f"{quantity} of {of}" if of else quantity
         if time is not None:
             steps[f"{name}{AT_STEP}{time:g} s"] = value, unit
-            values[name] = larger(values.get(name, (-inf, ""))[0], value), unit
+            values[name] = larger_of(values.get(name, (-inf, ""))[0], value), unit
         else:
             values[name] = value, unit
     return {**values, **steps}

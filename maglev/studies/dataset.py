@@ -30,11 +30,11 @@ def as_bytes(table: pa.Table) -> bytes:
     return bytes(sink.getvalue())
 
 
-def merge(contents: Iterator[bytes], schema: pa.Schema, path: Path) -> None:
+def merge_parts(contents: Iterator[bytes], schema: pa.Schema, path: Path) -> None:
     """Write one file of all parts, in their order, a few at a time."""
     with whole_file(path) as unfinished, pq.ParquetWriter(unfinished, schema, write_page_checksum=True) as writer:
         rows = Contents(schema)
-        for table in grouped(contents):
+        for table in row_groups(contents):
             writer.write_table(table.replace_schema_metadata(schema.metadata), row_group_size=ROWS_OF_A_GROUP)
             rows.add(table)
         writer.add_key_value_metadata({SEAL: rows.sha256})
@@ -77,7 +77,7 @@ def json_of(metadata: Mapping[bytes, bytes] | None) -> list[list[str]]:
                   if not key.startswith(b"PARQUET:"))
 
 
-def grouped(contents: Iterator[bytes]) -> Iterator[pa.Table]:
+def row_groups(contents: Iterator[bytes]) -> Iterator[pa.Table]:
     """Tables of so many rows that a group of rows is full, but the last one."""
     waiting: list[pa.Table] = []
     for content in contents:

@@ -20,7 +20,7 @@ def samples(study: StudyFile) -> Array:
     """
     design, varied = study.design, len(study.vary)
     if design.kind == "rows":
-        return rows_of(study)
+        return design_rows(study)
     grid = [different_values(study, side) for side in study.vary] if design.kind == "grid" else []
     number = design.samples or math.prod(map(len, grid))
     number *= varied + 2 if design.kind == "saltelli" else 1
@@ -28,7 +28,7 @@ def samples(study: StudyFile) -> Array:
         raise ScenarioError(f"{study.name}: design: {number:.3g} samples, expected at most {MOST_SAMPLES:.0e}")
     if grid:
         return np.stack(np.meshgrid(*grid, indexing="ij"), axis=-1).reshape(-1, varied)
-    return at(study, unit_samples(study))
+    return values_of_points(study, unit_samples(study))
 
 
 def different_values(study: StudyFile, varied: Varied) -> Array:
@@ -40,7 +40,7 @@ def different_values(study: StudyFile, varied: Varied) -> Array:
     return tried
 
 
-def rows_of(study: StudyFile) -> Array:
+def design_rows(study: StudyFile) -> Array:
     """Values side by side, one row a sample; ScenarioError if there are more of one than of another."""
     columns = {varied.column: tried_values(varied) for varied in study.vary}
     numbers = {name: len(column) for name, column in columns.items()}
@@ -78,21 +78,21 @@ def saltelli(varied: int, base: int, seed: int) -> Array:
     return rows.reshape(-1, varied)
 
 
-def at(study: StudyFile, points: Array) -> Array:
+def values_of_points(study: StudyFile, points: Array) -> Array:
     """Values of what varies at points of the unit cube."""
     from scipy.special import ndtri
 
     points = np.clip(points, SMALLEST, 1.0 - SMALLEST)
-    values = np.column_stack([values_at(varied, points[:, column]) for column, varied in enumerate(study.vary)])
+    values = np.column_stack([quantile_values(varied, points[:, column]) for column, varied in enumerate(study.vary)])
     columns = [varied.column for varied in study.vary]
     for group in study.correlated:
         chosen = [columns.index(name) for name in group.of]
-        means = np.array([number(study.vary[column].mean) for column in chosen])
-        values[:, chosen] = means + ndtri(points[:, chosen]) @ factor(group.of, group.covariance).T
+        means = np.array([si_number(study.vary[column].mean) for column in chosen])
+        values[:, chosen] = means + ndtri(points[:, chosen]) @ cholesky_factor(group.of, group.covariance).T
     return values
 
 
-def values_at(varied: Varied, points: Array) -> Array:
+def quantile_values(varied: Varied, points: Array) -> Array:
     """Values of one that varies where its distribution function is at the points, shape (n,)."""
     from scipy.special import ndtri
 
@@ -100,12 +100,12 @@ def values_at(varied: Varied, points: Array) -> Array:
         values = np.array(tried_values(varied), dtype=np.float64)
         return np.asarray(values[np.minimum((points * len(values)).astype(int), len(values) - 1)])
     if varied.kind == "percent":
-        share = number(varied.percent)
+        share = si_number(varied.percent)
         return 1.0 - share + 2.0 * share * points
     if varied.kind == "normal":
-        deviation = 0.0 if varied.deviation is None else number(varied.deviation)   # 0: a covariance follows
-        return np.asarray(number(varied.mean) + deviation * ndtri(points))
-    low, high = number(varied.low), number(varied.high)
+        deviation = 0.0 if varied.deviation is None else si_number(varied.deviation)   # 0: a covariance follows
+        return np.asarray(si_number(varied.mean) + deviation * ndtri(points))
+    low, high = si_number(varied.low), si_number(varied.high)
     if varied.kind == "uniform":
         return np.asarray(low + (high - low) * points)
     # The powers of `math`: those of NumPy are others on some processors.
@@ -115,20 +115,20 @@ def values_at(varied: Varied, points: Array) -> Array:
 def tried_values(varied: Varied) -> list[float]:
     """Values of a list, or of a grid: the decimals that a person would write, 7.6 and not 7.6000000000000005."""
     if varied.kind == "list":
-        return [number(value) for value in varied.values or ()]
+        return [si_number(value) for value in varied.values or ()]
     count = varied.number or 1
-    first, last = (Decimal(repr(number(end))) for end in (varied.start, varied.to))
+    first, last = (Decimal(repr(si_number(end))) for end in (varied.start, varied.to))
     return [float(first + (last - first) * i / max(1, count - 1)) for i in range(count)]
 
 
-def number(quantity: object) -> float:
+def si_number(quantity: object) -> float:
     """SI value of a quantity that its kind has."""
     value = getattr(quantity, "value", None)
     assert value is not None   # the schema refuses a kind without its keys
     return float(value)
 
 
-def factor(names: Sequence[str], covariance: Sequence[Sequence[float]]) -> Array:
+def cholesky_factor(names: Sequence[str], covariance: Sequence[Sequence[float]]) -> Array:
     """Lower triangular matrix L with L Lᵀ = covariance; ScenarioError if it is none."""
     matrix = np.array(covariance, dtype=np.float64)
     try:

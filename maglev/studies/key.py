@@ -14,7 +14,7 @@ from maglev.arrays import Array
 from maglev.experiment.preparation import Experiment
 from maglev.schema.run_plan import FmuTable, RunPlan, StartValue
 from maglev.schema.signals.kinds import Csv
-from maglev.studies.batch.samples import Job, files_of
+from maglev.studies.batch.samples import Job, worker_files
 from maglev_files.cache import digest_of_all
 
 # All that is left out, by what has it: words for readers, what is judged elsewhere, and where files lie, whose content
@@ -29,10 +29,10 @@ LEFT_OUT: dict[type, frozenset[str]] = {
     Csv: frozenset({"file"})}   # what was read of it is there
 
 
-def key_of(job: Job, values: Array, *further: object) -> str:
+def study_key(job: Job, values: Array, *further: object) -> str:
     """SHA-256 of all that the results of a study depend on: job, values of the targets, and what else is stored."""
     experiment = job.experiment
-    said = [canonical(job), digest_of_all(files_of(experiment)), canonical(experiment.plan.rig), canonical(values),
+    said = [canonical(job), digest_of_all(worker_files(experiment)), canonical(experiment.plan.rig), canonical(values),
             canonical(further)]
     return hashlib.sha256(json.dumps(said).encode("utf-8")).hexdigest()
 

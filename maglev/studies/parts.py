@@ -50,7 +50,7 @@ class Parts:
         if not self.folder.exists():
             return 0
         if not self.folder.is_dir():
-            raise ScenarioError(f"{self.folder}: is {kind_of(self.folder)}, expected a folder, or nothing there")
+            raise ScenarioError(f"{self.folder}: is {kind_at(self.folder)}, expected a folder, or nothing there")
         remove_leftovers(self.folder)   # of a process that was ended as it wrote
         # One with a dot is a part that was never finished.
         paths = sorted(path for path in self.folder.glob("[!.]*") if not path.name.startswith(PREFIX))
@@ -106,7 +106,7 @@ class Parts:
 KINDS = {"l": "a link", "d": "a folder", "-": "a file", "p": "a pipe", "s": "a socket"}   # as of `ls -l`
 
 
-def kind_of(path: Path) -> str:
+def kind_at(path: Path) -> str:
     """What lies at a path, such as "a pipe"; empty if nothing does."""
     try:
         return KINDS.get(stat.filemode(path.lstat().st_mode)[0], "a device")
@@ -116,5 +116,5 @@ def kind_of(path: Path) -> str:
 
 def require_file(path: Path) -> None:
     """Refuse what is there and no file of its own: it may be somebody's, a pipe waits for ever, a link leads away."""
-    if kind_of(path) not in ("", "a file"):
-        raise ScenarioError(f"{path}: is {kind_of(path)}, expected a file that was written here, or nothing: remove it")
+    if kind_at(path) not in ("", "a file"):
+        raise ScenarioError(f"{path}: is {kind_at(path)}, expected a file that was written here, or nothing: remove it")

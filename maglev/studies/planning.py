@@ -17,7 +17,7 @@ from maglev.studies.batch.batches import batches_of
 from maglev.studies.batch.samples import Batch, Job, code_of_package
 from maglev.studies.columns import Column, columns_of, named_values
 from maglev.studies.design import samples
-from maglev.studies.key import key_of
+from maglev.studies.key import study_key
 from maglev.studies.schema import StudyFile
 from maglev.studies.targets import Target, target_values, targets_of
 from maglev.time_grid import whole_steps
@@ -75,7 +75,7 @@ def plan_study(study: StudyFile, experiment: Experiment, origin: str, out: Path,
               for i, parameter in enumerate(study.vary)}
     for name in {parameter.column for parameter in study.vary} & {*known, "sample", "passed", "failure"}:
         raise ScenarioError(f"{origin}: vary.name = {name!r}: expected another name than that of a metric")
-    job = replace(job, key=key_of(job, values, varied, design, bool(study.limits)))
+    job = replace(job, key=study_key(job, values, varied, design, bool(study.limits)))
     return PlannedStudy(study, job, varied, about(study, job, experiment, run, count), design, values,
                         batches_of(job, count, rows), experiment.times[::every])
 

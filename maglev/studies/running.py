@@ -3,7 +3,7 @@
 from contextlib import suppress
 from pathlib import Path
 
-from maglev.errors import Interrupted, ScenarioError, name_of, option, signal_of
+from maglev.errors import Interrupted, ScenarioError, ended_by, option, signal_of
 from maglev.processes.side_by_side import Progress, Say
 from maglev.studies import dataset
 from maglev.studies.batch.batches import runners
@@ -75,10 +75,10 @@ def run_study(planned: PlannedStudy, out: Path, jobs: int, scheduler: str | None
             with suppress(ScenarioError):   # of a folder that has not begun
                 parts.find()                # a part may have been written whole when the signal came
             kept_samples = sum(len(batch.samples) for batch in whole_batches())
-            raise Interrupted(f"{name_of(error)}: {kept_samples} of {samples} samples are kept in {parts.folder}, "
+            raise Interrupted(f"{ended_by(error)}: {kept_samples} of {samples} samples are kept in {parts.folder}, "
                               f"{option('resume', True)} goes on with them", signal_of(error)) from error
         for kind, (schema, _, file) in files.items():
-            dataset.merge((parts.read(part(kind, batch.number)) for batch in planned.batches), schema, file)
+            dataset.merge_parts((parts.read(part(kind, batch.number)) for batch in planned.batches), schema, file)
         parts.remove()
         return path
 

@@ -215,11 +215,11 @@ class StudyFile(Table):
 
 def load_study(name_or_path: str | Path) -> tuple[StudyFile, Path]:
     """Read a study of the package by its name, or any other by its path; ScenarioError if it cannot be used."""
-    path = file_of(name_or_path, FOLDER, "study")
+    path = file_for(name_or_path, FOLDER, "study")
     return read_study(read_toml(path), path), path
 
 
-def file_of(name_or_path: str | Path, folder: Path, what: str) -> Path:
+def file_for(name_or_path: str | Path, folder: Path, what: str) -> Path:
     """File of a folder of the package by its name, or the path itself; ScenarioError says what there is not."""
     if not isinstance(name_or_path, str | Path):
         raise ScenarioError(f"{what}: {shortened(name_or_path)}, expected a name or a path")

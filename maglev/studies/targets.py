@@ -11,7 +11,7 @@ from maglev.arrays import Array
 from maglev.errors import ScenarioError, nearest
 from maglev.experiment.preparation import Experiment
 from maglev.schema.run_plan import StartValue
-from maglev.schema.settings import REFERENCE, port_of, unit_of, with_reference
+from maglev.schema.settings import REFERENCE, port_of, reference_unit, with_reference
 from maglev.schema.signals.kinds import Steps
 from maglev.studies.schema import DISCRETE, Mode, Varied
 from maglev.units import measures
@@ -87,7 +87,7 @@ def target_of(name: str, column: int, mode: Mode, experiment: Experiment, descri
         nominal = signal.value(times[what]) if what in times else 1.0
         if what == "time" and isinstance(signal, Steps):
             nominal = signal.times[-1]
-        return Target(name, column, mode, nominal, unit_of(plan, own), False, -np.inf, np.inf)
+        return Target(name, column, mode, nominal, reference_unit(plan, own), False, -np.inf, np.inf)
     if fmu not in descriptions:
         raise ScenarioError(f"{key}: there is no FMU {fmu!r}, nearest is {nearest(fmu, [*descriptions, REFERENCE])}")
     variables = {variable.name: variable for variable in descriptions[fmu].modelVariables}

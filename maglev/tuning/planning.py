@@ -15,7 +15,7 @@ from maglev.linear.design import gains_of
 from maglev.studies.batch.samples import Job
 from maglev.studies.columns import Column, columns_of, metric_names, named_values
 from maglev.studies.design import samples
-from maglev.studies.key import key_of
+from maglev.studies.key import study_key
 from maglev.studies.planning import job_of, require_alone
 from maglev.studies.schema import StudyFile, Varied
 from maglev.studies.targets import Target, target_values, targets_of
@@ -69,7 +69,7 @@ class Cost:
         return np.asarray(np.where(excess > 0.0, REFUSED * (1.0 + excess), cost))
 
 
-def placed(numbers: Iterable[float], omega0: float) -> list[float]:
+def placed_gains(numbers: Iterable[float], omega0: float) -> list[float]:
     """Gains k1…k5 that place a real pole and two pairs, see `Poles`; `omega0` is that of the internal model, rad/s."""
     real, rate1, damping1, rate2, damping2 = numbers
     polynomial = np.polymul([1.0, real], np.polymul([1.0, 2.0 * damping1 * rate1, rate1 * rate1],
@@ -107,7 +107,7 @@ class Unknowns:
         """Values of the parameters for numbers, shape (number of bounds,), rounded as they are written."""
         waiting, values = iter(numbers.tolist()), list[float]()
         for poles in self.tuning.poles:
-            values += placed(islice(waiting, 5), self.omega0[poles.of[0].partition(".")[0]]) * len(poles.of)
+            values += placed_gains(islice(waiting, 5), self.omega0[poles.of[0].partition(".")[0]]) * len(poles.of)
         for searched in self.tuning.search:
             values += [next(waiting)] * len(searched.set)
         return np.array([float(f"{value:.{DIGITS}g}") for value in values])
@@ -152,18 +152,18 @@ def plan_tuning(tuning: TuneFile, experiment: Experiment, origin: str) -> Planne
     known = named_values(plan, expected(experiment))
     columns = columns_of(known, [*tuning.minimise, *tuning.times_before], tuning.limits, origin)
     columns = [replace(column, max=0.0) if column.name == "failed" else column for column in columns]
-    cost = Cost(tuple(columns), numbers(columns, known, tuning.minimise, origin),
+    cost = Cost(tuple(columns), column_numbers(columns, known, tuning.minimise, origin),
                 {i: times for name, times in tuning.times_before.items()
-                 for i in numbers(columns, known, [name], origin)}, tuning.over)
+                 for i in column_numbers(columns, known, [name], origin)}, tuning.over)
     plants = plants_of(tuning.plants(), varied, origin)
     fresh = plants_of(tuning.plants(tuning.fresh, tuning.design.seed + 1), varied, origin) if tuning.fresh else plants
     job = job_of(experiment, [*varied, *searched], columns, None, origin)
     nominal = np.array([target.nominal for target in searched])
-    return PlannedTuning(tuning, replace(job, key=key_of(job, plants)), unknowns, cost, nominal, plants, fresh)
+    return PlannedTuning(tuning, replace(job, key=study_key(job, plants)), unknowns, cost, nominal, plants, fresh)
 
 
-def numbers(columns: list[Column], known: dict[str, tuple[float, str]], asked: list[str],
-            origin: str) -> tuple[int, ...]:
+def column_numbers(columns: list[Column], known: dict[str, tuple[float, str]], asked: list[str],
+                   origin: str) -> tuple[int, ...]:
     names = [column.name for column in columns]
     return tuple(names.index(name) for pattern in asked for name in metric_names(known, pattern, origin))
 

@@ -8,7 +8,7 @@ from pydantic import Field, model_validator
 
 from maglev.schema.layers import PACKAGED, Layer
 from maglev.schema.toml_table import Table, key_refused
-from maglev.studies.schema import LISTED, Count, Design, Limit, Quantity, Seed, StudyFile, Varied, file_of, read_study
+from maglev.studies.schema import LISTED, Count, Design, Limit, Quantity, Seed, StudyFile, Varied, file_for, read_study
 from maglev.toml_file import read_toml
 from maglev.units import measures
 
@@ -101,7 +101,7 @@ class TuneFile(Table):
 
 def load_tuning(name_or_path: str | Path) -> tuple[TuneFile, Path]:
     """Read a tuning file of the package by its name, or any other by its path; ScenarioError if it cannot be used."""
-    path = file_of(name_or_path, FOLDER, "tuning file")
+    path = file_for(name_or_path, FOLDER, "tuning file")
     return read_tuning(read_toml(path), path), path
 
 

@@ -13,7 +13,7 @@ from scipy.optimize import Bounds, differential_evolution
 from scipy.stats import qmc
 
 from maglev.arrays import Array
-from maglev.errors import Interrupted, MaglevError, ScenarioError, name_of, option, signal_of
+from maglev.errors import Interrupted, MaglevError, ScenarioError, ended_by, option, signal_of
 from maglev.processes.side_by_side import Progress, Say
 from maglev.quantities import metric_text
 from maglev.report.plain import result_table
@@ -122,7 +122,7 @@ def search(planned: PlannedTuning, parts: Parts, who: Callable[[], AbstractConte
                 parts.begin()
                 result = Search(planned, run_batches, parts, watch).run()
         except KeyboardInterrupt as error:
-            raise Interrupted(f"{name_of(error)}: generations that are done are kept in {parts.folder}, "
+            raise Interrupted(f"{ended_by(error)}: generations that are done are kept in {parts.folder}, "
                               f"{option('resume', True)} goes on with them", signal_of(error)) from error
         parts.remove()
     return result

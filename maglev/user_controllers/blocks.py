@@ -5,7 +5,7 @@ from pathlib import Path
 from typing import NamedTuple
 
 from fmi_export.definition import FmuDefinition, Variable
-from maglev_files.cache import digest_of
+from maglev_files.cache import digest_at
 
 
 class Block(NamedTuple):
@@ -27,5 +27,5 @@ BUILT: dict[str, Block] = {}
 
 def built_blocks(files: Mapping[str, Path]) -> dict[str, Block]:
     """Of FMUs by name, the blocks of those that this process has built of users' classes."""
-    built = {name: BUILT.get(digest_of(path)) for name, path in files.items()} if BUILT else {}
+    built = {name: BUILT.get(digest_at(path)) for name, path in files.items()} if BUILT else {}
     return {name: block for name, block in built.items() if block is not None}

@@ -20,7 +20,7 @@ from fmi_export.user_classes.trouble import OWN
 from maglev.errors import BuildError
 from maglev.rig.writer import environment
 from maglev.user_controllers.own_modules import OwnModules, own_name
-from maglev.user_controllers.source import file_of, load, read
+from maglev.user_controllers.source import file_of, load, read_modules
 from maglev.user_controllers.subset import always_ends, misfits, without_tables
 from maglev_files.scratch import scratch
 
@@ -52,7 +52,7 @@ def buildable(path: Path, parts: tuple[str, ...], native: bool) -> Iterator[Buil
     cannot have what is in it; with file and line.
     """
     file, definition = file_of(path)[0], load(path).definition
-    name, modules = definition.name, read(file)
+    name, modules = definition.name, read_modules(file)
     for problem in modules.problems:
         raise BuildError(problem)
     texts = {module: own.renamed for module, own in modules.modules.items()}
@@ -154,11 +154,11 @@ def native_block(definition: WrittenDefinition, law: Any) -> str:
     """Text of a module with the block NAMEBlock; the law is one of the class, of a module with its name in the FMU."""
     ports = [v.place.removeprefix("law.") for v in definition.variables if v.causality == "output" and not v.boolean]
     return environment().get_template("written/block.py.j2").render(
-        name=definition.name, imports=imports(law, ports), each_step=definition.variable_step,
+        name=definition.name, imports=own_imports(law, ports), each_step=definition.variable_step,
         starts=hasattr(type(law), "start"), ports=ports, first=FIRST_PORT, misfit=STEP_MISFIT, stepped=STEPPED)
 
 
-def imports(law: Any, ports: Iterable[str]) -> list[str]:
+def own_imports(law: Any, ports: Iterable[str]) -> list[str]:
     """Imports of the class and of those of its parts that have outputs, which pyccel has to know."""
     parts = {type(attrgetter(".".join(parts[:depth]))(law)) for port in ports for parts in [port.split(".")]
              for depth in range(1, len(parts))}

@@ -9,7 +9,7 @@ from fmi_export.sources import parsed
 from fmi_export.user_classes.trouble import OWN
 from maglev.errors import ControllerError
 from maglev.packages import HERE, OURS, PACKAGES
-from maglev_files.cache import digest_of
+from maglev_files.cache import digest_at
 
 
 @dataclass(frozen=True)
@@ -31,7 +31,7 @@ class OwnModules:
 
     @property
     def sha256(self) -> tuple[tuple[str, str], ...]:
-        return tuple((module.file.name, digest_of(module.file)) for module in self.modules.values())
+        return tuple((module.file.name, digest_at(module.file)) for module in self.modules.values())
 
 
 def own_modules(file: Path) -> OwnModules:

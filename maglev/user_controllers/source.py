@@ -18,7 +18,7 @@ from controller_fmu.drawings import WRITTEN_ICON, WRITTEN_SKETCH
 from controller_fmu.sample_clock import SampleClock
 from fmi_export.errors import ExportError
 from fmi_export.user_classes.declaration import Undeclared, WrittenDefinition, definition_of
-from fmi_export.user_classes.trouble import RAISED, described
+from fmi_export.user_classes.trouble import RAISED, error_text
 from maglev.copies import copied, original
 from maglev.errors import ControllerError, nearest, nearest_file, shortened
 from maglev.user_controllers.own_modules import OwnModules, own_modules
@@ -78,7 +78,7 @@ def class_of(given: object) -> type:
     try:
         kept = deepcopy(given)
     except RAISED as error:
-        raise ControllerError(f"an object of the class {own.__name__} cannot be copied: {described(error)}; expected "
+        raise ControllerError(f"an object of the class {own.__name__} cannot be copied: {error_text(error)}; expected "
                               "one that can, or its class") from error
     about = {"__module__": own.__module__, "__qualname__": f"{own.__qualname__}.object", "__doc__": own.__doc__}
     try:
@@ -150,7 +150,7 @@ def load(path: Path) -> Written:
     if is_class(path):
         return load_class(path)
     file, name = existing(path), file_of(path)[1]
-    modules = read(file)
+    modules = read_modules(file)
     key = (path.absolute(), str(modules.sha256))
     if key not in LOADED:
         LOADED[key] = Written(defined(file, name, modules), file, modules.requires, modules.sha256)
@@ -162,12 +162,12 @@ def digests(path: Path) -> tuple[tuple[str, str], ...]:
 
     Nothing is executed; errors of the files as of `load`.
     """
-    return load_class(path).sha256 if is_class(path) else read(existing(path)).sha256
+    return load_class(path).sha256 if is_class(path) else read_modules(existing(path)).sha256
 
 
 def requirements(path: Path) -> tuple[str, ...]:
     """Packages that the file which a path names imports, and that no FMU carries; none of a class. Errors as above."""
-    return () if is_class(path) else read(existing(path)).requires
+    return () if is_class(path) else read_modules(existing(path)).requires
 
 
 def keeps_bits(path: Path) -> bool:
@@ -177,7 +177,7 @@ def keeps_bits(path: Path) -> bool:
     """
     if is_class(path):
         return False
-    modules = read(existing(path))
+    modules = read_modules(existing(path))
     return not modules.requires and all(
         set(imported_names(module.text)) <= EXACT for module in modules.modules.values())
 
@@ -207,19 +207,19 @@ def copy_of(path: Path) -> Path:
         return path
     file, name = existing(path), file_of(path)[1]
     folder = file.absolute().parent
-    modules = {module.file.absolute() for module in read(file).modules.values()}
+    modules = {module.file.absolute() for module in read_modules(file).modules.values()}
     packages = {parent / "__init__.py" for path in modules for parent in path.parents if folder in parent.parents}
     files = {str(path.relative_to(folder)): path.read_bytes() for path in {*modules, *packages} if path.is_file()}
     copy = copied(files, folder) / file.name
     return copy if name is None else Path(f"{copy}:{name}")
 
 
-def read(file: Path) -> OwnModules:
+def read_modules(file: Path) -> OwnModules:
     """Text of a file and of the modules beside it; ControllerError if one is not in Python."""
     try:
         return own_modules(file)
     except SyntaxError as error:
-        raise ControllerError(described(error)) from error
+        raise ControllerError(error_text(error)) from error
     except (UnicodeDecodeError, ValueError) as error:
         raise ControllerError(f"{file}: {error}, expected a Python file in UTF-8") from error
     except (RecursionError, MemoryError):   # of the parser, for which a sum of 10 000 terms is too deep as well
@@ -248,7 +248,7 @@ def defined(file: Path, name: str | None, modules: OwnModules) -> WrittenDefinit
 def in_file(error: BaseException, file: Path) -> str:
     """Error of a file that was executed, with the line in it."""
     if isinstance(error, SyntaxError):
-        return described(error)
+        return error_text(error)
     lines = [line for frame, line in walk_tb(error.__traceback__) if frame.f_code.co_filename == str(file.absolute())]
     text = " ".join(str(error).split())
     return f"{file.name}{f', line {lines[-1]}' if lines else ''}: {type(error).__name__}: {text}"

@@ -52,7 +52,7 @@ def misfits(text: str, tables: str = "") -> Iterator[tuple[int, str]]:
         elif isinstance(node, (ast.BinOp, ast.AugAssign)) and type(node.op) in OPERATORS:
             yield line, OPERATORS[type(node.op)]
         elif isinstance(node, (ast.Import, ast.ImportFrom)):
-            yield from imports(node)
+            yield from import_roots(node)
         elif isinstance(node, ast.ClassDef):
             yield from of_class(node, left_out)
         elif isinstance(node, ast.FunctionDef):
@@ -100,7 +100,7 @@ def without_tables(text: str, name: str) -> str:
     return "\n".join(lines)
 
 
-def imports(node: ast.Import | ast.ImportFrom) -> Iterator[tuple[int, str]]:
+def import_roots(node: ast.Import | ast.ImportFrom) -> Iterator[tuple[int, str]]:
     modules = [alias.name for alias in node.names] if isinstance(node, ast.Import) else [node.module or ""]
     for module in modules:
         top = module.split(".")[0]

@@ -1,7 +1,7 @@
 """Icons of the plants, and sketches of the stages with their axes, directions and symbols."""
 
 from fmi_export.pages.icon import Shape, disc, rectangle, stroke
-from fmi_export.pages.sketch import WIDTH, filled, labelled_arrow, line, picture, sketch, symbol, words
+from fmi_export.pages.sketch import WIDTH, filled_box, labelled_arrow, line, picture, sketch, symbol, words
 
 IRON, MOVER, COPPER, RED, BLUE = "#607080", "#404850", "#d08030", "#c03030", "#3050c0"
 PHASES = "acbacb"   # of successive slots
@@ -10,7 +10,7 @@ POLE, SLOT, TOOTH = 36, 16, 12   # px
 
 def icon(axes: int) -> tuple[Shape, ...]:
     """Of the 2-DOF stage a view from the side, of the 3-DOF stage one from above, of a tilting one with its tilts."""
-    return from_the_side() if axes == 2 else from_above() if axes == 3 else (*from_above(), *tilts())
+    return from_the_side() if axes == 2 else from_above() if axes == 3 else (*from_above(), *tilting_corners())
 
 
 def from_the_side() -> tuple[Shape, ...]:
@@ -28,7 +28,7 @@ def from_above() -> tuple[Shape, ...]:
     return (rectangle(6, 6, 88, 88, "#d5dade"), rectangle(22, 22, 56, 56, MOVER), *bars, *cross, disc(50, 50, 8, RED))
 
 
-def tilts() -> tuple[Shape, ...]:
+def tilting_corners() -> tuple[Shape, ...]:
     """Corners that go up and down."""
     up = [((x, 4), (x - 9, 18), (x + 9, 18)) for x in (14, 86)]
     down = [((x, 96), (x - 9, 82), (x + 9, 82)) for x in (14, 86)]
@@ -54,12 +54,12 @@ def side_view(vertical: str, horizontal: str) -> str:
     middle, face, gap, width = WIDTH / 2, 92, 50, 4 * POLE
     top, left = face + gap, middle + 30 - width / 2
     slots = [middle + (SLOT + TOOTH) * (k - 5) - SLOT / 2 for k in range(11)]
-    parts = [filled(slots[0] - TOOTH, 30, slots[-1] - slots[0] + SLOT + 2 * TOOTH, face - 30, "iron")]
+    parts = [filled_box(slots[0] - TOOTH, 30, slots[-1] - slots[0] + SLOT + 2 * TOOTH, face - 30, "iron")]
     for k, x in enumerate(slots):
-        parts += [filled(x, 52, SLOT, face - 52, "paper"), words(x + SLOT / 2, 78, PHASES[k % 6], "small")]
-    parts.append(filled(left, top + 16, width, 34, "iron"))
+        parts += [filled_box(x, 52, SLOT, face - 52, "paper"), words(x + SLOT / 2, 78, PHASES[k % 6], "small")]
+    parts.append(filled_box(left, top + 16, width, 34, "iron"))
     for k in range(4):
-        parts += [filled(left + POLE * k + 4, top, POLE - 8, 16, ("north", "south")[k % 2])]
+        parts += [filled_box(left + POLE * k + 4, top, POLE - 8, 16, ("north", "south")[k % 2])]
     bottom = top + 50
     right = left + width
     return "".join(parts) + "".join([
@@ -91,10 +91,10 @@ def above(x: float, y: float, vertical: str, horizontal: tuple[str, ...]) -> str
     """The mover from above, with the motors that drive it along each direction."""
     size, bar = 160, 26
     left, top = x - size / 2, y - size / 2
-    pairs = [filled(left + bar + 4, place, size - 2 * bar - 8, bar, "north") for place in (top, top + size - bar)]
-    pairs += [filled(place, top + bar + 4, bar, size - 2 * bar - 8, "south") for place in (left, left + size - bar)]
+    pairs = [filled_box(left + bar + 4, place, size - 2 * bar - 8, bar, "north") for place in (top, top + size - bar)]
+    pairs += [filled_box(place, top + bar + 4, bar, size - 2 * bar - 8, "south") for place in (left, left + size - bar)]
     return "".join([
-        words(x, 20, "from above"), filled(left, top, size, size, "iron"), *pairs,
+        words(x, 20, "from above"), filled_box(left, top, size, size, "iron"), *pairs,
         words(x, top - 8, f"motors along {horizontal[0]}", "small"),
         words(x, top + size + 18, f"motors at the sides: along {horizontal[1]}", "small"),
         labelled_arrow([(x, y), (x + 46, y)], horizontal[0], "axis", (x + 36, y + 18)),

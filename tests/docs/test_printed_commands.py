@@ -12,7 +12,7 @@ import pytest
 from native_builds import require_native_tools
 from wheel import ROOT
 
-from maglev_files.extras import command
+from maglev_files.extras import installing
 
 TYPED = re.compile(r"^    ((?:maglev|python3?|pip|make|sed|git|dask|cp|mkdir) \S.*)$", re.MULTILINE)
 PAGES = {str(path.relative_to(ROOT)): TYPED.findall(path.read_text(encoding="utf-8"))
@@ -129,7 +129,7 @@ def test_the_installation_as_it_is_typed(installed: Path, tmp_path: Path) -> Non
     shutil.copy(wheel, home)
     lines = [line for line in PAGES["docs/index.md"] if reason(line) is None]
     assert [line.split()[0] for line in lines] == ["pip", "python"]
-    assert lines[1] == command("study"), "as messages say it"
+    assert lines[1] == installing("study"), "as messages say it"
     for line in (*lines, "maglev list"):
         typed(line, home, programs)
     assert (packages / "maglev" / "__init__.py").is_file()

@@ -41,7 +41,7 @@ def test_the_file_computes_what_the_network_did() -> None:
     random = np.random.default_rng(0)
     weights = random.standard_normal(example["LINEAR"] + 3 * example["UNIT"])
     space: dict[str, Any] = {}
-    exec(example["written"](weights, 9.0, "learned.py"), space)
+    exec(example["controller_text"](weights, 9.0, "learned.py"), space)
     law = space["Learned"]()
     law.start()
     parts = np.ones((1, 2, 4))
@@ -55,5 +55,5 @@ def test_the_file_computes_what_the_network_did() -> None:
         sums += example["SAMPLE_TIME"] * errors
         parts[0, :, 0], parts[0, :, 1] = errors, sums
         parts[0, :, 2] = law.v.observer.velocity, law.h.observer.velocity
-        found = example["currents"](weights[None], parts, np.array([law.v.measured]))[0]
+        found = example["agent_currents"](weights[None], parts, np.array([law.v.measured]))[0]
         np.testing.assert_allclose([law.i_d, law.i_q], found, rtol=1e-9)

@@ -161,7 +161,7 @@ def test_the_page_says_how_they_run(fastest_fmus: Path) -> None:
     example: Any = script(FOLDER / "run.py")
     runs = {name: maglev.run(FOLDER / f"{name}.toml", fmus=fastest_fmus) for name in example.COLOURS}
     found = said()
-    for row in example.table(runs).splitlines()[1:]:
+    for row in example.motion_table(runs).splitlines()[1:]:
         name, numbers = row[:34].strip(), [float(number.strip(",")) for number in row[34:].split()]
         assert found[name] == pytest.approx(numbers, abs=0.05 if "time" in name else 0.3), name
     assert not any(run.metrics.failed for run in runs.values())

@@ -10,7 +10,7 @@ import pytest
 from fmpy.model_description import ModelDescription, ScalarVariable
 
 from maglev.cosim.fmu import read_description
-from maglev.cosim.master import FmuSetup, Master, rate
+from maglev.cosim.master import FmuSetup, Master, step_rate
 from maglev.cosim.port_map import Port, PortMap, apply
 from maglev.cosim.wires.wiring import Rate
 from maglev.errors import FmuError, ScenarioError
@@ -52,13 +52,13 @@ def test_one_output_can_be_two_ports_and_names_can_be_swapped() -> None:
 
 @pytest.mark.parametrize(("own", "expected"), [(1e-3, Rate(2, 1)), (0.1e-3, Rate(1, 5)), (0.5e-3, Rate())])
 def test_rates(own: float, expected: Rate) -> None:
-    assert rate("it", own, 0.5e-3, 1000) == expected
+    assert step_rate("it", own, 0.5e-3, 1000) == expected
 
 
 @pytest.mark.parametrize("own", [0.3e-3, 0.7e-3, 1.2e-3])
 def test_rates_that_do_not_divide(own: float) -> None:
     with pytest.raises(FmuError, match="expected a multiple of the communication step"):
-        rate("it", own, 0.5e-3, 1000)
+        step_rate("it", own, 0.5e-3, 1000)
 
 
 def loop(fmus: Path, step: float, **steps: float) -> dict[str, np.ndarray]:

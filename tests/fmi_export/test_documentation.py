@@ -13,8 +13,8 @@ import numpy as np
 import pytest
 
 from controller_fmu.drawings import WRITTEN_ICON
-from controller_fmu.drawings.block_diagrams import written
-from fmi_export.pages.documentation import documentation, icon_of, number
+from controller_fmu.drawings.block_diagrams import own_class
+from fmi_export.pages.documentation import documentation, icon_of, numeral
 from fmi_export.pages.icon import SIZE, disc, png_icon, rectangle, stroke
 from fmi_export.pages.mathml import mathml, typeset
 from fmi_export.pages.sketch import symbol
@@ -160,7 +160,7 @@ def test_units_are_written_as_people_do() -> None:
 @pytest.mark.parametrize(("value", "text"), [(0.0002, "0.0002"), (-1000.0, "−1000"), (1e-6, "10⁻⁶"), (-1e15, "−10¹⁵"),
                                              (2.5e7, "2.5 · 10⁷"), (0.0, "0"), (4.71238898038469, "4.71238898038469")])
 def test_numbers_are_written_as_people_do(value: float, text: str) -> None:
-    assert number(value) == text
+    assert numeral(value) == text
 
 
 def test_symbols_have_indices() -> None:
@@ -180,7 +180,7 @@ def test_equations_of_a_text_are_typeset() -> None:
 @pytest.mark.usefixtures("slow")
 def test_users_controllers_have_a_face() -> None:
     assert png_icon(tuple(WRITTEN_ICON.drawn())) not in {png_icon(icon_of(definition(name))) for name in DEFINITIONS}
-    assert all("<svg" in written(sampled) for sampled in (0, 1))
+    assert all("<svg" in own_class(sampled) for sampled in (0, 1))
 
 
 @pytest.mark.few(12)

@@ -13,7 +13,7 @@ from fmi_export.experiments.files import (
     SMOKE_TEST,
     STEPS,
     ExperimentFiles,
-    carried,
+    experiments_files,
     smoke_test,
 )
 from fmi_export.parameter_set import Value
@@ -61,10 +61,10 @@ def test_a_manifest_keeps_what_it_lists() -> None:
         return ExperimentFiles("a", SMOKE_TEST, "an experiment", 0.5, {"time": [0.0, 0.5], "y": [value, 2.0]},
                                {"y": (0.1, 0.0)}, {"time": [0.0], "u": [1.0]}, [Value("p", "Real", 3.0)]).files()
 
-    first = carried({"a": (SMOKE_TEST, files(1.0))})
+    first = experiments_files({"a": (SMOKE_TEST, files(1.0))})
     other = first[MANIFEST].replace(b"</fmiReferences>", b'<Related type="text/plain" source="x.txt" role="document"/>'
                                                          b"<Annotations/></fmiReferences>")
-    second = carried({"a": (SMOKE_TEST, files(7.0))}, {MANIFEST: other})
+    second = experiments_files({"a": (SMOKE_TEST, files(7.0))}, {MANIFEST: other})
     tags = [(child.tag, child.get("source")) for child in fromstring(second[MANIFEST])]
     assert tags == [("Related", "x.txt"), *(("Related", f"a{end}") for end in
                     (".exp", ".ssv", "_in.csv", "_ref.csv", "_ref.opt")), ("Annotations", None)]

@@ -35,23 +35,23 @@ def asked(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> list[set[str]]:
 
 def test_what_was_translated_before_is_not_again(asked: list[set[str]]) -> None:
     """Nor what a change does not reach: a module is known by its text and those of all that it imports."""
-    made = translation.translated(TEXTS)
-    assert translation.translated(TEXTS) == made and len(asked) == 1
-    changed = translation.translated(TEXTS | {"tiny.one": ONE.format("3.0")})
+    made = translation.translate_modules(TEXTS)
+    assert translation.translate_modules(TEXTS) == made and len(asked) == 1
+    changed = translation.translate_modules(TEXTS | {"tiny.one": ONE.format("3.0")})
     assert asked[1:] == [{"one", "two"}]
     assert changed["one.c"] != made["one.c"] and changed["other.c"] == made["other.c"]
-    assert translation.translated(TEXTS) == made and len(asked) == 2
+    assert translation.translate_modules(TEXTS) == made and len(asked) == 2
     assert len(sizes()) == 3 * 5
 
 
 def test_a_file_that_was_changed_is_made_again(asked: list[set[str]]) -> None:
-    made = translation.translated(TEXTS)
+    made = translation.translate_modules(TEXTS)
     next(cache_folder().rglob("*-two.c")).write_text("double four_times(double x) { return x; }\n", encoding="utf-8")
-    assert translation.translated(TEXTS) == made
+    assert translation.translate_modules(TEXTS) == made
     assert asked[1:] == [{"two"}]
 
 
 def test_where_nothing_can_be_kept_it_goes_on(asked: list[set[str]], tmp_path: Path) -> None:
     (tmp_path / "cache").write_text("no folder", encoding="utf-8")
-    assert translation.translated(TEXTS) == translation.translated(TEXTS)
+    assert translation.translate_modules(TEXTS) == translation.translate_modules(TEXTS)
     assert len(asked) == 2

@@ -9,7 +9,7 @@ from pathlib import Path
 import pytest
 
 from maglev.linear.parameters import controllers, plants
-from maglev.rig.writer import written
+from maglev.rig.writer import module_texts
 from maglev.stages import STAGES, OwnStage, definitions
 from pmlsm.rigs import RIGS
 
@@ -20,7 +20,7 @@ def stage(folder: Path, mass: float) -> OwnStage:
     """A stage with its modules in a folder."""
     axis, *others = MINE.axes
     rig = replace(MINE, axes=(replace(axis, mass=mass), *others))
-    for path, text in written(rig).items():
+    for path, text in module_texts(rig).items():
         (folder / path).parent.mkdir(parents=True, exist_ok=True)
         (folder / path).write_text(text, encoding="utf-8")
     return OwnStage(rig, folder, folder / "mine.toml")

@@ -12,14 +12,14 @@ from typing import Any
 
 import numpy as np
 
-from maglev.analysis.pair import read_settings
+from maglev.analysis.pair import read_values
 from maglev.api.many.studying import varied
 from maglev.cosim.open import read_description
 from maglev.errors import MaglevError
 from maglev.experiment.ports.parameter_file import parameter_values
 from maglev.experiment.preparation import prepare
 from maglev.fmu_experiments.carried import File
-from maglev.fmu_experiments.tables import start_values as carried_values
+from maglev.fmu_experiments.tables import given_starts as carried_values
 from maglev.gym.draws import Draw, Parameters
 from maglev.linear.parameters import block_of
 from maglev.own_stage.new import new_stage
@@ -92,7 +92,7 @@ def readers(fmus: Path, folder: Path) -> dict[str, Callable[[str, Any], object]]
         "stage": of_stage,
         "gym": of_environment,
         "linear model": lambda name, value: block_of("Plant2DOF", {name: value}).v.mass,
-        "margins of an FMU": lambda name, value: read_settings("plant.fmu", {name: value}, description)[name],
+        "margins of an FMU": lambda name, value: read_values("plant.fmu", {name: value}, description)[name],
         "carried": lambda name, value: carried_values(set_of(name, value), variables)[name]}
 
 

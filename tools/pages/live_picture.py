@@ -19,7 +19,7 @@ SIZE = (1240, 860)       # px of the page
 COLOURS = 256             # of the file, spread over all that there are: thin lines keep theirs
 
 
-def picture(page: Path) -> Image.Image:
+def take_picture(page: Path) -> Image.Image:
     """The page in light colours, stopped at UNTIL."""
     with sync_playwright() as playwright:
         browser = playwright.chromium.launch(executable_path=shutil.which("chromium") or None,
@@ -44,7 +44,7 @@ def main() -> None:
     parser.add_argument("--page", type=Path, default=Path("results/live.html"))
     parser.add_argument("--out", type=Path, default=Path("docs/live.png"))
     arguments = parser.parse_args()
-    shown = picture(arguments.page).convert("RGB")
+    shown = take_picture(arguments.page).convert("RGB")
     shown = shown.quantize(COLOURS, Image.Quantize.MAXCOVERAGE, dither=Image.Dither.NONE)
     shown.save(arguments.out, optimize=True)
     print(f"{arguments.out}  {arguments.out.stat().st_size / 1e3:.0f} kB, {shown.width} × {shown.height}")

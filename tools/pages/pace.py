@@ -53,7 +53,7 @@ def first_picture(browser: Browser, path: Path, drawn: str) -> None:
     page.context.close()
 
 
-def live(browser: Browser, path: Path) -> None:
+def live_pace(browser: Browser, path: Path) -> None:
     """Frames a second, speed and longest task (over 50 ms are counted) at 1×, also with a slower processor."""
     for name, fragment in RUNS.items():
         page, session = opened(browser, path.resolve().as_uri() + fragment)
@@ -108,7 +108,7 @@ def main() -> None:
         browser = playwright.chromium.launch(executable_path=shutil.which("chromium"), args=["--no-sandbox"])
         first_picture(browser, arguments.live, "window.maglevLive?.frames")
         first_picture(browser, arguments.report, "window.maglevReport?.views || document.querySelector('.panel-plot')")
-        live(browser, arguments.live)
+        live_pace(browser, arguments.live)
         zoom(browser, arguments.report, arguments.figure)
         browser.close()
 

@@ -19,7 +19,7 @@ from maglev.user_controllers.build import buildable
 from maglev.user_controllers.source import is_class
 
 
-def translated(part: Participant, base: Array, inputs: int) -> tuple[Realisation, tuple[str, ...]] | None:
+def translated_realisation(part: Participant, base: Array, inputs: int) -> tuple[Realisation, tuple[str, ...]] | None:
     """State space of one sample of a class where it is marked, with the names of its states.
 
     Exact but for rounding, on the branch that it takes there. States are the numbers that it keeps from one sample to

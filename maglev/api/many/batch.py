@@ -13,13 +13,13 @@ from maglev.api.many.studying import LIKE, made_ready, plain
 from maglev.api.run import Run
 from maglev.api.running import run as rerun
 from maglev.cosim.blocks.graphics_processor import require_device
-from maglev.errors import Interrupted, ScenarioError, UnknownName, extra, name_of, nearest, require_table, signal_of
+from maglev.errors import Interrupted, ScenarioError, UnknownName, ended_by, extra, nearest, require_table, signal_of
 from maglev.processes import processors
 from maglev.processes.side_by_side import Say, Watch, unwatched, warn
 from maglev.schema.options import RunOptions, takes_run_options
 from maglev.studies.batch.batches import runners
 from maglev.studies.batch.samples import BatchResult
-from maglev.studies.page.again import options_of
+from maglev.studies.page.again import row_options
 from maglev.studies.planning import plan_study
 from maglev.studies.schema import read_study
 from maglev.units import whole_number
@@ -88,7 +88,7 @@ class Batch:
     def run(self, sample: int) -> Run:
         """A sample as `maglev.run` runs it, with everything recorded: the same bits."""
         number = whole_number(sample, UnknownName, "sample", 0, len(self) - 1)
-        return rerun(**options_of(self.about, {name: values[number].item() for name, values in self.settings.items()}))
+        return rerun(**row_options(self.about, {name: values[number].item() for name, values in self.settings.items()}))
 
 
 @takes_run_options("timeout", "parameters")
@@ -181,6 +181,6 @@ def batch(scenario: str | Path, values: Mapping[str, Sequence[Any] | npt.NDArray
             try:
                 run_batches(job, planned.batches, planned.values, store)
             except KeyboardInterrupt as error:
-                raise BatchInterrupted(f"{name_of(error)}: {done} of {count} samples were done, and are in the batch "
+                raise BatchInterrupted(f"{ended_by(error)}: {done} of {count} samples were done, and are in the batch "
                                        "of this exception", made(), signal_of(error)) from None
     return made()

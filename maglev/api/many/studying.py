@@ -39,7 +39,7 @@ from maglev.schema.loading import load_plan
 from maglev.schema.options import OPTIONS, RunOptions, seconds, takes_run_options
 from maglev.schema.settings import start_values
 from maglev.studies.batch.batches import runners
-from maglev.studies.page.again import command_of, options_of
+from maglev.studies.page.again import command_of, row_options
 from maglev.studies.planning import plan_study
 from maglev.studies.schema import StudyFile, load_study, read_study
 from maglev.studies.targets import require_free
@@ -126,7 +126,7 @@ class Study:
 
     def run(self, sample: int) -> Run:
         """A sample run again as `maglev.run` does it, with everything recorded: the same bits."""
-        return rerun(**options_of(self.about, self.row(sample)))
+        return rerun(**row_options(self.about, self.row(sample)))
 
     def row(self, sample: int) -> dict[str, Any]:
         """A sample's row of the dataset; UnknownName if there is none of the number."""

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 import typer
 
 import maglev
-from maglev.cli.options import VALUE, AsJson, Debug, Out, RigFile, pairs, value_of, with_more, with_run_options
+from maglev.cli.options import VALUE, AsJson, Debug, Out, RigFile, option_value, pairs, with_more, with_run_options
 from maglev.cli.terminal import one_line_errors, write_json
 from maglev.errors import LinearModelError, option
 from maglev.pictures import require_matplotlib, write_figure
@@ -147,14 +147,14 @@ def linearise(names: Blocks, at: At, openings: Openings = None, measure: Measure
                **{name: positive_time(text, LinearModelError, option(name, text))
                   for name, text in (("settle", settle), ("timeout", options["timeout"]))}}
         positions = {axis: number_or_text(value) for axis, value in pairs("--at", at, VALUE, LinearModelError)}
-        given = {name: value_of(value) for name, value in pairs("--set", settings, VALUE, LinearModelError)}
+        given = {name: option_value(value) for name, value in pairs("--set", settings, VALUE, LinearModelError)}
         parameters = by_part(given, LinearModelError, "measurement")
         if parameters["measurement"] and len(names) == 2:
             raise LinearModelError(f"--set measurement.{next(iter(parameters['measurement']))}: expected a measurement "
                                    "between plant and controller")
         asked = Asked(names, positions, parameters, openings or (), how, out if plot else None, as_json)
         if measure:
-            measured(asked, **injection)
+            print_measured(asked, **injection)
         elif files:
             by_differences(asked)
         elif len(names) > 1:
@@ -191,7 +191,7 @@ def of_one(asked: Asked, hold: str | None, **model: Any) -> None:
 def of_loop(asked: Asked, amplifier: bool) -> None:
     """Print poles and margins of a loop of this project's plants and controllers, from their equations."""
     plant, *between, controller = asked.names
-    asked.write(shown(asked, maglev.linearise_loop(
+    asked.write(print_loop(asked, maglev.linearise_loop(
         plant, controller, asked.at, amplifier=amplifier, **asked.both, measurement=next(iter(between), None),
         measurement_parameters=asked.parameters["measurement"])))
 
@@ -205,13 +205,13 @@ def by_differences(asked: Asked) -> None:
         asked.write({"name": numerical.pair.name, **numerical.as_data()})
         numerical.linear()   # says that there is none
         return
-    data = shown(asked, numerical.loop)
+    data = print_loop(asked, numerical.loop)
     typer.echo(f"\n{numerical}")
     asked.write({**data, **numerical.as_data(),
                  "errors": {signal: numerical.errors(signal) for signal in data["margins"]}})
 
 
-def measured(asked: Asked, amplitude: str, **injection: Any) -> None:
+def print_measured(asked: Asked, amplitude: str, **injection: Any) -> None:
     """Print the frequency responses and margins of a loop, measured by injection."""
     plant, controller = asked.names
     responses = maglev.frequency_response(plant, controller, asked.at, asked.openings,
@@ -226,7 +226,7 @@ def measured(asked: Asked, amplitude: str, **injection: Any) -> None:
     asked.write(data)
 
 
-def shown(asked: Asked, loop: "Loop") -> dict[str, Any]:
+def print_loop(asked: Asked, loop: "Loop") -> dict[str, Any]:
     """Print the poles and margins of a loop, write its pictures, and return them as data."""
     from maglev.linear.text import aligned, poles_text
 
@@ -236,14 +236,14 @@ def shown(asked: Asked, loop: "Loop") -> dict[str, Any]:
     of_signals = {signal: loop.margins(signal) for signal in signals}
     typer.echo(aligned([["opened at", "gain", "phase", "at", "delay", "Ms", "disk", "gain with phase"],
                         ["", "factor", "°", "rad/s", "ms", "", "", "factor, °"],
-                        *(cells(margins) for margins in of_signals.values())]))
+                        *(margin_cells(margins) for margins in of_signals.values())]))
     data = {"name": loop.closed.name, "sample_time": loop.plant.sample_time,
             "poles": [[pole.real, pole.imag] for pole in loop.poles.tolist()],
             "margins": {signal: vars(margins) for signal, margins in of_signals.items()}}
     return data if asked.pictures is None else {**data, "pictures": write_pictures(asked.pictures, loop, signals)}
 
 
-def cells(margins: "Margins") -> list[str]:
+def margin_cells(margins: "Margins") -> list[str]:
     low, high = margins.disk_gain
     return [margins.at, f"{margins.gain_down:.3g}…{margins.gain_up:.3g}", f"{degrees(margins.phase):.1f}",
             f"{margins.phase_frequency:.4g}", f"{1e3 * margins.delay:.3g}", f"{margins.sensitivity_peak:.3g}",

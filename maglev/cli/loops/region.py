@@ -6,7 +6,7 @@ from typing import Annotated, Any
 import typer
 
 import maglev
-from maglev.cli.options import AXIS_NAMES, RIG_NAMES, VALUE, AsJson, Debug, Out, pairs, value_of, with_run_options
+from maglev.cli.options import AXIS_NAMES, RIG_NAMES, VALUE, AsJson, Debug, Out, option_value, pairs, with_run_options
 from maglev.cli.terminal import one_line_errors, write_json
 from maglev.errors import LinearModelError
 from maglev.pictures import require_matplotlib, write_figure
@@ -50,7 +50,7 @@ def region(rig: RigName, axis: Axis, gap: Gap, controller: Regulator = None, set
     with one_line_errors(debug):
         if plot:
             require_matplotlib()
-        given = {name: value_of(text) for name, text in pairs("--set", settings, VALUE, LinearModelError)}
+        given = {name: option_value(text) for name, text in pairs("--set", settings, VALUE, LinearModelError)}
         computed = maglev.region(rig, axis, number_or_text(gap), controller=controller, set=given,
                                  synthesise=synthesise, decay=decay,
                                  step=None if step is None else number_or_text(step), run=run, **options)

@@ -26,7 +26,7 @@ from fmpy import sharedLibraryExtension
 from fmi_export.definition import Variable
 from fmi_export.native.build import BUILD, PREFIX, SHELLS, SOURCES, TABLE, host_platform
 from fmi_export.native.compiler import FLAGS, library
-from fmi_export.native.translation import literal
+from fmi_export.native.translation import c_literal
 from fmi_export.user_classes.trouble import OWN
 from maglev.cosim.fmu import Fmu
 from maglev.cosim.step_loop import in_c
@@ -76,7 +76,7 @@ class Common(NamedTuple):
     def code(self, calls: Iterable[Structure]) -> str:
         """C of it, for behind that of the run; `calls` are the struct moved of the loop."""
         moved = ", ".join(f"{{{', '.join(repr(getattr(call, name)) for name, *_ in call._fields_)}}}" for call in calls)
-        return filled(
+        return filled_in(
             HERE / "common_beginning.h", begins=", ".join(map(str, self.words.tobytes())), calls=moved,
             count=max(1, len(self.places)),
             places="\n".join(f"    __builtin_memcpy((char *)beginning + {WORD * place}, own + {k}, {WORD});"
@@ -117,7 +117,7 @@ class BlockLoop:
     def __init__(self, loop: Kept, wiring: Wiring, sources: Mapping[str, str]):
         self.sources = sources
         library = CDLL(str(loop.path.absolute()))
-        self.functions, self.beginning = [function_of(library)], library[f"{FUNCTION}_begin"]
+        self.functions, self.beginning = [stepping_function(library)], library[f"{FUNCTION}_begin"]
         self.beginning.restype = c_int64
         self.beginning.argtypes = [POINTER(c_void_p), POINTER(c_void_p), c_void_p]
         self.size: int = self.beginning(None, None, None)   # bytes of what a run begins with
@@ -145,10 +145,10 @@ class BlockLoop:
 
         Other runs go as before. Errors as of `block_loop`.
         """
-        function = filled(HERE / "common_function.c", common=common.code(self.moved))
+        function = filled_in(HERE / "common_function.c", common=common.code(self.moved))
         path = loop_of({**self.sources, FUNCTION_FILE: function}, build, INLINED)
         if path is not None:
-            self.functions.insert(0, function_of(CDLL(str(path.path.absolute()))))
+            self.functions.insert(0, stepping_function(CDLL(str(path.path.absolute()))))
 
     def begin(self) -> bytes:
         """What a run begins with, as the C has it, from initialised instances; empty where one would be REFUSED."""
@@ -161,7 +161,7 @@ class BlockLoop:
             (track.array if track.signals is None else track.signals).ctypes.data for track in self.tracks))
 
 
-def function_of(library: CDLL) -> Any:
+def stepping_function(library: CDLL) -> Any:
     function = library[FUNCTION]
     function.restype = c_int64
     function.argtypes = [POINTER(c_void_p), POINTER(Moved), POINTER(c_void_p), c_int64, POINTER(c_int64), c_void_p]
@@ -178,7 +178,7 @@ def block_loop(wiring: Wiring, observer: str, seen: Mapping[str, str], build: bo
     none with clocks, and all that is seen is recorded. ExportError of the compiler; OSError if the result cannot be
     kept.
     """
-    sources = sources_of(wiring, observer, seen, written or {})
+    sources = loop_sources(wiring, observer, seen, written or {})
     if sources is None:
         return None
     path = loop_of(sources, build)
@@ -201,8 +201,8 @@ def fmus_of(calls: Iterable[Call]) -> list[Fmu]:
     return list({id(call.what[0]): call.what[0] for call in calls}.values())
 
 
-def sources_of(wiring: Wiring, observer: str, seen: Mapping[str, str],
-               written: Mapping[str, Block]) -> dict[str, str] | None:
+def loop_sources(wiring: Wiring, observer: str, seen: Mapping[str, str],
+                 written: Mapping[str, Block]) -> dict[str, str] | None:
     """C files by name; None where there are none for this wiring, see `block_loop`."""
     if len(wiring.phases) != 1 or not in_c(wiring.phases):
         return None
@@ -211,7 +211,7 @@ def sources_of(wiring: Wiring, observer: str, seen: Mapping[str, str],
               for column, name in enumerate(track.names)}
     if not {*seen.values()} <= {*places}:
         return None
-    collected = parts_of(fmus_of(calls), written)
+    collected = native_parts(fmus_of(calls), written)
     if collected is None:
         return None
     files, parts = collected
@@ -219,15 +219,15 @@ def sources_of(wiring: Wiring, observer: str, seen: Mapping[str, str],
     members, copy, begin = zip(*beginnings(wiring.tracks, parts.values()), strict=True)
     signals = [f"const {item_of(track)} *const row{number} = (const {item_of(track)} *)rows[{number}];"
                for number, track in enumerate(wiring.tracks) if track.signals is not None]
-    run = filled(
+    run = filled_in(
         HERE / RUN_FILE, observer=observer, step=indented(steps, 8), members=indented(members, 4),
         includes="\n".join(sorted({f'#include "{part.what.header}"' for part in parts.values()})),
         begin=indented((*begin, *signals), 4),
         see=indented((f"seen.{member} = (double){value_at(*places[name], wiring.tracks)};"
                       for member, name in seen.items()), 8))
     ready = " || ".join(f"!ready(&instances[{part.number}]->state->progress)" for part in parts.values())
-    return {**files, RUN_FILE: run, LOOP_FILE: filled(HERE / LOOP_FILE, copy=indented(copy, 8), ready=ready),
-            FUNCTION_FILE: filled(HERE / FUNCTION_FILE)}
+    return {**files, RUN_FILE: run, LOOP_FILE: filled_in(HERE / LOOP_FILE, copy=indented(copy, 8), ready=ready),
+            FUNCTION_FILE: filled_in(HERE / FUNCTION_FILE)}
 
 
 def beginnings(tracks: Sequence[Track], parts: Iterable[Part]) -> Iterator[tuple[str, str, str]]:
@@ -245,8 +245,8 @@ def beginnings(tracks: Sequence[Track], parts: Iterable[Part]) -> Iterator[tuple
                    f"{declared} {loop} {row}[i] = beginning->{row}[i];")
 
 
-def parts_of(fmus: Iterable[Fmu],
-             written: Mapping[str, Block] | None = None) -> tuple[dict[str, str], dict[int, Part]] | None:
+def native_parts(fmus: Iterable[Fmu],
+                 written: Mapping[str, Block] | None = None) -> tuple[dict[str, str], dict[int, Part]] | None:
     """C files of blocks by name, and FMUs by identity, where each is a native one of this installation, or written."""
     parts: dict[int, Part] = {}
     for number, fmu in enumerate(fmus):
@@ -263,7 +263,7 @@ def parts_of(fmus: Iterable[Fmu],
         if any(ELSEWHERE.search(text) for name, text in parts[id(fmu)].files.items() if name not in INSTANCE):
             return None
     files: dict[str, str] = {PREFIX: "/* Everything is one translation unit: no name is shared. */\n",
-                             EXPORT_FILE: filled(HERE / EXPORT_FILE)}
+                             EXPORT_FILE: filled_in(HERE / EXPORT_FILE)}
     for part in parts.values():
         others = {name for other in parts.values() if other is not part for name in other.files}
         if any(files.setdefault(name, text) != text for name, text in with_own_names(part, others).items()):
@@ -348,10 +348,10 @@ def call_lines(number: int, call: Call, parts: Mapping[int, Part], tracks: Seque
 
 def out_of_range(variable: Variable, value: str) -> str:
     """C of whether a variable cannot be set to a value, as set_reals of variables.c has it."""
-    return f"!({value} >= {literal(float(variable.low))} && {value} <= {literal(float(variable.high))})"
+    return f"!({value} >= {c_literal(float(variable.low))} && {value} <= {c_literal(float(variable.high))})"
 
 
-def filled(file: Path, **what: object) -> str:
+def filled_in(file: Path, **what: object) -> str:
     """Text of a file of C, with what stands in place of its `$names`."""
     return Template(file.read_text(encoding="utf-8")).substitute(what)
 

@@ -21,7 +21,7 @@ from maglev.cosim import Order
 from maglev.cosim.master import PROGRESS_STEPS, FmuSetup, Master, Observer, Recording, RunFailed, countable, ended
 from maglev.cosim.other_process.helper import other_process
 from maglev.cosim.wires.wiring import Call, Drives, Wiring
-from maglev.errors import FmuError, Interrupted, name_of, signal_of
+from maglev.errors import FmuError, Interrupted, ended_by, signal_of
 from maglev.own_fmus import built_here
 from maglev.processes.beside import PATIENCE, Beside, Gone, Send, Silent
 from maglev.processes.side_by_side import Progress
@@ -214,7 +214,7 @@ class Follower:
                 elif isinstance(said.what, Stage):
                     self.stage = said.what
         except KeyboardInterrupt as error:
-            raise Interrupted(f"{name_of(error)} after the end of the run", signal_of(error)) from None
+            raise Interrupted(f"{ended_by(error)} after the end of the run", signal_of(error)) from None
         except Gone as gone:
             self.process.end()
             if self.stage != ENDING or gone.how not in ("exit code 0", ""):

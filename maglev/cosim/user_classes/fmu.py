@@ -20,7 +20,7 @@ from fmi_export.model_description import model_description
 from fmi_export.slave import Refused
 from fmi_export.user_classes.declaration import WrittenDefinition
 from fmi_export.user_classes.slave import WrittenSlave
-from fmi_export.user_classes.trouble import described
+from fmi_export.user_classes.trouble import error_text
 from maglev.cosim.fmu import OWN_TOOL, Fmu
 from maglev.cosim.port_map import Scale
 from maglev.errors import ControllerError, FmuError
@@ -129,4 +129,4 @@ class WrittenController(InProcessFmu):
         super().load()
 
     def words(self, error: BaseException) -> str:
-        return described(error, self.slave.written)
+        return error_text(error, self.slave.written)

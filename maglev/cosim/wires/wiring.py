@@ -141,7 +141,7 @@ def wire(fmus: Mapping[str, Fmu], connections: Sequence[tuple[str, str]],
 
     FmuError if a name does not exist, is not an output, or an input or parameter, as it should be, or has two sources.
     """
-    sources = sources_of(fmus, connections, drives)
+    sources = input_sources(fmus, connections, drives)
     places: dict[str, Place] = {}   # of each output and signal
     sets: list[list[Call]] = []
     gets: list[list[Call]] = []
@@ -215,8 +215,8 @@ def begins_with_inputs(fmu: Fmu) -> bool:
                for unknown in fmu.description.initialUnknowns if unknown.variable.causality == "output")
 
 
-def sources_of(fmus: Mapping[str, Fmu], connections: Sequence[tuple[str, str]],
-               drives: Drives) -> dict[str, str]:
+def input_sources(fmus: Mapping[str, Fmu], connections: Sequence[tuple[str, str]],
+                  drives: Drives) -> dict[str, str]:
     """Source of each fed input, `fmu.variable`; a signal is named as the input that it drives."""
     sources: dict[str, str] = {}
     for pair in connections:

@@ -12,7 +12,7 @@ from maglev.errors import ScenarioError, nearest_file, option, shortened
 from maglev.parameter import INTEGERS, REALS
 from maglev.schema.options import ParameterFiles
 from maglev.schema.run_plan import RunPlan, StartValue
-from maglev.units import WHOLE_NUMBER, Unit, known_unit, scaled, unit_of_powers
+from maglev.units import WHOLE_NUMBER, Unit, exact_product, known_unit, unit_of_powers
 
 BOOLEANS = {"true": True, "1": True, "false": False, "0": False}
 
@@ -73,13 +73,13 @@ def read_parameters(path: Path, fmu: str, known: Sequence[str]) -> dict[str, Sta
             raise ScenarioError(f"{path}: parameter {name} is there twice, expected it once")
         if typed is None:
             raise ScenarioError(f"{path}: parameter {name} has no value, expected one")
-        values[full] = value_of(typed, f"{path}: parameter {name}", units)._replace(file=str(path))
+        values[full] = parameter_value(typed, f"{path}: parameter {name}", units)._replace(file=str(path))
     if not values:
         raise ScenarioError(f"{path}: has no parameters, expected some")
     return values
 
 
-def value_of(typed: Element, place: str, units: Mapping[str, Element]) -> StartValue:
+def parameter_value(typed: Element, place: str, units: Mapping[str, Element]) -> StartValue:
     """Value of a parameter, in SI; a unit that is unknown here and in the file may be one of the FMU."""
     kind, text, unit = typed.tag.rpartition("}")[2], typed.get("value", "").strip(), typed.get("unit")
     origin = f"{place} = {shortened(text)[1:-1]}{f' {unit}' if unit else ''}"
@@ -93,13 +93,13 @@ def value_of(typed: Element, place: str, units: Mapping[str, Element]) -> StartV
         raise ScenarioError(f"{origin}: expected {expected}")
     if not unit:
         return StartValue(float(text), None, text, origin)
-    known, offset = declared_unit(unit, units.get(unit), origin)
+    known, offset = unit_in_file(unit, units.get(unit), origin)
     if known is None:
         return StartValue(float(text), unit, f"{text} {unit}", origin)
-    return StartValue(scaled(float(text), known.factor) + offset, known.si, f"{text} {unit}", origin)
+    return StartValue(exact_product(float(text), known.factor) + offset, known.si, f"{text} {unit}", origin)
 
 
-def declared_unit(name: str, element: Element | None, place: str) -> tuple[Unit | None, float]:
+def unit_in_file(name: str, element: Element | None, place: str) -> tuple[Unit | None, float]:
     """A unit as the file declares it, or as it is known here where that is the same; and its offset in SI."""
     known = known_unit(name)
     base = None if element is None else element.find(f"{{{SSC}}}BaseUnit")

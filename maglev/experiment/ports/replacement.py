@@ -212,7 +212,7 @@ def without(plan: RunPlan, lacking: Sequence[tuple[str, str]], says: Callable[[l
     ports = {port for _, port in lacking}
     signals = [signal.model_copy(update={"rate_to": None}) if signal.rate_to in ports else signal
                for signal in plan.signals]
-    motors = {name: Motor(currents=complete(motor.currents, ports), commands=complete(motor.commands, ports))
+    motors = {name: Motor(currents=all_or_none(motor.currents, ports), commands=all_or_none(motor.commands, ports))
               for name, motor in plan.motors.items()}
     compared = {name: tolerance for name, tolerance in plan.check.signals.items() if name not in ports}
     return plan.model_copy(update={
@@ -222,7 +222,7 @@ def without(plan: RunPlan, lacking: Sequence[tuple[str, str]], says: Callable[[l
         "claims": [judgeable(claim, plan, lacking, says) for claim in plan.claims]})
 
 
-def complete(names: Sequence[str], lacking: Iterable[str]) -> list[str]:
+def all_or_none(names: Sequence[str], lacking: Iterable[str]) -> list[str]:
     """The names, none if one of them is lacking: a peak of the others would pass for that of all."""
     return [] if set(names) & set(lacking) else list(names)
 

@@ -11,7 +11,7 @@ from maglev.errors import LinearModelError
 from maglev.linear.blocks.plant import BALANCED, moved
 from maglev.linear.blocks.tangent import derivatives
 from maglev.linear.model import Equilibrium, LinearModel
-from maglev.linear.parameters import prepare, regulator_in
+from maglev.linear.parameters import prepare_fixed, regulator_in
 from maglev.linear.places import MotorPlaces
 from maglev.stages import STAGES
 from pmlsm.rig import Rig
@@ -31,7 +31,7 @@ def linear_controller(name: str, rig: Rig, block: Any, at: Equilibrium, phases: 
 
     LinearModelError if its parameters are refused, or at this equilibrium no direct current changes the levitation.
     """
-    prepare(name, block)
+    prepare_fixed(name, block)
     states = states_of(rig, block)
     inputs = [variable for variable in STAGES.definition(regulator_in(name)).variables if variable.causality == "input"]
     commands = tuple(f"{current}_cmd" for current in (rig.phase_names if phases else rig.dq_names))
@@ -54,7 +54,7 @@ def commanded(name: str, rig: Rig, block: Any, stage: Any, at: Equilibrium) -> E
 
     Where that is in between them follows from its law: its integrals move until no axis accelerates.
     """
-    prepare(name, block)
+    prepare_fixed(name, block)
     measure(rig, block, at)
     integrals = [state for state in states_of(rig, block) if state.endswith((".xi1", ".integral"))]
     commands = [f"{current}_cmd" for current in rig.dq_names]

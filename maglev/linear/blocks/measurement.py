@@ -8,7 +8,7 @@ import numpy as np
 
 from maglev.errors import LinearModelError
 from maglev.linear.model import Equilibrium, LinearModel
-from maglev.linear.parameters import prepare
+from maglev.linear.parameters import prepare_fixed
 from maglev.linear.places import MotorPlaces
 from measurement_fmu.sample_history import SLOTS
 from measurement_fmu.variables import encoders
@@ -21,7 +21,7 @@ def linear_measurement(name: str, rig: Rig, block: Any, at: Equilibrium) -> Line
     Measured is (1 − f) q[k − n] + f q[k − n − 1], times the slope of q + A sin(2π q/p), for a delay of n + f samples.
     Offset, drift and noise are added to it. LinearModelError of what is not linear: jitter, lost samples, one frozen.
     """
-    prepare(name, block)
+    prepare_fixed(name, block)
     parts = list(encoders(rig))
     faults = {"jitter": block.instant.jitter} | {
         f"{part}.{fault}": getattr(getattr(block, part), fault) for part, _, _ in parts for fault in ("lost", "frozen")}

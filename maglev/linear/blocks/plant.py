@@ -58,14 +58,14 @@ def linear_plant(name: str, rig: Rig, block: Any, at: Equilibrium, phases: bool,
     names = tuple(list(units)[k] for k in order)
     commands = tuple(f"{current}_cmd" for current in (rig.phase_names if phases else rig.dq_names))
     external = {axis.external: axis.unit("N") for axis in rig.axes}
-    rows = measured(rig, resting, list(motion))
+    rows = measured_rows(rig, resting, list(motion))
     outputs = np.pad(np.array(list(rows.values())), ((0, 0), (0, 2 * motors)))[:, order]
     model = LinearModel(name, names, (*commands, *external), tuple(rows), moved[np.ix_(order, order)],
                         np.hstack([drive, push])[order], outputs, np.zeros((len(rows), len(commands) + axes)),
                         {**{name: units[name] for name in names}, **external,
                          **{row: "m" for row in rows if row not in units}, **dict.fromkeys(commands, "A")}, None, at)
     if hold is not None:
-        model = sampled(model, rotation @ measuring(rig, MotorPlaces.of(rig, block), model.outputs), phases, hold)
+        model = held_phases(model, rotation @ measuring(rig, MotorPlaces.of(rig, block), model.outputs), phases, hold)
     return model if forces else model.select(commands, model.outputs)
 
 
@@ -94,7 +94,7 @@ def at_rest(block: Any, positions: Mapping[str, float]) -> Any:
     return block
 
 
-def measured(rig: Rig, block: Any, motion: Sequence[str]) -> dict[str, Array]:
+def measured_rows(rig: Rig, block: Any, motion: Sequence[str]) -> dict[str, Array]:
     """Outputs by positions, velocities and modes: positions, gaps, and what encoders read where they see a mode.
 
     Where the platform tilts, its encoders are at the motors: if one of them sees a mode, all do.
@@ -132,7 +132,7 @@ def seen_currents(rig: Rig, block: Any, at: Equilibrium) -> Array:
     return derivatives(flowing, {"derive": ()}, [*positions, *rig.phase_names], rig.dq_names)
 
 
-def sampled(model: LinearModel, rotation: Array, phases: bool, hold: float) -> LinearModel:
+def held_phases(model: LinearModel, rotation: Array, phases: bool, hold: float) -> LinearModel:
     """Hold the phase currents between samples; commands in d and q are turned into them by the displacement sampled.
 
     `rotation` is that of i_d, i_q by the outputs, A/m, shape (2 motors, outputs).

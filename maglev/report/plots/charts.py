@@ -42,7 +42,7 @@ def shown_charts(outcomes: Iterable[Outcome]) -> Iterator[ShownChart]:
                                  [name, *outcome.runs])
 
 
-def in_order(figures: Iterable[Shown], charts: Iterable[ShownChart]) -> list[Shown | ShownChart]:
+def by_number(figures: Iterable[Shown], charts: Iterable[ShownChart]) -> list[Shown | ShownChart]:
     """Figures of a user's own runs, then figures and charts by number, figures first, then those that have none."""
     def place(shown: Shown | ShownChart) -> tuple[bool, bool, list[int]]:
         packaged = isinstance(shown, ShownChart) or not any(run.plan.own for run in shown.runs)

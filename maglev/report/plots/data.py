@@ -6,14 +6,14 @@ from typing import Any
 from maglev.experiment.execution import RunResult
 from maglev.judging.verdicts import Judgements
 from maglev.live import content
-from maglev.pages.panels import PANELS, kinds_of
+from maglev.pages.panels import PANELS, panel_kinds
 from maglev.report.plots.charts import ShownChart, chart_data, shown_charts
 from maglev.report.plots.figures import (
     Panel,
     Shown,
     axis_of,
     error_of,
-    moved,
+    moving_runs,
     needed_tolerances,
     recorded_columns,
     run_colours,
@@ -35,12 +35,12 @@ def runs_data(results: Sequence[RunResult], shown: Sequence[Shown],
 
     Those of a procedure that no figure shows are left out.
     """
-    most, films = MOST_ROWS, {run.plan.name for run in moved(results)}
+    most, films = MOST_ROWS, {run.plan.name for run in moving_runs(results)}
     while True:
-        runs = {name: run_data(result, shown, most, kinds, result.plan.name in films) for result, name, kinds in (
+        runs = {name: run_signals(result, shown, most, kinds, result.plan.name in films) for result, name, kinds in (
             *((result, result.plan.name, tuple(PANELS)) for result in results),
             # What claims blame friction for is seen in the motion.
-            *((result, again_name(result), kinds_of("axis")) for result in frictionless))
+            *((result, again_name(result), panel_kinds("axis")) for result in frictionless))
             if len(result.time) and (result.plan.procedure is None or name in films
                                      or any(figure.has(result.plan.name) for figure in shown))}
         if sum(len(run["data"]) for run in runs.values()) <= LARGEST_DATA or most <= FEWEST_ROWS:
@@ -53,8 +53,8 @@ def again_name(result: RunResult) -> str:
     return f"{result.plan.name}, without friction"
 
 
-def run_data(result: RunResult, shown: Sequence[Shown], most: int, kinds: Sequence[str],
-             moves: bool = False) -> dict[str, Any]:
+def run_signals(result: RunResult, shown: Sequence[Shown], most: int, kinds: Sequence[str],
+                moves: bool = False) -> dict[str, Any]:
     """What the page's scripts know about a run: names of its signals by axis and motor, and those for some panels."""
     plan = result.plan
     packed = pack(result.time, recorded_columns(result), plan.output_interval,
@@ -76,7 +76,7 @@ def moving(runs: Mapping[str, RunResult]) -> dict[str, Any]:
     if first.rig is None or tuple(first.axes) != first.rig.axis_names or not all(
             len(run.time) > 1 and recorded_columns(run).keys() >= errors for run in runs.values()):
         return {}
-    run, rig = content.run_data(first, first.rig), content.rig_data(first.rig)
+    run, rig = content.live_run(first, first.rig), content.live_rig(first.rig)
     return {"stage": {**{key: run[key] for key in ("axes", "motors", "vertical", "drives", "rotations")},
                       "rig": {key: rig[key] for key in ("sheet", "room", "places", "tilts")}},
             "runs": [{"run": run.plan.name, "label": label, "css": f"run-{colours[label]}"}

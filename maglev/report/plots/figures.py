@@ -12,7 +12,7 @@ from pydantic import Field, field_validator
 
 from maglev.experiment.execution import RunResult
 from maglev.live.content import LAW_COLOURS, LAWS
-from maglev.pages.panels import PANELS, kinds_of
+from maglev.pages.panels import PANELS, panel_kinds
 from maglev.report.status import shown_until
 from maglev.schema.run_plan import Axis, RunPlan
 from maglev.schema.toml_table import Seconds, Table
@@ -98,9 +98,9 @@ def shown_figures(figures: Iterable[Figure], results: Sequence[RunResult]) -> li
 
     Runs of a procedure, many and short, get none of their own: the procedure has its charts.
     """
-    own = [f"{kind} {EVERY}" for kind in kinds_of("column")]
+    own = [f"{kind} {EVERY}" for kind in panel_kinds("column")]
     shown = list(with_data(figures, results, own))
-    every_panel = [f"{kind} {EVERY}" for kind in kinds_of("axis", "motor")]
+    every_panel = [f"{kind} {EVERY}" for kind in panel_kinds("axis", "motor")]
     others = [Figure(caption=result.plan.title, runs={result.plan.name: "simulated"}, panels=every_panel,
                      until=shown_until([(result.metrics, float(result.time[-1]) if len(result.time) else 0.0)]))
               for result in results
@@ -174,7 +174,7 @@ def rig_name(name: str, plan: RunPlan | None = None) -> str:
     return rig.name if rig else ""
 
 
-def moved(results: Iterable[RunResult]) -> list[RunResult]:
+def moving_runs(results: Iterable[RunResult]) -> list[RunResult]:
     """Runs that a page shows moving: the main ones or, if it has none of them, the first that was recorded."""
     recorded = {run.plan.name: run for run in results if len(run.time) > 1}
     return [recorded[name] for name in MOVING if name in recorded] or [*recorded.values()][:1]
@@ -225,7 +225,7 @@ def needed_tolerances(result: RunResult, shown: Iterable[Shown], kinds: Sequence
     plan = result.plan
     panels = {panel for figure in shown if figure.has(plan.name) for panel in figure.panels}
     if moves:
-        panels |= {Panel(kind, of) for kind in ("position", *kinds_of("motor")) for of in shown_by(result, kind)}
+        panels |= {Panel(kind, of) for kind in ("position", *panel_kinds("motor")) for of in shown_by(result, kind)}
     tolerances = {}
     for kind, of in sorted(panel for panel in panels if panel.kind in kinds):
         for name in needed_columns(plan, kind, of) if of in shown_by(result, kind) else ():

@@ -5,7 +5,7 @@ from collections.abc import Iterator, Sequence
 from typing import Any, NamedTuple
 
 from maglev.experiment.execution import RunResult
-from maglev.judging.verdicts import ClaimResult, Judgements, bounds, sentences
+from maglev.judging.verdicts import ClaimResult, Judgements, bound_claims, sentences
 from maglev.report.plots.figures import Panel, Shown, needed_columns
 from maglev.schema.judged.claims import RunClaim
 
@@ -96,7 +96,7 @@ def figure_bounds(shown: Shown, judgements: Judgements) -> list[dict[str, Any]]:
     """Ranges (SI) in a figure: the panel's number, the limits, and whether the bound is met; None if not judged."""
     shown_bounds = []
     for run in shown.runs:
-        for result in bounds(judgements.get(run.plan.name, ())):
+        for result in bound_claims(judgements.get(run.plan.name, ())):
             if result.claim.figure == shown.number and isinstance(result.claim, RunClaim):
                 panels = [k for k, panel in enumerate(shown.panels) if draws(shown, panel, result.claim.columns or ())]
                 shown_bounds += [{"panel": k, "low": low, "high": high, "met": {"met": True, "not met": False}.get(

@@ -47,7 +47,7 @@ def overlay(title: str, runs: Mapping[str, RunResult]) -> "Figure":
         end = max(run.time[-1] for run in runs.values())
         title += f"\nthe first {until:.2g} s of {end:g} s"
         runs = {label: before(run, until) for label, run in runs.items()}
-    rows = [*rows_of(runs)]
+    rows = [*picture_rows(runs)]
     figure = new_figure(12, 2.3 * max(len(rows), 1))
     if not rows:
         figure.text(0.5, 0.5, "no axis and no motor", horizontalalignment="center")
@@ -65,7 +65,7 @@ def overlay(title: str, runs: Mapping[str, RunResult]) -> "Figure":
     return figure
 
 
-def rows_of(runs: Mapping[str, RunResult]) -> Iterator[tuple[list[Panel], list[Panel]]]:
+def picture_rows(runs: Mapping[str, RunResult]) -> Iterator[tuple[list[Panel], list[Panel]]]:
     """What is drawn on the left and on the right of each row; outputs of a user's own share the last one."""
     first = next(iter(runs.values())).plan
     for axis in first.axes:

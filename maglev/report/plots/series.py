@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from maglev.arrays import Array
-from maglev.pages.shell import packed
+from maglev.pages.shell import packed_text
 
 Rows = NDArray[np.intp]
 
@@ -98,4 +98,4 @@ def pack(time: Array, columns: Mapping[str, NDArray[Any]], interval: float,
         data += [encode(np.rint(counted).astype(np.int64)) for counted in (time[finite][rows] / quantum,
                                                                            values[rows] / step)]
         signals[name] = {"rows": len(rows), "quantum": step, "tolerance": within}
-    return {"time": quantum, "signals": signals, "data": packed(b"".join(data))}
+    return {"time": quantum, "signals": signals, "data": packed_text(b"".join(data))}

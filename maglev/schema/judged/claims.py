@@ -8,7 +8,7 @@ from pydantic import AfterValidator, Field, StrictBool, ValidationInfo, field_va
 
 import maglev.quantities as quantities
 from maglev.errors import QuantityError, nearest
-from maglev.quantities import MeasuredQuantity, in_words, place, printed
+from maglev.quantities import MeasuredQuantity, in_words, place_words, printed
 from maglev.schema.toml_table import Metres, Seconds, Table, ValueKind, key_refused
 from maglev.units import parse_quantity, read_quantity, si_unit
 from pmlsm.rigs import RIGS
@@ -393,9 +393,9 @@ class ProcedureClaim(Claim):
         average = "mean " if self.comparative else f"{self.over} " if self.over in ("mean", "median") else ""
         name = "" if self.quantity == "constant" else self.name
         axes = "" if self.axes is None else f"of {', '.join(self.axes)}"
-        return average + " ".join(filter(None, (name, self.constant, axes))) + place(self.epsilon, self.gaps)
+        return average + " ".join(filter(None, (name, self.constant, axes))) + place_words(self.epsilon, self.gaps)
 
     @property
     def elsewhere(self) -> str | None:
         """What is different where the other value is looked for, such as "that, ε = 0.01 s"; None with a target."""
-        return None if self.than is None else f"that{place(self.than.epsilon, self.than.gaps)}"
+        return None if self.than is None else f"that{place_words(self.than.epsilon, self.than.gaps)}"

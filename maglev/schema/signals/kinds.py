@@ -18,7 +18,7 @@ from maglev.csv_table import read_csv
 from maglev.errors import CsvError, QuantityError, nearest
 from maglev.schema.layers import items
 from maglev.schema.toml_table import Radians, Seconds, Table, ValueKind, key_refused
-from maglev.units import Unit, known_unit, parse_quantity, read_quantity, scaled, si_unit, split_text
+from maglev.units import Unit, exact_product, known_unit, parse_quantity, read_quantity, si_unit, split_text
 from maglev.waves import sines_cosines
 
 IN_UNIT = ("level", "values", "offset", "terms")   # fields of signals whose numbers are in the unit of the signal
@@ -72,7 +72,7 @@ class SignalTable(Table):
                 return [converted(entry) for entry in value]
             if isinstance(value, Term):
                 return value.model_copy(update={"amplitude": converted(value.amplitude)})
-            return scaled(value, unit.factor)
+            return exact_product(value, unit.factor)
 
         own = [name for name in IN_UNIT if name in type(self).model_fields]
         return self.model_copy(update={"unit": unit.si, **{name: converted(getattr(self, name)) for name in own}})
@@ -229,7 +229,7 @@ class Csv(SignalTable):
     def in_si(self, unit: Unit) -> Self:
         """The signal in SI, of one whose numbers are in a unit."""
         scaled_table = super().in_si(unit)
-        scaled_table._values = [scaled(value, unit.factor) for value in self._values]
+        scaled_table._values = [exact_product(value, unit.factor) for value in self._values]
         return scaled_table
 
     def values_at(self, times: Array) -> Array:

@@ -20,10 +20,10 @@ from maglev.studies.batch.samples import (
     Job,
     Store,
     code_of_package,
-    failed,
-    files_of,
+    failed_sample,
     gathered,
     run_batch,
+    worker_files,
 )
 from maglev_files.cache import digest_of_all
 
@@ -106,13 +106,13 @@ def run_on_worker(plugin: str, first: int, values: Array, apart: bool) -> BatchR
 
 def run_there(client: Client, job: Job, batches: list[Batch], values: Array, store: Store) -> None:
     """Run batches as `run_here` does: one that took several workers with it is run beside a worker."""
-    plugin = StudyFiles(job, files_of(job.experiment))
+    plugin = StudyFiles(job, worker_files(job.experiment))
     client.register_plugin(plugin)
     try:
         deadly = list(run_in_turn(client, plugin.name, batches, values, store))
         for batch in run_in_turn(client, plugin.name, deadly, values, store, apart=True):
             store(gathered(job, batch.first, [
-                failed(job, "every process that ran it died") for _ in batch.samples]))
+                failed_sample(job, "every process that ran it died") for _ in batch.samples]))
     finally:
         with suppress(OSError, KeyError):   # a worker that is ending, or has just come, has nothing to remove
             client.unregister_worker_plugin(plugin.name)

@@ -22,7 +22,7 @@ from maglev.errors import MaglevError, ScenarioError, option
 from maglev.schema.settings import REFERENCE
 from maglev.studies.batch.measuring import Found, Meter, Observer, complete
 from maglev.studies.batch.repeated_run import RepeatedRun
-from maglev.studies.batch.samples import Batch, Job, Sample, Store, gathered, rows_of, run_samples
+from maglev.studies.batch.samples import Batch, Job, Sample, Store, gathered, metric_rows, run_samples
 
 KERNEL = Path(__file__).with_name("kernel.c")
 FUNCTION = "maglev_samples"
@@ -197,7 +197,7 @@ class Kernel:
 
     def compile(self, common: str) -> None:
         try:
-            self.function, = kernels(self.cupy, code_of(self.sources, common), FUNCTION)
+            self.function, = kernels(self.cupy, kernel_code(self.sources, common), FUNCTION)
         except (ExportError, OSError) as error:
             raise MaglevError(f"{option('device', 'gpu')}: {error}") from error
 
@@ -310,8 +310,8 @@ class Device:
             ended, group = done[group], group[done[group]]
             if not len(group):
                 continue
-            rows = rows_of(job, meter.metrics(found["whole"][group], own.reshape(len(ended), -1)[ended],
-                                              found["of_events"][group]))
+            rows = metric_rows(job, meter.metrics(found["whole"][group], own.reshape(len(ended), -1)[ended],
+                                                  found["of_events"][group]))
             kept = found["kept"][group] if "kept" in found else [None] * len(group)
             for k, values, trajectories in zip(group.tolist(), rows, kept, strict=True):
                 yield begun.samples[k], Sample(values, None, trajectories)
@@ -324,7 +324,7 @@ def free(cupy: Any) -> int:
     return int(SHARE * available)
 
 
-def code_of(sources: Mapping[str, str], common: str = "") -> dict[str, str]:
+def kernel_code(sources: Mapping[str, str], common: str = "") -> dict[str, str]:
     """C files of the kernel by name, from those of a loop and of what is common."""
     return {**{name: text for name, text in sources.items() if name not in (LOOP_FILE, FUNCTION_FILE)},
             "kernel.c": f'#include "{RUN_FILE}"\n{common}{KERNEL.read_text(encoding="utf-8")}'}

@@ -28,7 +28,7 @@ from maglev.judging.metrics import (
     MotorCurrents,
     StepResponse,
     TrackingError,
-    larger,
+    larger_of,
     step_samples,
     step_windows,
     winding_of,
@@ -212,19 +212,19 @@ class Meter:
         if flag is None:
             return np.full(len(whole), math.inf)
         samples = whole["flag"][:, self.measuring.flags.index(flag)]
-        return np.where(samples < 0.0, math.inf, self.measuring.time[at(samples)])
+        return np.where(samples < 0.0, math.inf, self.measuring.time[as_indices(samples)])
 
     def transient(self, beyond: Array) -> Array:
         """Times (s) of the last samples beyond the transient of tracking; 0 without one."""
         time = self.measuring.time
-        return np.where(beyond < 0.0, 0.0, time[at(beyond)] - time[0])
+        return np.where(beyond < 0.0, 0.0, time[as_indices(beyond)] - time[0])
 
     def settling(self, outside: Array, spans: Sequence[tuple[int, int]]) -> list[list[dict[float, Any]]]:
         """Settling times (s) of spans, of axes, by band, from the last samples outside, shape (runs, spans, …)."""
         measuring, time = self.measuring, self.measuring.time
         starts, ends = np.array(spans, np.int64).reshape(-1, 2, 1).transpose(1, 0, 2)
         settled = np.where(outside < 0.0, 0.0, np.where(outside == ends - starts - 1, math.inf,
-                                                        time[starts + at(outside)] - time[starts]))
+                                                        time[starts + as_indices(outside)] - time[starts]))
         return [[{band: settled[:, k, axis * measuring.columns + i] for i, band in enumerate(bands)}
                  for axis, bands in enumerate(measuring.bands)] for k in range(len(spans))]
 
@@ -238,7 +238,7 @@ class Meter:
                     before, target = self.own_steps[axis][start]
                     beyond = windows["highest"][:, number, i] if target > before else -windows["lowest"][:, number, i]
                     yield step_of(axis, float(self.measuring.time[start]), before, target, settled[number][i],
-                                  larger(0.0, beyond) / abs(target - before), steady[:, number, i])
+                                  larger_of(0.0, beyond) / abs(target - before), steady[:, number, i])
 
     def lost(self, whole: Structs, windows: Structs) -> Array:
         """How many steps there are after which the stage was lost."""
@@ -290,9 +290,9 @@ def complete(whole: Structs) -> npt.NDArray[np.bool_]:
 
 def largest(values: Iterable[Array]) -> Any:
     """The largest of each run; 0 without any."""
-    return reduce(larger, values, 0.0)
+    return reduce(larger_of, values, 0.0)
 
 
-def at(samples: Array) -> npt.NDArray[np.int64]:
+def as_indices(samples: Array) -> npt.NDArray[np.int64]:
     """Samples as indices; -1, for none, as 0."""
     return np.maximum(samples, 0.0).astype(np.int64)

@@ -35,7 +35,7 @@ def code_of_package() -> str:
     return f"{version('maglev-fmus')} ({code()[:12]})"
 
 
-def files_of(experiment: Experiment) -> dict[str, bytes]:
+def worker_files(experiment: Experiment) -> dict[str, bytes]:
     """FMUs of an experiment, and the library that steps them, by their paths on a worker."""
     paths = {f"{name}/{path.name}": path for name, path in experiment.files.items()}
     paths |= {} if experiment.loop is None else {LIBRARY: experiment.loop.path}
@@ -108,7 +108,7 @@ class Sample(NamedTuple):
     trajectories: Array | None = None    # shape (rows, signals)
 
 
-def failed(job: Job, why: str) -> Sample:
+def failed_sample(job: Job, why: str) -> Sample:
     return Sample(np.full(len(job.columns), nan), why)
 
 
@@ -133,23 +133,23 @@ def run_samples(job: Job, values: Array, loaded: Callable[[], None] | None = Non
                     metrics = run_metrics(plan, time, columns, repeated.resistances(changes))
                     kept = np.column_stack([columns[name][::job.every] for name in job.kept]) if job.kept else None
             except MaglevError as error:
-                yield failed(job, in_one_line(error))
+                yield failed_sample(job, in_one_line(error))
                 continue
-            yield Sample(rows_of(job, metrics)[0], None, kept) if found is None else found
+            yield Sample(metric_rows(job, metrics)[0], None, kept) if found is None else found
 
 
-def sampled(job: Job, ran: Sequence[Sample | Found]) -> list[Sample]:
+def sampled_in_order(job: Job, ran: Sequence[Sample | Found]) -> list[Sample]:
     """Samples that were run, in their order; what was found by the same meter becomes metrics at once."""
     together: dict[Meter, list[Found]] = {}
     for one in ran:
         if isinstance(one, Found):
             together.setdefault(one.meter, []).append(one)
-    rows = {meter: iter(rows_of(job, meter.metrics(*map(np.concatenate, [*zip(*found, strict=True)][1:4]))))
+    rows = {meter: iter(metric_rows(job, meter.metrics(*map(np.concatenate, [*zip(*found, strict=True)][1:4]))))
             for meter, found in together.items()}
     return [Sample(next(rows[one.meter]), None, one.kept) if isinstance(one, Found) else one for one in ran]
 
 
-def rows_of(job: Job, metrics: Metrics | ManyMetrics) -> Array:
+def metric_rows(job: Job, metrics: Metrics | ManyMetrics) -> Array:
     """Metrics of runs, or of one, shape (runs, columns); NaN where there is none."""
     named = named_values(job.experiment.plan, metrics)
     columns = [np.asarray(named.get(column.name, (nan, ""))[0], np.float64) for column in job.columns]
@@ -158,7 +158,7 @@ def rows_of(job: Job, metrics: Metrics | ManyMetrics) -> Array:
 
 def gathered(job: Job, first: int, samples: Iterable[Sample | Found]) -> BatchResult:
     """A batch of samples from the number `first` on; a sample that fails has a row that says why."""
-    done = sampled(job, list(samples))
+    done = sampled_in_order(job, list(samples))
     rows = np.array([sample.values for sample in done]).reshape(len(done), len(job.columns))
     given = {row: sample.trajectories for row, sample in enumerate(done) if sample.trajectories is not None}
     kept = None
@@ -207,11 +207,11 @@ def run_samples_apart(job: Job, values: Array, limit: float) -> Iterator[Sample]
                 if not loaded:
                     raise MaglevError(f"the FMUs were not loaded within {patience:g} s" if isinstance(gone, Silent) else
                                       f"the FMUs cannot be loaded: {why}") from None
-                yield failed(job, why)
+                yield failed_sample(job, why)
                 done, deaths = done + 1, 0
 
 
 def send_samples(job: Job, values: Array, send: Send) -> None:
     """Run samples in this process, and send first that the FMUs are loaded, then each sample."""
     for one in run_samples(job, values, partial(send, None)):
-        send(sampled(job, [one])[0])
+        send(sampled_in_order(job, [one])[0])

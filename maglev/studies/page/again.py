@@ -12,7 +12,7 @@ from maglev.schema.loading import load_plan
 from maglev.schema.options import OPTIONS
 
 
-def run_of(about: Mapping[str, Any]) -> Mapping[str, Any]:
+def dataset_run(about: Mapping[str, Any]) -> Mapping[str, Any]:
     """What a dataset says of its run; ScenarioError if of a version that had only its words."""
     run = about["run"]
     if not isinstance(run, Mapping):
@@ -25,20 +25,20 @@ def run_of(about: Mapping[str, Any]) -> Mapping[str, Any]:
 def settings_of_sample(about: Mapping[str, Any], row: Mapping[str, Any]) -> dict[str, Any]:
     """What the run of a row of the dataset sets: values, SI, by `fmu.variable` or reference."""
     columns = {target: parameter["name"] for parameter in about["vary"] for target in parameter["set"]}
-    return {**run_of(about)["set"], **{target: row[target] if target in row else row[columns[target]]
+    return {**dataset_run(about)["set"], **{target: row[target] if target in row else row[columns[target]]
                                       for target in about["targets"]}}
 
 
-def options_of(about: Mapping[str, Any], row: Mapping[str, Any]) -> dict[str, Any]:
+def row_options(about: Mapping[str, Any], row: Mapping[str, Any]) -> dict[str, Any]:
     """Arguments of `maglev.run` for a row of the dataset."""
-    run = run_of(about)
+    run = dataset_run(about)
     options = {key: int(value) if key == "fmi" else value for key, value in run["options"].items()}
     return {"name": run["scenario"], **options, "set": settings_of_sample(about, row)}
 
 
 def command_of(about: Mapping[str, Any], row: Mapping[str, Any] | None) -> str:
     """Command for a row of the dataset, its numbers the same bits; without a row, with what all of them set."""
-    run = run_of(about)
+    run = dataset_run(about)
     words = ["maglev", "run", run["scenario"]]
     for key, value in run["options"].items():
         words += [OPTIONS[key].flag] if value is True else [OPTIONS[key].flag, value]
@@ -47,9 +47,9 @@ def command_of(about: Mapping[str, Any], row: Mapping[str, Any] | None) -> str:
     return shlex.join(words)
 
 
-def why_not_live(about: Mapping[str, Any]) -> str:
+def why_no_replay(about: Mapping[str, Any]) -> str:
     """Why the live page cannot run the samples of a study as they were run; empty if it can."""
-    name, run = about["scenario"], run_of(about)
+    name, run = about["scenario"], dataset_run(about)
     if run["scenario"] != name or scenario_of(name) is None:
         return f"it has the packaged runs alone, and {name} is none of these"
     plan = load_plan(name)
@@ -69,6 +69,6 @@ def why_not_live(about: Mapping[str, Any]) -> str:
     return ""
 
 
-def live_link(about: Mapping[str, Any], row: Mapping[str, Any]) -> str:
+def row_link(about: Mapping[str, Any], row: Mapping[str, Any]) -> str:
     """Address that opens a row of the dataset in the live page."""
     return live_address(about["scenario"], settings_of_sample(about, row))

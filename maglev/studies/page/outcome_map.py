@@ -7,7 +7,7 @@ import numpy as np
 import pyarrow as pa
 
 from maglev.maps.law_map import Factor, LawMap, Outcomes
-from maglev.studies.page.again import command_of, options_of
+from maglev.studies.page.again import command_of, row_options
 from maglev.studies.page.text import numbers, units_of
 
 PASSES, TOUCHED, ASTRAY, TRIPPED, STOPPED, BROKEN = range(6)
@@ -36,7 +36,7 @@ def grid_of(table: pa.Table, about: Mapping[str, Any]) -> list[Factor]:
         values, first = np.unique(numbers(table, parameter["name"]), return_index=True)
         order = np.argsort(first, kind="stable")   # of a list its own
         rows = [table.slice(int(k), 1).to_pylist()[0] for k in first[order]]
-        runs = [options_of(about, row)["set"] for row in rows]
+        runs = [row_options(about, row)["set"] for row in rows]
         factors.append(Factor(parameter["name"], units[parameter["name"]], values[order],
                               {target: np.array([run[target] for run in runs]) for target in parameter["set"]}))
     return factors

@@ -20,10 +20,10 @@ from maglev.report.claim_table import unbroken
 from maglev.report.findings import html_table
 from maglev.report.page import json_in_html, read
 from maglev.studies.columns import EVENTS
-from maglev.studies.page.again import command_of, live_link, why_not_live
+from maglev.studies.page.again import command_of, row_link, why_no_replay
 from maglev.studies.page.outcome_map import OUTCOMES, map_of
 from maglev.studies.page.text import QUANTILES, beyond_limits, limits_text, metrics_of, quantiles, units_of
-from maglev.studies.page.verdict import decisive, telling, verdict, where
+from maglev.studies.page.verdict import decisive_metric, study_verdict, telling, where
 from maglev_files.extras import lacking
 
 own_text = partial(shell.read, folder=Path(__file__).parent)
@@ -35,15 +35,15 @@ MOST_WORST = 10     # samples that are listed
 
 def write_page(path: Path, table: pa.Table, about: Mapping[str, Any]) -> None:
     """Write the page of a study, which needs no network."""
-    shell.publish(path, page(table, about, path.with_name(LIVE_PAGE).is_file()))
+    shell.publish(path, study_page(table, about, path.with_name(LIVE_PAGE).is_file()))
 
 
-def page(table: pa.Table, about: Mapping[str, Any], live: bool = False) -> str:
+def study_page(table: pa.Table, about: Mapping[str, Any], live: bool = False) -> str:
     """Text of the page; `live` is whether the live page lies beside it."""
     count = table.num_rows
     drawn = np.unique(np.linspace(0, count - 1, min(count, MOST_DRAWN)).astype(int))
     metrics = [(name, unit) for name, unit, values in metrics_of(table) if varies(values)]
-    provenance, said, mapped = about["provenance"], verdict(table, about), map_of(table, about)
+    provenance, said, mapped = about["provenance"], study_verdict(table, about), map_of(table, about)
     # The share of samples that pass is seen in the map, where there is one.
     shares = not mapped and not all(table["passed"].to_pylist())
     shown = data(table, about, metrics, drawn, shares, mapped)
@@ -116,7 +116,7 @@ def data(table: pa.Table, about: Mapping[str, Any], metrics: Sequence[tuple[str,
             for value in chosen[name].to_pylist()]})
     sides = [factor.name for factor in mapped.factors[1::-1]] if mapped else telling(table, about)
     first, second, *_ = [varied.index(name) for name in sides] * 2
-    metric = decisive(table, about)
+    metric = decisive_metric(table, about)
     # The metric that fails, or in cells of several samples the share of those that pass; crosses say which of one fail.
     counted = shares and about["design"]["kind"] == "grid" and len(varied) > 2
     begin = (names.index(metric) if metric in names else -1 if counted or not metrics else
@@ -162,7 +162,7 @@ def quantiles_table(table: pa.Table, about: Mapping[str, Any]) -> str:
 
 def worst_table(table: pa.Table, about: Mapping[str, Any], metrics: Sequence[tuple[str, str]], live: bool) -> str:
     """The samples that did worst, each with the command that runs it again, and its run in the live page."""
-    why, units = why_not_live(about), units_of(table)
+    why, units = why_no_replay(about), units_of(table)
     scales = {parameter["name"]: shown_in(table[parameter["name"]].to_pylist(), units[parameter["name"]])
               for parameter in about["vary"]}
     linked = live and not why
@@ -171,7 +171,7 @@ def worst_table(table: pa.Table, about: Mapping[str, Any], metrics: Sequence[tup
         row = table.slice(sample, 1).to_pylist()[0]
         at = ", ".join(f"{parameter['name']} = {scales[parameter['name']][1] * row[parameter['name']]:.5g} "
                        f"{scales[parameter['name']][0]}".rstrip() for parameter in about["vary"])
-        link = (f' <a class="screen" href="{escape(live_link(about, row))}" aria-label="open it live: sample {sample}">'
+        link = (f' <a class="screen" href="{escape(row_link(about, row))}" aria-label="open it live: sample {sample}">'
                 "open it live</a>") if linked else ""
         rows.append((str(sample), escape(unbroken(reason)), escape(unbroken(at)),
                      f"<code>{escape(command_of(about, row))}</code> "

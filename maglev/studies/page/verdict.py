@@ -34,7 +34,7 @@ def reason(about: Mapping[str, Any], name: str, unit: str) -> str:
     return f"{name} below its limit {low}" if low else f"{name} above its limit {high}"
 
 
-def decisive(table: pa.Table, about: Mapping[str, Any]) -> str:
+def decisive_metric(table: pa.Table, about: Mapping[str, Any]) -> str:
     """Metric with a limit that most samples are beyond or, where all pass, that comes nearest to it; empty if none."""
     reasons = failing(table, about)
     return next((name for name, _, _ in reasons if name), "") if reasons else nearest_to_limit(table, about)[1]
@@ -72,7 +72,7 @@ def question(table: pa.Table, about: Mapping[str, Any]) -> str:
     return f"Does {about['scenario']} {wanted} with {' and '.join([*varied, *more])}?"
 
 
-def verdict(table: pa.Table, about: Mapping[str, Any]) -> str:
+def study_verdict(table: pa.Table, about: Mapping[str, Any]) -> str:
     """What was asked and how many samples pass, and by what others fail; HTML."""
     passed, reasons = np.array(table["passed"].to_pylist()), failing(table, about)
     share, name = nearest_to_limit(table, about)
@@ -111,7 +111,7 @@ def edges(values: Array, passed: Bools, unit: str) -> tuple[str, str, str]:
     every_passes, every_fails = passing == samples, passing == 0
     if len(tested) == len(values) and len(tested) > MOST_VALUES:
         # At random: from the end of the range to the first that does otherwise.
-        every_passes, every_fails = outer(every_passes), outer(every_fails)
+        every_passes, every_fails = outer_part(every_passes), outer_part(every_fails)
     return text(tested[0], tested[-1]), runs(every_passes), runs(every_fails)
 
 
@@ -120,6 +120,6 @@ MOST_NAMED = 3     # quantities that the question names
 MOST_VALUES = 12   # that a grid has along a side; more are drawn at random
 
 
-def outer(inside: Bools) -> Bools:
+def outer_part(inside: Bools) -> Bools:
     """What is inside from one of the ends on, without a gap."""
     return np.logical_and.accumulate(inside) | np.logical_and.accumulate(inside[::-1])[::-1]

@@ -64,7 +64,7 @@ def test_what_samples_have_in_common_is_constant(native_fmus: Path, monkeypatch:
     monkeypatch.setattr(batches, "LOOKED_AT", 2)
     monkeypatch.setattr(batches, "side_by_side", None)
     returned: list[int] = []
-    function_of = block_loop.function_of
+    function_of = block_loop.stepping_function
 
     def watched(library: Any) -> Any:
         function = function_of(library)
@@ -75,7 +75,7 @@ def test_what_samples_have_in_common_is_constant(native_fmus: Path, monkeypatch:
 
         return called
 
-    monkeypatch.setattr(block_loop, "function_of", watched)
+    monkeypatch.setattr(block_loop, "stepping_function", watched)
     found = maglev.batch(RUN, {"plant.v.mass": MASSES, "plant.h.mass": [4.35, 4.4, 4.35]}, fmus=native_fmus, jobs=1)
     assert returned == [DONE, OTHERWISE, DONE, DONE]
     for sample in range(3):

@@ -3,7 +3,7 @@
 from pathlib import Path
 
 import maglev
-from maglev.judging.measures import measures
+from maglev.judging.measures import measures_of
 from maglev.quantities import printed
 
 NOTHING = {f"plant.{axis}.friction.{kind}": 0.0 for axis in "vh" for kind in ("coulomb", "viscous")}
@@ -49,7 +49,7 @@ reason = "the guides are rough"
 
 def peak(run: maglev.Run) -> float:
     """Largest tracking error of h, m."""
-    value, = [each.value for each in measures(run.plan, run.metrics)
+    value, = [each.value for each in measures_of(run.plan, run.metrics)
               if (each.quantity, each.of) == ("peak tracking error", "h")]
     return value
 

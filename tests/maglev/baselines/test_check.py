@@ -24,7 +24,7 @@ from maglev.baselines.baseline import (
 from maglev.baselines.check import check_run
 from maglev.baselines.deviation import Deviation, WorstDifference, first_deviation, samples_of, worst
 from maglev.baselines.outcome import CheckResult, UpdateResult, describe, exit_code
-from maglev.baselines.update import renewed, written
+from maglev.baselines.update import renewed, write_updated
 from maglev.cosim.master import Recording, RunFailed
 from maglev.errors import BaselineError, ScenarioError
 from maglev.experiment.ports.replacement import Replacement
@@ -140,7 +140,7 @@ def checked(plan: RunPlan, fmus: Path, replaced: dict[str, Replacement], setting
 
 def updated(plan: RunPlan, fmus: Path, replaced: dict[str, Replacement], settings: list[str],
             baselines: Path) -> UpdateResult:
-    return written(renewed(baselines, prepare(plan, fmus, replaced, start_values(settings)), {}), baselines)
+    return write_updated(renewed(baselines, prepare(plan, fmus, replaced, start_values(settings)), {}), baselines)
 
 
 @pytest.fixture(scope="module")

@@ -17,7 +17,7 @@ import maglev
 from fmi_export.errors import ExportError
 from fmi_export.native.build import host_platform
 from maglev.catalogue import HOST, PYTHON, for_runs
-from maglev.catalogue.for_runs import fmus_for_runs, key
+from maglev.catalogue.for_runs import fmu_key, fmus_for_runs
 from maglev.cosim.step_loop import LIBRARY, build_loop, own_loop
 from maglev.errors import BuildError, MaglevError
 from maglev.own_stage.adoption import know_stage
@@ -109,12 +109,12 @@ def test_a_stage_that_cannot_work_is_refused_before_it_is_built(here: Path, no_c
 def test_a_key_follows_the_sources(here: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     maglev.new_stage("mine.toml", "2dof")
     know_stage("mine.toml")
-    keys = {key(name, kind) for name in ("Plant2DOF", "PlantMine") for kind in (PYTHON, HOST, HOST._replace(fmi=3))}
+    keys = {fmu_key(name, kind) for name in ("Plant2DOF", "PlantMine") for kind in (PYTHON, HOST, HOST._replace(fmi=3))}
     assert len(keys) == 6
     monkeypatch.setenv("SOURCE_DATE_EPOCH", "1")
-    assert key("Plant2DOF", PYTHON) not in keys
-    monkeypatch.setattr(for_runs, "installed", lambda: ("another version",))
-    assert key("Plant2DOF", PYTHON) not in keys
+    assert fmu_key("Plant2DOF", PYTHON) not in keys
+    monkeypatch.setattr(for_runs, "what_all_depend_on", lambda: ("another version",))
+    assert fmu_key("Plant2DOF", PYTHON) not in keys
 
 
 def test_a_file_that_was_changed_is_built_anew(here: Path, no_compiler: None) -> None:

@@ -9,8 +9,8 @@ from hypothesis import given
 from hypothesis import strategies as st
 from report_runs import packaged, recorded
 
-from maglev.comparison.table import Row, side_by_side, summary, verdict
-from maglev.judging.measures import Measure, measures, measures_data
+from maglev.comparison.table import Row, comparison_verdict, measure_rows, summary
+from maglev.judging.measures import Measure, measures_data, measures_of
 from maglev.judging.metrics import run_metrics
 from maglev.report.plots.figures import run_colours
 from maglev.schema.run_plan import RunPlan
@@ -40,7 +40,7 @@ def test_rms_error_of_a_sinusoid(plan: RunPlan) -> None:
     time = np.linspace(0.0, 4.0, 40000, endpoint=False)
     error = {"v": 3e-3 * np.sin(2.0 * np.pi * time), "h": np.full(len(time), -2e-3)}
     metrics = run_metrics(plan, time, columns_of(plan, time, error))
-    found = {(each.quantity, each.of): each for each in measures(plan, metrics)}
+    found = {(each.quantity, each.of): each for each in measures_of(plan, metrics)}
     assert found["rms error", "v"].value == pytest.approx(3e-3 / math.sqrt(2.0), rel=1e-9)
     assert found["rms error", "h"].value == pytest.approx(2e-3, rel=1e-9)
     assert (found["rms error", "v"].unit, found["rms error", "v"].time) == ("m", None)
@@ -51,8 +51,8 @@ def test_a_motor_without_recorded_currents_has_no_best_peak(plan: RunPlan) -> No
     metrics = run_metrics(plan, time, columns_of(plan, time, {"v": 0.0 * time, "h": 0.0 * time}))
     motors = {name: motor.model_copy(update={"currents": []}) for name, motor in plan.motors.items()}
     without = plan.model_copy(update={"motors": motors})
-    assert "peak current" in {each.quantity for each in measures(plan, metrics)}
-    assert "peak current" not in {each.quantity for each in measures(without, metrics)}
+    assert "peak current" in {each.quantity for each in measures_of(plan, metrics)}
+    assert "peak current" not in {each.quantity for each in measures_of(without, metrics)}
 
 
 def settled(*times: float) -> list[Measure]:
@@ -61,7 +61,7 @@ def settled(*times: float) -> list[Measure]:
 
 
 def test_every_step_is_a_row_and_the_worst_of_all_is_the_summary() -> None:
-    rows = side_by_side({"a": settled(1.0, 3.0), "b": settled(2.0, math.inf)})
+    rows = measure_rows({"a": settled(1.0, 3.0), "b": settled(2.0, math.inf)})
     assert [(row.name, dict(row.values), row.best) for row in rows] == [
         ("settling time to 10 µm at 0 s", {"a": 1.0, "b": 2.0}, ("a",)),
         ("settling time to 10 µm at 1 s", {"a": 3.0, "b": math.inf}, ("a",))]
@@ -71,7 +71,7 @@ def test_every_step_is_a_row_and_the_worst_of_all_is_the_summary() -> None:
 
 
 def test_what_one_run_lacks_is_a_dash_and_not_its_best() -> None:
-    (row,) = side_by_side({"a": settled(1.0), "b": []})
+    (row,) = measure_rows({"a": settled(1.0), "b": []})
     assert (row.text("b"), row.best) == ("–", ())
 
 
@@ -80,19 +80,19 @@ def test_what_never_ends_is_null_as_json() -> None:
 
 
 def test_a_tie_has_no_winner_and_two_that_are_alike_share_a_win() -> None:
-    (tie,) = side_by_side({"a": settled(1.0), "b": settled(1.000089)})
+    (tie,) = measure_rows({"a": settled(1.0), "b": settled(1.000089)})
     assert (tie.best, tie.lead) == ((), 1.0)
-    (three,) = side_by_side({"a": settled(1.04), "b": settled(1.0), "c": settled(1.3)})
+    (three,) = measure_rows({"a": settled(1.04), "b": settled(1.0), "c": settled(1.3)})
     assert (three.best, three.lead) == (("a", "b"), 1.3)
 
 
 def test_a_run_that_failed_wins_nothing() -> None:
     crash = Measure("failed", "", None, 1.0, "")
     held = Measure("failed", "", None, 0.0, "")
-    rows = side_by_side({"crash": [*settled(0.5), crash], "a": [*settled(1.0), held], "b": [*settled(2.0), held]})
+    rows = measure_rows({"crash": [*settled(0.5), crash], "a": [*settled(1.0), held], "b": [*settled(2.0), held]})
     assert [row.best for row in rows] == [("a",)]
     assert [row.best for row in summary(rows)] == [("a",)]
-    (alone,) = side_by_side({"crash": [*settled(0.5), crash], "a": [*settled(1.0), held]})
+    (alone,) = measure_rows({"crash": [*settled(0.5), crash], "a": [*settled(1.0), held]})
     assert alone.best == ()   # no contest
 
 
@@ -111,8 +111,8 @@ def measured(v: float, h: float, current: float) -> list[Measure]:
      "rows (most in peak current of motor, 3 A against 6 A).")])
 def test_the_verdict_says_who_is_better_by_how_much_and_where_the_other_is(plan: RunPlan, b: list[Measure],
                                                                              words: str) -> None:
-    rows = summary(side_by_side({"a": measured(1e-5, 2e-5, 3.0), "b": b}))
-    assert verdict({"a": recorded(plan), "b": recorded(plan)}, rows) == words
+    rows = summary(measure_rows({"a": measured(1e-5, 2e-5, 3.0), "b": b}))
+    assert comparison_verdict({"a": recorded(plan), "b": recorded(plan)}, rows) == words
     pairs = [(max(pair), min(pair)) for pair in zip((1e-5, 2e-5, 3.0), [each.value for each in b], strict=True)]
     assert [row.lead for row in rows] == [pytest.approx(most / least if most > 1.05 * least else 1.0)
                                           for most, least in pairs]
@@ -121,16 +121,16 @@ def test_the_verdict_says_who_is_better_by_how_much_and_where_the_other_is(plan:
 def test_of_more_than_two_the_verdict_counts_where_both_were_measured(plan: RunPlan) -> None:
     """And has no room for where they differ most."""
     measures = {"a": measured(1e-5, 2e-5, 3.0)[:2], "b": measured(2e-5, 4e-5, 1.0), "c": measured(3e-5, 1e-5, 2.0)}
-    said = verdict({label: recorded(plan) for label in measures}, summary(side_by_side(measures)))
+    said = comparison_verdict({label: recorded(plan) for label in measures}, summary(measure_rows(measures)))
     assert said == ("a is best: the rms errors of c are on average 22 % larger (most on v, 10 µm against 30 µm); "
                     "c is better in 1 of 3 rows.")
 
 
 def test_the_verdict_is_for_who_held_alone(plan: RunPlan) -> None:
     lost, said = recorded(plan, failed=True, stop_contact=0.25), "completed; b failed, touched an end stop at 0.250 s."
-    assert verdict({"a": recorded(plan), "b": lost}, []) == f"Only a {said}"
-    assert verdict({"b": lost}, []) == f"None {said}"
-    assert verdict({"a": recorded(plan)}, []) == "a completed."
+    assert comparison_verdict({"a": recorded(plan), "b": lost}, []) == f"Only a {said}"
+    assert comparison_verdict({"b": lost}, []) == f"None {said}"
+    assert comparison_verdict({"a": recorded(plan)}, []) == "a completed."
 
 
 def test_a_controller_has_its_colour_and_others_a_free_one() -> None:

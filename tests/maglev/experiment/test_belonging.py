@@ -16,7 +16,7 @@ from maglev.errors import CsvError, MaglevError
 from maglev.experiment import execution
 from maglev.experiment.results import alone
 from maglev.schema.loading import load_plan
-from maglev_files.cache import digest_of
+from maglev_files.cache import digest_at
 
 EXCITED = """
 extends = ["loops/2dof.toml", "references/2dof-excitation.toml"]
@@ -78,7 +78,7 @@ def test_readers_refuse_the_files_of_two_runs(fastest_fmus: Path, excited: Path)
 def test_the_record_has_the_digest_of_its_columns(fastest_fmus: Path, excited: Path, form: str) -> None:
     ran(fastest_fmus, "results", "--format", form)
     record = json.loads(Path("results/excited.json").read_text(encoding="utf-8"))
-    assert record["files"] == {f"excited.{form}": digest_of(Path(f"results/excited.{form}"))}
+    assert record["files"] == {f"excited.{form}": digest_at(Path(f"results/excited.{form}"))}
 
 
 @pytest.mark.parametrize("where", ["run_experiments", "write_runs"])
@@ -127,5 +127,5 @@ def test_comparisons_of_one_name_wait_for_each_other(fastest_fmus: Path, excited
         files = comparison.write(picture=False, page=False)
     assert all(path.is_file() for path in files)
     record = json.loads(Path(f"results/{label}.json").read_text(encoding="utf-8"))
-    assert record["files"] == {f"{label}.csv": digest_of(Path(f"results/{label}.csv"))}
+    assert record["files"] == {f"{label}.csv": digest_at(Path(f"results/{label}.csv"))}
     assert not list(Path("results").glob(".*"))

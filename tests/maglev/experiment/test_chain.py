@@ -10,11 +10,11 @@ from command_line import error_line, maglev
 from hypothesis import given
 from hypothesis import strategies as st
 
-from maglev.baselines.check import check_all
+from maglev.baselines.check import check_runs
 from maglev.baselines.outcome import CheckResult, UpdateResult
 from maglev.baselines.update import update_all
 from maglev.errors import ScenarioError
-from maglev.experiment.chain import Ends, in_order, started
+from maglev.experiment.chain import Ends, chained, started
 from maglev.experiment.execution import RunResult, execute_all
 from maglev.experiment.selection import needed, prepare_all, select
 from maglev.schema.layers import PACKAGED
@@ -72,8 +72,8 @@ def batches(monkeypatch: pytest.MonkeyPatch) -> Batches:
 
 def ordered(needs: Mapping[str, set[str]]) -> dict[str, Done]:
     """Tasks that end with their name's length, and keep what they were given."""
-    return in_order(needs, lambda name, ends: lambda _: Done({"out": float(len(name))}, ends), 2,
-                    lambda name, message: pytest.fail(message), lambda *_: None)
+    return chained(needs, lambda name, ends: lambda _: Done({"out": float(len(name))}, ends), 2,
+                   lambda name, message: pytest.fail(message), lambda *_: None)
 
 
 @st.composite
@@ -257,7 +257,7 @@ def test_start_values_of_a_result_take_the_place_of_the_reference(chain: Path) -
 
 def checked(chain: Path, fmus: Path, *settings: str) -> dict[str, CheckResult]:
     experiments = prepare_all(load_plans(chain), fmus, {}, start_values(settings))
-    return {result.name: result for result in check_all(experiments, chain.parent / "baselines", 1, lambda *_: None)}
+    return {result.name: result for result in check_runs(experiments, chain.parent / "baselines", 1, lambda *_: None)}
 
 
 def updated(chain: Path, fmus: Path, plans: list[RunPlan], *settings: str) -> list[UpdateResult]:

@@ -13,7 +13,7 @@ from command_line import error_line
 from command_line import maglev as command
 
 import maglev
-from maglev.copies import original, place
+from maglev.copies import folder_of_copies, original
 from maglev.experiment.ports.replacement import Replacement
 from maglev.experiment.preparation import prepare
 from maglev.schema.loading import load_plan
@@ -145,12 +145,13 @@ def test_refusals_name_the_file_itself(fmus: Path, tmp_path: Path) -> None:
 
 
 def test_copies_go_with_the_process(fmus: Path) -> None:
-    code = ("from pathlib import Path; from maglev.copies import place; "
+    code = ("from pathlib import Path; from maglev.copies import folder_of_copies; "
             "from maglev.experiment.preparation import prepare; from maglev.schema.loading import load_plan; "
             f"files = prepare(load_plan('2dof-setpoints'), Path({str(fmus)!r}), {{}}, {{}}).files; "
-            "assert all(place() in path.parents and path.is_file() for path in files.values()); print(place())")
+            "folder = folder_of_copies(); "
+            "assert all(folder in path.parents and path.is_file() for path in files.values()); print(folder)")
     done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, timeout=120, check=True)
     folder = Path(done.stdout.strip())
     assert folder.name.startswith(PREFIX)
     assert not folder.exists()
-    assert folder != place()
+    assert folder != folder_of_copies()

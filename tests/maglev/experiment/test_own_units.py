@@ -10,7 +10,7 @@ from command_line import maglev as command
 from written_controllers import trial
 
 import maglev
-from fmi_export.units import exponents, written
+from fmi_export.units import exponents, unit_text
 
 # An FMU whose mass is in stones and whose force is in ponds: it counts in them, for its numbers are the same.
 STONE, POND = 6.35029318, 9.80665e-3
@@ -68,6 +68,6 @@ def test_signals_and_start_values_in_units_of_the_fmu(fastest_fmus: Path, tmp_pa
 
 def test_a_unit_has_the_name_of_its_exponents() -> None:
     for unit in ("N", "V", "Ohm", "kg/(m.s3)", "m3", "1/(s2.rad)", "A.rad/s"):
-        assert exponents(written(exponents(unit))) == exponents(unit)
-    assert written(exponents("kg.m2/s3/A")) == "V"
-    assert written({}) == "1"
+        assert exponents(unit_text(exponents(unit))) == exponents(unit)
+    assert unit_text(exponents("kg.m2/s3/A")) == "V"
+    assert unit_text({}) == "1"

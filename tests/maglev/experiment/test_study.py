@@ -7,7 +7,7 @@ import pytest
 from maglev.errors import ScenarioError
 from maglev.experiment.execution import execute_all, judge_all
 from maglev.experiment.preparation import prepare
-from maglev.experiment.selection import compared, select
+from maglev.experiment.selection import compared_with, select
 from maglev.schema.layers import packaged_runs
 from maglev.schema.loading import load_plan, load_plans
 from maglev.schema.settings import start_values
@@ -56,9 +56,9 @@ def test_two_scenarios_of_one_name_are_refused(tmp_path: Path) -> None:
 
 def test_what_claims_compare_with_is_run_as_well() -> None:
     linear = [load_plan("2dof-step-1-linear")]
-    assert [run.name for run in compared(linear)] == ["2dof-step-1-nonlinear"]
-    assert compared(load_plans("2dof-step-1")) == []
-    assert [run.name for run in compared(load_plans("3dof-setpoints-improved"))] == ["3dof-setpoints"]
+    assert [run.name for run in compared_with(linear)] == ["2dof-step-1-nonlinear"]
+    assert compared_with(load_plans("2dof-step-1")) == []
+    assert [run.name for run in compared_with(load_plans("3dof-setpoints-improved"))] == ["3dof-setpoints"]
 
 
 @pytest.mark.usefixtures("slow")

@@ -15,7 +15,7 @@ from fmpy.model_description import ScalarVariable, read_model_description
 from maglev.baselines.baseline import Tolerance
 from maglev.cosim.master import FmuSetup, Master
 from maglev.errors import FmuError
-from maglev.fmu_experiments.check import Expected, check_experiment, check_fmus, compared, named
+from maglev.fmu_experiments.check import Expected, check_experiment, check_fmus, largest_differences, named_experiments
 
 FALL = "time,v.position\n0,0.02\n0.02,0.0202\n"   # as a file of results looks
 RESULT = 'type="text/csv" source="fall.csv" role="result" description="a fall"'
@@ -41,7 +41,7 @@ def test_every_kind_repeats_the_same(kind: str, request: pytest.FixtureRequest) 
 
 def outcome(path: Path, partial: bool = False) -> tuple[str, str]:
     """Status and message of the only experiment of an FMU."""
-    (name, (fmu, experiment)), = named([path]).items()
+    (name, (fmu, experiment)), = named_experiments([path]).items()
     result = check_experiment(name, fmu, experiment, partial=partial)
     return result.status, result.message
 
@@ -69,7 +69,7 @@ def test_an_altered_result_deviates(fmus: Path, tmp_path: Path) -> None:
         cells[column] = repr(float(cells[column]) * (1.0 + share))
         altered = "\n".join([*lines[:9], ",".join(cells), *lines[10:]])
         path = carrying(fmus / "Plant2DOF.fmu", tmp_path / "altered.fmu", {**files, name: altered.encode()})
-        results = {name: check_experiment(name, *each) for name, each in named([path]).items()}
+        results = {name: check_experiment(name, *each) for name, each in named_experiments([path]).items()}
         assert [result.status for result in results.values()] == ["passed", status]
 
 
@@ -243,7 +243,7 @@ def test_a_result_belongs_to_its_experiment_alone(fmus: Path, tmp_path: Path) ->
         "fmi-ls-manifest.xml": manifest(EXPERIMENT.replace("all.exp", "no.exp"), EXPERIMENT, RESULT,
                                         RESULT.replace("fall.csv", "lost.csv")),
         "no.exp": b"<a", "all.exp": experiments(broken, lost), "fall.csv": FALL.encode()})
-    problems = {experiment.name: experiment.problem for _, experiment in named([path]).values()}
+    problems = {experiment.name: experiment.problem for _, experiment in named_experiments([path]).values()}
     assert list(problems) == ["no.exp", "e", "lost"]
     assert "expected XML" in problems["no.exp"]
     assert "there is no file 'in.csv'" in problems["e"] and "there is no file 'lost.csv'" in problems["lost"]
@@ -268,7 +268,7 @@ def test_comparison_at_events_between_points_and_in_arrays() -> None:
 
     def found(time: float, name: str, *values: float) -> object:
         expected = Expected(np.array([time]), {name: np.array([values])}, {name: Tolerance(1e-9, 0.0)}, [])
-        deviation, _ = compared(expected, simulated, variables)
+        deviation, _ = largest_differences(expected, simulated, variables)
         return deviation and (deviation.signal, deviation.got)
 
     assert found(1.0, "line", 2.0) is None

@@ -13,7 +13,7 @@ from command_line import error_line, maglev
 from fmi_export.experiments.files import MANIFEST
 from maglev.errors import FmuError, ScenarioError
 from maglev.fmu_experiments import pack
-from maglev.fmu_experiments.pack import recorded
+from maglev.fmu_experiments.pack import recorded_experiment
 from maglev.own_fmus import built_here
 
 SHORT = """
@@ -80,11 +80,11 @@ def test_what_cannot_be_packed(fmus: Path, mine: Path, tmp_path: Path, monkeypat
     monkeypatch.undo()
 
     def wrong(*arguments: Any) -> Any:
-        found = recorded(*arguments)
+        found = recorded_experiment(*arguments)
         return replace(found, results={**found.results, "motor.i_q_cmd": [value + 0.1 for value in
                                                                           found.results["motor.i_q_cmd"]]})
 
-    monkeypatch.setattr(pack, "recorded", wrong)
+    monkeypatch.setattr(pack, "recorded_experiment", wrong)
     with pytest.raises(FmuError, match="run alone with what it got in short: deviates first at t = 0 s"):
         pack.pack_reference(mine, tmp_path / "short.toml", fmus=fmus)
     assert mine.read_bytes() == before

@@ -101,7 +101,7 @@ def test_more_than_there_is_memory_for_is_refused(folder: Path, monkeypatch: pyt
 @pytest.mark.thorough   # the blocks are those of batches, which are looked at with every change
 def test_a_graphics_processor_rounds_as_this_one_does(folder: Path) -> None:
     one = Stage("2dof", fmus=folder, measurement={"v.noise": "1 um"})
-    code = graphics.in_one_rounding(stages.sources_of(one.stage, [*one.changing()]))
+    code = graphics.in_one_rounding(stages.stage_sources(one.stage, [*one.changing()]))
     require_exact(graphics.ptx(code, stages.FUNCTION).decode(), stages.FUNCTION, stages.CHANGE)
     one.close()
 

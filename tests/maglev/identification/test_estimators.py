@@ -9,7 +9,7 @@ from identification_data import Data, record, trial
 from scipy.integrate import solve_ivp
 
 from maglev.errors import IdentificationError
-from maglev.identification.estimators import Samples, estimate, fsdi, largest_squares, mean_behind_lag
+from maglev.identification.estimators import Samples, fsdi, largest_squares, mean_behind_lag, run_estimator
 from maglev.identification.rigs import RIGS, ConstantRow, RowData, regressors
 
 pytestmark = pytest.mark.usefixtures("slow")   # it searches for long
@@ -35,7 +35,7 @@ def lift_row(count: int) -> RowData:
 def run(method: str, row: RowData, guess: np.ndarray, epsilon: float, q0: float) -> np.ndarray:
     time = DT * np.arange(len(row.b), dtype=float)
     names = row.row.constants
-    result = estimate(method, [row], time, dict(zip(names, guess.tolist(), strict=True)), epsilon, GAMMA, q0)
+    result = run_estimator(method, [row], time, dict(zip(names, guess.tolist(), strict=True)), epsilon, GAMMA, q0)
     assert result.names == names
     return result.theta
 
@@ -171,7 +171,7 @@ def test_reduced_and_full_agree_as_epsilon_falls() -> None:
     guess = {name: 0.5 * value for name, value in data.truth.items()}
     apart = []
     for epsilon in (0.02, 0.005, 0.00125):
-        reduced, full = (np.array(list(estimate(method, rows, r.time[:40001], guess, epsilon).final.values()))
+        reduced, full = (np.array(list(run_estimator(method, rows, r.time[:40001], guess, epsilon).final.values()))
                          for method in ("reduced", "full"))
         apart.append(np.abs(reduced / full - 1.0).max())
     assert apart[0] > 3.0 * apart[1] > 9.0 * apart[2]
@@ -188,5 +188,5 @@ def test_refusals(arguments: dict[str, object], message: str) -> None:
     row = constant_row(0.4, 5.0, 100)
     settings = {"method": "reduced", "rows": [row], "time": DT * np.arange(100), "guess": {"C1": 7.0}, **arguments}
     with pytest.raises(IdentificationError) as refused:
-        estimate(**settings)   # type: ignore[arg-type]
+        run_estimator(**settings)   # type: ignore[arg-type]
     assert str(refused.value).startswith(message)

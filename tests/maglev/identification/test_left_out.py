@@ -10,10 +10,10 @@ import pytest
 from identification_data import Data, record, trial
 from scipy.integrate import solve_ivp
 
-from maglev.identification.estimators import estimate
+from maglev.identification.estimators import run_estimator
 from maglev.identification.identify import Identification, friction, identify, left_out, matched, observed, ripple
 from maglev.identification.recording import MotionRecording
-from maglev.identification.rigs import RIGS, RowData, regressors, rig_of
+from maglev.identification.rigs import RIGS, RowData, estimated_rig, regressors
 from plant_fmu.guide import GuideFriction
 from plant_fmu.ripple import Ripple
 from pmlsm.rig import Rig
@@ -34,7 +34,7 @@ def described(rig: str, times: float) -> Rig:
 def real(rig: str, method: str = "reduced") -> tuple[Identification, Data]:
     """A stage with all effects, identified by a description that has them as they are."""
     data = trial(rig, "real")
-    recording = replace(data.recording, rig=rig_of(described(rig, AS_ASSUMED)))
+    recording = replace(data.recording, rig=estimated_rig(described(rig, AS_ASSUMED)))
     return identify(recording, method, match=True), data
 
 
@@ -75,7 +75,7 @@ def test_told_of_the_effects_the_estimator_finds_the_truth(rig: str) -> None:
     signed = dict.fromkeys(truth, 0.0)
 
     def again(rows: Sequence[RowData]) -> dict[str, float]:
-        other = estimate("reduced", rows, recording.time, found.guess).final
+        other = run_estimator("reduced", rows, recording.time, found.guess).final
         for name in signed:
             signed[name] += found.estimate.final[name] - other[name]
         return other
@@ -98,7 +98,7 @@ def test_a_stage_without_effects_leaves_nothing_out() -> None:
     smooth = replace(plain, modulation=0.0, axes=tuple(
         replace(axis, bias=0.0, friction=replace(axis.friction, coulomb=0.0, viscous=0.0),
                 ripple=replace(axis.ripple, amplitude=0.0)) for axis in plain.axes))
-    found = identify(replace(data.recording, rig=rig_of(smooth)), velocities=data.velocity)
+    found = identify(replace(data.recording, rig=estimated_rig(smooth)), velocities=data.velocity)
     assert set(found.left_out.values()) == {0.0}
     assert found.uncertainty == {name: 2.0 * error for name, error in found.standard_error.items()}
 

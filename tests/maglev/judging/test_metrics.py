@@ -7,7 +7,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from maglev.errors import MeasurementError
-from maglev.judging.measures import measures
+from maglev.judging.measures import measures_of
 from maglev.judging.metrics import (
     Effort,
     effort,
@@ -102,7 +102,7 @@ def test_a_rotation_has_bands_and_a_limit_of_its_own():
     assert metrics.failed and metrics.lost == (1.0,)
     further = MetricSettings.model_validate({"fail_tilt": "4.1 mrad"})
     assert not run_metrics(plan(axes=axes, metrics=further), TIME, columns).failed
-    assert {(each.quantity, each.of, each.unit) for each in measures(tilted, metrics)} >= {
+    assert {(each.quantity, each.of, each.unit) for each in measures_of(tilted, metrics)} >= {
         ("settling time to 5 mrad", "roll", "s"), ("settling time to 0.1 mm", "y", "s"), ("end error", "roll", "rad")}
 
 
@@ -202,7 +202,7 @@ def test_events_of_known_signals():
     assert beta.command_noise == pytest.approx(3.0 * math.sin(200.0 * 1e-3 / 2.0), rel=1e-2)
     (after,) = second.deviations
     assert (after.peak_deviation, after.recovery_time[1e-5]) == (5e-6, 0.0)
-    found = {(each.quantity, each.of, each.time): each for each in measures(pushed, metrics)}
+    found = {(each.quantity, each.of, each.time): each for each in measures_of(pushed, metrics)}
     assert found["integral absolute error", "y", 3.0].text == "2 mm s"
     assert found["ohmic loss", "alpha", 3.0].event == "push" and ("rms current", "beta", 3.0) not in found
 
@@ -216,7 +216,7 @@ def test_a_loss_is_that_of_a_warm_winding_and_absent_where_no_resistance_is_know
     losses = [run_metrics(pushed, TIME, each, {"alpha": 2.0}).events[0].efforts[0].ohmic_loss
               for each in (columns, warm)]
     assert losses == pytest.approx([20.0, 27.86])
-    assert "ohmic loss" not in {each.quantity for each in measures(pushed, run_metrics(pushed, TIME, columns))}
+    assert "ohmic loss" not in {each.quantity for each in measures_of(pushed, run_metrics(pushed, TIME, columns))}
 
 
 def test_resistances_are_those_of_the_sample_the_run_or_the_description():

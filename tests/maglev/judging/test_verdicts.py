@@ -13,7 +13,7 @@ from maglev.judging.verdicts import (
     VERDICTS,
     ClaimResult,
     MeasuredValue,
-    bounds,
+    bound_claims,
     bounds_in_words,
     bounds_met,
     count_verdicts,
@@ -132,7 +132,7 @@ def test_bounds_are_counted_apart() -> None:
     results = [ClaimResult(words, 0.5, "reproduced"), ClaimResult(bound, 1.5, "met"),
                ClaimResult(bound, 3.0, "not met"), ClaimResult(bound, None, "not run")]
     assert sentences(results) == results[:1]
-    assert bounds(results) == results[1:]
+    assert bound_claims(results) == results[1:]
     assert (bounds_met(results), bounds_met(results[:1])) == ("1 of 2", "")
     assert bounds_in_words(results) == "1 of 2 bounds by the axes of figures are met"
     assert bounds_in_words(results[:1]) == ""
@@ -153,7 +153,7 @@ def test_a_users_own_claims_are_counted_apart() -> None:
     bound = ProcedureClaim.model_validate({"figure": "4.9", "value": "thrust", "target": [1, 2], "own": True})
     results = [judge(mine, values(0.5)), judge(mine, values(1.0)), judge(bound, values(1.5)), judge(mine, None)]
     assert [result.verdict for result in results] == ["met", "not met", "met", "not run"]
-    assert (specification(results), sentences(results), bounds(results)) == (results, [], [])
+    assert (specification(results), sentences(results), bound_claims(results)) == (results, [], [])
     assert met_of(results) == "2 of 3"
     assert of_modified_runs(results) == results, "whichever controller runs"
 

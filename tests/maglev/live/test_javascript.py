@@ -7,7 +7,7 @@ import pytest
 from command_line import maglev
 
 from maglev.errors import ControllerError
-from maglev.live.javascript import law_text, parts_text, python_law, translated
+from maglev.live.javascript import law_text, module_in_javascript, parts_text, python_law
 from maglev.user_controllers.new import new_controller
 from pmlsm.rigs import RIGS
 
@@ -76,13 +76,13 @@ class Part {
 def test_a_block_is_translated_as_it_reads() -> None:
     text = SOURCE.replace("        a, self.gain = part", "        a = 0.0\n        a, self.gain = part")
     expected = EXPECTED.replace("    [a, this.gain] = part", "    let a = 0.0;\n    [a, this.gain] = part")
-    assert translated(text) == expected
+    assert module_in_javascript(text) == expected
 
 
 @pytest.mark.parametrize("line", ["a, self.gain = 1.0, 2.0", "x = [1.0]", "x = 2.0 ** t"])
 def test_what_blocks_do_not_have_is_refused(line: str) -> None:
     with pytest.raises(ControllerError, match=r"^'.*' cannot be put into JavaScript"):
-        translated(f'"""M."""\n\n\nclass A:\n    def step(self, t):\n        {line}\n')
+        module_in_javascript(f'"""M."""\n\n\nclass A:\n    def step(self, t):\n        {line}\n')
 
 
 def test_a_law_finds_its_parts_of_which_each_is_there_once() -> None:

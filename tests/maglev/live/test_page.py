@@ -26,7 +26,7 @@ from maglev.live.content import (
     not_live,
     page_data,
     places,
-    tilts,
+    visible_tilts,
 )
 from maglev.live.page import FOLDER, SCRIPTS, WORKER, live_page, plans_of, reasons, write_live
 from maglev.own_fmus import definition, installed
@@ -137,7 +137,7 @@ def test_runs_that_it_cannot_run_are_not_in_it(runs: list[RunPlan]) -> None:
 
 def test_tilts_are_seen_from_the_side_that_the_gap_grows_to() -> None:
     """Against the block that places the motors; stages whose guides hold the tilts have none."""
-    seen = {name: tilts(rig) for name, rig in RIGS.items() if tilts(rig)}
+    seen = {name: visible_tilts(rig) for name, rig in RIGS.items() if visible_tilts(rig)}
     assert list(seen) == [name for name, rig in RIGS.items() if rig.rotations]
     for name, sides in seen.items():
         rig = RIGS[name]

@@ -20,11 +20,11 @@ from maglev.errors import FmuError
 from maglev.experiment.preparation import Experiment
 from maglev.microcontroller.emulator import MISSING, OPTIONS, PROGRAM, Emulator, EmulatorError
 from maglev.microcontroller.image import generated, linked
-from maglev.microcontroller.measured import Emulated, Measured, equal_columns, in_the_loop, measured
+from maglev.microcontroller.measured import Emulated, Measured, equal_columns, in_the_loop, on_target
 from maglev.microcontroller.target import usual_run
 from maglev.own_fmus import definition
 from maglev.schema.loading import load_plan
-from maglev_files.extras import command
+from maglev_files.extras import installing
 
 
 @pytest.fixture(autouse=True)
@@ -56,8 +56,8 @@ def fmus(native_fmus: Path, tmp_path: Path) -> Path:
     ("LinearRegulator5DOF", "5dof-setpoints"), ("PID2DOF", "2dof-setpoints")])
 def test_bits_in_the_loop(fmus: Path, tmp_path: Path, controller: str, run: str) -> None:
     """Of all signals of controller and plant; a sample takes about as long as the one before."""
-    found = measured(*generated(controller), short(run, controller, fmus, 0.2), "controller", tmp_path, 216e6, 1.5,
-                     60.0)
+    found = on_target(*generated(controller), short(run, controller, fmus, 0.2), "controller", tmp_path, 216e6, 1.5,
+                      60.0)
     assert found.columns > 25 and found.samples == round(0.2 / found.sample_time)
     assert 100 < found.least <= found.mean <= found.most < 1e4
     assert found.most < 3 * found.least
@@ -73,7 +73,7 @@ def test_settings_reach_the_processor(fmus: Path, tmp_path: Path) -> None:
     names = [f"controller.alpha.i_{phase}_cmd" for phase in "abc"]
     one, other = (each.run().columns for each in (plain, changed))
     assert not any(np.array_equal(one[name], other[name]) for name in names)
-    assert measured(*generated("Regulator3DOF"), changed, "controller", tmp_path, 216e6, 1.5, 60.0).columns == len(one)
+    assert on_target(*generated("Regulator3DOF"), changed, "controller", tmp_path, 216e6, 1.5, 60.0).columns == len(one)
 
 
 ELEMENTARY = """\
@@ -228,7 +228,7 @@ def test_other_bits_are_named(fmus: Path) -> None:
 def test_a_whole_run(fmus: Path, tmp_path: Path) -> None:
     """Of the package, of 26 s."""
     experiment = put_in(load_plan("3dof-setpoints"), "Regulator3DOF", "Regulator3DOF", {"kind": "native", "fmus": fmus})
-    found: Measured = measured(*generated("Regulator3DOF"), experiment, "controller", tmp_path, 216e6, 1.5, 60.0)
+    found: Measured = on_target(*generated("Regulator3DOF"), experiment, "controller", tmp_path, 216e6, 1.5, 60.0)
     assert found.samples == 130000 and found.columns > 40
 
 
@@ -238,7 +238,7 @@ def test_without_a_translator_it_is_refused_and_without_a_compiler_not_run(fmus:
         monkeypatch.setattr("maglev_files.extras.find_spec", lambda name, missing=missing: (
             None if name == missing else find_spec(name)))
         done = maglev("target", "PID2DOF", "--out", tmp_path, "--fmus", fmus)
-        said = f"a native FMU needs {missing}, expected it to be installed: {command('native')}"
+        said = f"a native FMU needs {missing}, expected it to be installed: {installing('native')}"
         if missing == "ziglang":
             assert done.exit_code == 0
             assert f"PID2DOF: it is not run: {said}" in done.output

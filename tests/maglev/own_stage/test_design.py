@@ -25,7 +25,7 @@ from maglev.own_stage.loop import setpoints
 from maglev.own_stage.motor import MOTORS, Motor
 from maglev.own_stage.new import new_stage
 from maglev.schema.loading import load_plan
-from maglev.stability.axis_loop import rig_named as of_regulators
+from maglev.stability.axis_loop import rig_and_regulators as of_regulators
 from pmlsm.rig import Rig
 
 pytestmark = pytest.mark.usefixtures("slow")   # it searches for long
@@ -90,8 +90,8 @@ def test_margins_of_the_design_are_those_of_the_loop(tmp_path: Path, name: str, 
     for axis in axes:
         time, rates, designed = design.designed_rates(rig, [axis], rig.design.observer_time)
         assert time == rig.design.observer_time
-        assert design.regulator_gains(rates[axis]) == rig.axis(axis).design.gains
-        start, lower, upper = design.travel(rig)
+        assert design.gains_at_rate(rates[axis]) == rig.axis(axis).design.gains
+        start, lower, upper = design.gap_travel(rig)
         lifted = {f"{motor}.amplifier.{key}": value for motor in rig.motor_names
                   for key, value in (("peak", 1e3), ("continuous", 0.0))}
         loops = [linearise_loop(f"Plant{rig.suffix}", f"Regulator{rig.suffix}", {rig.vertical.name: gap},

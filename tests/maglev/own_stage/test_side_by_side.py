@@ -15,7 +15,7 @@ from maglev.experiment.ports.starts import following
 from maglev.linear.loop import linearise_loop
 from maglev.own_fmus import definition
 from maglev.own_stage.adoption import know_stage
-from maglev.own_stage.consequences import place
+from maglev.own_stage.consequences import place_at_gap
 from maglev.own_stage.loop import setpoints
 from pmlsm.gap_functions import gap_functions
 from pmlsm.rig import Rig
@@ -95,7 +95,7 @@ def test_it_is_held_level_at_the_ends_wherever_it_begins(tmp_path: Path) -> None
     """A tilt at the start, which the stops leave no room for at the ends of travel, is none of theirs."""
     tilted = written(tmp_path / "tilted.toml", LIKE, {"start = 0.0               # rad": "start = 2e-3  # rad",
                                                       "# poles =": "poles =", "# observer_time": "observer_time"})
-    assert set(place(know_stage(tilted), 0.0279).margins) == {"v", "h", "roll"}
+    assert set(place_at_gap(know_stage(tilted), 0.0279).margins) == {"v", "h", "roll"}
 
 
 @pytest.mark.thorough

@@ -14,7 +14,7 @@ from unlike_motors import THOROUGH, first_files, given_separately, simulated, ta
 import maglev
 from maglev.errors import RigError
 from maglev.identification.rigs import accelerations as identified
-from maglev.identification.rigs import rig_of
+from maglev.identification.rigs import estimated_rig
 from maglev.linear.linearise import linearise
 from maglev.linear.loop import linearise_loop
 from maglev.own_fmus import definition
@@ -117,7 +117,7 @@ def test_linear_model_and_rows_are_those_of_its_data_sheets(tmp_path: Path) -> N
     at[1] = 0.0   # a tooth, where the slots count for nothing
     dq = np.array([[0.7, -0.4], [-0.3, 0.9]])
     constants = {each.name: each.stage for each in rig.constants}
-    rows = identified(rig_of(rig), at[None], dq[None, :, 0], dq[None, :, 1], constants)
+    rows = identified(estimated_rig(rig), at[None], dq[None, :, 0], dq[None, :, 1], constants)
     assert rows[0] == pytest.approx(accelerations(rig, at, dq), abs=1e-7)
 
     estimator: Any = definition("EstimatorUnlike").new_block()

@@ -11,7 +11,7 @@ from motor import MOTOR
 from report_runs import with_columns
 
 from maglev.experiment.execution import RunResult
-from maglev.identification.estimators import estimate
+from maglev.identification.estimators import run_estimator
 from maglev.identification.identify import identify, observed
 from maglev.identification.rigs import equilibrium_currents, regressors
 from maglev.procedures.evaluate import evaluate_all
@@ -107,7 +107,7 @@ def test_the_same_offline_is_on_the_recorded_rows(rig: RunResult, trial: Data) -
     rows = regressors(recording.rig, recording.positions, recording.i_d, recording.i_q,
                       observed(recording.positions, recording.dt))
     for method in ("reduced", "full", "fsdi"):
-        final = estimate(method, rows, recording.time, recording.rig.guess, 0.01).final
+        final = run_estimator(method, rows, recording.time, recording.rig.guess, 0.01).final
         place = table.header.index(method)
         assert [row[place] for row in table.rows] == [f"{final[row[0]]:.5g}" for row in table.rows]
     assert [row[0] for row in table.rows] == ["C1", "C2", "C3", "C4"]

@@ -8,7 +8,7 @@ from report_runs import Page, failed, judged, of_procedure, packaged, page_of, r
 from maglev.procedures.outcome import Chart, Curve, Outcome, Panel, ProcedureValue
 from maglev.report.claim_table import linked_source, unbroken
 from maglev.report.page import SCRIPTS
-from maglev.report.plots.charts import MOST_POINTS, chart_data, curve_data, in_order, shown_charts
+from maglev.report.plots.charts import MOST_POINTS, by_number, chart_data, curve_data, shown_charts
 from maglev.report.plots.figures import read_figures, shown_figures
 
 SETPOINTS = packaged("2dof-setpoints")
@@ -106,7 +106,7 @@ def test_a_procedure_without_claims_says_so():
 def test_charts_stand_among_the_figures_by_number():
     charts = [chart(number) for number in ("5.7", "4.10", "4.8", "4.18", None)]
     results = [recorded(SETPOINTS), recorded(packaged("3dof-setpoints")), recorded(renamed("2dof-setpoints", "mine"))]
-    shown = in_order(shown_figures(read_figures(), results), shown_charts([outcome(charts=tuple(charts))]))
+    shown = by_number(shown_figures(read_figures(), results), shown_charts([outcome(charts=tuple(charts))]))
     numbers = [each.number for each in shown]
     assert numbers[:3] == ["4.8", "4.10", "4.18"]
     assert [each.id for each in shown if each.number == "4.18"] == ["figure-4-18", "figure-4-18-2dof-thrust"]
@@ -116,7 +116,7 @@ def test_charts_stand_among_the_figures_by_number():
 
 def test_without_charts_the_figures_keep_their_order():
     shown = shown_figures(read_figures(), [recorded(SETPOINTS), recorded(renamed("2dof-setpoints", "mine"))])
-    assert in_order(shown, []) == shown
+    assert by_number(shown, []) == shown
 
 
 def test_charts_of_one_number_have_anchors_of_their_own():

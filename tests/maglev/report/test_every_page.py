@@ -12,11 +12,11 @@ from report_runs import packaged, recorded
 from report_tab import ALONE, CONTRAST, DESKTOP, LANDSCAPE, PHONE, SHIFTS, SMALL, WIDE, Tab, violations, wait_until
 from studied_grid import broken_at
 
-from maglev.comparison.files import comparison_page, rows_of
+from maglev.comparison.files import compared_rows, comparison_page
 from maglev.live.page import live_page
 from maglev.pages.shell import HEAD, INDEX, colour, publish
 from maglev.report.claim_table import unbroken
-from maglev.studies.page.page import page as study_page
+from maglev.studies.page.page import study_page
 
 if TYPE_CHECKING:
     from playwright.sync_api import ViewportSize
@@ -74,7 +74,7 @@ def pages(report: Path, wasm_fmus: Path, tmp_path_factory: pytest.TempPathFactor
     runs = {name: recorded(packaged(f"2dof-step-4-{name}"), rms_errors={"v": error, "h": error})
             for name, error in (("linear", 2e-5), ("nonlinear", 1e-5))}
     publish(folder / "live.html", live_page(wasm_fmus, [packaged("3dof-setpoints-improved")]))
-    publish(folder / "compare.html", comparison_page("2dof-step-4", "Two laws", runs, rows_of(runs)))
+    publish(folder / "compare.html", comparison_page("2dof-step-4", "Two laws", runs, compared_rows(runs)))
     publish(folder / "study.html", study_page(*broken_at()))
     return folder
 
@@ -150,7 +150,7 @@ def test_a_phone_shows_the_table_of_a_comparison_whole(browser, tmp_path: Path) 
     """Three controllers and by how much the best one is ahead, a line each: no name breaks within a word."""
     runs = {label: recorded(packaged("3dof-setpoints"), rms_errors={"y": error, "x": error, "z": 5e-6})
             for label, error in (("Regulator3DOF", 5.2e-6), ("LinearRegulator3DOF", 31e-6), ("PID3DOF", 22e-6))}
-    publish(tmp_path / "compare.html", comparison_page("3dof-setpoints", "Three laws", runs, rows_of(runs)))
+    publish(tmp_path / "compare.html", comparison_page("3dof-setpoints", "Three laws", runs, compared_rows(runs)))
     tab = Tab(browser, tmp_path / "compare.html", PHONE)
     lines = tab.evaluate("""[...document.querySelector(".values tbody tr").cells].slice(1).map((cell) =>
         [cell.dataset.label, cell.innerText.replace("\\u00a0", " "), cell.clientWidth < cell.scrollWidth,

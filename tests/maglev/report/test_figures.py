@@ -4,7 +4,7 @@ from described_stages import written
 from report_runs import all_recorded, failed, of_procedure, packaged, recorded, renamed, with_columns, without_anything
 
 from maglev.own_stage.adoption import know_stage
-from maglev.report.plots.data import run_data
+from maglev.report.plots.data import run_signals
 from maglev.report.plots.figures import MOVING, Figure, Panel, own_outputs, read_figures, shown_figures
 from maglev.schema.layers import packaged_runs
 from maglev.schema.loading import load_plans
@@ -68,7 +68,7 @@ def test_outputs_of_a_users_own_have_panels_of_their_own():
     shown = shown_figures(FIGURES, [result])
     assert {each.panels[-1] for each in shown} == {Panel("own", "controller.estimate")}
     assert {panel.kind for panel in shown[0].panels[:-1]}.isdisjoint({"own"})
-    signal = run_data(result, shown, 16000, ("own",))["signals"]["controller.estimate"]
+    signal = run_signals(result, shown, 16000, ("own",))["signals"]["controller.estimate"]
     assert signal["tolerance"] == pytest.approx(1e-4 * own.max())
 
 

@@ -19,15 +19,15 @@ from maglev.pages.shell import colour
 from maglev.pictures import write_figure
 from maglev.procedures.evaluate import judge_procedure
 from maglev.procedures.outcome import Chart, Curve, Panel
-from maglev.report.plots.data import run_data
+from maglev.report.plots.data import run_signals
 from maglev.report.plots.picture import figure_of, overlay
 from maglev.report.text import (
     claims_markdown,
     curves_csv,
     outcome_text,
+    run_text,
     short_outcome,
     study_table,
-    text_of,
     write_outcomes,
 )
 from maglev.schema.run_plan import Event
@@ -68,7 +68,7 @@ def test_texts_are_no_markup():
     assert f"note: {HOSTILE}" in text
     assert text.count("[red]") > 4
     claim = judged("not reproduced", text="[bold]a[/]", source="[/red]", reason="[b]")
-    printed = text_of(RUN, [claim])
+    printed = run_text(RUN, [claim])
     for words in ("[bold]a[/]", "[/red]", "; [b]"):
         assert words in " ".join(printed.split())
 
@@ -78,7 +78,7 @@ def test_texts_are_neither_control_sequences_nor_html(capsys: pytest.CaptureFixt
     hostile = "\x1b[2Jgone \x9b31m \u202edetrever <script>alert(1)</script> <img src=x> <!-- 1 < 2"
     claim = judged("not reproduced", text=hostile, source=hostile, reason=hostile)
     report_console().print(Text(hostile))
-    for printed in (text_of(RUN, [claim]), capsys.readouterr().out):
+    for printed in (run_text(RUN, [claim]), capsys.readouterr().out):
         assert "\\x1b[2Jgone" in printed
         assert not set("\x1b\x9b\u202e") & set(printed)
     markdown = claims_markdown([RUN], {RUN.plan.name: [claim]})
@@ -175,7 +175,7 @@ def test_windows_of_events_are_drawn_in_every_picture():
     pytest.importorskip("matplotlib")
     events = [Event(name="push", time=0.1, end=0.3), Event(name="other", time=0.4)]
     run = replace(RUN, plan=RUN.plan.model_copy(update={"events": events}))
-    assert [each[:2] for each in run_data(run, [], 1000, ())["windows"]] == [("push", 0.1), ("other", 0.4)]
+    assert [each[:2] for each in run_signals(run, [], 1000, ())["windows"]] == [("push", 0.1), ("other", 0.4)]
     figure = figure_of(run)
     assert [[note.get_text() for note in panel.texts] for panel in figure.axes[:3]] == [["push", "other"]] * 2 + [[]]
     assert all(len(panel.patches) == 2 for panel in figure.axes)
@@ -209,7 +209,7 @@ def test_a_picture_marks_limits_that_are_near_and_when_a_stop_was_touched():
     ({}, "completed", "completed")])
 def test_how_a_run_ended_is_told_in_order_of_time(metrics, text, cell):
     result = recorded(packaged("2dof-setpoints"), **metrics)
-    assert text_of(result, []).splitlines()[-1] == text
+    assert run_text(result, []).splitlines()[-1] == text
     assert short_outcome(result) == cell
 
 
@@ -220,18 +220,18 @@ def test_rotations_are_printed_in_mrad():
         "metrics": plan.metrics.model_copy(update={"tilt_bands": [0.5e-3]})})
     steps = (StepResponse("v", 1.0, 0.02, 0.022, dict.fromkeys(plan.metrics.bands, 0.5), 0.1, 2e-6),
              StepResponse("h", 1.0, 0.0, 0.01, {0.5e-3: 0.25}, 0.2, 3e-6))
-    text = text_of(recorded(plan, steps=steps, end_errors={"v": 2e-6, "h": 2e-3}), [])
+    text = run_text(recorded(plan, steps=steps, end_errors={"v": 2e-6, "h": 2e-3}), [])
     assert [cell in text for cell in ("10 mrad", "0.5 mrad", "3 µrad", "22 mm", "2 µm")] == 5 * [True]
     assert text.splitlines()[-1] == "completed: largest end error 2 µm on v, largest end error 2 mrad on h"
 
 
 def test_a_run_that_did_not_complete_is_told_with_its_reason():
     result = failed(packaged("2dof-setpoints"), "[b] no step")
-    assert text_of(result, []).splitlines()[1] == short_outcome(result) == "did not complete: [b] no step"
+    assert run_text(result, []).splitlines()[1] == short_outcome(result) == "did not complete: [b] no step"
 
 
 def test_a_run_without_axes_and_motors_is_printed():
-    text = text_of(recorded(without_anything("mine")), [])
+    text = run_text(recorded(without_anything("mine")), [])
     assert text.endswith("\ncompleted\n")
     assert "Currents" not in text
 

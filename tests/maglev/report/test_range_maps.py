@@ -13,7 +13,7 @@ from report_tab import Tab, wait_until
 from maglev.maps.grids import Grid, Origin, RigGrids, read_grids
 from maglev.maps.operating_range import OUTCOMES, SETTLED
 from maglev.maps.tolerances import QUESTIONS
-from maglev.report.outcome_maps import MARKED, RANGE, TOLERANCES, of_rigs, rig_data, section
+from maglev.report.outcome_maps import MARKED, RANGE, TOLERANCES, map_data, maps_section, of_rigs
 from maglev.report.page import json_in_html, write_report
 
 STAGES = ("2dof", "3dof", "5dof")
@@ -40,7 +40,7 @@ def cells_of(each: dict[str, Any], law: str) -> np.ndarray:
 @pytest.mark.parametrize("stage", [*STAGES, "4dof"])
 def test_the_page_has_every_cell_as_the_data_have_it(stage: str) -> None:
     found = {**read_grids(RANGE.file), "4dof": of_every_outcome()}[stage]
-    each, = rig_data(RANGE, stage, found).values()
+    each, = map_data(RANGE, stage, found).values()
     grid, = found.grids.values()
     assert [law["name"] for law in each["laws"]] == [*grid.laws]
     assert each["outcomes"] == [*OUTCOMES, "settles only with the constants as they are"]
@@ -58,7 +58,7 @@ def test_the_page_has_every_cell_as_the_data_have_it(stage: str) -> None:
 @pytest.mark.parametrize("stage", STAGES)
 def test_the_page_has_every_cell_of_tolerances_as_the_data_have_it(stage: str) -> None:
     found = read_grids(TOLERANCES.file)[stage]
-    for question, each in zip(QUESTIONS, rig_data(TOLERANCES, stage, found).values(), strict=True):
+    for question, each in zip(QUESTIONS, map_data(TOLERANCES, stage, found).values(), strict=True):
         for law, ends in found.grids[question.name].laws.items():
             assert cells_of(each, law).tolist() == ends.tolist()
         assert each["factors"][1]["values"][1:] == [f"{value:g}" for value in question.along.values[1:]]
@@ -99,14 +99,14 @@ def test_a_report_shows_the_stages_that_it_has_runs_of() -> None:
 
 
 def test_the_section_is_absent_without_data_of_the_stage() -> None:
-    assert section(RANGE, of_rigs(RANGE, ["4dof"])) == section(TOLERANCES, of_rigs(TOLERANCES, [""])) == ""
+    assert maps_section(RANGE, of_rigs(RANGE, ["4dof"])) == maps_section(TOLERANCES, of_rigs(TOLERANCES, [""])) == ""
     page = page_of([])
     assert not {"operating-range", "tolerances"} & {*page.attributes("id")}
     assert "#operating-range" not in page.attributes("href")
 
 
 def test_the_maps_say_what_they_rest_on() -> None:
-    text = " ".join(section(RANGE, of_rigs(RANGE, STAGES)).split())
+    text = " ".join(maps_section(RANGE, of_rigs(RANGE, STAGES)).split())
     for found in read_grids(RANGE.file).values():
         commit = f" ({found.origin.commit})" if found.origin.commit else ""   # a tree without git has none
         assert f"Maglev FMUs {found.origin.version}{commit}" in text
@@ -117,5 +117,5 @@ def test_the_maps_say_what_they_rest_on() -> None:
 
 def test_the_maps_take_few_bytes() -> None:
     for kind in (RANGE, TOLERANCES):
-        data = [rig_data(kind, rig, found) for rig, found in of_rigs(kind, STAGES).items()]
-        assert len(json_in_html(data)) + len(section(kind, of_rigs(kind, STAGES))) < LARGEST
+        data = [map_data(kind, rig, found) for rig, found in of_rigs(kind, STAGES).items()]
+        assert len(json_in_html(data)) + len(maps_section(kind, of_rigs(kind, STAGES))) < LARGEST

@@ -7,7 +7,7 @@ from xml.etree import ElementTree
 
 import pytest
 
-from fmi_export.pages.documentation import section
+from fmi_export.pages.documentation import block_section
 from fmi_export.pages.mathml import typeset
 from maglev.rig.writer import PAGES, module
 from maglev.stages import STAGES as KNOWN
@@ -80,8 +80,8 @@ def test_a_section_of_a_stage_of_the_users(tmp_path: Path) -> None:
         (tmp_path / file).parent.mkdir(exist_ok=True)
         (tmp_path / file).write_text(text, encoding="utf-8")
     KNOWN.add(OwnStage(UNEVEN, tmp_path, tmp_path / "uneven.toml"))
-    assert section("plant_fmu.stage_uneven", "plant_fmu", "own.html") == "<h2>Mine</h2>"
-    assert section("plant_fmu.stage_uneven", "plant_fmu", "effects.html").startswith("<h2>")
+    assert block_section("plant_fmu.stage_uneven", "plant_fmu", "own.html") == "<h2>Mine</h2>"
+    assert block_section("plant_fmu.stage_uneven", "plant_fmu", "effects.html").startswith("<h2>")
     with pytest.raises(FileNotFoundError, match=r"own\.html"):
-        section("plant_fmu.stage_3dof", "plant_fmu", "own.html")
+        block_section("plant_fmu.stage_3dof", "plant_fmu", "own.html")
     KNOWN.forget("uneven")

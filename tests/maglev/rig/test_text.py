@@ -6,7 +6,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from maglev.rig.text import LONGEST, aligned, each, factor, fitted, imports, mean, total
+from maglev.rig.text import LONGEST, aligned_comments, each, factor, fitted, mean, sorted_imports, sum_text
 
 NAMES = st.lists(st.from_regex("[a-z]{1,12}", fullmatch=True), min_size=1, max_size=30)
 STATEMENTS = {"held = {}": " or ", "self.plant.held = {}": " and ", "return {}": " + ", "call({})": ", ",
@@ -17,23 +17,23 @@ STATEMENTS = {"held = {}": " or ", "self.plant.held = {}": " and ", "return {}":
 @pytest.mark.parametrize(("terms", "sums", "means"), [
     (["a"], "f(a)", "f(a)"), (["a", "b"], "(f(a) + f(b))", "0.5 * (f(a) + f(b))")])
 def test_terms(terms: list[str], sums: str, means: str) -> None:
-    assert (total(terms, "f({0})"), mean(terms, "f({0})")) == (sums, means)
+    assert (sum_text(terms, "f({0})"), mean(terms, "f({0})")) == (sums, means)
     assert each(terms, "{0}.i_d", " + ") == " + ".join(f"{term}.i_d" for term in terms)
-    assert factor(1.0) + total(terms) == total(terms)
+    assert factor(1.0) + sum_text(terms) == sum_text(terms)
     assert factor(2.0) + "a" == "2.0 * a"
 
 
 def test_imports_are_in_order_and_together() -> None:
     text = "from b.c_d import last, First, ALL\n\nfrom a import NO_ONE, NONE\nfrom b.c import x\nfrom a import A_B\n"
-    assert imports(text) == (
+    assert sorted_imports(text) == (
         "from a import A_B, NO_ONE, NONE\nfrom b.c import x\nfrom b.c_d import ALL, First, last\n")
     many = [f"member_{k:02}" for k in range(15)]
-    assert imports(f"from a import {', '.join(many)}\n") == (
+    assert sorted_imports(f"from a import {', '.join(many)}\n") == (
         "from a import (\n" + "".join(f"    {name},\n" for name in many) + ")\n")
 
 
 def test_comments_are_below_each_other() -> None:
-    assert aligned("    a = 1  # m\n    longer = 22\n    b = 3  # s, parameter\n") == (
+    assert aligned_comments("    a = 1  # m\n    longer = 22\n    b = 3  # s, parameter\n") == (
         "    a = 1        # m\n    longer = 22\n    b = 3        # s, parameter\n")
 
 

@@ -18,10 +18,10 @@ from maglev.rig.writer import (
     PLATFORM,
     TEMPLATES,
     environment,
+    module_template,
+    module_texts,
     own_names,
     paths,
-    template,
-    written,
     written_class,
 )
 from pmlsm.rig import Rig, RigMotor
@@ -39,7 +39,7 @@ def crowded(rig: Rig) -> Rig:
 
 @pytest.mark.parametrize("name", RIGS)
 def test_modules_are_as_written(name: str) -> None:
-    different = {path for path, text in written(read_rig(PACKAGED / f"{name}.toml")).items()
+    different = {path for path, text in module_texts(read_rig(PACKAGED / f"{name}.toml")).items()
                  if (ROOT / path).read_text(encoding="utf-8") != text}
     assert not different, "run make generate"
 
@@ -57,7 +57,7 @@ def test_no_module_of_a_rig_is_left_over(path: str) -> None:
 
 
 def test_no_template_is_left_over() -> None:
-    used = {template(path, tilting) for path in MODULES + PAGES for tilting in (False, True)
+    used = {module_template(path, tilting) for path in MODULES + PAGES for tilting in (False, True)
             if tilting or path != PLATFORM}
     used |= {f"new/{what}.j2" for what in (
         "controller.py", "controller_tilting.py", "plant.py", "plant_tilting.py", "stage.toml", "scenario.toml",
@@ -82,7 +82,7 @@ def test_no_axis_or_motor_can_have_a_name_that_blocks_have(name: str) -> None:
     rig = RIGS[name]
     parts = "|".join([*rig.axis_names, *rig.motor_names, *(constant.name for constant in rig.constants)])
     called = set()
-    for path, text in written(rig).items():
+    for path, text in module_texts(rig).items():
         for node in ast.walk(ast.parse(text)) if path.endswith(".py") else ():
             if isinstance(node, ast.Attribute) and isinstance(node.value, ast.Name) and node.value.id == "self":
                 called.add(node.attr)
@@ -99,7 +99,7 @@ def test_no_axis_or_motor_can_have_a_name_that_blocks_have(name: str) -> None:
 @pytest.mark.parametrize("name", RIGS)
 def test_lines_of_code_are_within_their_length_for_any_number_of_motors(name: str) -> None:
     rig = crowded(RIGS[name])
-    modules = {path: text for path, text in written(rig).items() if path.endswith(".py")}
+    modules = {path: text for path, text in module_texts(rig).items() if path.endswith(".py")}
     modules |= {kind: written_class(kind, rig, "Mine", "mine.py") for kind in ("controller", "plant")}
     assert len(modules) > len(MODULES)
     for path, text in modules.items():

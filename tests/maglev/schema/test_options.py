@@ -16,7 +16,7 @@ from maglev.cosim.other_process.run import TIMEOUT
 from maglev.experiment.execution import RunResult
 from maglev.experiment.preparation import Experiment
 from maglev.schema.loading import load_plan
-from maglev.schema.options import OPTIONS, RunOptions, completed
+from maglev.schema.options import OPTIONS, RunOptions, completed_options
 
 # What a function does not take, for it says nothing there: baselines have a step, samples no files of start values.
 LEFT_OUT = {"run": set(), "run_all": set(), "compare": {"controller"}, "check": {"step", "order"},
@@ -64,9 +64,9 @@ def test_commands_have_the_flags_and_defaults() -> None:
 
 
 def test_defaults_are_completed_and_times_read() -> None:
-    assert completed({})["timeout"] == TIMEOUT
-    assert completed({"step": "0.2 ms"})["step"] == 0.2e-3
-    assert completed({"fmi": 3}) == {**completed({}), "fmi": 3}
+    assert completed_options({})["timeout"] == TIMEOUT
+    assert completed_options({"step": "0.2 ms"})["step"] == 0.2e-3
+    assert completed_options({"fmi": 3}) == {**completed_options({}), "fmi": 3}
 
 
 @pytest.mark.parametrize(("options", "in_python", "on_the_command_line"), [

@@ -13,7 +13,7 @@ from hypothesis import strategies as st
 import maglev
 from maglev.errors import MaglevError
 from maglev.studies.columns import METADATA
-from maglev.studies.dataset import SEAL, Contents, is_as_written, merge, read_dataset
+from maglev.studies.dataset import SEAL, Contents, is_as_written, merge_parts, read_dataset
 
 SCHEMA = pa.schema([pa.field("sample", pa.int64()), pa.field("mass", pa.float64(), metadata={"unit": "kg"}),
                     pa.field("passed", pa.bool_()), pa.field("failure", pa.string())],
@@ -27,7 +27,7 @@ Edit = Callable[[pa.Table], pa.Table]
 def written(path: Path) -> Path:
     sink = pa.BufferOutputStream()
     pq.write_table(ROWS, sink)
-    merge(iter([sink.getvalue().to_pybytes()]), SCHEMA, path)
+    merge_parts(iter([sink.getvalue().to_pybytes()]), SCHEMA, path)
     return path
 
 

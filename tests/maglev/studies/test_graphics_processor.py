@@ -30,7 +30,7 @@ from maglev.errors import Interrupted
 from maglev.experiment.preparation import prepare
 from maglev.schema.loading import load_plan
 from maglev.studies.batch import graphics_processor
-from maglev.studies.batch.graphics_processor import FUNCTION, code_of
+from maglev.studies.batch.graphics_processor import FUNCTION, kernel_code
 from maglev.studies.batch.measuring import Found, Measuring
 from maglev.studies.batch.repeated_run import RepeatedRun
 from maglev.studies.batch.samples import Job, Sample, run_samples
@@ -66,7 +66,7 @@ def code(fmus: Path, name: str) -> str:
             experiment, measuring=Measuring(experiment.plan, experiment.times)) as trial:
         patch.setattr(block_loop, "loop_of", lambda sources, _: taken.append(sources))
         trial.load()
-    return ptx_of(code_of(taken[0]))
+    return ptx_of(kernel_code(taken[0]))
 
 
 @pytest.mark.parametrize("name", RUNS)
@@ -83,7 +83,7 @@ def test_what_is_common_is_left_out_and_the_rest_rounds_as_before(native_fmus: P
         masses = [trial.beginning({"plant.v.mass": mass}) for mass in (4.0, 5.0)]
         common = Common.of(words_of(masses))
         sources = trial.loop.sources
-        made = ptx_of(code_of(sources, common.code(trial.loop.moved)))
+        made = ptx_of(kernel_code(sources, common.code(trial.loop.moved)))
         assert common.holds(words_of(masses)) and 0 < len(common.places) < 5
         assert not common.holds(words_of([trial.beginning({"plant.h.mass": 4.0})]))
     require_exact(made, FUNCTION)

@@ -23,7 +23,7 @@ from maglev.schema.loading import load_plan
 from maglev.schema.run_plan import RunPlan
 from maglev.studies.batch.samples import Job
 from maglev.studies.columns import columns_of, named_values
-from maglev.studies.key import LEFT_OUT, canonical, key_of
+from maglev.studies.key import LEFT_OUT, canonical, study_key
 from maglev.studies.targets import Target
 
 MORE = """
@@ -163,7 +163,7 @@ def key(made: Experiment, values: Any = ((4.0,), (5.0,))) -> str:
     for axis in plan.axes.values():
         rest[axis.position] = rest[axis.reference] = np.zeros(len(time))
     columns = columns_of(named_values(plan, run_metrics(plan, time, rest)), None, {}, "here")
-    return key_of(Job("", "code", made, targets, tuple(columns)), np.array(values))
+    return study_key(Job("", "code", made, targets, tuple(columns)), np.array(values))
 
 
 def mutants(table: dict[str, Any]) -> list[tuple[Keys, Any]]:

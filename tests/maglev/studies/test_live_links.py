@@ -12,8 +12,8 @@ from maglev.errors import shortened
 from maglev.live.content import NAME, live_address
 from maglev.schema.layers import PACKAGED
 from maglev.studies.dataset import samples_schema, samples_table
-from maglev.studies.page.again import live_link, why_not_live
-from maglev.studies.page.page import page, write_page
+from maglev.studies.page.again import row_link, why_no_replay
+from maglev.studies.page.page import study_page, write_page
 
 RUN = "3dof-setpoints-improved"
 MASS = 0.1 + 6.6   # kg, which needs all its digits
@@ -28,8 +28,8 @@ def about(options: dict[str, Any] | None = None, given: dict[str, Any] | None = 
 
 def test_a_link_has_the_bits_of_the_sample() -> None:
     said = about({"native": True}, {"plant.x.mass": 11.0, "controller.antiwindup": False})
-    assert why_not_live(said) == ""
-    address = live_link(said, {"payload": MASS})
+    assert why_no_replay(said) == ""
+    address = row_link(said, {"payload": MASS})
     file, _, fragment = address.partition("#")
     assert file == NAME
     assert dict(parse_qsl(fragment, strict_parsing=True)) == {
@@ -38,7 +38,7 @@ def test_a_link_has_the_bits_of_the_sample() -> None:
 
 
 def test_a_setting_of_the_sample_goes_over_that_of_the_command() -> None:
-    assert live_link(about(given={"plant.y.mass": 7.0}), {"payload": 8.0}) == live_address(RUN, {"plant.y.mass": 8.0})
+    assert row_link(about(given={"plant.y.mass": 7.0}), {"payload": 8.0}) == live_address(RUN, {"plant.y.mass": 8.0})
 
 
 def test_a_command_names_the_scenario_without_a_way_round(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
@@ -58,13 +58,13 @@ def test_a_command_names_the_scenario_without_a_way_round(tmp_path: Path, monkey
     (about(scenario="2dof-identification-rig"), "it does not have 2dof-identification-rig"),
     (about(scenario="mine.toml"), "mine.toml is none of these")])
 def test_what_the_live_page_cannot_run(said: dict[str, Any], why: str) -> None:
-    assert why in why_not_live(said)
+    assert why in why_no_replay(said)
 
 
 def test_links_stand_where_the_live_page_lies(fastest_fmus: Path, tmp_path: Path) -> None:
     study = planned(tmp_path, fastest_fmus, vary=[{"set": "plant.v.mass", "kind": "list", "values": [4.0, 4.35]}])
     made = samples_table(study, simulate_samples(study.job, 0, study.values), samples_schema(study))
-    own = page(made, study.about, live=True)
+    own = study_page(made, study.about, live=True)
     assert "The live page cannot run these: it has the packaged runs alone" in own, shortened(own)
     name = "2dof-setpoints"
     packaged = {**study.about, "scenario": name, "run": {**study.about["run"], "scenario": name}}

@@ -27,7 +27,7 @@ from maglev.studies.page.outcome_map import (
     map_of,
     outcomes_of,
 )
-from maglev.studies.page.page import page, write_maps
+from maglev.studies.page.page import study_page, write_maps
 
 INF = float("inf")
 SIDES = {"plant.a": [1.0, 2.0], "plant.b": [0.1 * k for k in range(12)], "plant.c": [-3.0, -1.0, 0.5, 2.0, 9.0, 10.0,
@@ -98,7 +98,7 @@ def numbers(command: str) -> dict[str, float]:
 @pytest.mark.parametrize(("viewport", "scheme"), [(DESKTOP, "light"), (PHONE, "dark")])
 def test_a_place_says_what_became_of_it_and_how_it_is_run(browser, tmp_path: Path, viewport, scheme) -> None:
     made, about = grid()
-    (tmp_path / "study.html").write_text(page(made, about), encoding="utf-8")
+    (tmp_path / "study.html").write_text(study_page(made, about), encoding="utf-8")
     tab = Tab(browser, tmp_path / "study.html", viewport)
     tab.page.emulate_media(color_scheme=scheme)
     wait_until(tab.page, "document.querySelector('.maps figcaption')?.textContent")

@@ -13,8 +13,8 @@ from tiny_study import planned, simulate_samples, tiny
 
 from maglev.studies.dataset import samples_schema, samples_table
 from maglev.studies.design import unit_samples
-from maglev.studies.page.page import design_text, page, sensitivity, sensitivity_section
-from maglev.studies.page.verdict import decisive, edges, telling, verdict
+from maglev.studies.page.page import design_text, sensitivity, sensitivity_section, study_page
+from maglev.studies.page.verdict import decisive_metric, edges, study_verdict, telling
 
 
 def points() -> np.ndarray[Any, Any]:
@@ -62,7 +62,7 @@ def test_the_page_names_the_worst_sample_and_its_command(fastest_fmus: Path, tmp
                     vary=[{"set": "plant.v.mass", "kind": "list", "values": [4.0, 4.35, 5.0]}],
                     limits={"rms error of v": {"max": "1 um"}})
     made = samples_table(study, simulate_samples(study.job, 0, study.values), samples_schema(study))
-    text = page(made, study.about)
+    text = study_page(made, study.about)
     worst = int(np.argmax(made["rms error of v"].to_numpy()))
     assert f'<th scope="row">{worst}</th><td data-label="why">largest rms error of v' in text
     assert f"maglev run tiny.toml --set plant.v.mass={[4.0, 4.35, 5.0][worst]}" in text
@@ -82,21 +82,21 @@ def test_the_page_names_the_worst_sample_and_its_command(fastest_fmus: Path, tmp
 def test_the_page_says_from_where_on_it_breaks() -> None:
     made, about = broken_at(GRID)
     assert telling(made, about) == ["plant.a", "plant.b"]
-    assert decisive(made, about) == "overshoot of v"
+    assert decisive_metric(made, about) == "overshoot of v"
     passed = np.array(made["passed"].to_pylist())
     assert edges(GRID[:, 0], passed, "kg") == ("1 to 4 kg", "1 to 2 kg", "3 to 4 kg")
     assert edges(GRID[:, 1], passed, "m") == ("500 to 1500 mm", "nowhere", "nowhere")
     at_random = np.linspace(0.0, 1.0, 40)
     inside = (at_random < 0.3) | (np.abs(at_random - 0.6) < 0.02)
     assert edges(at_random, inside, "")[1:] == ("0 to 0.2821", "0.641 to 1")
-    text = verdict(made, about)
+    text = study_verdict(made, about)
     assert "6 of 12 samples pass" in text and "by overshoot of v above its limit" in text
 
 
 def test_large_numbers_of_samples_can_be_read() -> None:
     many = np.arange(2400.0).reshape(1200, 2)
     _, about = broken_at(GRID)
-    assert "<strong>1,200 of 1,200 samples pass" in verdict(table(many[:, 0], many), about)
+    assert "<strong>1,200 of 1,200 samples pass" in study_verdict(table(many[:, 0], many), about)
     drawn = {"kind": "latin hypercube", "samples": 100_000, "seed": 0}
     assert design_text({"design": drawn}) == "design: latin hypercube, 100,000 samples, seed 0"
     assert "None" not in design_text({"design": {"kind": "rows", "samples": None, "seed": 0}})
@@ -106,22 +106,22 @@ def test_the_page_begins_with_the_question_and_the_answer_then_the_map() -> None
     made, about = broken_at(GRID)
     fmu = {"name": "plant", "file": "Plant.fmu", "kind": "native", "guid": "{a-guid}"}
     about["provenance"] = {**about["provenance"], "fmus": [fmu]}
-    text = page(made, about)
+    text = study_page(made, about)
     order = [text.index(each) for each in (
         "Does tiny stay within its limits with plant.a from 1 to 4 and plant.b from 0.5 to 1.5? <strong>6 of 12 samples"
         " pass", "Where it holds, and where it breaks", 'id="response"', "what varies", 'id="histograms"',
         "Plant.fmu (native)")]
     assert order == sorted(order) and "a-guid" not in text
     whole = table(GRID[:, 0] / 10.0, GRID)
-    passing = page(whole, about)
+    passing = study_page(whole, about)
     assert "12 of 12 samples pass" in passing and "breaks" not in passing
-    assert "keep the stage in the air with" in page(whole, {**about, "limits": {}})
+    assert "keep the stage in the air with" in study_page(whole, {**about, "limits": {}})
 
 
 def test_a_study_of_one_quantity_opens_on_a_metric_and_asks_for_no_second(browser, tmp_path: Path) -> None:
     made, about = broken_at(GRID)
     about |= {"limits": {}, "vary": about["vary"][:1], "targets": about["targets"][:1]}
-    (tmp_path / "study.html").write_text(page(made, about), encoding="utf-8")
+    (tmp_path / "study.html").write_text(study_page(made, about), encoding="utf-8")
     tab = Tab(browser, tmp_path / "study.html")
     shown = tab.evaluate("""["metric", "first", "second"].map((id) => { const select = document.getElementById(id);
         return [select.selectedOptions[0].text, select.checkVisibility()]; })""")
@@ -134,7 +134,7 @@ def test_bars_add_up_to_the_samples_and_stop_at_what_is_known(browser, tmp_path:
     made, about = broken_at(GRID)
     values = [*made["overshoot of v"].to_pylist()[:-1], float("inf")]
     made = made.set_column(made.schema.get_field_index("overshoot of v"), made.schema.field("overshoot of v"), [values])
-    (tmp_path / "study.html").write_text(page(made, about), encoding="utf-8")
+    (tmp_path / "study.html").write_text(study_page(made, about), encoding="utf-8")
     tab = Tab(browser, tmp_path / "study.html")
     bars = tab.evaluate("""[...document.querySelectorAll(".bars .bar")].map((bar) =>
         [parseInt(bar.textContent), bar.classList.contains("beyond"), Number(bar.textContent.split(" ")[2]),
@@ -158,7 +158,7 @@ def test_indices_are_numbers_over_bars_as_long() -> None:
 @pytest.mark.parametrize(("viewport", "scheme"), [(DESKTOP, "light"), (PHONE, "dark")])
 def test_the_page_in_a_browser(browser, tmp_path: Path, viewport, scheme) -> None:
     made, about = broken_at(GRID)
-    (tmp_path / "study.html").write_text(page(made, about), encoding="utf-8")
+    (tmp_path / "study.html").write_text(study_page(made, about), encoding="utf-8")
     tab = Tab(browser, tmp_path / "study.html", viewport)
     tab.page.emulate_media(color_scheme=scheme)
     seen = tab.evaluate("""() => {

@@ -8,7 +8,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from maglev.linear.design import gains_of, regulator_polynomial
-from maglev.tuning.planning import Unknowns, placed
+from maglev.tuning.planning import Unknowns, placed_gains
 from maglev.tuning.schema import read_tuning
 from maglev.tuning.search import row
 
@@ -27,7 +27,7 @@ def test_gains_place_the_poles(rates: list[float], omega0: float) -> None:
 def test_the_published_gains_come_of_their_poles() -> None:
     """(5.14): -5, -6, -7, -8, -9 are a real pole and the pairs of -6, -7 and of -8, -9."""
     numbers = (5.0, np.sqrt(42.0), 13.0 / (2.0 * np.sqrt(42.0)), np.sqrt(72.0), 17.0 / (2.0 * np.sqrt(72.0)))
-    assert placed(numbers, OMEGA0) == pytest.approx([-463.0, -35.0, -15121.0, -997.0, -2548.0], rel=1e-3)
+    assert placed_gains(numbers, OMEGA0) == pytest.approx([-463.0, -35.0, -15121.0, -997.0, -2548.0], rel=1e-3)
 
 
 def test_every_parameter_gets_its_number() -> None:

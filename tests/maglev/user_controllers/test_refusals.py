@@ -12,7 +12,7 @@ from written_controllers import controller, line_of, trial
 import maglev as tool
 from maglev.experiment.ports.replacement import Replacement
 from maglev.schema.loading import load_plan
-from maglev.user_controllers.source import CLASSES, load, path_of, read
+from maglev.user_controllers.source import CLASSES, load, path_of, read_modules
 
 DECLARED = {
     "an attribute that is not there": (
@@ -107,7 +107,7 @@ def test_a_byte_order_mark(tmp_path: Path) -> None:
     path = controller(tmp_path)
     path.write_text(path.read_text(), encoding="utf-8-sig")
     assert load(path).definition.name == "PD"
-    assert next(iter(read(path).modules.values())).renamed.startswith('"""PD')
+    assert next(iter(read_modules(path).modules.values())).renamed.startswith('"""PD')
 
 
 ARITHMETIC = {"1.0 / (t - t)": "ZeroDivisionError: ", "sin(1.0 / 1e-320)": "ValueError: ",
