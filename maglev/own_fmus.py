@@ -17,6 +17,7 @@ from maglev.copies import original
 from maglev.errors import BuildError, FmuError, ScenarioError, nearest, option, or_of_own_stage
 from maglev.packages import PACKAGES
 from maglev.stages import STAGES, definitions_of, system_of
+from maglev_files.stamp import stamp
 from pmlsm.rigs import RIGS
 
 DEFINITIONS = definitions_of(RIGS.values())
@@ -133,18 +134,17 @@ class OwnBuild(NamedTuple):
 def own_build(path: Path) -> OwnBuild | None:
     """What a file is, if it was built here; None of what was not."""
     try:
-        written = path.stat()
+        now = stamp(path)
     except OSError:
         return None
-    return build_of_file(path, written.st_mtime_ns, written.st_size, written.st_ino,
-                         tuple(str(own.folder) for own in STAGES.own.values()))
+    return build_of_file(path, now, tuple(str(own.folder) for own in STAGES.own.values()))
 
 
 UNREADABLE = (OSError, BadZipFile, zlib.error, KeyError, ValueError, EOFError, RuntimeError, ImportError)
 
 
 @lru_cache(maxsize=64)
-def build_of_file(path: Path, _written: int, _size: int, _file: int, _stages: tuple[str, ...]) -> OwnBuild | None:
+def build_of_file(path: Path, _stamp: tuple[int, ...], _stages: tuple[str, ...]) -> OwnBuild | None:
     """What a file is, looked at once for as long as it stays as it is."""
     try:
         return build_of(path)

@@ -28,6 +28,7 @@ from maglev.parameter import REALS, expected_of
 from maglev.units import known_unit, own_number
 from maglev_files.environment import MOST_UNPACKED, number_in
 from maglev_files.scratch import remove_scratch, scratch_folder
+from maglev_files.stamp import stamp
 
 FATAL = 4   # fmi2Fatal, fmi3Fatal
 COUNT = count(1)   # makes instance names unique
@@ -67,13 +68,12 @@ def read_description(name: str, path: Path) -> ModelDescription:
                        f"without {option('fmus')} those of this project are built where they are missing, "
                        f"`maglev build` makes them in a folder, with {option('stage', 'mine.toml')} those of a stage "
                        "of yours")
-    written = path.stat()
     # Who gives the variables other names and units does it on a list of their own.
-    return copy(description_at(name, path, written.st_mtime_ns, written.st_size))
+    return copy(description_at(name, path, *stamp(path)))
 
 
 @lru_cache(maxsize=64)
-def description_at(name: str, path: Path, _written: int, _size: int) -> ModelDescription:
+def description_at(name: str, path: Path, *_stamp: int) -> ModelDescription:
     """Model description of a file, read once for as long as the file stays as it is."""
     description = checked_description(f"{name}: {original(path)}", path)
     if description.coSimulation is None:

@@ -15,6 +15,7 @@ from maglev.errors import ScenarioError, nearest, shortened
 from maglev.own_stage.loop import loop_table, setpoint_signals
 from maglev.own_stage.reading import read_own
 from maglev.toml_file import read_toml
+from maglev_files.stamp import stamp
 from pmlsm.rigs import RIGS
 
 # The experiments are a folder beside the package in the repository, and in it where it is installed; in it a folder
@@ -182,12 +183,11 @@ def items(value: Any) -> list[Any]:
 
 def file_table(path: Path) -> dict[str, Any]:
     """Table of one TOML file; its relative file names are made absolute. Nothing may be changed in it."""
-    written = path.stat() if path.is_file() else None
-    return placed_once(path, *((written.st_mtime_ns, written.st_size) if written else (0, 0)))
+    return placed_once(path, *(stamp(path) if path.is_file() else ()))
 
 
 @lru_cache(maxsize=256)
-def placed_once(path: Path, _written: int, _size: int) -> dict[str, Any]:
+def placed_once(path: Path, *_stamp: int) -> dict[str, Any]:
     """Table of a file, read once for as long as the file stays as it is: most are extended by many."""
     table = json.loads(GIVEN[path]) if path in GIVEN else read_toml(path)
     for part in (table, *entries(table.get("variants")).values()):

@@ -34,6 +34,7 @@ from maglev.cosim.wires.wiring import Call, Track, Wiring
 from maglev.own_fmus import definition, files_in, own_build
 from maglev.user_controllers.blocks import Block
 from maglev_files.cache import BLOCK_LOOPS, Kept, keep, kept, key_of
+from maglev_files.stamp import stamp
 
 HERE = Path(__file__).parent   # with the C around the blocks
 LIBRARY = f"maglev_block_loop{sharedLibraryExtension}"
@@ -256,9 +257,7 @@ def native_parts(fmus: Iterable[Fmu],
             block = Block.of(definition(build.name))
         if block is None or fmu.scales:
             return None
-        written_at = fmu.path.stat()
-        part = Part(number, block, files_of_block(fmu.path, written_at.st_mtime_ns, written_at.st_size,
-                                                  written_at.st_ino))
+        part = Part(number, block, files_of_block(fmu.path, *stamp(fmu.path)))
         parts[id(fmu)] = part if own else with_names_of_its_own(part)
         if any(ELSEWHERE.search(text) for name, text in parts[id(fmu)].files.items() if name not in INSTANCE):
             return None
@@ -285,7 +284,7 @@ def value_at(number: int, column: int, tracks: Sequence[Track]) -> str:
 
 
 @lru_cache(maxsize=16)
-def files_of_block(path: Path, _written: int, _size: int, _file: int) -> dict[str, str]:
+def files_of_block(path: Path, *_stamp: int) -> dict[str, str]:
     """C files, by name, that an FMU carries of its block, without those of derivatives, and what an instance is.
 
     Read once for as long as the FMU stays as it is: every batch asks for them. Nothing may be changed in them.
