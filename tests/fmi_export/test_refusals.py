@@ -3,6 +3,7 @@
 import ctypes
 import math
 from collections.abc import Callable
+from functools import partial
 from itertools import accumulate
 from pathlib import Path
 
@@ -46,6 +47,15 @@ def test_input_that_is_no_sensible_number(load: Load, name: str, variable: str, 
     assert not math.isnan(value) or read(component, variable) == before
     assert f"{variable} = {value}" in text
     assert "expected a number from" in text
+
+
+def test_powers_of_two_are_written_as_by_python(load: Load) -> None:
+    """With the fewest digits that are read as the number, which are not always those nearest to it."""
+    for value in (2.0**89, 2.0**122, 2.0**863, 2.0**60, 2.0**1023, -2.0**132):
+        component = started(load, "Plant3DOF")
+        put(component, {"z.force": value})
+        text = refusal(component, partial(component.instance.doStep, 0.0, 2e-4))
+        assert f"z.force = {value} N" in text
 
 
 @pytest.mark.parametrize("begun", [False, True], ids=["start value", "in a run"])

@@ -63,6 +63,20 @@ bool refuse_phase(const struct Instance *instance, const char *call, int phases)
     return false;
 }
 
+/* Whether a text, or the one above it in its last digit, which it then is, is read as the value: below a power of two
+ * the next number is half as far away as above it. */
+static bool is_read_as(double value, char *text)
+{
+    char *last = strchr(text, 'e') - 1;
+    if (strtod(text, NULL) != value && *last >= '0' && *last < '9') {
+        ++*last;
+        if (strtod(text, NULL) != value) {
+            --*last;
+        }
+    }
+    return strtod(text, NULL) == value;
+}
+
 const char *number(double value, char *text)
 {
     if (isnan(value)) {
@@ -74,7 +88,7 @@ const char *number(double value, char *text)
     int digits = 1;
     do {
         snprintf(text, NUMBER_LENGTH, "%.*e", digits - 1, value);
-    } while (strtod(text, NULL) != value && ++digits <= 17);
+    } while (!is_read_as(value, text) && ++digits <= 17);
     int exponent = atoi(strchr(text, 'e') + 1);
     if (exponent >= -4 && exponent < 16) {
         int decimals = digits - 1 - exponent;
