@@ -21,16 +21,7 @@ from maglev.cosim.open import open_fmu, read_description
 from maglev.cosim.port_map import PortMap, apply
 from maglev.cosim.step_loop import StepFailed, Stepper, new_counter, own_loop
 from maglev.cosim.wires.wiring import Call, Drives, Rate, Track, Wiring, wire
-from maglev.errors import (
-    FmuError,
-    Interrupted,
-    MaglevError,
-    QuantityError,
-    ended_by,
-    one_of,
-    shortened,
-    signal_of,
-)
+from maglev.errors import FmuError, Interrupted, MaglevError, QuantityError, ended_by, one_of, shortened, signal_of
 from maglev.processes.interrupts import held_interrupts
 from maglev.processes.side_by_side import Progress
 from maglev.time_grid import whole_steps

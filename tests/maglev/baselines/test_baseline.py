@@ -7,14 +7,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from maglev.baselines.baseline import (
-    Baseline,
-    Tolerance,
-    baseline_files,
-    from_recording,
-    read_baseline,
-    write_baseline,
-)
+from maglev.baselines.baseline import Baseline, Tolerance, baseline_files, from_recording, read_baseline, write_baseline
 from maglev.cosim.master import Recording
 from maglev.errors import BaselineError, CsvError
 from maglev.schema.loading import load_plan
