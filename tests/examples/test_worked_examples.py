@@ -182,6 +182,7 @@ def test_h_infinity_reaches_the_norm_that_it_is_designed_for() -> None:
         assert law.gamma < 4.0
 
 
+@pytest.mark.usefixtures("slow")
 def test_without_limits_the_programme_is_the_linear_quadratic_regulator() -> None:
     import control  # which takes a second
 

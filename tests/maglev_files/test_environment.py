@@ -41,6 +41,7 @@ def linearised_with(**variables: str) -> subprocess.CompletedProcess[str]:
                           capture_output=True, timeout=120.0, env={**os.environ, **variables}, check=False)
 
 
+@pytest.mark.usefixtures("slow")
 @pytest.mark.parametrize(("variable", "text"), [(MOST_UNPACKED, "1e9"), (DATE, "soon")])
 def test_commands_say_it_in_one_line(variable: str, text: str) -> None:
     done = linearised_with(**{variable: text})

@@ -66,6 +66,7 @@ def test_no_file_gets_the_number_of_a_closed_stream(tmp_path: Path) -> None:
     assert int((tmp_path / "number").read_text()) > 2
 
 
+@pytest.mark.usefixtures("slow")
 def test_a_bug_is_no_deviation() -> None:
     """Of a check the exit code 1 says that it deviates; Python ends with it after any error."""
     script = "from maglev.cli.streams import CommandLine\napp = CommandLine()\n@app.command()\ndef run(): 1 / 0\napp()"

@@ -69,6 +69,7 @@ def test_a_full_disk_does_not_hide_what_the_fmu_said(fmus: Path, tmp_path: Path,
     assert str(failure.value).endswith(f"{tmp_path / '2dof-step-1-nonlinear.partial.csv'}: No space left on device")
 
 
+@pytest.mark.usefixtures("slow")
 def test_a_build_is_whole_or_not_at_all(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     """The disk is full when the second FMU is written."""
     (tmp_path / "PID2DOF.fmu").write_text("before")

@@ -38,6 +38,7 @@ def test_a_failed_run_leaves_the_others(fastest_fmus: Path, tmp_path: Path) -> N
     assert {name for name, done, steps in reports if done == steps} == {result.plan.name for result in results}
 
 
+@pytest.mark.usefixtures("slow")
 def test_selection() -> None:
     assert [run.name for run in select(["2dof-step-1", "2dof-step-1-linear", "3dof-setpoints"])] == [
         "2dof-step-1-nonlinear", "2dof-step-1-linear", "2dof-step-1-fed-forward", "3dof-setpoints"]

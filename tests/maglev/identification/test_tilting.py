@@ -64,6 +64,7 @@ def written(path: Path, columns: dict[str, np.ndarray]) -> Path:
     return path
 
 
+@pytest.mark.usefixtures("slow")
 def test_recordings_have_gaps_or_tilts(tmp_path: Path) -> None:
     """The gaps at the motors go before positions, and say which rig it is; three positions alone are of another one."""
     time = 1e-3 * np.arange(1200)

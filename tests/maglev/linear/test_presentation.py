@@ -25,6 +25,7 @@ def test_text_has_names_units_equilibrium_and_poles() -> None:
     assert "\n38.747 " in text
 
 
+@pytest.mark.usefixtures("slow")
 def test_python_control_has_the_same_model() -> None:
     import control  # which takes a second
 

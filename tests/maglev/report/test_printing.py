@@ -146,6 +146,7 @@ def test_the_table_of_many_runs_has_the_procedures():
     assert cells(lines[-1])[:3] == ["1 runs", "2 procedures", "2"]
 
 
+@pytest.mark.usefixtures("slow")
 def test_a_run_without_axes_or_motors_has_a_picture(tmp_path):
     pytest.importorskip("matplotlib")
     plan = packaged("2dof-setpoints").model_copy(update={"axes": {}})

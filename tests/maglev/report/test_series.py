@@ -88,6 +88,7 @@ def test_a_column_that_was_not_recorded_is_left_out():
     assert pack(np.zeros(1), {"x": np.zeros(1)}, INTERVAL, {"x": 1.0, "y": 1.0}, 100)["signals"].keys() == {"x"}
 
 
+@pytest.mark.usefixtures("slow")
 @pytest.mark.parametrize("interval", [1e-3, 0.2e-3])
 def test_sixty_noisy_seconds_stay_within_the_rows(interval):
     time = np.arange(round(60.0 / interval)) * interval
