@@ -12,7 +12,7 @@ EXAMPLE = RIG_3DOF.name   # of what is written for any rig, if none is named
 SINGLE = RIG_2DOF.name    # of one motor: what a stage with a motor of a user's begins with
 
 
-def rig_with(models: Iterable[str], axes: Collection[str]) -> Rig | None:
+def best_rig(models: Iterable[str], axes: Collection[str]) -> Rig | None:
     """Rig of FMUs by their names, or otherwise the one that has most of the axes, air gap included; None if none.
 
     Of FMUs of several rigs, such as a controller that knows of no tilt on a plant that tilts, it is the one with most

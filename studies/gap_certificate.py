@@ -67,7 +67,7 @@ class Loop(NamedTuple):
     middle: tuple[float, ...]
 
 
-def law_of(loop: Loop) -> Any:
+def set_up(loop: Loop) -> Any:
     """The regulator, started."""
     regulator = loop.regulator(INTERPOLATED)
     if regulator.start():
@@ -204,7 +204,7 @@ def corners(box: Mapping[str, tuple[float, float]], rate: float) -> Iterator[tup
 
 def find(loop: Loop, rate: float, decay: float) -> dict[str, Any]:
     """Certificate for a rate of the gap (m/s), V decreasing as exp(−2 decay t); its P are of x in units of `scale`."""
-    cvxpy, regulator = solver(), law_of(loop)
+    cvxpy, regulator = solver(), set_up(loop)
     parts = cells(loop, regulator)
     middle = np.array(loop.matrix(regulator, *loop.middle, 0.0))
     # Each state in the unit in which a first V, of one gap alone, is about 1.
@@ -237,7 +237,7 @@ def find(loop: Loop, rate: float, decay: float) -> dict[str, Any]:
 
 def verify(loop: Loop, certificate: Mapping[str, Any]) -> bool:
     """Whether V is positive and decreases at every corner of every cell, in rational arithmetic alone."""
-    regulator, decay = law_of(loop), Fraction(certificate["decay"])
+    regulator, decay = set_up(loop), Fraction(certificate["decay"])
     scale = rational(certificate["scale"])
     P = [rational(matrix) / np.outer(scale, scale) for matrix in certificate["P"]]
     parts = cells(loop, regulator)

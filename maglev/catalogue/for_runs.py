@@ -169,7 +169,7 @@ def fmu_key(name: str, kind: Kind) -> str:
     """Place in the cache, by all that it is made of: sources, tools, kind; of an own stage, what is written of it."""
     stage = STAGES.own_of(name)
     own = "" if stage is None else files_digest(stage.folder, stage.folder.glob("*/**/*.*"))
-    return key_of(FMUS, what_all_depend_on(), tuple(kind), number_in(DATE), own)
+    return key_of(FMUS, dependencies(), tuple(kind), number_in(DATE), own)
 
 
 def require_runnable(description: Path, say: Say) -> None:
@@ -181,7 +181,7 @@ def require_runnable(description: Path, say: Say) -> None:
 
 
 @cache
-def what_all_depend_on() -> tuple[str, ...]:
+def dependencies() -> tuple[str, ...]:
     """What every FMU depends on: sources with what is carried, versions of tools, this machine."""
     folders = [HERE / package for package in (*PACKAGES, "fmi_export", "maglev/catalogue")]
     return (files_digest(HERE, (path for folder in folders for path in folder.rglob("*.*"))),

@@ -168,7 +168,7 @@ def check_experiment(name: str, path: Path, experiment: CarriedExperiment,
                            tables.given_starts(experiment.parameters, variables) if experiment.parameters else {},
                            tables.input_array(experiment.inputs, variables) if experiment.inputs else None,
                            list(expected.values), progress)
-        deviation, differences = largest_differences(expected, result, variables)
+        deviation, differences = compare_results(expected, result, variables)
     except FAILURES as error:
         return CheckResult(name, "error", in_one_line(error), None, {}, time.perf_counter() - begin)
     units = {signal: (variables.get(signal) or variables[signal.rpartition("[")[0]]).unit or ""
@@ -246,8 +246,8 @@ def times_of(experiment: CarriedExperiment, description: ModelDescription, run: 
     return Times(start, stop, step, first(experiment.tolerance, run.get("RelTol") or None, of_default("tolerance")))
 
 
-def largest_differences(expected: Expected, result: npt.NDArray[Any],
-                        variables: Mapping[str, ScalarVariable]) -> tuple[Deviation | None, dict[str, WorstDifference]]:
+def compare_results(expected: Expected, result: npt.NDArray[Any],
+                    variables: Mapping[str, ScalarVariable]) -> tuple[Deviation | None, dict[str, WorstDifference]]:
     """The first deviation, and the largest difference of every variable, or element of an array.
 
     Where a result has two values at one time, as at an event, either will do. At times between communication points a

@@ -15,7 +15,7 @@ from maglev.schema.toml_table import Metres, Radians, Seconds, Table, ValueKind,
 from maglev.time_grid import whole_steps
 from maglev.units import known_unit, own_number, parse_quantity, read_quantity, split_text
 from pmlsm.rig import Rig
-from pmlsm.rigs import rig_with
+from pmlsm.rigs import best_rig
 
 
 class StartValue(NamedTuple):
@@ -356,7 +356,7 @@ class RunPlan(Table):
         """The rig that it is about: as described, or by its FMUs or else by its axes; None if it is about none."""
         if self.rig_file is not None:
             return read_own(Path(self.rig_file))
-        return rig_with((fmu.model for fmu in self.fmus.values() if fmu.model), self.axis_names)
+        return best_rig((fmu.model for fmu in self.fmus.values() if fmu.model), self.axis_names)
 
     @property
     def plants(self) -> set[str]:

@@ -15,19 +15,19 @@ from scipy.optimize import brentq
 from maglev.linear.loop import linearise_loop
 from pmlsm.rig_3dof import RIG
 from studies import gap_certificate, tilt_certificate
-from studies.gap_certificate import LOWER, UPPER, VERTICAL, Loop, cells, law_of, positive, rational, verify, vertical
+from studies.gap_certificate import LOWER, UPPER, VERTICAL, Loop, cells, positive, rational, set_up, verify, vertical
 from studies.tilt_certificate import ABOUT, LEVER, SHARE, TILT, tilting
 
 pytestmark = pytest.mark.usefixtures("slow")   # it searches for long
 
-REGULATOR = law_of(VERTICAL)
+REGULATOR = set_up(VERTICAL)
 LOOPS = {"vertical": VERTICAL, "tilt": TILT}
 
 
 @cache
 def pieces(loop: Loop) -> list[tuple[float, float, gap_certificate.Box]]:
     """Cells of a loop's table with their bounds."""
-    return cells(loop, law_of(loop))
+    return cells(loop, set_up(loop))
 
 
 def row(gap: float, current: float, modulation: float, phase: float) -> float:
@@ -74,7 +74,7 @@ def test_bounds_of_a_tilt_hold_what_differences_find(gap: float, current: float,
        st.floats(-10.0, 10.0), st.floats(-0.5, 0.5))
 def test_currents_for_a_small_tilt_are_what_the_regulator_commands(gap: float, lift: float, turn: float) -> None:
     """Of accelerations (m/s², rad/s²) that y and roll demand; none is at its limit."""
-    regulator, tilt = law_of(TILT), 1e-7
+    regulator, tilt = set_up(TILT), 1e-7
     regulator.current_limit = 0.0
     regulator.allocation.demand(regulator.platform, lift, 0.0, 0.0, tilt * turn, 0.0)
     currents = []
@@ -132,7 +132,7 @@ def test_model_of_a_tilt_has_the_slow_poles_of_the_blocks(gap: float) -> None:
     gain, table_slope, _ = table_at(gap)
     tangent = (without_ripple(gap, held + step) - without_ripple(gap, held - step)) / (2 * step)
     stiffness = (without_ripple(gap + step, held) - without_ripple(gap - step, held)) / (2 * step)
-    require_slow_poles(theirs, tilting(law_of(TILT), tangent / gain, SHARE * stiffness, SHARE * gain * table_slope, 0.0,
+    require_slow_poles(theirs, tilting(set_up(TILT), tangent / gain, SHARE * stiffness, SHARE * gain * table_slope, 0.0,
                                        0.0), times=2)
 
 

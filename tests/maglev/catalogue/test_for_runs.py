@@ -113,7 +113,7 @@ def test_a_key_follows_the_sources(here: Path, monkeypatch: pytest.MonkeyPatch) 
     assert len(keys) == 6
     monkeypatch.setenv("SOURCE_DATE_EPOCH", "1")
     assert fmu_key("Plant2DOF", PYTHON) not in keys
-    monkeypatch.setattr(for_runs, "what_all_depend_on", lambda: ("another version",))
+    monkeypatch.setattr(for_runs, "dependencies", lambda: ("another version",))
     assert fmu_key("Plant2DOF", PYTHON) not in keys
 
 

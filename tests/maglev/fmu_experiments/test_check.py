@@ -15,7 +15,7 @@ from fmpy.model_description import ScalarVariable, read_model_description
 from maglev.baselines.baseline import Tolerance
 from maglev.cosim.master import FmuSetup, Master
 from maglev.errors import FmuError
-from maglev.fmu_experiments.check import Expected, check_experiment, check_fmus, largest_differences, named_experiments
+from maglev.fmu_experiments.check import Expected, check_experiment, check_fmus, compare_results, named_experiments
 
 FALL = "time,v.position\n0,0.02\n0.02,0.0202\n"   # as a file of results looks
 RESULT = 'type="text/csv" source="fall.csv" role="result" description="a fall"'
@@ -268,7 +268,7 @@ def test_comparison_at_events_between_points_and_in_arrays() -> None:
 
     def found(time: float, name: str, *values: float) -> object:
         expected = Expected(np.array([time]), {name: np.array([values])}, {name: Tolerance(1e-9, 0.0)}, [])
-        deviation, _ = largest_differences(expected, simulated, variables)
+        deviation, _ = compare_results(expected, simulated, variables)
         return deviation and (deviation.signal, deviation.got)
 
     assert found(1.0, "line", 2.0) is None

@@ -9,7 +9,7 @@ import pytest
 from maglev.rig.writer import MODULES, PAGES, TEMPLATES
 from maglev.schema.layers import packaged_files, packaged_runs
 from maglev.stages import definitions
-from pmlsm.rigs import RIGS, rig_with
+from pmlsm.rigs import RIGS, best_rig
 
 ROOT = Path(__file__).parents[3]
 PACKAGES = ("pmlsm", "fmi_export", "plant_fmu", "controller_fmu", "estimator_fmu", "measurement_fmu",
@@ -58,8 +58,8 @@ def test_no_template_names_a_rig() -> None:
 
 def test_a_run_is_about_the_rig_of_its_fmus_or_else_of_its_axes() -> None:
     shared = {"y", "x", "z", "C1"}
-    found = [rig_with(["Plant5DOF", "Mine"], shared), rig_with(["Mine"], shared), rig_with([], RIGS["5dof"].axis_names)]
+    found = [best_rig(["Plant5DOF", "Mine"], shared), best_rig(["Mine"], shared), best_rig([], RIGS["5dof"].axis_names)]
     assert [rig.name for rig in found if rig is not None] == ["5dof", "3dof", "5dof"]
-    assert rig_with(["Mine"], {"x", "z"}) is None
-    guided = rig_with(["Regulator3DOF", "Plant5DOF"], RIGS["5dof"].axis_names)   # by a law that knows of no tilt
+    assert best_rig(["Mine"], {"x", "z"}) is None
+    guided = best_rig(["Regulator3DOF", "Plant5DOF"], RIGS["5dof"].axis_names)   # by a law that knows of no tilt
     assert guided is not None and guided.name == "5dof"
