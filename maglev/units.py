@@ -233,6 +233,11 @@ def exact_product(number: float, by: float) -> float:
     return float(Decimal(repr(number)) * Decimal(repr(by)))
 
 
+def exact_quotient(number: float, by: float) -> float:
+    """Divide as on paper."""
+    return float(Decimal(repr(number)) / Decimal(repr(by))) if math.isfinite(number) else number
+
+
 def parse_quantity(value: object, unit: str | None = None) -> float:
     """Return the SI value of a quantity; see `read_quantity`."""
     return read_quantity(value, unit).value
@@ -272,9 +277,7 @@ def to_unit(value: float, unit: str) -> float:
     """
     with refused_as(QuantityError, f"cannot convert {value!r}"):
         by = si_factor(unit)
-    if not math.isfinite(value):
-        return value
-    return float(Decimal(repr(float(value))) / Decimal(repr(by)))
+    return exact_quotient(float(value), by)
 
 
 def number_or_text(text: str) -> float | int | str:

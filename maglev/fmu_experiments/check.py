@@ -165,7 +165,7 @@ def check_experiment(name: str, path: Path, experiment: CarriedExperiment,
             raise FmuError(f"{experiment.results.place}: no results from {lacking[0]}, expected some for the whole "
                            f"experiment; with {option('partial', True)} those are compared that there are")
         result, said = run_fmu(path, description, asked,
-                           tables.given_starts(experiment.parameters, variables) if experiment.parameters else {},
+                           tables.given_starts(experiment.parameters, description) if experiment.parameters else {},
                            tables.input_array(experiment.inputs, variables) if experiment.inputs else None,
                            list(expected.values), progress)
         deviation, differences = compare_results(expected, result, variables)

@@ -7,15 +7,19 @@ from typing import Any
 
 import numpy as np
 import numpy.typing as npt
-from fmpy.model_description import ScalarVariable
+from fmpy.model_description import ModelDescription, ScalarVariable
 
-from fmi_export.parameter_set import parameters_in
+from fmi_export.units import BASE_UNITS
 from maglev.arrays import Array
 from maglev.baselines.baseline import Tolerance, option_rows
+from maglev.cosim.port_map import declared_unit, declared_units
 from maglev.csv_table import is_finite
 from maglev.errors import FmuError, nearest, shortened
-from maglev.fmu_experiments.carried import File, parsed_xml
-from maglev.parameter import REALS, require_parameter
+from maglev.experiment.ports.parameter_file import ParameterSet
+from maglev.fmu_experiments.carried import File
+from maglev.parameter import expected_of, require_parameter
+from maglev.schema.run_plan import StartValue
+from maglev.units import exact_product, exact_quotient, known_unit, unit_of_powers
 
 TEXTS = ("String", "Binary", "Clock")   # fmpy records none of these
 BOOLEANS = {"true": 1.0, "false": 0.0}
@@ -94,20 +98,46 @@ def input_array(file: File, variables: Mapping[str, ScalarVariable]) -> npt.NDAr
     return result
 
 
-def given_starts(file: File, variables: Mapping[str, ScalarVariable]) -> dict[str, str]:
-    """Start values of a parameter set, as texts by name; FmuError for one that the FMU does not have."""
+def given_starts(file: File, description: ModelDescription) -> dict[str, str]:
+    """Start values of a parameter set, as texts by name, in the units of the FMU.
+
+    A value without a unit is in that of its variable. FmuError or ScenarioError of a parameter that the FMU does not
+    have, and of a value that is not of its type or its dimension.
+    """
+    variables = {variable.name: variable for variable in description.modelVariables}
+    given = ParameterSet.parsed(file.data, file.place)
     options = {}
-    for name, typed in parameters_in(parsed_xml(file)):
+    for name, typed in given.typed.items():
         require_parameter(name, variables, f"{file.place}: the FMU", FmuError)
-        if typed is None:
-            raise FmuError(f"{file.place}: parameter {name} has no value, expected one")
-        value = typed.get("value", "")
-        if variables[name].type in REALS and not is_finite(value):
-            raise FmuError(f"{file.place}: parameter {name} = {shortened(value)}, expected a finite number")
-        if variables[name].type == "Boolean" and value not in (*BOOLEANS, "0", "1"):
-            raise FmuError(f"{file.place}: parameter {name} = {shortened(value)}, expected true or false")
-        options[name] = value
+        variable, text = variables[name], typed.get("value", "").strip()
+        if variable.type in (*TEXTS, "Enumeration"):
+            options[name] = text
+            continue
+        value = given.value(name)
+        if expected := expected_of(variable.type, value.value):
+            raise FmuError(f"{value.origin}: is {variable.type} in the FMU, expected {expected}")
+        options[name] = str(value.value).lower() if isinstance(value.value, bool) else (
+            text if value.unit is None else repr(in_unit_of(variable, value, description)))
     return options
+
+
+def in_unit_of(variable: ScalarVariable, value: StartValue, description: ModelDescription) -> float:
+    """A value in the unit that a variable of an FMU declares; FmuError if it cannot be converted."""
+    number, _, unit = str(value.written).partition(" ")
+    own = declared_unit(variable)
+    if unit == own and value.unit == unit:
+        return float(number)   # neither is known here
+    base = next((each.baseUnit for each in description.unitDefinitions if each.name == own), None)
+    own_unit, offset = known_unit(own or "1"), 0.0
+    if own_unit is None and base is not None and base.factor:
+        own_unit = unit_of_powers({name: getattr(base, name) for name in BASE_UNITS}, base.factor)
+        offset = base.offset
+    given = known_unit(value.unit)
+    if given is None and (declared := declared_units(description).get(unit)) is not None:
+        given, value = declared, value._replace(value=exact_product(float(number), declared.factor))
+    if given is None or own_unit is None or given.dimension != own_unit.dimension:
+        raise FmuError(f"{value.origin}: expected a value in {own or '1'}, as the FMU declares it")
+    return exact_quotient(float(value.value) - offset, own_unit.factor)
 
 
 def run_options(file: File | None) -> tuple[dict[str, float], dict[str, Tolerance]]:

@@ -3,6 +3,7 @@
 from collections.abc import Mapping, Sequence
 from math import isclose
 from pathlib import Path
+from typing import NamedTuple, Self
 from xml.etree.ElementTree import Element, ParseError, fromstring
 
 from fmi_export.parameter_set import SSC, SSV, parameters_in
@@ -55,28 +56,48 @@ def read_parameters(path: Path, fmu: str, known: Sequence[str]) -> dict[str, Sta
     """
     if not path.is_file():
         raise ScenarioError(f"there is no file {path}{nearest_file(path)}, expected a parameter set (SSV)")
-    try:
-        root = fromstring(path.read_bytes())
-    except (ParseError, ValueError, LookupError) as error:
-        raise ScenarioError(f"{path}: {error}, expected a parameter set (SSV)") from None
-    if root.tag != f"{{{SSV}}}ParameterSet":
-        raise ScenarioError(f"{path}: the root element is {shortened(root.tag)}, expected ssv:ParameterSet")
-    units = {unit.get("name", ""): unit for unit in root.iter(f"{{{SSC}}}Unit")}
     values: dict[str, StartValue] = {}
-    for name, typed in parameters_in(root):
+    parameters = ParameterSet.parsed(path.read_bytes(), str(path))
+    for name in parameters.typed:
         full = f"{fmu}.{name}" if fmu else name
         if not fmu and name.partition(".")[0] not in known:
             raise ScenarioError(f"{path}: parameter {name}: no FMU {name.partition('.')[0]}, expected "
                                 f"{' or '.join(f'{name}.…' for name in known)}, or of which FMU they are, such as "
                                 f"{option('parameters', {next(iter(known), 'plant'): path.name})}")
-        if full in values:
-            raise ScenarioError(f"{path}: parameter {name} is there twice, expected it once")
-        if typed is None:
-            raise ScenarioError(f"{path}: parameter {name} has no value, expected one")
-        values[full] = parameter_value(typed, f"{path}: parameter {name}", units)._replace(file=str(path))
+        values[full] = parameters.value(name)._replace(file=str(path))
     if not values:
         raise ScenarioError(f"{path}: has no parameters, expected some")
     return values
+
+
+class ParameterSet(NamedTuple):
+    """What a parameter set (SSV) has: its place in messages, elements with a value by parameter, units by name."""
+
+    place: str
+    typed: Mapping[str, Element]
+    units: Mapping[str, Element]
+
+    @classmethod
+    def parsed(cls, data: bytes, place: str) -> Self:
+        """ScenarioError, which begins with the place, of what is no parameter set, or lacks a value."""
+        try:
+            root = fromstring(data)
+        except (ParseError, ValueError, LookupError) as error:
+            raise ScenarioError(f"{place}: {error}, expected a parameter set (SSV)") from None
+        if root.tag != f"{{{SSV}}}ParameterSet":
+            raise ScenarioError(f"{place}: the root element is {shortened(root.tag)}, expected ssv:ParameterSet")
+        typed: dict[str, Element] = {}
+        for name, element in parameters_in(root):
+            if name in typed:
+                raise ScenarioError(f"{place}: parameter {name} is there twice, expected it once")
+            if element is None:
+                raise ScenarioError(f"{place}: parameter {name} has no value, expected one")
+            typed[name] = element
+        return cls(place, typed, {unit.get("name", ""): unit for unit in root.iter(f"{{{SSC}}}Unit")})
+
+    def value(self, name: str) -> StartValue:
+        """Value of a parameter, in SI; ScenarioError of what is none of its type, or has a broken unit."""
+        return parameter_value(self.typed[name], f"{self.place}: parameter {name}", self.units)
 
 
 def parameter_value(typed: Element, place: str, units: Mapping[str, Element]) -> StartValue:

@@ -10,18 +10,26 @@ import pytest
 from carried_experiments import carrying, experiments, files_of, manifest
 from command_line import error_line, maglev
 from faulty_fmus import faulty
-from fmpy.model_description import ScalarVariable, read_model_description
+from fmpy.model_description import BaseUnit, ModelDescription, ScalarVariable, Unit, read_model_description
 
 from maglev.baselines.baseline import Tolerance
 from maglev.cosim.master import FmuSetup, Master
 from maglev.errors import FmuError
+from maglev.fmu_experiments.carried import File
 from maglev.fmu_experiments.check import Expected, check_experiment, check_fmus, compare_results, named_experiments
+from maglev.fmu_experiments.tables import given_starts
 
 FALL = "time,v.position\n0,0.02\n0.02,0.0202\n"   # as a file of results looks
 RESULT = 'type="text/csv" source="fall.csv" role="result" description="a fall"'
 EXPERIMENT = 'type="application/x-ma-hs-experiments" source="all.exp" role="experiment"'
 TRANSIENT = '<TransientSimulation stopTime="0.02" stepSize="0.0005"/>'
 REFERENCES = '<References source="fall.csv"/>'
+
+
+def ssv(parameter: str, value: str) -> str:
+    """A parameter set with one parameter."""
+    return ('<p:ParameterSet xmlns:p="http://ssp-standard.org/SSP1/SystemStructureParameterValues" version="1.0" '
+            f'name="n"><p:Parameters><p:Parameter {parameter}>{value}</p:Parameter></p:Parameters></p:ParameterSet>')
 
 
 def test_every_fmu_repeats_what_it_carries(fastest_fmus: Path) -> None:
@@ -123,15 +131,14 @@ def test_files_beside_an_fmu_that_go_on_after_its_default_experiment(fmus: Path,
     assert status == "passed"
 
 
-def test_times_in_the_experiment_itself(fmus: Path, tmp_path: Path) -> None:
+@pytest.mark.parametrize("value", ['value="0.021"', 'value="21" unit="mm"', 'value="2.1" unit="cm"'])
+def test_times_in_the_experiment_itself(fmus: Path, tmp_path: Path, value: str) -> None:
     """An older form of the draft; a start value in it decides where the fall begins."""
-    ssv = (b'<p:ParameterSet xmlns:p="http://ssp-standard.org/SSP1/SystemStructureParameterValues" version="1.0" '
-           b'name="n"><p:Parameters><p:Parameter name="v.position_start"><p:Real value="0.021"/></p:Parameter>'
-           b"</p:Parameters></p:ParameterSet>")
     element = ('<Experiment name="e" stopTime="0.001" stepSize="0.0005"><Parameters source="a.ssv"/>'
                f"{REFERENCES}</Experiment>")
     path = carrying(fmus / "Plant2DOF.fmu", tmp_path / "any.fmu", {
-        "fmi-ls-manifest.xml": manifest(EXPERIMENT, RESULT), "all.exp": experiments(element), "a.ssv": ssv,
+        "fmi-ls-manifest.xml": manifest(EXPERIMENT, RESULT), "all.exp": experiments(element),
+        "a.ssv": ssv('name="v.position_start"', f"<p:Real {value}/>").encode(),
         "fall.csv": b"time,v.position\n0,0.021\n"})
     assert outcome(path, partial=True) == ("passed", "passed, 1 variable at 1 time to t = 0 s equal the results in it; "
                                                      "not compared: t = 0 s to 0.001 s")
@@ -183,6 +190,23 @@ def test_a_column_that_the_fmu_lacks(fmus: Path, tmp_path: Path, fall: list[floa
     assert "equal the results in it; not compared: v.positon" in " ".join(result.stdout.split())
 
 
+@pytest.mark.parametrize(("own", "value", "start"), [
+    ("mm", 'value="20"', 20.0), ("mm", 'value="0.02" unit="m"', 20.0), ("mm", 'value="20" unit="mm"', 20.0),
+    ("furlong", 'value="3" unit="furlong"', 3.0), ("furlong", 'value="402.336" unit="m"', 2.0),
+    ("degC", 'value="20" unit="degC"', 20.0), ("degC", 'value="300" unit="K"', 26.85), (None, 'value="3"', 3.0)])
+def test_parameters_are_in_the_units_of_the_fmu(own: str | None, value: str, start: float) -> None:
+    """As `--parameters` reads them: an FMU may count in units of its own, also with an offset."""
+    description = ModelDescription()
+    description.modelVariables = [ScalarVariable("x", 1, type="Real", unit=own)]
+    description.unitDefinitions = [Unit("furlong", BaseUnit(m=1, factor=201.168)),
+                                   Unit("degC", BaseUnit(K=1, offset=273.15))]
+    file = File("a.ssv", ssv('name="x"', f"<p:Real {value}/>").encode())
+    assert float(given_starts(file, description)["x"]) == pytest.approx(start, rel=1e-12)
+    for wrong in ('value="1" unit="kg"', 'value="1" unit="cubit"'):
+        with pytest.raises(FmuError, match=f"a.ssv: parameter x = 1 .*: expected a value in {own or 1}, as the FMU"):
+            given_starts(File("a.ssv", ssv('name="x"', f"<p:Real {wrong}/>").encode()), description)
+
+
 BROKEN = {
     "file": (TRANSIENT + '<References source="fal.csv"/>', {},
              "there is no file 'fal.csv' in the FMU, expected what it says; nearest is 'fall.csv'"),
@@ -201,8 +225,12 @@ BROKEN = {
     "input": (f'{TRANSIENT}<Stimuli source="in.csv"/>{REFERENCES}', {"in.csv": "time,v.forc\n0,1\n"},
               "in.csv: column v.forc is no input of the FMU, nearest is 'v.force'"),
     "parameter": (f'{TRANSIENT}<Parameters source="a.ssv"/>{REFERENCES}', {
-        "a.ssv": '<p:P xmlns:p="http://ssp-standard.org/SSP1/SystemStructureParameterValues"><p:Parameter name="C9">'
-                 '<p:Real value="1"/></p:Parameter></p:P>'}, "a.ssv: the FMU has no parameter 'C9'; nearest is"),
+        "a.ssv": ssv('name="C9"', '<p:Real value="1"/>')}, "a.ssv: the FMU has no parameter 'C9'; nearest is"),
+    "text": (f'{TRANSIENT}<Parameters source="a.ssv"/>{REFERENCES}', {
+        "a.ssv": ssv('name="C1"', '<p:Real value="nan"/>')}, "a.ssv: parameter C1 = nan: expected a finite number"),
+    "unit": (f'{TRANSIENT}<Parameters source="a.ssv"/>{REFERENCES}', {
+        "a.ssv": ssv('name="v.position_start"', '<p:Real value="21" unit="mA"/>')},
+        "a.ssv: parameter v.position_start = 21 mA: expected a value in m, as the FMU declares it"),
     "tolerance": (TRANSIENT + REFERENCES, {"fall.opt": "AbsTol,v.x,1\n"},
                   "there is no column v.x, for which there is a tolerance"),
     "word": (TRANSIENT + REFERENCES, {"fall.opt": "StepSize,0.0005\nStopTime\n"}, "line 2: row = 'StopTime': expected"),
