@@ -4,6 +4,8 @@ from collections.abc import Iterable, Iterator
 from typing import NamedTuple
 from xml.etree.ElementTree import Element, SubElement, indent, register_namespace, tostring
 
+from fmi_export.escapes import xml_text
+
 SSV = "http://ssp-standard.org/SSP1/SystemStructureParameterValues"
 SSC = "http://ssp-standard.org/SSP1/SystemStructureCommon"   # with the units
 
@@ -39,4 +41,4 @@ def parameters_in(root: Element) -> Iterator[tuple[str, Element | None]]:
 def xml_file(root: Element) -> bytes:
     indent(root)
     text: str = tostring(root, encoding="unicode")
-    return f'<?xml version="1.0" encoding="UTF-8"?>\n{text}\n'.encode()
+    return f'<?xml version="1.0" encoding="UTF-8"?>\n{xml_text(text)}\n'.encode()

@@ -5,6 +5,7 @@ from collections.abc import Iterable
 from textwrap import wrap
 
 from fmi_export.definition import SAMPLE_TIME, FmuDefinition, Variable
+from fmi_export.escapes import c_string
 from fmi_export.native.tangent import named, tangent_name
 from fmi_export.native.translation import TEMPLATES, c_literal
 from fmi_export.templates import filled
@@ -42,9 +43,9 @@ def model_table(definition: FmuDefinition, guid: str, timed: bool) -> str:
         "CONTINUOUS": "&CONTINUOUS" if definition.continuous else "NULL",
         "VARIABLE_STEP": "true" if definition.variable_step else "false",
         "SAMPLING_TABLE": sampling, "SAMPLING": "&SAMPLING" if sampling else "NULL",
-        "ARGUMENTS": arguments, "NAME_TEXT": text_literal(definition.name), "GUID": text_literal(guid),
+        "ARGUMENTS": arguments, "NAME_TEXT": c_string(definition.name), "GUID": c_string(guid),
         "VARIABLES": "\n".join([*map(variable_row, definition.native_variables), *([TIME] if timed else [])]),
-        "REFUSALS": "\n".join(f"    {{{c_literal(status)}, {text_literal(text)}}},"
+        "REFUSALS": "\n".join(f"    {{{c_literal(status)}, {c_string(text)}}},"
                               for status, text in sorted(definition.refusals.items()))})
 
 
@@ -75,17 +76,8 @@ def wrapped(cells: Iterable[str]) -> str:
 
 
 def variable_row(variable: Variable) -> str:
-    cells = (text_literal(variable.name), text_literal(variable.unit), f"AT({variable.place})",
+    cells = (c_string(variable.name), c_string(variable.unit), f"AT({variable.place})",
              "true" if variable.boolean else "false", "true" if variable.variability == "fixed" else "false",
              variable.causality.upper(), c_literal(float(variable.low)), c_literal(float(variable.high)),
-             text_literal(variable.hinted))
+             c_string(variable.hinted))
     return f"    {{{', '.join(cells)}}},"
-
-
-def text_literal(text: str) -> str:
-    """C string literal, in UTF-8 and without anything that its source's encoding could change.
-
-    The escapes are octal: unlike hexadecimal ones they have an end.
-    """
-    return '"' + "".join(chr(byte) if 32 <= byte <= 126 and byte not in b'"\\?' else f"\\{byte:03o}"
-                         for byte in text.encode("utf-8")) + '"'

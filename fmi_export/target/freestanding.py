@@ -12,6 +12,7 @@ from textwrap import wrap
 
 from fmi_export.definition import SAMPLE_TIME, FmuDefinition, Variable
 from fmi_export.errors import ExportError
+from fmi_export.escapes import c_comment
 from fmi_export.native.translation import PRELUDE_FILE, c_literal, imported_first, module_files
 from fmi_export.templates import filled
 
@@ -170,7 +171,7 @@ def members(variables: Iterable[Variable]) -> str:
     width = max((len(declared) for declared, _ in rows), default=0)
     lines = []
     for declared, v in rows:
-        about = ", ".join(filter(None, (v.unit, v.description)))
+        about = c_comment(", ".join(filter(None, (v.unit, v.description))))
         beside = f"{declared:{width}}   /* {about} */"
         above = [f"    /* {part} */" for part in wrap(about, WIDTH - 10)]
         lines += [beside] if len(beside) <= WIDTH else [*above, declared]
@@ -188,7 +189,7 @@ def parameter_line(definition: FmuDefinition, variable: Variable, number: int) -
 def listed(lines: Iterable[str], indent: int = 3, width: int = 112) -> str:
     begin, further = f" *{' ' * indent}", " " * 3 * (indent - 1)
     return "\n".join(f"{begin}{part}".rstrip() for line in lines
-                     for part in wrap(line.replace("*/", "* /"), width, subsequent_indent=further) or [""])
+                     for part in wrap(c_comment(line), width, subsequent_indent=further) or [""])
 
 
 def checks(definition: FmuDefinition, causality: str) -> str:

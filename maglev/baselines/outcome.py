@@ -1,18 +1,16 @@
 """What a check or an update of baselines comes to, in words and as JUnit XML, which servers of CI show."""
 
-import re
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Literal
 from xml.etree import ElementTree
 
+from fmi_export.escapes import xml_text
 from maglev.baselines.baseline import Baseline
 from maglev.baselines.deviation import Deviation, WorstDifference
 from maglev_files.whole_file import whole_file
 
-# Everything but the characters of XML 1.0, section 2.2: no parser accepts the rest, escaped or not.
-NO_XML = re.compile("[^\t\n\r\x20-\ud7ff\ue000-\ufffd\U00010000-\U0010ffff]")
 ELEMENTS = {"deviated": "failure", "error": "error"}
 
 
@@ -75,9 +73,9 @@ def write_junit(path: Path, results: Sequence[CheckResult]) -> None:
         "errors": str(statuses.count("error")), "time": f"{sum(result.elapsed for result in results):.3f}"})
     for result in results:
         case = ElementTree.SubElement(suite, "testcase", {
-            "classname": "maglev.check", "name": NO_XML.sub("", result.name), "time": f"{result.elapsed:.3f}"})
+            "classname": "maglev.check", "name": xml_text(result.name), "time": f"{result.elapsed:.3f}"})
         if result.status in ELEMENTS:
-            message = NO_XML.sub("", result.message)
+            message = xml_text(result.message)
             reason = ElementTree.SubElement(case, ELEMENTS[result.status], {"message": message, "type": result.status})
             reason.text = message
     ElementTree.indent(suite)

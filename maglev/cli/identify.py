@@ -61,7 +61,7 @@ def show(console: "Console", model: "Identification") -> None:
 
     recording, estimate = model.recording, model.estimate
     length = recording.time[-1] - recording.time[0]
-    console.print(f"[bold]{recording.rig.name}[/]: {len(recording.time)} samples over {length:.3g} s, "
+    console.print(f"{recording.rig.name}: {len(recording.time)} samples over {length:.3g} s, "
                   f"{estimate.method} estimator, ε = {estimate.epsilon:g} s, γ = {estimate.gamma:g}"
                   f"{', matched filters' if model.matched else ''}")
     rows = []
@@ -84,4 +84,4 @@ def show(console: "Console", model: "Identification") -> None:
     console.print(result_table("", ("axis", "excitation", "unexplained", "acceleration",
                                     f"replay over {1e3 * HORIZON:g} ms", "way"), rows))
     for warning in model.warnings:
-        console.print(f"warning: {warning}", markup=False, soft_wrap=True)
+        console.print(f"warning: {warning}", soft_wrap=True)

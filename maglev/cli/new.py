@@ -1,5 +1,6 @@
 """`maglev new`: files to begin with; and `maglev stage`: what follows from one of them."""
 
+import shlex
 from pathlib import Path
 from typing import Annotated
 
@@ -8,6 +9,7 @@ import typer
 import maglev
 from maglev.cli.options import RIG_NAMES, AsJson, Debug, run_names
 from maglev.cli.terminal import one_line_errors, progress_of, say, write_json
+from maglev.errors import visible
 from pmlsm.rigs import EXAMPLE, RIGS, SINGLE
 
 MOTOR_KEYS = ("force_constant", "attraction", "attraction_gap", "pole_pitch", "peak", "currents", "at", "continuous",
@@ -52,7 +54,12 @@ def plant(path: PythonFile, stage: OfStage = EXAMPLE, debug: Debug = False) -> N
 def say_how(file: Path, stage: str, option: str) -> None:
     """Print the command that runs a controller or a plant of a stage."""
     setpoints = Path(stage).with_name(f"{Path(stage).stem}-setpoints{Path(stage).suffix}")
-    typer.echo(f"{file}: run it with `maglev run {setpoints} {option} {file}`")
+    say_command(file, "run", setpoints, option, file)
+
+
+def say_command(written: str | Path, *words: str | Path) -> None:
+    """Print the command that runs what was written, for a shell."""
+    typer.echo(visible(f"{written}: run it with `{shlex.join(['maglev', *map(str, words)])}`"))
 
 
 @new.command()
@@ -67,7 +74,7 @@ def scenario(path: TomlFile, stage: OfStage = EXAMPLE, debug: Debug = False) -> 
     """
     with one_line_errors(debug):
         file = maglev.new_scenario(path, stage)
-        typer.echo(f"{file}: run it with `maglev run {file} --plot`")
+        say_command(file, "run", file, "--plot")
 
 
 @new.command()
@@ -84,7 +91,7 @@ def study(path: TomlFile, scenario: Annotated[str, typer.Option(
     """
     with one_line_errors(debug):
         file = maglev.new_study(path, scenario)
-        typer.echo(f"{file}: run it with `maglev study {file}`")
+        say_command(file, "study", file)
 
 
 @new.command()
@@ -130,7 +137,7 @@ def stage_file(path: Annotated[Path, typer.Argument(metavar="NAME", help="The fi
     """
     with one_line_errors(debug):
         file, scenario = maglev.new_stage(path, like, motor or ())
-        typer.echo(f"{file}, {scenario}: run it with `maglev run {scenario} --plot`")
+        say_command(f"{file}, {scenario}", "run", scenario, "--plot")
 
 
 Description = Annotated[Path, typer.Argument(metavar="TOML", help="Description of your own stage; `maglev new stage` "

@@ -89,6 +89,7 @@ def report_console() -> "Console":
 def progress_of(names: Sequence[str]) -> Iterator["Watcher"]:
     """Progress bars of the named runs, and of all together, where a person looks on."""
     from rich.console import Console
+    from rich.markup import escape
     from rich.progress import Progress, TaskID, TimeRemainingColumn
 
     with Progress(*Progress.get_default_columns()[:3], TimeRemainingColumn(elapsed_when_finished=True),
@@ -98,7 +99,7 @@ def progress_of(names: Sequence[str]) -> Iterator["Watcher"]:
 
         def watch(name: str, done: int, steps: int) -> None:
             if name not in tasks:
-                tasks[name] = bar.add_task(name)
+                tasks[name] = bar.add_task(escape(name))
             bar.update(tasks[name], completed=done, total=steps, refresh=steps <= FEW_STEPS)
             if done == steps:
                 bar.remove_task(tasks[name])

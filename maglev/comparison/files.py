@@ -20,11 +20,11 @@ from maglev.pictures import write_figure
 from maglev.report.claim_table import unbroken
 from maglev.report.findings import html_table
 from maglev.report.page import PLAYER, PLOT_SCRIPTS, json_in_html, plot_height, read
-from maglev.report.plain import result_table
+from maglev.report.plain import heading, result_table
 from maglev.report.plots.data import figure_data, moving, runs_data
 from maglev.report.plots.figures import EVERY, Figure, controller_of, run_colours, with_data
 from maglev.report.plots.picture import overlay
-from maglev.report.text import as_text, heading, origin
+from maglev.report.text import as_text, origin
 from maglev_files.one_writer import NoLock, only_writer
 from maglev_files.whole_file import write_whole
 

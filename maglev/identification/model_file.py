@@ -4,7 +4,7 @@ from collections.abc import Mapping
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from maglev.errors import IdentificationError, nearest, one_of, shortened
+from maglev.errors import IdentificationError, in_one_line, nearest, one_of, shortened
 from maglev.identification.rigs import RIGS, estimated_rig
 from maglev.toml_file import read_toml
 from maglev_files.whole_file import write_whole
@@ -23,12 +23,12 @@ LARGEST = 1e12
 
 def write_model(path: Path, model: "Identification", source: Path) -> None:
     """Write the constants for the plant and for the controller's model; one that is not identified stays a comment."""
-    lines = [f"{BEGINNING} from {source.name}: {model.estimate.method} estimator, "
+    lines = [f"{BEGINNING} from {in_one_line(source.name)}: {model.estimate.method} estimator, "
              f"epsilon = {model.estimate.epsilon:g} s, gamma = {model.estimate.gamma:g}.",
              "# For maglev run SCENARIO --model FILE: it sets the constants of the plant and of the controller's model",
              "# Behind the values: standard errors, which are scatter alone, and what friction, bias, ripple and",
              "# modulation could change, which the model leaves out.",
-             *(f"# {warning}" for warning in model.warnings), "", f'rig = "{model.recording.rig.name}"']
+             *(f"# {in_one_line(warning)}" for warning in model.warnings), "", f'rig = "{model.recording.rig.name}"']
     for fmu in FMUS:
         lines += ["", f"[{fmu}]"]
         for name, value in model.estimate.final.items():

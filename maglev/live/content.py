@@ -106,7 +106,7 @@ def page_data(fmus: Path, plans: Iterable[RunPlan]) -> dict[str, Any]:
     for plan in plans:
         rig = require_live(plan)
         if rig.name not in data["rigs"]:
-            own = f"--stage {plan.rig_file} " if plan.rig_file is not None else ""
+            own = f"--stage {shlex.quote(str(plan.rig_file))} " if plan.rig_file is not None else ""
             again = f"maglev build {own}--kind native --target wasm"
             data["rigs"][rig.name] = {**live_rig(rig), "law": law_text(rig)}
             rigs.append(rig)

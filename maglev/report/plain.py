@@ -32,10 +32,17 @@ class Escapes(RenderHook):
 
 
 def plain_console(**options: Any) -> Console:
-    """Console whose control sequences are its own, and that prints in a notebook as elsewhere; options as of rich's."""
-    console = Console(force_jupyter=False, **options)
+    """Console whose control sequences are its own, and that prints in a notebook as elsewhere; options as of rich's.
+
+    Texts in brackets are no markup: styles are those of `rich.text.Text`.
+    """
+    console = Console(force_jupyter=False, markup=False, **options)
     console.push_render_hook(Escapes())
     return console
+
+
+def heading(name: str, title: str) -> Text:
+    return Text.assemble((name, "bold"), f": {title}")
 
 
 def result_table(title: str, heads: Sequence[str], rows: Iterable[Sequence[str | Text] | None], left: int = 1) -> Table:

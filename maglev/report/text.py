@@ -32,7 +32,7 @@ from maglev.judging.verdicts import (
 )
 from maglev.procedures.outcome import Chart, Outcome
 from maglev.quantities import PRINTED_UNITS, printed
-from maglev.report.plain import plain_console, result_table
+from maglev.report.plain import heading, plain_console, result_table
 from maglev.report.status import events, is_listed, modification, own_and_packaged, run_status, troubles
 from maglev.schema.judged.claims import CLAIM_KINDS
 from maglev.schema.run_plan import RunPlan
@@ -100,10 +100,6 @@ def origin(provenance: Provenance) -> str:
     kinds = ", ".join(f"{fmu.name}: {fmu.kind} {fmu.model}" for fmu in provenance.fmus)
     modified = f"; modified: {', '.join(provenance.differences)}" if provenance.modified else ""
     return f"Maglev FMUs {provenance.version}{commit}; {kinds}{modified}"
-
-
-def heading(name: str, title: str) -> Text:
-    return Text.assemble((name, "bold"), f": {title}")
 
 
 def metric_tables(plan: RunPlan, metrics: Metrics) -> list[Table]:
@@ -265,7 +261,8 @@ def claims_table(noun: str, claims: Sequence[tuple[str, ClaimResult]], expected:
 
 
 def markdown_rows(heads: Sequence[str], rows: Iterable[Sequence[object]]) -> str:
-    lines = ["| " + " | ".join(str(cell).replace("|", "\\|") for cell in cells) + " |" for cells in (heads, *rows)]
+    lines = ["| " + " | ".join(" ".join(str(cell).split()).replace("|", "\\|") for cell in cells) + " |"
+             for cells in (heads, *rows)]
     return "\n".join([lines[0], "|---" * len(heads) + "|", *lines[1:]]) + "\n"
 
 

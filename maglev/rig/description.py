@@ -141,8 +141,8 @@ def of_words(rig: Rig) -> Misfits:
     if not re.fullmatch(r"[A-Za-z0-9][A-Za-z0-9_]*", rig.name):
         yield "name", f"{rig.name!r}, expected letters, digits and _"
     for key, text in (("title", rig.title), ("equation", rig.equation)):
-        if not text.isprintable() or set('"\\') & set(text):
-            yield key, f"{text!r}, expected words on one line without \" and \\"
+        if not text.isprintable() or set('"\\') & set(text) or "*/" in text or "/*" in text:
+            yield key, f"{text!r}, expected words on one line without \", \\, /* and */"
 
 
 def of_platform(rig: Rig) -> Misfits:

@@ -1,8 +1,8 @@
 r"""Names of a rig in the equations of its pages, as TeX between the marks of `mathml`."""
 
-from html import escape
 from typing import Any
 
+from fmi_export.escapes import page_text
 from pmlsm.rig import Rig
 
 GREEK = "alpha, beta, gamma, delta"   # letters of TeX
@@ -65,10 +65,10 @@ def current(rig: Rig, component: str, motor: str) -> str:
 
 def cited(source: str) -> str:
     """Where an equation stands, as text goes on with it; nothing if the rig's description does not say."""
-    text = escape(source)
+    text = page_text(source)
     return "" if text in ("", "assumed") else f" {text}" if text.startswith("(") else f" ({text})"
 
 
 def tex_sentence(note: str) -> str:
     """A sentence of the description's sources."""
-    return f"{escape(note[0].upper())}{escape(note[1:])}."
+    return page_text(f"{note[:1].upper()}{note[1:]}.")

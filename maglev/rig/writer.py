@@ -6,6 +6,8 @@ from keyword import kwlist
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+from fmi_export.escapes import page_text
+from maglev.errors import in_one_line, quoted
 from maglev.rig import tex, text
 from pmlsm.rig import Rig
 
@@ -53,9 +55,9 @@ def environment() -> "Environment":
                        lstrip_blocks=True, keep_trailing_newline=True)
     made.filters |= {
         "aligned": text.aligned_comments, "cited": tex.cited, "each": text.each,
-        "imports": text.sorted_imports, "literal": text.literal, "mean": text.mean, "not_default": text.not_default,
-        "sentence": tex.tex_sentence, "stop": lambda axis: axis.stop or text.NO_STOP, "total": text.sum_text,
-        "unit": text.unit_words}
+        "imports": text.sorted_imports, "line": in_one_line, "literal": text.literal, "mean": text.mean,
+        "not_default": text.not_default, "page_text": page_text, "quoted": quoted, "sentence": tex.tex_sentence,
+        "stop": lambda axis: axis.stop or text.NO_STOP, "total": text.sum_text, "unit": text.unit_words}
     return made
 
 

@@ -13,10 +13,20 @@ from scipy.optimize import Bounds, differential_evolution
 from scipy.stats import qmc
 
 from maglev.arrays import Array
-from maglev.errors import Interrupted, MaglevError, ScenarioError, ended_by, option, signal_of
+from maglev.errors import (
+    Interrupted,
+    MaglevError,
+    ScenarioError,
+    ended_by,
+    in_one_line,
+    key_path,
+    option,
+    quoted,
+    signal_of,
+)
 from maglev.processes.side_by_side import Progress, Say
 from maglev.quantities import metric_text
-from maglev.report.plain import result_table
+from maglev.report.plain import heading, result_table
 from maglev.studies.batch.batches import RunBatches, batches_of
 from maglev.studies.batch.samples import BatchResult
 from maglev.studies.columns import EVENTS
@@ -130,21 +140,21 @@ def search(planned: PlannedTuning, parts: Parts, who: Callable[[], AbstractConte
 
 def gains_toml(tuning: TuneFile, result: SearchResult) -> str:
     """The parameters that were found, as a file that a scenario extends."""
-    lines = [f"# {line}" for line in (tuning.title or tuning.name, f"Found by maglev tune {tuning.name}: "
+    lines = [f"# {in_one_line(line)}" for line in (tuning.title or tuning.name, f"Found by maglev tune {tuning.name}: "
                                       f"{tuning.population} candidates, {tuning.generations} generations, "
                                       f"{result.runs} runs of {tuning.scenario}.")]
     by_fmu: dict[str, list[str]] = {}
     for name, value in result.parameters.items():
         fmu, _, own = name.partition(".")
-        by_fmu.setdefault(fmu, []).append(f'"{own}" = {value!r}')
+        by_fmu.setdefault(fmu, []).append(f"{quoted(own)} = {value!r}")
     for fmu, entries in by_fmu.items():
-        lines += ["", f"[fmus.{fmu}.start]", *entries]
+        lines += ["", f"[{key_path(['fmus', fmu, 'start'])}]", *entries]
     return "\n".join(lines) + "\n"
 
 
 def show_result(console: Console, tuning: TuneFile, cost: Cost, result: SearchResult) -> None:
     """Print the metrics before and after, on the plants of the search and on fresh ones, and the parameters."""
-    console.print(f"[bold]{tuning.name}[/bold]: {tuning.title or tuning.scenario}", highlight=False)
+    console.print(heading(tuning.name, tuning.title or tuning.scenario))
     groups = [(f"searched, {len(result.before)} plants", result.before, result.after)]
     if tuning.fresh:
         groups.append((f"fresh, {len(result.fresh_before)} plants", result.fresh_before, result.fresh_after))

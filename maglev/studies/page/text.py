@@ -11,7 +11,7 @@ from rich.table import Table
 
 from maglev.arrays import Array, Bools
 from maglev.quantities import metric_text
-from maglev.report.plain import result_table
+from maglev.report.plain import heading, result_table
 from maglev.studies.page.again import command_of
 
 MOST_SHOWN = 3   # failures that are named
@@ -25,7 +25,7 @@ def show_study(console: Console, table: pa.Table, about: Mapping[str, Any]) -> N
     """Print how many samples passed, quantiles of the metrics, and the first samples that failed."""
     count, passing = table.num_rows, sum(table["passed"].to_pylist())
     failures = [(row, why) for row, why in enumerate(table["failure"].to_pylist()) if why is not None]
-    console.print(f"[bold]{about['name']}[/bold]: {about['title']}", highlight=False)
+    console.print(heading(about["name"], about["title"]))
     console.print(f"{passing:,} of {count:,} samples pass"
                   + (f", {len(failures)} were not completed" if failures else ""), highlight=False)
     console.print(sample_table(table, about) if count <= MOST_ROWS else result_table("", (*QUANTILES, "limits"), (

@@ -40,9 +40,9 @@ TEXT = (PACKAGED / "3dof.toml").read_text(encoding="utf-8")
     *(("[motors.beta]", f"[motors.{name}]", f"motors.{name}: '{name}', expected another name: blocks have something "
        "called so") for name in ("gamma", "lambda", "double", "z", "time")),
     ('title = "3-DOF stage"', "title = 'the \"fast\" stage'", "title: 'the \"fast\" stage', expected words on one line "
-                                                                "without \" and \\"),
+                                                                "without \", \\, /* and */"),
     ('equation = "(5.3)"', 'equation = """(5.3)\nimport os"""', "equation: '(5.3)\\nimport os', expected words on one "
-                                                                "line without \" and \\"),
+                                                                "line without \", \\, /* and */"),
     ("[axes.y]", "[axes.Y]", "axes: 'Y', expected a name of small letters, digits and _, a letter first")])
 def test_a_mistake_is_refused_in_one_line(tmp_path: Path, old: str, new: str, message: str) -> None:
     assert old in TEXT
