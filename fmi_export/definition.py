@@ -144,6 +144,12 @@ class FmuDefinition:
     def native_variables(self) -> tuple[Variable, ...]:
         return self.variables if self.continuous is None else (*self.variables, *self.continuous.variables)
 
+    @property
+    def sampling(self) -> str:
+        """Attribute path of the sample time of a block that takes whole steps of it; empty if any step fits."""
+        places = (v.place for v in self.variables if v.name.rpartition(".")[2] == SAMPLE_TIME)
+        return "" if self.variable_step else next(places, "")
+
     def new_block(self) -> Any:
         return self.block(*self.arguments)
 

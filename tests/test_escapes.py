@@ -239,7 +239,7 @@ def test_texts_of_an_fmu_are_data(tmp_path: Path) -> None:
     with zipfile.ZipFile(tmp_path / "theirs.fmu", "w") as archive:
         archive.writestr("modelDescription.xml", ElementTree.tostring(root))
     result = maglev("check", tmp_path / "theirs.fmu")
-    assert result.exit_code == 2 and "theirs.fmu" in result.stderr and not CONTROLS.search(result.output)
+    assert result.exit_code == 2 and "theirs.fmu" in result.output and not CONTROLS.search(result.output)
 
 
 def test_progress_shows_names_as_they_are(monkeypatch: pytest.MonkeyPatch) -> None:

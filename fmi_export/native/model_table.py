@@ -4,7 +4,7 @@ import re
 from collections.abc import Iterable
 from textwrap import wrap
 
-from fmi_export.definition import SAMPLE_TIME, FmuDefinition, Variable
+from fmi_export.definition import FmuDefinition, Variable
 from fmi_export.escapes import c_string
 from fmi_export.native.tangent import named, tangent_name
 from fmi_export.native.translation import TEMPLATES, c_literal
@@ -32,9 +32,8 @@ def model_table(definition: FmuDefinition, guid: str, timed: bool) -> str:
                 raise ValueError(f"{definition.name}: the refusal {text!r} names {name}, expected a variable")
     sampling = ""   # what the layer knows of the grid of samples
     if timed and definition.sampled:
-        interval, = (v.place for v in definition.variables if v.name == SAMPLE_TIME)
         clock = len(definition.native_variables) + 1   # after the time
-        sampling = (f"static const struct Sampling SAMPLING = {{.interval = AT({interval}), "
+        sampling = (f"static const struct Sampling SAMPLING = {{"
                     f".clocked = {'true' if definition.clocked else 'false'}, .clock = {clock}}};\n\n")
     return filled(SOURCE, {
         "NAME": definition.name, "HEADER": f"{header}.h", "BLOCK": block.__name__,
@@ -42,6 +41,7 @@ def model_table(definition: FmuDefinition, guid: str, timed: bool) -> str:
         "CONTINUOUS_TABLES": continuous_tables(definition),
         "CONTINUOUS": "&CONTINUOUS" if definition.continuous else "NULL",
         "VARIABLE_STEP": "true" if definition.variable_step else "false",
+        "INTERVAL": f"AT({definition.sampling})" if definition.sampling else "0",
         "SAMPLING_TABLE": sampling, "SAMPLING": "&SAMPLING" if sampling else "NULL",
         "ARGUMENTS": arguments, "NAME_TEXT": c_string(definition.name), "GUID": c_string(guid),
         "VARIABLES": "\n".join([*map(variable_row, definition.native_variables), *([TIME] if timed else [])]),

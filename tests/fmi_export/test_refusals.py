@@ -141,6 +141,31 @@ def test_clocks_of_importers(load: Load, name: str, start: float) -> None:
             component.instance.doStep(time, size)
 
 
+@pytest.mark.parametrize(("name", "share"), [
+    ("Plant3DOF", 1.0), ("Regulator3DOF", 1.0), ("Regulator3DOF", 0.1), ("Measurement3DOF", 1.0),
+    ("ClosedLoop3DOF", 1.0), ("ClosedLoop3DOF", 40.0)])
+def test_steps_that_are_differences_of_late_times(load: Load, name: str, share: float) -> None:
+    """From 1.7e9 s on they are 0.24 µs too short or too long, and are the samples that they would be from 0 s on."""
+    size = share * 2e-4
+    late, early = load(name), load(name)
+    late.initialise({}, 1.7e9, math.inf)
+    early.initialise({}, 0.0, math.inf)
+    for k in range(60):
+        if "Plant" not in name:   # in which time moves on by what it is told
+            assert outputs(late) == outputs(early)
+        now, then = 1.7e9 + k * size, 1.7e9 + (k + 1) * size
+        late.instance.doStep(now, then - now)
+        early.instance.doStep(k * size, size)
+
+
+def test_a_step_that_is_no_share_of_a_sample_is_refused_at_any_time(load: Load) -> None:
+    """What late times resolve is no leave to miss a sample by more."""
+    component = load("Regulator3DOF")
+    component.initialise({}, 1.7e9, math.inf)
+    text = refusal(component, lambda: component.instance.doStep(1.7e9, 2e-4 + 2e-6))
+    assert "communication step = 0.000202 s" in text
+
+
 @pytest.mark.parametrize("name", ["Plant3DOF", "Regulator3DOF", "Estimator3DOF", "Measurement3DOF", "ClosedLoop3DOF"])
 def test_what_an_importer_that_adds_up_its_steps_has_left_at_the_end(load: Load, name: str) -> None:
     """As OMSimulator does: 5001 steps for 1 s, the last one of 8e-14 s. It is no sample."""

@@ -46,7 +46,6 @@ struct Continuous {
 
 /* A block that samples: at the start time, then one after each interval. */
 struct Sampling {
-    size_t interval;                      /* offset of the interval (s) in struct RunState */
     bool clocked;                         /* a clock of the importer's says when; inputs and outputs are of that clock */
     uint32_t clock;                       /* its reference */
 };
@@ -59,6 +58,7 @@ struct Model {
     int64_t (*start)(void *block);                             /* 0, or the status of a refusal */
     int64_t (*step)(void *block, double time, double step);    /* the same; s, s */
     bool variable_step;                                        /* any step fits */
+    size_t interval;                                           /* offset of the sample time in struct RunState, or 0 */
     const struct Variable *variables;
     size_t variable_count;
     const struct Refusal *refusals;

@@ -52,7 +52,7 @@ double clock_rounding(const struct Instance *instance)
 
 double sample_interval(const struct Instance *instance)
 {
-    return *(const double *)((const char *)instance->state + MODEL.sampling->interval);
+    return *(const double *)((const char *)instance->state + MODEL.interval);
 }
 
 double next_sample(const struct Instance *instance)

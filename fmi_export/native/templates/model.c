@@ -41,5 +41,6 @@ static const struct Refusal REFUSALS[] = {
     .refusal_count = sizeof REFUSALS / sizeof *REFUSALS,
     .continuous = @CONTINUOUS@,
     .variable_step = @VARIABLE_STEP@,
+    .interval = @INTERVAL@,
     .sampling = @SAMPLING@,
 };
