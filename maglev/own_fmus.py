@@ -17,7 +17,7 @@ from maglev.copies import original
 from maglev.errors import BuildError, FmuError, ScenarioError, nearest, option, or_of_own_stage
 from maglev.packages import PACKAGES
 from maglev.stages import STAGES, definitions_of, system_of
-from maglev_files.stamp import stamp
+from maglev_files.cache import digest_at
 from pmlsm.rigs import RIGS
 
 DEFINITIONS = definitions_of(RIGS.values())
@@ -133,19 +133,16 @@ class OwnBuild(NamedTuple):
 
 def own_build(path: Path) -> OwnBuild | None:
     """What a file is, if it was built here; None of what was not."""
-    try:
-        now = stamp(path)
-    except OSError:
-        return None
-    return build_of_file(path, now, tuple(str(own.folder) for own in STAGES.own.values()))
+    sha256 = digest_at(path)
+    return build_of_file(path, sha256, tuple(str(own.folder) for own in STAGES.own.values())) if sha256 else None
 
 
 UNREADABLE = (OSError, BadZipFile, zlib.error, KeyError, ValueError, EOFError, RuntimeError, ImportError)
 
 
 @lru_cache(maxsize=64)
-def build_of_file(path: Path, _stamp: tuple[int, ...], _stages: tuple[str, ...]) -> OwnBuild | None:
-    """What a file is, looked at once for as long as it stays as it is."""
+def build_of_file(path: Path, _sha256: str, _stages: tuple[str, ...]) -> OwnBuild | None:
+    """What a file is, looked at once for each content."""
     try:
         return build_of(path)
     except UNREADABLE:

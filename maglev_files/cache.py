@@ -88,8 +88,13 @@ def clear() -> None:
 
 
 def digest_at(path: Path) -> str:
-    """SHA-256 of a file; empty text if it cannot be read."""
+    """SHA-256 of a file, by which it is known to be the one that it was; empty text if it cannot be read, or is none.
+
+    Size and time do not tell: an edit in place can leave both.
+    """
     try:
+        if not path.is_file():   # a pipe would wait for ever
+            return ""
         with path.open("rb") as file:
             return hashlib.file_digest(file, "sha256").hexdigest()
     except OSError:

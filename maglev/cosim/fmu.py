@@ -26,9 +26,9 @@ from maglev.errors import FmuError, in_one_line, nearest, nearest_file, option, 
 from maglev.own_fmus import built_here
 from maglev.parameter import REALS, expected_of
 from maglev.units import known_unit, own_number
+from maglev_files.cache import digest_at
 from maglev_files.environment import MOST_UNPACKED, number_in
 from maglev_files.scratch import remove_scratch, scratch_folder
-from maglev_files.stamp import stamp
 
 FATAL = 4   # fmi2Fatal, fmi3Fatal
 COUNT = count(1)   # makes instance names unique
@@ -69,12 +69,12 @@ def read_description(name: str, path: Path) -> ModelDescription:
                        f"`maglev build` makes them in a folder, with {option('stage', 'mine.toml')} those of a stage "
                        "of yours")
     # Who gives the variables other names and units does it on a list of their own.
-    return copy(description_at(name, path, *stamp(path)))
+    return copy(description_at(name, path, digest_at(path)))
 
 
 @lru_cache(maxsize=64)
-def description_at(name: str, path: Path, *_stamp: int) -> ModelDescription:
-    """Model description of a file, read once for as long as the file stays as it is."""
+def description_at(name: str, path: Path, _sha256: str) -> ModelDescription:
+    """Model description of a file, read once for each content."""
     description = checked_description(f"{name}: {original(path)}", path)
     if description.coSimulation is None:
         with_solver(description)

@@ -37,7 +37,6 @@ from maglev.time_grid import whole_steps
 from maglev.units import refused_as
 from maglev.user_controllers.source import copy_of, is_class, is_written, keeps_bits
 from maglev_files.cache import Kept, digest_at
-from maglev_files.stamp import stamp
 
 
 @dataclass(frozen=True)
@@ -323,12 +322,12 @@ def as_it_is(path: Path) -> Path:
     """Copy of an FMU or of a Python file as it is now; the path itself of a class, and of what is not there."""
     if is_written(path):
         return copy_of(path)
-    return copied_once(path, *stamp(path)) if path.is_file() else path
+    return copied_once(path, digest_at(path)) if path.is_file() else path
 
 
 @lru_cache(maxsize=64)
-def copied_once(path: Path, *_stamp: int) -> Path:
-    """Copy of an FMU, once for as long as the file stays as it is; of a copy itself."""
+def copied_once(path: Path, _sha256: str) -> Path:
+    """Copy of an FMU, once for each content; a copy itself is returned as it is."""
     return path if original(path) != path else copied({path.name: path.read_bytes()}, path.parent) / path.name
 
 

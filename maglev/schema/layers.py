@@ -14,8 +14,7 @@ from typing import Any, NamedTuple
 from maglev.errors import ScenarioError, nearest, shortened
 from maglev.own_stage.loop import loop_table, setpoint_signals
 from maglev.own_stage.reading import read_own
-from maglev.toml_file import read_toml
-from maglev_files.stamp import stamp
+from maglev.toml_file import read_toml, toml_text
 from pmlsm.rigs import RIGS
 
 # The experiments are a folder beside the package in the repository, and in it where it is installed; in it a folder
@@ -183,13 +182,13 @@ def items(value: Any) -> list[Any]:
 
 def file_table(path: Path) -> dict[str, Any]:
     """Table of one TOML file; its relative file names are made absolute. Nothing may be changed in it."""
-    return placed_once(path, *(stamp(path) if path.is_file() else ()))
+    return placed_once(path, GIVEN[path] if path in GIVEN else toml_text(path))
 
 
 @lru_cache(maxsize=256)
-def placed_once(path: Path, *_stamp: int) -> dict[str, Any]:
-    """Table of a file, read once for as long as the file stays as it is: most are extended by many."""
-    table = json.loads(GIVEN[path]) if path in GIVEN else read_toml(path)
+def placed_once(path: Path, text: str) -> dict[str, Any]:
+    """Table of the text of a file, parsed once: most files are extended by many."""
+    table = json.loads(text) if path in GIVEN else read_toml(path, text)
     for part in (table, *entries(table.get("variants")).values()):
         if isinstance(part, dict):
             place_files(part, path.parent)

@@ -33,8 +33,7 @@ from maglev.cosim.step_loop import in_c
 from maglev.cosim.wires.wiring import Call, Track, Wiring
 from maglev.own_fmus import definition, files_in, own_build
 from maglev.user_controllers.blocks import Block
-from maglev_files.cache import BLOCK_LOOPS, Kept, keep, kept, key_of
-from maglev_files.stamp import stamp
+from maglev_files.cache import BLOCK_LOOPS, Kept, digest_at, keep, kept, key_of
 
 HERE = Path(__file__).parent   # with the C around the blocks
 LIBRARY = f"maglev_block_loop{sharedLibraryExtension}"
@@ -257,7 +256,7 @@ def native_parts(fmus: Iterable[Fmu],
             block = Block.of(definition(build.name))
         if block is None or fmu.scales:
             return None
-        part = Part(number, block, files_of_block(fmu.path, *stamp(fmu.path)))
+        part = Part(number, block, files_of_block(fmu.path, digest_at(fmu.path)))
         parts[id(fmu)] = part if own else with_names_of_its_own(part)
         if any(ELSEWHERE.search(text) for name, text in parts[id(fmu)].files.items() if name not in INSTANCE):
             return None
@@ -284,10 +283,10 @@ def value_at(number: int, column: int, tracks: Sequence[Track]) -> str:
 
 
 @lru_cache(maxsize=16)
-def files_of_block(path: Path, *_stamp: int) -> dict[str, str]:
+def files_of_block(path: Path, _sha256: str) -> dict[str, str]:
     """C files, by name, that an FMU carries of its block, without those of derivatives, and what an instance is.
 
-    Read once for as long as the FMU stays as it is: every batch asks for them. Nothing may be changed in them.
+    Read once for each content of the file: every batch asks for them. Nothing may be changed in them.
     """
     carried = {name.removeprefix(SOURCES): data.decode("utf-8") for name, data in files_in(path).items()
                if name.startswith(SOURCES)}
