@@ -68,11 +68,15 @@ def definition_of(written: type, clock: type, icon: Drawing, sketch: Drawing,
     known = (*inputs, *tables["parameters"])
     variables = []
     starts: dict[str, float | bool] = {}
+    ports: dict[str, str] = {}   # by attribute path
     for table, causality in TABLES.items():
         for port, unit in tables[table].items():
             if port in starts:
                 raise Undeclared(f"class {name}: {table} has {port!r}, expected a name that no other table has", port)
             path = attribute_path(law, port, f"class {name}: {table} has {port!r}")
+            if (other := ports.setdefault(path, port)) != port:
+                raise Undeclared(f"class {name}: {other} and {port} are both self.{path}, expected an attribute for "
+                                 "each", port)
             value = attrgetter(path)(law)
             if not (isinstance(value, Real) and isfinite(value)):
                 raise Undeclared(f"class {name}: {port} starts as {value!r}, expected a finite number, or True or "
@@ -87,7 +91,7 @@ def definition_of(written: type, clock: type, icon: Drawing, sketch: Drawing,
     step = float(starts[SAMPLE_TIME]) if sampled else DEFAULT_STEP
     if not step > 0.0:
         raise ExportError(f"class {name}: sample_time = {step} s, expected a time above 0 s")
-    ports = tuple(v for v in variables if v.causality == "output" and not v.boolean)
+    outputs = tuple(v for v in variables if v.causality == "output" and not v.boolean)
     return WrittenDefinition(
         name=name,
         block=SampledBlock,
@@ -95,13 +99,13 @@ def definition_of(written: type, clock: type, icon: Drawing, sketch: Drawing,
         variables=tuple(variables),
         refusals={**({STEP_MISFIT: REFUSED_STEP} if sampled else {}), **{
             number: f"{v.name} = {{{v.name}}}{f' {v.unit}' if v.unit else ''} at t = {{time}} s, expected a finite "
-                    f"number from {name}" for number, v in enumerate(ports, FIRST_PORT)}},
+                    f"number from {name}" for number, v in enumerate(outputs, FIRST_PORT)}},
         experiment=DefaultExperiment(stop_time=500 * step, step=step),
         variable_step=not sampled,
         sampled=sampled,
         icon=icon,
         sketch=replace(sketch, arguments=(int(sampled),)),
-        arguments=(written, clock, tuple(v.place for v in ports), sampled),
+        arguments=(written, clock, tuple(v.place for v in outputs), sampled),
         slave=("fmi_export.user_classes.slave", "WrittenSlave"),
         author="",
         requires=requires,

@@ -9,7 +9,7 @@ from maglev.catalogue import Kind, build_written, unwatched, without_step_loop
 from maglev.catalogue import build as build_named
 from maglev.catalogue.scenario_system import build_scenario
 from maglev.catalogue.shipped import take_native
-from maglev.errors import ScenarioError, option
+from maglev.errors import ControllerError, ScenarioError, option
 from maglev.own_fmus import DEFINITIONS, SYSTEMS, definition, kind_folder
 from maglev.own_stage.adoption import know_stage
 from maglev.processes.side_by_side import Progress, warn
@@ -165,6 +165,7 @@ def build(names: Iterable[Given] | Given = (), *, stage: str | Path | None = Non
             raise ScenarioError(f"{option('source', str(source))}: expected {option('kind', 'native')} "
                                 "with it, and FMUs of this package alone")
         return take_native(map(str, given or all_of), Path(source), folder, fmi, clocked)
+    require_different_names(files, chosen if given else all_of)
     form = Kind(native, target, fmi, clocked)
     written = [build_written(path, folder, form) for path in files]
     chosen = chosen if given else all_of
@@ -176,3 +177,14 @@ def build(names: Iterable[Given] | Given = (), *, stage: str | Path | None = Non
             (say or warn)(f"{path} does not carry {', '.join(needed)}: the Python of who imports it needs "
                                    f"{'them' if len(needed) > 1 else 'it'}")
     return [*ours, *written]
+
+
+def require_different_names(files: Iterable[Path], names: Iterable[str]) -> None:
+    """Refuse a class that is called like another one, or like an FMU built with it: the files are named after them."""
+    taken = {name.casefold(): name for name in names}
+    for file in files:
+        name = load(file).definition.name
+        other = taken.setdefault(name.casefold(), str(file))
+        if other != str(file):
+            raise ControllerError(f"{file}: its class {name} has the name of {other}, expected another one: the FMU is "
+                                  "named after it")

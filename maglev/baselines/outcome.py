@@ -78,6 +78,8 @@ def write_junit(path: Path, results: Sequence[CheckResult]) -> None:
             message = xml_text(result.message)
             reason = ElementTree.SubElement(case, ELEMENTS[result.status], {"message": message, "type": result.status})
             reason.text = message
+        if result.notes:
+            ElementTree.SubElement(case, "system-out").text = xml_text("\n".join(result.notes))
     ElementTree.indent(suite)
     with whole_file(path) as unfinished:
         ElementTree.ElementTree(suite).write(unfinished, encoding="utf-8", xml_declaration=True)

@@ -75,7 +75,11 @@ def check(names: NamesOrFmus = None,
                     raise ScenarioError(f"{option(name)}: expected a scenario with it, {fmus[0]} is run as its "
                                         "experiments say")
         if fmus:
-            checked += maglev.check_fmus(fmus, jobs=jobs, timeout=timeout, partial=partial, watch=progress_of)
+            of_fmus = maglev.check_fmus(fmus, jobs=jobs, timeout=timeout, partial=partial, watch=progress_of)
+            for result in of_fmus:
+                for note in result.notes:
+                    say(f"{result.name}: {note}")
+            checked += of_fmus
         print_outcomes(checked)
         if junit is not None:   # where it cannot be written, the results have been told
             write_junit(junit, checked)

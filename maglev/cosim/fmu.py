@@ -21,7 +21,7 @@ from maglev.copies import original
 from maglev.cosim.port_map import Scale
 from maglev.cosim.versions.clocks import PERIODIC, Ticking, clocks_of
 from maglev.cosim.versions.exchange import with_solver
-from maglev.cosim.versions.fmi import FMI3, LISTENERS, WARNING, Fmi, Messages, fmi_of, function_of
+from maglev.cosim.versions.fmi import DISCARD, FMI3, LISTENERS, WARNING, Fmi, Messages, fmi_of, function_of
 from maglev.errors import FmuError, in_one_line, nearest, nearest_file, option, shortened
 from maglev.own_fmus import built_here
 from maglev.parameter import REALS, expected_of
@@ -31,8 +31,8 @@ from maglev_files.environment import MOST_UNPACKED, number_in
 from maglev_files.scratch import remove_scratch, scratch_folder
 
 FATAL = 4   # fmi2Fatal, fmi3Fatal
+STATUSES = {DISCARD: "discard", 3: "error", FATAL: "fatal error"}   # what FMI calls those beyond a warning
 COUNT = count(1)   # makes instance names unique
-OWN_TOOL = "Maglev FMUs"   # generationTool of this project
 IDENTIFIER = re.compile(r"\w[\w.+-]*")   # as lenient as a name that is no path can be
 
 UNIT_TOLERANCE = 1e-3   # of a factor: some write 0.01745 for a degree
@@ -226,8 +226,9 @@ class Fmu:
         """Error for a call that returned a status beyond a warning, or one below zero."""
         status = c_int(status).value
         self.fatal = self.fatal or status == FATAL
-        return FmuError(f"{self.name} ({self.path.name}) refused {call} with status {status}: "
-                        f"{self.said() or 'it gave no message'}")
+        word = STATUSES.get(status, f"status {status}")
+        what = f"the step ({call}: {word})" if call == f"{self.fmi.prefix}DoStep" else f"{call} ({word})"
+        return FmuError(f"{self.name} ({self.path.name}) refused {what}: {self.said() or 'it gave no message'}")
 
     def variable(self, name: str) -> ScalarVariable:
         """A variable by its name; FmuError with the nearest name if there is none."""

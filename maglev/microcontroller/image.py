@@ -13,7 +13,7 @@ from fmi_export.native.build import translated_blocks
 from fmi_export.native.compiler import compiled, require_zig
 from fmi_export.sources import carried_modules
 from fmi_export.target.freestanding import freestanding
-from maglev.cosim.fmu import OWN_TOOL
+from maglev.cosim.versions.fmi import OWN_TOOL
 from maglev.errors import BuildError
 from maglev.own_fmus import definition
 from maglev.packages import PACKAGES

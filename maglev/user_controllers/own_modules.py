@@ -1,6 +1,7 @@
 """The file of a user's controller and the modules beside it, as an FMU carries them: under names of their own."""
 
 import ast
+import hashlib
 import sys
 from dataclasses import dataclass
 from pathlib import Path
@@ -55,8 +56,9 @@ def own_modules(file: Path) -> OwnModules:
 
 
 def own_name(module: str) -> str:
-    """Name in an FMU of a module of the user's."""
-    return OWN + "".join(letter if letter.isascii() and letter.isalnum() else "_" for letter in module)
+    """Name in an FMU of a module of the user's: no two have the same, as `lib.gains` and `lib_gains` would."""
+    flat = "".join(letter if letter.isascii() and letter.isalnum() else "_" for letter in module)
+    return OWN + (flat if flat == module else f"{flat}_{hashlib.sha256(module.encode()).hexdigest()[:8]}")
 
 
 class Reader:
@@ -70,7 +72,7 @@ class Reader:
 
     def path(self, module: str) -> Path | None:
         beside = self.folder.joinpath(*module.split("."))
-        return next((path for path in (beside.with_suffix(".py"), beside / "__init__.py") if path.is_file()), None)
+        return next((path for path in (beside / "__init__.py", beside.with_suffix(".py")) if path.is_file()), None)
 
     def own(self, module: str) -> bool:
         """Whether a module is the user's; it is then to be read as well. ControllerError if it is called as ours."""

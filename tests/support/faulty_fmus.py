@@ -67,10 +67,12 @@ FAULTS = {
     "error in the end": [(TERMINATE, "UNUSED(fmi2Error, fmi2Terminate, fmi2Component c)")],
     "crash in the end": [(TERMINATE, "fmi2Status fmi2Terminate(fmi2Component c) "
                                      "{ (void)c; return *(volatile int *)0 ? fmi2OK : fmi2Error; }")],
-    "warn": [(LOG, "(void)resources; remembered = *callbacks; strncpy(remembered_name, name, 99);"),
-             ("static void control", "static fmi2CallbackFunctions remembered;\nstatic char remembered_name[100];\n"
-                                     "static void control"),
-             (STEP, f"(void)keep;\n    {SAY}")],
+    **{what: [(LOG, "(void)resources; remembered = *callbacks; strncpy(remembered_name, name, 99);"),
+              ("static void control", "static fmi2CallbackFunctions remembered;\nstatic char remembered_name[100];\n"
+                                      "static void control"),
+              (STEP, f"(void)keep;\n    {SAY}".replace("NULL, remembered_name", whom))]
+       for what, whom in {"warn": "NULL, remembered_name", "warn without a name": "NULL, NULL",
+                          "warn in another name": 'remembered.componentEnvironment, "Component1"'}.items()},
 }
 
 

@@ -21,8 +21,9 @@ from fmi_export.slave import Refused
 from fmi_export.user_classes.declaration import WrittenDefinition
 from fmi_export.user_classes.slave import WrittenSlave
 from fmi_export.user_classes.trouble import error_text
-from maglev.cosim.fmu import OWN_TOOL, Fmu
+from maglev.cosim.fmu import Fmu
 from maglev.cosim.port_map import Scale
+from maglev.cosim.versions.fmi import OWN_TOOL
 from maglev.errors import ControllerError, FmuError
 from maglev.user_controllers.source import Written, folder_first, load
 

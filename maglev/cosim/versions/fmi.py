@@ -4,7 +4,7 @@ import ctypes
 import re
 from collections import deque
 from collections.abc import Callable, Mapping
-from ctypes import byref, c_bool, c_double, c_int, c_size_t, c_uint32, c_void_p
+from ctypes import addressof, byref, c_bool, c_double, c_int, c_size_t, c_uint32, c_void_p, create_string_buffer
 from math import nan
 from pathlib import Path
 from typing import Any, ClassVar, NamedTuple
@@ -22,10 +22,21 @@ from maglev.errors import in_one_line
 
 Listener = Callable[[int, bytes], None]   # told status and text of a message
 
+OWN_TOOL = "Maglev FMUs"   # generationTool of this project
+
 WARNING = 1   # fmi2Warning, fmi3Warning; a higher status is a failure
 DISCARD = 2   # fmi2Discard, fmi3Discard
 
-LISTENERS: dict[bytes, Listener] = {}   # of FMI 2.0, by instance name
+
+class Listening(NamedTuple):
+    """Who is told what an FMU says, the environment that it is given, and whether it says to be of this project."""
+
+    listener: Listener
+    environment: Any
+    own: bool
+
+
+LISTENERS: dict[bytes | None, Listening] = {}   # of FMI 2.0, by instance name
 
 
 class Type(NamedTuple):
@@ -52,8 +63,10 @@ class Fmi:
         kind = fmi2.FMU2Model if isinstance(description.coSimulation, SolverInterface) else fmi2.FMU2Slave
         instance = kind(guid=description.guid, unzipDirectory=str(folder), modelIdentifier=identifier,
                         instanceName=name.decode(), libraryPath=str(own) if own.is_file() else None)
-        LISTENERS[name] = listener
+        own_tool = (description.generationTool or "").startswith(OWN_TOOL)
+        LISTENERS[name] = Listening(listener, create_string_buffer(name), own_tool)
         callbacks = fmi2.fmi2CallbackFunctions()
+        callbacks.componentEnvironment = addressof(LISTENERS[name].environment)
         callbacks.logger = LOGGER
         callbacks.allocateMemory = fmi2.fmi2CallbackAllocateMemoryTYPE(fmpy.calloc)
         callbacks.freeMemory = fmi2.fmi2CallbackFreeMemoryTYPE(fmpy.free)
@@ -174,10 +187,19 @@ def function_of(instance: Any, name: str) -> Any:
     return function
 
 
-def take_message(_environment: object, instance: bytes, status: int, _category: bytes, message: bytes) -> None:
-    """Pass a message on to its listener: fmpy's proxy, which formats messages, passes those of all FMUs to here."""
-    if (listener := LISTENERS.get(instance)) is not None:
-        listener(status, message)
+def take_message(environment: int | None, instance: bytes | None, status: int, _category: bytes,
+                 message: bytes | None) -> None:
+    """Pass a message on to its listener: fmpy's proxy, which formats messages, passes those of all FMUs to here.
+
+    Some FMUs give another name than their instance has, or none. The environment tells them apart; where that is lost,
+    too, it was one of those that are not of this project, and all of them are listened to.
+    """
+    every = [*LISTENERS.values()]
+    told = ([LISTENERS[instance]] if instance in LISTENERS
+            else [each for each in every if environment == addressof(each.environment)]
+            or [each for each in every if not each.own] or every)
+    for each in told:
+        each.listener(status, message or b"")
 
 
 LOGGER = fmi2.fmi2CallbackLoggerTYPE(take_message)

@@ -7,9 +7,9 @@ from pathlib import Path
 
 from fmpy.model_description import ModelDescription
 
-from maglev.cosim.fmu import OWN_TOOL
 from maglev.cosim.open import read_description
 from maglev.cosim.port_map import PortMap, apply
+from maglev.cosim.versions.fmi import OWN_TOOL
 from maglev.errors import ScenarioError, UnknownName, few, nearest, option
 from maglev.own_fmus import built_here, definition
 from maglev.schema.judged.claims import RunClaim

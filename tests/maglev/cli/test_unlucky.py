@@ -64,8 +64,9 @@ def test_a_full_disk_does_not_hide_what_the_fmu_said(fmus: Path, tmp_path: Path,
     monkeypatch.setattr("maglev.experiment.results.csv.writer", full_disk)
     with pytest.raises(RunFailed) as failure:
         execute(faulty_run(faulty("negative", tmp_path), fmus), tmp_path)
-    assert str(failure.value).startswith("at t = 0.1 s: controller (pd_controller.fmu) refused fmi2DoStep with status "
-                                         "-1: it gave no message; what was recorded until then cannot be written: ")
+    assert str(failure.value).startswith(
+        "at t = 0.1 s: controller (pd_controller.fmu) refused the step (fmi2DoStep: status -1): it gave no message; "
+        "what was recorded until then cannot be written: ")
     assert str(failure.value).endswith(f"{tmp_path / '2dof-step-1-nonlinear.partial.csv'}: No space left on device")
 
 

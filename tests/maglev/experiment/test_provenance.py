@@ -8,7 +8,7 @@ import pytest
 from command_line import maglev
 
 from maglev.api.running import run_all
-from maglev.cosim.fmu import OWN_TOOL
+from maglev.cosim.versions.fmi import OWN_TOOL
 from maglev.experiment.ports.replacement import Replacement
 from maglev.experiment.preparation import prepare
 from maglev.schema.loading import load_plan

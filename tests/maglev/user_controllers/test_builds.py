@@ -1,6 +1,7 @@
 """FMUs of users' controllers: the same run in all three forms, what they carry, and what cannot become C."""
 
 import zipfile
+from importlib import import_module
 from pathlib import Path
 
 import pytest
@@ -12,7 +13,9 @@ from written_controllers import controller, line_of, trial
 import maglev as tool
 from maglev.cosim.fmu import Fmu, read_description
 from maglev.schema.loading import load_plan
+from maglev.user_controllers.build import importable
 from maglev.user_controllers.new import new_class
+from maglev.user_controllers.own_modules import own_modules
 from pmlsm.rigs import RIGS
 
 
@@ -94,6 +97,23 @@ def test_modules_beside_the_file_are_carried(fastest_fmus: Path, tmp_path: Path)
         runs = [tool.run(plan, controller=form, fmus=fastest_fmus) for form in forms[1:]]
     assert runs[0]["plant.v.position"][-1] == pytest.approx(21e-3, abs=0.3e-3)
     assert runs[0]["plant.v.position"].tobytes() == runs[1]["plant.v.position"].tobytes()
+
+
+def test_modules_keep_names_of_their_own(tmp_path: Path) -> None:
+    """Whatever letters an FMU has in their place; and a package goes before a file of its name, as in Python."""
+    for name, gain in (("lib/gains.py", 10.0), ("lib_gains.py", 20.0), ("gäins.py", 30.0), ("g_ins.py", 40.0),
+                       ("both.py", 50.0), ("both/__init__.py", 60.0)):
+        (tmp_path / name).parent.mkdir(exist_ok=True)
+        (tmp_path / name).write_text(f"GAIN = {gain}\n", encoding="utf-8")
+    path = controller(tmp_path, ("LARGEST = 6.0\n", "LARGEST = 6.0\nimport both\nimport g_ins\nimport gäins\n"
+                                 "import lib_gains\nfrom lib.gains import GAIN\n"))
+    modules = own_modules(path).modules
+    texts = [module.text for module in modules.values()]
+    assert len({*texts}) == 6
+    with importable({name: module.renamed for name, module in modules.items()}):
+        main = import_module(next(iter(modules)))
+        found = [main.GAIN, *(getattr(main, name).GAIN for name in ("lib_gains", "gäins", "g_ins", "both"))]
+    assert found == [10.0, 20.0, 30.0, 40.0, 60.0]
 
 
 @pytest.mark.usefixtures("slow")

@@ -24,6 +24,8 @@ DECLARED = {
     "a start that is no number": (("self.damping = 0.9", "self.damping = 'high'"), "damping starts as 'high', expec"),
     "a start that is not finite": (("self.damping = 0.9", "self.damping = float('nan')"), "damping starts as nan"),
     "one name twice": (('"damping": ""', '"v.measured": "m"'), "parameters has 'v.measured', expected a name that no"),
+    "one attribute twice": (('"v.measured": "m", "h.measured"', '"v.measured": "m", "v_measured": "m", "h.measured"'),
+                            "v.measured and v_measured are both self.v_measured, expected an attribute for each"),
     "a sample time of 0": (("self.sample_time = 0.5e-3", "self.sample_time = 0.0"), "sample_time = 0.0 s, expected"),
     "no sample time": (("self.sample_time = 0.5e-3", "self.time_of_sample = 0.5e-3"),
                        "expected an attribute self.sample_time"),
@@ -47,11 +49,24 @@ def test_what_a_class_declares(tmp_path: Path, case: str) -> None:
     path = controller(tmp_path, change)
     with pytest.raises(tool.ControllerError) as refusal:
         load(path)
-    said, tables = str(refusal.value), {"no table": "parameters = 3", "one name twice": '"v.measured": "m", "h.meas'}
+    said, tables = str(refusal.value), {"no table": "parameters = 3", "one name twice": '"v.measured": "m", "h.meas',
+                                  "one attribute twice": '"v_measured": "m"'}
     word = tables.get(case) or next((f'"{name}":' for name in ("v.mesured", "bandwidth", "damping") if name in said
                                      and "sample_time" not in said), None)
     assert said.startswith(f"pd.py, line {line_of(path, word)}: class PD: " if word else "pd.py: class PD: ")
     assert message in said
+
+
+@pytest.mark.parametrize("other", ["second.py", "PID2DOF"])
+def test_two_classes_of_one_name_are_not_built_together(tmp_path: Path, monkeypatch: pytest.MonkeyPatch,
+                                                        other: str) -> None:
+    """The one would take the place of the other's file; some disks know no capital letters."""
+    monkeypatch.chdir(tmp_path)
+    controller(tmp_path, ("class PD:", "class PID2dof:"), name="first.py")
+    controller(tmp_path, ("class PD:", "class PID2DOF:"), name="second.py")
+    line = error_line(maglev("build", "first.py", other))
+    assert "has the name of" in line and "expected another one: the FMU is named after it" in line
+    assert not (tmp_path / "fmus").exists()
 
 
 @pytest.mark.parametrize(("beside", "line"), [("controller_fmu.py", "import controller_fmu\n"),
