@@ -4,17 +4,16 @@ import json
 import os
 import re
 import sys
-from collections.abc import Callable
+from collections.abc import Callable, Iterable
 from contextlib import suppress
 from ctypes import py_object, pythonapi
 from math import floor, inf
-from operator import attrgetter
 from typing import Any
 from xml.etree.ElementTree import ParseError, iterparse
 
 from pythonfmu.fmi2slave import Fmi2Slave
 
-from fmi_export.definition import FmuDefinition, Variable
+from fmi_export.definition import FmuDefinition, Slot, Variable, look, put, read, reader
 
 # By how much the clock of a master may miss the end of the step before, and what is no step: see native/c/life.c.
 CONTINUITY = 1.0e-3     # of a communication step
@@ -30,8 +29,6 @@ INSTANTIATED = "before fmi2EnterInitializationMode"
 INITIALIZING = "in the initialization"
 RUNNING = "after the initialization"
 TERMINATED = "after fmi2Terminate"
-
-Slot = tuple[Any, str]   # an object of the block and the name of one of its attributes
 
 
 class Refused(ValueError):
@@ -65,11 +62,13 @@ def scalar_slots(block: Any, template: Any) -> list[Slot]:
     slowly once its `__dict__` has been asked for.
     """
     slots: list[Slot] = []
-    for name, value in vars(template).items():
+    listed = isinstance(template, list)
+    parts: Iterable[tuple[str | int, Any]] = enumerate(template) if listed else vars(template).items()
+    for name, value in parts:
         if isinstance(value, (bool, int, float)):
             slots.append((block, name))
         else:
-            slots.extend(scalar_slots(getattr(block, name), value))
+            slots.extend(scalar_slots(look(block, name), value))
     return slots
 
 
@@ -99,7 +98,7 @@ class BlockSlave(Fmi2Slave):
         self.state_slots = self.slots()
         self.real_getters: dict[tuple[int, ...], Callable[[Any], tuple[Any, ...]]] = {}
         self.boolean_getters: dict[tuple[int, ...], Callable[[Any], tuple[Any, ...]]] = {}
-        self.setters: dict[tuple[int, ...], list[tuple[Any, str, float, float]]] = {}
+        self.setters: dict[tuple[int, ...], list[tuple[Any, str | int, float, float]]] = {}
         self.phase = INSTANTIATED
         self.stale = True                    # values of a block that has not started are not computed yet
         self.suspect = False                 # a value out of range was set
@@ -197,7 +196,7 @@ class BlockSlave(Fmi2Slave):
 
         From 1.7e9 s on, where clocks of computers are, a difference of two times misses 0.5 ms by up to 0.24 µs.
         """
-        sample = float(attrgetter(self.sampling)(self.block))
+        sample = float(read(self.block, self.sampling))
         ratio = sample / size
         if not 1.0 / LARGEST_RATIO < ratio < LARGEST_RATIO:
             return size
@@ -220,14 +219,14 @@ class BlockSlave(Fmi2Slave):
             name = match.group(1)
             if name in ("time", "step"):
                 return repr(time if name == "time" else step)
-            return repr(next(attrgetter(v.place)(self.block) for v in self.variables if v.name == name))
+            return repr(next(v.read(self.block) for v in self.variables if v.name == name))
 
         raise self.refused(re.sub(r"\{([\w.]+)\}", value, self.definition.refusals[status]))
 
     def out_of_range(self) -> str | None:
         """What is wrong with the first input or parameter that is not a finite number within its range."""
         for v in self.checked:
-            value = attrgetter(v.place)(self.block)
+            value = v.read(self.block)
             if not (v.low <= value <= v.high and -inf < value < inf):
                 return self.beyond(v, value)
         return None
@@ -257,14 +256,7 @@ class BlockSlave(Fmi2Slave):
 
     def prepare_getter(self, vrs: tuple[int, ...], boolean: bool) -> Callable[[Any], tuple[Any, ...]]:
         """Accessor that reads variables of the block in one call."""
-        names = [self.variable(vr, boolean).place for vr in vrs]
-        if len(names) > 1:
-            getter: Callable[[Any], tuple[Any, ...]] = attrgetter(*names)
-        elif names:
-            single = attrgetter(names[0])
-            getter = lambda block: (single(block),)   # noqa: E731
-        else:
-            getter = lambda _: ()   # noqa: E731
+        getter = reader([self.variable(vr, boolean).place for vr in vrs])
         (self.boolean_getters if boolean else self.real_getters)[vrs] = getter
         return getter
 
@@ -275,7 +267,7 @@ class BlockSlave(Fmi2Slave):
                 self.block.start()
                 self.stale = False
 
-    def prepare_setter(self, vrs: tuple[int, ...], boolean: bool) -> list[tuple[Any, str, float, float]]:
+    def prepare_setter(self, vrs: tuple[int, ...], boolean: bool) -> list[tuple[Any, str | int, float, float]]:
         """Where to write variables, and within which range."""
         self.allow("fmi2SetBoolean" if boolean else "fmi2SetReal", INSTANTIATED, INITIALIZING, RUNNING)
         slots = []
@@ -300,7 +292,7 @@ class BlockSlave(Fmi2Slave):
                 if value != value:
                     raise self.refused(self.beyond(self.variables[vrs[[v != v for v in values].index(True)]], value))
                 self.suspect = True
-            setattr(owner, name, value)
+            put(owner, name, value)
         if self.phase != RUNNING:
             self.stale = True
 
@@ -338,14 +330,14 @@ class BlockSlave(Fmi2Slave):
 
     def _get_fmu_state(self) -> dict[str, Any]:
         return {"model": type(self).__module__,
-                "block": [getattr(owner, name) for owner, name in self.state_slots],
+                "block": [look(owner, name) for owner, name in self.state_slots],
                 "slave": [self.phase, self.stale, self.suspect, self.next_time, self.stop_time]}
 
     def _set_fmu_state(self, state: dict[str, Any]) -> None:
         if state.get("model") != type(self).__module__:
             raise self.refused(f"state of model: {state.get('model')}, expected {type(self).__module__}")
         for (owner, name), value in zip(self.state_slots, state["block"], strict=True):
-            setattr(owner, name, value)
+            put(owner, name, value)
         self.phase, self.stale, self.suspect, self.next_time, self.stop_time = state["slave"]
         self.setters.clear()
 

@@ -20,7 +20,6 @@ from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass
 from fnmatch import fnmatch
 from functools import cache, partial
-from operator import attrgetter
 from pathlib import Path
 from tempfile import TemporaryDirectory
 from typing import Any, NamedTuple
@@ -127,7 +126,7 @@ def loop_run(name: str) -> Run:
         for pattern, (amplitude, frequency) in WAVES.items():
             if v.causality == "input" and fnmatch(v.name, pattern):
                 phase = len(waves) / 16
-                waves[v.place] = Wave(attrgetter(v.place)(block), amplitude, frequency, phase)
+                waves[v.place] = Wave(v.read(block), amplitude, frequency, phase)
                 if v.name.endswith(".reference"):
                     rate = 6.283185307179586 * frequency * amplitude
                     waves[f"{v.place}_rate"] = Wave(0.0, rate, frequency, phase + 0.25)

@@ -9,7 +9,6 @@ import csv
 import io
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
-from operator import attrgetter
 from pathlib import PurePosixPath
 from xml.etree.ElementTree import Element, SubElement, fromstring, register_namespace
 
@@ -83,15 +82,15 @@ class ExperimentFiles:
 def smoke_test(definition: FmuDefinition) -> ExperimentFiles:
     """What a new block gives at the communication points of its default experiment; ExportError if it refuses."""
     block, step = definition.new_block(), definition.experiment.step
-    outputs = {v.name: attrgetter(v.place) for v in definition.variables if v.causality == "output"}
+    outputs = {v.name: v for v in definition.variables if v.causality == "output"}
     results: dict[str, list[float]] = {name: [] for name in ("time", *outputs)}
     for k in range(STEPS + 1):
         status = block.start() if k == 0 else block.step((k - 1) * step, step)
         if status:
             raise ExportError(f"{definition.name}: refused its smoke test with status {status}, expected none")
         results["time"].append(k * step)
-        for name, value in outputs.items():
-            results[name].append(float(f"{float(value(block)):.{DIGITS}g}"))
+        for name, variable in outputs.items():
+            results[name].append(float(f"{float(variable.read(block)):.{DIGITS}g}"))
     nominals = {v.name: v.nominal for v in definition.variables if not v.boolean}
     about = f"{definition.name} from its start values, {STEPS} communication steps"
     return ExperimentFiles("smoke_test", SMOKE_TEST, about, step, results, tolerances(results, nominals))

@@ -3,11 +3,10 @@
 import pickle
 from copy import deepcopy
 from numbers import Real
-from operator import attrgetter
 from typing import Any
 
-from fmi_export.definition import FmuDefinition
-from fmi_export.slave import BlockSlave, Refused, Slot
+from fmi_export.definition import FmuDefinition, Slot
+from fmi_export.slave import BlockSlave, Refused
 from fmi_export.user_classes.trouble import RAISED, error_text
 
 
@@ -41,9 +40,9 @@ class WrittenSlave(BlockSlave):
         """Raise the definition's text for a status; numbers of other packages are shown as plain ones."""
         if status:
             for v in self.variables:
-                value = attrgetter(v.place)(self.block)
+                value = v.read(self.block)
                 if type(value) not in (bool, float) and isinstance(value, Real):
-                    setattr(*v.slot(self.block), float(value))
+                    v.write(self.block, float(value))
         super().refuse(status, time, step)
 
     def _get_fmu_state(self) -> dict[str, Any]:

@@ -2,9 +2,9 @@
 
 import re
 from collections.abc import Mapping
-from operator import attrgetter
 from typing import Any
 
+from fmi_export.definition import read
 from maglev.errors import LinearModelError, MaglevError, nearest, option, or_of_own_stage, require_table
 from maglev.parameter import Parameter, require_parameter
 from maglev.stages import STAGES, definitions
@@ -63,7 +63,7 @@ def block_of(name: str, parameters: Mapping[str, Quantity | bool]) -> Any:
     for key, given in parameters.items():
         require_parameter(key, known, name, LinearModelError)
         value = Parameter.of(known[key]).read(given, f"{name}: {key}", LinearModelError)
-        setattr(*known[key].slot(block), value)
+        known[key].write(block, value)
     if regulator_in(name) != name:
         prepare_fixed(name, block)
         block = block.regulator
@@ -96,6 +96,6 @@ def prepare_fixed(name: str, block: Any) -> None:
     if status:
         definition = STAGES.definition(name)
         places = {variable.name: variable.place for variable in definition.variables}
-        text = re.sub(r"\{([\w.]+)\}", lambda match: repr(attrgetter(places[match[1]])(block)),
+        text = re.sub(r"\{([\w.]+)\}", lambda match: repr(read(block, places[match[1]])),
                       definition.refusals[status])
         raise LinearModelError(f"{name}: {text}")

@@ -8,7 +8,7 @@ from typing import Any
 
 import numpy as np
 
-from fmi_export.definition import SAMPLE_TIME, FmuDefinition
+from fmi_export.definition import SAMPLE_TIME, FmuDefinition, look, put
 from fmi_export.slave import RUNNING, BlockSlave, Refused
 from fmi_export.target.freestanding import REFUSED_VALUE, ports_of
 from maglev.arrays import Array
@@ -34,7 +34,7 @@ class Emulated(BlockSlave):
     @property
     def values(self) -> Array:
         """What a sample is given, shape (settable variables,)."""
-        return np.array([float(getattr(*slot)) for slot in self.settable])
+        return np.array([float(look(*slot)) for slot in self.settable])
 
     def setup_experiment(self, start_time: float, stop_time: float | None = None, *_: Any) -> None:
         if start_time != 0.0:
@@ -46,7 +46,7 @@ class Emulated(BlockSlave):
     def exit_initialization_mode(self) -> None:
         """Give parameters and inputs, which are checked there, and start."""
         sampling, = (v for v in self.variables if v.name == SAMPLE_TIME)
-        self.sample_time = float(getattr(*sampling.slot(self.block)))
+        self.sample_time = float(sampling.read(self.block))
         self.exchange()
         self.phase, self.stale = RUNNING, False
 
@@ -66,11 +66,11 @@ class Emulated(BlockSlave):
             raise Refused(str(error)) from error
         if answer.status >= REFUSED_VALUE:
             v = self.variables[answer.status - REFUSED_VALUE]
-            raise Refused(f"{v.name} = {getattr(*v.slot(self.block))} {v.unit}".rstrip()
+            raise Refused(f"{v.name} = {v.read(self.block)} {v.unit}".rstrip()
                           + ", expected a number within its range")
         self.refuse(answer.status, time, step)
         for (owner, name), value in zip(self.readable, answer.outputs.tolist(), strict=True):
-            setattr(owner, name, type(getattr(owner, name))(value))
+            put(owner, name, type(look(owner, name))(value))
         self.answers.append(answer)
 
 

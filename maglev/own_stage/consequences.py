@@ -2,7 +2,6 @@
 
 from dataclasses import asdict, dataclass
 from math import degrees, inf, log10
-from operator import attrgetter
 from pathlib import Path
 from statistics import fmean as mean
 from typing import Any
@@ -306,7 +305,7 @@ def require_within_ranges(rig: Rig) -> None:
         block = definition.new_block()
         for variable in definition.variables:
             if variable.causality == "parameter" and not variable.boolean:
-                Parameter.of(variable).read(attrgetter(variable.place)(block), f"{definition.name}: {variable.name}",
+                Parameter.of(variable).read(variable.read(block), f"{definition.name}: {variable.name}",
                                             RigError)
 
 

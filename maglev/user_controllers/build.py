@@ -106,7 +106,7 @@ def require_floats(definition: WrittenDefinition, file: Path) -> None:
     """Refuse whole numbers where an FMU has Reals: C keeps the type that an attribute begins with."""
     law = definition.new_block()
     for v in definition.variables:
-        value = getattr(*v.slot(law))
+        value = v.read(law)
         if not v.boolean and type(value) is not float:
             raise BuildError(f"{file.name}: {v.name} starts as {value!r}, a native FMU needs a float: expected "
                              f"{float(value)!r}")

@@ -10,7 +10,6 @@ import subprocess
 import sys
 from collections.abc import Iterable
 from dataclasses import replace
-from operator import attrgetter
 from pathlib import Path
 from typing import Any
 
@@ -101,7 +100,7 @@ def test_it_has_the_bits_of_the_block(written: Path, tmp_path: Path, name: str, 
     start, sample = getattr(library, f"{name}_start"), getattr(library, f"{name}_sample")
     getattr(library, f"{name}_init")(memory)
     assert start(memory) == block.start() == 0
-    source, step = random.Random(name), attrgetter("sample_time")(block)
+    source, step = random.Random(name), block.sample_time
     changed = set()
     for k in range(400):
         for number, v in of_inputs:
@@ -111,11 +110,10 @@ def test_it_has_the_bits_of_the_block(written: Path, tmp_path: Path, name: str, 
                 setattr(inputs, member(v), math.nan if k % 100 == 7 else 1e300)
                 assert sample(memory, ctypes.byref(inputs), ctypes.byref(outputs)) == REFUSED_VALUE + number
             setattr(inputs, member(v), value)
-            owner, _, last = v.place.rpartition(".")
-            setattr(attrgetter(owner)(block) if owner else block, last, value)
+            v.write(block, value)
         assert sample(memory, ctypes.byref(inputs), ctypes.byref(outputs)) == block.step(k * step, step) == 0
         for v in readable:
-            expected, found = attrgetter(v.place)(block), getattr(outputs, member(v))
+            expected, found = v.read(block), getattr(outputs, member(v))
             assert struct.pack("<d", found) == struct.pack("<d", expected), (k, v.name)
             changed |= {v.name} if k and expected != float(described.start_value(v)) else set()
     assert len(changed) > 1

@@ -1,6 +1,5 @@
 """An estimator block over a run, sample by sample."""
 
-from operator import attrgetter
 from typing import Any
 
 import numpy as np
@@ -8,6 +7,7 @@ from direct_loop import RIGS
 
 from estimator_fmu.estimator_2dof import Estimator2DOF
 from estimator_fmu.estimator_3dof import Estimator3DOF
+from fmi_export.definition import reader, write
 from maglev.own_fmus import definition
 
 # Constants of the controllers' model, which an ideal stage has.
@@ -25,15 +25,14 @@ def new_estimator(rig: int, starts: np.ndarray, **parameters: float) -> Any:
     estimator: Any = Estimator2DOF() if rig == 2 else Estimator3DOF()
     names = {f"C{i + 1}_start": float(value) for i, value in enumerate(starts)}
     for name, value in (names | parameters).items():
-        path, _, last = PLACES[rig][name].rpartition(".")
-        setattr(attrgetter(path)(estimator) if path else estimator, last, value)
+        write(estimator, PLACES[rig][name], value)
     assert estimator.start() == 0
     return estimator
 
 
 def constants(rig: int, estimator: Any) -> tuple[float, ...]:
     """Estimates as they are."""
-    return attrgetter(*(PLACES[rig][f"C{i + 1}"] for i in range(len(TRUTH[rig]))))(estimator)
+    return reader([PLACES[rig][f"C{i + 1}"] for i in range(len(TRUTH[rig]))])(estimator)
 
 
 def run(rig: int, estimator: Any, trial: dict[str, np.ndarray], measured: str = "encoder") -> np.ndarray:

@@ -4,7 +4,7 @@ from typing import Any
 
 import numpy as np
 
-from fmi_export.definition import slot
+from fmi_export.definition import write
 from fmi_export.errors import ExportError
 from fmi_export.native.tangent import named, tangent_module
 from fmi_export.sources import carried_modules
@@ -48,7 +48,7 @@ def translated_realisation(part: Participant, base: Array, inputs: int) -> tuple
     kept = [place for place in numbers_of(law) if place not in fixed]
     n = len(kept)
     for place, value in zip(given, base.tolist(), strict=True):
-        setattr(*slot(law, place), value)
+        write(law, place, value)
     slopes = derivatives(law, {"step": (part.count * part.size,)}, [*kept, *given[:inputs]], [*kept, *wanted],
                          lambda *_: names[named(f"{built.definition.name}.step")])
     (a, b), (c, d) = (np.hsplit(rows, [n]) for rows in np.vsplit(slopes, [n]))

@@ -38,7 +38,7 @@ class Following:
         for variable in plant.variables:
             if variable.name in self.masses:
                 value = changes.get(full := f"plant.{variable.name}", self.masses[variable.name])
-                setattr(*variable.slot(block), Parameter.of(variable).read(value, full, ScenarioError))
+                variable.write(block, Parameter.of(variable).read(value, full, ScenarioError))
         block.start()
         block.step(0.0, self.rig.sample_time)
         axes = {axis.name: getattr(block, axis.name) for axis in self.rig.axes}

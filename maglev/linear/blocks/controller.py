@@ -6,7 +6,7 @@ from typing import Any
 
 import numpy as np
 
-from fmi_export.definition import slot
+from fmi_export.definition import read, write
 from maglev.errors import LinearModelError
 from maglev.linear.blocks.plant import BALANCED, moved
 from maglev.linear.blocks.tangent import derivatives
@@ -61,13 +61,13 @@ def commanded(name: str, rig: Rig, block: Any, stage: Any, at: Equilibrium) -> E
     for _ in range(ITERATIONS):
         ahead = deepcopy(block)
         ahead.sample()
-        currents = [getattr(*slot(ahead, command)) for command in commands]
+        currents = [read(ahead, command) for command in commands]
         rates, by_current = moved(rig, stage, currents)
         if np.abs(rates).max() < BALANCED:
             return replace(at, i_d=tuple(currents[0::2]), i_q=tuple(currents[1::2]))
         change = np.linalg.solve(by_current @ derivatives(block, {"sample": ()}, integrals, commands), rates)
         for place, step in zip(integrals, change.tolist(), strict=True):
-            setattr(*slot(block, place), getattr(*slot(block, place)) - step)
+            write(block, place, read(block, place) - step)
     raise LinearModelError(f"{name} at {at}: comes to no rest, expected a larger gap or other constants")
 
 
@@ -101,19 +101,19 @@ def come_to_rest(name: str, rig: Rig, block: Any, at: Equilibrium, states: list[
     measure(rig, block, at)
     variables = [*states, *(f"{axis}.reference" for axis in rig.axis_names)]
     commands = [f"{current}_cmd" for current in rig.dq_names]
-    start = np.array([getattr(*slot(block, place)) for place in variables])
+    start = np.array([read(block, place) for place in variables])
     change = np.zeros(len(variables))
     weights = np.array([1.0 if place.endswith((".xi1", ".integral")) else SELDOM for place in variables])
     for _ in range(ITERATIONS):
         for place, value in zip(variables, (start + change).tolist(), strict=True):
-            setattr(*slot(block, place), value)
+            write(block, place, value)
         ahead = deepcopy(block)
         ahead.sample()
         if not ahead.feasible:   # a step too far: in its model no current makes what the law demands there
             change /= 2.0
             continue
         slopes = derivatives(block, {"sample": ()}, variables, commands)
-        missing = at.dq - [getattr(*slot(ahead, command)) for command in commands]
+        missing = at.dq - [read(ahead, command) for command in commands]
         start, change = start + change, weights * np.linalg.lstsq(slopes * weights, missing, rcond=None)[0]
         if np.abs(slopes @ change).max() < SETTLED:
             return

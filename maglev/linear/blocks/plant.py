@@ -7,7 +7,7 @@ from typing import Any
 
 import numpy as np
 
-from fmi_export.definition import slot
+from fmi_export.definition import read, write
 from maglev.arrays import Array
 from maglev.linear.blocks.tangent import derivatives
 from maglev.linear.model import Equilibrium, LinearModel
@@ -32,7 +32,7 @@ def linear_plant(name: str, rig: Rig, block: Any, at: Equilibrium, phases: bool,
     resting = at_rest(block, at.positions)
     rotation, park = np.hsplit(seen_currents(rig, resting, at), [axes])
     for place, current in at.currents.items():
-        setattr(*slot(resting, place), current)
+        write(resting, place, current)
     slopes = derivatives(resting, {**({"place_motors": ()} if rig.rotations else {}), "add_slope": (1.0, 0.0)},
                          [*motion, *rig.dq_names, *(f"{axis}.force" for axis in rig.axis_names)],
                          [f"{place}_sum" for place in motion])
@@ -76,9 +76,9 @@ def moved(rig: Rig, stage: Any, currents: Sequence[float] | Array, wanted: Seque
     """
     wanted = wanted or [f"{axis}.acceleration" for axis in rig.axis_names]
     for name, current in zip(rig.dq_names, currents, strict=True):
-        setattr(*slot(stage, name), float(current))
+        write(stage, name, float(current))
     stage.add_slope(1.0, 0.0)
-    return (np.array([getattr(*slot(stage, place)) for place in wanted]),
+    return (np.array([read(stage, place) for place in wanted]),
             derivatives(stage, {"add_slope": (1.0, 0.0)}, rig.dq_names, wanted))
 
 
@@ -127,7 +127,7 @@ def seen_currents(rig: Rig, block: Any, at: Equilibrium) -> Array:
     """
     flowing = deepcopy(block)
     for place, current in at.phases.items():
-        setattr(*slot(flowing, place), current)
+        write(flowing, place, current)
     positions = [f"{axis}.position" for axis in rig.axis_names]
     return derivatives(flowing, {"derive": ()}, [*positions, *rig.phase_names], rig.dq_names)
 

@@ -6,7 +6,7 @@ from typing import Any
 
 import numpy as np
 
-from fmi_export.definition import slot
+from fmi_export.definition import read, write
 from fmi_export.native.tangent import named, tangent_module
 from fmi_export.sources import carried_modules
 from maglev.arrays import Array
@@ -54,8 +54,8 @@ def derivatives(block: Any, methods: Mapping[str, Sequence[float]], places: Sequ
         for part, other, name, value in numbers:
             setattr(part, name, value)
             setattr(other, name, 0.0)
-        setattr(*slot(direction, place), 1.0)
+        write(direction, place, 1.0)
         for function, arguments in calls:
             function(own, direction, *arguments)
-        slopes[:, column] = [getattr(*slot(direction, path)) for path in wanted]
+        slopes[:, column] = [read(direction, path) for path in wanted]
     return slopes

@@ -50,7 +50,7 @@ class Adapting:
         for variable in definition.variables:
             if variable.name in parameters:
                 value = Parameter.of(variable).read(parameters[variable.name], name, LinearModelError)
-                setattr(*variable.slot(whole), value)
+                variable.write(whole, value)
         self.start, self.step = whole.start, whole.step
         self.regulator = whole.regulator
         self.regulator.started = True

@@ -41,20 +41,19 @@ def test_what_the_block_does(name: str) -> None:
     blocks = [of.new_block() for _ in range(2)]
     for block in blocks:
         for key, value in given.items():
-            setattr(*ports[key].slot(block), value)
+            ports[key].write(block, value)
         for encoder in model.inputs:
-            setattr(*ports[encoder].slot(block), {"x.encoder": 1.3e-6, "z.encoder": 0.0}.get(encoder, 0.025))
+            ports[encoder].write(block, {"x.encoder": 1.3e-6, "z.encoder": 0.0}.get(encoder, 0.025))
         assert block.start() == 0
         block.sample()
     pushes = np.linspace(1e-10, 2e-10, len(model.inputs))
     for encoder, push in zip(model.inputs, pushes.tolist(), strict=True):
-        owner, attribute = ports[encoder].slot(blocks[1])
-        setattr(owner, attribute, getattr(owner, attribute) + push)
+        ports[encoder].write(blocks[1], ports[encoder].read(blocks[1]) + push)
     state = np.zeros(len(model.states))
     for _ in range(7):
         for block in blocks:
             block.sample()
-        rest, pushed = (np.array([getattr(*ports[out].slot(block)) for out in model.outputs]) for block in blocks)
+        rest, pushed = (np.array([ports[out].read(block) for out in model.outputs]) for block in blocks)
         assert pushed - rest == pytest.approx(model.C @ state + model.D @ pushes, abs=1e-14)
         state = model.A @ state + model.B @ pushes
     slope = 1.0 + 2.0 * pi * 1e-7 / 5e-6 * cos(2.0 * pi * 1.3e-6 / 5e-6)

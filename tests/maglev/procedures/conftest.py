@@ -2,7 +2,6 @@
 
 from collections.abc import Callable, Mapping
 from functools import cache
-from operator import attrgetter
 from typing import Any
 
 import numpy as np
@@ -32,7 +31,7 @@ def parameters(scenario_name: str) -> dict[str, float]:
         made = definition(str(fmu.model))
         block = made.new_block()
         for variable in made.variables:
-            value = fmu.start[variable.name].value if variable.name in fmu.start else attrgetter(variable.place)(block)
+            value = fmu.start[variable.name].value if variable.name in fmu.start else variable.read(block)
             if variable.causality == "parameter" and not isinstance(value, bool):
                 found[f"{name}.{variable.name}"] = float(value)
     return found
