@@ -27,7 +27,7 @@ from maglev.schema.loading import load_plan
 from maglev.schema.options import RunOptions, takes_run_options
 from maglev.schema.run_plan import RunPlan
 from maglev.stages import STAGES
-from maglev.user_controllers.source import Given, name_of
+from maglev.user_controllers.source import Given, file_of, is_written, name_of
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -157,6 +157,11 @@ def compare(runs: Scenario | Iterable[Run] | Mapping[str, Run], controllers: Con
                       by_label)
 
 
+def is_file(path: Path) -> bool:
+    """Whether a path, perhaps with the name of a class, names a file that is there."""
+    return path.is_file() or (is_written(path) and file_of(path)[0].is_file())
+
+
 def labelled(controllers: Controllers) -> dict[str, Given]:
     """Controllers by label; of two with one name, the second is "NAME-2"."""
     if isinstance(controllers, Mapping):
@@ -168,7 +173,7 @@ def labelled(controllers: Controllers) -> dict[str, Given]:
             if not isinstance(given, str | Path):
                 pairs.append((name_of(given), given))
                 continue
-            label, equals, path = str(given).partition("=")
+            label, equals, path = (str(given), "", "") if is_file(Path(given)) else str(given).partition("=")
             if equals:
                 pairs.append((label, path))
             else:   # "lqi" of "a/lqi.fmu", "LQI" of "a/lqi.py:LQI"

@@ -1,6 +1,7 @@
 """One FMU in a co-simulation: loaded by fmpy, called through its C functions with prepared buffers."""
 
 import ctypes
+import os
 import re
 import tempfile
 import zipfile
@@ -44,7 +45,11 @@ HERE = (f"binaries/{fmpy.platform}/", f"binaries/{fmpy.platform_tuple}/")       
 OLDER_TYPES = {"Float64": "Real", "Int32": "Integer", "Enumeration": "Int64"}
 
 LOADING = Lock()   # fmpy goes into the folder of a library while it loads it, and then back to where it was
-UNSAFE_IN_PATH = "%+#"   # pythonfmu's binary cannot load from a path with these, or with other than ASCII
+# What pythonfmu's binary loads from: of what a path has in a URI, it decodes the space alone.
+LOADABLE = re.compile(r"[A-Za-z0-9/ ._~-]*" if os.name == "posix" else r"[A-Za-z]:[A-Za-z0-9/\\ ._~-]*")
+# Where there is room in place of the temporary folder, as `tempfile` has it.
+TEMPORARY = ("/tmp", "/var/tmp", "/usr/tmp") if os.name == "posix" else (
+    os.path.expandvars(r"%SYSTEMROOT%\Temp"), r"C:\TEMP", r"C:\TMP")
 
 
 class Buffer:
@@ -152,7 +157,7 @@ class Fmu:
         self.variables: dict[str, ScalarVariable] = {v.name: v for v in description.modelVariables}
         self.messages = Messages()
         self.fatal = False
-        self.folder = unpacking_folder()
+        self.folder = unpacking_folder(runs_python(path))
         self.instance: Any = None   # fmpy's object
         self.key = f"{name}#{next(COUNT)}".encode()
         self.fmi = fmi_of(description)
@@ -309,12 +314,24 @@ def unpack(path: Path, folder: Path) -> None:
         archive.extractall(folder, [name for name in names if name.startswith(HERE) or not name.startswith(NOT_NEEDED)])
 
 
-def unpacking_folder() -> Path:
-    """New temporary folder whose path pythonfmu's binary can load from."""
-    for place in (None, "/tmp"):
-        folder = scratch_folder(place)
-        if str(folder).isascii() and not set(str(folder)) & set(UNSAFE_IN_PATH):
-            return folder
-        remove_scratch(folder)
-    raise FmuError(f"temporary folder {tempfile.gettempdir()}: expected an ASCII path without any of "
-                   f"{UNSAFE_IN_PATH}; set TMPDIR")
+def runs_python(path: Path) -> bool:
+    """Whether a file is an FMU that has Python in it."""
+    try:
+        with zipfile.ZipFile(path) as archive:
+            return any(name.startswith("resources/") and name.endswith(".py") for name in archive.namelist())
+    except (OSError, zipfile.BadZipFile):
+        return False   # which is said where it is read
+
+
+def unpacking_folder(python: bool = True) -> Path:
+    """New temporary folder; of an FMU that has `python` in it one whose path pythonfmu's binary can load from."""
+    inside = tempfile.gettempdir()
+    for place in (inside, *TEMPORARY):
+        if not python or LOADABLE.fullmatch(place):
+            try:
+                return scratch_folder(place)
+            except OSError:
+                if not python:
+                    raise
+    raise FmuError(f"temporary folder {inside}: expected one that can be written to, with a path of ASCII letters, "
+                   "digits, spaces and - . _ ~ alone, as FMUs that run Python need; TMPDIR sets it")

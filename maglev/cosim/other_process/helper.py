@@ -13,7 +13,7 @@ from pathlib import Path
 
 from maglev.cosim.fmu import unpacking_folder
 from maglev.cosim.user_classes.fmu import description_text
-from maglev.errors import ControllerError
+from maglev.errors import ControllerError, FmuError
 from maglev.processes.beside import SERVING, Beside, Gone, Send, Silent
 from maglev.processes.interrupts import held_interrupts
 from maglev.user_controllers.source import digests, file_of
@@ -35,7 +35,7 @@ def other_process(keep: bool = False) -> Iterator[tuple[Beside, Path]]:
         beside = WAITING.pop(os.getpid(), None)
         if beside is None or beside.process.poll() is not None:
             removed(beside)
-            beside = Beside(unpacking_folder())
+            beside = Beside(folder_for_any())
         assert beside.folder is not None
         beside.let_through = let_through
         try:
@@ -48,6 +48,14 @@ def other_process(keep: bool = False) -> Iterator[tuple[Beside, Path]]:
                 WAITING[os.getpid()] = beside
             else:
                 removed(beside)
+
+
+def folder_for_any() -> Path:
+    """Folder for whatever is unpacked in it; where none is for FMUs that run Python, these say so themselves."""
+    try:
+        return unpacking_folder()
+    except FmuError:
+        return unpacking_folder(python=False)
 
 
 def removed(beside: Beside | None) -> None:

@@ -140,6 +140,18 @@ def test_a_class_beside_ours(fastest_fmus: Path) -> None:
     assert found.runs["Hold"].metrics.failed
 
 
+@pytest.mark.parametrize("name", ["kp=3.py", "run=1/c.py", "run=1/c.fmu"])
+def test_a_file_is_one_whatever_its_name(tmp_path: Path, monkeypatch: pytest.MonkeyPatch, name: str) -> None:
+    """What stands before a = is a label only where there is no such file."""
+    monkeypatch.chdir(tmp_path)
+    (tmp_path / name).parent.mkdir(exist_ok=True)
+    (tmp_path / name).touch()
+    assert labelled([name]) == {Path(name).stem: name}
+    assert labelled([f"mine={name}"]) == {"mine": name}
+    if name.endswith(".py"):
+        assert labelled([f"{name}:LQI"]) == {"LQI": f"{name}:LQI"}
+
+
 def test_labels() -> None:
     assert labelled(["PID2DOF", "a/lqi.fmu", "b/lqi.py", "mine=c.fmu", "d/two.py:LQI", Hold]) == {
         "PID2DOF": "PID2DOF", "lqi": "a/lqi.fmu", "lqi-2": "b/lqi.py", "mine": "c.fmu", "LQI": "d/two.py:LQI",
