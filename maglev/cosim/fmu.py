@@ -3,9 +3,10 @@
 import ctypes
 import os
 import re
+import stat
 import tempfile
 import zipfile
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from copy import copy
 from ctypes import c_int, c_size_t, c_uint32, c_void_p
 from functools import lru_cache, partial
@@ -15,7 +16,8 @@ from threading import Lock
 from typing import Any
 
 import fmpy
-from fmpy.model_description import ModelDescription, ScalarVariable
+from fmpy.model_description import ModelDescription, ScalarVariable, ValidationError
+from fmpy.validation import validate_model_description
 
 from fmi_export.units import BASE_UNITS, exponents
 from maglev.copies import original
@@ -23,7 +25,7 @@ from maglev.cosim.port_map import Scale
 from maglev.cosim.versions.clocks import PERIODIC, Ticking, clocks_of
 from maglev.cosim.versions.exchange import with_solver
 from maglev.cosim.versions.fmi import DISCARD, FMI3, LISTENERS, WARNING, Fmi, Messages, fmi_of, function_of
-from maglev.errors import FmuError, in_one_line, nearest, nearest_file, option, shortened
+from maglev.errors import FmuError, few, in_one_line, nearest, nearest_file, option, shortened
 from maglev.own_fmus import built_here
 from maglev.parameter import REALS, expected_of
 from maglev.units import known_unit, own_number
@@ -34,6 +36,7 @@ from maglev_files.scratch import remove_scratch, scratch_folder
 FATAL = 4   # fmi2Fatal, fmi3Fatal
 STATUSES = {DISCARD: "discard", 3: "error", FATAL: "fatal error"}   # what FMI calls those beyond a warning
 COUNT = count(1)   # makes instance names unique
+EXECUTABLE = 0o111       # bits of a file's mode
 IDENTIFIER = re.compile(r"\w[\w.+-]*")   # as lenient as a name that is no path can be
 
 UNIT_TOLERANCE = 1e-3   # of a factor: some write 0.01745 for a degree
@@ -50,6 +53,12 @@ LOADABLE = re.compile(r"[A-Za-z0-9/ ._~-]*" if os.name == "posix" else r"[A-Za-z
 # Where there is room in place of the temporary folder, as `tempfile` has it.
 TEMPORARY = ("/tmp", "/var/tmp", "/usr/tmp") if os.name == "posix" else (
     os.path.expandvars(r"%SYSTEMROOT%\Temp"), r"C:\TEMP", r"C:\TMP")
+
+
+# What is wrong with a model description, in fmpy's words, but is nothing to a run: many tools write such.
+SMALL_FLAW = re.compile(r"attribute 'generationDateAndTime'|^The (display )?unit .* of variable .* is not defined\.$",
+                        re.DOTALL)
+FLAWS: dict[Path, list[str]] = {}   # of model descriptions that were read
 
 
 class Buffer:
@@ -99,7 +108,10 @@ def description_at(name: str, path: Path, _sha256: str) -> ModelDescription:
 def checked_description(place: str, path: Path) -> ModelDescription:
     """Model description of an FMU of FMI 2.0 or 3.0 that can be stepped or solved; the place begins an FmuError."""
     try:
-        description = fmpy.read_model_description(str(path))
+        try:
+            description = fmpy.read_model_description(str(path))
+        except (ValidationError, KeyError) as error:   # this one of a display unit whose unit is not defined
+            description, FLAWS[path] = flawed_description(path, error)
     except Exception as error:   # fmpy raises whatever zipfile, lxml and its own checks raise
         raise FmuError(f"{place} cannot be read as an FMU: {in_one_line(error)}") from error
     if description.fmiVersion != "2.0" and not description.fmiVersion.startswith("3.0"):
@@ -111,6 +123,25 @@ def checked_description(place: str, path: Path) -> ModelDescription:
         raise FmuError(f"{place} has modelIdentifier = {shortened(kind.modelIdentifier)}, expected letters, digits and "
                        "underscores")
     return description
+
+
+def flawed_description(path: Path, error: Exception) -> tuple[ModelDescription, list[str]]:
+    """Model description in which there are but small flaws, and these; otherwise the error is raised again."""
+    description = fmpy.read_model_description(str(path), validate=False)
+    defined = {unit.name for unit in description.unitDefinitions}
+    for variable in description.modelVariables:
+        if variable.unit not in defined:
+            variable.displayUnit = None
+    of_schema = error.problems if isinstance(error, ValidationError) else []
+    problems = [*dict.fromkeys([*of_schema, *validate_model_description(description)])]
+    if not all(map(SMALL_FLAW.search, problems)):
+        raise error
+    return description, problems
+
+
+def flaw_note(path: Path) -> str:
+    """Sentence about what is wrong with the model description of an FMU that runs all the same; empty if nothing."""
+    return f"its model description is flawed: {in_one_line(few(found))}" if (found := FLAWS.get(path)) else ""
 
 
 def kind_of(variable: ScalarVariable) -> str:
@@ -218,7 +249,9 @@ class Fmu:
 
     def note(self) -> str:
         """Sentence about what the FMU has said in a run that went on; empty if nothing."""
-        return f"{self.name} ({self.path.name}) says: {summary}" if (summary := self.messages.summary()) else ""
+        summary, flaws = self.messages.summary(), flaw_note(self.path)
+        return "; ".join([*([f"{self.name} ({self.path.name}) says: {summary}"] if summary else []),
+                          *([f"{self.name} ({self.path.name}) runs, but {flaws}"] if flaws else [])])
 
     def require(self, call: str, status: int) -> None:
         """Refuse a call that returned a status beyond a warning; count one that returned a warning."""
@@ -311,7 +344,32 @@ def unpack(path: Path, folder: Path) -> None:
             there = sorted({name.split("/")[1] for name in names if re.match("binaries/.+/.", name)})
             raise FmuError(f"it has binaries for {', '.join(there) or 'no platform'}, expected {fmpy.platform} or "
                            f"{fmpy.platform_tuple}")
-        archive.extractall(folder, [name for name in names if name.startswith(HERE) or not name.startswith(NOT_NEEDED)])
+        needed = [entry for entry in archive.infolist()
+                  if entry.filename.startswith(HERE) or not entry.filename.startswith(NOT_NEEDED)]
+        archive.extractall(folder, needed)
+    make_links(folder, needed)
+
+
+def make_links(folder: Path, entries: Iterable[zipfile.ZipInfo]) -> None:
+    """Make of unpacked files the links and programs that they were; FmuError of a link that leads out of the folder."""
+    links = []
+    for entry in entries:
+        mode, path = entry.external_attr >> 16, folder / entry.filename
+        if stat.S_ISLNK(mode):
+            links.append((path, os.fsdecode(path.read_bytes())))
+            path.unlink()
+        elif mode & EXECUTABLE and path.is_file():
+            path.chmod(path.stat().st_mode | mode & EXECUTABLE)
+    for path, target in links:
+        path.symlink_to(target)
+    for path, target in links:   # as soon as all are there: one may lead through another
+        try:
+            inside = path.resolve().is_relative_to(folder.resolve())
+        except (OSError, RuntimeError):   # they lead round
+            inside = False
+        if not inside:
+            raise FmuError(f"it has the link {path.relative_to(folder).as_posix()!r} to {shortened(target)}, expected "
+                           "one to a file in it")
 
 
 def runs_python(path: Path) -> bool:

@@ -18,7 +18,7 @@ from maglev.baselines.baseline import Tolerance
 from maglev.baselines.check import deviation_text
 from maglev.baselines.deviation import Deviation, WorstDifference, first_deviation, worst
 from maglev.baselines.outcome import CheckResult, write_junit
-from maglev.cosim.fmu import checked_description, unpack, unpacking_folder
+from maglev.cosim.fmu import checked_description, flaw_note, unpack, unpacking_folder
 from maglev.cosim.other_process.run import TIMEOUT
 from maglev.cosim.versions.fmi import Messages, fmi_of
 from maglev.errors import FAILURES, FmuError, in_one_line, nearest, option
@@ -174,7 +174,8 @@ def check_experiment(name: str, path: Path, experiment: CarriedExperiment,
     units = {signal: (variables.get(signal) or variables[signal.rpartition("[")[0]]).unit or ""
              for signal in differences}
     outcome = functools.partial(CheckResult, name, deviation=deviation, worst=differences, units=units,
-                                elapsed=time.perf_counter() - begin, notes=(f"the FMU says: {said}",) if said else ())
+                                elapsed=time.perf_counter() - begin, notes=tuple(filter(None, (
+                                    f"the FMU says: {said}" if said else "", flaw_note(path)))))
     if deviation is not None:
         return outcome("deviated", deviation_text(deviation, units[deviation.signal]))
     counted = (f"{len(expected.values)} variable{'' if len(expected.values) == 1 else 's'} at "

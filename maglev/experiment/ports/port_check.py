@@ -3,7 +3,7 @@
 from collections.abc import Mapping
 from pathlib import Path
 
-from maglev.errors import ScenarioError, key_path, nearest, shortened
+from maglev.errors import ScenarioError, key_path, nearest, option, shortened
 from maglev.parameter import REALS, Described, expected_of
 from maglev.schema.run_plan import RunPlan
 from maglev.schema.signals.kinds import Steps
@@ -73,10 +73,18 @@ class PortCheck:
                                                      f"{self.declared(start, end)}")
 
     def declared(self, *ports: str) -> str:
-        """Where ports of users' Python files are declared."""
-        ends = [(self.files.get(fmu), name) for fmu, _, name in (port.partition(".") for port in ports)]
-        return "".join(f"; {name} stands in {declared_in(path, name)}" for path, name in ends
-                       if path is not None and is_written(path))
+        """Where ports of users' files are declared, and what may say otherwise."""
+        said = ""
+        for port in ports:
+            fmu, _, name = port.partition(".")
+            path, variable = self.files.get(fmu), self.descriptions.get(fmu, {}).get(name)
+            if path is not None and is_written(path):
+                said += f"; {name} stands in {declared_in(path, name)}"
+            elif path is not None and variable is not None and path.stem != self.plan.fmus[fmu].model:
+                unit = f" in {variable.unit}" if variable.unit else ""
+                said += (f"; {name} is {variable.type}{unit} in {path.name}, of which {option('ports')} can name "
+                         "another port or unit")
+        return said
 
     def signals(self) -> None:
         """Check that signals feed inputs of their type and dimension."""
@@ -99,13 +107,13 @@ class PortCheck:
 
     def real(self, key: str, port: str, variable: Described) -> None:
         if variable.type not in REALS:
-            raise self.refuse(key, port, f"{variable.name!r} is {variable.type}, expected Real")
+            raise self.refuse(key, port, f"{variable.name!r} is {variable.type}, expected Real{self.declared(port)}")
 
     def dimension(self, key: str, value: object, unit: str, variable: Described) -> None:
         """Refuse a unit of another dimension than the variable's."""
         own = variable.unit or "1"
         if not measures(unit, own):
-            raise self.refuse(key, value, f"{unit} given, expected a quantity in {own}")
+            raise self.refuse(key, value, f"{unit} given, expected a quantity in {own}{self.declared(str(value))}")
         # The value has been converted to SI, which this FMU does not use.
         known = known_unit(own)
         if known is not None and known.factor != 1.0:

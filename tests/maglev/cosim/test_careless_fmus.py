@@ -1,5 +1,6 @@
 """What FMUs of others give back is looked at: a step counts when it was made, a number when it is one."""
 
+import zipfile
 from pathlib import Path
 
 import numpy as np
@@ -103,6 +104,17 @@ def test_a_warning_is_told_once(tmp_path: Path, loop: object, what: str) -> None
     recording = simulated(small_fmu(tmp_path, holes), loop)
     assert recording.notes == (f"small (small.fmu) says: {said}",)
     assert len(recording.time) == 7
+
+
+def test_a_flaw_of_a_description_is_told_with_the_run(tmp_path: Path) -> None:
+    fmu = small_fmu(tmp_path, {})
+    with zipfile.ZipFile(fmu) as archive:
+        files = {name: archive.read(name) for name in archive.namelist()}
+    with zipfile.ZipFile(fmu, "w") as archive:
+        for name, data in files.items():
+            archive.writestr(name, data.replace(b'start="0"/>', b'start="0" unit="1"/>'))
+    note, = simulated(fmu).notes
+    assert note.startswith("small (small.fmu) runs, but its model description is flawed: The unit \"1\" of variable")
 
 
 EXCHANGE = {

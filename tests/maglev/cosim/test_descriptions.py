@@ -8,7 +8,7 @@ import fmpy
 import pytest
 
 from fmi_export.model_description import model_description
-from maglev.cosim.fmu import Fmu, read_description, unpack
+from maglev.cosim.fmu import Fmu, flaw_note, read_description, unpack
 from maglev.errors import FmuError
 from maglev.own_fmus import definition
 
@@ -99,3 +99,34 @@ def test_the_other_kind_is_there(tmp_path: Path) -> None:
         with pytest.raises(FmuError, match=f"there is no file {missing}, but {there}, {words}, expected an FMU"):
             read_description("plant", missing)
         there.unlink()
+
+
+FLAWS = {
+    "a unit 1": ((r'unit="m"', 'unit="1"'), 'The unit "1" of variable '),
+    "an empty unit": ((r'unit="m"', 'unit=""'), 'The unit "" of variable '),
+    "a unit without a definition, but with one to show": (
+        (r'unit="m"', 'unit="rpm"'), 'The unit "rpm" of variable '),
+    "a date that is none": ((r'generationDateAndTime="[^"]*"', 'generationDateAndTime="1 May"'),
+                            "attribute 'generationDateAndTime': '1 May' is not a valid value")}
+
+
+@pytest.mark.parametrize("case", FLAWS)
+def test_a_small_flaw_of_a_description_is_said_and_does_no_harm(tmp_path: Path, case: str) -> None:
+    """As OpenModelica, MapleSim and Hopsan write it."""
+    change, said = FLAWS[case]
+    path = described(tmp_path, *change)
+    assert "v.position" in {variable.name for variable in read_description("plant", path).modelVariables}
+    assert flaw_note(path).startswith("its model description is flawed: ") and said in flaw_note(path)
+    assert "\n" not in flaw_note(path)
+
+
+@pytest.mark.parametrize("change", [('name="h.position"', 'name="v.position"'), ("causality=", "cause=")])
+def test_a_flaw_that_does_harm_is_refused_with_small_ones_beside_it(tmp_path: Path, change: tuple[str, str]) -> None:
+    path = described(tmp_path, *change)
+    with zipfile.ZipFile(path) as archive:
+        text = archive.read("modelDescription.xml").decode()
+    with zipfile.ZipFile(path, "w") as archive:
+        archive.writestr("modelDescription.xml", text.replace('unit="m"', 'unit="1"'))
+    with pytest.raises(FmuError, match="theirs.fmu cannot be read as an FMU: "):
+        read_description("plant", path)
+    assert flaw_note(path) == ""

@@ -1,6 +1,8 @@
 """Where FMUs are unpacked, and what of them."""
 
+import stat
 import tempfile
+import zipfile
 from pathlib import Path
 
 import pytest
@@ -8,7 +10,7 @@ from written_controllers import controller
 
 import maglev
 from maglev.cosim import fmu as module
-from maglev.cosim.fmu import Fmu, read_description, runs_python, unpacking_folder
+from maglev.cosim.fmu import HERE, Fmu, read_description, runs_python, unpack, unpacking_folder
 from maglev.errors import FmuError
 from maglev_files.scratch import remove_scratch
 
@@ -61,3 +63,40 @@ def test_where_no_folder_is_left_it_says_what_an_fmu_that_runs_python_needs(
 def test_fmus_that_run_python_are_told_from_others(python_fmu: Path, tmp_path: Path) -> None:
     assert runs_python(python_fmu)
     assert not runs_python(tmp_path / "absent.fmu")
+
+
+LIBRARY = f"{HERE[0]}theirs.so"
+
+
+def packed(folder: Path, links: dict[str, str]) -> Path:
+    """An archive with a program and symbolic links, as `zip -y` writes them."""
+    path = folder / "theirs.fmu"
+    with zipfile.ZipFile(path, "w") as archive:
+        for name, mode, text in ((LIBRARY, stat.S_IFREG | 0o644, "library"),
+                                 ("resources/solver", stat.S_IFREG | 0o755, "#!/bin/sh\n"),
+                                 *((name, stat.S_IFLNK | 0o777, target) for name, target in links.items())):
+            entry = zipfile.ZipInfo(name)
+            entry.external_attr = mode << 16
+            archive.writestr(entry, text)
+    return path
+
+
+def test_links_and_programs_are_unpacked_as_such(tmp_path: Path) -> None:
+    folder = tmp_path / "out"
+    folder.mkdir()
+    links = {"resources/lib.so": f"../{LIBRARY}", "resources/again": "lib.so", "to": "resources"}
+    unpack(packed(tmp_path, links), folder)
+    assert (folder / "resources/again").read_text() == "library" and (folder / "to/again").is_symlink()
+    assert (folder / "resources/solver").stat().st_mode & 0o111 == 0o111
+    assert not (folder / LIBRARY).stat().st_mode & 0o111
+
+
+@pytest.mark.parametrize("links", [
+    {"resources/a": "/etc/passwd"}, {"resources/a": "../../secret"}, {"a": "a"},
+    {"resources/deep/root": "../..", "resources/a": "deep/root/../secret"}])
+def test_a_link_that_leads_out_of_the_folder_is_refused(tmp_path: Path, links: dict[str, str]) -> None:
+    (tmp_path / "secret").write_text("secret")
+    folder = tmp_path / "out"
+    folder.mkdir()
+    with pytest.raises(FmuError, match=r"^it has the link '.*' to '.*', expected one to a file in it$"):
+        unpack(packed(tmp_path, links), folder)
