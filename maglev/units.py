@@ -22,7 +22,8 @@ PREFIXES = {"n": 1e-9, "u": 1e-6, "µ": 1e-6, "m": 1e-3, "k": 1e3, "M": 1e6}
 # Unit: the SI unit it converts to, and the factor.
 UNITS = {
     "m": ("m", 1.0), "cm": ("m", 1e-2), "mm": ("m", 1e-3), "um": ("m", 1e-6), "µm": ("m", 1e-6), "nm": ("m", 1e-9),
-    "s": ("s", 1.0), "ms": ("s", 1e-3), "us": ("s", 1e-6), "µs": ("s", 1e-6), "min": ("s", 60.0), "h": ("s", 3600.0),
+    "s": ("s", 1.0), "ms": ("s", 1e-3), "us": ("s", 1e-6), "µs": ("s", 1e-6), "ns": ("s", 1e-9),
+    "min": ("s", 60.0), "h": ("s", 3600.0),
     "kg": ("kg", 1.0), "g": ("kg", 1e-3),
     "rad": ("rad", 1.0), "mrad": ("rad", 1e-3), "urad": ("rad", 1e-6), "µrad": ("rad", 1e-6),
     "deg": ("rad", math.pi / 180.0), "°": ("rad", math.pi / 180.0), "rpm": ("rad/s", math.pi / 30.0),
@@ -36,8 +37,9 @@ UNITS = {
 
 # The same by what they measure, for the documentation; the letters before a symbol are PREFIXES.
 MEASURED = {
-    "length": "m, cm, mm, um, nm", "time": "s, ms, us, min, h", "mass": "kg, g", "angle": "rad, mrad, urad, deg (°)",
-    "current": "A", "voltage": "V", "resistance": "Ohm (ohm, Ω)", "inductance": "H", "capacitance": "F", "charge": "C",
+    "length": "m, cm, mm, um, nm", "time": "s, ms, us, ns, min, h", "mass": "kg, g",
+    "angle": "rad, mrad, urad, deg (°)", "current": "A", "voltage": "V", "resistance": "Ohm (ohm, Ω)",
+    "inductance": "H", "capacitance": "F", "charge": "C",
     "magnetic flux": "Wb", "flux density": "T", "force": "N", "torque": "N.m, mN.m, Nm, mNm", "energy": "J, Wh",
     "power": "W", "pressure": "Pa, bar", "speed of rotation": "rad/s, rpm", "frequency": "Hz, kHz, MHz",
     "temperature": "K", "share": "1, %"}
@@ -96,15 +98,19 @@ def like(unit: str, units: Iterable[str] = UNITS) -> str:
     """What may be meant by an unknown unit: the symbol of a name that is written out, the nearest one, or examples."""
     if unit.startswith("/"):
         return f"nearest is '1{unit}'"
-    word = unit.lower().removesuffix("s")
-    written_out = WRITTEN_OUT.get(word) or next(
-        (prefix + WRITTEN_OUT[word.removeprefix(name)] for name, prefix in WRITTEN_PREFIXES.items()
-         if word.startswith(name) and word.removeprefix(name) in WRITTEN_OUT), None)
-    if written_out is not None:
-        return f"nearest is {written_out!r}"
+    if (symbol := written_out(unit)) is not None:
+        return f"nearest is {symbol!r}"
     known = list(units)
     found = [each for each in known if each.lower() == unit.lower()] or get_close_matches(unit, known, 1, LIKE)
     return f"nearest is {found[0]!r}" if found else "expected one such as 'kg', 'mm', 'N', 'A', 's', 'rad'"
+
+
+def written_out(name: str) -> str | None:
+    """Symbol of a unit that is written out, such as mm of "Millimetres"; None of any other word."""
+    word = name.lower().removesuffix("s")
+    return WRITTEN_OUT.get(word) or next(
+        (prefix + WRITTEN_OUT[word.removeprefix(name)] for name, prefix in WRITTEN_PREFIXES.items()
+         if word.startswith(name) and word.removeprefix(name) in WRITTEN_OUT), None)
 
 
 def in_parentheses(si: str) -> str:
@@ -278,6 +284,14 @@ def to_unit(value: float, unit: str) -> float:
     with refused_as(QuantityError, f"cannot convert {value!r}"):
         by = si_factor(unit)
     return exact_quotient(float(value), by)
+
+
+def is_finite(text: str) -> bool:
+    """Return True if a text is a finite number, as Python writes it."""
+    try:
+        return math.isfinite(float(text))
+    except ValueError:
+        return False
 
 
 def number_or_text(text: str) -> float | int | str:

@@ -43,7 +43,7 @@ BLOCKS = ("plant_fmu", "controller_fmu", "estimator_fmu", "measurement_fmu", "cl
 
 # The rooms of the tool, from the lowest to the highest: each knows those before it.
 ROOMS = ("errors", "packages", "arrays", "waves", "units", "processes", "copies", "parameter", "time_grid",
-         "quantities", "csv_table", "toml_file", "shown_figure", "pictures", "rig", "stages", "linear",
+         "quantities", "tables", "toml_file", "shown_figure", "pictures", "rig", "stages", "linear",
          "own_stage", "identification", "user_controllers", "kinds", "own_fmus", "cosim", "schema", "catalogue", "gym",
          "pages", "maps", "live", "judging", "experiment", "analysis", "baselines", "fmu_experiments", "procedures",
          "report", "comparison", "studies", "stability", "tuning", "api", "microcontroller", "__init__", "cli",

@@ -4,7 +4,6 @@ from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
-from maglev.csv_table import given_table, read_csv
 from maglev.errors import IdentificationError, nearest, option
 from maglev.identification.convergence import write_convergence, write_convergence_picture
 from maglev.identification.identify import Identification
@@ -12,15 +11,19 @@ from maglev.identification.identify import identify as identified
 from maglev.identification.model_file import write_model
 from maglev.identification.recording import read_recording
 from maglev.identification.settings import EPSILON, GAMMA
+from maglev.processes.side_by_side import warn
 from maglev.schema.options import formerly
+from maglev.tables.table import given_table, read_table
+from maglev.tables.times import Gaps
 from maglev.units import number_or_text, parse_quantity, refused_as
 
 Data = str | Path | Mapping[str, Any] | Any
 
 
 @formerly(stage="rig")
-def identify(data: Data, *, columns: Mapping[str, str] | None = None, stage: str | None = None, method: str = "reduced",
-             epsilon: float | str = EPSILON, gamma: float = GAMMA, guess: Mapping[str, float | str] | None = None,
+def identify(data: Data, *, columns: Mapping[str, str] | None = None, units: Mapping[str, str] | None = None,
+             gaps: Gaps = "refuse", stage: str | None = None, method: str = "reduced", epsilon: float | str = EPSILON,
+             gamma: float = GAMMA, guess: Mapping[str, float | str] | None = None,
              matched: bool = False) -> Identification:
     """Identify the constants of a stage from recorded data.
 
@@ -28,9 +31,15 @@ def identify(data: Data, *, columns: Mapping[str, str] | None = None, stage: str
     ----------
     data : path, Run, mapping of str to array_like, or DataFrame
         CSV with columns `time` (s), the positions `v`, `h` or `y`, `x`, `z` (m) and the delivered currents `i_d`,
-        `i_q` or `i_a`, `i_b`, `i_c` (A; `alpha.i_d`, `beta.i_d` … where there are two motors); or the columns.
+        `i_q` or `i_a`, `i_b`, `i_c` (A; `alpha.i_d`, `beta.i_d` … where there are two motors); or the columns. What
+        is no plain CSV in these units is read with pandas, and a warning says what was assumed.
     columns : mapping of str to str, optional
         What the data call their columns, by these names: {"time": "t", "v": "gap"}.
+    units : mapping of str to str, optional
+        Units of columns that say none: {"v": "mm", "time": "ms"}.
+    gaps : "refuse", "fill" or "longest"
+        What becomes of times that are uneven by more than 5 %: an error that names the first, straight lines over
+        them, or the longest part without one.
     stage : str, optional
         "2dof", "3dof", "5dof", or the description of a stage of the user's, "mine.toml"; seen from the columns, as one
         of the first three, if not given, and of a `Run` that of its scenario.
@@ -58,9 +67,11 @@ def identify(data: Data, *, columns: Mapping[str, str] | None = None, stage: str
         If the data or a setting cannot be used.
     """
     path = data_path(data)
-    table = read_csv(path) if isinstance(data, str | Path) else given_table(str(path), data)
-    recording = read_recording(table.renamed(columns or {}),
-                               stage or getattr(getattr(data, "plan", None), "rig_file", None))
+    table = read_table(path) if isinstance(data, str | Path) else given_table(str(path), data)
+    recording = read_recording(table.renamed(columns or {}, units),
+                               stage or getattr(getattr(data, "plan", None), "rig_file", None), gaps)
+    if recording.said:
+        warn(recording.said)
     with refused_as(IdentificationError, option("epsilon", epsilon)):
         seconds = parse_quantity(number_or_text(epsilon) if isinstance(epsilon, str) else epsilon, "s")
     start = {}

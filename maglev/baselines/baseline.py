@@ -18,11 +18,11 @@ import numpy.typing as npt
 
 from maglev.arrays import Array
 from maglev.cosim.master import Recording
-from maglev.csv_table import CsvTable, is_finite, read_csv
 from maglev.errors import BaselineError, nearest, shortened
 from maglev.schema.run_plan import RunPlan
+from maglev.tables.table import DataTable, read_table
 from maglev.time_grid import ON_GRID, whole_steps
-from maglev.units import refused_as
+from maglev.units import is_finite, refused_as
 from maglev_files.whole_file import whole_file, write_whole
 
 LARGEST_FILE = 1_000_000   # bytes: baselines are committed
@@ -204,7 +204,9 @@ def read_baseline(folder: Path, name: str) -> Baseline:
         if not file.is_file():
             raise BaselineError(f"{file}: there is no such file, expected the baseline of a run; "
                                 "`maglev check --update` writes it")
-    table = read_csv(samples_file)
+    table = read_table(samples_file)
+    if table.said:
+        raise BaselineError(f"{table.said}, expected a plain CSV, as `maglev check --update` writes it")
     table.require_full_rows()
     time, *signals = table.names
     if time != "time":
@@ -278,7 +280,7 @@ def read_options(path: Path, signals: Sequence[str]) -> Options:
     return options
 
 
-def check_times(table: CsvTable, times: Sequence[float], step: float) -> None:
+def check_times(table: DataTable, times: Sequence[float], step: float) -> None:
     """Refuse times that do not ascend, or are not whole numbers of communication steps (s)."""
     for k, time in enumerate(times):
         if k > 0 and time <= times[k - 1]:

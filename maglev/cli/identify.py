@@ -1,7 +1,7 @@
 """The command `maglev identify`: constants of a rig from a person's own recording."""
 
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated
+from typing import TYPE_CHECKING, Annotated, cast
 
 import typer
 
@@ -15,6 +15,7 @@ if TYPE_CHECKING:
     from rich.console import Console
 
     from maglev.identification.identify import Identification
+    from maglev.tables.times import Gaps
 
 LEFT_OUT = ("The standard error is scatter alone. Left out: what friction, bias, ripple and modulation, of the size "
             "that the description of the stage has, would change.")
@@ -26,19 +27,28 @@ RigName = Annotated[str | None, typer.Option(
 Method = Annotated[str, typer.Option(help="`reduced` (3.8), `full` (3.6) or `fsdi` (3.3).")]
 Epsilon = Annotated[str, typer.Option(help="Confidence level ε of the measurement, in s or with a unit.")]
 Gamma = Annotated[float, typer.Option(help="Attenuation γ, more than 1.")]
+Columns = Annotated[list[str] | None, typer.Option(
+    "--column", metavar="v=NAME", help="What the recording calls a column; may be repeated.", show_default=False)]
+Units = Annotated[list[str] | None, typer.Option(
+    "--unit", metavar="v=mm", help="Unit of a column whose header says none; may be repeated.", show_default=False)]
+GapsChoice = Annotated[str, typer.Option("--gaps", help="Where times are uneven by more than 5 %: `refuse`, `fill` by "
+                                         "straight lines, or use the `longest` part without.")]
 Guesses = Annotated[list[str] | None, typer.Option(
     "--guess", metavar="C1=value", help="Initial value of a constant; may be repeated.", show_default=False)]
 Matched = Annotated[bool, typer.Option("--matched", help="Filter positions and currents as the observer filters the "
                                        "velocity: more accurate thrust constants.")]
 
 
-def identify(data: Data, rig: RigName = None, method: Method = "reduced", epsilon: Epsilon = str(EPSILON),
+def identify(data: Data, rig: RigName = None, column: Columns = None, unit: Units = None,
+             gaps: GapsChoice = "refuse", method: Method = "reduced", epsilon: Epsilon = str(EPSILON),
              gamma: Gamma = GAMMA, guess: Guesses = None, matched: Matched = False, out: Out = Path("results"),
              debug: Debug = False) -> None:
     """Identify the constants of a stage from recorded data.
 
     The CSV has columns `time` (s), the positions `v`, `h` or `y`, `x`, `z` (m) and the delivered currents `i_d`, `i_q`
     or `i_a`, `i_b`, `i_c` (A; `alpha.i_d`, `beta.i_d` … where there are two motors). Results of `maglev run` will do.
+    So does what laboratories write, with semicolons or tabs, decimal commas, units as in `v [mm]`, or time stamps: it
+    takes the extra `data`, and a line says what was assumed.
 
     **Examples:** `maglev identify my_recording.csv --matched`, `maglev identify results/2dof-identification-rig.csv
     --guess C1=10`
@@ -47,8 +57,10 @@ def identify(data: Data, rig: RigName = None, method: Method = "reduced", epsilo
     """
     with one_line_errors(debug):
         guesses = dict(pairs("--guess", guess, "a constant and a value, such as C1=10", IdentificationError))
-        model = maglev.identify(data, stage=rig, method=method, epsilon=epsilon, gamma=gamma, guess=guesses,
-                                matched=matched)
+        columns = dict(pairs("--column", column, "a column and its name, such as v=gap", IdentificationError))
+        units = dict(pairs("--unit", unit, "a column and its unit, such as v=mm", IdentificationError))
+        model = maglev.identify(data, stage=rig, columns=columns, units=units, gaps=cast("Gaps", gaps), method=method,
+                                epsilon=epsilon, gamma=gamma, guess=guesses, matched=matched)
         files = maglev.write_identification(model, data, out)
         show(report_console(), model)
         typer.echo(f"results: {', '.join(map(str, files))}")

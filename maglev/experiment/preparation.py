@@ -31,7 +31,7 @@ from maglev.processes.side_by_side import Progress
 from maglev.schema.options import OPTIONS, RunOptions, completed_options
 from maglev.schema.run_plan import RunPlan, StartValue
 from maglev.schema.settings import with_references
-from maglev.schema.signals.kinds import Signal
+from maglev.schema.signals.kinds import Csv, Signal
 from maglev.stages import STAGES
 from maglev.time_grid import whole_steps
 from maglev.units import refused_as
@@ -254,7 +254,9 @@ def prepare(plan: RunPlan, fmus: Path, replaced: Mapping[str, Replacement], sett
     plan = plan.model_copy(update={"signals": [signal for signal in plan.signals if signal.to not in starts.left_out]})
     plan, settings, other_references = with_references(plan, settings)
     settings, fed = without_fed(plan, settings)
-    overruled = [*([f"{plan.name}: {few(fed)} of parameter sets are left out: the run feeds them"] if fed else []),
+    used = [signal.used(plan.stop_time) for signal in plan.signals if isinstance(signal, Csv)]
+    overruled = [*(f"{plan.name}: {sentence}" for sentence in dict.fromkeys(filter(None, used))),
+                 *([f"{plan.name}: {few(fed)} of parameter sets are left out: the run feeds them"] if fed else []),
                  *starts.ask(plan, settings)]
     plan, starts.given = in_declared_units(plan, starts.given, files)
     asked = set(settings)

@@ -15,8 +15,8 @@ from xml.etree.ElementTree import Element, ParseError, fromstring
 from zipfile import BadZipFile, ZipFile
 
 from fmi_export.experiments.files import CSV_TYPE, FOLDER, MANIFEST, SSV_TYPE
-from maglev.csv_table import is_finite
 from maglev.errors import FmuError, nearest, nearest_file, shortened
+from maglev.units import is_finite
 
 MOST = 50_000_000   # bytes of a file
 

@@ -85,6 +85,7 @@ class Expected(NamedTuple):
     values: dict[str, Array]
     tolerances: dict[str, Tolerance]
     left_out: list[str]
+    said: str = ""   # what reading their file took for granted
 
 
 def named_experiments(paths: Sequence[Path]) -> dict[str, tuple[Path, CarriedExperiment]]:
@@ -175,7 +176,7 @@ def check_experiment(name: str, path: Path, experiment: CarriedExperiment,
              for signal in differences}
     outcome = functools.partial(CheckResult, name, deviation=deviation, worst=differences, units=units,
                                 elapsed=time.perf_counter() - begin, notes=tuple(filter(None, (
-                                    f"the FMU says: {said}" if said else "", flaw_note(path)))))
+                                    expected.said, f"the FMU says: {said}" if said else "", flaw_note(path)))))
     if deviation is not None:
         return outcome("deviated", deviation_text(deviation, units[deviation.signal]))
     counted = (f"{len(expected.values)} variable{'' if len(expected.values) == 1 else 's'} at "
@@ -192,11 +193,10 @@ def check_experiment(name: str, path: Path, experiment: CarriedExperiment,
 def expected_results(file: File, variables: Mapping[str, ScalarVariable],
                      given: Mapping[str, Tolerance], partial: bool) -> Expected:
     """Results of a file that are numbers of a variable of the FMU; tolerances and `partial` as of `check_fmus`."""
-    columns = tables.read_columns(file)
-    left_out = [name for name in columns if name != "time" and
-                (name not in variables or variables[name].type in tables.TEXTS)]
-    values = {name: tables.column_values(file, name, texts) for name, texts in columns.items()
-              if name != "time" and name not in left_out}
+    table = tables.read_columns(file, variables)
+    columns = table.names
+    left_out = [name for name in columns if name not in variables or variables[name].type in tables.TEXTS]
+    values = {name: table.values(variables[name]) for name in columns if name not in left_out}
     if not values:
         name = left_out[0]
         raise FmuError(f"{file.place}: no column is a variable of the FMU that is a number; nearest to {name} is "
@@ -212,7 +212,7 @@ def expected_results(file: File, variables: Mapping[str, ScalarVariable],
     tolerances = {name: given.get(name, Tolerance(
         tables.TOLERANCE * float(np.max(np.abs(column))) if variables[name].type in REALS else 0.0, 0.0))
         for name, column in values.items()}
-    return Expected(tables.table_times(file, columns), values, tolerances, left_out)
+    return Expected(table.time, values, tolerances, left_out, table.table.said)
 
 
 def missing_times(given: Array, asked: Times) -> list[str]:

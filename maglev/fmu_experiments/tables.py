@@ -1,9 +1,8 @@
 """Tables of experiments that FMUs carry: CSV with arrays, Booleans and integers; tolerances; parameter sets."""
 
-import csv
-import io
-from collections.abc import Mapping, Sequence
-from typing import Any
+from collections.abc import Iterable, Mapping
+from pathlib import Path
+from typing import Any, NamedTuple
 
 import numpy as np
 import numpy.typing as npt
@@ -13,13 +12,15 @@ from fmi_export.units import BASE_UNITS
 from maglev.arrays import Array
 from maglev.baselines.baseline import Tolerance, option_rows
 from maglev.cosim.port_map import declared_unit, declared_units
-from maglev.csv_table import is_finite
-from maglev.errors import FmuError, nearest, shortened
+from maglev.errors import CsvError, FmuError, nearest, shortened
 from maglev.experiment.ports.parameter_file import ParameterSet
 from maglev.fmu_experiments.carried import File
 from maglev.parameter import expected_of, require_parameter
 from maglev.schema.run_plan import StartValue
-from maglev.units import exact_product, exact_quotient, known_unit, unit_of_powers
+from maglev.tables.columns import split_name
+from maglev.tables.table import DataTable, table_of
+from maglev.tables.times import require_time, times_of
+from maglev.units import exact_product, exact_quotient, is_finite, known_unit, unit_of_powers
 
 TEXTS = ("String", "Binary", "Clock")   # fmpy records none of these
 BOOLEANS = {"true": 1.0, "false": 0.0}
@@ -27,62 +28,74 @@ BOOLEANS = {"true": 1.0, "false": 0.0}
 TOLERANCE = 1e-3   # of the largest value of a Real result, where nothing says how close it has to be
 
 
-def read_columns(file: File) -> dict[str, list[str]]:
-    """Columns of a CSV file as texts: "time" first, then names; full rows, one at least."""
-    try:
-        text = file.data.decode("utf-8-sig")
-        rows = [row for row in csv.reader(io.StringIO(text, newline=""), skipinitialspace=True, strict=True) if row]
-    except (UnicodeDecodeError, csv.Error) as error:
-        raise FmuError(f"{file.place}: {error}, expected comma-separated values") from None
-    if not rows:
-        raise FmuError(f"{file.place}: the file is empty, expected a header and rows")
-    header = [name.strip() for name in rows[0]]
-    if header[0] != "time" or len(header) < 2:
-        raise FmuError(f"{file.place}: row 1 is {shortened(','.join(header))}, expected time and other columns")
-    for name in header:
-        if header.count(name) > 1:
-            raise FmuError(f"{file.place}: row 1 has the column {name!r} {header.count(name)} times, expected it once")
-    for number, row in enumerate(rows[1:], 2):
-        if len(row) != len(header):
-            raise FmuError(f"{file.place}: row {number} has {len(row)} values, expected {len(header)}")
-    if len(rows) < 2:
-        raise FmuError(f"{file.place}: has a header only, expected rows of numbers")
-    return {name: [row[k] for row in rows[1:]] for k, name in enumerate(header)}
+class FmuTable(NamedTuple):
+    """A table of values of an FMU: its times (s), and its columns by the variables that they are of."""
+
+    table: DataTable
+    time: Array
+    columns: dict[str, str]
+
+    @property
+    def names(self) -> list[str]:
+        """Variables, and columns that are none."""
+        return list(self.columns)
+
+    def values(self, variable: ScalarVariable) -> Array:
+        """Values of a variable, shape (n, m): m is 1, or the number of elements of an array; all finite.
+
+        FmuError or CsvError, which names row, column and value. A unit in the header is converted to that of the FMU.
+        """
+        column = self.columns[variable.name]
+        said, own = self.table.unit(column, variable.name), declared_unit(variable)
+        unit = said and (own or "1")
+        try:
+            return self.table.column(column, unit, variable.name)[:, None]
+        except CsvError:
+            if said:
+                raise
+        return self.elements(column)
+
+    def elements(self, column: str) -> Array:
+        """Values of a column with arrays, or with Booleans."""
+        values: list[list[float]] = []
+        for k, text in enumerate(self.table.texts(column)):
+            parts = text.lower().split()   # fmpy writes True, others true
+            if not parts or not all(part in BOOLEANS or is_finite(part) for part in parts):
+                raise FmuError(f"{self.table.path}: row {self.table.line(k)}, column {column} is {shortened(text)}, "
+                               "expected finite numbers")
+            row = [BOOLEANS[part] if part in BOOLEANS else float(part) for part in parts]
+            if values and len(row) != len(values[0]):
+                raise FmuError(f"{self.table.path}: row {self.table.line(k)}, column {column} has {len(row)} elements, "
+                               f"expected {len(values[0])} as in row {self.table.line(0)}")
+            values.append(row)
+        return np.array(values)
 
 
-def column_values(file: File, name: str, texts: Sequence[str]) -> Array:
-    """Values of a column, shape (n, m): m is 1, or the number of elements of an array; all finite."""
-    values: list[list[float]] = []
-    for number, text in enumerate(texts, 2):
-        parts = text.lower().split()   # fmpy writes True, others true
-        if not parts or not all(part in BOOLEANS or is_finite(part) for part in parts):
-            raise FmuError(f"{file.place}: row {number}, column {name} is {shortened(text)}, expected finite numbers")
-        row = [BOOLEANS[part] if part in BOOLEANS else float(part) for part in parts]
-        if values and len(row) != len(values[0]):
-            raise FmuError(f"{file.place}: row {number}, column {name} has {len(row)} elements, expected "
-                           f"{len(values[0])} as in row 2")
-        values.append(row)
-    return np.array(values)
-
-
-def table_times(file: File, columns: Mapping[str, list[str]]) -> Array:
-    """Times of a table, s; FmuError if one is before the one above it."""
-    instants: Array = column_values(file, "time", columns["time"])[:, 0]
-    back = np.flatnonzero(np.diff(instants) < 0.0)
+def read_columns(file: File, variables: Iterable[str]) -> FmuTable:
+    """Table of a file with times that do not go back; its columns are called as variables, or with a unit."""
+    table = table_of(file.data, Path(file.place))
+    table.require_full_rows()
+    name = require_time(table)
+    times = times_of(table, name).seconds
+    back = np.flatnonzero(np.diff(times) < 0.0)
     if len(back):
         k = int(back[0]) + 1
-        raise FmuError(f"{file.place}: row {k + 2}, column time is {instants[k]:.9g}, expected no time before "
-                       f"{instants[k - 1]:.9g}")
-    return instants
+        raise FmuError(f"{file.place}: row {table.line(k)}, column {name} is {times[k]:.9g}, expected no time before "
+                       f"{times[k - 1]:.9g}")
+    known = set(variables)
+    columns = {}
+    for own in table.names:
+        if own and own != name:
+            bare = split_name(own)[0]
+            columns[own if own in known or bare not in known else bare] = own
+    return FmuTable(table, times, columns)
 
 
 def input_array(file: File, variables: Mapping[str, ScalarVariable]) -> npt.NDArray[Any]:
     """Inputs as fmpy takes them; a column has to be an input or a tunable parameter of the FMU."""
-    columns = read_columns(file)
-    by_name = {"time": table_times(file, columns)}
-    for name, texts in columns.items():
-        if name == "time":
-            continue
+    table = read_columns(file, variables)
+    by_name = {"time": table.time}
+    for name in table.names:
         variable = variables.get(name)
         if variable is None or not (variable.causality == "input" or variable.variability == "tunable"):
             known = [other.name for other in variables.values() if other.causality == "input"]
@@ -90,7 +103,7 @@ def input_array(file: File, variables: Mapping[str, ScalarVariable]) -> npt.NDAr
                            if known else f"{file.place}: column {name}: the FMU has no inputs, expected no file")
         if variable.type in TEXTS:
             raise FmuError(f"{file.place}: column {name} is of type {variable.type}, expected numbers or Booleans")
-        values = column_values(file, name, texts)
+        values = table.values(variable)
         by_name[name] = values[:, 0] if values.shape[1] == 1 else values
     result = np.zeros(len(by_name["time"]), [(name, np.float64, values.shape[1:]) for name, values in by_name.items()])
     for name, values in by_name.items():

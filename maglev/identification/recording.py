@@ -8,16 +8,16 @@ from pathlib import Path
 import numpy as np
 
 from maglev.arrays import Array
-from maglev.csv_table import CsvTable, read_csv
 from maglev.errors import IdentificationError, nearest, option
 from maglev.identification.rigs import RIGS, Rig, estimated_rig
 from maglev.own_stage.adoption import rig_named
+from maglev.tables.table import DataTable, read_table
+from maglev.tables.times import Even, Gaps, even, require_time, times_of
 from pmlsm.dq_transform import clarke, park
 from pmlsm.elementary.sine_cosine import sine_cosine
 
 SHORTEST = 1.0            # s
 SLOWEST = 5e-3            # s, sample time; the observer's time constants are 1 ms
-UNEVEN = 0.01             # of the sample time
 LARGEST_TRAVEL = 0.5      # m
 LARGEST_CURRENT = 100.0   # A
 PLANT = "plant."    # before the names in results of this project
@@ -32,6 +32,7 @@ class MotionRecording:
     positions: Array   # m, or rad of tilts, measured; shape (n, axes)
     i_d: Array   # A, delivered; shape (n, motors)
     i_q: Array   # A, delivered; shape (n, motors)
+    said: str = ""   # what its reading took for granted, in one line
 
     @property
     def dt(self) -> float:
@@ -39,25 +40,25 @@ class MotionRecording:
         return float(self.time[-1] - self.time[0]) / (len(self.time) - 1)
 
 
-def read_recording(given: Path | CsvTable, rig_name: str | None = None) -> MotionRecording:
+def read_recording(given: Path | DataTable, rig_name: str | None = None, gaps: Gaps = "refuse") -> MotionRecording:
     """Read a recording.
 
     The columns are `time` (s), the positions `v`, `h` or `y`, `x`, `z` (m), of a stage that tilts `x`, `z` and the gaps
     at the motors, `alpha1.gap_encoder` …, or `y`, `roll`, `pitch` (rad), and of each motor `i_d`, `i_q` or `i_a`,
     `i_b`, `i_c` (A), with the motor's name and a point in front where there are two. Names as in results of this
-    project, such as `plant.v.encoder`, are understood too; the encoder goes before the true position.
-    IdentificationError, in one line, with file, column, row, value and what was expected.
+    project, such as `plant.v.encoder`, are understood too; the encoder goes before the true position. Units in the
+    header, as in `v [mm]`, are converted. What becomes of times that are not even, `gaps` says as in `even`.
+    IdentificationError or CsvError, in one line, with file, column, row, value and what was expected.
     """
-    table = read_csv(given) if isinstance(given, Path) else given
+    table = read_table(given) if isinstance(given, Path) else given
     rig = chosen_rig(table, rig_name)
-    time = table.column(first_column(table, ["time", "t"]))
-    kept = even_part(table, time)
-    positions = read_positions(table, rig, kept)
+    times = even_times(table, gaps)
+    positions = read_positions(table, rig, times)
     along = positions @ rig.places.along.T
-    i_d, i_q = np.empty((kept, len(rig.motors))), np.empty((kept, len(rig.motors)))
+    i_d, i_q = np.empty((len(times.time), len(rig.motors))), np.empty((len(times.time), len(rig.motors)))
     for k, motor in enumerate(rig.motors):
-        i_d[:, k], i_q[:, k] = motor_currents(table, rig, motor, along[:, k])
-    return MotionRecording(rig, time[:kept], positions, i_d, i_q)
+        i_d[:, k], i_q[:, k] = motor_currents(table, rig, motor, along[:, k], times)
+    return MotionRecording(rig, times.time, positions, i_d, i_q, table.said)
 
 
 def axis_names(axis: str) -> list[str]:
@@ -77,7 +78,7 @@ def current_names(rig: Rig, motor: str, current: str) -> list[str]:
     return [*bare, f"{motor}.{current}", f"{PLANT}{motor}.{current}"]
 
 
-def chosen_rig(table: CsvTable, rig_name: str | None) -> Rig:
+def chosen_rig(table: DataTable, rig_name: str | None) -> Rig:
     """The rig asked for, or the one whose positions are there."""
     if rig_name is not None:
         return estimated_rig(rig_named(rig_name))
@@ -113,92 +114,78 @@ def own_plant(recording: Path) -> str | None:
         return None
 
 
-def has_axis(table: CsvTable, rig: Rig, axis: str) -> bool:
+def has_axis(table: DataTable, rig: Rig, axis: str) -> bool:
     """Whether a position is recorded, or follows from the gaps at the motors."""
-    return column_in(table, axis_names(axis)) is not None or (
+    return table.find(*axis_names(axis)) is not None or (
         has_gaps(table, rig) and axis not in (horizontal.name for horizontal in rig.described.horizontal))
 
 
-def has_gaps(table: CsvTable, rig: Rig) -> bool:
+def has_gaps(table: DataTable, rig: Rig) -> bool:
     """Whether the gaps are recorded at all motors of a platform that tilts."""
-    return bool(rig.described.rotations) and all(column_in(table, gap_columns(motor)) for motor in rig.motors)
+    return bool(rig.described.rotations) and all(table.find(*gap_columns(motor)) for motor in rig.motors)
 
 
-def read_positions(table: CsvTable, rig: Rig, kept: int) -> Array:
-    """Positions of all axes (m, rad), shape (kept, axes); those that are in the gaps at the motors, from there."""
+def read_positions(table: DataTable, rig: Rig, times: Even) -> Array:
+    """Positions of all axes (m, rad), shape (n, axes); those that are in the gaps at the motors, from there."""
     at_motors = has_gaps(table, rig)
     axes = rig.described.measured if at_motors else rig.described.axes
     units = {first_column(table, axis_names(axis.name)): axis.unit("m") for axis in axes}
     units |= {first_column(table, gap_columns(motor)): "m" for motor in rig.motors if at_motors}
-    columns = np.stack([table.column(name)[:kept] for name in units], axis=1)
+    columns = np.stack([table.column(name, unit) for name, unit in units.items()], axis=1)
     gaps = range(len(axes), len(units)) if at_motors else range(1)
     check_positions(table, rig, units, columns, gaps)
+    columns = np.stack([times.resample(column) for column in columns.T], axis=1)
     return columns @ rig.places.measuring(rig.described).T if at_motors else columns
 
 
-def column_in(table: CsvTable, names: Sequence[str]) -> str | None:
-    """First of the names that is a column."""
-    return next((name for name in names if name in table.names), None)
-
-
-def first_column(table: CsvTable, names: Sequence[str]) -> str:
+def first_column(table: DataTable, names: Sequence[str]) -> str:
     """First of the names that is a column; IdentificationError if none is."""
-    name = column_in(table, names)
+    name = table.find(*names)
     if name is None:
         raise IdentificationError(f"{table.path}: no column {names[0]}, expected {' or '.join(dict.fromkeys(names))}; "
                                   f"nearest is {nearest(names[0], table.names)}")
     return name
 
 
-def even_part(table: CsvTable, time: Array) -> int:
-    """Number of evenly spaced samples from the first on; results of this project may end with a shorter step."""
-    step = np.diff(time)
-    backwards = np.flatnonzero(step <= 0.0)
-    if len(backwards):
-        k = int(backwards[0]) + 1
-        raise table.refusal("time", k, f"expected more than {time[k - 1]}, the time of the row before: sort the rows "
-                                       "and leave out duplicates")
-    dt = float(np.median(step)) if len(step) else 0.0
+def even_times(table: DataTable, gaps: Gaps) -> Even:
+    """Evenly spaced times, often and long enough to identify anything from them."""
+    times = times_of(table, require_time(table), guess=True)
+    found = even(table, times, gaps)
+    steps = np.diff(found.time)
+    dt = float(np.median(steps)) if len(steps) else 0.0
     if dt > SLOWEST:
-        in_ms = ", looks like ms" if 0.05 <= dt <= 1e3 * SLOWEST else ""
-        raise IdentificationError(f"{table.path}: column time has a sample every {dt:.6g} s, expected every {SLOWEST} "
-                                  f"s or more often{in_ms}")
-    kept = len(time)
-    if len(step) > 1 and step[-1] < (1.0 - UNEVEN) * dt:
-        kept -= 1
-    uneven = np.flatnonzero(np.abs(step[:kept - 1] - dt) > UNEVEN * dt)
-    if len(uneven):
-        k = int(uneven[0]) + 1
-        raise table.refusal("time", k, f"expected {time[k - 1] + dt:.9g} ± {UNEVEN:.0%} of the sample time {dt:.6g} s: "
-                                       "resample to even times")
-    length = float(time[kept - 1] - time[0]) if kept else 0.0
+        raise IdentificationError(f"{table.path}: column {times.name} has a sample every {dt:.6g} s, expected every "
+                                  f"{SLOWEST} s or more often")
+    assumed = f" ({'; '.join(table.assumed)})" if table.assumed else ""
+    length = float(found.time[-1] - found.time[0]) if len(found.time) else 0.0
     if length < SHORTEST - 0.5 * dt:
-        raise IdentificationError(f"{table.path}: {length:.6g} s of data in {len(time)} rows, expected {SHORTEST} s or "
-                                  "more; 20 to 40 s are good")
-    return kept
+        raise IdentificationError(f"{table.path}: {length:.6g} s of data in {len(found.time)} rows{assumed}, expected "
+                                  f"{SHORTEST} s or more; 20 to 40 s are good")
+    return found
 
 
-def check_positions(table: CsvTable, rig: Rig, units: Mapping[str, str], positions: Array, gaps: range) -> None:
+def check_positions(table: DataTable, rig: Rig, units: Mapping[str, str], positions: Array, gaps: range) -> None:
     """Refuse positions in another unit than m or rad, and gaps, some of the columns, that the model does not know."""
     names = [*units]
     gap = float(np.median(positions[:, gaps[0]]))
     for least, unit in ((5e3, "µm"), (5.0, "mm"), (0.5, "cm")):
         if gap >= least:
-            raise table.refusal(names[gaps[0]], 0, f"expected an air gap in m, such as 0.020: looks like {unit}")
+            raise table.refusal(names[gaps[0]], 0, f"expected an air gap in m, such as 0.020: looks like {unit}, "
+                                f"which {option('units', {names[gaps[0]]: unit})} says")
     for k, (name, unit) in enumerate(units.items()):
         field = rig.motor.field
         lower, upper = (field.lower, field.upper) if k in gaps else (-LARGEST_TRAVEL, LARGEST_TRAVEL)
         outside = np.flatnonzero((positions[:, k] < lower) | (positions[:, k] > upper))
         if len(outside):
-            hint = "" if k in gaps else f": looks like m{unit} or µ{unit}"
+            hint = "" if k in gaps else (f": looks like m{unit} or µ{unit}, which "
+                                         f"{option('units', {name: f'm{unit}'})} says")
             raise table.refusal(name, int(outside[0]), f"expected {lower} to {upper} {unit}{hint}")
 
 
-def motor_currents(table: CsvTable, rig: Rig, motor: str, displacement: Array) -> tuple[Array, Array]:
+def motor_currents(table: DataTable, rig: Rig, motor: str, displacement: Array, times: Even) -> tuple[Array, Array]:
     """i_d and i_q of a motor (A): recorded, or of three phases by (2.1) at the measured displacement (m)."""
-    kept = len(displacement)
-    direct = [column_in(table, current_names(rig, motor, current)) for current in ("i_d", "i_q")]
-    phases = [column_in(table, current_names(rig, motor, current)) for current in ("i_a", "i_b", "i_c")]
+    direct = [table.find(*current_names(rig, motor, current)) for current in ("i_d", "i_q")]
+    phases = [table.find(*current_names(rig, motor, current)) for current in ("i_a", "i_b", "i_c")]
     if None in direct and None in phases:
         missing = "i_q" if direct[0] is not None else "i_d" if phases == [None] * 3 else (
             "i_a", "i_b", "i_c")[phases.index(None)]
@@ -206,11 +193,13 @@ def motor_currents(table: CsvTable, rig: Rig, motor: str, displacement: Array) -
         raise IdentificationError(f"{table.path}: no column {names[0]}, expected i_d and i_q or i_a, i_b and i_c of "
                                   f"motor {motor}; nearest is {nearest(names[0], table.names)}")
     used = [name for name in (phases if None in direct else direct) if name is not None]
-    currents = [table.column(name)[:kept] for name in used]
+    currents = [table.column(name, "A") for name in used]
     for name, current in zip(used, currents, strict=True):
         outside = np.flatnonzero(np.abs(current) > LARGEST_CURRENT)
         if len(outside):
-            raise table.refusal(name, int(outside[0]), f"expected a current within ±{LARGEST_CURRENT} A: looks like mA")
+            raise table.refusal(name, int(outside[0]), f"expected a current within ±{LARGEST_CURRENT} A: looks like "
+                                               f"mA, which {option('units', {name: 'mA'})} says")
+    currents = [times.resample(current) for current in currents]
     if None not in direct:
         return currents[0], currents[1]
     of = rig.geometries[motor]

@@ -23,7 +23,8 @@ ParameterFiles: TypeAlias = str | Path | Mapping[str, str | Path] | Iterable[str
 P = ParamSpec("P")
 T = TypeVar("T")
 
-OTHER_FLAGS = {"source": "from"}   # of options that are not of runs, where they are not Python's names
+# Of options that are not of runs, where they are not Python's names.
+OTHER_FLAGS = {"source": "from", "units": "unit", "columns": "column"}
 REPLACED, NUMERICS, FMUS = "The stage and its controller", "Time and order", "FMUs"   # groups in the help
 
 

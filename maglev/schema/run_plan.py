@@ -10,7 +10,7 @@ from maglev.own_stage.reading import read_own
 from maglev.schema.judged.claims import RunClaim
 from maglev.schema.judged.procedure import ProcedureSettings
 from maglev.schema.layers import entries
-from maglev.schema.signals.kinds import Signal
+from maglev.schema.signals.kinds import Csv, Signal
 from maglev.schema.toml_table import Metres, Radians, Seconds, Table, ValueKind, key_refused
 from maglev.time_grid import whole_steps
 from maglev.units import known_unit, own_number, parse_quantity, read_quantity, split_text
@@ -281,12 +281,15 @@ class RunPlan(Table):
 
     @model_validator(mode="after")
     def times_that_fit(self) -> "RunPlan":
-        """Refuse times that are not whole numbers of communication steps, and tracking from after the end on."""
+        """Refuse times that are not whole steps, tables beside the run, and tracking from after the end on."""
         for key in ("output_interval", "stop_time"):
             try:
                 whole_steps(getattr(self, key), self.step)
             except QuantityError as error:
                 raise key_refused(key, getattr(self, key), str(error)) from None
+        for i, signal in enumerate(self.signals):
+            if isinstance(signal, Csv) and (why := signal.misfit(self.stop_time)):
+                raise key_refused("file", signal.file, why, "signals", i)
         begin = self.metrics.tracking_from
         if begin is not None and begin > self.stop_time:
             raise key_refused("tracking_from", begin, f"expected stop_time = {self.stop_time} s at most", "metrics")

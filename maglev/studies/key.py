@@ -26,7 +26,7 @@ LEFT_OUT: dict[type, frozenset[str]] = {
     RunPlan: frozenset({"title", "description", "figures", "check_only", "another_reading", "claims", "check",
                         "procedure", "rig_file", "_path", "_own", "_sha256"}),
     FmuTable: frozenset({"file"}),
-    Csv: frozenset({"file"})}   # what was read of it is there
+    Csv: frozenset({"file", "_told", "_said"})}   # what was read of it is there
 
 
 def study_key(job: Job, values: Array, *further: object) -> str:

@@ -8,12 +8,11 @@ from xml.etree.ElementTree import Element, ParseError, fromstring
 
 from fmi_export.parameter_set import SSC, SSV, parameters_in
 from fmi_export.units import BASE_UNITS
-from maglev.csv_table import is_finite
 from maglev.errors import ScenarioError, nearest_file, option, shortened
 from maglev.parameter import INTEGERS, REALS
 from maglev.schema.options import ParameterFiles
 from maglev.schema.run_plan import RunPlan, StartValue
-from maglev.units import WHOLE_NUMBER, Unit, exact_product, known_unit, unit_of_powers
+from maglev.units import WHOLE_NUMBER, Unit, exact_product, is_finite, known_unit, unit_of_powers
 
 BOOLEANS = {"true": True, "1": True, "false": False, "0": False}
 

@@ -14,11 +14,22 @@ from numpy.typing import NDArray
 from pydantic import BeforeValidator, Field, PrivateAttr, ValidationInfo, field_validator, model_validator
 
 from maglev.arrays import Array
-from maglev.csv_table import read_csv
 from maglev.errors import CsvError, QuantityError, nearest
 from maglev.schema.layers import items
 from maglev.schema.toml_table import Radians, Seconds, Table, ValueKind, key_refused
-from maglev.units import Unit, exact_product, known_unit, parse_quantity, read_quantity, si_unit, split_text
+from maglev.tables.table import DataTable, read_table
+from maglev.tables.times import time_column, times_of
+from maglev.units import (
+    Unit,
+    exact_product,
+    known_unit,
+    like,
+    measures,
+    parse_quantity,
+    read_quantity,
+    si_unit,
+    split_text,
+)
 from maglev.waves import sines_cosines
 
 IN_UNIT = ("level", "values", "offset", "terms")   # fields of signals whose numbers are in the unit of the signal
@@ -199,32 +210,80 @@ class Sinusoids(SignalTable):
 
 
 class Csv(SignalTable):
-    """A column of a CSV file over its first column, time in s: linear between rows, held beyond both ends."""
+    """A column of a table over its time: linear between rows, held beyond both ends."""
 
     PLACE = "[[signals]], csv"
 
-    kind: Literal["csv"] = Field(description="a column over the first column, which is the time in s: linear between "
-                                 "rows, held beyond both ends")
-    file: str = Field(description="path of the CSV file from the folder of the scenario")
-    column: str = Field(description="name of the column")
+    kind: Literal["csv"] = Field(description="a column of a table over its time, the column `time` or else the first: "
+                                 "linear between rows, held beyond both ends")
+    file: str = Field(description="path of the table from the folder of the scenario: a CSV, or what others write")
+    column: str = Field(description="name of the column; its unit in the header goes before `unit`")
+    time_unit: str | None = Field(default=None, description="unit of the time; without it that of the header, or s")
+    begin: Seconds | None = Field(default=None, description="time of the run at which the first row is; without it the "
+                                  "times are those of the run")
     _times: list[float] = PrivateAttr()
     _values: list[float] = PrivateAttr()
+    _told: bool = PrivateAttr()      # the unit of the time
+    _said: str = PrivateAttr()       # what reading took for granted, in one line
 
     @model_validator(mode="after")
     def read(self) -> "Csv":
         try:
-            table = read_csv(Path(self.file))
-            if self.column not in table.names[1:]:
+            table = read_table(Path(self.file))
+            name = time_column(table) or next(filter(None, table.names))
+            own = [other for other in table.names if other and other != name]
+            column = table.find(self.column)
+            if column is None or column == name:
                 raise key_refused("column", self.column,
-                                  f"no such column in {self.file}, nearest is {nearest(self.column, table.names[1:])}")
-            self._times = table.column(table.names[0]).tolist()
-            self._values = [in_unit(value, self.unit) for value in table.column(self.column).tolist()]
+                                  f"no such column in {self.file}, nearest is {nearest(self.column, own)}")
+            times = times_of(table.renamed({}, {name: self.time_unit} if self.time_unit else {}), name)
+            self._values = self.values_of(table, column)
         except CsvError as error:
             raise key_refused("file", self.file, error.problem) from None
-        for i, (earlier, later) in enumerate(pairwise(self._times)):
+        for i, (earlier, later) in enumerate(pairwise(times.seconds.tolist())):
             if later <= earlier:
-                raise key_refused("file", self.file, f"row {i + 3} has time {later}, expected more than {earlier}")
+                raise key_refused("file", self.file, f"row {table.line(i + 1)} has time {later}, expected more than "
+                                                     f"{earlier}")
+        if times.stamped and self.begin is None:
+            raise key_refused("file", self.file, f"column {name} has time stamps, expected the time of the run at "
+                                                 "which they begin, such as begin = 0")
+        shift = 0.0 if self.begin is None else self.begin - float(times.seconds[0])
+        self._times, self._told, self._said = (times.seconds + shift).tolist(), times.told, table.said
         return self
+
+    def values_of(self, table: DataTable, column: str) -> list[float]:
+        """Values in SI: by the unit of the header, or by `unit`."""
+        said = table.unit(column)
+        own = known_unit(said) if said else None
+        if own is None:
+            if said and self.unit is None:
+                raise key_refused("column", self.column, f"its unit {said!r} is unknown, expected unit with it, or "
+                                                         f"another header; {like(said)}")
+            return [in_unit(value, self.unit) for value in table.column(column).tolist()]
+        if self.unit is None:
+            object.__setattr__(self, "unit", own.si)   # so that its dimension is checked
+        elif not measures(self.unit, said):
+            raise key_refused("unit", self.unit, f"column {column} is in {said}, expected a unit that converts to it")
+        return list(table.column(column, own.si).tolist())
+
+    def misfit(self, end: float) -> str:
+        """Why a run from 0 to its end (s) can use no rows, or not know that their times are in s; "" if it can."""
+        first, last = self._times[0], self._times[-1]
+        if first >= end or last < 0.0 or last == 0.0 < len(self._times) - 1:
+            return (f"its rows are from {first:.9g} s to {last:.9g} s, the run from 0 s to {end:.9g} s: expected rows "
+                    "in the run; begin = 0 has the first row at its begin, and time_unit says the unit of its times")
+        after = int(np.searchsorted(self._times, end, side="right"))
+        if not self._told and 0 < after < len(self._times) and self._times[after - 1] <= 0.0:
+            return (f"the run to {end:.9g} s is between its rows at {self._times[after - 1]:.9g} s and "
+                    f'{self._times[after]:.9g} s: expected time_unit, such as "ms", or "s" if they are so far apart')
+        return ""
+
+    def used(self, end: float) -> str:
+        """What reading took for granted, and which part a run from 0 to its end (s) uses; "" of all of a plain CSV."""
+        first, last = self._times[0], self._times[-1]
+        part = f"rows from {first:.6g} s to {last:.6g} s, used from {max(first, 0.0):.6g} s to {min(last, end):.6g} s"
+        cut = first < 0.0 or last > end + TIME_TOLERANCE
+        return "; ".join(filter(None, (self._said or (self.file if cut else ""), part if cut else "")))
 
     def in_si(self, unit: Unit) -> Self:
         """The signal in SI, of one whose numbers are in a unit."""

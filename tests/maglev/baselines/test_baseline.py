@@ -89,7 +89,7 @@ def test_spaces_and_windows_line_ends_are_read(tmp_path: Path) -> None:
     ("0.0250001", "fast", "row 3, column plant.y.position is 'fast', expected a finite number"),
     ("0.0250001", "nan", "row 3, column plant.y.position is 'nan', expected a finite number"),
     ("0.0250001", "-inf", "row 3, column plant.y.position is '-inf', expected a finite number"),
-    ("0.0250001", '"1" 2', "row 3: ',' expected after '\"', expected a CSV file"),
+    ("0.0250001", '"1" 2', "row 3, column plant.y.position is '1 2', expected a finite number"),
     ("0.05,", "0.0,", "row 3, column time is 0, expected more than 0.0 s"),
     ("0.05,", "0.05001,", "row 3, column time is 0.05001, expected a multiple of StepSize = 0.0002 s"),
     ("0.05,0.0250001,0.0\n0.1,0.0250002,1.0\n", "", "bad_ref.csv: 1 sample, expected 2 or more"),
@@ -122,7 +122,7 @@ def test_malformed_options(tmp_path: Path, old: str, new: str, message: str) -> 
     expect(written(tmp_path, options=OPTIONS.replace(old, new)), message)
 
 
-@pytest.mark.parametrize(("kind", "message"), [(0, "no text in UTF-8, expected a CSV file"),
+@pytest.mark.parametrize(("kind", "message"), [(0, "has one column, expected a CSV file"),
                                                (1, "cannot be read, expected UTF-8 text")])
 def test_missing_and_unreadable_files(tmp_path: Path, kind: int, message: str) -> None:
     file = baseline_files(written(tmp_path), "bad")[kind]
@@ -215,3 +215,10 @@ def test_a_baseline_is_small(tmp_path: Path) -> None:
     with pytest.raises(BaselineError, match="expected at most 1000000"):
         write_baseline(tmp_path, large)
     assert not list(tmp_path.iterdir())
+
+
+def test_a_baseline_is_a_plain_csv(tmp_path: Path) -> None:
+    """What a spreadsheet has saved anew may have lost bits."""
+    file = baseline_files(written(tmp_path), "bad")[0]
+    file.write_text(file.read_text(encoding="utf-8").replace(",", ";"), encoding="utf-8")
+    expect(tmp_path, f"{file.name}: columns are separated by semicolons, expected a plain CSV, as `maglev check")

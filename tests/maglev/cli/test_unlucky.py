@@ -15,9 +15,9 @@ from faulty_fmus import faulty, faulty_run
 
 from maglev.catalogue import build
 from maglev.cosim.master import RunFailed
-from maglev.csv_table import read_csv
 from maglev.experiment.execution import execute
 from maglev.schema.loading import load_plan
+from maglev.tables.table import read_table
 from maglev_files.whole_file import whole_file, whole_files, write_whole
 
 SHORT = '\nextends = "{base}"\nname = "short"\ntitle = "A short hold"\nstop_time = "{seconds} s"\n'
@@ -43,7 +43,7 @@ def test_two_runs_into_one_folder_leave_whole_files(fmus: Path, tmp_path: Path) 
     assert codes in ([0, 0], [0, 2], [2, 0]), said
     assert all(b"short: another process is writing the files of this run" in errors
                for code, errors in zip(codes, said, strict=True) if code)
-    table = read_csv(tmp_path / "out" / "short.csv")
+    table = read_table(tmp_path / "out" / "short.csv")
     table.require_full_rows()
     assert table.column("time")[-1] in lengths
     assert (len(table.column("time")) - 1) * 1e-3 == pytest.approx(table.column("time")[-1])

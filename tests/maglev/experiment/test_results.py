@@ -15,8 +15,8 @@ from pyarrow import parquet
 
 import maglev as front_door
 from maglev.cosim.master import Recording
-from maglev.csv_table import read_csv
 from maglev.experiment.results import write_csv, write_parquet
+from maglev.tables.table import read_table
 
 NUMBERS = st.lists(st.floats(allow_nan=False), min_size=1, max_size=50)
 
@@ -49,7 +49,7 @@ def test_numbers_come_back(tmp_path_factory: pytest.TempPathFactory, values: lis
 def test_our_own_reader_reads_it(tmp_path: Path) -> None:
     values = np.random.default_rng(1).standard_normal(3000) * 10.0 ** np.arange(-150, 150).repeat(10)
     write_csv(tmp_path / "run.csv", recording(values.tolist()))
-    table = read_csv(tmp_path / "run.csv")
+    table = read_table(tmp_path / "run.csv")
     table.require_full_rows()
     assert table.column("plant.y").tobytes() == values.tobytes()
     assert b"\r" not in (tmp_path / "run.csv").read_bytes()

@@ -5,11 +5,11 @@ from pathlib import Path
 import pytest
 from command_line import error_line, maglev
 
-from maglev.csv_table import read_csv
 from maglev.errors import CsvError, QuantityError, ScenarioError
 from maglev.identification.model_file import model_settings
 from maglev.schema.layers import DEEPEST
 from maglev.schema.loading import load_plan, load_plans
+from maglev.tables.table import read_table
 from maglev.units import parse_quantity
 
 HEAD = 'extends = "loops/3dof.toml"\nname = "mine"\ntitle = "Mine"\nstop_time = "10 ms"\n'
@@ -114,7 +114,7 @@ def test_a_field_that_is_too_long(tmp_path: Path) -> None:
     path = tmp_path / "long.csv"
     path.write_text(f"time,h\n0,{200_000 * 'x'}\n", encoding="utf-8")
     with pytest.raises(CsvError, match="expected a"):
-        read_csv(path).column("h")
+        read_table(path).column("h")
 
 
 def test_keys_in_keys_in_keys(tmp_path: Path) -> None:
