@@ -17,7 +17,7 @@ from maglev.experiment.results import ResultFiles, write_csv
 from maglev.judging.measures import measures_of
 from maglev.pages import shell
 from maglev.pictures import write_figure
-from maglev.report.claim_table import unbroken
+from maglev.quantities import unbroken
 from maglev.report.findings import html_table
 from maglev.report.page import PLAYER, PLOT_SCRIPTS, json_in_html, plot_height, read
 from maglev.report.plain import heading, result_table
@@ -114,7 +114,7 @@ def show_comparison(console: Console, name: str, title: str, runs: Runs, every_s
     console.print(result_table(legend(runs.values(), BEST), ("quantity", "of", *runs, *leads), (
         [row.name, row.of, *(Text(row.text(label) + BEST, "bold green") if label in row.best else row.text(label)
                              for label in runs), *(row.ahead for _ in leads)]
-        for row in shown), left=2))
+        for row in shown), left=2, spare=len(leads)))
 
 
 def comparison_page(name: str, title: str, runs: Mapping[str, RunResult], rows: Sequence[Row]) -> str:

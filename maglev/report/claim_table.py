@@ -21,6 +21,7 @@ from maglev.judging.verdicts import (
     those_that_count,
 )
 from maglev.procedures.outcome import Outcome
+from maglev.quantities import unbroken
 from maglev.report.plots.charts import ShownChart
 from maglev.report.plots.figures import Shown, anchor, rig_name
 from maglev.report.plots.marks import FIGURE_LIST, FIGURE_NUMBER, cited_figures
@@ -211,11 +212,6 @@ def what_if(result: ClaimResult, shown: Shown | ShownChart | None = None) -> str
                else badge(result.without.verdict))
     return (f'<details class="what-if"><summary>What if friction were zero?</summary>'
             f"<p>{verdict}{measured}.{link}</p></details>")
-
-
-def unbroken(text: str) -> str:
-    """The text with numbers, their units and the sign before them kept on one line."""
-    return re.sub(r"(?<=\d) (?=%|(?:mm|µm|ms|[mµ]rad|kg|[sANV])\b)|(?<=[<>≤≥]) (?=\d)", "\N{NO-BREAK SPACE}", text)
 
 
 def linked_source(source: str, shown: Iterable[Shown | ShownChart]) -> str:

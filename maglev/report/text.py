@@ -7,7 +7,6 @@ from io import StringIO
 from pathlib import Path
 
 from rich.console import Console
-from rich.table import Table
 from rich.text import Text
 
 from maglev.errors import visible
@@ -32,7 +31,7 @@ from maglev.judging.verdicts import (
 )
 from maglev.procedures.outcome import Chart, Outcome
 from maglev.quantities import PRINTED_UNITS, printed
-from maglev.report.plain import heading, plain_console, result_table
+from maglev.report.plain import ResultTable, heading, plain_console, result_table
 from maglev.report.status import events, is_listed, modification, own_and_packaged, run_status, troubles
 from maglev.schema.judged.claims import CLAIM_KINDS
 from maglev.schema.run_plan import RunPlan
@@ -61,7 +60,7 @@ def show(console: Console, result: RunResult, verdicts: Sequence[ClaimResult], b
                                                 if briefly else verdicts), verdicts)
 
 
-def show_measured(console: Console, result: RunResult, above: Iterable[Table] = (),
+def show_measured(console: Console, result: RunResult, above: Iterable[ResultTable] = (),
                   verdicts: Sequence[ClaimResult] = ()) -> None:
     """Print what comes above what was measured on a run, that, and the outcome with a sum of verdicts."""
     plan = result.plan
@@ -102,7 +101,7 @@ def origin(provenance: Provenance) -> str:
     return f"Maglev FMUs {provenance.version}{commit}; {kinds}{modified}"
 
 
-def metric_tables(plan: RunPlan, metrics: Metrics) -> list[Table]:
+def metric_tables(plan: RunPlan, metrics: Metrics) -> list[ResultTable]:
     """Tables of steps, events, errors and currents, as far as the run has them; of what is in m or rad apart."""
     groups: dict[tuple[str, str], list[Measure]] = {}
     for measure in measures_of(plan, metrics):
@@ -126,7 +125,7 @@ def metric_tables(plan: RunPlan, metrics: Metrics) -> list[Table]:
             for (kind, _), of_kind in groups.items()]
 
 
-def measure_table(title: str, heads: Sequence[str], shown: Sequence[Measure], starts: Starts) -> Table:
+def measure_table(title: str, heads: Sequence[str], shown: Sequence[Measure], starts: Starts) -> ResultTable:
     """Table with a row for each axis, motor, step or event, whose first cells may be in `starts`, and its metrics."""
     columns = dict.fromkeys(measure.quantity for measure in shown)
     rows: dict[tuple[str, float | None], dict[str, str]] = {}
@@ -137,7 +136,7 @@ def measure_table(title: str, heads: Sequence[str], shown: Sequence[Measure], st
         for place, cells in sorted(rows.items(), key=lambda row: row[0][1] or 0.0)), left=min(len(heads), 2))
 
 
-def claim_tables(results: Sequence[ClaimResult]) -> Iterator[Table]:
+def claim_tables(results: Sequence[ClaimResult]) -> Iterator[ResultTable]:
     """Tables of a user's own claims, of the thesis's in words and of the bounds of its figures."""
     for title, claims in (("Your specification", specification(results)), ("Claims of the thesis", sentences(results)),
                           ("Bounds by the axes of figures", bound_claims(results))):
@@ -145,7 +144,7 @@ def claim_tables(results: Sequence[ClaimResult]) -> Iterator[Table]:
             yield claim_table(f"{title}: {met_of(claims)} met" if met_of(claims) else title, claims)
 
 
-def claim_table(title: str, results: Sequence[ClaimResult]) -> Table:
+def claim_table(title: str, results: Sequence[ClaimResult]) -> ResultTable:
     return result_table(title, ("verdict", "claim"), (
         [Text(judged.verdict, COLOURS[judged.verdict], no_wrap=True),
          f"{judged.claim.text} ({judged.claim.cited}): " + "; ".join(filter(None, (", ".join(
@@ -155,7 +154,7 @@ def claim_table(title: str, results: Sequence[ClaimResult]) -> Table:
 
 
 def study_tables(results: Sequence[RunResult], verdicts: Judgements, outcomes: Sequence[Outcome] = ()
-                 ) -> Iterator[Table]:
+                 ) -> Iterator[ResultTable]:
     """Tables of many runs and of procedures: a user's own first, then those of the package."""
     own, packaged = own_and_packaged(results, outcomes)
     if own:
@@ -167,7 +166,7 @@ def study_tables(results: Sequence[RunResult], verdicts: Judgements, outcomes: S
         yield study_table(packaged.results, verdicts, packaged.outcomes)
 
 
-def study_table(results: Sequence[RunResult], verdicts: Judgements, outcomes: Sequence[Outcome] = ()) -> Table:
+def study_table(results: Sequence[RunResult], verdicts: Judgements, outcomes: Sequence[Outcome] = ()) -> ResultTable:
     """Table of many runs and of procedures: how each ended, and how many of its claims have which verdict."""
     claims = those_that_count(judged for _, judged in claims_in_order(results, verdicts, outcomes))
     totals = count_verdicts(sentences(claims))

@@ -7,11 +7,10 @@ from typing import Any
 import numpy as np
 import pyarrow as pa
 from rich.console import Console
-from rich.table import Table
 
 from maglev.arrays import Array, Bools
 from maglev.quantities import metric_text
-from maglev.report.plain import heading, result_table
+from maglev.report.plain import ResultTable, heading, result_table
 from maglev.studies.page.again import command_of
 
 MOST_SHOWN = 3   # failures that are named
@@ -36,7 +35,7 @@ def show_study(console: Console, table: pa.Table, about: Mapping[str, Any]) -> N
                       highlight=False, soft_wrap=True)
 
 
-def sample_table(table: pa.Table, about: Mapping[str, Any]) -> Table:
+def sample_table(table: pa.Table, about: Mapping[str, Any]) -> ResultTable:
     """A row for each sample: what it sets, the metrics with limits, or else the main ones of each axis and motor."""
     units = units_of(table)
     varied = [name for name in dict.fromkeys([*(parameter["name"] for parameter in about["vary"]), *about["targets"]])
@@ -45,10 +44,10 @@ def sample_table(table: pa.Table, about: Mapping[str, Any]) -> Table:
     main = {(match[1].split(" to ")[0], match[2]): name for name, _, _ in metrics_of(table)
             if (match := SHOWN.fullmatch(name))}
     metrics = [name for name in about["limits"] if name in table.column_names] or list(main.values())
-    return result_table("", (*varied, *metrics), (
-        [*(f"{row[name]:g} {units[name]}".strip() for name in varied),
+    return result_table("", ("sample", *varied, *metrics), (
+        [str(number), *(f"{row[name]:g} {units[name]}".strip() for name in varied),
          *("–" if row[name] is None else metric_text(name, row[name], units[name]) for name in metrics)]
-        for row in table.select([*varied, *metrics]).to_pylist()), left=0)
+        for number, row in enumerate(table.select([*varied, *metrics]).to_pylist())), left=0, keys=1 + len(varied))
 
 
 def quantiles(name: str, unit: str, values: Array) -> list[str]:

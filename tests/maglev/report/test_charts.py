@@ -6,7 +6,8 @@ from report_outcomes import GAP, HOSTILE, THRUST, chart, cogging_claim, hostile_
 from report_runs import Page, failed, judged, of_procedure, packaged, page_of, recorded, renamed
 
 from maglev.procedures.outcome import Chart, Curve, Outcome, Panel, ProcedureValue
-from maglev.report.claim_table import linked_source, unbroken
+from maglev.quantities import unbroken
+from maglev.report.claim_table import linked_source
 from maglev.report.page import SCRIPTS
 from maglev.report.plots.charts import MOST_POINTS, by_number, chart_data, curve_data, shown_charts
 from maglev.report.plots.figures import read_figures, shown_figures

@@ -15,7 +15,7 @@ from studied_grid import broken_at
 from maglev.comparison.files import compared_rows, comparison_page
 from maglev.live.page import live_page
 from maglev.pages.shell import HEAD, INDEX, colour, publish
-from maglev.report.claim_table import unbroken
+from maglev.quantities import unbroken
 from maglev.studies.page.page import study_page
 
 if TYPE_CHECKING:
