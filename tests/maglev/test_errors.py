@@ -12,7 +12,7 @@ from hypothesis import strategies as st
 
 import maglev
 from maglev.cosim.master import Recording, RunInterrupted
-from maglev.errors import Interrupted, in_one_line, key_path
+from maglev.errors import Interrupted, in_one_line, key_path, nearest, one_of
 
 KEYS = st.text(st.characters(exclude_categories=["Cs"]))
 
@@ -42,6 +42,20 @@ def test_a_name_without_its_ending_is_nearest_to_that_file(tmp_path: Path, monke
     (tmp_path / "pd.py").touch()
     with pytest.raises(maglev.MaglevError, match="controller pd: .*nearest is 'pd.py'"):
         maglev.run("3dof-setpoints", controller="pd")
+
+
+@pytest.mark.parametrize(("name", "words"), [
+    ("3dof-pid-lrge", "'3dof-pid-large'"), ("3DOF-PID-LARGE", "'3dof-pid-large'"),
+    ("nope", "none of '3dof-pid-large', '2dof-setpoints', 'mass' and 1 others"), ("", "none of '3dof-pid-large', "),
+])
+def test_nearest_name_is_like_it_or_none(name: str, words: str) -> None:
+    assert nearest(name, ["3dof-pid-large", "2dof-setpoints", "mass", "bias"]).startswith(words)
+    assert nearest(name, []) == "none exists"
+
+
+def test_one_of_says_what_is_nearest_where_something_is() -> None:
+    assert one_of("xls", ["csv", "parquet"]) == "one of csv, parquet"
+    assert one_of("cvs", ["csv", "parquet"]) == "one of csv, parquet; nearest is 'csv'"
 
 
 def test_a_file_goes_before_what_the_system_says_of_it(tmp_path: Path) -> None:

@@ -51,7 +51,7 @@ def test_an_option_that_does_not_exist_is_refused() -> None:
     (maglev.run, "2dof-smooth-nonlinear", {"set": [("plant.v.mass", 4.0)]},
      "set: ('plant.v.mass', 4.0), expected a table, values by name"),
     (maglev.run, "2dof-smooth-nonlinear", {"set": {4: 4.0}}, "set={4: 4.0}: expected FMU.variable=value"),
-    (maglev.run_all, "2dof-smooth-nonlinear", {"format": "xls"}, "format='xls': expected one of csv, parquet; nearest"),
+    (maglev.run_all, "2dof-smooth-nonlinear", {"format": "xls"}, "format='xls': expected one of csv, parquet"),
     (maglev.batch, "2dof-smooth-nonlinear", {"values": ["plant.v.mass"]},
      "values = ['plant.v.mass'], expected a table, values by name"),
     (maglev.study, "2dof-smooth-nonlinear", {"vary": {4: [4.0]}}, "vary = {4: [4.0]}, expected a table, values by"),

@@ -94,7 +94,7 @@ def test_model_settings(tmp_path: Path, text: str, settings: dict[str, float]) -
 @pytest.mark.parametrize(("text", "message"), [
     ("", "has no constants, expected C1 = … in [plant], in [controller] or for both"),
     ("C1 = \n", "TOML syntax: "),
-    ("[plant]\nC9 = 1.0\n", "plant.C9: unknown key, nearest valid key is 'C"),
+    ("[plant]\nC9 = 1.0\n", "plant.C9: unknown key, nearest valid key is none of 'C1', 'C2', 'C3' and "),
     ("[plnt]\nC1 = 1.0\n", "plnt: unknown key, nearest valid key is 'plant'"),
     ("plant = 3\n", "plant = 3: expected a table [plant]"),
     ("[plant]\nC1 = 'x'\n", "plant.C1 = 'x': expected a number above 0"),
