@@ -15,10 +15,9 @@ import numpy as np
 
 from maglev.analysis.multisine import Grid, crest_factor, make_grid, multisine
 from maglev.analysis.numerical import linearised_here
-from maglev.analysis.pair import SETTLE, AskedPair, Pair, Rest, Settings, apart, make_pair, resting_pair
+from maglev.analysis.pair import SETTLE, AskedPair, Pair, Rest, Settings, apart, make_pair, resting_pair, with_fmus
 from maglev.analysis.response import FrequencyResponse
 from maglev.arrays import Array, Complex
-from maglev.catalogue.for_runs import fmus_named
 from maglev.cosim.other_process.run import TIMEOUT
 from maglev.errors import LinearModelError
 from maglev.linear.loop import Loop, linearise_loop
@@ -85,9 +84,9 @@ def frequency_response(plant: str | Path, controller: Given, at: Mapping[str, Qu
         whole_number(number, LinearModelError, name, least)
     with refused_as(LinearModelError, "lowest, highest"):
         ends = parse_quantity(lowest, "rad/s"), parse_quantity(highest, "rad/s")
-    asked = AskedPair(plant, controller, at, fmus_named((plant, controller), stage, fmus, kind, fmi), ports,
-                      plant_parameters, controller_parameters, sample_time, stage)
     signals = (signals,) if isinstance(signals, str) else tuple(signals)
+    asked = with_fmus(AskedPair(plant, controller, at, Path(), ports, plant_parameters, controller_parameters,
+                                sample_time, stage), signals, False, fmus, kind, fmi)
     return apart(responses_here, asked.files, timeout, asked, signals, amplitude, (*ends, lines),
                  range(seed, seed + realisations), periods, settle, smooth, linear)
 
@@ -136,7 +135,7 @@ def linear_loop_of(asked: AskedPair, settle: float) -> tuple[Loop | None, str]:
         plant, law = str(asked.plant), str(asked.controller)
         return linearise_loop(plant, law, asked.at, plant_parameters=asked.plant_parameters,
                               controller_parameters=asked.controller_parameters), ""
-    numerical = linearised_here(asked, False, settle)
+    numerical = linearised_here(asked, (), False, settle)
     return numerical.loop, numerical.why_not
 
 

@@ -1,6 +1,6 @@
 """`linearise_numerically`: the linear loop of any plant and controller, by differences of what they do."""
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from textwrap import fill
@@ -11,14 +11,13 @@ import numpy as np
 from maglev.analysis.differences.derivatives import Derivative, derivative
 from maglev.analysis.differences.realisation import Realisation, misfit, realise
 from maglev.analysis.differences.translated import translated_realisation
-from maglev.analysis.pair import SETTLE, AskedPair, Pair, Rest, Settings, apart, make_pair, resting_pair
+from maglev.analysis.pair import SETTLE, AskedPair, Pair, Rest, Settings, apart, make_pair, resting_pair, with_fmus
 from maglev.arrays import Array
-from maglev.catalogue.for_runs import fmus_named
 from maglev.cosim.other_process.run import TIMEOUT
 from maglev.errors import LinearModelError
 from maglev.linear.blocks.plant import linear_plant
 from maglev.linear.equilibrium import check_amplifiers
-from maglev.linear.loop import Loop
+from maglev.linear.loop import Loop, opening_among
 from maglev.linear.margins import Margins
 from maglev.linear.model import Equilibrium, LinearModel
 from maglev.linear.parameters import Quantity, block_of
@@ -124,7 +123,8 @@ class NumericalLoop:
 
 @formerly(stage="rig")
 def linearise_numerically(plant: str | Path, controller: Given, at: Mapping[str, Quantity], *,
-                          references: bool = True, settle: float = SETTLE, fmus: str | Path | None = None,
+                          openings: Sequence[str] = (), references: bool = True, settle: float = SETTLE,
+                          fmus: str | Path | None = None,
                           kind: str | None = None, fmi: int = 2, ports: str | Path | None = None,
                           plant_parameters: Settings | None = None, controller_parameters: Settings | None = None,
                           sample_time: Quantity | None = None, stage: str | Path | None = None,
@@ -140,6 +140,8 @@ def linearise_numerically(plant: str | Path, controller: Given, at: Mapping[str,
 
     Parameters
     ----------
+    openings : sequence of str
+        Where the loop is going to be opened: a signal that it does not have is refused before it runs.
     references : bool
         Whether references and their rates are inputs of the linear controller, beside what it measures.
     settle : float
@@ -159,13 +161,16 @@ def linearise_numerically(plant: str | Path, controller: Given, at: Mapping[str,
     LinearModelError, FmuError, ControllerError, ScenarioError
         As of `make_pair` and `resting_pair`.
     """
-    asked = AskedPair(plant, controller, at, fmus_named((plant, controller), stage, fmus, kind, fmi), ports,
-                      plant_parameters, controller_parameters, sample_time, stage)
-    return apart(linearised_here, asked.files, timeout, asked, references, settle)
+    asked = with_fmus(AskedPair(plant, controller, at, Path(), ports, plant_parameters, controller_parameters,
+                                sample_time, stage), openings, True, fmus, kind, fmi)
+    return apart(linearised_here, asked.files, timeout, asked, openings, references, settle)
 
 
-def linearised_here(asked: AskedPair, references: bool, settle: float) -> NumericalLoop:
-    with resting_pair(make_pair(asked), settle) as rest:
+def linearised_here(asked: AskedPair, openings: Sequence[str], references: bool, settle: float) -> NumericalLoop:
+    pair = make_pair(asked)
+    for name in openings:
+        opening_among(name, (*pair.openings, *pair.commands), pair.name)
+    with resting_pair(pair, settle) as rest:
         return linearised(rest, references, asked.plant_parameters or {})
 
 

@@ -2,7 +2,7 @@
 
 from collections.abc import Callable, Collection, Iterator, Mapping, Sequence
 from contextlib import contextmanager
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import partial
 from pathlib import Path
 from typing import Any, NamedTuple, TypeVar
@@ -13,6 +13,7 @@ from fmpy.model_description import ModelDescription, ScalarVariable
 from maglev.analysis.differences import participant
 from maglev.analysis.differences.participant import Participant
 from maglev.arrays import Array
+from maglev.catalogue.for_runs import fmus_named
 from maglev.cosim.master import FmuSetup
 from maglev.cosim.open import read_description
 from maglev.cosim.other_process.helper import other_process
@@ -21,8 +22,9 @@ from maglev.cosim.port_map import PortMap, apply, read_port_maps
 from maglev.errors import ControllerError, FmuError, LinearModelError, nearest, one_of, option, or_of_own_stage
 from maglev.experiment.preparation import as_it_is, runs_apart
 from maglev.linear.equilibrium import read_positions
+from maglev.linear.loop import opening_among, openings_of
 from maglev.linear.model import Equilibrium
-from maglev.linear.parameters import Quantity, controllers, plants
+from maglev.linear.parameters import Quantity, block_of, controllers, plants
 from maglev.linear.places import MotorPlaces
 from maglev.own_fmus import current_fmu
 from maglev.own_stage.adoption import know_stage
@@ -91,10 +93,15 @@ class Pair:
 
     def opening(self, at: str) -> str:
         """Full name of a signal that a user names; LinearModelError if there is none."""
-        for name in (at, f"{at}.measured", f"{at}.gap_measured"):
-            if name in self.openings:
-                return name
-        raise LinearModelError(f"{self.name}: no measured signal {at!r}, expected {one_of(at, self.openings)}")
+        return measured_among(at, self.openings, self.name)
+
+
+def measured_among(at: str, known: Collection[str], pair: str) -> str:
+    """Full name of a measured signal that a user names; LinearModelError if it is none of those that are known."""
+    for name in (at, f"{at}.measured", f"{at}.gap_measured"):
+        if name in known:
+            return name
+    raise LinearModelError(f"{pair}: no measured signal {at!r}, expected {one_of(at, known)}")
 
 
 @dataclass(frozen=True, eq=False)
@@ -193,6 +200,37 @@ def make_pair(asked: AskedPair, smooth: bool = True) -> Pair:
                 plant.name, controller.name,
                 sample_time_of(stage, controller.name, controller.variables, controlling, asked.sample_time), positions,
                 signals, commands, references)
+
+
+def with_fmus(asked: AskedPair, signals: Sequence[str], commands: bool, fmus: str | Path | None, kind: str | None,
+              fmi: int) -> AskedPair:
+    """Return what is asked for with the folder of its FMUs, which are built if need be; wrong names are refused first.
+
+    `signals` are where its loop is to be opened, with `commands` also at those of phase currents.
+    """
+    require_names(asked, signals, commands)
+    return replace(asked, fmus=fmus_named((asked.plant, asked.controller), asked.stage, fmus, kind, fmi))
+
+
+def require_names(asked: AskedPair, signals: Sequence[str], commands: bool) -> None:
+    """Refuse what is no signal, axis or parameter, as far as that is known of a plant or a controller of ours."""
+    if asked.stage is not None:
+        know_stage(asked.stage)
+    for given, known, parameters in ((asked.plant, plants(), asked.plant_parameters),
+                                     (asked.controller, controllers(), asked.controller_parameters)):
+        if given in known:
+            block_of(str(given), parameters or {})
+    rig = plants().get(str(asked.plant)) or controllers().get(str(asked.controller))
+    if rig is None:
+        return
+    read_positions(f"Plant{rig.suffix}", asked.at)
+    name = f"{name_of(asked.plant)} with {name_of(asked.controller)}"
+    openings = openings_of(rig, "phases")
+    for signal in signals:
+        if commands:
+            opening_among(signal, openings, name)
+        else:
+            measured_among(signal, [opening for opening in openings if opening.endswith("measured")], name)
 
 
 def part_of(role: str, given: Given, known: Collection[str], fmus: Path, maps: Mapping[str, PortMap]) -> Part:

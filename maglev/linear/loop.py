@@ -1,6 +1,6 @@
 """The closed loop of a sampled plant and a controller, and the loop opened at one signal."""
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -15,6 +15,7 @@ from maglev.linear.linearise import Currents, linearise
 from maglev.linear.margins import Margins, margins_of
 from maglev.linear.model import LinearModel
 from maglev.linear.parameters import Quantity, block_of, controllers, measurements, plants
+from pmlsm.rig import Rig
 
 
 @dataclass(frozen=True, eq=False)
@@ -170,11 +171,23 @@ class Loop:
 
     def opening(self, at: str) -> str:
         """Full name of the signal at which a user opens the loop."""
-        for name in (at, f"{at}.measured", f"{at}.gap_measured", f"{at}_cmd"):
-            if name in self.openings:
-                return name
-        raise LinearModelError(f"{self.closed.name}: no signal {at!r} to open the loop at, expected "
-                               f"{one_of(at, self.openings)}")
+        return opening_among(at, self.openings, self.closed.name)
+
+
+def opening_among(at: str, openings: Sequence[str], loop: str) -> str:
+    """Full name of a signal at which a user opens a loop; LinearModelError if it is none of the openings."""
+    for name in (at, f"{at}.measured", f"{at}.gap_measured", f"{at}_cmd"):
+        if name in openings:
+            return name
+    raise LinearModelError(f"{loop}: no signal {at!r} to open the loop at, expected {one_of(at, openings)}")
+
+
+def openings_of(rig: Rig, currents: Currents) -> tuple[str, ...]:
+    """Where a loop of a stage can be opened whose commands are such currents, as `Loop.openings` has them."""
+    phases = ("i_d", "i_q") if currents == "dq" else ("i_a", "i_b", "i_c")
+    return (*(f"{axis}.measured" for axis in rig.axis_names),
+            *(f"{motor}.gap_measured" for motor in rig.motor_names if rig.rotations),
+            *(f"{motor}.{phase}_cmd" for motor in rig.motor_names for phase in phases))
 
 
 def measured_as(output: str) -> str:

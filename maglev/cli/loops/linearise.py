@@ -190,7 +190,12 @@ def of_one(asked: Asked, hold: str | None, **model: Any) -> None:
 
 def of_loop(asked: Asked, amplifier: bool) -> None:
     """Print poles and margins of a loop of this project's plants and controllers, from their equations."""
+    from maglev.linear.loop import opening_among, openings_of
+    from maglev.linear.parameters import plants
+
     plant, *between, controller = asked.names
+    for name in asked.openings if plant in plants() else ():
+        opening_among(name, openings_of(plants()[plant], "phases" if between else "dq"), f"{plant} with {controller}")
     asked.write(print_loop(asked, maglev.linearise_loop(
         plant, controller, asked.at, amplifier=amplifier, **asked.both, measurement=next(iter(between), None),
         measurement_parameters=asked.parameters["measurement"])))
@@ -199,7 +204,8 @@ def of_loop(asked: Asked, amplifier: bool) -> None:
 def by_differences(asked: Asked) -> None:
     """Print poles and margins of the loop of anybody's plant or controller, by differences of what it does."""
     plant, controller = asked.names
-    numerical = maglev.linearise_numerically(plant, controller, asked.at, **asked.both, **asked.how)
+    numerical = maglev.linearise_numerically(plant, controller, asked.at, openings=asked.openings, **asked.both,
+                                             **asked.how)
     if numerical.loop is None:
         typer.echo(f"{numerical.pair.name}\n\n{numerical}")
         asked.write({"name": numerical.pair.name, **numerical.as_data()})
