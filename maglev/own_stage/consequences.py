@@ -1,9 +1,11 @@
 """Whether a stage can run, and what follows from it: constants, currents, times, margins over the travel, warnings."""
 
+from collections.abc import Mapping
 from dataclasses import asdict, dataclass
-from math import degrees, inf, log10
+from math import degrees, inf, log10, sqrt
 from pathlib import Path
 from statistics import fmean as mean
+from textwrap import fill
 from typing import Any
 
 from maglev.arrays import Array
@@ -16,13 +18,17 @@ from maglev.linear.text import aligned
 from maglev.own_stage import design
 from maglev.own_stage.adoption import know_stage
 from maglev.parameter import Parameter
+from maglev.quantities import unbroken
 from maglev.stages import STAGES
+from maglev.toml_file import read_toml
+from maglev.units import parse_quantity
 from pmlsm.gap_functions import gap_functions
 from pmlsm.rig import Rig, RigAxis
 from pmlsm.velocity_rows import GRAVITY
 
 LEAST_PHASE = 35.0   # degrees
 LEAST_GAIN = 6.0     # dB
+WIDTH, HEAD = 80, 18   # letters of a line, and of its head
 LONGEST_FALL = 10.0  # s, beyond which a mover without current counts as balanced
 
 
@@ -70,6 +76,8 @@ class Consequences:
         Sample time by which sampling costs at most 5° of phase, s.
     places : tuple of Place
         The start, and both ends of travel.
+    sheet : str
+        What numbers of the data sheet for rms currents are for peak currents; empty if it states peaks.
     """
 
     rig: Rig
@@ -79,6 +87,7 @@ class Consequences:
     rate: float
     wanted: float
     places: tuple[Place, Place, Place]
+    sheet: str = ""
 
     def __repr__(self) -> str:
         return f"<Consequences of {self.brief}>"
@@ -142,39 +151,48 @@ class Consequences:
     @property
     def at_rest(self) -> str:
         """Currents at the start, and their limits."""
-        return ", ".join(f"{name} = {current:.3g} A of at most {self.most(name)[0]:.3g} A"
+        return ", ".join(f"{name} = {current:.3g} A of at most {self.most(name)[0]:.3g} A" + (
+                             f" ({self.most(name)[0] / sqrt(2.0):.3g} A rms)" if self.sheet else "")
                          for name, current in self.resting(self.places[0]).items())
 
     def __str__(self) -> str:
-        """All of it, a line each, and a table of the places."""
+        """All of it within 80 columns: a subject a line, a table with a column for each place, and warnings."""
         rig, start = self.rig, self.places[0]
         forces = ", ".join(f"{name} {value:.4g} {'N' if name == 'attraction' else 'N/A'}"
                            for name, value in self.forces.items())
-        rows = [["gap", *self.resting(start), "force left over",
-                 *(f"{axis}: phase, gain" for axis in start.margins)]]
-        for place in self.places:
-            currents = [f"{current:.3g} A" for current in self.resting(place).values()] or [
-                "none" for _ in self.resting(start)]
-            rows.append([f"{1e3 * place.gap:.4g} mm", *currents, f"{min(place.closing, place.opening):.3g} N",
-                         *(f"{phase:.0f}°, {gain:.1f} dB" for phase, gain in place.margins.values())])
-        for row in rows[1:]:
-            row += [""] * (len(rows[0]) - len(row))
-        fall = "it is balanced" if self.fall == inf else f"{1e3 * self.fall:.3g} ms from the start to a stop"
         constants = ", ".join(f"{constant.name} = {constant.stage:.4g}" for constant in rig.constants)
+        subjects = {
+            "constants": f"{constants} (docs/equations.md)",
+            **{motor.name: f"{', '.join(f'{ratio:.4g}' for ratio in motor.ratios)} times these: thrust, attraction, "
+               "coils, iron" for motor in rig.unlike},
+            "motors": f"{forces}, at the start, a gap of {1e3 * start.gap:g} mm, per ampere of peak current",
+            **({"data sheet": self.sheet} if self.sheet else {}),
+            "current at rest": self.at_rest,
+            "without current": "it is balanced" if self.fall == inf else
+                               f"{1e3 * self.fall:.3g} ms from the start to a stop",
+            "unstable pole": f"{self.rate:.3g} 1/s",
+            "sample time": f"{1e3 * rig.sample_time:g} ms, wanted {1e3 * self.wanted:g} ms or less",
+            "observers": f"{1e3 * rig.design.observer_time:g} ms",
+            **{f"gains of {axis.name}": ", ".join(f"{gain:.6g}" for gain in axis.design.gains) for axis in rig.axes}}
         return "\n".join([
             f"{rig.title}: {rig.vertical.mass:g} kg at a gap of {1e3 * start.gap:g} mm",
-            f"constants         {constants} (docs/equations.md)",
-            *(f"{motor.name:<17} {', '.join(f'{ratio:.4g}' for ratio in motor.ratios)} times these: thrust, "
-              "attraction, coils, iron" for motor in rig.unlike),
-            f"motors            {forces}, at the start",
-            f"current at rest   {self.at_rest}",
-            f"without current   {fall}",
-            f"unstable pole     {self.rate:.3g} 1/s",
-            f"sample time       {1e3 * rig.sample_time:g} ms, wanted {1e3 * self.wanted:g} ms or less",
-            f"observers         {1e3 * rig.design.observer_time:g} ms",
-            *(f"gains of {axis.name:<8} {', '.join(f'{gain:.6g}' for gain in axis.design.gains)}" for axis in rig.axes),
-            "", aligned(rows), *([""] if self.warnings else []),
-            *(f"warning: {warning}" for warning in self.warnings)]) + "\n"
+            *(in_width(subject.ljust(HEAD), text) for subject, text in subjects.items()),
+            "", aligned(self.table), *([""] if self.warnings else []),
+            *(in_width("warning: ", warning) for warning in self.warnings)]) + "\n"
+
+    @property
+    def table(self) -> list[list[str]]:
+        """Cells of what holds at each place, a row for each quantity."""
+        rows = [["gap", *(f"{1e3 * place.gap:.4g} mm" for place in self.places)]]
+        for name in self.resting(self.places[0]):
+            currents = [self.resting(place).get(name) for place in self.places]
+            rows.append([name, *("none" if current is None else f"{current:.3g} A" for current in currents)])
+        rows.append(["force left over", *(f"{min(place.closing, place.opening):.3g} N" for place in self.places)])
+        for axis in self.places[0].margins:
+            margins = [place.margins.get(axis) for place in self.places]
+            rows.append([f"margins of {axis}", *("–" if of is None else f"{of[0]:.0f}°, {of[1]:.1f} dB"
+                                                 for of in margins)])
+        return rows
 
     def as_data(self) -> dict[str, Any]:
         """All of it as JSON has it, SI."""
@@ -213,7 +231,28 @@ def stage(path: str | Path) -> Consequences:
             getattr(pull, name) for pull in design.pulls(rig, gap))
     places = (place_at_gap(rig, gap), place_at_gap(rig, ends[0] + inward), place_at_gap(rig, ends[1] - inward))
     return Consequences(rig, forces, dict(zip(rig.motor_names, design.current_limits(rig), strict=True)), fall(rig),
-                        design.unstable_rate(rig), design.wanted_sample_time(rig), places)
+                        design.unstable_rate(rig), design.wanted_sample_time(rig), places,
+                        peaks_of(read_toml(Path(path)), gap))
+
+
+def peaks_of(description: Mapping[str, Any], start: float) -> str:
+    """What the numbers of a description's data sheet for rms currents are for peak currents; empty if it has peaks."""
+    sheet = description.get("catalogue", {})
+    if sheet.get("currents") != "rms":
+        return ""
+    peak, force = (None if key not in sheet else parse_quantity(sheet[key], unit)
+                   for key, unit in (("peak", "A"), ("force_constant", "N/A")))
+    gap = parse_quantity(sheet.get("at", start), "m")
+    return "; ".join([
+        *([] if peak is None else [f"peak of {peak:.4g} A rms = {sqrt(2.0) * peak:.3g} A"]),
+        *([] if force is None else [f"force constant of {force:.4g} N/A rms = {force / sqrt(2.0):.4g} N per ampere of "
+                                    f"peak current, of one motor at a gap of {1e3 * gap:g} mm"])])
+
+
+def in_width(head: str, text: str) -> str:
+    """A head and its text in lines of 80 letters, the text under itself, numbers with their units."""
+    lines = fill(unbroken(text), WIDTH, initial_indent=" " * len(head), subsequent_indent=" " * len(head))
+    return head + lines[len(head):].replace("\N{NO-BREAK SPACE}", " ")
 
 
 def place_at_gap(rig: Rig, gap: float) -> Place:

@@ -1,5 +1,6 @@
 """The closed loop of a stage as a scenario has it: what stands in `scenarios/loops` for the rigs of the project."""
 
+from itertools import pairwise
 from typing import Any
 
 from maglev.own_stage.design import feasible_steps
@@ -26,6 +27,14 @@ def setpoints(rig: Rig) -> dict[str, list[float]]:
     return gaps
 
 
+def settling_band(rig: Rig) -> float:
+    """Widest band to settle in (m): 0.1 mm, or of a stage with small setpoints less than a third of each step."""
+    moves = [1e-3 * abs(after - before) for axis, values in setpoints(rig).items() if not rig.axis(axis).rotation
+             for before, after in pairwise(values) if after != before]
+    room = min(moves) / 3.0
+    return next((band for band in (1e-4, 5e-5, 2e-5, 1e-5, 5e-6, 2e-6) if band <= room), 1e-6)
+
+
 def setpoint_signals(rig: Rig) -> list[dict[str, Any]]:
     """Signals of a scenario that has `signals = "setpoints"`."""
     return [{"to": f"controller.{axis}.reference", "kind": "steps", "unit": f"m{rig.axis(axis).unit('m')}",
@@ -35,7 +44,8 @@ def setpoint_signals(rig: Rig) -> list[dict[str, Any]]:
 
 def loop_table(rig: Rig) -> dict[str, Any]:
     """Table of a loop: step, connections, FMUs, axes, motors, and what is measured and compared."""
-    motors, bands = rig.motor_names, [1e-4, max(rig.resolution, 1e-6)]
+    motors, finest = rig.motor_names, max(rig.resolution, 1e-6)
+    bands = [*dict.fromkeys((max(settling_band(rig), finest), finest))]
     # Tilts by what moves the outermost motor as much.
     arm = rig.arm or 1.0
     tilts: dict[str, Any] = {"tilt_bands": [band / arm for band in bands], "fail_tilt": 1e-3 / arm}
@@ -57,4 +67,4 @@ def loop_table(rig: Rig) -> dict[str, Any]:
                    for motor in motors},
         "metrics": {"bands": bands, "fail_error": 1e-3, **(tilts if rig.rotations else {})},
         "check": {"interval": 0.1, "signals": {f"plant.{axis.name}.position": {
-            "absolute": tilts["tilt_bands"][0] if axis.rotation else 1e-4} for axis in rig.axes}}}
+            "absolute": 1e-4 / (arm if axis.rotation else 1.0)} for axis in rig.axes}}}

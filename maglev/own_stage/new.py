@@ -6,7 +6,7 @@ from pathlib import Path
 
 from maglev.errors import MaglevError, RigError, one_of, option
 from maglev.own_stage.adoption import require_free_name, rig_named
-from maglev.own_stage.loop import TIMES, setpoints
+from maglev.own_stage.loop import TIMES, setpoints, settling_band
 from maglev.own_stage.motor import SIDE_BY_SIDE, Motor, read_motor, sheet_of, two_motors, with_motor
 from maglev.own_stage.reading import read_own
 from maglev.rig.data_sheet import Catalogue, Field
@@ -171,4 +171,5 @@ def scenario_text(rig: Rig, scenario: Path, own: str | None, more: bool, control
     comments on what else there is, or in place of these the file of a `controller` and what a baseline keeps.
     """
     return render("new/scenario.toml.j2", rig, own=own, name=scenario.stem, scenario=scenario.name,
-                  setpoints=setpoints(rig) if more else {}, times=list(TIMES), more=more, controller=controller)
+                  setpoints=setpoints(rig) if more else {}, times=list(TIMES),
+                  band=f"{1e3 * settling_band(rig):g} mm", more=more, controller=controller)
