@@ -40,7 +40,6 @@ from maglev_files.extras import lacking
 
 LONGEST_VALUE = 80   # characters of an offending value in a message
 MOST_NAMED = 3       # names in a row, where there are many
-LIKE = 0.55          # share of two names that has to be the same for one to be meant by the other: axi and axes
 
 HIDDEN = ("Cc", "Cf", "Cs")   # categories of control characters, such that reorder or join others, and surrogates
 
@@ -155,27 +154,23 @@ FAILURES = (MaglevError, OSError)   # what users can put right; everything else 
 def nearest(name: object, valid: Iterable[str], *endings: str) -> str:
     """Return the file that has this name and one of the endings, or the valid name most like it.
 
-    Where no name is like it, it says so and names some: "none of 'y.mass', 'y.bias', 'y.start' and 9 others". It is
-    'none exists' where there is no valid name.
+    Where none is like it: "none of 'y.mass', 'y.bias', 'y.start' and 9 others", or 'none exists'.
     """
-    if files := [f"{name}{ending}" for ending in endings if Path(f"{name}{ending}").is_file()]:
-        return repr(files[0])
-    names = list(valid)
-    return repr(like) if (like := most_like(name, names)) else (
-        f"none of {few([*map(repr, names)])}" if names else "none exists")
+    names, files = [*valid], [f"{name}{ending}" for ending in endings if Path(f"{name}{ending}").is_file()]
+    like = [*files, *most_like(name, names)]
+    return repr(like[0]) if like else f"none of {few([*map(repr, names)])}" if names else "none exists"
 
 
-def most_like(name: object, valid: Iterable[str]) -> str:
-    """Return the valid name most like another, whatever letters are capitals; empty if none is like it."""
-    by_letters = {known.casefold(): known for known in valid}
-    matches = get_close_matches(str(name).casefold(), by_letters, n=1, cutoff=LIKE)
-    return by_letters[matches[0]] if matches else ""
+def most_like(name: object, valid: Iterable[str]) -> list[str]:
+    """Return the valid name that is most like another, with capitals or not, if one is."""
+    known = {each.casefold(): each for each in valid}   # 0.55: for axi it is axes
+    return [known[like] for like in get_close_matches(str(name).casefold(), known, n=1, cutoff=0.55)]
 
 
 def one_of(name: object, valid: Collection[str], otherwise: str = "") -> str:
-    """What is valid in place of a name, or otherwise, and the one that is like it: "one of a, b; nearest is 'a'"."""
-    like = most_like(name, valid)
-    return f"one of {', '.join([*valid, *filter(None, [otherwise])])}" + (f"; nearest is {like!r}" if like else "")
+    """What is valid in place of a name, or otherwise, and what is like it: "one of a, b; nearest is 'a'"."""
+    like = "".join(f"; nearest is {known!r}" for known in most_like(name, valid))
+    return f"one of {', '.join([*valid, *filter(None, [otherwise])])}{like}"
 
 
 def require_table(given: Any, place: str, error: type[MaglevError], like: str) -> None:

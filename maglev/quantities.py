@@ -1,7 +1,6 @@
 """What is measured and claimed: the one table of quantities with their names and units, and how values are printed."""
 
 import math
-import re
 from collections.abc import Iterable
 from typing import Literal, NamedTuple
 
@@ -48,11 +47,6 @@ def shown_in(values: Iterable[float], unit: str) -> tuple[str, float]:
     """That unit, and how many of it are one SI unit; 1 where it is not known here."""
     shown = common_unit(values, unit)
     return shown, 1.0 / si_factor(shown) if known_unit(shown) else 1.0
-
-
-def unbroken(text: str) -> str:
-    """The text with numbers, their units and the sign before them kept on one line."""
-    return re.sub(r"(?<=\d) (?=%|(?:mm|µm|ms|[mµ]rad|kg|[sANV])\b)|(?<=[<>≤≥]) (?=\d)", "\N{NO-BREAK SPACE}", text)
 
 
 def metric_text(name: str, value: float, unit: str) -> str:

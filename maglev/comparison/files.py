@@ -15,9 +15,9 @@ from maglev.comparison.table import Row, comparison_verdict, ending, legend, mea
 from maglev.experiment.execution import RunResult, json_text, run_as_json, write_record
 from maglev.experiment.results import ResultFiles, write_csv
 from maglev.judging.measures import measures_of
+from maglev.linear.text import unbroken
 from maglev.pages import shell
 from maglev.pictures import write_figure
-from maglev.quantities import unbroken
 from maglev.report.findings import html_table
 from maglev.report.page import PLAYER, PLOT_SCRIPTS, json_in_html, plot_height, read
 from maglev.report.plain import heading, result_table

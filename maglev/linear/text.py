@@ -1,10 +1,13 @@
-"""Linear models as text."""
+"""Linear models as text, and columns and lines of any text."""
 
+import re
 from collections.abc import Sequence
 from math import inf, pi
+from textwrap import fill
 
 from maglev.arrays import Array, Complex
 
+WIDTH = 80       # letters of a line
 SLOWEST = 1e-9   # 1/s, below it a rate is written as 0
 
 
@@ -41,3 +44,14 @@ def aligned(cells: list[list[str]]) -> str:
     return "\n".join("  ".join([row[0].ljust(widths[0]), *(cell.rjust(width) for cell, width in
                                                           zip(row[1:], widths[1:], strict=True))]).rstrip()
                      for row in cells)
+
+
+def in_width(head: str, text: str) -> str:
+    """A head and its text in lines of 80 letters, the text under itself, numbers with their units."""
+    lines = fill(unbroken(text), WIDTH, initial_indent=" " * len(head), subsequent_indent=" " * len(head))
+    return head + lines[len(head):].replace("\N{NO-BREAK SPACE}", " ")
+
+
+def unbroken(text: str) -> str:
+    """The text with numbers, their units and the sign before them kept on one line."""
+    return re.sub(r"(?<=\d) (?=%|(?:mm|µm|ms|[mµ]rad|kg|[sANV])\b)|(?<=[<>≤≥]) (?=\d)", "\N{NO-BREAK SPACE}", text)

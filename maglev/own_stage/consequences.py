@@ -5,7 +5,6 @@ from dataclasses import asdict, dataclass
 from math import degrees, inf, log10, sqrt
 from pathlib import Path
 from statistics import fmean as mean
-from textwrap import fill
 from typing import Any
 
 from maglev.arrays import Array
@@ -14,11 +13,10 @@ from maglev.linear.equilibrium import equilibrium
 from maglev.linear.loop import Loop, linearise_loop
 from maglev.linear.margins import Margins
 from maglev.linear.parameters import linear_names
-from maglev.linear.text import aligned
+from maglev.linear.text import aligned, in_width
 from maglev.own_stage import design
 from maglev.own_stage.adoption import know_stage
 from maglev.parameter import Parameter
-from maglev.quantities import unbroken
 from maglev.stages import STAGES
 from maglev.toml_file import read_toml
 from maglev.units import parse_quantity
@@ -28,7 +26,7 @@ from pmlsm.velocity_rows import GRAVITY
 
 LEAST_PHASE = 35.0   # degrees
 LEAST_GAIN = 6.0     # dB
-WIDTH, HEAD = 80, 18   # letters of a line, and of its head
+HEAD = 18            # letters, of a line
 LONGEST_FALL = 10.0  # s, beyond which a mover without current counts as balanced
 
 
@@ -247,12 +245,6 @@ def peaks_of(description: Mapping[str, Any], start: float) -> str:
         *([] if peak is None else [f"peak of {peak:.4g} A rms = {sqrt(2.0) * peak:.3g} A"]),
         *([] if force is None else [f"force constant of {force:.4g} N/A rms = {force / sqrt(2.0):.4g} N per ampere of "
                                     f"peak current, of one motor at a gap of {1e3 * gap:g} mm"])])
-
-
-def in_width(head: str, text: str) -> str:
-    """A head and its text in lines of 80 letters, the text under itself, numbers with their units."""
-    lines = fill(unbroken(text), WIDTH, initial_indent=" " * len(head), subsequent_indent=" " * len(head))
-    return head + lines[len(head):].replace("\N{NO-BREAK SPACE}", " ")
 
 
 def place_at_gap(rig: Rig, gap: float) -> Place:

@@ -20,8 +20,8 @@ from maglev.judging.verdicts import (
     specification,
     those_that_count,
 )
+from maglev.linear.text import unbroken
 from maglev.procedures.outcome import Outcome
-from maglev.quantities import unbroken
 from maglev.report.plots.charts import ShownChart
 from maglev.report.plots.figures import Shown, anchor, rig_name
 from maglev.report.plots.marks import FIGURE_LIST, FIGURE_NUMBER, cited_figures

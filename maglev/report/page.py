@@ -11,10 +11,10 @@ from time import time
 
 from maglev.experiment.execution import RunResult
 from maglev.judging.verdicts import Judgements
+from maglev.linear.text import unbroken
 from maglev.live.content import NAME, can_run_live, live_address
 from maglev.pages import shell
 from maglev.procedures.outcome import Outcome
-from maglev.quantities import unbroken
 from maglev.report import claim_table, findings, outcome_maps
 from maglev.report.plots.charts import ShownChart, by_number, shown_charts
 from maglev.report.plots.data import figure_data, moving, runs_data

@@ -13,7 +13,7 @@ from rich.table import Column, Table
 from rich.text import Text
 
 from maglev.errors import visible
-from maglev.quantities import unbroken
+from maglev.linear.text import unbroken
 
 
 class Escaped:

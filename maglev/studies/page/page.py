@@ -12,10 +12,11 @@ import numpy as np
 import pyarrow as pa
 
 from maglev.arrays import Array
+from maglev.linear.text import unbroken
 from maglev.live.content import NAME as LIVE_PAGE
 from maglev.maps.law_map import LawMap, maps_data
 from maglev.pages import shell
-from maglev.quantities import metric_text, shown_in, unbroken
+from maglev.quantities import metric_text, shown_in
 from maglev.report.findings import html_table
 from maglev.report.page import json_in_html, read
 from maglev.studies.columns import EVENTS

@@ -5,8 +5,8 @@ import pytest
 from report_outcomes import GAP, HOSTILE, THRUST, chart, cogging_claim, hostile_outcome, outcome
 from report_runs import Page, failed, judged, of_procedure, packaged, page_of, recorded, renamed
 
+from maglev.linear.text import unbroken
 from maglev.procedures.outcome import Chart, Curve, Outcome, Panel, ProcedureValue
-from maglev.quantities import unbroken
 from maglev.report.claim_table import linked_source
 from maglev.report.page import SCRIPTS
 from maglev.report.plots.charts import MOST_POINTS, by_number, chart_data, curve_data, shown_charts

@@ -7,7 +7,7 @@ from report_runs import Page, failed, judged, packaged, page_of, recorded, witho
 
 from maglev.judging.metrics import TrackingError
 from maglev.judging.verdicts import VERDICTS, ClaimResult, Verdict
-from maglev.quantities import unbroken
+from maglev.linear.text import unbroken
 from maglev.report.claim_table import linked_source
 from maglev.report.plots.figures import read_figures, shown_figures
 from maglev.report.plots.marks import cited_figures

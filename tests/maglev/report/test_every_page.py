@@ -13,9 +13,9 @@ from report_tab import ALONE, CONTRAST, DESKTOP, LANDSCAPE, PHONE, SHIFTS, SMALL
 from studied_grid import broken_at
 
 from maglev.comparison.files import compared_rows, comparison_page
+from maglev.linear.text import unbroken
 from maglev.live.page import live_page
 from maglev.pages.shell import HEAD, INDEX, colour, publish
-from maglev.quantities import unbroken
 from maglev.studies.page.page import study_page
 
 if TYPE_CHECKING:
