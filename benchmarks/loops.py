@@ -22,8 +22,8 @@ from maglev.analysis.differences.participant import Participant
 from maglev.cosim.master import FmuSetup, Master
 from maglev.own_fmus import definition
 from maglev.own_stage.loop import loop_table
+from maglev.rig.rigs import RIGS
 from pmlsm.rig import Rig
-from pmlsm.rigs import RIGS
 
 ROUNDS = 7   # the fastest counts, which is the least disturbed
 ENOUGH = 3   # for the gate, if none of them has a ratio that is too large: then the fastest have none

@@ -16,9 +16,9 @@ from fmi_export.recognition import is_native_build, is_python_build
 from maglev.copies import original
 from maglev.errors import BuildError, FmuError, ScenarioError, nearest, option, or_of_own_stage
 from maglev.packages import PACKAGES
+from maglev.rig.rigs import RIGS
 from maglev.stages import STAGES, definitions_of, system_of
 from maglev_files.cache import digest_at
-from pmlsm.rigs import RIGS
 
 DEFINITIONS = definitions_of(RIGS.values())
 

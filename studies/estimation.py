@@ -20,9 +20,9 @@ from maglev.judging.run_claims import judge_run
 from maglev.judging.verdicts import ClaimResult, count_verdicts, least_ratio, miss, ratio, sentences
 from maglev.procedures.evaluate import evaluate_all, judge_procedure
 from maglev.processes.side_by_side import unwatched
+from maglev.rig.rigs import RIGS
 from maglev.schema.run_plan import RunPlan, StartValue
 from maglev_files.marked import with_part
-from pmlsm.rigs import RIGS
 
 FILE = Path(__file__).with_name("estimation.toml")
 DOCS = Path(__file__).parents[1] / "docs" / "estimation.md"

@@ -35,13 +35,15 @@ from scipy.linalg import solve_continuous_lyapunov
 import maglev
 from controller_fmu.regulator_3dof import Regulator3DOF
 from controller_fmu.status import INTERPOLATED
+from maglev.rig.rigs import RIGS
 from maglev.schema.layers import PACKAGED
 from maglev.stability.certificate import TOLERANCES, solver
 from maglev_files.whole_file import write_whole
 from pmlsm.motor_geometry import MotorGeometry
 from pmlsm.rig import RigAxis
-from pmlsm.rig_3dof import RIG
 from pmlsm.velocity_rows import GRAVITY
+
+RIG = RIGS["3dof"]
 
 LOWER, UPPER = 18.5e-3, 30.0e-3   # m: the stop, and the last gap at which 4 A hold the mover
 LAG = 0.4e-3                      # s: of the amplifiers, and half a sample for the hold

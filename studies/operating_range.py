@@ -34,9 +34,9 @@ from maglev.maps.operating_range import (
     maps_of,
     table,
 )
+from maglev.rig.rigs import RIGS
 from maglev.studies.dataset import read_dataset
 from maglev.studies.schema import StudyFile, load_study
-from pmlsm.rigs import RIGS
 from studies.laws import NAMES, RunStudy, map_laws, markdown_table, origin_of, write_picture
 
 CURRENT_LIMIT = 4.0   # A, of the commands of all laws

@@ -24,9 +24,11 @@ from mpmath import iv
 
 import maglev
 from controller_fmu.regulator_5dof import Regulator5DOF
+from maglev.rig.rigs import RIGS
 from maglev.schema.layers import PACKAGED
-from pmlsm.rig_5dof import RIG
 from studies.gap_certificate import COILS, GROUP, IRON, Box, Loop, certify_loop, gap_parts, hulls, matrix_of, slopes
+
+RIG = RIGS["5dof"]
 
 ABOUT = 0.8   # A
 RUNS = Path(__file__).with_suffix(".toml")

@@ -31,12 +31,12 @@ from maglev.maps.tolerances import (
     maps_of,
     table,
 )
+from maglev.rig.rigs import RIGS
 from maglev.schema.layers import PACKAGED
 from maglev.studies.dataset import read_dataset
 from maglev.studies.page.text import units_of
 from maglev.studies.schema import StudyFile, read_study
 from pmlsm.rig import Rig
-from pmlsm.rigs import RIGS
 from studies.laws import NAMES, RunStudy, map_laws, markdown_table, origin_of, write_picture
 
 FAR, TILTED = 1e-3, 5e-3   # m; rad of a tilt: as `fail_error` and `fail_tilt` of scenarios

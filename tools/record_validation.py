@@ -15,11 +15,11 @@ from fmi_export.experiments.files import VALIDATION
 from maglev.experiment.preparation import prepare
 from maglev.fmu_experiments.pack import recorded_experiment
 from maglev.own_fmus import DEFINITIONS, definition
+from maglev.rig.rigs import RIGS
 from maglev.schema.layers import PACKAGED, packaged_runs
 from maglev.schema.loading import load_plan
 from maglev.schema.run_plan import CheckSettings, FmuTable, RunPlan
 from maglev.schema.signals.kinds import Sinusoids, Steps
-from pmlsm.rigs import RIGS
 
 FOLDER = PACKAGED / "validation"
 STEPS, LOOP_STEPS = 200, 20   # communication steps; those of the closed loops are long

@@ -125,7 +125,7 @@ def distributions(scratch: Path, out: Path, version: str, date: int) -> None:
     """
     import maglev
     from maglev.live.content import modules_of
-    from pmlsm.rigs import RIGS
+    from maglev.rig.rigs import RIGS
 
     source = scratch / "source"
     for name in git("ls-files", "--cached", "--others", "--exclude-standard", "-z").split("\0"):

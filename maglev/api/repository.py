@@ -9,10 +9,10 @@ from maglev.errors import BaselineError, RigError
 from maglev.own_stage.adoption import rig_named
 from maglev.own_stage.new import scenario_text, write_new
 from maglev.processes.side_by_side import Say, Watch
+from maglev.rig.rigs import EXAMPLE
 from maglev.rig.writer import render
 from maglev.stages import STAGES
 from maglev.user_controllers.new import new_controller
-from pmlsm.rigs import EXAMPLE
 
 EXPERIMENT = "experiment.toml"
 FILES = {"README.md": "README.md", "gitignore": ".gitignore", "gitlab-ci.yml": ".gitlab-ci.yml",

@@ -8,9 +8,9 @@ from typing import Annotated, Any, Literal
 import typer
 
 from maglev.errors import MaglevError, ScenarioError
+from maglev.rig.rigs import RIGS
 from maglev.schema.options import OPTIONS, Format, with_options
 from maglev.units import number_or_text
-from pmlsm.rigs import RIGS
 
 RIG_NAMES = " or ".join(f"`{name}`" for name in RIGS)
 VALUE = "a name, = and a value with its unit, such as y=25mm"

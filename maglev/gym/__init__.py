@@ -14,7 +14,7 @@ from maglev.packages import require_own_packages
 
 require_own_packages()
 
-from pmlsm.rigs import RIGS  # noqa: E402  # ours, as is known now
+from maglev.rig.rigs import RIGS  # noqa: E402  # ours, as is known now
 
 # The environments end their episodes themselves, by a time in seconds. What the checker looks at, tests look at.
 for suffix, given in (("", {}), *((rig.suffix, {"stage": rig.name}) for rig in RIGS.values())):

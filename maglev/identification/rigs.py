@@ -14,10 +14,10 @@ from controller_fmu.feedback_linearisation import equilibrium_current
 from maglev.arrays import Array
 from maglev.errors import IdentificationError
 from maglev.linear.places import MotorPlaces
+from maglev.rig.rigs import RIGS as DESCRIPTIONS
 from pmlsm.gap_functions import gap_functions
 from pmlsm.motor_geometry import MotorGeometry
 from pmlsm.rig import Rig as RigDescription
-from pmlsm.rigs import RIGS as DESCRIPTIONS
 from pmlsm.velocity_rows import GRAVITY, normal_terms, thrust_acceleration
 
 # Shape functions (4, n, motors), or (4, n, 1) where all have the same gap, i_d and i_q (n, motors) to A (n, p).

@@ -15,13 +15,13 @@ from maglev.live.javascript import law_text, parts_text, python_law
 from maglev.own_fmus import stale
 from maglev.own_stage.adoption import know_stage
 from maglev.pages.panels import PANELS
+from maglev.rig.rigs import RIGS
 from maglev.schema.layers import is_packaged, packaged_files
 from maglev.schema.loading import load_plans
 from maglev.schema.run_plan import RunPlan
 from pmlsm.gap_functions import gap_functions
 from pmlsm.motor_geometry import MotorGeometry
 from pmlsm.rig import Rig
-from pmlsm.rigs import RIGS
 from pmlsm.velocity_rows import GRAVITY
 
 LAWS = {"Regulator": "nonlinear", "LinearRegulator": "linear", "ScheduledRegulator": "scheduled",

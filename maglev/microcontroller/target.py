@@ -15,6 +15,7 @@ from maglev.microcontroller.image import generated
 from maglev.microcontroller.measured import Measured, on_target
 from maglev.own_stage.adoption import know_stage
 from maglev.processes.side_by_side import Watch, unwatched
+from maglev.rig.rigs import RIGS
 from maglev.schema.layers import Scenario
 from maglev.schema.loading import load_plan
 from maglev.schema.options import formerly
@@ -22,7 +23,6 @@ from maglev.units import parse_quantity, refused_as
 from maglev.user_controllers.source import Given, carried
 from maglev_files.scratch import scratch
 from maglev_files.whole_file import write_whole
-from pmlsm.rigs import RIGS
 
 CLOCK = 216e6    # Hz, of a usual Cortex-M7
 CYCLES = 1.5     # of an instruction, assumed: two can begin at a time, a division of doubles takes many

@@ -7,10 +7,10 @@ from pathlib import Path
 from maglev.copies import copied
 from maglev.errors import RigError, nearest
 from maglev.own_stage.reading import read_own
+from maglev.rig.rigs import RIGS
 from maglev.rig.writer import MODULES, module_texts
 from maglev.stages import STAGES, OwnStage
 from pmlsm.rig import Rig
-from pmlsm.rigs import RIGS
 
 
 def know_stage(path: str | Path) -> Rig:

@@ -8,11 +8,11 @@ from pathlib import Path
 from maglev.errors import RigError, nearest, one_of
 from maglev.rig.data_sheet import Catalogue, Field, field_geometry, optional
 from maglev.rig.description import PACKAGED, Reader
+from maglev.rig.rigs import RIGS, SINGLE
 from maglev.toml_file import read_toml
 from maglev.units import number_or_text
 from pmlsm.gap_functions import gap_functions
 from pmlsm.rig import Rig, quantity
-from pmlsm.rigs import RIGS, SINGLE
 from pmlsm.velocity_rows import GRAVITY
 
 MOTORS = {path.stem: path for path in (PACKAGED / "motors" / f"{size}.toml" for size in ("small", "medium", "large"))}

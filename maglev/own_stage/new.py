@@ -10,11 +10,11 @@ from maglev.own_stage.loop import TIMES, setpoints, settling_band
 from maglev.own_stage.motor import SIDE_BY_SIDE, Motor, read_motor, sheet_of, two_motors, with_motor
 from maglev.own_stage.reading import read_own
 from maglev.rig.data_sheet import Catalogue, Field
+from maglev.rig.rigs import EXAMPLE, RIGS, SINGLE
 from maglev.rig.writer import render
 from maglev.stages import STAGES
 from pmlsm.gap_functions import gap_functions
 from pmlsm.rig import Rig
-from pmlsm.rigs import EXAMPLE, RIGS, SINGLE
 
 
 def new_stage(path: str | Path, like: str | None = None, motor: Sequence[str] = ()) -> tuple[Path, Path]:

@@ -10,9 +10,9 @@ from maglev.own_stage.design import axis_design, designed_rates, gains_of_poles,
 from maglev.own_stage.motor import MOTORS, packaged_tables
 from maglev.rig.data_sheet import Catalogue, Field, catalogue_constants, field_geometry, twelve_digits
 from maglev.rig.description import Reader
+from maglev.rig.rigs import EXAMPLE, RIGS
 from maglev.toml_file import read_toml, toml_text
 from pmlsm.rig import Constants, Estimator, MotorKind, Rig, RigMotor
-from pmlsm.rigs import EXAMPLE, RIGS
 
 Table = dict[str, Any]
 

@@ -10,7 +10,7 @@ from maglev.maps.grids import RigGrids, read_grids
 from maglev.maps.law_map import LawMap, maps_data
 from maglev.procedures.outcome import ValueTable
 from maglev.report.findings import value_table
-from pmlsm.rigs import RIGS
+from maglev.rig.rigs import RIGS
 
 PAGE = "docs/faults.md"
 MARKED = 6   # number of the look of what is marked in a map: `LOOKS` of map.js

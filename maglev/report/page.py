@@ -22,9 +22,9 @@ from maglev.report.plots.figures import Shown, anchor, law_of, moving_runs, read
 from maglev.report.status import is_listed, run_status
 from maglev.report.text import sentence
 from maglev.report.what_if import NOTHING, Again
+from maglev.rig.rigs import RIGS
 from maglev.schema.layers import packaged_runs, scenario_of
 from maglev_files.environment import DATE, number_in
-from pmlsm.rigs import RIGS
 
 read = partial(shell.read, folder=Path(__file__).parent)
 # Heights: of a panel, of the buttons above, of its times, which one panel has, of the names of events above the first.

@@ -10,7 +10,7 @@ from typing import Any, NoReturn, Union, cast, get_args, get_origin, get_type_hi
 
 from maglev.errors import RigError, nearest
 from maglev.parameter import Parameter
-from maglev.rig.writer import own_names
+from maglev.rig.names import own_names
 from maglev.toml_file import read_toml
 from pmlsm.rig import ROTATION, Rig
 from pmlsm.variables import GEOMETRY

@@ -2,7 +2,7 @@
 
 import re
 from collections.abc import Iterable, Sequence
-from dataclasses import MISSING, fields, is_dataclass
+from dataclasses import MISSING, fields
 from itertools import accumulate
 from typing import Any
 
@@ -123,21 +123,3 @@ def open_brackets(text: str) -> list[int]:
             elif letter in ")]}":
                 columns = columns[:-1]
     return columns
-
-
-def literal(value: Any, depth: int = 0, before: str = "") -> str:
-    """Text of a value of a description behind its name, a line for each of its members if they are too many for one."""
-    inner = " " * (4 * depth + 4)
-    if is_dataclass(value):
-        members = [literal(member, depth + 1, f"{name}=") for name, member in stated(value).items()]
-        begin = f"{before}rig.{type(value).__name__}("
-        short = f"{begin}{', '.join(members)})"
-        if "\n" not in short and len(short) < LONGEST - 6 - 4 * depth:   # brackets that others close behind it
-            return short
-        return f"{begin}\n" + ",\n".join(inner + member for member in members) + ")"
-    if isinstance(value, tuple) and value and is_dataclass(value[0]):
-        items = "".join(f"{inner}{literal(item, depth + 1)},\n" for item in value)
-        return f"{before}(\n{items}{inner[4:]})"
-    if isinstance(value, dict) and len(repr(value)) > 90:
-        return f"{before}{{\n" + ",\n".join(f"{inner}{key!r}: {item!r}" for key, item in value.items()) + "}"
-    return f"{before}{value!r}"

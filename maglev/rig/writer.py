@@ -1,32 +1,22 @@
 """Writes modules and pages of a rig: templates that look like what they make, with the rig's names in them."""
 
-import re
 from functools import cache
-from keyword import kwlist
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from fmi_export.escapes import page_text
 from maglev.errors import in_one_line, quoted
 from maglev.rig import tex, text
+from maglev.rig.names import HELD, TEMPLATES
 from pmlsm.rig import Rig
 
 if TYPE_CHECKING:
     from jinja2 import Environment
 
-TEMPLATES = Path(__file__).with_name("templates")
-MARKED = re.compile(r"\{[{%].*?[%}]\}", re.DOTALL)
-KEYWORDS_OF_C = {
-    "auto", "case", "char", "const", "default", "do", "double", "enum", "extern", "float", "goto", "inline", "int",
-    "long", "register", "restrict", "short", "signed", "sizeof", "static", "struct", "switch", "typedef", "union",
-    "unsigned", "void", "volatile"}
-HELD = "level"   # the tilt that guides hold, where there is one horizontal axis
-OWN = re.compile(r"self\.(\w+)|^ *([\w, ]+) = |\bdef (\w+)|\bfor (\w+) in|^from \S+ import (.+)$", re.MULTILINE)
 PLATFORM = "controller_fmu/platform_{}.py"   # of a rig whose platform tilts
 
 # By path, in which {} is the name of the rig. Each has a template, some a second one where the platform tilts.
 MODULES = (
-    "pmlsm/rig_{}.py",
     "plant_fmu/stage_{}.py",
     PLATFORM,
     "controller_fmu/regulator_{}.py",
@@ -55,22 +45,10 @@ def environment() -> "Environment":
                        lstrip_blocks=True, keep_trailing_newline=True)
     made.filters |= {
         "aligned": text.aligned_comments, "cited": tex.cited, "each": text.each,
-        "imports": text.sorted_imports, "line": in_one_line, "literal": text.literal, "mean": text.mean,
+        "imports": text.sorted_imports, "line": in_one_line, "mean": text.mean,
         "not_default": text.not_default, "page_text": page_text, "quoted": quoted, "sentence": tex.tex_sentence,
         "stop": lambda axis: axis.stop or text.NO_STOP, "total": text.sum_text, "unit": text.unit_words}
     return made
-
-
-@cache
-def own_names() -> frozenset[str]:
-    """Names that blocks have of their own: no axis and no motor can be called so."""
-    taken = {*kwlist, *KEYWORDS_OF_C, "self", "t", "dt", "law", HELD, "time"}   # which is a column of recordings
-    for path in TEMPLATES.rglob("*.j2"):
-        if path.name.endswith((".html.j2", ".toml.j2")) or path.parent.name in ("repository", "written"):
-            continue
-        code = MARKED.sub("Ø", path.read_text(encoding="utf-8"))   # a letter that no name has
-        taken.update(name for group in OWN.findall(code) for name in re.findall(r"\w+", "".join(group)))
-    return frozenset(taken)
 
 
 def render(template: str, rig: Rig, **more: Any) -> str:

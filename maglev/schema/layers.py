@@ -14,8 +14,8 @@ from typing import Any, NamedTuple
 from maglev.errors import ScenarioError, nearest, shortened
 from maglev.own_stage.loop import loop_table, setpoint_signals
 from maglev.own_stage.reading import read_own
+from maglev.rig.rigs import RIGS
 from maglev.toml_file import read_toml, toml_text
-from pmlsm.rigs import RIGS
 
 # The experiments are a folder beside the package in the repository, and in it where it is installed; in it a folder
 # for each rig has the experiments themselves.

@@ -7,6 +7,7 @@ from pydantic import BeforeValidator, Field, PlainValidator, PrivateAttr, Strict
 
 from maglev.errors import QuantityError, key_path, nearest
 from maglev.own_stage.reading import read_own
+from maglev.rig.rigs import best_rig
 from maglev.schema.judged.claims import RunClaim
 from maglev.schema.judged.procedure import ProcedureSettings
 from maglev.schema.layers import entries
@@ -15,7 +16,6 @@ from maglev.schema.toml_table import Metres, Radians, Seconds, Table, ValueKind,
 from maglev.time_grid import whole_steps
 from maglev.units import known_unit, own_number, parse_quantity, read_quantity, split_text
 from pmlsm.rig import Rig
-from pmlsm.rigs import best_rig
 
 
 class StartValue(NamedTuple):

@@ -11,8 +11,9 @@ from types import ModuleType
 from typing import Any, NamedTuple
 
 from fmi_export.definition import FmuDefinition
+from maglev.rig.rigs import RIGS
+from pmlsm.description import from_text, to_text
 from pmlsm.rig import Rig
-from pmlsm.rigs import RIGS
 
 
 class OwnStage(NamedTuple):
@@ -82,23 +83,26 @@ class Stages(MetaPathFinder):
 
 
 class Made(NamedTuple):
-    """How a definition is made: a function, and its arguments, by where they stand or made likewise."""
+    """How a definition is made: a function, a description, and more arguments, by where they stand or made likewise."""
 
     function: str   # as "plant_fmu.definition.plant"
+    rig: Rig
     arguments: tuple["str | Made", ...]
 
     def value(self) -> Any:
-        return imported(self.function)(*(
+        return imported(self.function)(self.rig, *(
             argument.value() if isinstance(argument, Made) else imported(argument) for argument in self.arguments))
 
     def text(self) -> str:
         """The same as Python, which an FMU runs to have its DEFINITION."""
-        imports = {"from {} import {}\n".format(*path.rsplit(".", 1)) for path in self.paths()}
-        return f"{''.join(sorted(imports))}\nDEFINITION = {self.call()}\n"
+        paths = {*self.paths(), f"{from_text.__module__}.{from_text.__name__}"}
+        imports = sorted("from {} import {}\n".format(*path.rsplit(".", 1)) for path in paths)
+        lines = (f"    {line!r}\n" for line in to_text(self.rig).splitlines(keepends=True))
+        return f"{''.join(imports)}\nRIG = from_text(\n{''.join(lines)})\n\nDEFINITION = {self.call()}\n"
 
     def call(self) -> str:
         arguments = (argument.call() if isinstance(argument, Made) else last(argument) for argument in self.arguments)
-        return f"{last(self.function)}({', '.join(arguments)})"
+        return f"{last(self.function)}({', '.join(('RIG', *arguments))})"
 
     def paths(self) -> list[str]:
         """Where all that it takes stands."""
@@ -120,7 +124,7 @@ def definitions(rig: Rig) -> dict[str, Made]:
     name, suffix = rig.name, rig.suffix
 
     def made(function: str, block: str, *arguments: str | Made) -> Made:
-        return Made(function, (f"pmlsm.rig_{name}.RIG", block.format(name, suffix), *arguments))
+        return Made(function, rig, (block.format(name, suffix), *arguments))
 
     designed = {"Scheduled": rig.design.schedule, "Interpolated": rig.design.table}
     laws = ("", "Linear", *(law for law, design in designed.items() if design is not None))

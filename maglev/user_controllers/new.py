@@ -5,8 +5,8 @@ from pathlib import Path
 from maglev.errors import ControllerError, RigError, option
 from maglev.own_stage.adoption import rig_named
 from maglev.own_stage.new import file_named, write_new
+from maglev.rig.rigs import EXAMPLE
 from maglev.rig.writer import written_class
-from pmlsm.rigs import EXAMPLE
 
 LONGEST_SHORT_NAME = 4   # letters, of names such as lqi and mpc, whose classes are LQI and MPC
 

@@ -15,11 +15,11 @@ from maglev.cosim.master import FmuSetup, Master, Recording
 from maglev.experiment.preparation import prepare
 from maglev.experiment.results import write_csv
 from maglev.own_fmus import DEFINITIONS, definition
+from maglev.rig.rigs import RIGS
 from maglev.schema.layers import PACKAGED
 from maglev.schema.loading import load_plan
 from maglev.schema.run_plan import RunPlan
 from maglev.schema.settings import start_values
-from pmlsm.rigs import RIGS
 
 INPUTS = PACKAGED / "inputs"
 FILES = {"2dof-setpoints.csv": ("ClosedLoop2DOF", "2dof-setpoints"),

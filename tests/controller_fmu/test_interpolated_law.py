@@ -12,7 +12,9 @@ from controller_fmu.regulator_3dof import Regulator3DOF
 from controller_fmu.regulator_5dof import Regulator5DOF
 from controller_fmu.status import INTERPOLATED, NO_EQUILIBRIUM
 from maglev.linear.loop import linearise_loop
-from pmlsm.rig_3dof import RIG
+from maglev.rig.rigs import RIGS
+
+RIG = RIGS["3dof"]
 
 MOTORS = ("alpha1", "alpha2", "beta1", "beta2")
 

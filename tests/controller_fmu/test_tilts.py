@@ -16,9 +16,11 @@ from controller_fmu.regulator_5dof import Regulator5DOF
 from controller_fmu.status import BAD_PLACES, LINEAR, NONLINEAR, STEPPED
 from controller_fmu.tilt_measurement import TiltMeasurement
 from controller_fmu.tilting_platform import TiltingPlatform
+from maglev.rig.rigs import RIGS
 from pmlsm.gap_functions import gap_functions
-from pmlsm.rig_5dof import RIG as RIG_5DOF
 from pmlsm.velocity_rows import GRAVITY
+
+RIG_5DOF = RIGS["5dof"]
 
 MOTORS = RIG_5DOF.motor_names
 AXES = RIG_5DOF.axis_names

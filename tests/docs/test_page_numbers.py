@@ -6,8 +6,8 @@ import tomllib
 from pathlib import Path
 
 from maglev.own_fmus import definition
+from maglev.rig.rigs import RIGS
 from maglev.schema.layers import packaged_runs
-from pmlsm.rigs import RIGS
 
 ROOT = Path(__file__).parents[2]
 TOOL = ROOT / "tools" / "page_numbers.py"

@@ -9,9 +9,9 @@ from pathlib import Path
 import pytest
 
 from maglev.linear.parameters import controllers, plants
+from maglev.rig.rigs import RIGS
 from maglev.rig.writer import module_texts
 from maglev.stages import STAGES, OwnStage, definitions
-from pmlsm.rigs import RIGS
 
 MINE = replace(RIGS["2dof"], name="mine")
 

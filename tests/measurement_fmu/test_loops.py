@@ -8,8 +8,8 @@ import pytest
 
 from maglev.cosim.master import Recording
 from maglev.experiment.preparation import Experiment, prepare
+from maglev.rig.rigs import RIGS
 from maglev.schema.loading import load_plan
-from pmlsm.rigs import RIGS
 
 EXTENDS = 'extends = [{files}]\nname = "{name}"\ntitle = "A short trial"\nstop_time = "{seconds} s"\nclaims = []\n'
 

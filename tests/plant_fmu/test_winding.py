@@ -12,6 +12,7 @@ from scipy.integrate import solve_ivp
 from stage_cases import equilibrium_current, phases, run_block
 
 from maglev.linear.linearise import linearise
+from maglev.rig.rigs import RIGS
 from plant_fmu.magnets import magnet_strength
 from plant_fmu.motor_supply import MotorSupply
 from plant_fmu.stage_2dof import Stage2DOF
@@ -19,7 +20,6 @@ from plant_fmu.stage_3dof import Stage3DOF
 from plant_fmu.stage_5dof import Stage5DOF
 from plant_fmu.winding import Winding
 from pmlsm.electrical_angle import ElectricalAngle
-from pmlsm.rigs import RIGS
 
 pytestmark = pytest.mark.usefixtures("slow")   # it searches for long
 

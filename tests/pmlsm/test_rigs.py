@@ -8,12 +8,13 @@ import pytest
 from controller_fmu.regulator_2dof import Regulator2DOF
 from controller_fmu.regulator_3dof import Regulator3DOF
 from maglev.identification.model_file import CONSTANTS
+from maglev.rig.rigs import RIGS
 from plant_fmu.stage_2dof import Stage2DOF
 from plant_fmu.stage_3dof import Stage3DOF
 from pmlsm.rig import Rig
-from pmlsm.rig_2dof import RIG as RIG_2DOF
-from pmlsm.rig_3dof import RIG as RIG_3DOF
-from pmlsm.rigs import RIGS
+
+RIG_2DOF = RIGS["2dof"]
+RIG_3DOF = RIGS["3dof"]
 
 both = pytest.mark.parametrize(("rig", "stage", "regulator"), [(RIG_2DOF, Stage2DOF, Regulator2DOF),
                                                                (RIG_3DOF, Stage3DOF, Regulator3DOF)])

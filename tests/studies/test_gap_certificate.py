@@ -13,10 +13,12 @@ from reference_stage import G, shape_functions
 from scipy.optimize import brentq
 
 from maglev.linear.loop import linearise_loop
-from pmlsm.rig_3dof import RIG
+from maglev.rig.rigs import RIGS
 from studies import gap_certificate, tilt_certificate
 from studies.gap_certificate import LOWER, UPPER, VERTICAL, Loop, cells, positive, rational, set_up, verify, vertical
 from studies.tilt_certificate import ABOUT, LEVER, SHARE, TILT, tilting
+
+RIG = RIGS["3dof"]
 
 pytestmark = pytest.mark.usefixtures("slow")   # it searches for long
 

@@ -19,7 +19,7 @@ from maglev.maps.tolerances import (
     last_that_holds,
     table,
 )
-from pmlsm.rigs import RIGS
+from maglev.rig.rigs import RIGS
 from studies.laws import LAWS, NAMES, markdown_table
 from studies.tolerances import SIZES, outcomes, study_of
 

@@ -5,8 +5,11 @@ from typing import Any
 
 import numpy as np
 
-from pmlsm.rig_2dof import RIG as RIG_2DOF
-from pmlsm.rig_3dof import RIG as RIG_3DOF
+from maglev.rig.rigs import RIGS
+
+RIG_2DOF = RIGS["2dof"]
+RIG_3DOF = RIGS["3dof"]
+
 
 # Axes, motors and communication step (s).
 RIGS = {len(rig.axes): (rig.axis_names, rig.motor_names, rig.sample_time) for rig in (RIG_2DOF, RIG_3DOF)}

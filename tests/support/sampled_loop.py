@@ -10,8 +10,8 @@ from numpy.typing import NDArray
 
 from maglev.cosim import Order
 from maglev.own_fmus import definition
+from maglev.rig.rigs import RIGS
 from maglev.schema.run_plan import RunPlan
-from pmlsm.rigs import RIGS
 
 PHASES = ("i_a_cmd", "i_b_cmd", "i_c_cmd")
 

@@ -14,10 +14,10 @@ from maglev.experiment.execution import RunResult
 from maglev.live.content import LAW_COLOURS, LAWS
 from maglev.pages.panels import PANELS, panel_kinds
 from maglev.report.status import shown_until
+from maglev.rig.rigs import RIGS
 from maglev.schema.run_plan import Axis, RunPlan
 from maglev.schema.toml_table import Seconds, Table
 from maglev.stages import STAGES
-from pmlsm.rigs import RIGS
 
 EVERY = "*"
 COLOURS = 7   # of runs

@@ -9,9 +9,9 @@ from pydantic import AfterValidator, Field, StrictBool, ValidationInfo, field_va
 import maglev.quantities as quantities
 from maglev.errors import QuantityError, nearest
 from maglev.quantities import MeasuredQuantity, in_words, place_words, printed
+from maglev.rig.rigs import RIGS
 from maglev.schema.toml_table import Metres, Seconds, Table, ValueKind, key_refused
 from maglev.units import parse_quantity, read_quantity, si_unit
-from pmlsm.rigs import RIGS
 
 OF_ANGLES = ("rad", "rad.s")   # SI units of claims about rotations
 

@@ -10,7 +10,7 @@ from identification_data import record
 
 from maglev.errors import IdentificationError, MaglevError
 from maglev.identification.model_file import model_settings
-from pmlsm.rigs import RIGS
+from maglev.rig.rigs import RIGS
 
 
 @pytest.fixture(scope="module")

@@ -13,8 +13,10 @@ from maglev.cosim import Order
 from maglev.cosim.master import FmuSetup, Master, RunFailed, RunInterrupted
 from maglev.errors import ControllerError, FmuError
 from maglev.experiment.preparation import prepare
+from maglev.rig.rigs import RIGS
 from maglev.schema.loading import load_plan
-from pmlsm.rig_3dof import RIG as RIG_3DOF
+
+RIG_3DOF = RIGS["3dof"]
 
 
 @pytest.mark.few(3)

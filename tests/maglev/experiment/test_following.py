@@ -9,8 +9,8 @@ import maglev
 from maglev.errors import ScenarioError
 from maglev.own_stage.new import new_stage
 from maglev.own_stage.reading import read_own
+from maglev.rig.rigs import RIGS
 from pmlsm.rig import Rig
-from pmlsm.rigs import RIGS
 
 STEPS = {axis: (0.0, way) for axis, way in zip("hxz", (3e-3, 3e-3, -2e-3), strict=True)}
 STEPS |= {"v": (0.020, 0.021), "y": (0.025, 0.0245), "roll": (0.0, 2e-3), "pitch": (0.0, -1e-3)}

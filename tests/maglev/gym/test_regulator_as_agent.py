@@ -10,8 +10,8 @@ from environments import RIG_NAMES, same_bits
 
 import maglev
 from maglev.cosim.fmu import Buffer, Fmu, read_description
+from maglev.rig.rigs import RIGS
 from pmlsm.rig import Rig
-from pmlsm.rigs import RIGS
 
 Make = Callable[..., Any]
 

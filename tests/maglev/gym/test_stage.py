@@ -18,7 +18,7 @@ import maglev
 import maglev.gym  # noqa: F401 - registers
 from maglev.errors import FmuError, MaglevError, ScenarioError, UnknownName
 from maglev.gym.stage import Stage
-from pmlsm.rigs import RIGS
+from maglev.rig.rigs import RIGS
 
 Make = Callable[..., Any]
 

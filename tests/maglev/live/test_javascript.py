@@ -8,8 +8,8 @@ from command_line import maglev
 
 from maglev.errors import ControllerError
 from maglev.live.javascript import law_text, module_in_javascript, parts_text, python_law
+from maglev.rig.rigs import RIGS
 from maglev.user_controllers.new import new_controller
-from pmlsm.rigs import RIGS
 
 SOURCE = '''"""A module."""
 

@@ -34,13 +34,13 @@ from maglev.own_stage.adoption import know_stage
 from maglev.own_stage.new import new_stage
 from maglev.pages.panels import PANELS
 from maglev.pages.shell import scene
+from maglev.rig.rigs import RIGS
 from maglev.schema.loading import load_plan
 from maglev.schema.run_plan import RunPlan
 from maglev.stages import STAGES
 from plant_fmu.axis import Axis
 from plant_fmu.motor_mount import MotorMount
 from pmlsm.gap_functions import gap_functions
-from pmlsm.rigs import RIGS
 
 MODULES = tuple(name for rig in RIGS.values() for name in modules_of(rig))
 LARGEST = 1_350_000   # bytes of the page with three stages

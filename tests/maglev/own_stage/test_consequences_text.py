@@ -9,7 +9,7 @@ import pytest
 
 from maglev.own_stage.consequences import Consequences, Place, peaks_of
 from maglev.own_stage.loop import loop_table, setpoints, settling_band
-from pmlsm.rigs import RIGS, SINGLE
+from maglev.rig.rigs import RIGS, SINGLE
 
 
 def consequences_of(name: str, sheet: str = "") -> Consequences:

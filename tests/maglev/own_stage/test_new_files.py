@@ -9,10 +9,10 @@ from command_line import maglev as command
 
 import maglev
 from maglev.api.options import experiments_of
+from maglev.rig.rigs import RIGS
 from maglev.schema.loading import load_plan, load_plans
 from maglev.studies.planning import plan_study
 from maglev.studies.schema import load_study
-from pmlsm.rigs import RIGS
 
 
 def with_comments(text: str) -> str:

@@ -17,10 +17,10 @@ import maglev
 from maglev.errors import ScenarioError
 from maglev.experiment.reach import Start, gaps_of, require_reachable
 from maglev.own_fmus import definition
+from maglev.rig.rigs import RIGS
 from maglev.schema.loading import load_plan
 from maglev.schema.run_plan import RunPlan
 from maglev.schema.settings import with_reference
-from pmlsm.rigs import RIGS
 
 pytestmark = pytest.mark.usefixtures("slow")   # it searches for long
 

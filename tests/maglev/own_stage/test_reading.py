@@ -20,10 +20,10 @@ from maglev.own_stage.loop import loop_table
 from maglev.own_stage.new import new_stage
 from maglev.own_stage.reading import read_own
 from maglev.rig.data_sheet import Field, Winding, field_geometry, formulas
+from maglev.rig.rigs import RIGS
 from maglev.schema.layers import PACKAGED as SCENARIOS
 from maglev.schema.layers import merged, read_layers
 from pmlsm.motor_geometry import MotorGeometry
-from pmlsm.rigs import RIGS
 
 WINDING = Winding(turns=900.0, pole_pairs=3.0, magnets=4.0, magnet_width=28.58e-3, length=50e-3, coercivity=875.4e3)
 

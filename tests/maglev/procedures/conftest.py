@@ -12,10 +12,10 @@ from controller_fmu.feedback_linearisation import equilibrium_current
 from maglev.cosim.master import Recording
 from maglev.experiment.execution import RunResult
 from maglev.own_fmus import definition
+from maglev.rig.rigs import RIGS
 from maglev.schema.loading import load_plan
 from maglev.schema.run_plan import RunPlan
 from pmlsm.gap_functions import gap_functions
-from pmlsm.rigs import RIGS
 
 Simulated = Callable[..., RunResult]
 

@@ -10,8 +10,10 @@ from motor import MOTOR
 from maglev.experiment.execution import RunResult
 from maglev.procedures.evaluate import evaluate_all, judge_procedure
 from maglev.procedures.outcome import Outcome
+from maglev.rig.rigs import RIGS
 from pmlsm.gap_functions import gap_functions
-from pmlsm.rig_2dof import RIG as RIG_2DOF
+
+RIG_2DOF = RIGS["2dof"]
 
 Simulated = Callable[..., RunResult]
 Constants = dict[str, dict[str, float]]

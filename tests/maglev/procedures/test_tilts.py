@@ -8,11 +8,11 @@ from maglev.experiment.execution import execute_all
 from maglev.experiment.selection import prepare_all
 from maglev.procedures.evaluate import evaluate_all
 from maglev.procedures.outcome import Outcome
+from maglev.rig.rigs import RIGS
 from maglev.schema.layers import PACKAGED
 from maglev.schema.loading import load_plans
 from plant_fmu.stage_5dof import Stage5DOF
 from pmlsm.gap_functions import gap_functions
-from pmlsm.rigs import RIGS
 
 MOTORS = RIGS["5dof"].motor_names
 SMOOTH = "".join(f'"{axis}.{effect}" = 0\n' for axis in RIGS["5dof"].axis_names

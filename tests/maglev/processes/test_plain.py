@@ -14,8 +14,8 @@ from maglev.cosim.other_process.run import Stage, Wired
 from maglev.errors import CsvError, MaglevError, QuantityError, ScenarioError
 from maglev.processes.beside import Said, said_in
 from maglev.processes.plain import line_of, value_of
+from maglev.rig.rigs import RIGS
 from pmlsm.motor_geometry import MotorGeometry
-from pmlsm.rigs import RIGS
 
 LEAVES = (st.none() | st.booleans() | st.integers() | st.floats() | st.text() | st.binary() |
           st.complex_numbers() | st.builds(Path, st.sampled_from(["a/b", "/c d", "ü"])))
@@ -87,7 +87,7 @@ NOTHING_OF_OURS = [
     b'{"own": ["maglev.processes.beside", "subprocess", {}]}\n',
     b'{"own": ["maglev.processes.beside", "Path", {}]}\n',
     b'{"own": ["maglev.processes.beside", "Said", {"kind": 1}]}\n',
-    b'{"own": ["pmlsm.rigs", "__name__", {}]}\n', b'{"own": ["maglev.nowhere", "Said", {}]}\n',
+    b'{"own": ["maglev.rig.rigs", "__name__", {}]}\n', b'{"own": ["maglev.nowhere", "Said", {}]}\n',
     b'{"array": ["O", [1], {"bytes": "AAAAAAAAAAA="}]}\n', b'{"array": ["<f8", [9], {"bytes": "AAAA"}]}\n',
     b'{"error": ["Interrupted", ["now"], []]}\n', b'{"error": ["signal", ["now"], []]}\n', b'{"two": 1, "keys": 2}\n',
     b"[" * 100000 + b"\n", pickle.dumps(Evil()), b"\xff\xfe\n"]

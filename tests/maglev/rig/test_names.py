@@ -6,10 +6,10 @@ from pathlib import Path
 
 import pytest
 
+from maglev.rig.rigs import RIGS, best_rig
 from maglev.rig.writer import MODULES, PAGES, TEMPLATES
 from maglev.schema.layers import packaged_files, packaged_runs
 from maglev.stages import definitions
-from pmlsm.rigs import RIGS, best_rig
 
 ROOT = Path(__file__).parents[3]
 PACKAGES = ("pmlsm", "fmi_export", "plant_fmu", "controller_fmu", "estimator_fmu", "measurement_fmu",

@@ -9,11 +9,11 @@ import pytest
 
 from fmi_export.pages.documentation import block_section
 from fmi_export.pages.mathml import typeset
+from maglev.rig.rigs import RIGS
 from maglev.rig.writer import PAGES, module
 from maglev.stages import STAGES as KNOWN
 from maglev.stages import OwnStage
 from pmlsm.rig import Rig, RigMotor
-from pmlsm.rigs import RIGS
 from pmlsm.velocity_rows import GRAVITY, normal_acceleration, thrust_acceleration
 
 AMPLIFIER = RIGS["3dof"].motors[0].amplifier

@@ -11,21 +11,20 @@ from jinja2.meta import find_referenced_templates
 
 from maglev.api.repository import FILES as REPOSITORY
 from maglev.rig.description import PACKAGED, read_rig
+from maglev.rig.names import TEMPLATES, own_names
+from maglev.rig.rigs import RIGS
 from maglev.rig.text import LONGEST
 from maglev.rig.writer import (
     MODULES,
     PAGES,
     PLATFORM,
-    TEMPLATES,
     environment,
     module_template,
     module_texts,
-    own_names,
     paths,
     written_class,
 )
 from pmlsm.rig import Rig, RigMotor
-from pmlsm.rigs import RIGS
 
 ROOT = PACKAGED.parent
 
@@ -44,8 +43,9 @@ def test_modules_are_as_written(name: str) -> None:
     assert not different, "run make generate"
 
 
-def test_every_description_is_a_rig_of_this_project() -> None:
-    assert {path.stem for path in PACKAGED.glob("*.toml")} == set(RIGS)
+@pytest.mark.parametrize("name", RIGS)
+def test_every_description_of_this_project_fits_together(name: str) -> None:
+    assert read_rig(PACKAGED / f"{name}.toml") == RIGS[name] and RIGS[name].name == name
 
 
 @pytest.mark.parametrize("path", MODULES + PAGES)

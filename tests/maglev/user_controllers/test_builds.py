@@ -12,11 +12,11 @@ from written_controllers import controller, line_of, trial
 
 import maglev as tool
 from maglev.cosim.fmu import Fmu, read_description
+from maglev.rig.rigs import RIGS
 from maglev.schema.loading import load_plan
 from maglev.user_controllers.build import importable
 from maglev.user_controllers.new import new_class
 from maglev.user_controllers.own_modules import own_modules
-from pmlsm.rigs import RIGS
 
 
 # What is written of a controller or a plant differs by what its stage has: most where it tilts.

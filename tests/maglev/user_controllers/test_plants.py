@@ -15,11 +15,11 @@ from written_controllers import line_of
 
 import maglev as tool
 from fmi_export.pages.documentation import breakable
+from maglev.rig.rigs import RIGS
 from maglev.schema.loading import load_plan
 from maglev.user_controllers.new import new_plant
 from maglev.user_controllers.source import load
 from pmlsm.rig import Rig
-from pmlsm.rigs import RIGS
 
 SHORT = 'extends = "{path}"\nname = "short"\nstop_time = "{time}"\n'
 

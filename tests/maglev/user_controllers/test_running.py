@@ -14,9 +14,9 @@ from numpy.testing import assert_array_equal
 from written_controllers import controller, line_of, trial
 
 import maglev as tool
+from maglev.rig.rigs import RIGS
 from maglev.schema.loading import load_plan
 from maglev.user_controllers.new import new_controller
-from pmlsm.rigs import RIGS
 
 
 def columns(run: tool.Run) -> dict[str, np.ndarray]:

@@ -2,14 +2,15 @@
 
 from collections.abc import Collection, Iterable
 
+from maglev.rig.description import PACKAGED, Reader
+from maglev.toml_file import read_toml
 from pmlsm.rig import Rig
-from pmlsm.rig_2dof import RIG as RIG_2DOF
-from pmlsm.rig_3dof import RIG as RIG_3DOF
-from pmlsm.rig_5dof import RIG as RIG_5DOF
 
-RIGS = {rig.name: rig for rig in (RIG_2DOF, RIG_3DOF, RIG_5DOF)}
-EXAMPLE = RIG_3DOF.name   # of what is written for any rig, if none is named
-SINGLE = RIG_2DOF.name    # of one motor: what a stage with a motor of a user's begins with
+# That they fit together is for a test to check, not for every start of a command.
+RIGS: dict[str, Rig] = {path.stem: Reader(path).read(Rig, read_toml(path), "")
+                        for path in sorted(PACKAGED.glob("*.toml"))}
+SINGLE = next(name for name, rig in RIGS.items() if len(rig.motors) == 1)   # what one with a user's motor begins with
+EXAMPLE = next(name for name, rig in RIGS.items() if len(rig.motors) > 1)   # of what is for any rig, if none is named
 
 
 def best_rig(models: Iterable[str], axes: Collection[str]) -> Rig | None:

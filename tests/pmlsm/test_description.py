@@ -1,0 +1,43 @@
+"""A description as the text that FMUs carry."""
+
+from dataclasses import replace
+from math import nextafter, pi
+
+import pytest
+
+from fmi_export.sources import carried_modules
+from maglev.rig.rigs import RIGS
+from maglev.stages import definitions
+from pmlsm.description import from_text, to_text
+from pmlsm.rig import MotorKind, Rig
+
+KIND = MotorKind({"pole_pitch": 0.048, "field.B3": -1e-300}, 1.3, 0.9, 1.1, 0.8, 0.7)
+
+
+def unlike(rig: Rig) -> Rig:
+    """A rig with a motor of another kind, and numbers that a shorter text would not give back."""
+    first, *others = rig.motors
+    return replace(rig, motors=(replace(first, kind=KIND), *others), sample_time=nextafter(1e-3, 1.0), height=-0.0,
+                   title="µ \"quoted\" \\ and 'more'\u2028", sources={"axes": "pages 3 to 5"}, modulation=1.0 / pi)
+
+
+@pytest.mark.parametrize("name", RIGS)
+@pytest.mark.parametrize("changed", [lambda rig: rig, unlike])
+def test_text_gives_the_description_back_exactly(name: str, changed: "type[Rig]") -> None:
+    rig = changed(RIGS[name])
+    assert repr(from_text(to_text(rig))) == repr(rig)
+
+
+@pytest.mark.parametrize("name", RIGS)
+def test_definition_that_an_fmu_carries_has_the_description_as_data(name: str) -> None:
+    rig = unlike(RIGS[name])
+    for made in definitions(rig).values():
+        carried: dict[str, object] = {}
+        exec(made.text(), carried)
+        assert repr(carried["RIG"]) == repr(rig)
+        break
+
+
+def test_reading_a_description_takes_nothing_but_the_standard_library_and_the_motor() -> None:
+    modules = carried_modules("pmlsm.description", ("pmlsm", "fmi_export", "maglev"))
+    assert {*modules} == {"pmlsm.description", "pmlsm.rig", "pmlsm.motor_geometry", "pmlsm.magnet_field"}
