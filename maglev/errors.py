@@ -220,6 +220,14 @@ def shortened(value: object) -> str:
     return text if len(text) <= LONGEST_VALUE else text[:LONGEST_VALUE] + "…"
 
 
+def size_text(size: float) -> str:
+    """Return a number of bytes as people say it, such as "23 kB"."""
+    for power, unit in ((9, "GB"), (6, "MB"), (3, "kB")):
+        if size >= 0.9995 * 10.0**power:
+            return f"{size / 10.0**power:.3g} {unit}"
+    return f"{size:.0f} bytes"
+
+
 def key_path(keys: Sequence[str | int]) -> str:
     """Write keys as TOML does, list entries in brackets."""
     path = ""

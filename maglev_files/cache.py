@@ -4,6 +4,7 @@ A file in it is named after its own digest, in a folder that is named after what
 as its content has that digest, and nobody else can write there.
 """
 
+import atexit
 import errno
 import hashlib
 import os
@@ -12,6 +13,7 @@ from collections.abc import Mapping
 from pathlib import Path
 from typing import NamedTuple
 
+from maglev_files.scratch import remove_scratch, scratch_folder
 from maglev_files.whole_file import whole_file
 
 PLACE = "MAGLEV_CACHE"   # environment variable with the folder, in place of the system's
@@ -27,6 +29,9 @@ class Kept(NamedTuple):
     @property
     def intact(self) -> bool:
         return digest_at(self.path) == self.sha256
+
+
+HERE: dict[tuple[str, str], Kept] = {}   # what this process alone keeps, by key and name
 
 
 def cache_folder() -> Path:
@@ -49,6 +54,8 @@ def key_of(folder: str, *made_of: object) -> str:
 
 def kept(key: str, name: str) -> Kept | None:
     """What was kept under a key, a path in the cache, and a file name; None if there is nothing, or it was changed."""
+    if (key, name) in HERE:
+        return HERE[key, name]
     folder = cache_folder() / key
     for path in sorted(folder.glob(f"*-{name}")) if folder.is_absolute() and is_private(folder) else ():
         entry = Kept(path, path.name.removesuffix(f"-{name}"))
@@ -73,6 +80,19 @@ def keep(key: str, name: str, content: bytes) -> Kept:
         if other != path:
             other.unlink(missing_ok=True)
     return Kept(path, digest)
+
+
+def keep_here(key: str, name: str, content: bytes) -> Kept:
+    """The same; where it cannot be written, in a temporary folder for as long as this process lives."""
+    try:
+        return keep(key, name, content)
+    except OSError:
+        folder = scratch_folder()
+        atexit.register(remove_scratch, folder)
+        entry = HERE[key, name] = Kept(folder / name, hashlib.sha256(content).hexdigest())
+        entry.path.write_bytes(content)
+        entry.path.chmod(0o700)
+        return entry
 
 
 def sizes() -> list[int]:

@@ -3,6 +3,7 @@
 import os
 import signal
 import subprocess
+import sys
 from collections.abc import Iterator, Mapping, Sequence
 from concurrent.futures import ThreadPoolExecutor
 from contextlib import contextmanager, suppress
@@ -28,6 +29,11 @@ def end_with_children(process: "subprocess.Popen[bytes] | subprocess.Popen[str]"
     process.kill()
     process.wait()
     return left
+
+
+def python_environment() -> dict[str, str]:
+    """Environment in which another Python imports what this one does: packages may be in `sys.path` alone."""
+    return {**os.environ, "PYTHONPATH": os.pathsep.join(place for place in sys.path if Path(place).is_absolute())}
 
 
 def output_of(arguments: Sequence[str | Path], folder: Path, environment: Mapping[str, str]) -> tuple[int, str]:

@@ -1,6 +1,7 @@
 """Temporary folders that are removed with what needs them, or after a process that was killed by the next one."""
 
 import os
+import re
 import shutil
 import tempfile
 from collections.abc import Iterator
@@ -9,6 +10,7 @@ from importlib.util import find_spec
 from pathlib import Path
 
 PREFIX = "maglev_scratch_"
+MADE = re.compile(f"{PREFIX}[a-z0-9_]{{8}}")   # as `mkdtemp` makes them, for this user alone
 
 LOCKS: dict[Path, int] = {}   # by folder: file descriptors that hold its lock
 LOOKED_THROUGH: set[str] = set()   # folders in which those that were left have been removed
@@ -53,12 +55,22 @@ def scratch(place: str | None = None) -> Iterator[Path]:
 
 
 def remove_leftovers(place: Path) -> None:
-    """Remove the temporary folders in a folder that no process has locked."""
+    """Remove the temporary folders in a folder that no process has locked, and nothing that a person has called so."""
     for folder in place.glob(f"{PREFIX}*"):
+        if not (MADE.fullmatch(folder.name) and is_of_this_user(folder)):
+            continue
         lock = locked(folder, wait=False)
         if lock is not None:
             shutil.rmtree(folder, ignore_errors=True)
             os.close(lock)
+
+
+def is_of_this_user(folder: Path) -> bool:
+    """Whether nobody else may look into a folder, as into one that `mkdtemp` has made."""
+    try:
+        return not folder.lstat().st_mode & 0o077
+    except OSError:
+        return False   # it is gone
 
 
 def locked(folder: Path, wait: bool = True) -> int | None:

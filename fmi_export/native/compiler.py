@@ -12,7 +12,7 @@ from fmi_export.errors import ExportError
 from fmi_export.native.mach_o import universal
 from maglev_files.cache import is_private
 from maglev_files.extras import lacking
-from maglev_files.programs import output_of
+from maglev_files.programs import output_of, python_environment
 from maglev_files.scratch import scratch
 
 # No contraction of a product and a sum into one rounding: Python does not do it either. A square root is the
@@ -102,6 +102,6 @@ def compiled(root: Path, arguments: list[str]) -> None:
         shared.mkdir(mode=0o700, exist_ok=True)
         place["ZIG_GLOBAL_CACHE_DIR"] = str(shared if is_private(shared) else root / "zig")   # of another user
     code, printed = output_of([sys.executable, "-m", "ziglang", "cc", *arguments], root,
-                              {**place, **os.environ, "SOURCE_DATE_EPOCH": "0"})
+                              {**place, **python_environment(), "SOURCE_DATE_EPOCH": "0"})
     if code != 0:
         raise ExportError(f"the C compiler refuses the sources: {' '.join(printed.split())[-1000:]}")

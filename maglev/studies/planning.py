@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 
 from maglev.arrays import Array
-from maglev.errors import QuantityError, ScenarioError, nearest
+from maglev.errors import QuantityError, ScenarioError, nearest, size_text
 from maglev.experiment.execution import expected
 from maglev.experiment.preparation import Experiment, is_foreign
 from maglev.studies.batch.batches import batches_of
@@ -121,8 +121,8 @@ def require_disk(study: StudyFile, out: Path, needed: float, count: int) -> None
     folder = next(parent for parent in (out, *out.absolute().parents) if parent.exists())
     free = shutil.disk_usage(folder).free
     if 2.0 * needed > free - LEAST_FREE:
-        raise ScenarioError(f"{study.name}: {count} samples would take {2e-9 * needed:.3g} GB in {out}, where "
-                            f"{1e-9 * free:.3g} GB are free, expected less: fewer samples, or fewer trajectories")
+        raise ScenarioError(f"{study.name}: {count} samples would take {size_text(2 * needed)} in {out}, where "
+                            f"{size_text(free)} are free, expected less: fewer samples, or fewer trajectories")
 
 
 def about(study: StudyFile, job: Job, experiment: Experiment, run: Mapping[str, Any], count: int) -> dict[str, Any]:

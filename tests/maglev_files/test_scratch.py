@@ -60,6 +60,17 @@ def test_a_killed_process_leaves_nothing_for_long(tmp_path: Path, other: subproc
     assert not [path for path in LOCKS if path.parent == tmp_path]   # a fixture may hold one elsewhere
 
 
+def test_what_a_person_has_called_so_stays(tmp_path: Path) -> None:
+    """Such a folder can be seen by others, or has a name that is none of `mkdtemp`."""
+    (tmp_path / f"{PREFIX}notes").mkdir(mode=0o700)
+    (tmp_path / f"{PREFIX}abcdefgh").mkdir(mode=0o755)
+    left = tmp_path / f"{PREFIX}abcd_123"
+    left.mkdir(mode=0o700)
+    with scratch(str(tmp_path)):
+        assert not left.exists()
+    assert {path.name for path in tmp_path.iterdir()} == {f"{PREFIX}notes", f"{PREFIX}abcdefgh"}
+
+
 def test_a_link_in_the_place_of_a_folder_is_not_followed(tmp_path: Path) -> None:
     kept = tmp_path / "kept"
     kept.mkdir()

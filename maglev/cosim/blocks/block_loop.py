@@ -33,7 +33,7 @@ from maglev.cosim.step_loop import in_c
 from maglev.cosim.wires.wiring import Call, Track, Wiring
 from maglev.own_fmus import definition, files_in, own_build
 from maglev.user_controllers.blocks import Block
-from maglev_files.cache import BLOCK_LOOPS, Kept, digest_at, keep, kept, key_of
+from maglev_files.cache import BLOCK_LOOPS, Kept, digest_at, keep_here, kept, key_of
 
 HERE = Path(__file__).parent   # with the C around the blocks
 LIBRARY = f"maglev_block_loop{sharedLibraryExtension}"
@@ -192,7 +192,7 @@ def loop_of(sources: Mapping[str, str], build: bool, flags: Sequence[str] = PART
     place = key_of(BLOCK_LOOPS, sorted(sources.items()), FLAGS, platform)
     path = kept(place, LIBRARY)
     if path is None and build:
-        path = keep(place, LIBRARY, library(sources, Path(LIBRARY).stem, platform))
+        path = keep_here(place, LIBRARY, library(sources, Path(LIBRARY).stem, platform))
     return path
 
 

@@ -11,7 +11,7 @@ import numpy as np
 
 from fmi_export.target.graphics import FLAGS, in_one_rounding, ptx
 from maglev.errors import MaglevError, ScenarioError, extra, one_of, option
-from maglev_files.cache import BLOCK_LOOPS, keep, kept, key_of
+from maglev_files.cache import BLOCK_LOOPS, keep_here, kept, key_of
 
 DEVICES = ("cpu", "gpu")
 FILE = "kernel.ptx"
@@ -50,7 +50,7 @@ def kernels(cupy: Any, code: Mapping[str, str], *names: str) -> list[Any]:
     """Functions of C files by name, compiled now if they were not before; ExportError, or OSError if not kept."""
     files = in_one_rounding(code)
     place = key_of(BLOCK_LOOPS, sorted(files.items()), FLAGS)
-    file = kept(place, FILE) or keep(place, FILE, ptx(files, names[0]))
+    file = kept(place, FILE) or keep_here(place, FILE, ptx(files, names[0]))
     module = cupy.RawModule(path=str(file.path))
     return [module.get_function(name) for name in names]
 

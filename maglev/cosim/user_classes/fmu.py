@@ -25,6 +25,7 @@ from maglev.cosim.fmu import Fmu
 from maglev.cosim.port_map import Scale
 from maglev.cosim.versions.fmi import OWN_TOOL
 from maglev.errors import ControllerError, FmuError
+from maglev.processes.beside import SERVING
 from maglev.user_controllers.source import Written, folder_first, load
 
 TOOL = "Python class"   # in place of what makes FMUs, in generationTool
@@ -112,7 +113,8 @@ class InProcessFmu(Fmu):
             self.slave.set_boolean(names, [bool(value) for value in numbers])
 
     def failed(self, call: str, status: int) -> FmuError:
-        if isinstance(self.raised, KeyboardInterrupt):
+        # In a process of its own no Ctrl-C comes: the class has raised it.
+        if isinstance(self.raised, KeyboardInterrupt) and not any(SERVING):
             raise self.raised
         error = FmuError(f"{self.name} ({self.path.name}): {self.said() or call}")
         error.__cause__ = self.raised

@@ -31,6 +31,8 @@ def test_there_and_back(tmp_path: Path) -> None:
     write_digest(tmp_path, "mine", digest)
     assert read_digest(tmp_path, "mine") == digest
     assert digest_file(tmp_path, "mine").read_bytes() == f"{digest.sha256}  12 signals at 130001 samples\n".encode()
+    digest_file(tmp_path, "mine").write_text(f"{digest.sha256}  12 signals at 130001 samples\n", encoding="utf-8-sig")
+    assert read_digest(tmp_path, "mine") == digest, "as editors on Windows write it"
     assert read_digest(tmp_path, "other") is None
     write_digest(tmp_path, "mine", None)
     assert read_digest(tmp_path, "mine") is None
