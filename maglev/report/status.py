@@ -50,16 +50,16 @@ def modification(result: RunResult) -> str:
         result.provenance is not None and result.modified) else ""
 
 
-def troubles(result: RunResult) -> list[str]:
+def troubles(result: RunResult, reason: bool = True) -> list[str]:
     if result.failure is not None:
-        return [f"did not complete: {result.failure}"]
+        return [f"did not complete: {result.failure}" if reason else "did not complete"]
     return [f"{event.words} at {event.time:.3f} s" for event in events(result.metrics)]
 
 
-def run_status(result: RunResult) -> list[str]:
+def run_status(result: RunResult, reason: bool = True) -> list[str]:
     """What a reader must know before anything else about a run: that it is another one, and what went wrong."""
     modified = modification(result)
-    return [*([modified] if modified else []), *troubles(result)]
+    return [*([modified] if modified else []), *troubles(result, reason)]
 
 
 def is_listed(result: RunResult, judgements: Judgements) -> bool:

@@ -57,16 +57,19 @@ def show(console: Console, result: RunResult, verdicts: Sequence[ClaimResult], b
     Briefly without bounds by the axes of figures: dozens of lines, of which the last one has the sum.
     """
     show_measured(console, result, claim_tables([judged for judged in verdicts if judged.claim.figure is None]
-                                                if briefly else verdicts), verdicts)
+                                                if briefly else verdicts), verdicts, reason=not briefly)
 
 
 def show_measured(console: Console, result: RunResult, above: Iterable[ResultTable] = (),
-                  verdicts: Sequence[ClaimResult] = ()) -> None:
-    """Print what comes above what was measured on a run, that, and the outcome with a sum of verdicts."""
+                  verdicts: Sequence[ClaimResult] = (), reason: bool = True) -> None:
+    """Print what comes above what was measured on a run, that, and the outcome with a sum of verdicts.
+
+    Of a run that did not complete the reason is left out where it is said elsewhere.
+    """
     plan = result.plan
     console.print(heading(plan.name, plan.title))
     if result.metrics is None:
-        console.print(Text(", ".join(run_status(result))))
+        console.print(Text(", ".join(run_status(result, reason))))
         return
     if result.provenance is not None:
         console.print(Text(origin(result.provenance), style="dim"))

@@ -55,6 +55,18 @@ def test_a_file_that_ends_its_process_has_no_result(fastest_fmus: Path, tmp_path
         assert (tmp_path / "trial.partial.csv").read_text().splitlines()[-1].startswith("0.1005,")
 
 
+@pytest.mark.parametrize("statement", ["raise KeyboardInterrupt", "raise GeneratorExit"])
+def test_what_a_step_raises_is_said_once_whatever_it_is(fastest_fmus: Path, tmp_path: Path, statement: str) -> None:
+    """With file and line; nobody has pressed Ctrl-C."""
+    path = misbehaving(tmp_path, "step", statement)
+    done = command("run", trial(tmp_path), "--fmus", fastest_fmus, "--out", tmp_path, "--controller", path)
+    assert done.returncode == 2, done.stderr
+    said = f"pd.py, line {line_of(path, statement)}: {statement.split()[1]}"
+    assert said in done.stderr.strip().splitlines()[-1] and "Traceback" not in done.stderr
+    assert "did not complete" in done.stdout and said not in done.stdout
+    assert said in " ".join((tmp_path / "trial.txt").read_text().split())
+
+
 def test_compare_goes_on_without_it(fastest_fmus: Path, tmp_path: Path) -> None:
     path = misbehaving(tmp_path, "step", "os._exit(0)")
     done = command("compare", trial(tmp_path), "--fmus", fastest_fmus, "--out", tmp_path, "--controller",
