@@ -37,7 +37,7 @@ if TYPE_CHECKING:
     from maglev.api.identifying import identify, write_identification
     from maglev.api.many.batch import Batch, BatchInterrupted, batch
     from maglev.api.many.studying import Study, new_study, study
-    from maglev.api.many.tuning import Tuned, tune
+    from maglev.api.many.tuning import Tuned, new_tuning, tune
     from maglev.api.repository import new_repository
     from maglev.api.run import Run
     from maglev.api.running import Results, run, run_all
@@ -62,7 +62,7 @@ PLACES = {name: module for module, names in {
     "maglev.api.catalogue": "build fmus scenarios", "maglev.api.checking": "check update",
     "maglev.api.comparing": "Comparison compare", "maglev.api.run": "Run",
     "maglev.api.identifying": "identify write_identification", "maglev.api.many.batch": "Batch BatchInterrupted batch",
-    "maglev.api.many.studying": "Study new_study study", "maglev.api.many.tuning": "Tuned tune",
+    "maglev.api.many.studying": "Study new_study study", "maglev.api.many.tuning": "Tuned new_tuning tune",
     "maglev.api.repository": "new_repository", "maglev.api.running": "Results run run_all",
     "maglev.cosim.master": "FmuSetup Master RunFailed", "maglev.fmu_experiments.check": "check_fmus",
     "maglev.fmu_experiments.pack": "pack_reference", "maglev.linear.linearise": "linearise",
@@ -79,7 +79,8 @@ __all__ = [
     "ScenarioError", "StabilityError", "Study", "Target", "Tuned", "UnknownName", "batch", "build", "check",
     "check_fmus", "compare", "fmus", "frequency_response", "identify", "know_stage", "linearise", "linearise_loop",
     "linearise_numerically",
-    "new_controller", "new_plant", "new_repository", "new_scenario", "new_stage", "new_study", "pack_reference",
+    "new_controller", "new_plant", "new_repository", "new_scenario", "new_stage", "new_study", "new_tuning",
+    "pack_reference",
     "region", "run", "run_all", "scenarios", "stage", "study", "target", "tune", "update",
     "write_identification", "write_live"]
 

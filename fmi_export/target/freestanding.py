@@ -121,7 +121,7 @@ def code_of(definition: FmuDefinition, modules: Iterable[str],
     wanted = set(CALL.findall("".join(functions.values()))) - functions.keys() - KNOWN
     if wanted:
         raise ExportError(f"{name}: calls {' and '.join(sorted(wanted))}, which a processor without a mathematical "
-                          "library does not have, expected functions of pmlsm.elementary")
+                          "library does not have, expected functions of pmlsm.elementary, such as sine_cosine")
     used = set(WORD.findall("".join(functions.values())))
     prototypes = [match[0] for text in texts for match in PROTOTYPE.finditer(text) if match[1] in functions]
 

@@ -8,6 +8,7 @@ from maglev.api.checking import update
 from maglev.errors import BaselineError, RigError
 from maglev.own_stage.adoption import rig_named
 from maglev.own_stage.new import scenario_text, write_new
+from maglev.packages.installed import HERE
 from maglev.processes.side_by_side import Say, Watch
 from maglev.rig.rigs import EXAMPLE
 from maglev.rig.writer import render
@@ -16,7 +17,7 @@ from maglev.user_controllers.new import new_controller
 
 EXPERIMENT = "experiment.toml"
 FILES = {"README.md": "README.md", "gitignore": ".gitignore", "gitlab-ci.yml": ".gitlab-ci.yml",
-         "maglev.yml": ".github/workflows/maglev.yml"}   # by template
+         "maglev.yml": ".github/workflows/maglev.yml", "wheels.md": "wheels/README.md"}   # by template
 
 
 def new_repository(path: str | Path, stage: str | Path = EXAMPLE, *, watch: Watch | None = None,
@@ -43,7 +44,8 @@ def new_repository(path: str | Path, stage: str | Path = EXAMPLE, *, watch: Watc
     --------
     >>> import maglev
     >>> sorted(file.name for file in maglev.new_repository("levitate", stage="2dof").iterdir())
-    ['.github', '.gitignore', '.gitlab-ci.yml', 'README.md', 'baselines', 'controller.py', 'experiment.toml']
+    ['.github', '.gitignore', '.gitlab-ci.yml', 'README.md', 'baselines', 'controller.py', 'experiment.toml',
+     'wheels']
     """
     folder = Path(path)
     if folder.exists():
@@ -53,14 +55,16 @@ def new_repository(path: str | Path, stage: str | Path = EXAMPLE, *, watch: Watc
     rig = rig_named(str(stage))
     with tempfile.TemporaryDirectory(dir=folder.parent, prefix=f".{folder.name}-") as scratch:
         made = Path(scratch) / folder.name
-        (made / ".github" / "workflows").mkdir(parents=True)
+        for file in FILES.values():
+            (made / file).parent.mkdir(parents=True, exist_ok=True)
         own = Path(stage).name if rig.name in STAGES.own else None
         if own is not None:
             shutil.copyfile(stage, made / own)
         new_controller(made / "controller.py", rig.name if own is None else str(made / own))
         write_new(made / EXPERIMENT, scenario_text(rig, made / EXPERIMENT, own, more=True, controller="controller.py"))
         for template, name in FILES.items():
-            write_new(made / name, render(f"new/repository/{template}.j2", rig, name=folder.name))
+            write_new(made / name, render(f"new/repository/{template}.j2", rig, name=folder.name,
+                                         clone=str(HERE) if (HERE / "pyproject.toml").is_file() else ""))
         result, = update(made / EXPERIMENT, baselines=made / "baselines", watch=watch, say=say)
         if result.status == "error":
             raise BaselineError(f"{folder / EXPERIMENT}: {result.message}")

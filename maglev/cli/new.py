@@ -95,6 +95,28 @@ def study(path: TomlFile, scenario: Annotated[str, typer.Option(
 
 
 @new.command()
+def tuning(path: TomlFile, scenario: Annotated[str, typer.Option(
+               help="What it runs: a run of the package, or a scenario of yours, without variants.",
+               autocompletion=run_names)] = f"{EXAMPLE}-setpoints",
+           controller: Annotated[Path | None, typer.Option(
+               metavar="FILE", help="A controller of yours, a Python file, whose parameters are searched; without it "
+               "the poles of the scenario's regulator are.", show_default=False)] = None, debug: Debug = False) -> None:
+    """Write a tuning that runs as it is, with comments on what else it could have, for you to change.
+
+    **Examples:**
+
+    `maglev new tuning quicker --scenario mine.toml`
+
+    `maglev new tuning quicker --controller lqi.py`
+
+    `maglev tune quicker.toml`
+    """
+    with one_line_errors(debug):
+        file = maglev.new_tuning(path, scenario, controller)
+        typer.echo(f"{file}: run it with `maglev tune {file}`")
+
+
+@new.command()
 def repository(path: Annotated[Path, typer.Argument(metavar="FOLDER", help="The folder; it must not be there.")],
                stage: OfStage = EXAMPLE, debug: Debug = False) -> None:
     """Write a repository: a controller, its experiment and baseline, and what GitHub and GitLab run at every push.
@@ -105,7 +127,8 @@ def repository(path: Annotated[Path, typer.Argument(metavar="FOLDER", help="The 
     """
     with one_line_errors(debug):
         folder = maglev.new_repository(path, stage, watch=progress_of, say=say)
-        typer.echo(f"{folder}: begin with {folder / 'README.md'}")
+        typer.echo(f"{folder}: begin with {folder / 'README.md'}; what runs at every push installs a wheel, which "
+                   f"{folder / 'wheels' / 'README.md'} tells how to make")
 
 
 @new.command("stage")

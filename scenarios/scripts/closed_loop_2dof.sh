@@ -3,5 +3,4 @@
 # Run from the folder that holds fmus; FMUS names another folder, OUT another file for the result, LOOP another loop than
 # that of the regulator, STOP_TIME an earlier end (s).
 here=$(dirname "$0")
-fmpy simulate "${FMUS:-fmus}/${LOOP:-ClosedLoop2DOF}.fmu" --input-file "$here/../inputs/2dof-setpoints.csv" \
-    --stop-time "${STOP_TIME:-26}" --output-interval 0.0005 --output-file "${OUT:-closed_loop_2dof.csv}"
+sh "$here/simulate.sh" "${LOOP:-ClosedLoop2DOF}" "$here/../inputs/2dof-setpoints.csv" "${STOP_TIME:-26}" 0.0005 "${OUT:-closed_loop_2dof.csv}"

@@ -3,5 +3,4 @@
 # Run from the folder that holds fmus; FMUS names another folder, OUT another file for the result, LOOP another loop than
 # that of the regulator, STOP_TIME an earlier end (s).
 here=$(dirname "$0")
-fmpy simulate "${FMUS:-fmus}/${LOOP:-ClosedLoop5DOF}.fmu" --input-file "$here/../inputs/5dof-setpoints.csv" \
-    --stop-time "${STOP_TIME:-21}" --output-interval 0.0002 --output-file "${OUT:-closed_loop_5dof.csv}"
+sh "$here/simulate.sh" "${LOOP:-ClosedLoop5DOF}" "$here/../inputs/5dof-setpoints.csv" "${STOP_TIME:-21}" 0.0002 "${OUT:-closed_loop_5dof.csv}"

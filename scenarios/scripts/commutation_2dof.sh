@@ -3,5 +3,4 @@
 # stator at a constant speed. Run from the folder that holds fmus; FMUS names another folder, OUT another file for the
 # result.
 here=$(dirname "$0")
-fmpy simulate "${FMUS:-fmus}/Commutation2DOF.fmu" --input-file "$here/commutation_2dof_inputs.csv" \
-    --stop-time 0.25 --output-interval 0.0005 --output-file "${OUT:-commutation_2dof.csv}"
+sh "$here/simulate.sh" "Commutation2DOF" "$here/commutation_2dof_inputs.csv" 0.25 0.0005 "${OUT:-commutation_2dof.csv}"

@@ -3,5 +3,4 @@
 # the stators at constant speeds. Run from the folder that holds fmus; FMUS names another folder, OUT another file for
 # the result.
 here=$(dirname "$0")
-fmpy simulate "${FMUS:-fmus}/Commutation3DOF.fmu" --input-file "$here/commutation_3dof_inputs.csv" \
-    --stop-time 0.25 --output-interval 0.0002 --output-file "${OUT:-commutation_3dof.csv}"
+sh "$here/simulate.sh" "Commutation3DOF" "$here/commutation_3dof_inputs.csv" 0.25 0.0002 "${OUT:-commutation_3dof.csv}"

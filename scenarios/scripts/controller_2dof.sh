@@ -3,5 +3,4 @@
 # Run from the folder that holds fmus; FMUS names another folder, OUT another file for the result, CONTROLLER another
 # controller than the regulator of that run.
 here=$(dirname "$0")
-fmpy simulate "${FMUS:-fmus}/${CONTROLLER:-Regulator2DOF}.fmu" --input-file "$here/controller_2dof_inputs.csv" \
-    --stop-time 0.25 --output-interval 0.0005 --output-file "${OUT:-controller_2dof.csv}"
+sh "$here/simulate.sh" "${CONTROLLER:-Regulator2DOF}" "$here/controller_2dof_inputs.csv" 0.25 0.0005 "${OUT:-controller_2dof.csv}"

@@ -3,5 +3,4 @@
 # Run from the folder that holds fmus; FMUS names another folder, OUT another file for the result, CONTROLLER another
 # controller than the regulator of that run.
 here=$(dirname "$0")
-fmpy simulate "${FMUS:-fmus}/${CONTROLLER:-Regulator3DOF}.fmu" --input-file "$here/controller_3dof_inputs.csv" \
-    --stop-time 0.25 --output-interval 0.0002 --output-file "${OUT:-controller_3dof.csv}"
+sh "$here/simulate.sh" "${CONTROLLER:-Regulator3DOF}" "$here/controller_3dof_inputs.csv" 0.25 0.0002 "${OUT:-controller_3dof.csv}"

@@ -3,5 +3,4 @@
 # Procedure 4. The estimates have left their first guesses; to settle they need some 10 s.
 # Run from the folder that holds fmus; FMUS names another folder, OUT another file for the result.
 here=$(dirname "$0")
-fmpy simulate "${FMUS:-fmus}/Estimator2DOF.fmu" --input-file "$here/estimator_2dof_inputs.csv" \
-    --stop-time 1 --output-interval 0.0005 --output-file "${OUT:-estimator_2dof.csv}"
+sh "$here/simulate.sh" "Estimator2DOF" "$here/estimator_2dof_inputs.csv" 1 0.0005 "${OUT:-estimator_2dof.csv}"

@@ -3,5 +3,4 @@
 # Procedure 4. The estimates have left their first guesses; to settle they need some 10 s.
 # Run from the folder that holds fmus; FMUS names another folder, OUT another file for the result.
 here=$(dirname "$0")
-fmpy simulate "${FMUS:-fmus}/Estimator3DOF.fmu" --input-file "$here/estimator_3dof_inputs.csv" \
-    --stop-time 0.5 --output-interval 0.0002 --output-file "${OUT:-estimator_3dof.csv}"
+sh "$here/simulate.sh" "Estimator3DOF" "$here/estimator_3dof_inputs.csv" 0.5 0.0002 "${OUT:-estimator_3dof.csv}"

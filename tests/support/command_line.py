@@ -36,4 +36,4 @@ def run_script(name: str, fmus: Path, out: Path, **settings: str) -> None:
     path = f"{Path(sys.executable).parent}{os.pathsep}{os.environ['PATH']}"
     done = subprocess.run(["sh", str(SCRIPTS / name)], cwd=out.parent, capture_output=True, text=True, check=True,
                           env={**os.environ, "FMUS": str(fmus), "OUT": str(out), "PATH": path, **settings})
-    assert done.stdout + done.stderr == "", name
+    assert done.stdout + done.stderr == f"results: {out}\n", name

@@ -8,14 +8,20 @@ from typing import Any, Unpack
 
 from maglev.api.many.studying import made_ready
 from maglev.cosim.blocks.graphics_processor import require_device
+from maglev.errors import ScenarioError, key_path, option
+from maglev.linear.parameters import controllers
+from maglev.own_stage.new import seen_from, toml_file, write_new
 from maglev.processes import processors
 from maglev.processes.side_by_side import Say, Watch, unwatched, warn
+from maglev.rig.writer import render
+from maglev.schema.loading import load_plan
 from maglev.schema.options import RunOptions, takes_run_options
 from maglev.studies.batch.batches import runners
 from maglev.studies.parts import Parts
 from maglev.tuning.planning import PlannedTuning, plan_tuning
 from maglev.tuning.schema import load_tuning
 from maglev.tuning.search import SearchResult, gains_toml, search, show_result
+from maglev.user_controllers.source import load
 from maglev_files.whole_file import write_whole
 
 
@@ -47,6 +53,58 @@ class Tuned:
     def show(self, console: Any) -> None:
         """Print it on a console of rich."""
         show_result(console, self.planned.tuning, self.planned.cost, self.found)
+
+
+def new_tuning(path: str | Path, scenario: str | Path, controller: str | Path | None = None) -> Path:
+    """Write a tuning file that runs, to begin with; nothing is overwritten. Returns the file.
+
+    Parameters
+    ----------
+    path : path
+        The file, NAME or NAME.toml; its result is named after it.
+    scenario : str or path
+        What it runs: a run of the package by its name, or a scenario of yours, without variants.
+    controller : path, optional
+        A Python file with a controller of yours, whose parameters are searched; otherwise the poles of the scenario's
+        regulator are.
+
+    Raises
+    ------
+    MaglevError
+        If the file is there already, its name is none, there is no such scenario or controller, or nothing to search.
+
+    Examples
+    --------
+    >>> import maglev
+    >>> maglev.new_tuning("quicker.toml", "3dof-setpoints").name
+    'quicker.toml'
+    """
+    file, plan = toml_file(path), load_plan(scenario)
+    if plan.rig is None or not {"plant", "controller"} <= plan.fmus.keys():
+        raise ScenarioError(f"{scenario}: fmus = {key_path(list(plan.fmus))}: expected a scenario with plant and "
+                            "controller of a stage")
+    searched = [] if controller is None else searched_of(Path(controller))
+    model = plan.fmus["controller"].model
+    if controller is None and (model not in controllers() or "Regulator" not in model):
+        raise ScenarioError(f"{scenario}: controller = {model or plan.fmus['controller'].file}: expected an output "
+                            f"regulator, whose poles are searched, or {option('controller', 'FILE')}, a Python file")
+    name = seen_from(file, scenario) if str(scenario).endswith(".toml") else str(scenario)
+    write_new(file, render("new/tuning.toml.j2", plan.rig, file=file.name, name=file.stem, scenario=name,
+                           controller=controller and seen_from(file, controller), searched=searched))
+    return file
+
+
+def searched_of(controller: Path) -> list[tuple[str, float, float]]:
+    """Parameters of a controller in Python with half and twice the value that each begins with."""
+    definition = load(controller).definition
+    starts = {variable.name: definition.start_value(variable) for variable in definition.variables
+              if variable.causality == "parameter" and variable.name != "sample_time"}
+    found = [(name, min(0.5 * start, 2.0 * start), max(0.5 * start, 2.0 * start)) for name, start in starts.items()
+             if isinstance(start, float) and start != 0.0]
+    if not found:
+        raise ScenarioError(f"{controller}: parameters = {', '.join(starts) or 'none'}: expected one that is a number "
+                            "other than 0, to be searched")
+    return found
 
 
 @takes_run_options("timeout", "parameters")

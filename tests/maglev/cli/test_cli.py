@@ -262,6 +262,26 @@ def test_scripts_reproduce_the_recorded_run(fmus: Path, tmp_path: Path, rig: str
     assert np.abs(plant[f"{axis}.encoder"][:n] - given["controller"][f"{axis}.measured"][:n]).max() < 1.01e-5
 
 
+@pytest.mark.parametrize("name", sorted(path.name for path in SCRIPTS.glob("*_?dof.sh")))
+def test_scripts_say_in_a_line_what_builds_a_missing_fmu(tmp_path: Path, name: str) -> None:
+    done = subprocess.run(["sh", str(SCRIPTS / name)], cwd=tmp_path, capture_output=True, text=True, check=False)
+    assert done.returncode == 2 and done.stdout == ""
+    assert re.fullmatch(r"(\w+)\.fmu is neither in fmus/native nor in fmus: `maglev build \1 --fmus fmus` builds it, "
+                        r".*\n", done.stderr)
+    assert not [*tmp_path.iterdir()]
+
+
+def test_scripts_take_native_fmus_first(tmp_path: Path) -> None:
+    (tmp_path / "fmus" / "native").mkdir(parents=True)
+    for folder in ("fmus", "fmus/native"):
+        (tmp_path / folder / "Plant2DOF.fmu").touch()
+    (tmp_path / "fmpy").write_text("#!/bin/sh\necho $2\n", encoding="utf-8")
+    (tmp_path / "fmpy").chmod(0o700)
+    done = subprocess.run(["sh", str(SCRIPTS / "plant_2dof.sh")], cwd=tmp_path, capture_output=True, text=True,
+                          check=True, env={**os.environ, "PATH": f"{tmp_path}{os.pathsep}{os.environ['PATH']}"})
+    assert done.stdout == "fmus/native/Plant2DOF.fmu\nresults: plant_2dof.csv\n"
+
+
 @pytest.mark.parametrize(("rig", "block", "stop_time"), [("2dof", Estimator2DOF, 1.0), ("3dof", Estimator3DOF, 0.5)])
 def test_scripts_of_the_estimators(fmus: Path, tmp_path: Path, rig: str,
                                    block: type[Estimator2DOF] | type[Estimator3DOF], stop_time: float) -> None:
