@@ -30,6 +30,8 @@ INITIALIZING = "in the initialization"
 RUNNING = "after the initialization"
 TERMINATED = "after fmi2Terminate"
 
+PHASES = (INSTANTIATED, INITIALIZING, RUNNING, TERMINATED)
+
 
 class Refused(ValueError):
     """A request that the FMU does not carry out; the message names the variable, its value and what was expected."""
@@ -336,10 +338,20 @@ class BlockSlave(Fmi2Slave):
     def _set_fmu_state(self, state: dict[str, Any]) -> None:
         if state.get("model") != type(self).__module__:
             raise self.refused(f"state of model: {state.get('model')}, expected {type(self).__module__}")
+        if not self.is_state(state.get("block"), state.get("slave")):
+            raise self.refused("serialized state: expected one that this FMU has written")
         for (owner, name), value in zip(self.state_slots, state["block"], strict=True):
             put(owner, name, value)
         self.phase, self.stale, self.suspect, self.next_time, self.stop_time = state["slave"]
         self.setters.clear()
+
+    def is_state(self, block: Any, slave: Any) -> bool:
+        """Return True if this is what `_get_fmu_state` gives: a serialized state may be anybody's."""
+        numbers = (bool, int, float)
+        return (isinstance(block, list) and len(block) == len(self.state_slots)
+                and all(isinstance(value, numbers) for value in block) and isinstance(slave, list) and len(slave) == 5
+                and slave[0] in PHASES and all(isinstance(value, bool) for value in slave[1:3])
+                and isinstance(slave[3], (*numbers, type(None))) and isinstance(slave[4], numbers))
 
     @staticmethod
     def _fmu_state_to_bytes(state: dict[str, Any]) -> bytes:

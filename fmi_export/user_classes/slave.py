@@ -1,12 +1,14 @@
 """The slave of a user's class, which may raise, and may hold anything."""
 
-import pickle
+import sys
 from copy import deepcopy
 from numbers import Real
+from pathlib import Path
 from typing import Any
 
 from fmi_export.definition import FmuDefinition, Slot
 from fmi_export.slave import BlockSlave, Refused
+from fmi_export.user_classes.plain_state import NotPlain, read_state, written_state
 from fmi_export.user_classes.trouble import RAISED, error_text
 
 
@@ -52,20 +54,27 @@ class WrittenSlave(BlockSlave):
             raise self.refused(f"the state cannot be saved: {error_text(error, self.written)}") from error
 
     def _set_fmu_state(self, state: dict[str, Any]) -> None:
-        saved = deepcopy(state["block"])
+        saved = state.get("block")
+        if isinstance(saved, tuple):
+            saved = deepcopy(saved)
+        else:   # it was serialized
+            try:
+                saved = read_state(saved, self.folder())
+                for part, values in zip((self.block.law, self.block.clock), saved, strict=True):
+                    if not isinstance(values, dict) or not all(isinstance(name, str) for name in values):
+                        raise NotPlain(f"the attributes of a {type(part).__name__} are {values!r}")
+            except ValueError as error:
+                raise self.refused(f"serialized state: {error}, expected one that this FMU has written") from error
         super()._set_fmu_state(state | {"block": []})
         for part, values in zip((self.block.law, self.block.clock), saved, strict=True):
             vars(part).clear()
             vars(part).update(values)
 
-    @staticmethod
-    def _fmu_state_to_bytes(state: dict[str, Any]) -> bytes:
-        return pickle.dumps(state)
+    def folder(self) -> Path | None:
+        """Folder of the user's files, whose classes a state may hold objects of."""
+        file = getattr(sys.modules.get(self.written.__module__), "__file__", None)
+        return None if file is None else Path(file).parent
 
     @staticmethod
-    def _fmu_state_from_bytes(state: bytes) -> dict[str, Any]:
-        try:
-            loaded = pickle.loads(state)
-        except Exception:
-            loaded = None
-        return loaded if isinstance(loaded, dict) else {"model": f"serialized state of {len(state)} unreadable bytes"}
+    def _fmu_state_to_bytes(state: dict[str, Any]) -> bytes:
+        return BlockSlave._fmu_state_to_bytes(state | {"block": written_state(state["block"], "vars(self)")})

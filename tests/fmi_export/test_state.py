@@ -1,5 +1,6 @@
 """State of an FMU: saved, restored, serialized, moved to another instance; and reset."""
 
+import json
 from collections.abc import Callable
 
 import pytest
@@ -87,3 +88,12 @@ def test_garbled_state_is_refused(load: Load) -> None:
     component = started(load, "Plant2DOF")
     state = component.instance.deSerializeFMUstate(b"\x00garbage")
     assert "8 unreadable bytes" in refusal(component, lambda: component.instance.setFMUState(state))
+
+
+@pytest.mark.parametrize("change", [{"block": []}, {"block": ["1"]}, {"block": None}, {"slave": []}, {"slave": 7},
+                                    {"slave": ["asleep", False, False, 0.0, 1.0]}], ids=range(6))
+def test_state_that_is_none_of_this_fmu_is_refused(load: Load, change: dict[str, object]) -> None:
+    component = started(load, "Plant2DOF")
+    data = json.loads(component.instance.serializeFMUstate(component.instance.getFMUState()))
+    state = component.instance.deSerializeFMUstate(json.dumps(data | change).encode())
+    assert "expected one that this FMU has written" in refusal(component, lambda: component.instance.setFMUState(state))
