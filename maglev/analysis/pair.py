@@ -16,10 +16,10 @@ from maglev.arrays import Array
 from maglev.catalogue.for_runs import fmus_named
 from maglev.cosim.master import FmuSetup
 from maglev.cosim.open import read_description
-from maglev.cosim.other_process.helper import other_process
+from maglev.cosim.other_process.helper import called_apart
 from maglev.cosim.other_process.run import TIMEOUT
 from maglev.cosim.port_map import PortMap, apply, read_port_maps
-from maglev.errors import ControllerError, FmuError, LinearModelError, nearest, one_of, option, or_of_own_stage
+from maglev.errors import ControllerError, LinearModelError, nearest, one_of, option, or_of_own_stage
 from maglev.experiment.preparation import as_it_is, runs_apart
 from maglev.linear.equilibrium import read_positions
 from maglev.linear.loop import opening_among, openings_of
@@ -30,7 +30,8 @@ from maglev.own_fmus import current_fmu
 from maglev.own_stage.adoption import know_stage
 from maglev.own_stage.loop import loop_table
 from maglev.parameter import Parameter, require_parameter
-from maglev.processes.beside import Gone, Send
+from maglev.processes.beside import Send
+from maglev.processes.plain import hints
 from maglev.stages import STAGES
 from maglev.units import positive_time
 from maglev.user_controllers.source import Given, is_class, is_written, name_of, path_of
@@ -364,18 +365,12 @@ def apart(function: Callable[..., Found], files: Sequence[Path], timeout: float,
         if is_class(path):
             raise ControllerError(f"{path}: was given as a class, which runs in this process alone, but "
                                   f"{foreign[0].name} runs in another; expected the file of the class")
-    with other_process() as (beside, _):
-        beside.ask(partial(work, function, arguments))
-        try:
-            while not (said := beside.next(max(timeout, TIMEOUT))).last:
-                pass
-        except Gone as gone:
-            raise FmuError(f"{' or '.join(path.name for path in foreign)} {gone}") from None
-        answer: Found = said.what
-        return answer
+    names, kind = " or ".join(path.name for path in foreign), hints(function)["return"]
+    answer: Found = called_apart(partial(work, function, arguments), names, max(timeout, TIMEOUT), kind)
+    return answer
 
 
 def work(function: Callable[..., Any], arguments: Sequence[Any], send: Send) -> Any:
     """Call the function in this process; each step of what it runs is a sign of life."""
-    participant.SIGN_OF_LIFE[:] = [partial(send, "alive")]
+    participant.SIGN_OF_LIFE[:] = [partial(send, (0, 1))]
     return function(*arguments)

@@ -17,6 +17,7 @@ from maglev.cosim.open import read_description
 from maglev.cosim.other_process.run import TIMEOUT, Complete, Job, run_apart
 from maglev.cosim.port_map import PortMap, apply
 from maglev.cosim.step_loop import LIBRARY, own_loop
+from maglev.cosim.versions.fmi import FMI3
 from maglev.cosim.wires.wiring import Drives
 from maglev.errors import ControllerError, FmuError, ScenarioError, few, option
 from maglev.experiment.ports.parameter_file import without_fed
@@ -190,15 +191,17 @@ class Experiment:
         """
         descriptions = self.check()
         try:
-            return self.recorded(self.drives(descriptions), progress, complete)
+            return self.recorded(descriptions, progress, complete)
         except RunFailed as failure:
             ranges = {name: description for name, description in descriptions.items()
                       if name not in self.ports or not self.ports[name].ports}   # in the run's units
             raise after_departure(failure, ranges, self.connections) from failure
 
-    def recorded(self, drives: Drives, progress: Progress | None, complete: Complete) -> Recording:
+    def recorded(self, descriptions: Mapping[str, ModelDescription], progress: Progress | None,
+                 complete: Complete) -> Recording:
         """The recording; RunFailed as of `Master`."""
         setups, connections, stop_time = self.setups(), self.connections, self.plan.stop_time
+        drives: Drives = self.drives(descriptions)
         apart = [f"{name} ({path.name})" for name, path in self.files.items() if runs_apart(path)]
         for path in self.files.values() if apart else ():
             if is_class(path):
@@ -206,8 +209,10 @@ class Experiment:
                                       f"{apart[0]} is not what this installation builds and runs in another; expected "
                                       "FMUs as `maglev build` makes them, or the file of the class")
         if apart:
-            return run_apart(Job(setups, connections, self.step, self.order, stop_time, drives, self.loop), progress,
-                             self.timeout, complete)
+            columns = {full for full, variable in self.variables(descriptions).items()
+                       if variable.causality == "output" and variable.type in FMI3.types} | drives.keys()
+            return run_apart(Job(setups, connections, self.step, self.order, stop_time, drives, self.loop,
+                                 frozenset(columns)), progress, self.timeout, complete)
         with Master(setups, connections, self.step, self.order, loop=self.loop) as master:
             master.require_memory(stop_time)
             recording = master.run(stop_time, drives, progress)

@@ -19,15 +19,18 @@ from maglev.baselines.check import deviation_text
 from maglev.baselines.deviation import Deviation, WorstDifference, first_deviation, worst
 from maglev.baselines.outcome import CheckResult, write_junit
 from maglev.cosim.fmu import checked_description, flaw_note, unpack, unpacking_folder
+from maglev.cosim.other_process.helper import called_apart
 from maglev.cosim.other_process.run import TIMEOUT
 from maglev.cosim.versions.fmi import Messages, fmi_of
 from maglev.errors import FAILURES, FmuError, in_one_line, nearest, option
 from maglev.experiment.chain import chained
+from maglev.experiment.preparation import is_foreign
 from maglev.fmu_experiments import tables
 from maglev.fmu_experiments.carried import CarriedExperiment, File, carried_experiments
 from maglev.parameter import REALS
 from maglev.processes import processors
-from maglev.processes.side_by_side import Progress, Watch, Watcher, unwatched
+from maglev.processes.beside import Forged
+from maglev.processes.side_by_side import Progress, Watch, Watcher, unwatched, watched
 from maglev.time_grid import ON_GRID
 from maglev_files.scratch import remove_scratch
 
@@ -43,9 +46,16 @@ class Times(NamedTuple):
     tolerance: float | None
 
 
-def run_fmu(path: Path, description: ModelDescription, times: Times, parameters: Mapping[str, str],
-        inputs: npt.NDArray[Any] | None, outputs: list[str], progress: Progress) -> tuple[npt.NDArray[Any], str]:
-    """What an FMU gives at the communication points, with the column time, and what it has said.
+class FmuRun(NamedTuple):
+    """What an FMU gave at the communication points, by variable and with the column time, and what it has said."""
+
+    columns: dict[str, npt.NDArray[Any]]
+    said: str
+
+
+def run_fmu(path: Path, times: Times, parameters: Mapping[str, str], inputs: npt.NDArray[Any] | None,
+            outputs: list[str], progress: Progress) -> FmuRun:
+    """Run an FMU alone, in this process.
 
     Parameters are start values, as texts; inputs are as fmpy takes them: what is continuous is interpolated, the rest
     held. FmuError if the FMU refuses something, with what it says.
@@ -53,9 +63,10 @@ def run_fmu(path: Path, description: ModelDescription, times: Times, parameters:
     messages = Messages()
     folder = unpacking_folder()
     steps = max(1, round((times.stop - times.start) / times.step))
+    description = checked_description(f"{path}:", path)
 
     def stepped(time: float, _recorder: object) -> bool:
-        progress(min(steps, round((time - times.start) / times.step)), steps)
+        progress(max(0, min(steps, round((time - times.start) / times.step))), steps)
         return True
 
     try:
@@ -71,11 +82,27 @@ def run_fmu(path: Path, description: ModelDescription, times: Times, parameters:
                                   step_finished=stepped)
         if instance is not None:
             instance.freeInstance()
-        return result, messages.summary()
+        return FmuRun({name: result[name].copy() for name in result.dtype.names}, messages.summary())
     except Exception as error:   # fmpy raises whatever ctypes and its own checks raise
         raise FmuError(f"{path.name} cannot be run: {messages.take() or in_one_line(error)}") from error
     finally:
         remove_scratch(folder)
+
+
+def run_where_it_belongs(path: Path, times: Times, parameters: Mapping[str, str], inputs: npt.NDArray[Any] | None,
+                         outputs: list[str], progress: Progress, timeout: float) -> FmuRun:
+    """Run an FMU in this process if it is one of this project, otherwise in another one, which is not trusted."""
+    task = functools.partial(run_fmu, path, times, parameters, inputs, outputs)
+    if not is_foreign(path):
+        return task(progress)
+    run: FmuRun = called_apart(functools.partial(watched, task), path.name, timeout, FmuRun, progress)
+    instants = run.columns.get("time", np.zeros(0))
+    if (run.columns.keys() != {"time", *outputs} or instants.ndim != 1 or not len(instants)
+            or not np.isfinite(instants).all() or (np.diff(instants) < 0.0).any()
+            or any(column.dtype.kind not in "biuf" or column.shape[:1] != instants.shape or not column.size
+                   for column in run.columns.values())):
+        raise FmuError(f"{path.name} {Forged()}")
+    return run
 
 
 class Expected(NamedTuple):
@@ -144,13 +171,14 @@ def check_all(experiments: Mapping[str, tuple[Path, CarriedExperiment]], jobs: i
               timeout: float = TIMEOUT, partial: bool = False) -> list[CheckResult]:
     """Check experiments of FMUs, by the names of their outcomes, in other processes, at most `jobs` at a time."""
     return list(chained({name: set() for name in experiments},
-                        lambda name, _: functools.partial(check_experiment, name, *experiments[name], partial=partial),
-                        jobs, lambda name, message: CheckResult(name, "error", message, None, {}, 0.0), watch,
-                        timeout).values())
+                        lambda name, _: functools.partial(check_experiment, name, *experiments[name], timeout=timeout,
+                                                          partial=partial),
+                        jobs, lambda name, message: CheckResult(name, "error", message, None, {}, 0.0), watch).values())
 
 
 def check_experiment(name: str, path: Path, experiment: CarriedExperiment,
-                     progress: Progress = lambda done, steps: None, *, partial: bool = False) -> CheckResult:
+                     progress: Progress = lambda done, steps: None, *, timeout: float = TIMEOUT,
+                     partial: bool = False) -> CheckResult:
     """Run an experiment of an FMU and compare; what can be wrong is a result, too: the status "error"."""
     begin = time.perf_counter()
     try:
@@ -165,10 +193,10 @@ def check_experiment(name: str, path: Path, experiment: CarriedExperiment,
         if lacking and not partial:
             raise FmuError(f"{experiment.results.place}: no results from {lacking[0]}, expected some for the whole "
                            f"experiment; with {option('partial', True)} those are compared that there are")
-        result, said = run_fmu(path, description, asked,
-                           tables.given_starts(experiment.parameters, description) if experiment.parameters else {},
-                           tables.input_array(experiment.inputs, variables) if experiment.inputs else None,
-                           list(expected.values), progress)
+        result, said = run_where_it_belongs(
+            path, asked, tables.given_starts(experiment.parameters, description) if experiment.parameters else {},
+            tables.input_array(experiment.inputs, variables) if experiment.inputs else None, list(expected.values),
+            progress, timeout)
         deviation, differences = compare_results(expected, result, variables)
     except FAILURES as error:
         return CheckResult(name, "error", in_one_line(error), None, {}, time.perf_counter() - begin)
@@ -247,7 +275,7 @@ def times_of(experiment: CarriedExperiment, description: ModelDescription, run: 
     return Times(start, stop, step, first(experiment.tolerance, run.get("RelTol") or None, of_default("tolerance")))
 
 
-def compare_results(expected: Expected, result: npt.NDArray[Any],
+def compare_results(expected: Expected, result: Mapping[str, npt.NDArray[Any]],
                     variables: Mapping[str, ScalarVariable]) -> tuple[Deviation | None, dict[str, WorstDifference]]:
     """The first deviation, and the largest difference of every variable, or element of an array.
 

@@ -16,12 +16,11 @@ import time
 from collections.abc import Callable
 from contextlib import suppress
 from functools import partial
-from math import inf
 from pathlib import Path
 from queue import Empty, SimpleQueue
 from threading import Thread
 from traceback import format_exc
-from typing import Any, NamedTuple
+from typing import Any, Literal, NamedTuple
 
 from maglev.errors import FAILURES, in_one_line, spelling
 from maglev.processes.interrupts import held_interrupts, interrupts_blocked, terminate
@@ -39,10 +38,13 @@ Task = Callable[[Send], Any]      # can be pickled, as can its reports and its r
 SERVING: list[str | None] = []    # in a process beside another: the folder that it was given, if any
 
 
+Kind = Literal["report", "result", "error", "interrupt"]
+
+
 class Said(NamedTuple):
     """What a process says: a "report" of its task; at the end the "result", an "error", or what an "interrupt" left."""
 
-    kind: str
+    kind: Kind
     what: Any
 
     @property
@@ -60,6 +62,13 @@ class Gone(Exception):
     def __init__(self, what: str, how: str = ""):
         super().__init__(what)
         self.how = how
+
+
+class Forged(Gone):
+    """A process has said what no task of this project says."""
+
+    def __init__(self) -> None:
+        super().__init__("has written into the pipe of its process")
 
 
 class Silent(Gone):
@@ -107,7 +116,7 @@ class Beside:
         except OSError:   # it has ended
             self.inbox.put((self, None))
 
-    def next(self, limit: float = inf, sign: Callable[[], object] = lambda: None) -> Said:
+    def next(self, limit: float, sign: Callable[[], object] = lambda: None) -> Said:
         """What it says next: a report or the result; what the task has raised is raised.
 
         What `sign` returns changes as long as the process lives. Gone if it has ended or closed its pipe, or something
@@ -135,7 +144,7 @@ class Beside:
         try:
             said: Said = pickle.loads(frame) if self.folder is None else said_in(frame)
         except ValueError:
-            raise Gone("has written into the pipe of its process") from None
+            raise Forged from None
         if said.kind == "error":
             raise said.what
         return said
@@ -150,8 +159,8 @@ class Beside:
         return Gone("has closed the pipe of its process")
 
     def how_it_ended(self) -> str:
-        """Signal or exit code of the process, which has ended or does so now."""
-        code = self.process.wait()
+        """Signal or exit code of the process, which has ended."""
+        code = self.process.returncode
         with suppress(ValueError):
             return signal.Signals(-code).name if code < 0 else f"exit code {code}"
         return f"signal {-code}"
@@ -160,7 +169,8 @@ class Beside:
         """End it, whatever it does, with what it has started if it is not ours, and wait for that."""
         if self.folder is None:
             self.process.kill()
-            self.process.wait()
+            with suppress(subprocess.TimeoutExpired):   # where the system itself does not come back
+                self.process.wait(PATIENCE)
         elif end_with_children(self.process):
             self.left = True
         assert self.process.stdin is not None
@@ -171,7 +181,8 @@ class Beside:
 def said_in(line: bytes) -> Said:
     """What a line says; ValueError where that is nothing that `serve` writes."""
     said = value_of(line)
-    if not isinstance(said, Said) or (said.kind == "error") != isinstance(said.what, Exception):
+    if (not isinstance(said, Said) or (said.kind == "error") != isinstance(said.what, Exception)
+            or said.kind == "interrupt"):   # only a process of ours is asked to end in order
         raise ValueError(f"{said!r}")
     return said
 
@@ -213,7 +224,7 @@ def serve(folder: str | None) -> None:
             time.sleep(PATIENCE)
         os._exit(1)
 
-    def send(kind: str, what: object) -> None:
+    def send(kind: Kind, what: object) -> None:
         if os.getpid() != own:   # a copy of this process that a task has made
             os._exit(0)
         frame = line_of(Said(kind, what)) if folder else pickle.dumps(pickle.dumps(Said(kind, what)))

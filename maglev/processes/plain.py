@@ -1,17 +1,21 @@
 """Values as lines of JSON, and back: what comes from a process that runs what is not ours is read without trust.
 
 Nothing in such a line is executed, as what is pickled would be. It holds numbers, texts, bytes, paths, arrays of
-numbers, tuples, lists, dicts, errors, and this project's named tuples, frozen dataclasses and parts of the motor.
+numbers, tuples, lists, dicts, errors, and this project's named tuples, frozen dataclasses and parts of the motor. Each
+field of these must have the type that its class declares.
 """
 
 import json
+import re
 import sys
 from base64 import b64decode, b64encode
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from dataclasses import is_dataclass
+from functools import cache
 from inspect import isfunction
 from pathlib import Path
-from typing import Any
+from types import UnionType
+from typing import Any, Literal, Union, get_args, get_origin, get_type_hints
 
 import numpy as np
 
@@ -20,6 +24,8 @@ from maglev.errors import MaglevError
 OWN = ("maglev", "pmlsm")   # packages whose named tuples and dataclasses are made again
 PARTS = "pmlsm"             # package whose other classes are, too: they hold numbers, and one another
 NUMBERS = "biufc"           # kinds of arrays
+LARGEST = 2**63             # of the whole numbers in fields, which are counts
+NUMBER = re.compile(rf"[<>|][{NUMBERS}]\d{{1,2}}")   # what an array of numbers says its type is
 
 
 def line_of(value: Any) -> bytes:
@@ -28,10 +34,10 @@ def line_of(value: Any) -> bytes:
 
 
 def value_of(line: bytes) -> Any:
-    """The value of a line; ValueError where nothing has been written that `line_of` writes."""
+    """Return the value of a line; ValueError if it is not one that `line_of` writes."""
     try:
         return unpacked(json.loads(line))
-    except (TypeError, KeyError, AttributeError, RecursionError) as error:
+    except Exception as error:   # the values are anybody's, and so is what goes wrong with them
         raise ValueError(f"{error}") from error
 
 
@@ -66,7 +72,7 @@ def unpacked(message: Any) -> Any:
         return PLAIN[kind][2](what)
     if kind == "array":
         item, shape, data = what
-        if np.dtype(item).kind not in NUMBERS:
+        if not NUMBER.fullmatch(item):
             raise ValueError(f"an array of {item}")
         return np.frombuffer(unpacked(data), item).reshape(shape).copy()
     if kind == "error":
@@ -77,6 +83,9 @@ def unpacked(message: Any) -> Any:
         raise ValueError(f"{kind} {module}.{name}")
     values = {name: unpacked(entry) for name, entry in held.items()}
     if not own.__module__.startswith(f"{PARTS}.") or is_dataclass(own):
+        for name, value in values.items():
+            if not fits(value, hints(own)[name]):
+                raise ValueError(f"{own.__name__}.{name} = {value!r}")
         return own(**values)
     part = object.__new__(own)
     vars(part).update(values)
@@ -99,6 +108,37 @@ def is_own(kind: Any) -> bool:
     if is_dataclass(kind):
         return bool(kind.__dataclass_params__.frozen)   # type: ignore[attr-defined]   # typeshed hides it
     return hasattr(kind, "_fields") or kind.__module__.startswith(f"{PARTS}.")
+
+
+@cache
+def hints(kind: Any) -> dict[str, Any]:
+    """Return the declared type of each field of a class, or of each argument of a function and of what it returns."""
+    return get_type_hints(kind)
+
+
+def fits(value: Any, hint: Any) -> bool:
+    """Return True if a value has a declared type, as have the values in it.
+
+    pydantic would need the types of all fields of all classes in them, which NumPy's are not made for.
+    """
+    origin, arguments = get_origin(hint) or hint, get_args(hint)
+    if origin is Any:
+        return True
+    if origin in (Union, UnionType):
+        return any(fits(value, argument) for argument in arguments)
+    if origin is Literal:
+        return any(type(value) is type(argument) and value == argument for argument in arguments)
+    if isinstance(value, int) and origin in (int, float):
+        return not isinstance(value, bool) and abs(value) < LARGEST
+    if origin is None or not isinstance(value, origin):
+        return value is None and origin in (None, type(None))
+    if not arguments or origin is np.ndarray:
+        return True
+    if issubclass(origin, Mapping):
+        return all(fits(key, arguments[0]) and fits(entry, arguments[1]) for key, entry in value.items())
+    if origin is tuple and arguments[1:] != (...,):
+        return len(value) == len(arguments) and all(map(fits, value, arguments))
+    return not isinstance(value, str | bytes) and all(fits(entry, arguments[0]) for entry in value)
 
 
 def packed_error(error: BaseException) -> Any:

@@ -37,16 +37,18 @@ static void cut(const char *what) {
     fclose(maps);
 }
 
-static void each_pipe(int text, int closes) {
+static void each_pipe(const char *text, int closes) {
     struct stat found;
     for (int fd = 3; fd < 64; fd++) {
         if (fstat(fd, &found) || !S_ISFIFO(found.st_mode)) continue;
-        if (text && write(fd, "a line of my log\\n", 17) < 0) continue;
+        if (text && write(fd, text, strlen(text)) < 0) continue;
         if (closes) close(fd);
     }
 }
 
 static void control("""
+# What makes the file that MARKER names where it is unpickled.
+PICKLE = r"cos\nsystem\n(S'touch $MARKER'\ntR.\n"
 ASIDE = ("static void control(", HELP)
 FAULTS = {
     "none": [],
@@ -62,8 +64,11 @@ FAULTS = {
     "cut the counter": [ASIDE, (STEP, f"{NOW} cut(\"/calls\");\n")],
     "cut the recording in the end": [ASIDE, (TERMINATE, "fmi2Status fmi2Terminate(fmi2Component c) "
                                              "{ (void)c; cut(\"/track\"); return fmi2OK; }")],
-    "write into pipes": [ASIDE, (STEP, f"{NOW} each_pipe(1, 0);\n")],
+    "write into pipes": [ASIDE, (STEP, f"{NOW} each_pipe(\"a line of my log\\n\", 0);\n")],
     "close pipes": [ASIDE, (STEP, f"{NOW} each_pipe(0, 1);\n")],
+    "pickle into pipes": [ASIDE, (STEP, f"{NOW} each_pipe(\"{PICKLE}\", 0);\n")],
+    "close pipes and leave a child": [ASIDE, (STEP, f"{NOW} {{ each_pipe(0, 1);\n"
+                                                    "fork(); for (;;) sleep(1); }\n")],
     "error in the end": [(TERMINATE, "UNUSED(fmi2Error, fmi2Terminate, fmi2Component c)")],
     "crash in the end": [(TERMINATE, "fmi2Status fmi2Terminate(fmi2Component c) "
                                      "{ (void)c; return *(volatile int *)0 ? fmi2OK : fmi2Error; }")],

@@ -1,25 +1,29 @@
-"""The process that runs what is not ours: it reads Python files of users, and runs one run, study or analysis.
+"""The process that runs what is not ours: it reads Python files of users, and does one run, study, check or analysis.
 
 Whatever such a file does when it is imported (it ends the process, or hangs) happens there. The process that has read
-it waits, for what follows.
+it waits, for what follows. This is the one way to third-party code, and it is kept by hand: a pool of processes, such
+as those of `concurrent.futures`, unpickles what its processes say, loses all of them when one dies, and leaves alive
+what they have started.
 """
 
 import atexit
 import os
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from functools import partial
 from pathlib import Path
+from typing import Any
 
 from maglev.cosim.fmu import unpacking_folder
 from maglev.cosim.user_classes.fmu import description_text
 from maglev.errors import ControllerError, FmuError
-from maglev.processes.beside import SERVING, Beside, Gone, Send, Silent
+from maglev.processes.beside import SERVING, Beside, Forged, Gone, Said, Send, Silent, Task
 from maglev.processes.interrupts import held_interrupts
+from maglev.processes.plain import fits
 from maglev.user_controllers.source import digests, file_of
 from maglev_files.scratch import remove_scratch
 
-READING = 60.0   # s, at least, in which a Python file is to be imported
+STARTED_WITHIN = 60.0   # s, at least, until the first report: no FMU is to blame for a machine that takes its time
 
 WAITING: dict[int, Beside] = {}                     # of the process with that number, which alone can end it
 DESCRIPTIONS: dict[tuple[Path, str], bytes] = {}    # of Python files, by path and digest of everything that is read
@@ -69,21 +73,50 @@ def end_waiting() -> None:
     removed(WAITING.pop(os.getpid(), None))
 
 
+def called_apart(task: Task, names: str, limit: float, kind: Any,
+                 progress: Callable[[int, int], None] = lambda done, steps: None) -> Any:
+    """Return the result of a task, done in another process, where it sends the steps done and the steps in all.
+
+    FmuError, which begins with the names of what runs, if the process dies, says nothing for longer than `limit` (s),
+    before the first report longer than `STARTED_WITHIN`, or says what is no report, or no result of the type `kind`.
+    """
+    with other_process() as (beside, _):
+        beside.ask(task)
+        patience = max(limit, STARTED_WITHIN)
+        try:
+            while not (said := beside.next(patience)).last:
+                done, steps = checked(said, tuple[int, int])
+                if not 0 <= done <= steps:
+                    raise Forged
+                progress(done, steps)
+                patience = limit
+            return checked(said, kind)
+        except Gone as gone:
+            raise FmuError(f"{names} {gone}") from None
+
+
+def checked(said: Said, kind: Any) -> Any:
+    """Return what a process that is not trusted has said; Forged if it is not of a type."""
+    if not fits(said.what, kind):
+        raise Forged
+    return said.what
+
+
 def read_apart(path: Path, timeout: float = 0.0) -> bytes:
     """Model description of the class that the path of a Python file names, which is imported in another process.
 
-    ControllerError also if the process ends, or takes longer than `READING` and `timeout`, s.
+    ControllerError also if the process ends, or takes longer than `STARTED_WITHIN` and `timeout`, s.
     """
     key = (path.absolute(), str(digests(path)))
     if key in DESCRIPTIONS:
         return DESCRIPTIONS[key]
     if any(SERVING):
         return description_text(path)
-    limit = max(timeout, READING)
+    limit = max(timeout, STARTED_WITHIN)
     with other_process(keep=True) as (beside, _):
         beside.ask(partial(describe, path))
         try:
-            text: bytes = beside.next(limit).what
+            text: bytes = checked(beside.next(limit), bytes)
         except Gone as gone:
             what = (f"ended the process that reads it with {gone.how}" if gone.how else
                     f"was not read within {limit:g} s" if isinstance(gone, Silent) else str(gone))

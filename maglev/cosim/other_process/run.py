@@ -19,11 +19,12 @@ import numpy.typing as npt
 
 from maglev.cosim import Order
 from maglev.cosim.master import PROGRESS_STEPS, FmuSetup, Master, Observer, Recording, RunFailed, countable, ended
-from maglev.cosim.other_process.helper import other_process
+from maglev.cosim.other_process.helper import checked, other_process
+from maglev.cosim.versions.fmi import FMI2, FMI3
 from maglev.cosim.wires.wiring import Call, Drives, Wiring
 from maglev.errors import FmuError, Interrupted, ended_by, signal_of
 from maglev.own_fmus import built_here
-from maglev.processes.beside import PATIENCE, Beside, Gone, Send, Silent
+from maglev.processes.beside import PATIENCE, Beside, Forged, Gone, Send, Silent
 from maglev.processes.side_by_side import Progress
 from maglev.time_grid import whole_steps
 from maglev.user_controllers.source import is_written
@@ -46,6 +47,7 @@ class Job(NamedTuple):
     stop_time: float
     drives: Drives
     loop: Kept | None = None
+    columns: frozenset[str] = frozenset()   # which have to be recorded, at least
 
 
 class Stage(NamedTuple):
@@ -57,6 +59,8 @@ class Stage(NamedTuple):
 
 STARTING = Stage("the process of the run", "its start")
 ENDING = Stage("the process of the run", "its end")
+
+KINDS = [np.dtype(kind.item).name for kind in (*FMI2.types.values(), *FMI3.types.values())]   # of recorded arrays
 
 
 class Wired(NamedTuple):
@@ -85,6 +89,9 @@ class Failed(NamedTuple):
     message: str
     rows: int
     traceback: str
+
+
+Report = Stage | Wired | Stepped | Finished | Failed
 
 
 class Reporter(Observer):
@@ -174,12 +181,11 @@ class Follower:
             try:
                 # No FMU is to blame for a machine that takes its time to start a process.
                 limit = max(self.timeout, TIMEOUT) if self.stage == STARTING else self.timeout
-                report = self.process.next(limit, self.calls).what
+                report = self.next(limit)
             except KeyboardInterrupt as error:
                 with suppress(Gone):
                     while self.calls() and not self.wired.phases:   # what was told is still in the pipe
-                        if isinstance(report := self.process.next(PATIENCE).what, Wired):
-                            self.wired = report
+                        self.next(PATIENCE)
                 if not self.begun():
                     raise
                 raise self.early(error) from None
@@ -187,8 +193,6 @@ class Follower:
                 raise self.early(self.blame(gone)) from None
             if isinstance(report, Stage):
                 self.stage = report
-            elif isinstance(report, Wired):
-                self.wired = report
             elif isinstance(report, Stepped) and progress is not None:
                 progress(*report)
             elif isinstance(report, Failed):
@@ -203,6 +207,21 @@ class Follower:
                 complete(recording)
                 note = self.end()
                 return Recording(recording.time, recording.columns, (*recording.notes, note)) if note else recording
+
+    def next(self, limit: float) -> Report:
+        """Return the next report, and keep which calls will be made; Forged if it is none of a run."""
+        said = self.process.next(limit, self.calls)
+        report: Report = checked(said, Report)
+        if said.last or isinstance(report, Wired if self.wired.phases else Stepped | Finished):
+            raise Forged   # what is wired is told once, before the steps
+        if isinstance(report, Stepped) and not 0 <= report.done <= report.steps:
+            raise Forged
+        if isinstance(report, Wired):
+            columns = {name for names in report.columns for name in names}
+            if not (any(report.phases) and report.final and columns >= self.job.columns):
+                raise Forged
+            self.wired = report
+        return report
 
     def end(self) -> str:
         """Let the process end after a complete run, if it does so soon; what is to be said if it does not end well."""
@@ -274,9 +293,12 @@ class Follower:
     def recording(self, rows: int, notes: tuple[str, ...] = ()) -> Recording:
         """Copy of the first rows of what was recorded, or of as many as there are."""
         columns: dict[str, Any] = {}
+        rows = max(0, min(rows, whole_steps(self.job.stop_time, self.job.step) + 1))
         for number, names in enumerate(self.wired.columns):
-            path = next(self.folder.glob(f"{TRACK}{number}.*"))
-            table, rows = read_track(path, len(names), rows)
+            kind = next((kind for kind in KINDS if (self.folder / f"{TRACK}{number}.{kind}").is_file()), None)
+            if kind is None:
+                return Recording(np.zeros(0), {})
+            table, rows = read_track(self.folder / f"{TRACK}{number}.{kind}", len(names), rows)
             columns.update(zip(names, table, strict=True))
         return Recording(self.job.step * np.arange(rows, dtype=np.float64),
                          {name: column[:rows] for name, column in columns.items()}, notes)
@@ -293,6 +315,7 @@ class Follower:
 def read_track(path: Path, names: int, rows: int) -> tuple[npt.NDArray[Any], int]:
     """Rows of an array in a file, each column as one piece of memory, shape (names, rows), and how many there are."""
     kind = np.dtype(path.suffix[1:])
+    rows = min(rows, path.stat().st_size // (kind.itemsize * max(1, names)))   # whatever was said of it
     table = np.empty((names, rows), countable(kind))
     with path.open("rb") as file:
         for first in range(0, rows, PROGRESS_STEPS):

@@ -13,20 +13,20 @@ import numpy as np
 
 from maglev.arrays import Array
 from maglev.cosim.blocks.block_loop import Common
-from maglev.cosim.other_process.helper import other_process
+from maglev.cosim.other_process.helper import STARTED_WITHIN, checked, other_process
 from maglev.cosim.step_loop import LIBRARY
 from maglev.errors import MaglevError, in_one_line
 from maglev.experiment.preparation import Experiment
 from maglev.judging.metrics import ManyMetrics, Metrics, columns_needed, run_metrics
 from maglev.packages.installed import code
-from maglev.processes.beside import Gone, Send, Silent
+from maglev.processes.beside import Forged, Gone, Said, Send, Silent
 from maglev.studies.batch.measuring import Found, Measuring, Meter
 from maglev.studies.batch.repeated_run import RepeatedRun
 from maglev.studies.columns import Column, named_values
 from maglev.studies.targets import Target
 from maglev.user_controllers.blocks import Block
 
-STARTED_WITHIN = 60.0   # s, of the process, at least: no sample is to blame for a machine that takes its time
+LONGEST_OF_DEADLY = 3600.0   # s, of a sample in a batch whose process died, where samples have no limit
 ATTEMPTS = 2            # of a sample whose process dies: the first time it may be want of memory
 
 
@@ -193,11 +193,13 @@ def run_samples_apart(job: Job, values: Array, limit: float) -> Iterator[Sample]
         with other_process() as (beside, _):
             beside.ask(partial(send_samples, job, values[done:]))
             try:
-                beside.next(patience)
+                checked(beside.next(patience), None)
                 loaded = True
                 while not (said := beside.next(limit)).last:
-                    yield said.what
+                    yield sample_of(job, said, len(values) - done)
                     done, deaths = done + 1, 0
+                if done < len(values):
+                    raise Forged
             except Gone as gone:
                 deaths += bool(gone.how)
                 if gone.how and deaths < ATTEMPTS:
@@ -209,6 +211,17 @@ def run_samples_apart(job: Job, values: Array, limit: float) -> Iterator[Sample]
                                       f"the FMUs cannot be loaded: {why}") from None
                 yield failed_sample(job, why)
                 done, deaths = done + 1, 0
+
+
+def sample_of(job: Job, said: Said, most: int) -> Sample:
+    """Return the sample that a process beside this one reports, one of at most so many; Forged if it is none."""
+    sample: Sample = checked(said, Sample)
+    rows = len(job.experiment.times[::job.every])
+    kept = None if sample.trajectories is None else (sample.trajectories.dtype.kind, sample.trajectories.shape)
+    if (most < 1 or (sample.values.dtype.kind, sample.values.shape) != ("f", (len(job.columns),))
+            or kept not in (None, ("f", (rows, len(job.kept))))):
+        raise Forged
+    return sample
 
 
 def send_samples(job: Job, values: Array, send: Send) -> None:

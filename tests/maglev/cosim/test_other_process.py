@@ -10,6 +10,7 @@ import time
 from collections.abc import Callable, Iterator
 from math import inf
 from pathlib import Path
+from typing import cast
 
 import numpy as np
 import pytest
@@ -20,11 +21,22 @@ from small_fmus import small_fmu
 
 from maglev.cosim.fmu import FATAL, Fmu, read_description
 from maglev.cosim.master import FmuSetup, Recording, RunFailed, RunInterrupted
-from maglev.cosim.other_process.run import Follower, Job, run_apart
+from maglev.cosim.other_process.run import (
+    COUNTER,
+    Failed,
+    Finished,
+    Follower,
+    Job,
+    Stage,
+    Stepped,
+    Wired,
+    run_apart,
+)
 from maglev.cosim.versions.fmi import OWN_TOOL
 from maglev.errors import FmuError
 from maglev.experiment.execution import execute
-from maglev.processes.beside import Beside, Said
+from maglev.processes.beside import Beside, Said, said_in
+from maglev.processes.plain import line_of
 from maglev_files.scratch import remove_leftovers
 
 ROWS = round(AT / 5e-4) + 1   # until the fault, with the first one
@@ -227,6 +239,59 @@ def test_interrupt_before_it_is_read_what_runs(fmus: Path, healthy: Recording, t
     with pytest.raises(RunInterrupted, match=r"^at t = 0\.[01]\d* s: interrupted$") as failure:
         faulty_run(faulty("hang", tmp_path), fmus).run()
     require_beginning(failure.value.recording, healthy, len(failure.value.recording.time))
+
+
+CALL = Stage("theirs", "fmi2DoStep")
+WIRED = Wired([CALL], [[CALL]], [CALL], [["theirs.y"]])
+
+
+class Liar:
+    """A process that says what it was told to say; it has done what makes a run and recorded it all."""
+
+    left = False
+
+    def __init__(self, *said: object):
+        self.said = [Said("report", what) for what in said]
+
+    def next(self, limit: float = inf, sign: Callable[[], object] = lambda: None) -> Said:
+        return said_in(line_of(self.said.pop(0)))
+
+    def end(self) -> None:
+        self.said.clear()
+
+
+@pytest.mark.parametrize("reports", [
+    [7], ["Finished"], [Finished(())], [Stepped(1, 6)], [WIRED, WIRED], [WIRED, Stepped(7, 6)], [WIRED, Stepped(-1, 6)],
+    [Wired([], [[]], [CALL], [["theirs.y"]])], [Wired([], [], [CALL], [["theirs.y"]])],
+    [Wired([], [[CALL]], [], [["theirs.y"]])], [Wired([CALL], [[CALL]], [CALL], [["theirs.z"]])]], ids=range(11))
+def test_reports_that_no_run_sends_end_it(reports: list[object], tmp_path: Path) -> None:
+    with pytest.raises((FmuError, RunFailed), match=r"theirs \(theirs.fmu\) has written into the pipe of its process$"):
+        told(tmp_path, *reports)
+
+
+@pytest.mark.parametrize("rows", [99999999999999, 7, 3, -1])
+def test_a_failure_after_rows_that_are_not_there_has_those_that_are(rows: int, tmp_path: Path) -> None:
+    with pytest.raises(RunFailed, match="^boom$") as failure:
+        told(tmp_path, WIRED, Failed("boom", rows, ""))
+    assert len(failure.value.recording.time) == max(0, min(rows, 5))
+
+
+@pytest.mark.parametrize("name", ["track0.object", "track0.nonsense", "track1.float64"])
+def test_a_recording_of_which_there_is_no_file_is_named(name: str, tmp_path: Path) -> None:
+    (tmp_path / "track0.float64").write_bytes(bytes(40))
+    (tmp_path / "track0.float64").rename(tmp_path / name)
+    with pytest.raises(RunFailed, match="theirs.fmu. has cut the file of the recording"):
+        told(tmp_path, WIRED, Finished(()), track=None)
+
+
+def told(folder: Path, *reports: object, track: str | None = "track0.float64") -> Recording:
+    """What becomes of a run of six steps of which a process has recorded five points, and says this."""
+    if track:
+        (folder / track).write_bytes(np.arange(5.0).tobytes())
+    (folder / COUNTER).write_bytes(int.to_bytes(2**62, 8, "little"))
+    job = Job([FmuSetup("theirs", folder / "theirs.fmu")], [], 0.05, "sequential", 0.3, {}, None,
+              frozenset(["theirs.y"]))
+    return Follower(job, folder, cast(Beside, Liar(*reports)), 1.0).follow(None, lambda _: None)
 
 
 STARTED = """

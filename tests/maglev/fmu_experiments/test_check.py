@@ -11,12 +11,22 @@ from carried_experiments import carrying, experiments, files_of, manifest
 from command_line import error_line, maglev
 from faulty_fmus import faulty
 from fmpy.model_description import BaseUnit, ModelDescription, ScalarVariable, Unit, read_model_description
+from left_processes import require_none
 
 from maglev.baselines.baseline import Tolerance
 from maglev.cosim.master import FmuSetup, Master
 from maglev.errors import FmuError
 from maglev.fmu_experiments.carried import File
-from maglev.fmu_experiments.check import Expected, check_experiment, check_fmus, compare_results, named_experiments
+from maglev.fmu_experiments.check import (
+    Expected,
+    FmuRun,
+    Times,
+    check_experiment,
+    check_fmus,
+    compare_results,
+    named_experiments,
+    run_where_it_belongs,
+)
 from maglev.fmu_experiments.tables import given_starts
 
 FALL = "time,v.position\n0,0.02\n0.02,0.0202\n"   # as a file of results looks
@@ -286,6 +296,40 @@ def test_an_fmu_that_hangs(tmp_path: Path) -> None:
     assert (result.exit_code, "has been silent for 0.5 s" in result.stdout) == (2, True), result.output
 
 
+@pytest.mark.usefixtures("slow")
+@pytest.mark.parametrize(("fault", "message"), [
+    ("pickle into pipes", "has written into the pipe of its process"),
+    ("close pipes and leave a child", "has closed the pipe of its process")])
+def test_an_fmu_that_deceives_its_process_is_not_believed_and_leaves_nothing(
+        fault: str, message: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Neither what it writes is executed, nor does a child of it go on; with the pipe closed the check ends."""
+    monkeypatch.setattr("maglev.processes.beside.PATIENCE", 1.0)
+    monkeypatch.setenv("MARKER", str(tmp_path / "marker"))
+    path = faulty(fault, tmp_path)
+    path.with_name(f"{path.stem}_ref.csv").write_text("time,current_u\n0,0\n0.5,0\n")
+    (name, (fmu, experiment)), = named_experiments([path]).items()
+    result = check_experiment(name, fmu, experiment)
+    assert (result.status, result.message) == ("error", f"pd_controller.fmu {message}")
+    assert not (tmp_path / "marker").exists()
+    require_none(tmp_path / "marker")
+
+
+@pytest.mark.parametrize("columns", [
+    {"time": [0.0, 1.0]}, {"time": [0.0, 1.0], "y": [1.0]}, {"time": [], "y": []},
+    {"time": [1.0, 0.0], "y": [1.0, 2.0]}, {"time": [0.0, np.nan], "y": [1.0, 2.0]},
+    {"time": [[0.0], [1.0]], "y": [1.0, 2.0]},
+    {"time": [0.0, 1.0], "y": [1j, 2.0]}, {"time": [0.0, 1.0], "y": [1.0, 2.0], "z": [1.0, 2.0]}, {"y": [1.0]}],
+    ids=range(9))
+def test_refuses_results_that_no_run_gives(columns: dict[str, list[float]], tmp_path: Path,
+                                           monkeypatch: pytest.MonkeyPatch) -> None:
+    given = FmuRun({name: np.array(values) for name, values in columns.items()}, "")
+    monkeypatch.setattr("maglev.fmu_experiments.check.called_apart", lambda *_: given)
+    (tmp_path / "theirs.fmu").write_bytes(b"theirs")
+    with pytest.raises(FmuError, match=r"^theirs.fmu has written into the pipe of its process$"):
+        run_where_it_belongs(tmp_path / "theirs.fmu", Times(0.0, 1.0, 1.0, None), {}, None, ["y"],
+                             lambda done, steps: None, 1.0)
+
+
 def test_comparison_at_events_between_points_and_in_arrays() -> None:
     """Two values at one time: either will do. Between points a continuous variable is a line, another one holds."""
     simulated = np.array([(0.0, 0.0, 0, (1.0, 2.0)), (1.0, 2.0, 1, (1.0, 3.0)), (1.0, 5.0, 2, (1.0, 4.0)),
@@ -296,7 +340,8 @@ def test_comparison_at_events_between_points_and_in_arrays() -> None:
 
     def found(time: float, name: str, *values: float) -> object:
         expected = Expected(np.array([time]), {name: np.array([values])}, {name: Tolerance(1e-9, 0.0)}, [])
-        deviation, _ = compare_results(expected, simulated, variables)
+        deviation, _ = compare_results(expected, {name: simulated[name] for name in simulated.dtype.names or ()},
+                                       variables)
         return deviation and (deviation.signal, deviation.got)
 
     assert found(1.0, "line", 2.0) is None

@@ -89,6 +89,13 @@ NOTHING_OF_OURS = [
     b'{"own": ["maglev.processes.beside", "Said", {"kind": 1}]}\n',
     b'{"own": ["maglev.rig.rigs", "__name__", {}]}\n', b'{"own": ["maglev.nowhere", "Said", {}]}\n',
     b'{"array": ["O", [1], {"bytes": "AAAAAAAAAAA="}]}\n', b'{"array": ["<f8", [9], {"bytes": "AAAA"}]}\n',
+    line_of(Said("interrupt", "gone")), b'{"own": ["maglev.processes.beside", "Said", {"kind": "end", "what": 1}]}\n',
+    *(b'{"own": ["maglev.cosim.other_process.run", "Stepped", {"done": %s, "steps": 3}]}\n' % done
+      for done in (b'"1"', b"null", b"true", b"1.5", b"[]", b"1" * 30, b"1" * 5000)),
+    b'{"own": ["maglev.cosim.other_process.run", "Stepped", {"done": 1}]}\n',
+    b'{"own": ["maglev.cosim.other_process.run", "Wired", '
+    b'{"initial": [], "phases": [1], "final": [], "columns": []}]}\n',
+    b'{"complex": [%s, 0]}\n' % (b"1" * 400),
     b'{"error": ["Interrupted", ["now"], []]}\n', b'{"error": ["signal", ["now"], []]}\n', b'{"two": 1, "keys": 2}\n',
     b"[" * 100000 + b"\n", pickle.dumps(Evil()), b"\xff\xfe\n"]
 

@@ -100,7 +100,7 @@ def test_a_step_that_hangs_ends_at_the_timeout(fastest_fmus: Path, tmp_path: Pat
 
 
 def test_an_import_that_hangs(fastest_fmus: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(helper, "READING", 3.0)
+    monkeypatch.setattr(helper, "STARTED_WITHIN", 3.0)
     path = misbehaving(tmp_path, "import", "import time\ntime.sleep(600)")
     line = error_line(maglev("run", trial(tmp_path), "--controller", path, "--fmus", fastest_fmus, "--out", tmp_path,
                              "--timeout", "2 s"))
