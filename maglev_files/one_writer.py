@@ -4,10 +4,14 @@ import errno
 import os
 import stat
 import sys
+import time
 from collections.abc import Iterator
 from contextlib import contextmanager, suppress
 from pathlib import Path
 from typing import IO
+
+BUSY = (errno.EACCES, errno.EAGAIN, errno.EDEADLK)
+POLL = 0.05   # s, between two attempts
 
 
 class Busy(OSError):
@@ -19,12 +23,13 @@ class NoLock(OSError):
 
 
 @contextmanager
-def only_writer(path: Path, wait: bool = False) -> Iterator[None]:
+def only_writer(path: Path, wait: float = 0.0) -> Iterator[None]:
     """Keep others out for the block, who ask by the same path: a file beside what is written, which goes at the end.
 
-    Busy if another is at work, unless it is waited for; NoLock if nobody can be kept out; OSError if nothing can be
-    written there.
+    Busy if another is at work, and still is after a wait (s); NoLock if nobody can be kept out; OSError if nothing can
+    be written there.
     """
+    until = time.monotonic() + wait
     while True:
         path.parent.mkdir(parents=True, exist_ok=True)
         if os.path.lexists(path) and not stat.S_ISREG(path.lstat().st_mode):   # a pipe would wait for ever
@@ -35,10 +40,15 @@ def only_writer(path: Path, wait: bool = False) -> Iterator[None]:
             raise OSError(error.errno, error.strerror, str(path.parent)) from None
         with file:
             try:
-                lock(file, wait)
+                lock(file)
             except OSError as error:
-                kind = Busy if error.errno in (errno.EACCES, errno.EAGAIN, errno.EDEADLK) else NoLock
-                raise kind(error.errno, error.strerror, str(path)) from None
+                if error.errno not in BUSY:
+                    raise NoLock(error.errno, error.strerror, str(path)) from None
+                if time.monotonic() >= until:
+                    raise Busy(error.errno, f"another process {f'still writes after {wait:g} s' if wait else 'writes'}",
+                               str(path)) from None
+                time.sleep(POLL)
+                continue
             if not is_at(path, file):   # who had it has just removed it
                 continue
             try:
@@ -49,16 +59,16 @@ def only_writer(path: Path, wait: bool = False) -> Iterator[None]:
             return
 
 
-def lock(file: IO[str], wait: bool) -> None:
+def lock(file: IO[str]) -> None:
     """Lock an open file for as long as it is open, here and in every other process; OSError if it is locked."""
     if sys.platform == "win32":
         import msvcrt
 
-        msvcrt.locking(file.fileno(), msvcrt.LK_LOCK if wait else msvcrt.LK_NBLCK, 1)
+        msvcrt.locking(file.fileno(), msvcrt.LK_NBLCK, 1)
     else:
         import fcntl
 
-        fcntl.flock(file, fcntl.LOCK_EX if wait else fcntl.LOCK_EX | fcntl.LOCK_NB)
+        fcntl.flock(file, fcntl.LOCK_EX | fcntl.LOCK_NB)
 
 
 def is_at(path: Path, file: IO[str]) -> bool:

@@ -1,5 +1,10 @@
-"""Programs that end with all that they have started: each has a session of its own, and is its leader."""
+"""Programs that end with all that they have started: each has a session of its own, and is its leader.
 
+They also end, with all that they have started, when this process does, however that ends: a keeper beside each reads
+from a pipe whose other end this process alone has.
+"""
+
+import errno
 import os
 import signal
 import subprocess
@@ -9,6 +14,26 @@ from concurrent.futures import ThreadPoolExecutor
 from contextlib import contextmanager, suppress
 from pathlib import Path
 from threading import Event
+
+LONGEST = 1800.0   # s, in which a program has to end: a compiler takes seconds
+PATIENCE = 10.0    # s, for the system to end what is killed
+
+# Runs the program that its arguments name; when the pipe on its standard input ends, it ends with all in its group.
+KEEPER = """
+import os, signal, subprocess, sys, threading
+
+def keep():
+    sys.stdin.buffer.read()
+    if hasattr(os, "killpg"):
+        os.killpg(0, signal.SIGKILL)
+    program.kill()
+    os._exit(1)
+
+program = subprocess.Popen(sys.argv[1:], stdin=subprocess.DEVNULL)
+threading.Thread(target=keep, daemon=True).start()
+code = program.wait()
+os._exit(code) if code >= 0 else os.kill(os.getpid(), -code)
+"""
 
 RUNNING: set["subprocess.Popen[str]"] = set()   # of `output_of`
 ENDING = Event()                                # what `output_of` starts ends at once
@@ -27,7 +52,8 @@ def end_with_children(process: "subprocess.Popen[bytes] | subprocess.Popen[str]"
             os.killpg(process.pid, signal.SIGKILL)
             left = ended
     process.kill()
-    process.wait()
+    with suppress(subprocess.TimeoutExpired):   # where the system itself does not come back
+        process.wait(PATIENCE)
     return left
 
 
@@ -36,20 +62,33 @@ def python_environment() -> dict[str, str]:
     return {**os.environ, "PYTHONPATH": os.pathsep.join(place for place in sys.path if Path(place).is_absolute())}
 
 
-def output_of(arguments: Sequence[str | Path], folder: Path, environment: Mapping[str, str]) -> tuple[int, str]:
-    """Exit code of a program in a folder, and what it printed; it ends with its children where this is interrupted."""
-    process = subprocess.Popen(arguments, cwd=folder, env=environment, text=True, stdin=subprocess.DEVNULL,
-                               stdout=subprocess.PIPE, stderr=subprocess.STDOUT, start_new_session=True)
-    RUNNING.add(process)
+def output_of(arguments: Sequence[str | Path], folder: Path, environment: Mapping[str, str],
+              limit: float = LONGEST) -> tuple[int, str]:
+    """Exit code of a program in a folder, and what it printed; it ends with its children where this is interrupted.
+
+    TimeoutError, which names the program, if it takes longer than `limit` (s).
+    """
+    kept, end = os.pipe()   # this process alone has the end
     try:
-        if ENDING.is_set():
+        process = subprocess.Popen([sys.executable, "-I", "-S", "-c", KEEPER, *arguments], cwd=folder, env=environment,
+                                   text=True, stdin=kept, stdout=subprocess.PIPE, stderr=subprocess.STDOUT,
+                                   start_new_session=True)
+        RUNNING.add(process)
+        try:
+            if ENDING.is_set():
+                end_with_children(process)
+            printed, _ = process.communicate(timeout=limit)
+        except subprocess.TimeoutExpired:
             end_with_children(process)
-        printed, _ = process.communicate()
-    except BaseException:
-        end_with_children(process)
-        raise
+            raise TimeoutError(errno.ETIMEDOUT, f"has not ended within {limit:g} s", str(arguments[0])) from None
+        except BaseException:
+            end_with_children(process)
+            raise
+        finally:
+            RUNNING.discard(process)
     finally:
-        RUNNING.discard(process)
+        os.close(kept)
+        os.close(end)
     return process.returncode, printed
 
 

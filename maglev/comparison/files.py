@@ -28,6 +28,7 @@ from maglev.report.text import as_text, origin
 from maglev_files.one_writer import NoLock, only_writer
 from maglev_files.whole_file import write_whole
 
+LONGEST_WAIT = 60.0   # s, for another comparison that is being written
 BEST = "*"   # behind the best value of a row, where there is no colour
 
 Runs = Mapping[str, RunResult]   # by label, also those that failed
@@ -57,11 +58,11 @@ def write_comparison(folder: Path, name: str, title: str, runs: Runs, *, picture
 
     `NAME@LABEL.csv` and `NAME@LABEL.json` of each run, then `NAME.compare.json`, `.txt`, and if asked for `.png` and
     `.html`. A run that ended early leaves `NAME@LABEL.partial.csv`, and what an earlier one has left gets another name.
-    Who else writes this comparison there is waited for.
+    It waits for who else writes this comparison there; Busy if that takes longer than `LONGEST_WAIT`.
     """
     with ExitStack() as alone:
         with suppress(NoLock):
-            alone.enter_context(only_writer(folder / f".{name}.compare.lock", wait=True))
+            alone.enter_context(only_writer(folder / f".{name}.compare.lock", wait=LONGEST_WAIT))
         written = []
         for run in runs.values():
             files = ResultFiles(folder, run.plan.name)

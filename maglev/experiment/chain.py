@@ -1,6 +1,5 @@
 """Runs that start from the results of others: in which order they go, and what is handed on."""
 
-import math
 from collections.abc import Callable, Iterator, Mapping
 from functools import partial
 from graphlib import CycleError, TopologicalSorter
@@ -27,8 +26,7 @@ T = TypeVar("T", bound=Ended)
 
 
 def chained(needs: Mapping[str, set[str]], task: Callable[[str, Ends], Task[T]], jobs: int,
-            died: Callable[[str, str], T], watch: Watcher, silent: float = math.inf,
-            here: bool = False) -> dict[str, T]:
+            died: Callable[[str, str], T], watch: Watcher, here: bool = False) -> dict[str, T]:
     """Do the tasks of runs, those that others need before them, otherwise side by side; results by name, as in `needs`.
 
     `needs` has, by name of a run, those that it starts from; `task` makes a task of a name and the ends of what it
@@ -43,8 +41,7 @@ def chained(needs: Mapping[str, set[str]], task: Callable[[str, Ends], Task[T]],
                 results |= {name: task(name, ends[name])(partial(watch, name)) for name in ready}
                 continue
             try:
-                results |= side_by_side({name: task(name, ends[name]) for name in ready}, jobs, died, watch, idle,
-                                        silent)
+                results |= side_by_side({name: task(name, ends[name]) for name in ready}, jobs, died, watch, idle)
             except Stopped as stopped:
                 done = len(results) + len(stopped.results)
                 raise Interrupted("; ".join([f"{stopped.what}: {done} of {len(needs)} runs were done",

@@ -5,6 +5,7 @@ import select
 import shutil
 import subprocess
 import tempfile
+from contextlib import suppress
 from pathlib import Path
 from typing import NamedTuple
 
@@ -21,6 +22,8 @@ MISSING = f"{PROGRAM} is not installed: apt-get install qemu-system-arm"
 # converters of the board (fmi_export/target/c/qemu/board_qemu.c).
 OPTIONS = ("-machine", MACHINE, "-display", "none", "-monitor", "none", "-serial", "none", "-semihosting-config",
            "enable=on,target=native", "-icount", "shift=10", "-kernel")
+
+PATIENCE = 10.0   # s, for a process to end
 
 DOUBLE = np.dtype("<f8")
 
@@ -47,7 +50,8 @@ def require_emulator() -> str:
 
 
 def emulator_version() -> str:
-    said = subprocess.run([require_emulator(), "--version"], capture_output=True, text=True, check=True).stdout
+    said = subprocess.run([require_emulator(), "--version"], capture_output=True, text=True, check=True,
+                          timeout=PATIENCE).stdout
     return said.split("version ")[-1].split(maxsplit=1)[0]
 
 
@@ -66,8 +70,9 @@ class Emulator:
 
     def __exit__(self, *_: object) -> None:
         self.process.kill()
-        with self.said, self.process:   # which waits for it, and closes its pipes
-            pass
+        assert self.process.stdin is not None and self.process.stdout is not None
+        with self.said, self.process.stdin, self.process.stdout, suppress(subprocess.TimeoutExpired, BrokenPipeError):
+            self.process.wait(PATIENCE)
 
     def exchange(self, values: Array) -> Answer:
         """Give the values of a sample, shape (m,), and take what comes back."""
@@ -88,7 +93,10 @@ class Emulator:
         return Answer(int(status), int(instructions), int(stack), numbers[3:])
 
     def ended(self) -> str:
-        code = self.process.wait()
+        try:
+            code = self.process.wait(PATIENCE)
+        except subprocess.TimeoutExpired:   # it has closed its output
+            return f"{PROGRAM} has closed its output"
         self.said.seek(0)
         words = " ".join(self.said.read().decode("utf-8", "replace").split())
         return f"{PROGRAM} ended with {code}: {words or 'the processor met a fault'}"

@@ -18,7 +18,6 @@ from maglev.processes.beside import PATIENCE, POLL, Beside, Inbox, Said, Send
 T = TypeVar("T")
 
 REPORT_EVERY = 0.1   # s, at least, between two reports of progress
-STARTING = 60.0      # s, at least, that a task has before its first report: its process has to start
 OURS = ("maglev", "contextlib")   # modules, with those below them, at whose lines a caller is not told anything
 
 Progress = Callable[[int, int], None]       # steps done, steps in all
@@ -51,17 +50,21 @@ def kept_processes() -> Iterator[Idle]:
 
 
 def side_by_side(tasks: Mapping[str, Task[T]], jobs: int, died: Callable[[str, str], T], watch: Watcher,
-                 idle: Idle, silent: float = math.inf, take: Callable[[str, T], None] | None = None) -> dict[str, T]:
+                 idle: Idle, take: Callable[[str, T], None] | None = None) -> dict[str, T]:
     """Do the tasks, by name, in at most so many processes at a time; their results are in the order of the tasks.
 
     A task says itself what becomes of its errors; `died` makes, of its name and a message, the result of one whose
-    process ended without one, or said nothing for longer than `silent` (s). Processes that are idle, as of
-    `kept_processes`, are taken before others are started, and left there. With `take` each result goes there as it
-    comes, and is not kept. Stopped after Ctrl-C or SIGTERM: the tasks that were under way have ended.
+    process ended without one. Processes that are idle, as of `kept_processes`, are taken before others are started, and
+    left there. With `take` each result goes there as it comes, and is not kept. Stopped after Ctrl-C or SIGTERM: the
+    tasks that were under way have ended.
+
+    What these processes say is unpickled: tasks run what is of this project alone, and the rest in `other_process`.
+    They have no limit of time, for each call of the rest has one. `concurrent.futures` would lose all tasks with one
+    that dies, and those under way after Ctrl-C.
     """
     waiting, inbox = deque(tasks), SimpleQueue[tuple[Beside, bytes | None]]()
     running: dict[Beside, str] = {}
-    limits: dict[Beside, tuple[float, float]] = {}   # since when something is silent, and how long it may be
+    ended: dict[Beside, float] = {}   # since when a process has ended, whose pipe something else has
     results: dict[str, T] = {}
     try:
         while waiting or running:
@@ -69,24 +72,21 @@ def side_by_side(tasks: Mapping[str, Task[T]], jobs: int, died: Callable[[str, s
                 process = idle.pop() if idle else Beside(inbox=inbox)
                 process.inbox = inbox
                 running[process] = waiting.popleft()
-                limits[process] = (time.monotonic(), max(silent, STARTING))
                 process.ask(partial(watched, tasks[running[process]]))
             heard, said = next_of(inbox)
             now = time.monotonic()
             for process, name in list(running.items()):
                 if process is heard and said is not None and not said.last:
-                    limits[process] = (now, silent)
                     watch(name, *said.what)
                     continue
-                if process is not heard and now < sum(limits[process]):
+                if process is not heard and (process.process.poll() is None
+                                             or now < ended.setdefault(process, now) + PATIENCE):
                     continue
-                if process is not heard:
+                if process is not heard or said is None:
+                    gone = process.gone()
+                    what = f"ended with {gone.how}" if gone.how else f"{gone}"
+                    result = died(name, f"the process {what}, expected a result before that")
                     process.end()
-                    result = died(name, f"has been silent for {limits[process][1]:g} s, expected a step or a result "
-                                        "within this time")
-                elif said is None:
-                    result = died(name, f"the process ended with {process.how_it_ended()}, expected a result before "
-                                        "that")
                 elif said.kind == "interrupt":
                     result = died(name, said.what)
                 else:

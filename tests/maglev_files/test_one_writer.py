@@ -46,7 +46,7 @@ def test_who_waits_goes_after_the_other(tmp_path: Path) -> None:
 
     def second() -> None:
         waiting.set()
-        with only_writer(tmp_path / ".lock", wait=True):
+        with only_writer(tmp_path / ".lock", wait=60.0):
             order.append("second")
 
     thread = threading.Thread(target=second)

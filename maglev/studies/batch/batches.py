@@ -10,7 +10,6 @@ from contextlib import contextmanager
 from ctypes import c_int64
 from dataclasses import replace
 from functools import partial
-from math import inf
 
 import numpy as np
 
@@ -21,7 +20,16 @@ from maglev.cosim.blocks.block_loop import Common, words_of
 from maglev.errors import MaglevError, extra, option
 from maglev.processes.side_by_side import Idle, Progress, Stopped, kept_processes, side_by_side, warn
 from maglev.studies.batch.graphics_processor import run_on_graphics_processor
-from maglev.studies.batch.samples import Batch, BatchResult, Job, Store, gathered, run_batch, run_samples_apart
+from maglev.studies.batch.samples import (
+    LONGEST_OF_DEADLY,
+    Batch,
+    BatchResult,
+    Job,
+    Store,
+    gathered,
+    run_batch,
+    run_samples_apart,
+)
 
 STEPS_OF_A_BATCH = 2_500_000      # communication steps of native FMUs, which take some seconds
 PYTHON_COST = 20                  # steps of native FMUs in one of those that run Python inside
@@ -97,7 +105,7 @@ def run_here(jobs: int, idle: Idle, job: Job, batches: list[Batch], values: Arra
                 store(result)
         raise
     for batch in deadly:
-        samples = run_samples_apart(job, values[batch.first:batch.last], job.limit or inf)
+        samples = run_samples_apart(job, values[batch.first:batch.last], job.limit or LONGEST_OF_DEADLY)
         store(gathered(job, batch.first, samples))
 
 

@@ -5,7 +5,6 @@ from collections.abc import Iterator, Mapping
 from contextlib import contextmanager, suppress
 from dataclasses import replace
 from itertools import islice
-from math import inf
 from pathlib import Path
 from typing import Any
 
@@ -15,6 +14,7 @@ from maglev.arrays import Array
 from maglev.cosim.step_loop import LIBRARY
 from maglev.errors import MaglevError, ScenarioError, in_one_line, option
 from maglev.studies.batch.samples import (
+    LONGEST_OF_DEADLY,
     Batch,
     BatchResult,
     Job,
@@ -101,7 +101,7 @@ def run_on_worker(plugin: str, first: int, values: Array, apart: bool) -> BatchR
     if files.job.code != code_of_package():
         raise MaglevError(f"a worker has maglev-fmus {code_of_package()}, expected {files.job.code}")
     job = files.local_job()
-    return run_batch(replace(job, limit=job.limit or inf) if apart else job, first, values)
+    return run_batch(replace(job, limit=job.limit or LONGEST_OF_DEADLY) if apart else job, first, values)
 
 
 def run_there(client: Client, job: Job, batches: list[Batch], values: Array, store: Store) -> None:

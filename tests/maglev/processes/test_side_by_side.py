@@ -78,25 +78,27 @@ def test_a_process_does_one_task_after_the_other_until_one_kills_it(idle: Idle) 
     assert process.process.poll() is None
 
 
-def wait_for_ever(progress: Callable[[int, int], None]) -> int:
-    """A task that begins and does not go on."""
-    progress(1, 3)
-    time.sleep(600.0)
-    return 0
+def leave_a_child(progress: Callable[[int, int], None]) -> int:
+    """A task that ends its process, whose pipe a copy of it keeps open."""
+    if os.fork():
+        os._exit(7)
+    time.sleep(5.0)
+    os._exit(0)
 
 
-@pytest.mark.usefixtures("slow")
-def test_a_task_that_hangs_is_ended(idle: Idle) -> None:
-    """The one after it gets another process."""
+def test_a_process_that_has_ended_is_noticed_where_its_pipe_is_held(idle: Idle, monkeypatch: pytest.MonkeyPatch
+                                                                    ) -> None:
+    """The task after it gets another process."""
+    monkeypatch.setattr("maglev.processes.side_by_side.PATIENCE", 0.2)
     said = []
 
     def lost(name: str, message: str) -> int:
         said.append((name, message))
         return -1
 
-    results = side_by_side({"hung": wait_for_ever, "next": partial(square, 3)}, 1, lost, lambda *_: None, idle, 0.5)
-    assert results == {"hung": -1, "next": 9}
-    assert said == [("hung", "has been silent for 0.5 s, expected a step or a result within this time")]
+    results = side_by_side({"gone": leave_a_child, "next": partial(square, 3)}, 1, lost, lambda *_: None, idle)
+    assert results == {"gone": -1, "next": 9}
+    assert said == [("gone", "the process ended with exit code 7, expected a result before that")]
     assert len(idle) == 1
 
 
