@@ -10,6 +10,7 @@ from pathlib import Path
 
 from maglev.processes.beside import SERVING
 from maglev_files.cache import digest_of_all
+from maglev_files.regular_file import regular
 from maglev_files.scratch import remove_scratch, scratch_folder
 
 PLACE = "MAGLEV_COPIES"   # environment variable with the folder of the copies, for the processes that this one starts
@@ -48,7 +49,7 @@ def original(path: Path) -> Path:
     """The file or folder that a copy is of; the path itself of what is no copy."""
     beside = path if path.is_dir() else path.parent
     try:
-        folder = Path(os.fsdecode((beside / ORIGIN).read_bytes()))
+        folder = Path(os.fsdecode(regular(beside / ORIGIN).read_bytes()))
     except OSError:
         return path
     return folder if path == beside else folder / path.name

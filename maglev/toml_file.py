@@ -5,6 +5,7 @@ from pathlib import Path
 from typing import Any
 
 from maglev.errors import ScenarioError, in_one_line, key_path, nearest_file, shortened, visible
+from maglev_files.regular_file import regular
 
 DEEPEST = 50   # tables or lists in each other
 NESTED = "TOML syntax: tables or lists nested too deeply, expected some levels"
@@ -13,7 +14,7 @@ NESTED = "TOML syntax: tables or lists nested too deeply, expected some levels"
 def toml_text(path: Path) -> str:
     """Text of a file, without a byte-order mark; ScenarioError if it cannot be read, or is no UTF-8 text."""
     try:
-        return path.read_text(encoding="utf-8-sig")
+        return regular(path).read_text(encoding="utf-8-sig")
     except OSError as error:
         raise ScenarioError(f"{path}: cannot be read: {error.strerror}{nearest_file(path, '.toml')}") from None
     except UnicodeDecodeError:

@@ -5,6 +5,7 @@ from collections.abc import Iterable
 from pathlib import Path
 
 from maglev_files.cache import digest_at
+from maglev_files.regular_file import regular
 
 KEY = "files"   # of the JSON: digests by file name
 
@@ -20,7 +21,7 @@ def stranger(path: Path) -> str:
     """
     beside = path.with_suffix(".json")
     try:
-        expected = json.loads(beside.read_text(encoding="utf-8"))[KEY][path.name]
+        expected = json.loads(regular(beside).read_text(encoding="utf-8"))[KEY][path.name]
     except (OSError, ValueError, KeyError, TypeError):
         return ""
     return "" if digest_at(path) == expected else (

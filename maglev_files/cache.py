@@ -13,6 +13,7 @@ from collections.abc import Mapping
 from pathlib import Path
 from typing import NamedTuple
 
+from maglev_files.regular_file import regular
 from maglev_files.scratch import remove_scratch, scratch_folder
 from maglev_files.whole_file import whole_file
 
@@ -73,6 +74,8 @@ def keep(key: str, name: str, content: bytes) -> Kept:
     folder.chmod(0o700)
     digest = hashlib.sha256(content).hexdigest()
     path = folder / f"{digest}-{name}"
+    if not path.is_file():   # a pipe would be written into
+        path.unlink(missing_ok=True)
     with whole_file(path) as unfinished:
         unfinished.write_bytes(content)
         unfinished.chmod(0o700)
@@ -115,7 +118,7 @@ def digest_at(path: Path) -> str:
     try:
         if not path.is_file():   # a pipe would wait for ever
             return ""
-        with path.open("rb") as file:
+        with regular(path).open("rb") as file:
             return hashlib.file_digest(file, "sha256").hexdigest()
     except OSError:
         return ""

@@ -1,12 +1,17 @@
 """Files that appear under their names when they are complete."""
 
+import errno
 import os
 import stat
+import time
 from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
 
 from maglev_files.scratch import PREFIX, scratch
+
+PATIENCE = 10.0   # s, for who reads a named pipe that is written into
+POLL = 0.05       # s, between two looks for it
 
 
 @contextmanager
@@ -25,7 +30,7 @@ def whole_file(path: Path) -> Iterator[Path]:
             unfinished = folder / path.name
             yield unfinished
             if place is None:
-                with path.open("ab") as device:
+                with os.fdopen(opened(path), "ab") as device:
                     device.write(unfinished.read_bytes())
             else:
                 unfinished.replace(place)
@@ -34,6 +39,24 @@ def whole_file(path: Path) -> Iterator[Path]:
         if error.filename is None or PREFIX in str(error.filename):
             raise OSError(error.errno, error.strerror, str(path)) from error
         raise
+
+
+def opened(path: Path) -> int:
+    """Open what is written into and never replaced; OSError if it is a pipe that nobody reads within `PATIENCE`."""
+    until = time.monotonic() + PATIENCE
+    while True:
+        try:
+            file = os.open(path, os.O_WRONLY | os.O_APPEND | getattr(os, "O_NONBLOCK", 0))
+        except OSError as error:
+            if error.errno != errno.ENXIO:
+                raise
+            if time.monotonic() >= until:
+                raise OSError(errno.ENXIO, "is a named pipe that nobody reads", str(path)) from None
+            time.sleep(POLL)
+        else:
+            if hasattr(os, "set_blocking"):
+                os.set_blocking(file, True)
+            return file
 
 
 def takes_text(path: Path) -> bool:

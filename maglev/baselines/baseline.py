@@ -23,6 +23,7 @@ from maglev.schema.run_plan import RunPlan
 from maglev.tables.table import DataTable, read_table
 from maglev.time_grid import ON_GRID, whole_steps
 from maglev.units import is_finite, refused_as
+from maglev_files.regular_file import regular
 from maglev_files.whole_file import whole_file, write_whole
 
 LARGEST_FILE = 1_000_000   # bytes: baselines are committed
@@ -83,7 +84,7 @@ def read_digest(folder: Path, name: str) -> Digest | None:
     path = digest_file(folder, name)
     if not path.is_file():
         return None
-    match = FORM.fullmatch(path.read_text(encoding="utf-8-sig", errors="replace"))
+    match = FORM.fullmatch(regular(path).read_text(encoding="utf-8-sig", errors="replace"))
     if match is None:
         raise BaselineError(f"{path}: not a digest, expected a line with SHA-256, signals and samples; "
                             "`maglev check --update` writes it")
@@ -246,7 +247,7 @@ def option_rows(place: object, text: str) -> Iterator[Option]:
 def read_options(path: Path, signals: Sequence[str]) -> Options:
     """Options of a run of these signals: finite numbers, not negative, none missing and none too many."""
     try:
-        text = path.read_text(encoding="utf-8-sig")
+        text = regular(path).read_text(encoding="utf-8-sig")
     except UnicodeDecodeError:
         raise BaselineError(f"{path}: cannot be read, expected UTF-8 text") from None
     if not text.strip():

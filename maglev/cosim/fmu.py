@@ -31,6 +31,7 @@ from maglev.parameter import REALS, expected_of
 from maglev.units import known_unit, own_number
 from maglev_files.cache import digest_at
 from maglev_files.environment import MOST_UNPACKED, number_in
+from maglev_files.regular_file import regular
 from maglev_files.scratch import remove_scratch, scratch_folder
 
 FATAL = 4   # fmi2Fatal, fmi3Fatal
@@ -77,7 +78,7 @@ class Buffer:
 
 def read_description(name: str, path: Path) -> ModelDescription:
     """Model description of an FMU for co-simulation, FMI 2.0 or 3.0; FmuError says what is wrong with another file."""
-    if not path.is_file():
+    if not regular(path).is_file():
         raise FmuError(f"{name}: there is no file {path}{other_kind(path) or nearest_file(path)}, expected an FMU; "
                        f"without {option('fmus')} those of this project are built where they are missing, "
                        f"`maglev build` makes them in a folder, with {option('stage', 'mine.toml')} those of a stage "
@@ -109,7 +110,7 @@ def checked_description(place: str, path: Path) -> ModelDescription:
     """Model description of an FMU of FMI 2.0 or 3.0 that can be stepped or solved; the place begins an FmuError."""
     try:
         try:
-            description = fmpy.read_model_description(str(path))
+            description = fmpy.read_model_description(str(regular(path)))
         except (ValidationError, KeyError) as error:   # this one of a display unit whose unit is not defined
             description, FLAWS[path] = flawed_description(path, error)
     except Exception as error:   # fmpy raises whatever zipfile, lxml and its own checks raise

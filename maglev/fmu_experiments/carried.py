@@ -17,6 +17,7 @@ from zipfile import BadZipFile, ZipFile
 from fmi_export.experiments.files import CSV_TYPE, FOLDER, MANIFEST, SSV_TYPE
 from maglev.errors import FmuError, nearest, nearest_file, shortened
 from maglev.units import is_finite
+from maglev_files.regular_file import regular
 
 MOST = 50_000_000   # bytes of a file
 
@@ -49,7 +50,7 @@ class CarriedExperiment:
 def carried_experiments(path: Path) -> list[CarriedExperiment]:
     """Experiments of an FMU, also with a `problem`; FmuError if it carries none, or cannot be read."""
     try:
-        with ZipFile(path) as archive:
+        with ZipFile(regular(path)) as archive:
             sizes = {entry.filename: entry.file_size for entry in archive.infolist()}
             if "modelDescription.xml" not in sizes:
                 raise FmuError(f"{path}: has no modelDescription.xml, expected an FMU")

@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING, Any
 from maglev.errors import IdentificationError, in_one_line, nearest, one_of, shortened
 from maglev.identification.rigs import RIGS, estimated_rig
 from maglev.toml_file import read_toml
+from maglev_files.regular_file import regular
 from maglev_files.whole_file import write_whole
 from pmlsm.rig import Rig as RigDescription
 
@@ -48,7 +49,7 @@ def model_settings(path: Path, rig: RigDescription | None = None) -> dict[str, f
     unknown key or a value that is no number above 0.
     """
     table = read_toml(path)
-    text = path.read_text(encoding="utf-8-sig")
+    text = regular(path).read_text(encoding="utf-8-sig")
     if text.startswith(BEGINNING) and not text.rstrip().endswith(END):
         raise IdentificationError(f"{path}: ends with {shortened(text[-20:])}, expected the line {END!r}: the file was "
                                   "cut")

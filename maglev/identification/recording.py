@@ -13,6 +13,7 @@ from maglev.identification.rigs import RIGS, Rig, estimated_rig
 from maglev.own_stage.adoption import rig_named
 from maglev.tables.table import DataTable, read_table
 from maglev.tables.times import Even, Gaps, even, require_time, times_of
+from maglev_files.regular_file import regular
 from pmlsm.dq_transform import clarke, park
 from pmlsm.elementary.sine_cosine import sine_cosine
 
@@ -106,7 +107,7 @@ def own_plant(recording: Path) -> str | None:
     Its columns may be called as those of a packaged stage, whose masses and motors are others.
     """
     try:
-        used = json.loads(recording.with_suffix(".json").read_text(encoding="utf-8"))["provenance"]["fmus"]
+        used = json.loads(regular(recording.with_suffix(".json")).read_text(encoding="utf-8"))["provenance"]["fmus"]
         packaged = [f"Plant{rig.described.suffix}" for rig in RIGS.values()]
         return next((fmu["model"] for fmu in used if f"{fmu['name']}." == PLANT and fmu["model"].startswith("Plant")
                      and fmu["kind"] in ("native", "Python") and fmu["model"] not in packaged), None)

@@ -96,7 +96,7 @@ def publish(path: Path, text: str) -> None:
 
 def pages_in(folder: Path) -> Iterator[Page]:
     """The pages of this project in a folder, by their names; other files are left out."""
-    for path in sorted(folder.glob("*.html")) if folder.is_dir() else ():
+    for path in filter(Path.is_file, sorted(folder.glob("*.html")) if folder.is_dir() else ()):
         with path.open("rb") as file:
             head = file.read(HEAD).decode("utf-8", "replace")
         kind, title, about = SAYS.search(head), TITLE.search(head), ABOUT.search(head)
@@ -108,7 +108,9 @@ def pages_in(folder: Path) -> Iterator[Page]:
 def has_own_index(folder: Path) -> bool:
     """Whether the index of a folder is ours, or can be: there is none."""
     path = folder / INDEX
-    return not path.exists() or bool(SAYS.search(path.read_bytes()[:HEAD].decode("utf-8", "replace")))
+    if not path.is_file():
+        return not path.exists()
+    return bool(SAYS.search(path.read_bytes()[:HEAD].decode("utf-8", "replace")))
 
 
 def way(pages: list[Page], here: str, index: bool) -> str:

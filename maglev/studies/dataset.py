@@ -17,6 +17,7 @@ from maglev.errors import MaglevError, in_one_line
 from maglev.studies.batch.samples import BatchResult
 from maglev.studies.columns import METADATA, passed
 from maglev.studies.planning import PlannedStudy
+from maglev_files.regular_file import regular
 from maglev_files.whole_file import whole_file
 
 ROWS_OF_A_GROUP = 10_000
@@ -150,7 +151,7 @@ def metadata_of(path: Path) -> dict[str, Any]:
     if path.exists() and not path.is_file():   # a pipe would wait for ever
         return {}
     try:
-        about: dict[str, Any] = json.loads((pq.read_schema(path).metadata or {})[METADATA])
+        about: dict[str, Any] = json.loads((pq.read_schema(regular(path)).metadata or {})[METADATA])
     except (OSError, KeyError, ValueError, pa.ArrowException):
         return {}
     return about
@@ -159,7 +160,7 @@ def metadata_of(path: Path) -> dict[str, Any]:
 def read_dataset(path: Path) -> pa.Table:
     """Table of a file that a study left; MaglevError if it cannot be read, or is not as it was written."""
     try:
-        return pa.Table.from_batches(batches_as_written(path), pq.read_schema(path))
+        return pa.Table.from_batches(batches_as_written(path), pq.read_schema(regular(path)))
     except (OSError, ValueError, pa.ArrowException) as error:
         raise MaglevError(f"{path}: {in_one_line(error)}, expected the dataset of a study as it was written; "
                           "`maglev study` writes it anew") from None
@@ -167,7 +168,7 @@ def read_dataset(path: Path) -> pa.Table:
 
 def batches_as_written(path: Path) -> Iterator[pa.RecordBatch]:
     """Rows of a file that a study left; after the last of them, ValueError if one is not as it was written."""
-    with pq.ParquetFile(path, page_checksum_verification=True) as file:
+    with pq.ParquetFile(regular(path), page_checksum_verification=True) as file:
         rows = Contents(file.schema_arrow)
         for batch in file.iter_batches():
             rows.add(batch)

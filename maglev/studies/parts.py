@@ -10,6 +10,7 @@ from pathlib import Path
 
 from maglev.errors import ScenarioError, option
 from maglev_files.one_writer import Busy, NoLock, only_writer
+from maglev_files.regular_file import regular
 from maglev_files.scratch import PREFIX, remove_leftovers
 from maglev_files.whole_file import whole_file, write_whole
 
@@ -57,7 +58,7 @@ class Parts:
         for path in paths:
             require_file(path)
         try:
-            key = json.loads(self.mark.read_text(encoding="utf-8"))["key"]
+            key = json.loads(regular(self.mark).read_text(encoding="utf-8"))["key"]
         except (OSError, ValueError, KeyError, TypeError):
             key = None
         if key != self.key:

@@ -5,6 +5,7 @@ import stat
 from pathlib import Path
 
 from maglev.errors import CsvError, nearest_file
+from maglev_files.regular_file import regular
 
 # Marks at the beginning, the longest first.
 MARKS = ((b"\xff\xfe\0\0", "utf-32", "UTF-32"), (b"\0\0\xfe\xff", "utf-32", "UTF-32"),
@@ -23,7 +24,7 @@ def file_bytes(path: Path) -> bytes:
         if not stat.S_ISREG(mode):
             raise CsvError(path, f"cannot be read: is a {'folder' if stat.S_ISDIR(mode) else 'pipe or a device'}, "
                                  "expected a file")
-        return path.read_bytes()
+        return regular(path).read_bytes()
     except OSError as error:
         raise CsvError(path, f"cannot be read: {error.strerror}{nearest_file(path)}") from None
 

@@ -23,6 +23,7 @@ from maglev.copies import copied, original
 from maglev.errors import ControllerError, nearest, nearest_file, shortened
 from maglev.user_controllers.own_modules import OwnModules, own_modules
 from maglev.user_controllers.subset import declaring_line
+from maglev_files.regular_file import regular
 
 SOURCE = re.compile(r"(.*\.py)(?::(\w+))?$", re.DOTALL)   # lqi.py, lqi.py:LQI
 GIVEN = "class "                                           # begins the name of a path that stands for a class
@@ -196,7 +197,7 @@ def imported_names(text: str) -> Iterator[str]:
 def existing(path: Path) -> Path:
     """File that a path names; ControllerError if there is none."""
     file = file_of(path)[0]
-    if not file.is_file():
+    if not regular(file).is_file():
         raise ControllerError(f"there is no file {file}{nearest_file(file)}; {HELP}")
     return file
 

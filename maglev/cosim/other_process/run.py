@@ -29,6 +29,7 @@ from maglev.processes.side_by_side import Progress
 from maglev.time_grid import whole_steps
 from maglev.user_controllers.source import is_written
 from maglev_files.cache import Kept
+from maglev_files.regular_file import regular
 
 TIMEOUT = 60.0   # s, after which an FMU that says nothing is taken to hang
 COUNTER = "calls"   # file with the number of calls that were begun
@@ -246,7 +247,7 @@ class Follower:
 
     def calls(self) -> int:
         # Read as a file, not mapped: what runs could cut it, and this process would end by SIGBUS.
-        with (self.folder / COUNTER).open("rb") as file:
+        with regular(self.folder / COUNTER).open("rb") as file:
             count = file.read(8)
         self.cut = len(count) < 8
         if not self.cut:
@@ -317,7 +318,7 @@ def read_track(path: Path, names: int, rows: int) -> tuple[npt.NDArray[Any], int
     kind = np.dtype(path.suffix[1:])
     rows = min(rows, path.stat().st_size // (kind.itemsize * max(1, names)))   # whatever was said of it
     table = np.empty((names, rows), countable(kind))
-    with path.open("rb") as file:
+    with regular(path).open("rb") as file:
         for first in range(0, rows, PROGRESS_STEPS):
             wanted = min(PROGRESS_STEPS, rows - first)
             part = np.fromfile(file, kind, wanted * names)

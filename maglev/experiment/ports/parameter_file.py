@@ -13,6 +13,7 @@ from maglev.parameter import INTEGERS, REALS
 from maglev.schema.options import ParameterFiles
 from maglev.schema.run_plan import RunPlan, StartValue
 from maglev.units import WHOLE_NUMBER, Unit, exact_product, is_finite, known_unit, unit_of_powers
+from maglev_files.regular_file import regular
 
 BOOLEANS = {"true": True, "1": True, "false": False, "0": False}
 
@@ -53,7 +54,7 @@ def read_parameters(path: Path, fmu: str, known: Sequence[str]) -> dict[str, Sta
     `known` are the names of the FMUs. ScenarioError, one line with file, parameter and value, of what is no parameter
     set, and of values and units that cannot be read.
     """
-    if not path.is_file():
+    if not regular(path).is_file():
         raise ScenarioError(f"there is no file {path}{nearest_file(path)}, expected a parameter set (SSV)")
     values: dict[str, StartValue] = {}
     parameters = ParameterSet.parsed(path.read_bytes(), str(path))
