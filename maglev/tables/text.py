@@ -1,7 +1,6 @@
 """Text of a file of a table, in whatever encoding it is."""
 
 import re
-import stat
 from pathlib import Path
 
 from maglev.errors import CsvError, nearest_file
@@ -20,10 +19,8 @@ ENOUGH = 4096   # bytes that tell an encoding
 def file_bytes(path: Path) -> bytes:
     """Content of a regular file; CsvError if it cannot be read, or is a pipe or a device, which may never end."""
     try:
-        mode = path.stat().st_mode
-        if not stat.S_ISREG(mode):
-            raise CsvError(path, f"cannot be read: is a {'folder' if stat.S_ISDIR(mode) else 'pipe or a device'}, "
-                                 "expected a file")
+        if path.is_dir():
+            raise CsvError(path, "cannot be read: is a folder, expected a file")
         return regular(path).read_bytes()
     except OSError as error:
         raise CsvError(path, f"cannot be read: {error.strerror}{nearest_file(path)}") from None

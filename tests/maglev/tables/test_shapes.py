@@ -165,7 +165,7 @@ def test_what_is_no_file(tmp_path: Path) -> None:
         read_table(tmp_path)
     if hasattr(os, "mkfifo"):
         os.mkfifo(tmp_path / "pipe.csv")
-        with pytest.raises(CsvError, match=r"pipe\.csv: cannot be read: is a pipe or a device, expected a file"):
+        with pytest.raises(CsvError, match=r"pipe\.csv: cannot be read: is a named pipe, expected a file"):
             read_table(tmp_path / "pipe.csv")
 
 
