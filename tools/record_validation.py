@@ -20,6 +20,7 @@ from maglev.schema.layers import PACKAGED, packaged_runs
 from maglev.schema.loading import load_plan
 from maglev.schema.run_plan import CheckSettings, FmuTable, RunPlan
 from maglev.schema.signals.kinds import Sinusoids, Steps
+from maglev_files.whole_file import write_whole
 
 FOLDER = PACKAGED / "validation"
 STEPS, LOOP_STEPS = 200, 20   # communication steps; those of the closed loops are long
@@ -74,10 +75,12 @@ def main() -> None:
         experiment = prepare(early(plan, steps * plan.step), Path("fmus"), {}, {})
         files = recorded_experiment(experiment, experiment.run(), fmu, f"{name}_validation", VALIDATION,
                                     f"{name} as in the start of the scenario {plan.name}", every, DIGITS)
+        made = files.files()
+        for file, data in made.items():
+            write_whole(FOLDER / file, data)
         for old in FOLDER.glob(f"{files.name}*"):
-            old.unlink()
-        for file, data in files.files().items():
-            (FOLDER / file).write_bytes(data)
+            if old.name not in made:
+                old.unlink()
 
 
 if __name__ == "__main__":

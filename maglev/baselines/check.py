@@ -62,9 +62,10 @@ def check_run(baselines: Path, experiment: Experiment, ends: Ends, progress: Pro
         nearest = closest(baseline, samples)
         if pictures is not None:
             picture = pictures / f"{plan.name}.check.png"
-            picture.unlink(missing_ok=True)   # of an earlier check
             if deviation is not None:
                 write_deviation_picture(picture, baseline, recording, samples, deviation)
+            else:
+                picture.unlink(missing_ok=True)   # of an earlier check
     except FAILURES as error:
         return CheckResult(plan.name, "error", in_one_line(error), None, {}, time.perf_counter() - begin)
     # A run that was cut short has not come to the results that others start from.

@@ -12,7 +12,7 @@ from rich.console import Console
 from rich.text import Text
 
 from maglev.comparison.table import Row, comparison_verdict, ending, legend, measure_rows, summary
-from maglev.experiment.execution import RunResult, json_text, run_as_json, write_record
+from maglev.experiment.execution import RunResult, json_text, run_as_json, write_result
 from maglev.experiment.results import ResultFiles, write_csv
 from maglev.judging.measures import measures_of
 from maglev.linear.text import unbroken
@@ -72,10 +72,7 @@ def write_comparison(folder: Path, name: str, title: str, runs: Runs, *, picture
                     write_csv(files.file("partial.csv"), run.recording)
                     written.append(files.file("partial.csv"))
                 continue
-            files.file("json").unlink(missing_ok=True)   # never beside the columns of another
-            write_csv(files.file("csv"), run.recording)
-            write_record(files, "csv", run)
-            files.forget_others("csv")
+            write_result(files, "csv", run, {}, run.recording)
             written += [files.file("csv"), files.file("json")]
         about = {"json": json_text(comparison_data(name, title, runs)),
                  "txt": as_text(lambda console: show_comparison(console, name, title, runs, every_step=True))}

@@ -25,7 +25,7 @@ from maglev.processes.side_by_side import Progress, Watcher
 from maglev.schema.options import Format
 from maglev.schema.run_plan import RunPlan
 from maglev_files.belonging import KEY, digests_of
-from maglev_files.whole_file import write_whole
+from maglev_files.whole_file import whole_file, write_whole
 
 T = TypeVar("T", bound=Ended)
 
@@ -80,13 +80,13 @@ def execute(experiment: Experiment, out: Path, form: Format = "csv", progress: P
 
     def complete(recording: Recording) -> None:
         """Write what the run gave, whatever its FMUs do after it."""
-        files.forget_reports()   # they are about an earlier run
-        files.file("json").unlink(missing_ok=True)   # and never beside the columns of this one
-        result = completed_run(experiment, recording)
-        write_columns(files.file(form), form, result, experiment.units(recording.columns), recording, every)
-        results.append(replace(result, metrics=whole_metrics(experiment.plan, recording)))
-        write_record(files, form, results[0])
-        files.forget_others(form)
+        try:
+            metrics = whole_metrics(experiment.plan, recording)
+        except MeasurementError as error:
+            raise MeasurementError(f"{error}; {keep_recording(files, recording, every)}") from error
+        result = replace(completed_run(experiment, recording), metrics=metrics)
+        write_result(files, form, result, experiment.units(recording.columns), recording, every)
+        results.append(result)
 
     try:
         recording = experiment.run(progress, complete)
@@ -103,9 +103,16 @@ def execute(experiment: Experiment, out: Path, form: Format = "csv", progress: P
     return replace(results[0], recording=replace(results[0].recording, notes=recording.notes))
 
 
-def write_record(files: ResultFiles, form: Format, result: RunResult) -> None:
-    """Write what is known about a run beside its columns, with the digest of these: they belong together."""
-    write_whole(files.file("json"), json_text({**run_as_json(result), KEY: digests_of([files.file(form)])}))
+def write_result(files: ResultFiles, form: Format, result: RunResult, units: Mapping[str, str], recording: Recording,
+                 every: int = 1) -> None:
+    """Write the columns of a run, and what is known about it with their digest; parameters as of `write_columns`.
+
+    Files of an earlier run stay as they were until both are complete, and go then.
+    """
+    with whole_file(files.file(form)) as columns, whole_file(files.file("json")) as record:
+        write_columns(columns, form, result, units, recording, every)
+        write_whole(record, json_text({**run_as_json(result), KEY: digests_of([columns])}))
+    files.forget_others(form)
 
 
 def write_columns(path: Path, form: Format, result: RunResult, units: Mapping[str, str], recording: Recording,

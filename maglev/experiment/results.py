@@ -22,14 +22,16 @@ from maglev_files.one_writer import Busy, NoLock, only_writer
 from maglev_files.whole_file import whole_file
 
 ROWS = 4096   # that are text at a time
+ABOUT = ("json", "txt", "png")   # endings of what is made of the columns
 
 
 @dataclass(frozen=True)
 class ResultFiles:
     """Files of a run in the folder of the results.
 
-    NAME.csv or NAME.parquet has the columns of a completed run, NAME.json its provenance and metrics. One that ended
-    early leaves NAME.partial.csv; the columns of an earlier one are then NAME.previous.csv or NAME.previous.parquet.
+    NAME.csv or NAME.parquet has the columns of a run, NAME.json its provenance and metrics. A run that does not
+    complete leaves NAME.partial.csv; the files of an earlier one are then NAME.previous.csv, NAME.previous.json and so
+    on, until a run completes.
     """
 
     folder: Path
@@ -39,25 +41,22 @@ class ResultFiles:
         return self.folder / f"{self.name}.{ending}"
 
     def set_aside(self) -> None:
-        """Give the results of an earlier run a name that says so; a picture and metrics without a run go."""
-        for form in get_args(Format):
-            if self.file(form).is_file():
-                self.file(form).replace(self.file(f"previous.{form}"))
-        self.file("json").unlink(missing_ok=True)
-        self.forget_reports()
+        """Give the files of an earlier run names that say so: they must not pass for those of one that has failed.
 
-    def forget_reports(self) -> None:
-        """Remove text and picture, which are made of the results of all runs later."""
-        self.file("txt").unlink(missing_ok=True)
-        self.file("png").unlink(missing_ok=True)
+        A text alone is of a run that failed, too, and stays.
+        """
+        forms = get_args(Format)
+        if any(self.file(ending).is_file() for ending in (*forms, "json")):
+            for ending in (*forms, *ABOUT):
+                if self.file(ending).is_file():
+                    self.file(ending).replace(self.file(f"previous.{ending}"))
 
     def forget_others(self, form: Format) -> None:
-        """Remove what a failed run has left, and the columns of an earlier one in another form."""
-        self.file("partial.csv").unlink(missing_ok=True)
-        for other in get_args(Format):
-            self.file(f"previous.{other}").unlink(missing_ok=True)
-            if other != form:
-                self.file(other).unlink(missing_ok=True)
+        """Remove what other runs than the one with these columns have left: text and picture are still to be made."""
+        forms = get_args(Format)
+        for ending in ("partial.csv", "txt", "png", *(other for other in forms if other != form),
+                       *(f"previous.{ending}" for ending in (*forms, *ABOUT))):
+            self.file(ending).unlink(missing_ok=True)
 
 
 @contextmanager

@@ -144,6 +144,7 @@ def test_controller_without_a_needed_port(fmus: Path, short: Path, tmp_path: Pat
 def test_failed_run_leaves_earlier_results_and_a_partial_one(fmus: Path, short: Path, tmp_path: Path) -> None:
     assert maglev("run", short, "--fmus", fmus, "--out", tmp_path).exit_code == 0
     before = (tmp_path / "short.csv").read_bytes()
+    record = (tmp_path / "short.json").read_bytes()
     # The stops off and a blow to the side: the mover leaves the range that the controller can be given.
     line = error_line(maglev("run", short, "--fmus", fmus, "--out", tmp_path, "--set", "plant.x.stop.stiffness=0",
                              "--set", "plant.x.stop.damping=0", "--set", "plant.x.mass=0.001", "--set",
@@ -156,13 +157,14 @@ def test_failed_run_leaves_earlier_results_and_a_partial_one(fmus: Path, short: 
     assert not (tmp_path / "short.csv").exists()
     assert not (tmp_path / "short.json").exists()
     assert (tmp_path / "short.previous.csv").read_bytes() == before
+    assert (tmp_path / "short.previous.json").read_bytes() == record
     assert "did not complete" in (tmp_path / "short.txt").read_text()
     partial = (tmp_path / "short.partial.csv").read_text().splitlines()
     assert partial[0].startswith("time,")
     assert len(partial) > 2
     assert maglev("run", short, "--fmus", fmus, "--out", tmp_path).exit_code == 0
     assert (tmp_path / "short.csv").read_bytes() == before
-    assert not list(tmp_path.glob("*.partial.csv")) + list(tmp_path.glob("*.previous.csv"))
+    assert not list(tmp_path.glob("*.partial.csv")) + list(tmp_path.glob("*.previous.*"))
 
 
 def test_unknown_scenario_and_key(short: Path) -> None:

@@ -1,10 +1,12 @@
 """Columns of a run as CSV and Parquet: every bit comes back, and what it is and rests on with it."""
 
 import csv
+import errno
 import json
 import subprocess
 import sys
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
@@ -15,8 +17,11 @@ from pyarrow import parquet
 
 import maglev as front_door
 from maglev.cosim.master import Recording
-from maglev.experiment.results import write_csv, write_parquet
+from maglev.experiment.execution import RunResult, write_result
+from maglev.experiment.results import ResultFiles, write_csv, write_parquet
+from maglev.schema.run_plan import RunPlan
 from maglev.tables.table import read_table
+from maglev_files.belonging import stranger
 
 NUMBERS = st.lists(st.floats(allow_nan=False), min_size=1, max_size=50)
 
@@ -130,3 +135,50 @@ def test_what_is_installed_without_an_extra_has_no_pyarrow() -> None:
     done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
     assert done.stdout.startswith("a study needs pyarrow, expected it to be installed: python -m pip install "
                                   "'maglev-fmus[study]'")
+
+
+@pytest.fixture
+def earlier(tmp_path: Path) -> dict[str, bytes]:
+    """Files of an earlier run, by name."""
+    contents = {f"hold.{ending}": ending.encode() for ending in ("csv", "json", "txt", "png")}
+    for name, content in contents.items():
+        (tmp_path / name).write_bytes(content)
+    return contents
+
+
+def left(folder: Path) -> dict[str, bytes]:
+    return {path.name: path.read_bytes() for path in folder.iterdir()}
+
+
+def short_result() -> RunResult:
+    plan = RunPlan.model_validate({"name": "hold", "title": "Hold", "step": 1.0, "stop_time": 1.0,
+                                   "fmus": {"plant": {"model": "Plant3DOF"}}})
+    return RunResult(plan, Recording(np.array([0.0, 1.0]), {"plant.y.position": np.array([0.02, 0.02])}))
+
+
+@pytest.mark.parametrize("place", ["execution.write_csv", "execution.json_text"])
+def test_a_run_that_cannot_be_written_leaves_every_file_of_an_earlier_one(
+        tmp_path: Path, earlier: dict[str, bytes], monkeypatch: pytest.MonkeyPatch, place: str) -> None:
+    def full_disk(*_: Any, **__: Any) -> None:
+        raise OSError(errno.ENOSPC, "No space left on device")
+
+    monkeypatch.setattr(f"maglev.experiment.{place}", full_disk)
+    files, result = ResultFiles(tmp_path, "hold"), short_result()
+    with pytest.raises(OSError, match=r"No space left on device: .*hold\.(csv|json)"):
+        write_result(files, "csv", result, {}, result.recording)
+    assert left(tmp_path) == earlier
+    files.set_aside()
+    previous = {name.replace("hold.", "hold.previous."): content for name, content in earlier.items()}
+    assert left(tmp_path) == previous
+    (tmp_path / "hold.txt").write_text("did not complete")
+    files.set_aside()   # nor does a second failure take anything away
+    assert left(tmp_path) == {**previous, "hold.txt": b"did not complete"}
+
+
+@pytest.mark.usefixtures("earlier")
+def test_a_run_that_was_written_takes_the_place_of_an_earlier_one(tmp_path: Path) -> None:
+    files, result = ResultFiles(tmp_path, "hold"), short_result()
+    files.set_aside()
+    write_result(files, "csv", result, {}, result.recording)
+    assert left(tmp_path).keys() == {"hold.csv", "hold.json"}
+    assert stranger(files.file("csv")) == ""
