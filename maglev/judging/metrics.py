@@ -19,7 +19,7 @@ TIME_TOLERANCE = 1e-9   # s
 
 @dataclass(frozen=True)
 class StepResponse:
-    """Response of one axis to one step of its own reference, from the step to the next step of any axis."""
+    """Response of one axis to one step of its own reference, from it to the next step of any axis or disturbance."""
 
     axis: str
     time: float                     # s, of the step
@@ -28,6 +28,8 @@ class StepResponse:
     settling_time: Mapping[float, float]   # band (m): s from the step to the last sample outside, inf = not settled
     overshoot: float                # share of the step size, 0.3 = 30 %
     steady_state_error: float       # m, mean |e| over the last 10 % of the window
+    end: float = math.inf           # s, of the window: where the next one begins, or the last sample of the run
+    cut_by: str = ""                # the event or input that ended the window; empty if the next step or the run did
 
 
 @dataclass(frozen=True)
@@ -148,10 +150,12 @@ def run_metrics(plan: RunPlan, time: Array, columns: Mapping[str, Array],
     first_times = {flag: float(time[np.argmax(is_set)]) for flag, is_set in flags.items() if is_set.any()}
     stop_contact, tripped = first_times.get(plan.stop_flag or ""), first_times.get(plan.trip_flag or "")
     own_steps = {axis: step_samples(reference) for axis, reference in references.items()}
-    windows = step_windows(own_steps, len(time))
+    cuts = disturbed_samples(plan, time)
+    windows = step_windows(own_steps, cuts, len(time))
     return Metrics(
-        steps=step_responses(time, positions, references, bands, own_steps, windows),
-        lost=lost_setpoints(time, positions, references, [*flags.values()], fail_errors, windows),
+        steps=step_responses(time, positions, references, bands, own_steps, cuts, windows),
+        lost=lost_setpoints(time, positions, references, [*flags.values()], fail_errors,
+                            [window for window in windows if any(window[0] in steps for steps in own_steps.values())]),
         tracking=() if settings.tracking_from is None else tuple(
             tracking_error(axis, time, positions[axis], references[axis], settings.tracking_from)
             for axis in plan.axes),
@@ -218,7 +222,7 @@ def step_samples(reference: Array) -> list[int]:
 
 def step_responses(time: Array, positions: Mapping[str, Array], references: Mapping[str, Array],
                    bands: Mapping[str, Sequence[float]], own_steps: Mapping[str, Sequence[int]],
-                   windows: Sequence[tuple[int, int]]) -> tuple[StepResponse, ...]:
+                   cuts: Mapping[int, str], windows: Sequence[tuple[int, int]]) -> tuple[StepResponse, ...]:
     """Measure every step of every axis, in order of time, each on the window that it begins; by axis."""
     responses = []
     for start, end in windows:
@@ -230,14 +234,36 @@ def step_responses(time: Array, positions: Mapping[str, Array], references: Mapp
             responses.append(StepResponse(
                 axis, float(time[start]), before, target,
                 {band: settling_time(time[start:end], error, band) for band in bands[axis]},
-                max(0.0, beyond) / abs(target - before), total(np.abs(error[-steady:])) / steady))
+                max(0.0, beyond) / abs(target - before), total(np.abs(error[-steady:])) / steady,
+                *window_end(time, end, own_steps, cuts)))
     return tuple(responses)
 
 
-def step_windows(own_steps: Mapping[str, Collection[int]], length: int) -> list[tuple[int, int]]:
-    """Return the first sample of each stretch from a step of any axis to the next one, and the one behind its last."""
-    starts = sorted(set().union(*own_steps.values()))
+def disturbed_samples(plan: RunPlan, time: Array) -> dict[int, str]:
+    """Return the samples at which something disturbs a run, with the name of what does; of two, of the first."""
+    cuts: dict[int, str] = {}
+    for at, name in plan.disturbances:
+        cuts.setdefault(int(np.searchsorted(time, at - TIME_TOLERANCE)), name)
+    cuts.pop(len(time), None)   # after the end of the run
+    return cuts
+
+
+def step_windows(own_steps: Mapping[str, Collection[int]], cuts: Collection[int],
+                 length: int) -> list[tuple[int, int]]:
+    """Return the first sample of each stretch of a run from its first step on, and the one behind its last.
+
+    A stretch begins with a step of any axis or with a cut, and ends where the next one begins.
+    """
+    steps = set().union(*own_steps.values())
+    starts = sorted(steps | {cut for cut in cuts if cut > min(steps, default=length)})
     return list(zip(starts, [*starts[1:], length], strict=False))
+
+
+def window_end(time: Array, end: int, own_steps: Mapping[str, Collection[int]],
+               cuts: Mapping[int, str]) -> tuple[float, str]:
+    """Return when (s) a stretch ends, of which a sample is behind the last, and what cuts it short, or empty text."""
+    cut = "" if any(end in steps for steps in own_steps.values()) else cuts.get(end, "")
+    return float(time[min(end, len(time) - 1)]), cut
 
 
 def lost_setpoints(time: Array, positions: Mapping[str, Array], references: Mapping[str, Array],

@@ -13,7 +13,7 @@ from maglev.errors import visible
 from maglev.experiment.execution import RunResult
 from maglev.experiment.provenance import Provenance
 from maglev.judging.measures import Measure, measures_of
-from maglev.judging.metrics import Metrics
+from maglev.judging.metrics import Metrics, StepResponse
 from maglev.judging.verdicts import (
     VERDICTS,
     ClaimResult,
@@ -113,19 +113,26 @@ def metric_tables(plan: RunPlan, metrics: Metrics) -> list[ResultTable]:
             kind = ("event" if unit else "effort") if measure.event else "step" if measure.time is not None else (
                 "axis" if unit else "motor")
             groups.setdefault((kind, unit), []).append(measure)
-    steps: Starts = {(step.axis, step.time): (f"{step.time:g} s", step.axis, *(
+    steps: Starts = {(step.axis, step.time): (window_text(step), step.axis, *(
         printed(value, "", PRINTED_UNITS[plan.axes[step.axis].unit]) for value in (step.start, step.target)))
         for step in metrics.steps}
-    after: Starts = {(of, event.time): (f"{event.name}, {event.time:g} s", of)
+    after: Starts = {(of, event.time): (f"{event.name}, {event.time:g} to {event.end:g} s", of)
                      for event in metrics.events for of in (*plan.axes, *plan.motors)}
     begin = plan.metrics.tracking_from
-    heads = {"step": ("Steps: settling is the time to the last error beyond a band", ("t", "axis", "from", "to")),
+    heads = {"step": ("Steps: settling is the time to the last error beyond a band, in the window",
+                      ("window", "axis", "from", "to")),
              "event": ("Events: recovery is the time to the last error beyond a band", ("after", "axis")),
              "effort": ("Effort after events", ("after", "motor")),
-             "axis": ("Errors" if begin is None else f"Errors; of tracking from t = {begin:g} s on", ("axis",)),
+             "axis": ("Errors over the run" + ("" if begin is None else f"; of tracking from t = {begin:g} s on"),
+                      ("axis",)),
              "motor": ("Currents: absolute values", ("motor",))}
     return [measure_table(*heads[kind], of_kind, after if kind in ("event", "effort") else steps)
             for (kind, _), of_kind in groups.items()]
+
+
+def window_text(step: StepResponse) -> str:
+    """Window of a step, and what cut it short, such as "1 to 6 s, until push"."""
+    return f"{step.time:g} to {step.end:g} s" + (f", until {step.cut_by}" if step.cut_by else "")
 
 
 def measure_table(title: str, heads: Sequence[str], shown: Sequence[Measure], starts: Starts) -> ResultTable:

@@ -11,9 +11,9 @@ from maglev.rig.rigs import best_rig
 from maglev.schema.judged.claims import RunClaim
 from maglev.schema.judged.procedure import ProcedureSettings
 from maglev.schema.layers import entries
-from maglev.schema.signals.kinds import Csv, Signal
+from maglev.schema.signals.kinds import Csv, Signal, Steps
 from maglev.schema.toml_table import Metres, Radians, Seconds, Table, ValueKind, key_refused
-from maglev.time_grid import whole_steps
+from maglev.time_grid import ON_GRID, whole_steps
 from maglev.units import known_unit, own_number, parse_quantity, read_quantity, split_text
 from pmlsm.rig import Rig
 
@@ -160,8 +160,8 @@ class Event(Table):
 
     name: str = Field(min_length=1, description="name of the event, such as push of x")
     time: Seconds = Field(ge=0.0, description="when it happens, and its window begins")
-    end: Seconds | None = Field(default=None, description="end of its window; without it the next event, or the end of "
-                                "the run")
+    end: Seconds | None = Field(default=None, description="end of its window; without it the next event, the next step "
+                                "of a reference, or the end of the run")
 
 
 class SignalTolerance(Table):
@@ -394,9 +394,26 @@ class RunPlan(Table):
 
     @property
     def event_ends(self) -> list[float]:
-        """Ends of the windows of its events, s."""
-        later = [*(event.time for event in self.events[1:]), self.stop_time]
-        return [after if event.end is None else event.end for event, after in zip(self.events, later, strict=False)]
+        """Ends of the windows of its events, s: as given, or where the next event or step of a reference begins."""
+        begins = sorted({*(event.time for event in self.events), *(time for time, _ in self.jumps(references=True))})
+        return [next((time for time in begins if time > event.time + ON_GRID * self.step), self.stop_time)
+                if event.end is None else event.end for event in self.events]
+
+    @property
+    def disturbances(self) -> list[tuple[float, str]]:
+        """What ends the windows of steps: times (s) of events and of jumps of inputs that are no references, and names.
+
+        The name is that of the event, or of the input.
+        """
+        return [*((event.time, event.name) for event in self.events), *self.jumps(references=False)]
+
+    def jumps(self, references: bool) -> list[tuple[float, str]]:
+        """Times (s) at which signals jump from one value to another, and the inputs that they feed."""
+        measured = {axis.reference for axis in self.axes.values()}
+        return [(time, signal.to) for signal in self.signals
+                if isinstance(signal, Steps) and (signal.to in measured) == references
+                for time, before, after in zip(signal.times[1:], signal.values, signal.values[1:], strict=False)
+                if before != after]
 
     @property
     def windows(self) -> list[tuple[str, float, float]]:

@@ -18,7 +18,7 @@ struct given {
     int64_t points;             /* communication points */
     double step;                /* s */
     const double *bands;        /* half widths, BANDS of each axis */
-    int64_t windows;            /* each from a step of any reference to the next one */
+    int64_t windows;            /* each from a step of any reference, or a disturbance after one, to the next */
     const int64_t *starts;      /* their first samples, and the one behind the last */
     const int64_t *steady;      /* first samples of their steady shares */
     int64_t tracking;           /* first sample of steady tracking, `points` without it */

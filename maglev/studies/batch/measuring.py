@@ -28,10 +28,12 @@ from maglev.judging.metrics import (
     MotorCurrents,
     StepResponse,
     TrackingError,
+    disturbed_samples,
     larger_of,
     step_samples,
     step_windows,
     winding_of,
+    window_end,
 )
 from maglev.schema.run_plan import RunPlan
 
@@ -130,7 +132,8 @@ class Meter:
         points = len(time)
         self.own_steps = {axis: {start: (float(reference[start - 1]), float(reference[start]))
                                  for start in step_samples(reference)} for axis, reference in references.items()}
-        self.windows = step_windows(self.own_steps, points)
+        self.cuts = disturbed_samples(plan, time)
+        self.windows = step_windows(self.own_steps, self.cuts, points)
         self.steady = [max(1, round(STEADY_SHARE * (end - start))) for start, end in self.windows]
         self.tracked = int(np.searchsorted(time, plan.metrics.tracking_from - TIME_TOLERANCE)) \
             if plan.metrics.tracking_from is not None else points
@@ -232,13 +235,14 @@ class Meter:
         """Responses of each axis to its own steps, with which windows begin."""
         settled = self.settling(windows["outside"], self.windows)
         steady = windows["steady"] / np.array(self.steady)[:, None]
-        for number, (start, _) in enumerate(self.windows):
+        for number, (start, end) in enumerate(self.windows):
             for i, axis in enumerate(self.measuring.axes):
                 if start in self.own_steps[axis]:
                     before, target = self.own_steps[axis][start]
                     beyond = windows["highest"][:, number, i] if target > before else -windows["lowest"][:, number, i]
                     yield step_of(axis, float(self.measuring.time[start]), before, target, settled[number][i],
-                                  larger_of(0.0, beyond) / abs(target - before), steady[:, number, i])
+                                  larger_of(0.0, beyond) / abs(target - before), steady[:, number, i],
+                                  *window_end(self.measuring.time, end, self.own_steps, self.cuts))
 
     def lost(self, whole: Structs, windows: Structs) -> Array:
         """How many steps there are after which the stage was lost."""
@@ -248,9 +252,10 @@ class Meter:
             return np.asarray((flags != 0.0).any(1) | (np.abs(errors) > limits).any(1))
 
         count, was_lost = np.zeros(len(whole)), is_lost(whole["before"], whole["flag_before"])
-        for window in windows.T:
+        for (start, _), window in zip(self.windows, windows.T, strict=True):
             now_lost = is_lost(window["end"], window["flag_at_end"])
-            count += ~was_lost & (now_lost | window["flagged"].any(1))
+            if any(start in steps for steps in self.own_steps.values()):   # not what follows a disturbance
+                count += ~was_lost & (now_lost | window["flagged"].any(1))
             was_lost = now_lost
         return count
 

@@ -40,7 +40,7 @@ def metrics() -> Metrics:
     plan: Any = SimpleNamespace(
         axes={name: Axis(position=f"{name}.p", reference=f"{name}.r") for name in TARGETS},
         motors={"m": Motor(currents=["m.a", "m.b"], commands=["m.a", "m.c"])}, stop_flag=None, trip_flag=None,
-        events=[Event(name="pull", time=3.0)], event_ends=[4.5],
+        events=[Event(name="pull", time=3.0)], event_ends=[4.5], disturbances=[],
         metrics=MetricSettings.model_validate({"bands": [0.5], "tracking_from": 2.0, "fail_error": 0.1875}))
     columns = {f"{name}.r": np.array(targets) for name, targets in TARGETS.items()}
     columns |= {f"{name}.p": np.array(TARGETS[name]) + np.array(ERRORS[name]) for name in TARGETS}

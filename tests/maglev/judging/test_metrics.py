@@ -27,7 +27,7 @@ TIME = np.arange(10001, dtype=float) * 1e-3
 def plan(**changes):
     return SimpleNamespace(**{
         "axes": {"y": Axis(position="plant.y.position", reference="controller.y.reference")},
-        "motors": {}, "stop_flag": None, "trip_flag": None, "events": [], "event_ends": [],
+        "motors": {}, "stop_flag": None, "trip_flag": None, "events": [], "event_ends": [], "disturbances": [],
         "metrics": MetricSettings(bands=[1e-4, 1e-5]), **changes})
 
 
@@ -237,6 +237,28 @@ def test_who_is_not_back_at_the_end_of_the_window_is_not_back():
     with pytest.raises(MeasurementError, match=r"ends at 2.0 s.*'push' at 3.0 s"):
         run_metrics(plan(events=[event], event_ends=[4.0]), TIME[:2001],
                     {name: values[:2001] for name, values in columns.items()})
+
+
+@pytest.mark.parametrize("lost", [False, True])
+def test_a_disturbance_ends_the_window_of_a_step(lost):
+    """What the step did before is measured as if nothing came after, and a fall after it is not the step's."""
+    settled = second_order(0.02, 0.022, 10.0, 0.5)
+    reference = np.where(TIME >= 8.0, 0.025, step_at_1_s(0.02, 0.022))
+    struck = np.where((TIME >= 6.0) & (TIME < 6.4), 0.03, settled)
+    flag = ((TIME >= 6.1) & lost).astype(float)
+    pushed = plan(stop_flag="at_stop", disturbances=[(0.5, "early"), (6.0, "push"), (6.4, "plant.y.force"),
+                                                     (20.0, "never")])
+    columns = {"plant.y.position": struck, "controller.y.reference": reference, "at_stop": flag}
+    first, second = run_metrics(pushed, TIME, columns).steps
+    (alone,) = run_metrics(plan(), TIME[:6000], {"plant.y.position": settled[:6000],
+                                                 "controller.y.reference": reference[:6000]}).steps
+    assert (first.settling_time, first.overshoot, first.steady_state_error) == (
+        alone.settling_time, alone.overshoot, alone.steady_state_error)
+    assert (first.end, first.cut_by, second.end, second.cut_by) == (6.0, "push", 10.0, "")
+    assert run_metrics(pushed, TIME, columns).lost == (() if lost else (8.0,))   # it does not get there in time
+    (whole, _) = run_metrics(plan(), TIME, columns).steps
+    assert whole.settling_time[1e-4] == pytest.approx(5.4, abs=2e-3)
+    assert (whole.end, whole.cut_by) == (8.0, "")
 
 
 @pytest.mark.parametrize(("fallen", "lost"), [

@@ -1,6 +1,7 @@
 """What procedures found, in the terminal and in files."""
 
 import csv
+import math
 import re
 from dataclasses import replace
 from io import StringIO
@@ -22,6 +23,7 @@ from maglev.procedures.outcome import Chart, Curve, Panel
 from maglev.report.plots.data import run_signals
 from maglev.report.plots.picture import figure_of, overlay
 from maglev.report.text import (
+    REPORT_WIDTH,
     claims_markdown,
     curves_csv,
     outcome_text,
@@ -224,6 +226,17 @@ def test_rotations_are_printed_in_mrad():
     text = run_text(recorded(plan, steps=steps, end_errors={"v": 2e-6, "h": 2e-3}), [])
     assert [cell in text for cell in ("10 mrad", "0.5 mrad", "3 µrad", "22 mm", "2 µm")] == 5 * [True]
     assert text.splitlines()[-1] == "completed: largest end error 2 µm on v, largest end error 2 mrad on h"
+
+
+def test_the_window_of_a_step_is_printed_with_what_cut_it_short():
+    plan = packaged("2dof-setpoints")
+    steps = tuple(StepResponse("v", time, 0.02, 0.022, dict.fromkeys(plan.metrics.bands, math.inf), 0.1, 2e-6, end, by)
+                  for time, end, by in ((1.0, 6.0, "push"), (6.5, 8.25, "")))
+    text = run_text(recorded(plan, steps=steps), [])
+    assert max(map(len, text.splitlines())) <= REPORT_WIDTH
+    rows = [" ".join(line.split()) for line in text.splitlines()]
+    assert any(row.startswith("1 to 6 s,") for row in rows)
+    assert any(row.startswith("6.5 to 8.25 s v 20 mm 22 mm") for row in rows)
 
 
 def test_a_run_that_did_not_complete_is_told_with_its_reason():

@@ -6,6 +6,7 @@ import maglev
 from maglev.errors import ScenarioError
 from maglev.experiment.ports.port_check import check_names
 from maglev.schema.loading import load_plan
+from maglev.schema.signals.kinds import Steps
 
 LOOP = """
 step = "0.5 ms"
@@ -163,6 +164,16 @@ def test_events_have_windows_and_claims(write):
                'metric = "integral_absolute_error"\naxis = "roll"\nrelation = "<"\ntarget = "50 urad s"')
     claim = load_plan(write(ROLL, EVENTS, of_roll)).claims[0]
     assert (claim.target, claim.criterion) == (50e-6, "integral absolute error of roll < 50 µrad s")
+
+
+def test_windows_end_at_events_steps_and_jumps_of_what_is_no_reference(write):
+    plan = load_plan(write(EVENTS, AFTER_EVENT))
+    signals = [Steps.model_validate({"to": to, "kind": "steps", "times": times, "values": values}) for to, times, values
+               in ((plan.axes["y"].reference, [0.0, 1.2, 3.0], [0.02, 0.03, 0.03]),   # the last one is no step
+                   ("plant.y.force", [0.0, 1.6, 1.7], [0.0, 5.0, 0.0]))]
+    plan = plan.model_copy(update={"signals": signals})
+    assert plan.event_ends == [1.2, 1.75]
+    assert plan.disturbances == [(1.0, "push"), (1.5, "pull"), (1.6, "plant.y.force"), (1.7, "plant.y.force")]
 
 
 @pytest.mark.parametrize(("changes", "words"), [

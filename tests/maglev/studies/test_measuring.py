@@ -69,13 +69,14 @@ def experiment_of(fmus: Path, name: str, stop_time: float | None = None, order: 
     return prepare(plan, fmus, {}, {}, {"order": order})
 
 
-@pytest.mark.few(4)
+@pytest.mark.few(5)
 @pytest.mark.parametrize(("name", "stop_time", "order"), [
     ("2dof-equilibrium-excitation", 0.5, "sequential"),   # several FMUs of one model
     ("2dof-faults-lost", None, "sequential"), ("3dof-setpoints-improved", 7.0, "jacobi"),
     ("3dof-push", None, "sequential"), ("2dof-effects-heat", None, "sequential"),
-    ("2dof-tracking-pid", None, "sequential"), ("5dof-setpoints", 1.5, "sequential"),
-    ("3dof-measurement-jitter", 1.5, "sequential"), ("2dof-step-4-linear", None, "sequential")])
+    ("2dof-tracking-pid", None, "sequential"), ("2dof-laws-nonlinear", None, "sequential"),   # steps and a push
+    ("3dof-measurement-jitter", 1.5, "sequential"), ("5dof-setpoints", 1.5, "sequential"),
+    ("2dof-step-4-linear", None, "sequential")])
 def test_metrics_are_those_of_the_recording(native_fmus: Path, name: str, stop_time: float | None,
                                             order: Order) -> None:
     experiment = experiment_of(native_fmus, name, stop_time, order)
