@@ -21,7 +21,6 @@ from maglev.experiment.selection import needed
 from maglev.pictures import require_matplotlib
 from maglev.processes.side_by_side import Progress, Say, Watch, unwatched, warn
 from maglev.report.plots.picture import overlay
-from maglev.report.text import state_of
 from maglev.schema.layers import Scenario
 from maglev.schema.loading import load_plan
 from maglev.schema.options import RunOptions, takes_run_options
@@ -44,9 +43,9 @@ class Comparison:
     name, title : str
         Of the scenario, or what the runs have in common.
     runs : mapping of str to Run
-        By label, those that were completed.
+        By label, those that completed, also those that failed.
     failures : mapping of str to str
-        Why the others were not, by label.
+        Why the others did not complete, by label.
     results : mapping of str to RunResult
         All of them, in order.
     """
@@ -58,8 +57,7 @@ class Comparison:
     results: Mapping[str, RunResult]
 
     def __repr__(self) -> str:
-        runs = ", ".join(f"{label} {state_of(run.metrics) if run.metrics else 'did not complete'}"
-                         for label, run in self.results.items())
+        runs = ", ".join(f"{label} {run.outcome}" for label, run in self.results.items())
         return f"<Comparison {self.name}: {runs}>"
 
     @property

@@ -103,7 +103,7 @@ class Run(Mapping[str, NDArray[Any]]):
 
     def __repr__(self) -> str:
         try:
-            state = "failed" if self.metrics.failed else "completed"
+            state = self.result.outcome
         except MeasurementError:
             state = "cannot be measured"
         return f"<Run {self.name}: {len(self.time)} rows to {self.time[-1]:g} s, {len(self)} columns, {state}>"

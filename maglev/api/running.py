@@ -86,9 +86,9 @@ class Results(Mapping[str, Run]):
 
     @property
     def missed(self) -> tuple[str, ...]:
-        """What `--fail-on-claims` fails on, a sentence for each: claims missed, and runs that crashed or failed.
+        """What `--fail-on-claims` fails on, a sentence for each: missed claims, runs that failed or did not complete.
 
-        Of a user's own claims also those that could not be judged. A crash that a claim asks for is none.
+        Of a user's own claims also those that could not be judged. A failure that a claim asks for is none.
         """
         return (*(said for run in self.runs if run.plan.name in self.asked
                   for said in missed_by(run, self.verdicts[run.plan.name])),
@@ -102,7 +102,8 @@ class Results(Mapping[str, Run]):
         procedures = {outcome.settings.name: {"title": outcome.settings.title,
                                               "claims": claims_data(self.verdicts[outcome.settings.name])}
                       for outcome in self.outcomes}
-        return {"runs": runs, "procedures": procedures, "files": [str(path) for path in self.files]}
+        return {"runs": runs, "procedures": procedures, "missed": list(self.missed),
+                "files": [str(path) for path in self.files]}
 
 
 def missed_by(run: RunResult, claims: Sequence[ClaimResult]) -> list[str]:
@@ -112,8 +113,8 @@ def missed_by(run: RunResult, claims: Sequence[ClaimResult]) -> list[str]:
         return [f"{name}: did not complete"]
     asked_for = any(judged.claim.quantity in ("failed", "stop_contact", "tripped") and judged.claim.target is True
                     for judged in claims)
-    crashed = [] if asked_for or not run.metrics.failed else [f"{name}: {short_outcome(run)}"]
-    return [*crashed, *missed_claims(name, claims)]
+    failed = [] if asked_for or not run.metrics.failed else [f"{name}: {short_outcome(run)}"]
+    return [*failed, *missed_claims(name, claims)]
 
 
 def missed_claims(name: str, claims: Sequence[ClaimResult]) -> list[str]:

@@ -49,8 +49,9 @@ Simulate magnetically levitated stages with their controllers, as FMUs of FMI 2.
 
 `maglev report`: run every scenario of the thesis, and write one page about its claims
 
-Exit codes: 0 done, 1 a check deviates or a claim is missed (`--fail-on-claims`), 2 an error or a run that did not
-complete, 130 after Ctrl-C, 141 if the output was cut off, 143 after SIGTERM. One line says what went wrong.
+Exit codes: 0 done; 1 a check deviates or, with `--fail-on-claims`, a claim is missed or a run failed (touched a stop,
+tripped or ended too far off); 2 an error, or a run did not complete (reach its stop time); 130 after Ctrl-C, 141 if the
+output was cut off, 143 after SIGTERM. One line says what went wrong.
 """)
 
 MOST_NAMED = 7   # variants of a scenario that are listed one by one
@@ -154,7 +155,8 @@ def run(names: Names = None, everything: All = False, out: Out = Path("results")
                                                 )] = False,
         plot: Annotated[bool, typer.Option("--plot", help="Also write pictures (needs matplotlib).")] = False,
         fail_on_claims: Annotated[bool, typer.Option(
-            "--fail-on-claims", help="Exit with 1 if a claim is missed, or a run hits a stop or fails.")] = False,
+            "--fail-on-claims", help="Exit with 1 if a claim is missed, or a run failed: it touched a stop, "
+                                       "tripped or ended too far off.")] = False,
         claims: Claims = None, form: Form = "csv", every: Every = None,
         json: Annotated[bool, typer.Option("--json", help="Print what was measured, verdicts and provenance as JSON.",
                                            rich_help_panel=MORE)] = False,

@@ -112,8 +112,8 @@ def finish(names: list[str] | None, json: bool = False, debug: bool = False, fai
            open_page: bool = False, **options: Any) -> None:
     """Run scenarios, open the page about them if that is asked for, and print what they gave, perhaps as JSON.
 
-    Exits with 2 if a run did not complete; with `debug`, after the traceback. With `fail_on_claims` with 1 after that,
-    a crash or a missed claim, each of which is said.
+    Exits with 2 if a run did not complete; with `debug`, after the traceback. With `fail_on_claims` otherwise with 1 if
+    a run failed or a claim is missed, each of which is said.
     """
     results = maglev.run_all(names or None, watch=progress_of, say=say, **options)
     if open_page:
@@ -133,10 +133,10 @@ def finish(names: list[str] | None, json: bool = False, debug: bool = False, fai
     if fail_on_claims:
         for sentence in results.missed:
             say(sentence)
-        if results.missed:
-            raise typer.Exit(1)
     if failed:
         raise typer.Exit(2)
+    if fail_on_claims and results.missed:
+        raise typer.Exit(1)
 
 
 def print_json(data: object) -> None:

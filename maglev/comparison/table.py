@@ -2,16 +2,13 @@
 
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
-from math import exp, fsum, inf, log
+from math import inf
 
 from maglev.experiment.execution import RunResult
 from maglev.judging.measures import Measure
 from maglev.judging.verdicts import DIFFERENCE
 from maglev.quantities import metric_text
 from maglev.report.status import troubles
-from maglev.report.text import state_of
-
-TINY = 1e-15   # m, below which an error is none
 
 
 @dataclass(frozen=True)
@@ -28,17 +25,17 @@ class Row:
 
     @property
     def held(self) -> dict[str, float]:
-        """Values of the completed runs, SI, by label."""
+        """Values of the runs that did not fail, SI, by label."""
         return {label: value for label, value in self.values.items() if label not in self.failed}
 
     @property
     def least(self) -> float:
-        """Least value of the completed runs, SI."""
+        """Least value of the runs that did not fail, SI."""
         return min(self.held.values(), default=0.0)
 
     @property
     def best(self) -> tuple[str, ...]:
-        """Labels of the least value among the completed runs, and of those that are alike; none if all are."""
+        """Labels of the least value among the runs that did not fail, and of those that are alike; none if all are."""
         tied = tuple(label for label, value in self.held.items() if value <= DIFFERENCE * self.least)
         return () if len(tied) == len(self.held) else tied
 
@@ -51,7 +48,7 @@ class Row:
 
     @property
     def lead(self) -> float:
-        """How many times the best value the next one of a completed run is; 1 where none is the best."""
+        """How many times the best value the next one of a run that did not fail is; 1 where none is the best."""
         others = [value for value in self.held.values() if value > DIFFERENCE * self.least]
         return 1.0 if not others else min(others) / self.least if self.least else inf
 
@@ -101,45 +98,69 @@ def ending(run: RunResult) -> str:
     """How a run ended, in a line."""
     if run.metrics is None:
         return ", ".join(troubles(run))
-    return ", ".join([state_of(run.metrics), *troubles(run)])
+    return ", ".join([run.outcome, *troubles(run)])
 
 
 def comparison_verdict(runs: Mapping[str, RunResult], rows: Sequence[Row]) -> str:
-    """One sentence: which run is the better one, by its rms errors, by how much, and in what another one is better.
+    """Say in a sentence which run is the better one: the one that is the best in most rows about axes.
 
-    Rows are those of the summary. Of completed runs; that others failed comes last, or decides.
+    Rows are those of the summary. Runs are alike if they are so in most of these rows. Then comes where each is better,
+    also about motors, and which runs failed or did not complete.
     """
-    ours = [label for label, run in runs.items() if run.metrics is not None and not run.metrics.failed]
+    ours = [label for label, run in runs.items() if run.outcome == "completed"]
     others = [f"{label} {ending(run)}" for label, run in runs.items() if label not in ours]
     if len(ours) < 2:
-        said = f"{'Only ' * bool(others)}{ours[0]} completed" if ours else "None completed"
+        said = ("No run completed without a failure" if not ours else f"Only {ours[0]} completed without a failure"
+                if others else f"{ours[0]} completed")
         return "; ".join([said, *others]) + "."
-    errors = [row for row in rows if row.quantity == "rms error" and set(ours) <= row.values.keys()]
-    mean = {label: fsum(log(max(row.values[label], TINY)) for row in errors) / max(len(errors), 1) for label in ours}
-    best, second = sorted(ours, key=mean.__getitem__)[:2]
-    times = exp(mean[second] - mean[best])
-    if times < DIFFERENCE:
-        said = (f"{best} and {second} are alike: their rms errors differ by less than 5 %" if errors else
-                f"{' and '.join(ours)} completed")
+    shared = [row for row in rows if set(ours) <= row.values.keys()]
+    judged = [row for row in shared if any(row.of in runs[label].plan.axes for label in ours)]
+    if not judged:
+        return "; ".join([f"{in_words(ours)} completed", *others]) + "."
+    won = {label: [row for row in judged if label in row.best] for label in ours}
+    order = sorted(filter(won.get, ours), key=lambda label: -len(won[label]))
+    places = [f"{len(won[label])}{leading(label, ours, won[label])}" for label in order]
+    better, about = "better" if len(ours) == 2 else "best", f"of {in_rows(judged)} about axes"
+    alike = sum(not row.best for row in judged)
+    parts = [f"{label} in {place}" for label, place in zip(order, places, strict=True)]
+    if 2 * alike > len(judged):
+        parts = [f"{in_words(ours)} are alike in {alike} {about}",
+                 *(f"{label} is {better} in {place}" for label, place in zip(order, places, strict=True))]
+    elif len(order) > 1 and len(won[order[0]]) == len(won[order[1]]):
+        parts[0] = f"None leads: {about} {order[0]} is {better} in {places[0]}"
     else:
-        most = max(errors, key=lambda row: row.values[second] / max(row.values[best], TINY))
-        said = (f"{best} is {'better' if len(ours) == 2 else 'best'}: the rms errors of {second} are on average "
-                f"{times_larger(times)} (most on {most.of}, {most.text(best)} against {most.text(second)})")
-    parts = [said]
-    for label in ours if times < DIFFERENCE else [label for label in ours if label != best]:
-        rival = best if label != best else second
-        won = [row for row in rows if label in row.best and rival not in row.best and rival in row.values]
-        if won:
-            top = max(won, key=lambda row: row.lead)
-            parts.append(f"{label} is better in {len(won)} of {len(rows)} rows" + (
-                f" (most in {top.quantity} of {top.of}, {top.text(label)} against {top.text(rival)})"
-                if len(ours) == 2 else ""))
+        parts[0] = f"{order[0]} is {better} in {len(won[order[0]])} {about}{leading(order[0], ours, won[order[0]])}"
+    efforts = [row for row in shared if any(row.of in runs[label].plan.motors for label in ours)]
+    counts = {label: sum(label in row.best for row in efforts) for label in ours}
+    if any(counts.values()):
+        parts.append(f"of {in_rows(efforts)} about motors " + ", ".join(
+            f"{label} is {better} in {count}" for label, count in counts.items() if count))
     return "; ".join([*parts, *others]) + "."
 
 
+def in_words(labels: Sequence[str]) -> str:
+    """Labels as a list in a sentence."""
+    return " and ".join(filter(None, (", ".join(labels[:-1]), labels[-1])))
+
+
+def in_rows(rows: Sequence[Row]) -> str:
+    """Number of rows, such as "1 row"."""
+    return f"{len(rows)} row{'s' if len(rows) != 1 else ''}"
+
+
+def leading(label: str, labels: Sequence[str], won: Sequence[Row]) -> str:
+    """Where a run leads most over the next one, in parentheses, of the rows in which it is the best."""
+    if not won:
+        return ""
+    # What is 0 in one run is no more than the least in proportion, what never ends is the most.
+    most = max(won, key=lambda row: row.lead if row.least else 1.0)
+    other = min((rival for rival in labels if rival not in most.best), key=most.values.__getitem__)
+    return f" (most in {most.name} of {most.of}, {most.text(label)} against {most.text(other)})"
+
+
 def legend(runs: Iterable[RunResult], sign: str) -> str:
-    """What a table says of its marks: one has to complete to win, and against another that completed."""
-    held = sum(run.metrics is not None and not run.metrics.failed for run in runs)
-    return "Less is better; " + (f"the best of the completed runs has a {sign}, unless they differ by less than 5 %"
-                                 if held > 1 else
-                                 "a best value is marked where at least two runs completed")
+    """What a table says of its marks: a run that failed wins nothing, nor does one alone."""
+    held = sum(run.outcome == "completed" for run in runs)
+    return "Less is better; " + (f"the best of the runs that did not fail has a {sign}, unless they differ by less "
+                                 "than 5 %" if held > 1 else "a best value is marked where at least two runs did not "
+                                 "fail")

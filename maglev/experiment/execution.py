@@ -48,6 +48,16 @@ class RunResult:
         return f"<RunResult {self.plan.name}: {self.failure or f'{len(self.time)} rows'}>"
 
     @property
+    def outcome(self) -> str:
+        """Return "did not complete" if the run did not reach its stop time, else "failed" if the stage failed in it.
+
+        Of all others "completed". A stage fails that touches a stop, trips or ends too far off.
+        """
+        if self.failure is not None or self.metrics is None:
+            return "did not complete"
+        return "failed" if self.metrics.failed else "completed"
+
+    @property
     def time(self) -> NDArray[np.float64]:
         """Times of the rows, s, shape (n,)."""
         return self.recording.time
@@ -181,7 +191,7 @@ def completed_run(experiment: Experiment, recording: Recording) -> RunResult:
 
 def run_as_json(result: RunResult) -> dict[str, Any]:
     """What is known about a run beside its columns, as JSON has it; what never happened or is not finite is None."""
-    return {"name": result.plan.name, "title": result.plan.title, "failure": result.failure,
+    return {"name": result.plan.name, "title": result.plan.title, "outcome": result.outcome, "failure": result.failure,
             "provenance": None if result.provenance is None else result.provenance.as_data(),
             "metrics": None if result.metrics is None else metrics_data(result.metrics),
             "measures": [] if result.metrics is None else measures_data(measures_of(result.plan, result.metrics))}

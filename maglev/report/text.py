@@ -278,7 +278,7 @@ def markdown_rows(heads: Sequence[str], rows: Iterable[Sequence[object]]) -> str
 def outcome_line(result: RunResult, metrics: Metrics) -> str:
     """One line on whether the run failed, with everything that disturbed it and its error at the end."""
     words = [*troubles(result), *(f"largest end error {error}" for error in worst_of(result.plan, metrics.end_errors))]
-    return state_of(metrics) + (": " if words else "") + ", ".join(words)
+    return result.outcome + (": " if words else "") + ", ".join(words)
 
 
 def sentence(result: RunResult, claims: Sequence[ClaimResult]) -> str:
@@ -287,7 +287,7 @@ def sentence(result: RunResult, claims: Sequence[ClaimResult]) -> str:
         return ""
     tracking = {tracking.axis: tracking.peak_tracking_error for tracking in result.metrics.tracking}
     errors = worst_of(result.plan, tracking or result.metrics.end_errors)
-    return "; ".join([f"simulated for {result.time[-1]:.4g} s, {state_of(result.metrics)}", *(
+    return "; ".join([f"simulated for {result.time[-1]:.4g} s, {result.outcome}", *(
         f"worst {'tracking error' if tracking else 'error at the end'} {error}" for error in errors),
         *sums(claims)[:1]])
 
@@ -306,11 +306,7 @@ def short_outcome(result: RunResult) -> str:
     if result.metrics is None:
         return ", ".join(troubles(result))
     first = [f"{event.word} at {event.time:.3f} s" for event in events(result.metrics)[:1]]
-    return ", ".join([state_of(result.metrics), *(first or worst_of(result.plan, result.metrics.end_errors))])
-
-
-def state_of(metrics: Metrics) -> str:
-    return "failed" if metrics.failed else "completed"
+    return ", ".join([result.outcome, *(first or worst_of(result.plan, result.metrics.end_errors))])
 
 
 def worst_of(plan: RunPlan, errors: Mapping[str, float]) -> list[str]:

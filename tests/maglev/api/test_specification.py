@@ -112,7 +112,11 @@ def test_fail_on_claims_with_a_run_that_does_not_complete(fastest_fmus: Path, tm
     arguments = ("run", scenario(tmp_path, HELD), "--controller", broken, "--fmus", fastest_fmus,
                  "--out", tmp_path / "out")
     assert maglev(*arguments).exit_code == 2
-    assert maglev(*arguments, "--fail-on-claims").exit_code == 1
+    result = maglev(*arguments, "--fail-on-claims", "--json")
+    assert result.exit_code == 2
+    said = json.loads(result.stdout)
+    assert said["missed"] == ["mine: did not complete"]
+    assert said["runs"]["mine"]["outcome"] == "did not complete"
 
 
 def test_a_comparison_is_with_the_run_as_it_is_planned(fastest_fmus: Path, tmp_path: Path) -> None:

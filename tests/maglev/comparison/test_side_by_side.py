@@ -103,14 +103,15 @@ def measured(v: float, h: float, current: float) -> list[Measure]:
 
 
 @pytest.mark.parametrize(("b", "words"), [
-    (measured(2e-5, 4e-5, 2.0), "a is better: the rms errors of b are on average 2 times as large (most on v, 10 µm "
-     "against 20 µm); b is better in 1 of 3 rows (most in peak current of motor, 2 A against 3 A)."),
-    (measured(1e-5, 2.42e-5, 3.0), "a is better: the rms errors of b are on average 10 % larger (most on h, 20 µm "
+    (measured(2e-5, 4e-5, 2.0), "a is better in 2 of 2 rows about axes (most in rms error of v, 10 µm against 20 µm); "
+     "of 1 row about motors b is better in 1."),
+    (measured(1e-5, 2.42e-5, 3.0), "a is better in 1 of 2 rows about axes (most in rms error of h, 20 µm "
      "against 24.2 µm)."),
-    (measured(1.02e-5, 2e-5, 6.0), "a and b are alike: their rms errors differ by less than 5 %; a is better in 1 of 3 "
-     "rows (most in peak current of motor, 3 A against 6 A).")])
-def test_the_verdict_says_who_is_better_by_how_much_and_where_the_other_is(plan: RunPlan, b: list[Measure],
-                                                                             words: str) -> None:
+    (measured(1.02e-5, 2e-5, 6.0), "a and b are alike in 2 of 2 rows about axes; of 1 row about motors a is better "
+     "in 1."),
+    (measured(2e-5, 1e-5, 3.0), "None leads: of 2 rows about axes a is better in 1 (most in rms error "
+     "of v, 10 µm against 20 µm); b in 1 (most in rms error of h, 10 µm against 20 µm).")])
+def test_the_verdict_says_who_is_better_and_where(plan: RunPlan, b: list[Measure], words: str) -> None:
     rows = summary(measure_rows({"a": measured(1e-5, 2e-5, 3.0), "b": b}))
     assert comparison_verdict({"a": recorded(plan), "b": recorded(plan)}, rows) == words
     pairs = [(max(pair), min(pair)) for pair in zip((1e-5, 2e-5, 3.0), [each.value for each in b], strict=True)]
@@ -118,18 +119,39 @@ def test_the_verdict_says_who_is_better_by_how_much_and_where_the_other_is(plan:
                                           for most, least in pairs]
 
 
-def test_of_more_than_two_the_verdict_counts_where_both_were_measured(plan: RunPlan) -> None:
-    """And has no room for where they differ most."""
+def axis_measures(rms: float, settling: float, overshoot: float) -> list[Measure]:
+    """What the axes of a run with one step each give."""
+    return [measure for axis in "vh" for measure in (
+        Measure("rms error", axis, None, rms, "m"), Measure("settling time to 0.1 mm", axis, 1.0, settling, "s"),
+        Measure("overshoot", axis, 1.0, overshoot, "1"))]
+
+
+def test_runs_of_one_rms_error_are_not_alike_where_settling_and_overshoot_differ(plan: RunPlan) -> None:
+    """What the sentence says, the table below it shows."""
+    measures = {"a": axis_measures(1e-5, 0.105, 0.014), "b": axis_measures(1.02e-5, 0.377, 0.37)}
+    rows = summary(measure_rows(measures))
+    assert sum(row.best == ("a",) for row in rows) == 4
+    assert comparison_verdict({label: recorded(plan) for label in measures}, rows) == (
+        "a is better in 4 of 6 rows about axes (most in overshoot of v, 1.4 % against 37 %).")
+
+
+def test_what_never_settles_weighs_more_than_what_is_zero(plan: RunPlan) -> None:
+    measures = {"a": axis_measures(1e-5, 0.1, 0.0), "b": axis_measures(1e-5, math.inf, 0.001)}
+    said = comparison_verdict({label: recorded(plan) for label in measures}, summary(measure_rows(measures)))
+    assert "most in settling time to 0.1 mm of v, 0.1 s against not settled" in said
+
+
+def test_of_more_than_two_the_verdict_counts_where_all_were_measured(plan: RunPlan) -> None:
     measures = {"a": measured(1e-5, 2e-5, 3.0)[:2], "b": measured(2e-5, 4e-5, 1.0), "c": measured(3e-5, 1e-5, 2.0)}
     said = comparison_verdict({label: recorded(plan) for label in measures}, summary(measure_rows(measures)))
-    assert said == ("a is best: the rms errors of c are on average 22 % larger (most on v, 10 µm against 30 µm); "
-                    "c is better in 1 of 3 rows.")
+    assert said == ("None leads: of 2 rows about axes a is best in 1 (most in rms error of v, 10 µm "
+                    "against 20 µm); c in 1 (most in rms error of h, 10 µm against 20 µm).")
 
 
 def test_the_verdict_is_for_who_held_alone(plan: RunPlan) -> None:
-    lost, said = recorded(plan, failed=True, stop_contact=0.25), "completed; b failed, touched an end stop at 0.250 s."
-    assert comparison_verdict({"a": recorded(plan), "b": lost}, []) == f"Only a {said}"
-    assert comparison_verdict({"b": lost}, []) == f"None {said}"
+    lost, said = recorded(plan, failed=True, stop_contact=0.25), "b failed, touched an end stop at 0.250 s."
+    assert comparison_verdict({"a": recorded(plan), "b": lost}, []) == f"Only a completed without a failure; {said}"
+    assert comparison_verdict({"b": lost}, []) == f"No run completed without a failure; {said}"
     assert comparison_verdict({"a": recorded(plan)}, []) == "a completed."
 
 
