@@ -10,7 +10,7 @@ import numpy as np
 from maglev.api.options import experiments_of
 from maglev.api.run import Run
 from maglev.api.running import say_notes
-from maglev.comparison.files import compared_rows, comparison_data, write_comparison
+from maglev.comparison.files import compared_rows, comparison_data, show_comparison, write_comparison
 from maglev.comparison.table import Row
 from maglev.cosim.master import RunFailed
 from maglev.errors import FAILURES, ScenarioError, extra, in_one_line, shortened
@@ -21,6 +21,7 @@ from maglev.experiment.selection import needed
 from maglev.pictures import require_matplotlib
 from maglev.processes.side_by_side import Progress, Say, Watch, unwatched, warn
 from maglev.report.plots.picture import overlay
+from maglev.report.text import as_html, as_text
 from maglev.schema.layers import Scenario
 from maglev.schema.loading import load_plan
 from maglev.schema.options import RunOptions, takes_run_options
@@ -30,6 +31,7 @@ from maglev.user_controllers.source import Given, file_of, is_written, name_of
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
+    from rich.console import Console
 
 Controllers = Mapping[str, Given] | Iterable[Given]
 
@@ -59,6 +61,16 @@ class Comparison:
     def __repr__(self) -> str:
         runs = ", ".join(f"{label} {run.outcome}" for label, run in self.results.items())
         return f"<Comparison {self.name}: {runs}>"
+
+    def show(self, console: "Console") -> None:
+        """Print the table of the terminal on a console of rich's."""
+        show_comparison(console, self.name, self.title, self.results)
+
+    def __str__(self) -> str:
+        return as_text(self.show)
+
+    def _repr_html_(self) -> str:
+        return as_html(self.show)
 
     @property
     def rows(self) -> list[Row]:

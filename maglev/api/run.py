@@ -1,6 +1,6 @@
 """One run that was made: columns, metrics and verdicts as data, and ways on to other tools."""
 
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterator, Mapping
 from dataclasses import replace
 from functools import cached_property
 from pathlib import Path
@@ -8,19 +8,20 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import NDArray
+from rich.text import Text
 
 from maglev.cosim.master import Recording
 from maglev.errors import MeasurementError, UnknownName, extra, nearest
 from maglev.experiment.execution import RunResult, judge_all, whole_metrics, write_columns
 from maglev.judging.measures import Measure, measures_of
 from maglev.judging.metrics import Metrics
-from maglev.judging.verdicts import ClaimResult
 from maglev.report.plots.picture import figure_of
-from maglev.report.text import as_html, show_measured
+from maglev.report.text import Verdicts, as_html, as_text, show
 from maglev.schema.run_plan import RunPlan
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
+    from rich.console import Console
 
 
 class Run(Mapping[str, NDArray[Any]]):
@@ -81,9 +82,9 @@ class Run(Mapping[str, NDArray[Any]]):
         return measures_of(self.plan, self.metrics)
 
     @property
-    def verdicts(self) -> Sequence[ClaimResult]:
-        """Claims of the thesis about this run with their verdicts; comparisons are "not run"."""
-        return judge_all([self.result])[self.name]
+    def verdicts(self) -> Verdicts:
+        """Claims about this run with their verdicts, a tuple that prints as a table; comparisons are "not run"."""
+        return Verdicts(judge_all([self.result])[self.name])
 
     def __getitem__(self, name: str) -> NDArray[Any]:
         """Return a column by its name, `fmu.variable`; UnknownName if it was not recorded."""
@@ -108,8 +109,20 @@ class Run(Mapping[str, NDArray[Any]]):
             state = "cannot be measured"
         return f"<Run {self.name}: {len(self.time)} rows to {self.time[-1]:g} s, {len(self)} columns, {state}>"
 
+    def show(self, console: "Console") -> None:
+        """Print the tables of the terminal on a console of rich's; of a run that cannot be measured what it is."""
+        try:
+            self.metrics   # noqa: B018
+        except MeasurementError as error:
+            console.print(Text(f"{self!r}: {error}"))
+        else:
+            show(console, self.result, self.verdicts, briefly=True)
+
+    def __str__(self) -> str:
+        return as_text(self.show)
+
     def _repr_html_(self) -> str:
-        return as_html(lambda console: show_measured(console, self.result))
+        return as_html(self.show)
 
     def to_pandas(self) -> Any:
         """Table of the columns over time, a pandas.DataFrame; `attrs["units"]` has the units."""

@@ -3,7 +3,7 @@
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import Any, Literal, Unpack, get_args
+from typing import TYPE_CHECKING, Any, Literal, Unpack, get_args
 
 from maglev.api.options import experiments_of
 from maglev.api.run import Run
@@ -21,7 +21,16 @@ from maglev.processes import processors
 from maglev.processes.side_by_side import Progress, Say, Watch, unwatched, warn
 from maglev.report.page import write_report
 from maglev.report.plots.picture import figure_of
-from maglev.report.text import as_html, claims_markdown, run_text, short_outcome, study_tables, write_outcomes
+from maglev.report.text import (
+    Verdicts,
+    as_html,
+    as_text,
+    claims_markdown,
+    run_text,
+    short_outcome,
+    show_results,
+    write_outcomes,
+)
 from maglev.report.what_if import run_frictionless
 from maglev.schema.layers import Scenario
 from maglev.schema.loading import load_plan
@@ -29,6 +38,9 @@ from maglev.schema.options import Format, RunOptions, takes_run_options
 from maglev.schema.run_plan import RunPlan
 from maglev.units import own_number
 from maglev_files.whole_file import write_whole
+
+if TYPE_CHECKING:
+    from rich.console import Console
 
 MOST_SHOWN = 5   # runs in the text of results
 
@@ -81,8 +93,15 @@ class Results(Mapping[str, Run]):
         more = f"; and {len(self.runs) - MOST_SHOWN} more" if len(self.runs) > MOST_SHOWN else ""
         return f"<Results: {runs}{more}>"
 
+    def show(self, console: "Console") -> None:
+        """Print the tables of the terminal on a console of rich's."""
+        show_results(console, self.asked, self.runs, self.verdicts, self.outcomes)
+
+    def __str__(self) -> str:
+        return as_text(self.show)
+
     def _repr_html_(self) -> str:
-        return as_html(lambda console: console.print(*study_tables(self.runs, self.verdicts, self.outcomes), sep="\n"))
+        return as_html(self.show)
 
     @property
     def missed(self) -> tuple[str, ...]:
@@ -272,7 +291,8 @@ def run_all(names: Scenarios | None = None, *, out: str | Path = "results", plot
         for note in dict.fromkeys(f"{result.plan.name}: {note}" for result in runs for note in result.recording.notes):
             say(note)
         outcomes = evaluate_all(runs, {plan.name for plan in asked})
-        verdicts = {**judge_all(runs), **judge_outcomes(outcomes, [run.plan.name for run in runs if run.modified])}
+        judged = {**judge_all(runs), **judge_outcomes(outcomes, [run.plan.name for run in runs if run.modified])}
+        verdicts = {name: Verdicts(claims) for name, claims in judged.items()}
         files = [*write_runs(runs, verdicts, folder, format, plot), *write_outcomes(outcomes, verdicts, folder)]
         if any(verdicts.values()):
             files.append(folder / "claims.md")

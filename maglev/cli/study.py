@@ -127,15 +127,13 @@ def compare(name: Annotated[str, typer.Argument(metavar="SCENARIO", help="A scen
     `maglev compare 2dof-setpoints --controller Regulator2DOF --controller lqi.py --controller old=old/lqi.py`
     """
     with one_line_errors(debug):
-        from maglev.comparison.files import show_comparison
-
         comparison = maglev.compare(name, controllers, watch=progress_of, say=say, **options)
         missing = lacking("matplotlib", "report", "a picture")
         files = comparison.write(out, picture=not missing)
         if json:
             print_json(comparison.as_data())
         else:
-            show_comparison(report_console(), comparison.name, comparison.title, comparison.results)
+            comparison.show(report_console())
             typer.echo(f"results: {', '.join(map(str, files))}")
             if missing:
                 say(missing)

@@ -26,7 +26,6 @@ if TYPE_CHECKING:
 
 MOST_NAMED = 10     # files that are named one by one
 FEW_STEPS = 100     # each of which shows: the clock of the bars would pass over those of a quick build
-MOST_SHOWN = 3      # procedures whose findings are printed; there are files of all
 
 
 @contextmanager
@@ -151,17 +150,8 @@ def write_json(path: Path, data: object) -> None:
 
 
 def print_tables(results: "maglev.Results") -> None:
-    """Print the text of the only run asked for, or a table of all, and what procedures found."""
-    from maglev.report.text import show, show_outcome, study_tables
-
-    console = report_console()
-    if len(results.asked) == 1:
-        show(console, results.runs[0], results.verdicts[results.runs[0].plan.name], briefly=True)
-    else:
-        for table in study_tables(results.runs, results.verdicts, results.outcomes):
-            console.print(table)
-    for outcome in results.outcomes if len(results.outcomes) <= MOST_SHOWN else ():
-        show_outcome(console, outcome, results.verdicts[outcome.settings.name])
+    """Print the tables of runs, and which files there are."""
+    results.show(report_console())
     few, files = len(results.files) <= MOST_NAMED, results.files
     typer.echo(f"results: {', '.join(map(str, files)) if few else f'{len(files)} files in {files[0].parent}'}")
 

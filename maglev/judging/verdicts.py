@@ -49,6 +49,9 @@ class ClaimResult:
     # whether it is one of the thesis's claims; not if the run is another reading of an experiment that has one
     counts: bool = True
 
+    def __repr__(self) -> str:
+        return f"<ClaimResult {self.verdict}: {self.claim.text}>"
+
     @property
     def measured_text(self) -> str:
         """The measured value with its unit, "not settled" where a band was not reached."""

@@ -38,6 +38,7 @@ from maglev.schema.run_plan import RunPlan
 from maglev_files.whole_file import write_whole
 
 REPORT_WIDTH = 80   # characters
+MOST_SHOWN = 3      # procedures whose findings are printed; there are files of all
 PREFORMATTED = '<pre style="line-height: 1.2">{code}</pre>'
 
 TAG = re.compile(r"<(?=[A-Za-z/!?])")   # where Markdown begins to take text for HTML
@@ -58,6 +59,36 @@ def show(console: Console, result: RunResult, verdicts: Sequence[ClaimResult], b
     """
     show_measured(console, result, claim_tables([judged for judged in verdicts if judged.claim.figure is None]
                                                 if briefly else verdicts), verdicts, reason=not briefly)
+
+
+class Verdicts(tuple[ClaimResult, ...]):
+    """Claims with their verdicts, which show and print as the tables of the terminal."""
+
+    __slots__ = ()
+
+    def show(self, console: Console) -> None:
+        """Print the tables."""
+        tables = claim_tables(self)
+        console.print(*tables, *([] if tables else ["no claims"]), sep="\n")
+
+    def __str__(self) -> str:
+        return as_text(self.show)
+
+    __repr__ = __str__
+
+    def _repr_html_(self) -> str:
+        return as_html(self.show)
+
+
+def show_results(console: Console, asked: Sequence[str], results: Sequence[RunResult], verdicts: Judgements,
+                 outcomes: Sequence[Outcome]) -> None:
+    """Print the text of the only run that was asked for, or a table of all, and what procedures found."""
+    if len(asked) == 1:
+        show(console, results[0], verdicts[results[0].plan.name], briefly=True)
+    else:
+        console.print(*study_tables(results, verdicts, outcomes), sep="\n")
+    for outcome in outcomes if len(outcomes) <= MOST_SHOWN else ():
+        show_outcome(console, outcome, verdicts[outcome.settings.name])
 
 
 def show_measured(console: Console, result: RunResult, above: Iterable[ResultTable] = (),
@@ -146,12 +177,11 @@ def measure_table(title: str, heads: Sequence[str], shown: Sequence[Measure], st
         for place, cells in sorted(rows.items(), key=lambda row: row[0][1] or 0.0)), left=min(len(heads), 2))
 
 
-def claim_tables(results: Sequence[ClaimResult]) -> Iterator[ResultTable]:
+def claim_tables(results: Sequence[ClaimResult]) -> list[ResultTable]:
     """Tables of a user's own claims, of the thesis's in words and of the bounds of its figures."""
-    for title, claims in (("Your specification", specification(results)), ("Claims of the thesis", sentences(results)),
-                          ("Bounds by the axes of figures", bound_claims(results))):
-        if claims:
-            yield claim_table(f"{title}: {met_of(claims)} met" if met_of(claims) else title, claims)
+    return [claim_table(f"{title}: {met_of(claims)} met" if met_of(claims) else title, claims) for title, claims in (
+        ("Your specification", specification(results)), ("Claims of the thesis", sentences(results)),
+        ("Bounds by the axes of figures", bound_claims(results))) if claims]
 
 
 def claim_table(title: str, results: Sequence[ClaimResult]) -> ResultTable:
