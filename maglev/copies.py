@@ -11,7 +11,7 @@ from pathlib import Path
 from maglev.processes.beside import SERVING
 from maglev_files.cache import digest_of_all
 from maglev_files.regular_file import regular
-from maglev_files.scratch import remove_scratch, scratch_folder
+from maglev_files.scratch import naming_full, remove_scratch, scratch_folder
 
 PLACE = "MAGLEV_COPIES"   # environment variable with the folder of the copies, for the processes that this one starts
 ORIGIN = ".origin"        # file beside copies that names the folder that they are from
@@ -34,10 +34,11 @@ def copied(files: Mapping[str, bytes], origin: Path) -> Path:
     copy = folder_of_copies() / digest_of_all(files)[:32]
     if not copy.is_dir():
         unfinished = Path(tempfile.mkdtemp(dir=folder_of_copies()))
-        for name, data in files.items():
-            path = unfinished / name
-            path.parent.mkdir(parents=True, exist_ok=True)
-            path.write_bytes(data)
+        with naming_full(folder_of_copies()):
+            for name, data in files.items():
+                path = unfinished / name
+                path.parent.mkdir(parents=True, exist_ok=True)
+                path.write_bytes(data)
         try:
             unfinished.rename(copy)
         except OSError:   # another process was faster

@@ -212,7 +212,7 @@ def read_text(text: str) -> Quantity:
 
 def split_text(text: str) -> tuple[float, str]:
     """Number of a text, and its unit, known or not; QuantityError if it has none."""
-    match = NUMBER_AND_UNIT.fullmatch(text)
+    match = NUMBER_AND_UNIT.fullmatch(with_hyphen(text))
     if match is None:
         flag = "; of a Boolean true or false" if text.strip().lower() in FLAGS else ""
         raise QuantityError(f"{text!r} is not a quantity, expected a number and a unit such as '25 mm'{flag}")
@@ -222,6 +222,11 @@ def split_text(text: str) -> tuple[float, str]:
     if not unit:
         raise QuantityError(f"{text!r} has no unit, expected a number without quotes or a unit such as '25 mm'")
     return float(digits) * math.pi if pi else float(digits), unit
+
+
+def with_hyphen(text: str) -> str:
+    """A text with a hyphen for each minus sign U+2212, as typeset pages and spreadsheets have it."""
+    return text.replace("\N{MINUS SIGN}", "-")
 
 
 def well_written(text: str) -> str:
@@ -296,7 +301,8 @@ def is_finite(text: str) -> bool:
 
 def number_or_text(text: str) -> float | int | str:
     """Read a plain number where a command line gives one; anything else, such as a number with a unit, stays text."""
+    number = with_hyphen(text)
     try:
-        return int(text) if WHOLE_NUMBER.fullmatch(text) else float(text)
+        return int(number) if WHOLE_NUMBER.fullmatch(number) else float(number)
     except ValueError:
         return text

@@ -1,11 +1,12 @@
 """Temporary folders that are removed with what needs them, or after a process that was killed by the next one."""
 
+import errno
 import os
 import re
 import shutil
 import tempfile
 from collections.abc import Iterator
-from contextlib import contextmanager
+from contextlib import contextmanager, nullcontext
 from importlib.util import find_spec
 from pathlib import Path
 
@@ -49,9 +50,22 @@ def remove_scratch(folder: Path) -> None:
 def scratch(place: str | None = None) -> Iterator[Path]:
     folder = scratch_folder(place)
     try:
-        yield folder
+        with nullcontext() if place else naming_full(folder):
+            yield folder
     finally:
         remove_scratch(folder)
+
+
+@contextmanager
+def naming_full(folder: Path) -> Iterator[None]:
+    """Name the folder of temporary files in the error of a full disk, which names none, of what a block writes."""
+    try:
+        yield
+    except OSError as error:
+        if error.filename is not None or error.errno not in (errno.ENOSPC, errno.EDQUOT):
+            raise
+        raise OSError(error.errno, f"{error.strerror} for temporary files, TMPDIR names another folder for them",
+                      str(folder.parent)) from error
 
 
 def remove_leftovers(place: Path) -> None:

@@ -32,7 +32,7 @@ from maglev.units import known_unit, own_number
 from maglev_files.cache import digest_at
 from maglev_files.environment import MOST_UNPACKED, number_in
 from maglev_files.regular_file import regular
-from maglev_files.scratch import remove_scratch, scratch_folder
+from maglev_files.scratch import naming_full, remove_scratch, scratch_folder
 
 FATAL = 4   # fmi2Fatal, fmi3Fatal
 STATUSES = {DISCARD: "discard", 3: "error", FATAL: "fatal error"}   # what FMI calls those beyond a warning
@@ -347,7 +347,8 @@ def unpack(path: Path, folder: Path) -> None:
                            f"{fmpy.platform_tuple}")
         needed = [entry for entry in archive.infolist()
                   if entry.filename.startswith(HERE) or not entry.filename.startswith(NOT_NEEDED)]
-        archive.extractall(folder, needed)
+        with naming_full(folder):
+            archive.extractall(folder, needed)
     make_links(folder, needed)
 
 

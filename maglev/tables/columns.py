@@ -6,9 +6,8 @@ from collections.abc import Sequence
 import numpy as np
 
 from maglev.arrays import Array
-from maglev.units import known_unit, written_out
+from maglev.units import known_unit, with_hyphen, written_out
 
-MINUS = "\N{MINUS SIGN}"
 NUMBER = re.compile(r"[+\-\N{MINUS SIGN}]?(?:\d+\.?\d*|\.\d+)(?:[eEdD][+\-\N{MINUS SIGN}]?\d+)?")
 NO_NUMBER = re.compile(r"[+-]?(?:nan|inf|infinity|n/a|#n/a|null)", re.IGNORECASE)   # in place of one
 FORTRAN = re.compile(r"(?<=[\d.])[dD](?=[+-]?\d)")
@@ -37,7 +36,7 @@ def numbers_of(texts: Sequence[str], decimal: str = ".") -> Array:
         if "." in joined:
             raise ValueError(joined)
         joined = joined.replace(",", ".")
-    joined = joined.replace(MINUS, "-")
+    joined = with_hyphen(joined)
     try:
         numbers = np.array(joined.split("\n"), dtype=np.float64)
     except ValueError:

@@ -7,7 +7,7 @@ from hypothesis import strategies as st
 
 from fmi_export.units import exponents
 from maglev.errors import QuantityError, ScenarioError
-from maglev.units import UNITS, parse_quantity, positive_time, read_quantity, to_unit
+from maglev.units import UNITS, number_or_text, parse_quantity, positive_time, read_quantity, to_unit
 
 
 @pytest.mark.parametrize(("text", "value"), [
@@ -120,3 +120,10 @@ def test_conversion_to_an_unknown_unit_names_value_and_nearest():
 
 def test_infinite_settling_time_converts():
     assert to_unit(math.inf, "ms") == math.inf
+
+
+@pytest.mark.parametrize(("text", "value"), [("−4 A", -4.0), ("1e−3 m", 1e-3), ("3 m.s−1", 3.0)])
+def test_a_minus_sign_is_one(text: str, value: float) -> None:
+    """As typeset pages have it, U+2212, and what is copied from them."""
+    assert parse_quantity(text) == value
+    assert number_or_text(text.split()[0]) == value

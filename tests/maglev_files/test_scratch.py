@@ -1,8 +1,10 @@
 """Temporary folders of processes that were killed are removed by the next one, those of living processes never."""
 
+import errno
 import signal
 import subprocess
 import sys
+import tempfile
 from collections.abc import Iterator
 from pathlib import Path
 
@@ -102,3 +104,16 @@ def test_a_file_whose_writer_was_killed_leaves_nothing_beside_the_next(tmp_path:
     other.wait()
     write_whole(tmp_path / "report.html", "all of it")
     assert [path.name for path in tmp_path.iterdir()] == ["report.html"]
+
+
+def test_a_full_disk_is_told_with_the_folder_that_is_full(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """What the system says names none; a file that has a name keeps it."""
+    monkeypatch.setattr(tempfile, "tempdir", str(tmp_path))
+    full = OSError(errno.ENOSPC, "No space left on device")
+    with pytest.raises(OSError, match="No space left on device for temporary files, TMPDIR names") as told, scratch():
+        raise full
+    assert (told.value.filename, told.value.errno) == (str(tmp_path), errno.ENOSPC)
+    for place, error in ((str(tmp_path), full), (None, OSError(errno.ENOSPC, "full", "a.csv")), (None, OSError("x"))):
+        with pytest.raises(OSError) as told, scratch(place):
+            raise error
+        assert told.value is error
