@@ -3,7 +3,7 @@
 PYTHON ?= $(shell for p in python3 python3.13 python3.12 python3.11; do \
 	$$p -c 'import sys; sys.exit(sys.version_info < (3, 11))' 2>/dev/null && echo $$p && break; done)
 BIN = .venv/bin
-NATIVE_TOOLS = $(BIN)/python -c "import pyccel, ziglang" 2>/dev/null
+NATIVE_TOOLS = $(BIN)/python -c "import ziglang" 2>/dev/null
 # Tests start hundreds of processes: each would compile all that it imports.
 unexport PYTHONDONTWRITEBYTECODE
 # Packages by uv, in a quarter of pip's time, from the index and within the constraints that pip is told of; where it cannot,

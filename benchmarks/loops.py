@@ -11,11 +11,11 @@ import sys
 import tempfile
 from array import array
 from collections.abc import Callable, Mapping
-from operator import attrgetter
 from pathlib import Path
 from time import perf_counter
 from typing import NamedTuple
 
+from fmi_export.definition import reader
 from fmi_export.native.build import host_platform
 from fmi_export.native.compiler import compiled
 from maglev.analysis.differences.participant import Participant
@@ -71,7 +71,7 @@ def bare_loop(pair: Pair, steps: int) -> float:
     of_loop = definition(pair.loop)
     loop = of_loop.new_block()
     loop.start()
-    outputs = attrgetter(*(v.place for v in of_loop.variables if v.causality == "output"))
+    outputs = reader([v.place for v in of_loop.variables if v.causality == "output"])
     record = array("d")
     dt = pair.dt
     begin = perf_counter()
@@ -118,8 +118,9 @@ def reference_loop(pair: Pair, steps: int) -> Callable[[], float]:
     """One C loop over controller and plant as they were when sines came from the C library: the unit of all ratios.
 
     It is frozen, so that blocks that become faster do not make everything around them look slower. The folder
-    `reference` has what pyccel made of the blocks of commit eb32d8e, and for each stage a loop over them, which does
-    what a master does: references, which are constant, measurements, controller, currents, plant, and a record.
+    `reference` has C that a translator of Python made of the blocks of commit eb32d8e, and for each stage a loop over
+    them, which does what a master does: references, which are constant, measurements, controller, currents, plant, and
+    a record.
     """
     text = lzma.decompress((FOLDER / f"{pair.rig.name}.c.xz").read_bytes()).decode("utf-8")
     platform = next(iter(host_platform().values()))

@@ -186,6 +186,7 @@ class FmuDefinition:
     continuous: ContinuousModel | None = None          # of a native FMU that is for Model Exchange as well
     sampled: bool = False                              # at the start, and then every SAMPLE_TIME
     clocked: bool = False                              # one of FMI 3.0 samples when the importer's clock ticks
+    finite: tuple[tuple[int, str], ...] = ()           # status, and attribute path, of outputs that have to stay finite
     fed: tuple[str, ...] = ()                          # tunable parameters that became inputs
     was: str = ""                                      # its name before they did
 

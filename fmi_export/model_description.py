@@ -29,7 +29,7 @@ def model_description(definition: FmuDefinition, guid: str, version: str, date: 
     """
     native = bool(sources)
     root = Element("fmiModelDescription", attributes(definition, "2.0", "guid", guid, version, date,
-                                                     "pyccel" if native else "pythonfmu"))
+                                                     "ziglang" if native else "pythonfmu"))
     continuous = definition.continuous if native else None
     interfaces = []
     if continuous:

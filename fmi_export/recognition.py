@@ -4,15 +4,13 @@ import re
 from collections.abc import Mapping
 from dataclasses import replace
 from datetime import datetime
-from functools import cache
-from importlib.util import find_spec
 from pathlib import PurePosixPath
 
 from fmi_export.build import CARRIED, Maker, what_runs
 from fmi_export.definition import FmuDefinition
-from fmi_export.native.build import BINARIES, DIGESTS, SHELLS, SOURCES, TABLE, library_digests, native_sources
-from fmi_export.native.tangent import tangent_name
-from fmi_export.sources import module_path
+from fmi_export.native.block_code import BLOCK
+from fmi_export.native.build import BINARIES, DIGESTS, SHELLS, SOURCES, library_digests, native_sources
+from fmi_export.sources import carried_modules, module_path
 
 # What is only read, by people or by tools beside it; what runs is compared byte for byte.
 FOR_READERS = ("documentation/", "model.png", "terminalsAndIcons/", "extra/")
@@ -49,14 +47,10 @@ def is_native_build(contents: Mapping[str, bytes], definition: FmuDefinition, ma
                if name.startswith(SOURCES)}
     libraries = {name: data for name, data in runs.items() if name.startswith(BINARIES)}
     shell = SHELLS[3 if b' fmiVersion="3.0"' in contents["modelDescription.xml"] else 2]
-    blocks = [name for name in sources if name.endswith(".c") and name not in (*shell.layer, TABLE)]
-    stems = {PurePosixPath(name).stem for name in blocks}
-    derived = {tangent_name(name) for name in stems}   # made of the others
-    modules = [module_named(stem, maker.packages) for stem in stems - derived]
-    texts = {module: module_path(module).read_text(encoding="utf-8") for module in modules}
+    texts = carried_modules(definition.block.__module__, maker.packages)
     platforms = [PurePosixPath(name).parent.name for name in libraries]
     definition = replace(definition, clocked=b"<Clock " in contents["modelDescription.xml"])
-    made = native_sources(definition, texts, sources, maker.version, platforms, shell, date_of(contents))
+    made = native_sources(definition, texts, sources[BLOCK], maker.version, platforms, shell, date_of(contents))
     return contents.get(DIGESTS) == library_digests(libraries) and runs == {
         **{f"{SOURCES}{name}": text.encode("utf-8") for name, text in made.files.items()}, **libraries,
         "modelDescription.xml": made.description}
@@ -71,21 +65,3 @@ def date_of(contents: Mapping[str, bytes]) -> int:
     """Date of generation, seconds since 1970; 0 if there is none."""
     match = DATE.search(contents["modelDescription.xml"])
     return 0 if match is None else int(datetime.fromisoformat(match[1].decode("ascii")).timestamp())
-
-
-def module_named(stem: str, packages: tuple[str, ...]) -> str:
-    """Dotted name of the module of some packages that has a last name, of which there is but one; KeyError if none."""
-    known = modules_in(packages)
-    if stem not in known:   # written of a stage of the user's, it is found beside the packages
-        for package in packages:
-            if find_spec(f"{package}.{stem}") is not None:
-                return f"{package}.{stem}"
-    return known[stem]
-
-
-@cache
-def modules_in(packages: tuple[str, ...]) -> dict[str, str]:
-    """Dotted names of the modules of packages by their last part."""
-    folders = {package: module_path(package).parent for package in packages}
-    return {path.stem: ".".join((package, *path.relative_to(folder).with_suffix("").parts))
-            for package, folder in folders.items() for path in folder.rglob("*.py")}

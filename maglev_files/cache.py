@@ -18,7 +18,7 @@ from maglev_files.scratch import remove_scratch, scratch_folder
 from maglev_files.whole_file import whole_file
 
 PLACE = "MAGLEV_CACHE"   # environment variable with the folder, in place of the system's
-FOLDERS = FMUS, STEP_LOOP, BLOCK_LOOPS, TRANSLATIONS = "fmus", "step_loop", "block_loops", "translations"   # in it
+FOLDERS = FMUS, STEP_LOOP, BLOCK_LOOPS = "fmus", "step_loop", "block_loops"   # in it
 
 
 class Kept(NamedTuple):

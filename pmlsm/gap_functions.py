@@ -2,7 +2,6 @@
 
 from pmlsm.elementary.arctangent import arctangent_integral
 from pmlsm.elementary.exponential import exponential_minus_one
-from pmlsm.magnet_field import MagnetField  # noqa: F401 - pyccel finds its methods only where it is imported
 from pmlsm.motor_geometry import MotorGeometry
 
 

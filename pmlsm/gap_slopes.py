@@ -5,7 +5,6 @@ from math import pi
 from pmlsm.elementary.exponential import exponential_minus_one
 from pmlsm.elementary.logarithm import logarithm_one_plus
 from pmlsm.gap_functions import carter_coefficient, gap_functions, slot_permeance
-from pmlsm.magnet_field import MagnetField  # noqa: F401 - pyccel finds its methods only where it is imported
 from pmlsm.motor_geometry import MotorGeometry
 
 

@@ -25,10 +25,9 @@ from tempfile import TemporaryDirectory
 from typing import Any, NamedTuple
 
 from fmi_export.definition import FmuDefinition
-from fmi_export.native.build import translated_blocks
+from fmi_export.language.c_text import c_literal
+from fmi_export.native.block_code import BLOCK, block_code, c_path
 from fmi_export.native.compiler import FLAGS, UNIT, WEBASSEMBLY, Platform, library
-from fmi_export.native.translation import c_literal, module_files
-from fmi_export.sources import carried_modules
 from fmi_export.target.freestanding import template
 from maglev.microcontroller.emulator import OPTIONS, PROGRAM
 from maglev.microcontroller.image import FLAGS as CORTEX_M7
@@ -90,19 +89,18 @@ class Run:
 
     def code(self) -> str:
         """The same as a function in C."""
-        name = self.of.block.__name__
-        arguments = "".join(f", {c_literal(argument)}" for argument in self.of.arguments)
-        start = [f"loop.{place} = {c_literal(value)};" for place, value in self.start.items()]
-        waves = [f"loop.{place} = {c_literal(w.middle)} + {c_literal(w.amplitude)} * sine_of_turns("
-                 f"{c_literal(w.frequency)} * t + {c_literal(w.phase)});" for place, w in self.waves.items()]
-        taken = [f"digest = taken(digest, loop.{place});" for place in self.numbers]
+        start = [f"loop.{c_path(place)} = {c_literal(value)};" for place, value in self.start.items()]
+        waves = [f"loop.{c_path(place)} = {c_literal(w.middle)} + {c_literal(w.amplitude)} * "
+                 f"sine_cosine__sine_of_turns({c_literal(w.frequency)} * t + {c_literal(w.phase)});"
+                 for place, w in self.waves.items()]
+        taken = [f"digest = taken(digest, loop.{c_path(place)});" for place in self.numbers]
         return "\n".join([
-            f'#include "{self.of.block.__module__.rpartition(".")[2]}.h"', '#include "sine_cosine.h"', "",
-            "static uint64_t run(void)", "{", f"    struct {name} loop;", f"    {name}__init__(&loop{arguments});",
-            *indented_lines(1, start), f"    if ({name}__start(&loop)) {{", "        return 0;", "    }",
+            '#include "block.h"', "",
+            "static uint64_t run(void)", "{", "    Block loop = INITIAL;",
+            *indented_lines(1, start), "    if (start_block(&loop)) {", "        return 0;", "    }",
             "    uint64_t digest = EMPTY_DIGEST;", f"    for (int k = 0; k < {self.steps}; ++k) {{",
             f"        const double t = k * {c_literal(self.step)};", *indented_lines(2, waves),
-            f"        if ({name}__step(&loop, t, {c_literal(self.step)})) {{", "            return 0;", "        }",
+            f"        if (step_block(&loop, t, {c_literal(self.step)})) {{", "            return 0;", "        }",
             *indented_lines(2, taken), "    }", "    return digest;", "}", ""])
 
 
@@ -140,14 +138,8 @@ def runs() -> tuple[Run, ...]:
     return tuple(map(loop_run, NAMES))
 
 
-@cache
-def all_blocks() -> dict[str, str]:
-    return translated_blocks([run.of for run in runs()], PACKAGES)
-
-
 def sources(run: Run) -> dict[str, str]:
-    modules = carried_modules(run.of.block.__module__, PACKAGES)
-    return {**module_files(modules, all_blocks()), "prefix.h": "", "run.h": run.code(),
+    return {BLOCK: block_code(run.of, PACKAGES).text, "run.h": run.code(),
             "host.c": (HOSTS / "host.c").read_text(encoding="utf-8")}
 
 

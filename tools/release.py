@@ -34,7 +34,7 @@ VERSION = re.compile(r"\d+\.\d+\.\d+")
 UNRELEASED = "## Unreleased\n"
 
 # What has a say in the bytes.
-TOOLS = ("setuptools", "pythonfmu", "fmpy", "pyccel", "ziglang", "numpy", "latex2mathml", "sphinx", "myst-nb", "furo")
+TOOLS = ("setuptools", "pythonfmu", "fmpy", "ziglang", "numpy", "latex2mathml", "sphinx", "myst-nb", "furo")
 
 
 def main() -> None:

@@ -13,11 +13,10 @@ from fmi_export.build import Maker, build_date, common_files, digest, write_arch
 from fmi_export.definition import FmuDefinition
 from fmi_export.errors import ExportError
 from fmi_export.model_description import model_description
+from fmi_export.native.block_code import BLOCK, TEMPLATES, BlockCode, block_code
 from fmi_export.native.compiler import FLAGS, MACOS, PLATFORMS, WEBASSEMBLY, Platform, library
 from fmi_export.native.model_description_3 import build_description, model_description_3
 from fmi_export.native.model_table import SOURCE, model_table
-from fmi_export.native.tangent import tangent_module, tangent_name
-from fmi_export.native.translation import TEMPLATES, module_files, translate_modules
 from fmi_export.sources import carried_modules
 from fmi_export.templates import filled
 from maglev_files.whole_file import write_whole
@@ -59,33 +58,20 @@ BINARIES, SOURCES = "binaries/", "sources/"
 DIGESTS = "documentation/binaries.sha256"   # of the libraries in an FMU, as sha256sum writes and reads it
 
 
-def translated_blocks(definitions: Iterable[FmuDefinition], packages: tuple[str, ...]) -> dict[str, str]:
-    """C files, by name, of the blocks of all definitions and of what these import from the packages.
-
-    FMUs share most of their modules, and pyccel takes longer to start than to translate one. Errors as of `translated`.
-    """
-    texts: dict[str, str] = {}
-    for definition in definitions:
-        own = carried_modules(definition.block.__module__, packages)
-        texts |= own
-        if definition.continuous:
-            texts[tangent_name(definition.block.__module__)] = tangent_module(own, definition.block.__name__, "derive")
-    return translate_modules(texts)
-
-
-def build_native_fmu(definition: FmuDefinition, translation: Mapping[str, str], maker: Maker, destination: Path,
-                     host_only: bool = False, fmi: int = 2, extra: Mapping[str, bytes] | None = None) -> Path:
+def build_native_fmu(definition: FmuDefinition, maker: Maker, destination: Path, host_only: bool = False, fmi: int = 2,
+                     extra: Mapping[str, bytes] | None = None, further: Mapping[str, str] | None = None) -> Path:
     """Write `destination/NAME.fmu` with binaries for Linux, Windows and macOS, and return its path.
 
-    The translation, of this block and perhaps of others, is that of `translated_blocks`; the rest is as of
-    `fmi_export.build.build_fmu`. With `host_only` there is a binary for this machine alone: FMI 2.0 has no name for
-    Linux on ARM, whose binary is then in linux64, where tools on such a machine look for it. ExportError if
-    ziglang is not installed, or refuses the sources.
+    The parameters are those of `fmi_export.build.build_fmu`. With `host_only` there is a binary for this machine alone:
+    FMI 2.0 has no name for Linux on ARM, whose binary is then in linux64, where tools on such a machine look for it.
+    `further` are texts of modules, by name, that the block is made of as well.
+    ExportError if the block is not of the language of blocks, if ziglang is not installed, or refuses the sources.
     """
     shell = SHELLS[fmi]
     chosen = host_platform(fmi) if host_only else shell.platforms
-    texts = carried_modules(definition.block.__module__, maker.packages)
-    made = native_sources(definition, texts, translation, maker.version, chosen, shell, build_date())
+    texts = carried_modules(definition.block.__module__, maker.packages) | dict(further or {})
+    code = own_code(definition, maker.packages).text
+    made = native_sources(definition, texts, code, maker.version, chosen, shell, build_date())
     contents = {f"{SOURCES}{name}": text.encode("utf-8") for name, text in made.files.items()}
     libraries = {f"{BINARIES}{folder}/{definition.name}{platform.ending}":
                  library({**made.files, **made.headers}, definition.name, platform)
@@ -97,8 +83,8 @@ def build_native_fmu(definition: FmuDefinition, translation: Mapping[str, str], 
     return write_archive(destination / f"{definition.name}.fmu", contents | dict(extra or {}))
 
 
-def build_webassembly(definition: FmuDefinition, translation: Mapping[str, str], maker: Maker,
-                      destination: Path) -> tuple[Path, Path]:
+def build_webassembly(definition: FmuDefinition, maker: Maker, destination: Path,
+                      further: Mapping[str, str] | None = None) -> tuple[Path, Path]:
     """Write `destination/NAME.wasm`, the FMU's functions in a module without imports, and its description `NAME.xml`.
 
     It is for co-simulation alone. The last line of the description says what both are made of, see `made_of`. Arguments
@@ -106,8 +92,9 @@ def build_webassembly(definition: FmuDefinition, translation: Mapping[str, str],
     """
     definition = replace(definition, continuous=None)
     chosen = {"wasm32": WEBASSEMBLY}
-    texts = carried_modules(definition.block.__module__, maker.packages)
-    made = native_sources(definition, texts, translation, maker.version, chosen, IN_BROWSERS, build_date())
+    texts = carried_modules(definition.block.__module__, maker.packages) | dict(further or {})
+    code = own_code(definition, maker.packages).text
+    made = native_sources(definition, texts, code, maker.version, chosen, IN_BROWSERS, build_date())
     module, description = (destination / f"{definition.name}.{ending}" for ending in ("wasm", "xml"))
     content = library({**made.files, **made.headers}, definition.name, chosen["wasm32"])
     write_whole(module, content)
@@ -135,20 +122,24 @@ class NativeSources(NamedTuple):
     description: bytes
 
 
-def native_sources(definition: FmuDefinition, texts: Mapping[str, str], translation: Mapping[str, str], version: str,
+def own_code(definition: FmuDefinition, packages: tuple[str, ...]) -> BlockCode:
+    """The block of a definition as C that fits into the layer; the code of the packages is not a user's."""
+    return block_code(definition, (*packages, "fmi_export"), frozenset(layer_names()))
+
+
+def native_sources(definition: FmuDefinition, texts: Mapping[str, str], code: str, version: str,
                    platforms: Iterable[str], shell: Shell, date: int) -> NativeSources:
     """Sources of an FMU with the files of a layer over the block, and a GUID of all that goes into it.
 
-    Of the block that is the text of its Python modules, by dotted name, as well as what the translation has made of
-    it: an installation so tells its own FMUs from others without a translation.
+    Of the block that is the text of its Python modules, by dotted name, as well as its C: an installation so tells its
+    own FMUs from others without a translation.
     """
     timed = shell.version == "3.0"
-    differentiated = [tangent_name(definition.block.__module__)] if definition.continuous else []
-    blocks = module_files([*texts, *differentiated], translation)
+    blocks = {BLOCK: code}
     above = layer_files(shell.layer)
     # Not in the FMU: FMI leaves its headers to the importer. fmpy brings them along.
     headers = {name: files("fmpy").joinpath("c-code", name).read_text(encoding="utf-8") for name in shell.headers}
-    own_headers = [text for name, text in {**blocks, **above}.items() if name.endswith(".h")]
+    own_headers = [text for name, text in above.items() if name.endswith(".h")]
     prefix = prefix_header(definition.name, own_headers, shell.headers[0])
     without_guid = {**blocks, **above, PREFIX: prefix, TABLE: model_table(definition, "", timed)}
     units = sorted(name for name in without_guid if name.endswith(".c"))

@@ -25,7 +25,7 @@ def model_description_3(definition: FmuDefinition, token: str, version: str, dat
     Variables and value references are those of FMI 2.0; after them comes the time. ExportError if its name is taken.
     """
     root = Element("fmiModelDescription", fmi2.attributes(definition, FMI, "instantiationToken", token, version, date,
-                                                     "pyccel"))
+                                                     "ziglang"))
     continuous = definition.continuous
     common = {"modelIdentifier": definition.name, "needsExecutionTool": "false",
               "canBeInstantiatedOnlyOncePerProcess": "false", "canGetAndSetFMUState": "true",

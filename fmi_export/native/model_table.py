@@ -6,8 +6,8 @@ from textwrap import wrap
 
 from fmi_export.definition import FmuDefinition, Variable
 from fmi_export.escapes import c_string
-from fmi_export.native.tangent import named, tangent_name
-from fmi_export.native.translation import TEMPLATES, c_literal
+from fmi_export.language.c_text import c_literal
+from fmi_export.native.block_code import TEMPLATES, c_path
 from fmi_export.templates import filled
 
 SOURCE = TEMPLATES / "model.c"
@@ -22,9 +22,6 @@ def model_table(definition: FmuDefinition, guid: str, timed: bool) -> str:
 
     ValueError if a refusal names something that is no variable.
     """
-    block = definition.block
-    header = block.__module__.rpartition(".")[2]
-    arguments = ", ".join(["block", *(c_literal(argument) for argument in definition.arguments)])
     known = {v.name for v in definition.variables} | {"time", "step"}
     for text in definition.refusals.values():
         for name in re.findall(r"\{([\w.]+)\}", text):
@@ -36,14 +33,13 @@ def model_table(definition: FmuDefinition, guid: str, timed: bool) -> str:
         sampling = (f"static const struct Sampling SAMPLING = {{"
                     f".clocked = {'true' if definition.clocked else 'false'}, .clock = {clock}}};\n\n")
     return filled(SOURCE, {
-        "NAME": definition.name, "HEADER": f"{header}.h", "BLOCK": block.__name__,
-        "MORE_HEADERS": f'#include "{tangent_name(header)}.h"\n' if definition.continuous else "",
+        "NAME": definition.name,
         "CONTINUOUS_TABLES": continuous_tables(definition),
         "CONTINUOUS": "&CONTINUOUS" if definition.continuous else "NULL",
         "VARIABLE_STEP": "true" if definition.variable_step else "false",
-        "INTERVAL": f"AT({definition.sampling})" if definition.sampling else "0",
+        "INTERVAL": f"AT({c_path(definition.sampling)})" if definition.sampling else "0",
         "SAMPLING_TABLE": sampling, "SAMPLING": "&SAMPLING" if sampling else "NULL",
-        "ARGUMENTS": arguments, "NAME_TEXT": c_string(definition.name), "GUID": c_string(guid),
+        "NAME_TEXT": c_string(definition.name), "GUID": c_string(guid),
         "VARIABLES": "\n".join([*map(variable_row, definition.native_variables), *([TIME] if timed else [])]),
         "REFUSALS": "\n".join(f"    {{{c_literal(status)}, {c_string(text)}}},"
                               for status, text in sorted(definition.refusals.items()))})
@@ -64,7 +60,6 @@ def continuous_tables(definition: FmuDefinition) -> str:
         return wrapped(str(reference[name]) for name in names)
 
     return filled(TEMPLATES / "continuous.c", {
-        "BLOCK": definition.block.__name__, "DIFFERENTIATED": named(f"{definition.block.__name__}.derive"),
         "STATES": references(states), "RATES": references(rates), "INDICATORS": references(model.indicators),
         "NOMINALS": wrapped(c_literal(nominal[name]) for name in states),
         "UNKNOWNS": references(dict.fromkeys([*rates, *outputs]))})
@@ -76,7 +71,7 @@ def wrapped(cells: Iterable[str]) -> str:
 
 
 def variable_row(variable: Variable) -> str:
-    cells = (c_string(variable.name), c_string(variable.unit), f"AT({variable.place})",
+    cells = (c_string(variable.name), c_string(variable.unit), f"AT({c_path(variable.place)})",
              "true" if variable.boolean else "false", "true" if variable.variability == "fixed" else "false",
              variable.causality.upper(), c_literal(float(variable.low)), c_literal(float(variable.high)),
              c_string(variable.hinted))

@@ -4,8 +4,7 @@ What is translated of the block's modules becomes one file of static functions; 
 three functions, `NAME_init`, `NAME_start`, `NAME_sample`, which do what an FMU does: ranges are checked, times counted.
 """
 
-import re
-from collections.abc import Iterable, Mapping
+from collections.abc import Collection, Iterable
 from math import isfinite
 from pathlib import Path
 from textwrap import wrap
@@ -13,22 +12,13 @@ from textwrap import wrap
 from fmi_export.definition import SAMPLE_TIME, FmuDefinition, Variable
 from fmi_export.errors import ExportError
 from fmi_export.escapes import c_comment
-from fmi_export.native.translation import PRELUDE_FILE, c_literal, imported_first, module_files
+from fmi_export.language.blocks import BlockText, block_text
+from fmi_export.language.c_text import c_literal
+from fmi_export.native.block_code import FIRST_FAILURE, c_path
 from fmi_export.templates import filled
 
-# What pyccel writes.
-STRUCT = re.compile(r"^struct (\w+) \{\n.*?^\};\n", re.MULTILINE | re.DOTALL)
-CONSTANT = re.compile(r"^static const \w+ (\w+) = .*;\n", re.MULTILINE)
-PROTOTYPE = re.compile(r"^BLOCK_FUNCTION \w[\w *]*?(\w+)\([^;{]*\);\n", re.MULTILINE)
-FUNCTION = re.compile(r"^BLOCK_FUNCTION \w[\w *]*?(\w+)\([^()]*\)\n\{\n.*?^\}\n", re.MULTILINE | re.DOTALL)
-FREED = re.compile(r"^ +(?:bool is_freed|self->is_freed = 0|\w+__del__\([^;]*\));\n", re.MULTILINE)   # of destructors
-UNREAD = re.compile(r"^ +\w+ (Dummy_\w+);\n", re.MULTILINE)   # where it keeps what a call returns
-INCLUDED = re.compile(r'^#include "(\w+\.h)"', re.MULTILINE)
-WORD = re.compile(r"\b[A-Za-z_]\w*")
-CALL = re.compile(r"\b([A-Za-z_]\w*)\(")
-
-# What is followed by a parenthesis and is there: words of C, and what is in arithmetic.h.
-KNOWN = {"if", "for", "while", "return", "sizeof", "INT64_C", "fabs", "sqrt", "isfinite"}
+# What is in arithmetic.h.
+KNOWN = {"fabs", "sqrt", "isfinite"}
 
 C_FILES = Path(__file__).with_name("c")
 
@@ -54,13 +44,12 @@ def ports_of(definition: FmuDefinition) -> tuple[tuple[Variable, ...], tuple[Var
             tuple(v for v in definition.variables if v.causality == "output"))
 
 
-def freestanding(definition: FmuDefinition, modules: Iterable[str], translation: Mapping[str, str],
-                 maker: str) -> dict[str, str]:
+def freestanding(definition: FmuDefinition, careful: Collection[str], maker: str) -> dict[str, str]:
     """C files by name: NAME.h and NAME.c, an example over them, a file for CMake, and a board in QEMU to run it on.
 
-    `modules` are the dotted names of those that the block consists of, `translation` these as C; `maker` stands in the
-    header. ExportError if the block does not sample, calls what a mathematical library has, or two of its ports become
-    one name.
+    `careful` are packages whose code looks before it divides; `maker` stands in the header. ExportError if the block
+    does not sample, calls what a mathematical library has, or two of its ports become one name; Untranslatable if it is
+    not of the language of blocks.
     """
     if not definition.sampled:
         raise ExportError(f"{definition.name}: has no {SAMPLE_TIME}, expected a controller, or another block that "
@@ -71,10 +60,10 @@ def freestanding(definition: FmuDefinition, modules: Iterable[str], translation:
         if len(set(map(member, chosen))) < len(chosen):
             raise ExportError(f"{name}: two of {', '.join(v.name for v in chosen)} have one name in C, expected names "
                               "that differ by more than a dot")
-    structs, constants, functions = code_of(definition, modules, translation)
+    text = code_of(definition, careful)
     sampling = next(v for v in definition.variables if v.name == SAMPLE_TIME)
     period = repr(definition.start_value(sampling))
-    common = {"NAME": name, "SPACE": " " * len(name), "PERIOD": period, "BLOCK": definition.block.__name__}
+    common = {"NAME": name, "SPACE": " " * len(name), "PERIOD": period, "STRUCT": text.struct}
     about = ABOUT.format(name=name, description=definition.description.rstrip("."), period=period, maker=maker)
     values = {
         f"{name}.h": {
@@ -82,19 +71,22 @@ def freestanding(definition: FmuDefinition, modules: Iterable[str], translation:
             "GUARD": f"{name.upper()}_H", "INPUTS": members(inputs), "OUTPUTS": members(readable),
             "PARAMETERS": listed(parameter_line(definition, v, k) for k, v in enumerate(definition.variables)
                                  if v.causality == "parameter"),
-            "STATUSES": listed([*(f"{status:4}  {text}" for status, text in sorted(definition.refusals.items())),
+            "STATUSES": listed([*(f"{status:4}  {words}" for status, words in sorted(definition.refusals.items())),
+                                *(f"{FIRST_FAILURE + site.number}  {site.text}" for site in text.sites),
                                 f"{REFUSED_VALUE} and the number of a variable: it is no number within its range"]),
-            "STRUCTS": structs},
+            "STRUCTS": text.structs},
         f"{name}.c": {
-            "ARITHMETIC": template("arithmetic.h"), "CONSTANTS": constants, "FUNCTIONS": functions,
-            "ARGUMENTS": ", ".join(["&self->block", *(c_literal(argument) for argument in definition.arguments)]),
+            "ARITHMETIC": template("arithmetic.h"), "FUNCTIONS": text.functions, "INITIAL": f"static {text.initial}",
+            "START": called(text, "start", "block"), "STEP": called(text, "step", "block, self->samples * step, step"),
+            "FAILED": str(FIRST_FAILURE),
             "CHECKED_PARAMETERS": checks(definition, "parameter"), "CHECKED_INPUTS": checks(definition, "input"),
-            "TAKEN": "\n".join(f"    block->{v.place} = inputs->{member(v)};" for v in inputs),
-            "GIVEN": "\n".join(f"    outputs->{member(v)} = block->{v.place};" for v in readable),
-            "SAMPLE_TIME": sampling.place},
+            "TAKEN": "\n".join(f"    block->{c_path(v.place)} = inputs->{member(v)};" for v in inputs),
+            "GIVEN": "\n".join(f"    outputs->{member(v)} = block->{c_path(v.place)};" for v in readable),
+            "SAMPLE_TIME": c_path(sampling.place),
+            "FINITE": finite(definition)},
         "qemu/table.h": {
-            "SETTABLE": place_rows(name, "block", ((v.place, v) for v in settable)),
-            "READABLE": place_rows(name, "block", ((v.place, v) for v in readable)),
+            "SETTABLE": place_rows(name, "block", ((c_path(v.place), v) for v in settable)),
+            "READABLE": place_rows(name, "block", ((c_path(v.place), v) for v in readable)),
             "OUTPUTS": place_rows(name, "outputs", ((member(v), v) for v in readable)),
             "INPUTS": "\n".join(f"    {{{place_row(name, 'inputs', member(v), v)}, {k}}},"
                                 for k, v in enumerate(settable) if v.causality == "input")},
@@ -103,57 +95,26 @@ def freestanding(definition: FmuDefinition, modules: Iterable[str], translation:
             for file, own in values.items()}
 
 
-def code_of(definition: FmuDefinition, modules: Iterable[str],
-            translation: Mapping[str, str]) -> tuple[str, str, str]:
-    """Of the translated files what a block needs, for one file, with names that a program can have beside others.
-
-    Structures, constants, and functions with their declarations before them.
-    """
-    name, block = definition.name, definition.block.__name__
-    parts = {file: text for file, text in module_files(modules, translation).items() if file != PRELUDE_FILE}
-    headers = imported_first({file: [other for other in INCLUDED.findall(text) if other in parts]
-                              for file, text in parts.items() if file.endswith(".h")})
-    texts = [without_unread(FREED.sub("", parts[file]))
-             for file in (*headers, *sorted(file for file in parts if file.endswith(".c")))]
-    structs = {match[1]: match[0] for text in texts for match in STRUCT.finditer(text)}
-    functions = called_functions({match[1]: match[0] for text in texts for match in FUNCTION.finditer(text)},
-                                 [f"{block}__init__", f"{block}__start", f"{block}__step"])
-    wanted = set(CALL.findall("".join(functions.values()))) - functions.keys() - KNOWN
-    if wanted:
-        raise ExportError(f"{name}: calls {' and '.join(sorted(wanted))}, which a processor without a mathematical "
-                          "library does not have, expected functions of pmlsm.elementary, such as sine_cosine")
-    used = set(WORD.findall("".join(functions.values())))
-    prototypes = [match[0] for text in texts for match in PROTOTYPE.finditer(text) if match[1] in functions]
-
-    def own(text: str) -> str:
-        for struct in structs:
-            text = re.sub(rf"\bstruct {struct}\b", f"struct {name}_{'block' if struct == block else struct}", text)
-        return text.replace("BLOCK_FUNCTION ", "static ")
-
-    constants = "".join(match[0] for text in texts for match in CONSTANT.finditer(text) if match[1] in used)
-    return ("\n".join(map(own, structs.values())), constants,
-            "\n".join([own("".join(prototypes)), *map(own, functions.values())]))
-
-
-def without_unread(text: str) -> str:
-    """Code that calls a function without keeping what it returns, where nothing reads that."""
-    for name in set(UNREAD.findall(text)):
-        if not re.search(rf"\b{name}\b(?! = )(?!;\n)", text):
-            text = re.sub(rf"^ +\w+ {name};\n", "", text, flags=re.MULTILINE)
-            text = re.sub(rf"^( +){name} = ", r"\1", text, flags=re.MULTILINE)
+def code_of(definition: FmuDefinition, careful: Collection[str]) -> BlockText:
+    """The block as C, with names that a program can have next to others."""
+    text = block_text(definition.new_block(), prefix=f"{definition.name}_", careful=careful)
+    if wanted := text.library - KNOWN:
+        raise ExportError(f"{definition.name}: calls {' and '.join(sorted(wanted))}, which a processor without a "
+                          "mathematical library does not have, expected functions of pmlsm.elementary, such as "
+                          "sine_cosine")
     return text
 
 
-def called_functions(functions: Mapping[str, str], roots: Iterable[str]) -> dict[str, str]:
-    """Functions that the roots call, and what these call, in their order; destructors that nobody calls go."""
-    reached: set[str] = set()
-    waiting = [*roots]
-    while waiting:
-        name = waiting.pop()
-        if name not in reached:
-            reached.add(name)
-            waiting += set(WORD.findall(functions[name])) & functions.keys() - reached
-    return {name: text for name, text in functions.items() if name in reached}
+def called(text: BlockText, method: str, arguments: str) -> str:
+    """Call of a method of the block, which notes what fails in it."""
+    function = text.methods[method]
+    return f"{function.name}({arguments}{', &failure' if function.fails else ''})"
+
+
+def finite(definition: FmuDefinition) -> str:
+    """Refusals of outputs that are no finite numbers."""
+    return "".join(f"    if (!isfinite(block->{c_path(place)})) {{\n        return {status};\n    }}\n"
+                   for status, place in definition.finite)
 
 
 def template(name: str) -> str:
@@ -197,7 +158,7 @@ def checks(definition: FmuDefinition, causality: str) -> str:
     lines = []
     for number, v in enumerate(definition.variables):
         if v.causality == causality and not v.boolean:
-            value = f"inputs->{member(v)}" if causality == "input" else f"block->{v.place}"
+            value = f"inputs->{member(v)}" if causality == "input" else f"block->{c_path(v.place)}"
             limits = [f"{value} {sign} {c_literal(float(bound))}" for sign, bound in ((">=", v.low), ("<=", v.high))
                       if isfinite(bound)]
             fits = limits if len(limits) == 2 else [f"isfinite({value})", *limits]

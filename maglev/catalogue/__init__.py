@@ -1,6 +1,6 @@
 """The FMUs that this project builds."""
 
-from collections.abc import Callable, Iterable, Iterator, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping
 from contextlib import contextmanager, suppress
 from dataclasses import replace
 from pathlib import Path
@@ -10,19 +10,18 @@ from fmi_export.build import build_fmu
 from fmi_export.definition import FmuDefinition
 from fmi_export.errors import ExportError
 from fmi_export.experiments.files import SMOKE_TEST, VALIDATION, experiments_files, smoke_test
-from fmi_export.native.build import build_native_fmu, build_webassembly, translated_blocks
+from fmi_export.native.build import build_native_fmu, build_webassembly, own_code
 from fmi_export.native.compiler import require_zig
 from fmi_export.ssp import write_ssp
 from maglev.errors import BuildError
 from maglev.own_fmus import SYSTEM_STOP, definition, project
 from maglev.own_stage.loop import loop_table
-from maglev.packages import PACKAGES
 from maglev.processes import processors
 from maglev.processes.side_by_side import Progress
 from maglev.schema.layers import PACKAGED
 from maglev.stages import STAGES
-from maglev.user_controllers.blocks import BUILT, Block
-from maglev.user_controllers.build import FMU, buildable, finished, named_lines
+from maglev.user_controllers.blocks import BUILT
+from maglev.user_controllers.build import FMU, buildable
 from maglev.user_controllers.source import is_class
 from maglev_files.cache import PLACE, cache_folder, digest_at
 from maglev_files.programs import programs_side_by_side
@@ -68,37 +67,34 @@ def build_written(path: Path, folder: Path, kind: Kind = PYTHON) -> Path:
         require_zig()
     if not is_class(path):
         read_description("controller", path)   # in another process, which a file may end when it is imported
-    with buildable(path, PACKAGES, kind.native) as written, whole_files(folder) as unfinished:
+    with buildable(path, kind.native) as written, whole_files(folder) as unfinished:
         own = written.definition
         if own.name in (*STAGES.definitions(), *STAGES.systems()):
             raise BuildError(f"{path}: class {own.name} would overwrite an FMU of this project, expected another name")
-        with named_lines(written.files):
-            make = maker([own], kind, written.packages)
-        made = make(own, unfinished)
-        if written.ends:
-            BUILT[digest_at(made)] = Block.of(own)
+        made = maker(kind, written.texts)(own, unfinished)
+        if kind.native and own_code(own, project().packages).ends:
+            BUILT[digest_at(made)] = own.native_variables
         return folder / made.name
 
 
-def maker(definitions: Sequence[FmuDefinition], kind: Kind, own: tuple[str, ...] = ()) -> Make:
-    """What builds definitions one by one, as FMUs of a kind; all of them are translated here, and once.
+def maker(kind: Kind, own: Mapping[str, str] | None = None) -> Make:
+    """What builds definitions one by one, as FMUs of a kind.
 
-    `own` are the modules of a user's class, which is then the only definition. ExportError: as of `translated_blocks`
-    and `build_native_fmu`.
+    `own` are texts of the modules of a user's class, by name. ExportError: as of `build_native_fmu`.
     """
     made_by = project()
-    made_by = made_by._replace(packages=(*made_by.packages, *own))
+    if not kind.native:
+        made_by = made_by._replace(packages=(*made_by.packages, *(own or ())))
     if kind.native:
         require_zig()
-        translation = finished(translated_blocks(definitions, made_by.packages), own)
 
     def make(definition: FmuDefinition, folder: Path) -> Path:
         if kind.target == "wasm":
-            return build_webassembly(definition, translation, made_by, folder)[0]
+            return build_webassembly(definition, made_by, folder, own)[0]
         definition = replace(definition, clocked=kind.clocked)
         extra = {} if own else experiments_in(definition)
         if kind.native:
-            return build_native_fmu(definition, translation, made_by, folder, kind.target == "host", kind.fmi, extra)
+            return build_native_fmu(definition, made_by, folder, kind.target == "host", kind.fmi, extra, own)
         written = f"from {FMU} import DEFINITION" if own else as_python(definition)
         return build_fmu(definition, written, made_by, folder, extra)
 
@@ -128,8 +124,8 @@ def build(names: Iterable[str], folder: Path, kind: Kind = PYTHON, watch: Progre
     """
     names = list(names)
     chosen = [definition(name) for name in with_parts(names)]
-    watch(0, len(chosen))   # the translation takes its time
-    make = maker(chosen, kind)
+    watch(0, len(chosen))
+    make = maker(kind)
     made = []
     # Most of the time goes to the compiler, in processes of its own; Python alone is not faster side by side.
     with whole_files(folder) as unfinished, programs_side_by_side(processors() if kind.native else 1) as pool:

@@ -31,7 +31,7 @@ from maglev_files.environment import DATE, number_in
 from maglev_files.scratch import scratch
 
 SHIPPED = HERE / "maglev" / "shipped"          # only in the wheel of a release
-COMPILER = ("pyccel", "ziglang")                # what native FMUs are made with
+COMPILER = ("ziglang",)                         # what native FMUs are made with
 TOOLS = ("fmpy", "pythonfmu", *COMPILER)        # parts of what is built are theirs
 
 

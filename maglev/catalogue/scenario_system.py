@@ -23,7 +23,7 @@ def build_scenario(plan: RunPlan, folder: Path, kind: Kind) -> list[Path]:
     project, and start values that are results of other runs; errors as of `maker`.
     """
     parts = system_parts(plan)
-    make = maker(list({part.name: part for part in parts.values()}.values()), kind)
+    make = maker(kind)
     start = {name: {variable: value.value for variable, value in fmu.start.items()}
              for name, fmu in plan.fmus.items()}
     values = [value._replace(name=f"{name}.{value.name}") for name, part in parts.items()

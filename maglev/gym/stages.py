@@ -13,6 +13,7 @@ from gymnasium.vector import AutoresetMode, VectorEnv
 from gymnasium.vector.utils import batch_space
 
 from fmi_export.definition import Variable
+from fmi_export.native.block_code import c_path
 from maglev.arrays import Array
 from maglev.cosim.blocks.block_loop import Part, filled_in, indented, loop_of, native_parts, out_of_range
 from maglev.cosim.blocks.graphics_processor import driver, kernels, launch, require_device, sent
@@ -52,16 +53,16 @@ def stage_sources(stage: CompiledStage, changing: Sequence[tuple[str, str]]) -> 
     parts: dict[str, Part] = {name: by_fmu[id(fmu)] for name, fmu in stage.parts.items()}
 
     def variable(part: str, name: str) -> Variable:
-        return next(known for known in parts[part].what.variables if known.name == name)
+        return next(known for known in parts[part].variables if known.name == name)
 
     def value(part: str, name: str) -> str:
-        return f"stage->{part}.{variable(part, name).place}"
+        return f"stage->{part}.{c_path(variable(part, name).place)}"
 
     lines, wrong = [], ["false"]
     for verb, part, names, where in stage.exchanges:
         if verb == "step":
             time = "(double)(k + 1) * step" if where == "end" else "time"
-            lines.append(f"wrong = wrong || {parts[part].what.struct}__step(&stage->{part}, {time}, step) != 0;")
+            lines.append(f"wrong = wrong || {parts[part].step}(&stage->{part}, {time}, step) != 0;")
         for i, name in enumerate(names):
             other = value(where, name) if isinstance(where, str) else f"row[{where + i}]"
             if verb == "Get":
@@ -70,11 +71,11 @@ def stage_sources(stage: CompiledStage, changing: Sequence[tuple[str, str]]) -> 
             lines.append(f"{value(part, name)} = {other};")
             if isinstance(where, int) and where + i < stage.commands.size:
                 wrong.append(out_of_range(variable(part, name), other))
-    blocks = {name: part.what.struct for name, part in parts.items()}
+    blocks = {name: part.type for name, part in parts.items()}
     made = {
-        "includes": "\n".join(f'#include "{part.what.header}"' for part in parts.values()),
-        "members": "\n    ".join(f"struct {block} {name};" for name, block in blocks.items()),
-        "take": "\n    ".join(f"stage->{name} = *(const struct {blocks[name]} *)instances[{part.number}]->state->block;"
+        "includes": "\n".join(f'#include "{part.header}"' for part in parts.values()),
+        "members": "\n    ".join(f"{block} {name};" for name, block in blocks.items()),
+        "take": "\n    ".join(f"stage->{name} = *(const {blocks[name]} *)instances[{part.number}]->state->block;"
                               for name, part in parts.items()),
         "changes": "\n        ".join(
             f"case {k}: {value(*place)} = value{' != 0' if variable(*place).boolean else ''}; break;"

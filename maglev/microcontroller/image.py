@@ -9,15 +9,13 @@ from pathlib import Path
 
 from fmi_export.definition import FmuDefinition
 from fmi_export.errors import ExportError
-from fmi_export.native.build import translated_blocks
 from fmi_export.native.compiler import compiled, require_zig
-from fmi_export.sources import carried_modules
 from fmi_export.target.freestanding import freestanding
 from maglev.cosim.versions.fmi import OWN_TOOL
 from maglev.errors import BuildError
 from maglev.own_fmus import definition
 from maglev.packages import PACKAGES
-from maglev.user_controllers.build import Buildable, buildable, finished, named_lines
+from maglev.user_controllers.build import Buildable, buildable
 from maglev.user_controllers.source import is_written
 
 # A Cortex-M7 with double precision, and what gives the bits of the FMU. Each function has a section, so that the linker
@@ -36,16 +34,13 @@ def generated(controller: str | Path) -> tuple[FmuDefinition, dict[str, str]]:
     is none, or it is not what C can have, with file and line.
     """
     path = Path(controller)
-    with buildable(path, PACKAGES, native=True) if is_written(path) else nullcontext(
-            Buildable(definition(str(controller)), (), {})) as built:
-        described, packages = built.definition, (*PACKAGES, *built.packages)
+    with buildable(path, native=True) if is_written(path) else nullcontext(
+            Buildable(definition(str(controller)), {})) as built:
+        described = built.definition
         if not described.sampled:
             raise BuildError(f"{controller}: has no sample_time, expected a controller, or another block that samples")
-        modules = carried_modules(described.block.__module__, packages)
         try:
-            with named_lines(built.files):
-                translation = finished(translated_blocks([described], packages), built.packages)
-            return described, freestanding(described, modules, translation, f"{OWN_TOOL} {version('maglev-fmus')}")
+            return described, freestanding(described, (*PACKAGES, "fmi_export"), f"{OWN_TOOL} {version('maglev-fmus')}")
         except ExportError as error:
             raise BuildError(f"{controller}: {error}") from None
 

@@ -21,8 +21,8 @@ from fmi_export.user_classes.declaration import Undeclared, WrittenDefinition, d
 from fmi_export.user_classes.trouble import RAISED, error_text
 from maglev.copies import copied, original
 from maglev.errors import ControllerError, nearest, nearest_file, shortened
+from maglev.user_controllers.declaring_lines import declaring_line
 from maglev.user_controllers.own_modules import OwnModules, own_modules
-from maglev.user_controllers.subset import declaring_line
 from maglev_files.regular_file import regular
 
 SOURCE = re.compile(r"(.*\.py)(?::(\w+))?$", re.DOTALL)   # lqi.py, lqi.py:LQI

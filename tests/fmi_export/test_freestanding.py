@@ -20,8 +20,6 @@ from native_builds import STRICT, built_once, require_command, require_native_to
 
 from fmi_export.definition import Variable
 from fmi_export.errors import ExportError
-from fmi_export.native.build import translated_blocks
-from fmi_export.sources import carried_modules
 from fmi_export.target.freestanding import REFUSED_VALUE, freestanding, member, ports_of, template
 from maglev.own_fmus import definition
 from maglev.packages import PACKAGES
@@ -38,10 +36,8 @@ def written(slow: None, tmp_path_factory: pytest.TempPathFactory) -> Path:
 
     def make(folder: Path) -> None:
         chosen = [definition(name) for name in NAMES]
-        translation = translated_blocks(chosen, PACKAGES)
         for each in chosen:
-            modules = carried_modules(each.block.__module__, PACKAGES)
-            for file, text in freestanding(each, modules, translation, "Tests").items():
+            for file, text in freestanding(each, PACKAGES, "Tests").items():
                 place = folder / each.name / file
                 place.parent.mkdir(parents=True, exist_ok=True)
                 place.write_text(text, encoding="utf-8")
@@ -192,4 +188,4 @@ void board_end(int32_t status) {{ printf("%d\\n", (int)status); }}
      "have one name in C, expected names that differ by more than a dot")])
 def test_what_cannot_be_written(change: dict[str, Any], reason: str) -> None:
     with pytest.raises(ExportError, match=re.escape(reason)):
-        freestanding(replace(definition("Regulator2DOF"), **change), [], {"block_math.h": ""}, "Tests")
+        freestanding(replace(definition("Regulator2DOF"), **change), PACKAGES, "Tests")

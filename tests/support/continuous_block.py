@@ -8,7 +8,7 @@ import numpy as np
 from scipy.integrate import solve_ivp
 
 from fmi_export.definition import ContinuousModel
-from maglev.linear.blocks.tangent import differentiated
+from fmi_export.language.blocks import derivative
 from maglev.own_fmus import definition
 
 
@@ -36,7 +36,7 @@ class ContinuousBlock:
         self.inputs = [v.name for v in self.definition.variables if v.causality == "input"]
         self.block = self.definition.new_block()
         # The function that a native FMU has as C: derivatives of what `derive` computes, along a direction.
-        self.differentiate = differentiated(self.definition.block, "derive")
+        self.differentiate = derivative(self.definition.new_block(), "derive")
         for key, value in values.items():
             self.set(key, value)
         assert self.block.start() == 0

@@ -22,8 +22,6 @@ from maglev_files.whole_file import whole_file
 HERE = Path(__file__).parents[1] / "fmi_export" / "c"   # C sources of the tests
 
 STRICT = ("-std=c99", "-Wall", "-Wextra", "-Werror")
-# pyccel keeps the results of calls that it does not need.
-GENERATED = ("-Wno-unused-but-set-variable",)
 FMI_HEADERS = ("-I", str(files("fmpy").joinpath("c-code")))   # an FMU leaves them to its importer
 
 # The header of the standard prepends the prefix; that of fmpy, which makes shared libraries alone, does not.
@@ -46,7 +44,7 @@ def prefixing_headers(folder: Path) -> Path:
 
 def missing_native_tools() -> list[str]:
     """Packages of the extra `native` that are not installed."""
-    return [name for name in ("pyccel", "ziglang") if find_spec(name) is None]
+    return [name for name in ("ziglang",) if find_spec(name) is None]
 
 
 def require_native_tools() -> None:
@@ -109,7 +107,7 @@ def unpacked_sources(fmu: Path, folder: Path) -> Path:
 def compiled(sources: Path, output: Path, *flags: str | Path, extra: tuple[Path, ...] = ()) -> Path:
     """What gcc makes of an FMU's sources, and of `extra` C files, with flags; it must have nothing to say."""
     units = [*sorted(sources.glob("*.c")), *extra]
-    done = subprocess.run([require_command("gcc"), *STRICT, *GENERATED, *FMI_HEADERS, *flags, "-I", sources,
+    done = subprocess.run([require_command("gcc"), *STRICT, *FMI_HEADERS, *flags, "-I", sources,
                            *units, "-o", output, "-lm"], capture_output=True, text=True)
     assert done.returncode == 0 and not done.stderr, done.stderr[-3000:]
     return output

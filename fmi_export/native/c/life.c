@@ -27,7 +27,7 @@ static void renew(struct Instance *instance)
     struct RunState *state = instance->state;
     /* Padding too, so that equal states are equal bytes; from here on members change one by one. */
     memset(state, 0, state_room());
-    MODEL.construct(state->block);
+    memcpy(state->block, MODEL.initial, MODEL.block_size);
     state->progress.phase = INSTANTIATED;
     state->progress.exchange = instance->exchange;
     state->progress.events = instance->events;

@@ -151,6 +151,10 @@ enum Status refuse_status(const struct Instance *instance, enum Status as, int64
             text = MODEL.refusals[i].text;
         }
     }
+    if (status > MODEL.failed && status - MODEL.failed <= (int64_t)MODEL.failure_count) {
+        text = MODEL.failures[status - MODEL.failed - 1];
+        return as == DISCARDED ? discard(instance, "%s", text) : refuse(instance, "%s", text);
+    }
     char message[LONGEST_MESSAGE];
     char value[NUMBER_LENGTH];
     size_t used = 0;

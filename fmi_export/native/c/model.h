@@ -54,7 +54,7 @@ struct Model {
     const char *name;
     const char *guid;                                          /* in FMI 3.0 the instantiation token */
     size_t block_size;
-    void (*construct)(void *block);
+    const void *initial;                                       /* the block as it is made */
     int64_t (*start)(void *block);                             /* 0, or the status of a refusal */
     int64_t (*step)(void *block, double time, double step);    /* the same; s, s */
     bool variable_step;                                        /* any step fits */
@@ -63,6 +63,9 @@ struct Model {
     size_t variable_count;
     const struct Refusal *refusals;
     size_t refusal_count;
+    int64_t failed;                                            /* status: this and the number, from 1 on, of a failure */
+    const char *const *failures;
+    size_t failure_count;
     const struct Continuous *continuous;                       /* NULL if it is for co-simulation alone */
     const struct Sampling *sampling;                           /* NULL if it has no event mode in co-simulation */
 };

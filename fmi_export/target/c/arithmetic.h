@@ -8,8 +8,6 @@
 #pragma STDC FP_CONTRACT OFF
 #endif
 
-#define M_PI 3.14159265358979323846
-
 #if !defined(PORTABLE_ARITHMETIC) && (!defined(__GNUC__) || (defined(__arm__) && !(__ARM_FP & 8)))
 #define PORTABLE_ARITHMETIC
 #endif
@@ -74,11 +72,11 @@ static inline double sqrt_of(double x)
 #endif
 
 #if defined(__GNUC__)
-#define HUGE_VAL __builtin_huge_val()
+#define INFINITY __builtin_huge_val()
 #define NAN __builtin_nan("")
 #define isfinite(x) __builtin_isfinite(x)
 #else
-#define HUGE_VAL (1e308 * 10.0)
-#define NAN (HUGE_VAL - HUGE_VAL)
+#define INFINITY (1e308 * 10.0)
+#define NAN (INFINITY - INFINITY)
 #define isfinite(x) ((x) - (x) == 0.0)
 #endif

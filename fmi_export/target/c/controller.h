@@ -41,7 +41,7 @@ int32_t @NAME@_sample(struct @NAME@ *self,
 
 @STRUCTS@
 struct @NAME@ {
-    struct @NAME@_block block;
+    struct @STRUCT@ block;
     double samples;
 };
 

@@ -11,8 +11,7 @@ for a few. As constants in the C these take no memory, and what they switch off 
 rail, a noise. Every operation that is left has the operands that it had, so that the bits of a run stay.
 """
 
-import re
-from collections.abc import Collection, Iterable, Iterator, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from ctypes import CDLL, POINTER, Array, Structure, addressof, byref, c_double, c_int64, c_void_p, create_string_buffer
 from functools import lru_cache
 from pathlib import Path
@@ -24,15 +23,15 @@ import numpy.typing as npt
 from fmpy import sharedLibraryExtension
 
 from fmi_export.definition import Variable
-from fmi_export.native.build import BUILD, PREFIX, SHELLS, SOURCES, TABLE, host_platform
+from fmi_export.language.c_text import c_literal
+from fmi_export.native.block_code import BLOCK, c_path, prefixed
+from fmi_export.native.build import PREFIX, SOURCES, host_platform
 from fmi_export.native.compiler import FLAGS, library
-from fmi_export.native.translation import c_literal
-from fmi_export.user_classes.trouble import OWN
 from maglev.cosim.fmu import Fmu
 from maglev.cosim.step_loop import in_c
 from maglev.cosim.wires.wiring import Call, Track, Wiring
 from maglev.own_fmus import definition, files_in, own_build
-from maglev.user_controllers.blocks import Block
+from maglev.user_controllers.blocks import Variables
 from maglev_files.cache import BLOCK_LOOPS, Kept, digest_at, keep_here, kept, key_of
 
 HERE = Path(__file__).parent   # with the C around the blocks
@@ -47,10 +46,7 @@ RUN_FILE, LOOP_FILE, FUNCTION_FILE = "whole_run.h", "loop.c", "loop_function.c"
 EXPORT_FILE = "export.h"
 DONE, REFUSED, ENDED, OTHERWISE = range(4)   # what the function returns: RUN_DONE and so on of whole_run.h
 
-ELSEWHERE = re.compile(r"^struct \w+ \{[^}]*\*", re.MULTILINE)   # of a block: a member that a copy shares with it
 INSTANCE = {"instance.h", "model.h"}   # what an instance is
-DEFINED = re.compile(r"^(?:struct (\w+) \{|BLOCK_FUNCTION .*?\b((?!\w+__)\w+)\()", re.MULTILINE)   # of a user's module
-CONSTANT = re.compile(r"^static const \w+ (\w+) = ", re.MULTILINE)   # of a module, in its header
 
 Words = npt.NDArray[np.uint64]
 WORD = np.dtype(np.uint64).itemsize
@@ -97,18 +93,31 @@ class Moved(Structure):
 
 
 class Part(NamedTuple):
-    """An FMU in the loop: its place among the instances, its block, and the files of this by name."""
+    """An FMU in the loop: its place among the instances, and its variables by their value references."""
 
     number: int
-    what: Block
-    files: Mapping[str, str]
+    variables: Variables
 
     @property
     def block(self) -> str:
         return f"block{self.number}"
 
+    @property
+    def header(self) -> str:
+        """Name of the header with its C, whose names begin with the block's."""
+        return f"{self.block}.h"
+
+    @property
+    def type(self) -> str:
+        return f"{self.block}_Block"
+
+    @property
+    def step(self) -> str:
+        """Name of the function that steps it."""
+        return f"{self.block}_step_block"
+
     def value(self, variable: Variable) -> str:
-        return f"{self.block}.{variable.place}"
+        return f"{self.block}.{c_path(variable.place)}"
 
 
 class BlockLoop:
@@ -169,7 +178,7 @@ def stepping_function(library: CDLL) -> Any:
 
 
 def block_loop(wiring: Wiring, observer: str, seen: Mapping[str, str], build: bool = False,
-               written: Mapping[str, Block] | None = None) -> BlockLoop | None:
+               written: Mapping[str, Variables] | None = None) -> BlockLoop | None:
     """The loop for a wiring, compiled now if it was not before and `build` asks for it.
 
     `observer` is C with a struct seen, a struct observer and a function observe; `seen` has the recorded variable, by
@@ -202,7 +211,7 @@ def fmus_of(calls: Iterable[Call]) -> list[Fmu]:
 
 
 def loop_sources(wiring: Wiring, observer: str, seen: Mapping[str, str],
-                 written: Mapping[str, Block]) -> dict[str, str] | None:
+                 written: Mapping[str, Variables]) -> dict[str, str] | None:
     """C files by name; None where there are none for this wiring, see `block_loop`."""
     if len(wiring.phases) != 1 or not in_c(wiring.phases):
         return None
@@ -221,7 +230,7 @@ def loop_sources(wiring: Wiring, observer: str, seen: Mapping[str, str],
                for number, track in enumerate(wiring.tracks) if track.signals is not None]
     run = filled_in(
         HERE / RUN_FILE, observer=observer, step=indented(steps, 8), members=indented(members, 4),
-        includes="\n".join(sorted({f'#include "{part.what.header}"' for part in parts.values()})),
+        includes="\n".join(sorted({f'#include "{part.header}"' for part in parts.values()})),
         begin=indented((*begin, *signals), 4),
         see=indented((f"seen.{member} = (double){value_at(*places[name], wiring.tracks)};"
                       for member, name in seen.items()), 8))
@@ -233,8 +242,8 @@ def loop_sources(wiring: Wiring, observer: str, seen: Mapping[str, str],
 def beginnings(tracks: Sequence[Track], parts: Iterable[Part]) -> Iterator[tuple[str, str, str]]:
     """C of each block and each row of outputs: as a member of struct beginning, written to that, and a copy of it."""
     for part in parts:
-        declared = f"struct {part.what.struct} {part.block}"
-        yield (f"{declared};", f"beginning->{part.block} = *(const struct {part.what.struct} *)"
+        declared = f"{part.type} {part.block}"
+        yield (f"{declared};", f"beginning->{part.block} = *(const {part.type} *)"
                f"instances[{part.number}]->state->block;", f"{declared} = beginning->{part.block};")
     for number, track in enumerate(tracks):
         if track.signals is None:
@@ -245,27 +254,21 @@ def beginnings(tracks: Sequence[Track], parts: Iterable[Part]) -> Iterator[tuple
                    f"{declared} {loop} {row}[i] = beginning->{row}[i];")
 
 
-def native_parts(fmus: Iterable[Fmu],
-                 written: Mapping[str, Block] | None = None) -> tuple[dict[str, str], dict[int, Part]] | None:
+def native_parts(fmus: Iterable[Fmu], written: Mapping[str, Variables] | None = None
+                 ) -> tuple[dict[str, str], dict[int, Part]] | None:
     """C files of blocks by name, and FMUs by identity, where each is a native one of this installation, or written."""
     parts: dict[int, Part] = {}
-    for number, fmu in enumerate(fmus):
-        build, block = own_build(fmu.path), (written or {}).get(fmu.name)
-        own = build is not None and build.kind == "native"
-        if build is not None and own:
-            block = Block.of(definition(build.name))
-        if block is None or fmu.scales:
-            return None
-        part = Part(number, block, files_of_block(fmu.path, digest_at(fmu.path)))
-        parts[id(fmu)] = part if own else with_names_of_its_own(part)
-        if any(ELSEWHERE.search(text) for name, text in parts[id(fmu)].files.items() if name not in INSTANCE):
-            return None
     files: dict[str, str] = {PREFIX: "/* Everything is one translation unit: no name is shared. */\n",
                              EXPORT_FILE: filled_in(HERE / EXPORT_FILE)}
-    for part in parts.values():
-        others = {name for other in parts.values() if other is not part for name in other.files}
-        if any(files.setdefault(name, text) != text for name, text in with_own_names(part, others).items()):
+    for number, fmu in enumerate(fmus):
+        build, variables = own_build(fmu.path), (written or {}).get(fmu.name)
+        if build is not None and build.kind == "native":
+            variables = definition(build.name).native_variables
+        if variables is None or fmu.scales:
             return None
+        parts[id(fmu)] = part = Part(number, variables)
+        code, instance = block_files(fmu.path, digest_at(fmu.path))
+        files |= {**instance, part.header: prefixed(code, f"{part.block}_")}
     return files, parts
 
 
@@ -283,49 +286,20 @@ def value_at(number: int, column: int, tracks: Sequence[Track]) -> str:
 
 
 @lru_cache(maxsize=16)
-def files_of_block(path: Path, _sha256: str) -> dict[str, str]:
-    """C files, by name, that an FMU carries of its block, without those of derivatives, and what an instance is.
+def block_files(path: Path, _sha256: str) -> tuple[str, dict[str, str]]:
+    """C that an FMU carries of its block, and the headers, by name, of what an instance is.
 
     Read once for each content of the file: every batch asks for them. Nothing may be changed in them.
     """
     carried = {name.removeprefix(SOURCES): data.decode("utf-8") for name, data in files_in(path).items()
                if name.startswith(SOURCES)}
-    layer = {PREFIX, TABLE, BUILD, *(name for shell in SHELLS.values() for name in shell.layer)}
-    layer -= INSTANCE
-    return {name: text for name, text in carried.items() if name not in layer and "_tangent." not in name}
-
-
-def with_names_of_its_own(part: Part) -> Part:
-    """The part of a user with names of its own for its files, classes and functions: other parts may have the same."""
-    own = {name: text for name, text in part.files.items() if name.startswith(OWN)}
-    stems = "|".join({name.rpartition(".")[0] for name in own})
-    names = DEFINED.findall("\n".join(own.values()))
-    classes, functions = ("|".join({*found} - {""}) or "(?!)" for found in zip(*names, strict=True))
-    pattern = re.compile(rf"\b({stems})(?=\.[ch]\b)|\b({stems.upper()})(?=_H\b)|(?<=\bstruct )({classes})\b|"
-                         rf"\b({classes})(?=__\w+\()|\b({functions})(?=\()")
-
-    def numbered(text: str) -> str:
-        return pattern.sub(rf"\g<0>_{part.number}", text)
-
-    what = part.what._replace(header=numbered(part.what.header), struct=f"{part.what.struct}_{part.number}")
-    return Part(part.number, what, {name: text for name, text in part.files.items() if name not in own} | {
-        numbered(name): numbered(text) for name, text in own.items()})
-
-
-def with_own_names(part: Part, others: Collection[str]) -> dict[str, str]:
-    """Files of an FMU in which those that it alone has call their constants by names that it alone has."""
-    own = {name: text for name, text in part.files.items() if name not in others}
-    names = [name for text in own.values() for name in CONSTANT.findall(text)]
-    if not names:
-        return dict(part.files)
-    pattern = re.compile(rf"\b({'|'.join(names)})\b")
-    return {**part.files, **{name: pattern.sub(rf"\1_OF_{part.number}", text) for name, text in own.items()}}
+    return carried[BLOCK], {name: carried[name] for name in INSTANCE}
 
 
 def call_lines(number: int, call: Call, parts: Mapping[int, Part], tracks: Sequence[Track]) -> Iterator[str]:
     fmu, part = call.what[0], parts[id(call.what[0])]
     if isinstance(call.moving, c_double):
-        yield (f"refused = refused || {part.what.struct}__step(&{part.block}, calls[{number}].time + "
+        yield (f"refused = refused || {part.step}(&{part.block}, calls[{number}].time + "
                f"(double)k * calls[{number}].time_stride, calls[{number}].size) != 0;")
         return
     _, references, count, _ = call.arguments
@@ -334,7 +308,7 @@ def call_lines(number: int, call: Call, parts: Mapping[int, Part], tracks: Seque
     first = (int(call.base) - track.address) % track.stride // track.item
     getting = any(call.function is function for function in fmu.get_functions.values())
     for column, reference in enumerate(references[:count.value], first):
-        variable = part.what.variables[reference]
+        variable = part.variables[reference]
         value = value_at(where, column, tracks)
         if getting:
             yield f"{value} = {part.value(variable)};"

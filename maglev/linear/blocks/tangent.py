@@ -1,59 +1,55 @@
 """Derivatives of a block at a point: its Python, differentiated as that of model exchange is, runs on two blocks."""
 
-from collections.abc import Callable, Mapping, Sequence
-from functools import cache
+from collections.abc import Iterator, Mapping, Sequence
 from typing import Any
 
 import numpy as np
 
-from fmi_export.definition import read, write
-from fmi_export.native.tangent import named, tangent_module
-from fmi_export.sources import carried_modules
+from fmi_export.definition import put, read, write
+from fmi_export.language.blocks import derivative
+from fmi_export.language.program import FLOAT
 from maglev.arrays import Array
 
-PACKAGES = ("pmlsm", "plant_fmu", "controller_fmu")   # that blocks here are made of
+
+def copied(part: Any) -> Any:
+    """A copy of a block: those of deepcopy take three times as long, and are slower to run."""
+    if isinstance(part, list):
+        return [copied(each) for each in part]
+    if not hasattr(part, "__dict__"):
+        return part
+    copy = object.__new__(type(part))
+    for name, value in vars(part).items():
+        setattr(copy, name, copied(value))
+    return copy
 
 
-@cache
-def differentiated(block: type, method: str) -> Callable[..., Any]:
-    """The function that does what a method does, to a block and to a second one with its derivatives along a way."""
-    texts = carried_modules(block.__module__, PACKAGES)
-    names: dict[str, Any] = {}
-    exec(tangent_module(texts, block.__name__, method), names)
-    function: Callable[..., Any] = names[named(f"{block.__name__}.{method}")]
-    return function
+def numbers_of(part: Any) -> Iterator[tuple[Any, str | int, Any]]:
+    """The numbers of a block and its parts: where each is, and its value."""
+    pairs: Any = enumerate(part) if isinstance(part, list) else vars(part).items() if hasattr(part, "__dict__") else ()
+    for key, value in pairs:
+        if isinstance(value, bool | int | float):
+            yield part, key, value
+        else:
+            yield from numbers_of(value)
 
 
-def derivatives(block: Any, methods: Mapping[str, Sequence[float]], places: Sequence[str], wanted: Sequence[str],
-                function: Callable[[type, str], Callable[..., Any]] = differentiated) -> Array:
+def derivatives(block: Any, methods: Mapping[str, Sequence[float]], places: Sequence[str],
+                wanted: Sequence[str]) -> Array:
     """Derivatives (m, n), SI, of m numbers that methods, called in turn, leave in a block, by n that are in it before.
 
     Exact but for rounding; the block itself stays as it is. The arguments of the methods do not vary; `places` and
-    `wanted` are attribute paths. `function` gives what a method does to a block and to a second one with derivatives.
+    `wanted` are attribute paths. Untranslatable if a method is not of the language of blocks.
     """
-    kind: type = type(block)
-    calls = [(function(kind, method), [part for value in values for part in (value, 0.0)])
+    calls = [(derivative(block, method, [FLOAT] * len(values)), [part for value in values for part in (value, 0.0)])
              for method, values in methods.items()]
-    made: dict[int, tuple[Any, Any]] = {}
-    numbers: list[tuple[Any, Any, str, float]] = []
-
-    def copies(part: Any) -> tuple[Any, Any]:   # those of deepcopy take three times as long, and are slower to run
-        if id(part) not in made:
-            made[id(part)] = own, other = object.__new__(type(part)), object.__new__(type(part))
-            for name, value in vars(part).items():
-                if isinstance(value, (bool, int, float)):
-                    numbers.append((own, other, name, value))
-                else:
-                    for each, copy in zip((own, other), copies(value), strict=True):
-                        setattr(each, name, copy)
-        return made[id(part)]
-
-    own, direction = copies(block)
+    own, direction = copied(block), copied(block)
+    values = [(part, other, key, value) for (part, key, value), (other, _, _) in zip(
+        numbers_of(own), numbers_of(direction), strict=True)]
     slopes = np.zeros((len(wanted), len(places)))
     for column, place in enumerate(places):
-        for part, other, name, value in numbers:
-            setattr(part, name, value)
-            setattr(other, name, 0.0)
+        for part, other, key, value in values:
+            put(part, key, value)
+            put(other, key, 0.0)
         write(direction, place, 1.0)
         for function, arguments in calls:
             function(own, direction, *arguments)

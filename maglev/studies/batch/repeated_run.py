@@ -16,7 +16,7 @@ from maglev.experiment.preparation import Experiment, is_foreign
 from maglev.judging.metrics import phase_resistances
 from maglev.schema.settings import REFERENCE, start_values, with_references
 from maglev.studies.batch.measuring import Found, Measuring, Meter
-from maglev.user_controllers.blocks import Block
+from maglev.user_controllers.blocks import Variables
 
 Changes = Mapping[str, float | bool]   # start values `fmu.variable`, and references `reference.AXIS.amplitude`
 
@@ -35,7 +35,7 @@ class RepeatedRun:
 
     def __init__(self, experiment: Experiment, wanted: Collection[str] | None = None,
                  measuring: Measuring | None = None, ended: c_int64 | None = None,
-                 written: Mapping[str, Block] | None = None, common: Common | None = None):
+                 written: Mapping[str, Variables] | None = None, common: Common | None = None):
         self.experiment = experiment
         self.wanted = wanted
         self.measuring = measuring

@@ -24,7 +24,7 @@ from maglev.studies.batch.measuring import Found, Measuring, Meter
 from maglev.studies.batch.repeated_run import RepeatedRun
 from maglev.studies.columns import Column, named_values
 from maglev.studies.targets import Target
-from maglev.user_controllers.blocks import Block
+from maglev.user_controllers.blocks import Variables
 
 LONGEST_OF_DEADLY = 3600.0   # s, of a sample in a batch whose process died, where samples have no limit
 ATTEMPTS = 2            # of a sample whose process dies: the first time it may be want of memory
@@ -55,7 +55,7 @@ class Job:
     every: int = 1               # communication steps between two rows of these
     # Longest wall time of a sample, s, each then being run in a process beside the worker.
     limit: float | None = None
-    written: Mapping[str, Block] = field(default_factory=dict)   # of users' classes, by name of the FMU
+    written: Mapping[str, Variables] = field(default_factory=dict)   # of users' classes, by name of the FMU
     native: bool = True            # whether all FMUs are, which takes less time
     common: Common | None = None   # what the samples begin with in common, where a loop was compiled for it
 

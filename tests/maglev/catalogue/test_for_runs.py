@@ -22,7 +22,7 @@ from maglev.cosim.step_loop import LIBRARY, build_loop, own_loop
 from maglev.errors import BuildError, MaglevError
 from maglev.own_stage.adoption import know_stage
 from maglev.stages import STAGES
-from maglev_files.cache import BLOCK_LOOPS, PLACE, TRANSLATIONS, keep
+from maglev_files.cache import BLOCK_LOOPS, PLACE, keep
 
 pytestmark = pytest.mark.usefixtures("slow")
 
@@ -74,7 +74,6 @@ def test_what_a_controller_takes_the_place_of_is_not_built(no_compiler: None) ->
 
 
 def test_native_where_there_is_a_compiler_with_the_same_bits(here: Path, native_fmus: Path, own_cache: Path) -> None:
-    shutil.copytree(own_cache / TRANSLATIONS, here / "cache" / TRANSLATIONS)   # of the same blocks, in `native_fmus`
     with pytest.warns(UserWarning, match="Regulator2DOF, Plant2DOF: native FMUs are built"):
         native = maglev.run("short.toml")
     with pytest.warns(UserWarning, match="Python FMUs are built"):
@@ -145,7 +144,7 @@ def test_a_compiler_that_fails_leaves_python(here: Path, monkeypatch: pytest.Mon
         raise ExportError("the C compiler refuses the sources")
 
     monkeypatch.setattr(for_runs, "find_spec", lambda _: "there")
-    monkeypatch.setattr("maglev.catalogue.translated_blocks", refuses)
+    monkeypatch.setattr("maglev.catalogue.build_native_fmu", refuses)
     result = command("run", "short.toml")
     assert result.exit_code == 0, result.output
     assert "maglev: the C compiler refuses the sources; FMUs that run Python take their place" in result.stderr

@@ -1,0 +1,143 @@
+"""Functions of C that a translated block calls where C has no operator that does what Python does."""
+
+from fmi_export.language.program import FLOAT, INT
+
+# What C has no operator for, by the operation and the type of its operands; each notes in `failure` where it failed.
+# The first failure of a step is kept.
+HELPERS = {
+    "note_failure": """\
+static void note_failure(int64_t *failure, int64_t place)
+{
+    if (*failure == 0) {
+        *failure = place;
+    }
+}
+""",
+    "quotient": """\
+static inline double quotient(double a, double b, int64_t *failure, int64_t place)
+{
+    if (b == 0.0) {
+        note_failure(failure, place);
+    }
+    return a / b;
+}
+""",
+    "computed": """\
+static inline double computed(double result, double x, int64_t *failure, int64_t place)
+{
+    if (!isfinite(result) && isfinite(x)) {
+        note_failure(failure, place);
+    }
+    return result;
+}
+""",
+    "whole": """\
+static inline int64_t whole(double x, int64_t *failure, int64_t place)
+{
+    if (x > -9223372036854775809.0 && x < 9223372036854775808.0) {
+        return (int64_t)x;
+    }
+    note_failure(failure, place);
+    return 0;
+}
+""",
+    "element": """\
+static inline int64_t element(int64_t k, int64_t length, int64_t *failure, int64_t place)
+{
+    if (k >= 0 && k < length) {
+        return k;
+    }
+    if (k < 0 && k >= -length) {
+        return k + length;
+    }
+    note_failure(failure, place);
+    return 0;
+}
+""",
+    "sum": """\
+static inline int64_t sum(int64_t a, int64_t b, int64_t *failure, int64_t place)
+{
+    if (b > 0 ? a > INT64_MAX - b : a < INT64_MIN - b) {
+        note_failure(failure, place);
+        return 0;
+    }
+    return a + b;
+}
+""",
+    "difference": """\
+static inline int64_t difference(int64_t a, int64_t b, int64_t *failure, int64_t place)
+{
+    if (b < 0 ? a > INT64_MAX + b : a < INT64_MIN + b) {
+        note_failure(failure, place);
+        return 0;
+    }
+    return a - b;
+}
+""",
+    "product": """\
+static inline int64_t product(int64_t a, int64_t b, int64_t *failure, int64_t place)
+{
+    const int64_t half = INT64_C(0x7fffffff);
+    if (a < -half || a > half || b < -half || b > half) {
+        if (a > 0 ? (b > 0 ? a > INT64_MAX / b : b < INT64_MIN / a)
+                  : (b > 0 ? a < INT64_MIN / b : a != 0 && b < INT64_MAX / a)) {
+            note_failure(failure, place);
+            return 0;
+        }
+    }
+    return a * b;
+}
+""",
+    "floor_quotient": """\
+static inline int64_t floor_quotient(int64_t a, int64_t b, int64_t *failure, int64_t place)
+{
+    if (b == 0 || (b == -1 && a == INT64_MIN)) {
+        note_failure(failure, place);
+        return 0;
+    }
+    return a / b - (a % b != 0 && (a < 0) != (b < 0) ? 1 : 0);
+}
+""",
+    "modulo": """\
+static inline int64_t modulo(int64_t a, int64_t b, int64_t *failure, int64_t place)
+{
+    if (b == 0) {
+        note_failure(failure, place);
+        return 0;
+    }
+    if (b == -1) {
+        return 0;
+    }
+    return a % b + (a % b != 0 && (a < 0) != (b < 0) ? b : 0);
+}
+""",
+    "shifted_left": """\
+static inline int64_t shifted_left(int64_t a, int64_t by, int64_t *failure, int64_t place)
+{
+    if (by < 0 || (a != 0 && by > 62)) {
+        note_failure(failure, place);
+        return 0;
+    }
+    return a == 0 ? 0 : product(a, (int64_t)((uint64_t)1 << by), failure, place);
+}
+""",
+    "shifted_right": """\
+static inline int64_t shifted_right(int64_t a, int64_t by, int64_t *failure, int64_t place)
+{
+    if (by < 0) {
+        note_failure(failure, place);
+        return 0;
+    }
+    return a >> (by > 63 ? 63 : by);
+}
+""",
+    "smaller": "static inline double smaller(double a, double b)\n{\n    return b < a ? b : a;\n}\n",
+    "larger": "static inline double larger(double a, double b)\n{\n    return b > a ? b : a;\n}\n",
+    "smaller_whole": "static inline int64_t smaller_whole(int64_t a, int64_t b)\n{\n    return b < a ? b : a;\n}\n",
+    "larger_whole": "static inline int64_t larger_whole(int64_t a, int64_t b)\n{\n    return b > a ? b : a;\n}\n",
+}
+NEEDS = {"shifted_left": ("product",)}
+CHECKED = {"+": "sum", "-": "difference", "*": "product", "//": "floor_quotient", "%": "modulo", "<<": "shifted_left",
+           ">>": "shifted_right"}
+EXTREMES = {("min", FLOAT): "smaller", ("max", FLOAT): "larger", ("min", INT): "smaller_whole",
+            ("max", INT): "larger_whole"}
