@@ -85,10 +85,10 @@ def freestanding(definition: FmuDefinition, careful: Collection[str], maker: str
             "SAMPLE_TIME": c_path(sampling.place),
             "FINITE": finite(definition)},
         "qemu/table.h": {
-            "SETTABLE": place_rows(name, "block", ((c_path(v.place), v) for v in settable)),
-            "READABLE": place_rows(name, "block", ((c_path(v.place), v) for v in readable)),
-            "OUTPUTS": place_rows(name, "outputs", ((member(v), v) for v in readable)),
-            "INPUTS": "\n".join(f"    {{{place_row(name, 'inputs', member(v), v)}, {k}}},"
+            "SETTABLE": place_rows(text.struct, ((c_path(v.place), v) for v in settable)),
+            "READABLE": place_rows(text.struct, ((c_path(v.place), v) for v in readable)),
+            "OUTPUTS": place_rows(f"{name}_outputs", ((member(v), v) for v in readable)),
+            "INPUTS": "\n".join(f"    {{{place_row(f'{name}_inputs', member(v), v)}, {k}}},"
                                 for k, v in enumerate(settable) if v.causality == "input")},
         **{file: {} for file in ("main.c", "board.h", "CMakeLists.txt", "qemu/board_qemu.c", "qemu/mps2_an500.ld")}}
     return {file: filled(C_FILES / file.replace(f"{name}.", "controller."), common | own)
@@ -166,10 +166,10 @@ def checks(definition: FmuDefinition, causality: str) -> str:
     return "\n".join(lines)
 
 
-def place_row(name: str, struct: str, path: str, variable: Variable) -> str:
+def place_row(struct: str, path: str, variable: Variable) -> str:
     """Initialiser of a row of a table of places."""
-    return f"{{offsetof(struct {name}_{struct}, {path}), {'true' if variable.boolean else 'false'}}}"
+    return f"{{offsetof(struct {struct}, {path}), {'true' if variable.boolean else 'false'}}}"
 
 
-def place_rows(name: str, struct: str, members: Iterable[tuple[str, Variable]]) -> str:
-    return "\n".join(f"    {place_row(name, struct, path, variable)}," for path, variable in members)
+def place_rows(struct: str, members: Iterable[tuple[str, Variable]]) -> str:
+    return "\n".join(f"    {place_row(struct, path, variable)}," for path, variable in members)

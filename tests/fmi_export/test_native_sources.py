@@ -29,7 +29,7 @@ def test_sources_alone_compile_without_a_warning_and_without_global_variables(
     files = sorted(path.name for path in sources.glob("*.c") if path.read_bytes() not in compiled_before)
     compiled_before.update((sources / file).read_bytes() for file in files)
     assert "model.c" in files
-    done = subprocess.run([require_command("gcc"), *STRICT, **FMI_HEADERS, "-pedantic", "-fPIC", "-c",
+    done = subprocess.run([require_command("gcc"), *STRICT, *FMI_HEADERS, "-pedantic", "-fPIC", "-c",
                            *files], cwd=sources, capture_output=True, text=True)
     assert done.returncode == 0 and not done.stderr, done.stderr[-3000:]
     objects = sorted(path.name for path in sources.glob("*.o"))
@@ -55,6 +55,6 @@ def test_our_own_files_compile_without_exceptions(native_fmus: Path, tmp_path: P
 def test_newer_standards(native_fmus: Path, tmp_path: Path, standard: str) -> None:
     sources = unpacked_sources(native_fmus / "ScheduledRegulator3DOF.fmu", tmp_path)
     unit = "".join(f'#include "{path.name}"\n' for path in sorted(sources.glob("*.c")))
-    done = subprocess.run([require_command("gcc"), *STRICT, **FMI_HEADERS, standard, "-fsyntax-only", "-I",
+    done = subprocess.run([require_command("gcc"), *STRICT, *FMI_HEADERS, standard, "-fsyntax-only", "-I",
                            sources, "-xc", "-"], input=unit, capture_output=True, text=True)
     assert done.returncode == 0 and not done.stderr, done.stderr[-3000:]
