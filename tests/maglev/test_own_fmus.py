@@ -8,7 +8,7 @@ from pathlib import Path
 
 import pytest
 
-from fmi_export import recognition
+from fmi_export import recognition, sources
 from fmi_export.sources import module_path
 from maglev.catalogue import build
 from maglev.own_fmus import DEFINITIONS, built_here
@@ -104,7 +104,7 @@ def test_what_is_changed_is_not(ours: Path, tmp_path: Path, change: Callable[[Co
 
 def test_changed_code_is_not(fmus: Path, native_fmus: Path, tmp_path: Path) -> None:
     for folder, ending in ((fmus, "/regulator_3dof.py"), (fmus, "code/slave.py"), (fmus, "slavemodule.txt"),
-                           (native_fmus, "/regulator_3dof.c"), (native_fmus, "/instance.h"), (native_fmus, "/model.c")):
+                           (native_fmus, "/block.h"), (native_fmus, "/instance.h"), (native_fmus, "/model.c")):
         change = every(ending, lambda text: text + b"\n")
         assert not built_here(changed(folder / f"{NAME}.fmu", tmp_path / f"{NAME}.fmu", change)), ending
 
@@ -113,8 +113,9 @@ def test_one_of_other_sources_is_not(ours: Path, tmp_path: Path, monkeypatch: py
     """What an earlier version built, or a checkout before its last change."""
     now = tmp_path / "regulator_3dof.py"
     now.write_text(module_path("controller_fmu.regulator_3dof").read_text() + "# changed\n")
-    monkeypatch.setattr(recognition, "module_path",
-                        lambda name: now if name == "controller_fmu.regulator_3dof" else module_path(name))
+    for module in (recognition, sources):
+        monkeypatch.setattr(module, "module_path",
+                            lambda name: now if name == "controller_fmu.regulator_3dof" else module_path(name))
     assert not built_here(Path(shutil.copy(ours, tmp_path)))
 
 
