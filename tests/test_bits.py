@@ -32,7 +32,7 @@ def of_page() -> tuple[str, ...]:
 
 
 # Where the package calls a mathematical library, and for what: for no number of a run, or one with the digits that all
-# machines have. The rest of it may not; blocks are looked at by tests/test_pyccel_subset.py.
+# machines have. The rest of it may not; blocks are looked at by tests/fmi_export/test_native_sources.py.
 ELSEWHERE = {
     "maglev/analysis": "figures of a run, by Fourier transforms",
     "maglev/analysis/multisine.py": "the phases of an excitation are rounded, and its sines are of maglev/waves.py",
@@ -46,6 +46,7 @@ ELSEWHERE = {
     "maglev/stability": "certified regions",
     # Values of what varies: docs/accuracy.md says that their last digits are a machine's.
     "maglev/studies/design.py": "quantiles of normal distributions, and powers between the ends of wide ranges",
+    "maglev/tables/times.py": "columns of a recording with uneven times, of which something is estimated",
     "maglev/tuning/search.py": "candidates of a search",
     "maglev/units.py": "powers of decimal numbers, which are exact",
     "fmi_export/pages": "pictures"}

@@ -7,8 +7,10 @@ from pathlib import Path
 import pytest
 from native_builds import FMI_HEADERS, STRICT, require_command, unpacked_sources
 
+from fmi_export.language.blocks import block_text
 from fmi_export.native.build import SHELLS
-from maglev.own_fmus import DEFINITIONS
+from maglev.own_fmus import DEFINITIONS, definition
+from maglev.stages import STAGES
 
 # Sections; constant tables of addresses are in .data.rel.ro.
 WRITABLE = re.compile(r"\.(data|bss|tdata|tbss)(?!\.rel\.ro)")
@@ -58,3 +60,11 @@ def test_newer_standards(native_fmus: Path, tmp_path: Path, standard: str) -> No
     done = subprocess.run([require_command("gcc"), *STRICT, *FMI_HEADERS, standard, "-fsyntax-only", "-I",
                            sources, "-xc", "-"], input=unit, capture_output=True, text=True)
     assert done.returncode == 0 and not done.stderr, done.stderr[-3000:]
+
+
+@pytest.mark.parametrize("name", [name for name in STAGES.definitions()
+                                  if name.startswith(("ClosedLoop", "Estimator", "Measurement", "Commutation"))])
+def test_blocks_call_no_mathematical_library(name: str) -> None:
+    """What a processor does rounds everywhere alike; what a library does need not."""
+    of = definition(name)
+    assert block_text(of.new_block(), of.continuous is not None).library <= {"fabs", "sqrt", "isfinite"}
