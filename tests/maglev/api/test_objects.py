@@ -87,7 +87,7 @@ def test_columns_that_cannot_be_used() -> None:
         ({**recorded, "gap": recorded["gap"][1:]}, {}, r"data: column gap has the shape \(\d+,\), expected as many"),
         ({**recorded, "d": np.nan * recorded["d"]}, {}, "data: row 0, column d is 'nan', expected a finite number"),
         (recorded, {"v": "gab"}, "columns: v='gab': there is no such column, nearest is 'gap'"),
-        ({**recorded, "gap": 1e3 * recorded["gap"]}, {}, "row 0, column v is 2.*: looks like mm"),
+        ({**recorded, "gap": 1e3 * recorded["gap"]}, {}, "row 0, column gap is 2.*: looks like mm, which units="),
         (5, {}, "int: .*expected a path, or columns of numbers by name")]
     for data, columns, words in bad:
         with pytest.raises(maglev.MaglevError, match=words):
