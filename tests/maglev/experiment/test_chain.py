@@ -58,7 +58,7 @@ class Batches:
     def __init__(self) -> None:
         self.names: list[list[str]] = []
 
-    def side_by_side(self, tasks, jobs, died, watch, idle, silent):
+    def side_by_side(self, tasks, jobs, died, watch, idle):
         self.names.append(list(tasks))
         return {name: task(lambda *_: None) for name, task in tasks.items()}
 
