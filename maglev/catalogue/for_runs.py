@@ -152,6 +152,12 @@ def kept_files(name: str, kind: Kind) -> dict[str, bytes]:
         return {}
 
 
+def is_kept(name: str, kind: str) -> bool:
+    """Whether the cache has an FMU as the sources make it now, "Python", "native" or "FMI 3.0"."""
+    form = PYTHON if kind == "Python" else Kind(True, "host", 3 if kind == "FMI 3.0" else 2)
+    return kept(fmu_key(name, form), f"{name}.fmu") is not None
+
+
 def keep_files(names: Iterable[str], kind: Kind, contents: dict[str, bytes], say: Say) -> None:
     """Put files into the cache; where it cannot be written, one sentence says so."""
     try:

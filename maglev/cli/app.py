@@ -10,6 +10,7 @@ import maglev
 from maglev.cli.check import check
 from maglev.cli.hand_on import cache, pack, target
 from maglev.cli.identify import identify
+from maglev.cli.listing import list_all
 from maglev.cli.loops.linearise import linearise
 from maglev.cli.loops.region import region
 from maglev.cli.new import new, stage
@@ -30,7 +31,7 @@ from maglev.cli.options import (
 )
 from maglev.cli.streams import CommandLine, Commands
 from maglev.cli.study import compare, study, tune
-from maglev.cli.terminal import finish, one_line_errors, progress_of, report_console, require_environment, say
+from maglev.cli.terminal import finish, one_line_errors, progress_of, require_environment, say
 from maglev.errors import ScenarioError
 from maglev.schema.options import KindName
 
@@ -53,8 +54,6 @@ Exit codes: 0 done; 1 a check deviates or, with `--fail-on-claims`, a claim is m
 tripped or ended too far off); 2 an error, or a run did not complete (reach its stop time); 130 after Ctrl-C, 141 if the
 output was cut off, 143 after SIGTERM. One line says what went wrong.
 """)
-
-MOST_NAMED = 7   # variants of a scenario that are listed one by one
 
 
 def print_version(asked: bool) -> None:
@@ -119,34 +118,6 @@ def build(names: Annotated[list[str] | None, typer.Argument(help="FMUs to build,
                                  source=source, clocked=clocked, ssp=ssp, say=say, watch=partial(watch, "FMUs"))
         for path in paths:
             typer.echo(f"{path}  {path.stat().st_size / 1000:.0f} kB")
-
-
-def list_all(rig: RigFile = None, fmus: Built = Path("fmus"), debug: Debug = False) -> None:
-    """List the scenarios and the FMUs, or the FMUs of your own stage."""
-    with one_line_errors(debug):
-        from maglev.own_fmus import stale
-        from maglev.report.plain import result_table
-
-        console = report_console()
-        rows = []
-        for entry in maglev.fmus(rig):
-            kinds = {"Python": entry.file(fmus), "native": entry.file(fmus / "native"),
-                     "FMI 3.0": entry.file(fmus / "fmi3"), "clocked": entry.file(fmus / "clocked")}
-            built = ", ".join(f"{kind}{' (stale)' if stale(entry.name, file) else ''}" for kind, file in kinds.items()
-                              if file.is_file())
-            rows.append([entry.name, built or "no", entry.description])
-        console.print(result_table("", ("FMU", "built", "what it is"), rows, left=3))
-        if rig is not None:
-            return
-        rows, runs = [], maglev.scenarios()
-        for scenario in dict.fromkeys(run.scenario for run in runs):
-            variants = [run for run in runs if run.scenario == scenario]
-            if len(variants) > MOST_NAMED:
-                rows.append([f"{scenario}-…", f"{len(variants)} variants: {variants[0].title}, …"])
-                continue
-            rows += [[run.name, f"{run.title} (Fig. {', '.join(run.figures)})" if run.figures else run.title]
-                     for run in variants]
-        console.print(result_table("", ("run", "what it is"), rows, left=2))
 
 
 @with_run_options()
