@@ -1,8 +1,7 @@
 """One encoder as the controller sees it: what is assumed to go wrong with it, each at zero off."""
 
 from measurement_fmu.interpolation_error import InterpolationError
-from measurement_fmu.sample_history import SampleHistory
-from measurement_fmu.sampling_instant import SamplingInstant
+from measurement_fmu.sampling_instant import SLOTS, SamplingInstant
 from pmlsm.normal_variate import normal_variate
 from pmlsm.random_words import SHARE, random_words
 
@@ -21,8 +20,8 @@ class MeasuredPosition:
         self.lost = 0.0            # parameter: probability of a sample to be lost
         self.frozen = False        # parameter
         self.interpolation = InterpolationError()
-        self.history = SampleHistory()
         self.stream = stream       # of its random words
+        self.samples = [0.0 for _ in range(SLOTS)]   # m, state: the last ones of the encoder, a ring
         self.drifted = 0.0         # m, state
         self.measured = position   # m, state and output
 
@@ -30,16 +29,17 @@ class MeasuredPosition:
         """Begin at rest where the encoder is."""
         self.measured = self.encoder
         if instant.late:
-            self.history.fill(self.encoder)
+            for slot in range(SLOTS):
+                self.samples[slot] = self.encoder
 
     def sample(self, instant: SamplingInstant, seed: int, number: int, sample_time: float) -> None:
         """Take in a sample, all of the block at one instant; by the seed, the number of the sample and its time (s)."""
         value = self.encoder
         if instant.late:
-            self.history.put(instant.newest, value)
-            value = self.history.get(instant.slot)
+            self.samples[instant.newest] = value
+            value = self.samples[instant.slot]
             if instant.fraction > 0.0:
-                value += instant.fraction * (self.history.get(instant.earlier) - value)
+                value += instant.fraction * (self.samples[instant.earlier] - value)
         error = self.interpolation.at(value) + self.offset + self.drifted
         self.drifted += self.drift * sample_time
         arrives = not self.frozen

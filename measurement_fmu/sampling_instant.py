@@ -1,8 +1,8 @@
 """When the encoders were read: a constant delay, and one that changes from sample to sample. Assumed."""
 
-from measurement_fmu.sample_history import SLOTS
 from pmlsm.random_words import SHARE, random_words
 
+SLOTS = 128           # samples that are kept of an encoder
 LATEST = 126          # samples, that a reading can be late: one more is kept, to interpolate
 NEARLY_WHOLE = 1.0e-6   # of a sample, by which a delay may miss a whole number of them
 STREAM = 0            # of the random words; the encoders have the others

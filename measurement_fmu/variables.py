@@ -19,7 +19,7 @@ REFUSALS = {
 
 
 def encoders(rig: Rig) -> Iterator[tuple[str, str, Variable]]:
-    """Of each encoder: its part of the block, what a plant calls it, and the input of a controller that it is for."""
+    """Of each encoder: whose it is, what a plant calls it, and the input of a controller that it is for."""
     for axis in rig.measured:
         yield axis.name, f"{axis.name}.encoder", measured_axis(axis)
     for motor, gap in zip(rig.motor_names, gap_inputs(rig), strict=False):
@@ -29,11 +29,12 @@ def encoders(rig: Rig) -> Iterator[tuple[str, str, Variable]]:
 def measurement_variables(rig: Rig) -> tuple[Variable, ...]:
     """Variables of a measurement: inputs, outputs, then parameters."""
     measured = list(encoders(rig))
-    inputs = [replace(of, name=encoder, path=f"{part}.encoder", description=of.description.replace("measured ", "", 1)
-                      + ", as the encoder has it") for part, encoder, of in measured]
+    inputs = [replace(of, name=encoder, path=f"encoders[{number}].encoder",
+                      description=f"{of.description.replace('measured ', '', 1)}, as the encoder has it")
+              for number, (_, encoder, of) in enumerate(measured)]
     outputs = [replace(real_output(of.name, of.unit, f"{of.description}, as the controller gets it", of.nominal or 1.0,
                                    discrete=True, depends_on=(encoder,), starts_from=(encoder,)),
-                       path=f"{part}.measured") for part, encoder, of in measured]
+                       path=f"encoders[{number}].measured") for number, (_, encoder, of) in enumerate(measured)]
     return (*inputs, *outputs,
             parameter("seed", "", "seed of the noise, a whole number: another one, other noise", "assumed", 0.0,
                       4294967295.0, 1.0, fixed=True),
@@ -43,17 +44,18 @@ def measurement_variables(rig: Rig) -> tuple[Variable, ...]:
                                 fixed=True), path=f"instant.{name}")
               for name, text in (("delay", "age of a measurement when the controller gets it"),
                                  ("jitter", "random part of the age, beside delay, evenly spread from 0 to this"))),
-            *(v for part, _, _ in measured for v in encoder_parameters(part)))
+            *(replace(v, path=v.name.replace(owner, f"encoders[{number}]", 1))
+              for number, (owner, _, _) in enumerate(measured) for v in encoder_parameters(owner)))
 
 
-def encoder_parameters(part: str) -> tuple[Variable, ...]:
+def encoder_parameters(owner: str) -> tuple[Variable, ...]:
     """What can go wrong with one encoder."""
-    return (parameter(f"{part}.noise", "m", "standard deviation of white, normal noise", NONE, 0.0, 1.0, 1e-6),
-            parameter(f"{part}.interpolation.amplitude", "m", "amplitude of the error that is periodic along the way",
+    return (parameter(f"{owner}.noise", "m", "standard deviation of white, normal noise", NONE, 0.0, 1.0, 1e-6),
+            parameter(f"{owner}.interpolation.amplitude", "m", "amplitude of the error that is periodic along the way",
                       NONE, 0.0, 1.0, 1e-6),
-            parameter(f"{part}.interpolation.period", "m", "period of that error; 0 = none", NONE, 0.0, 1.0, 1e-5),
-            parameter(f"{part}.offset", "m", "constant error; changed in mid-run it is a jump", NONE, -1.0, 1.0, 1e-5),
-            parameter(f"{part}.drift", "m/s", "rate at which the error grows", NONE, -1.0, 1.0, 1e-6),
-            parameter(f"{part}.lost", "", "probability of a sample to be lost: the measurement stays as it was", NONE,
+            parameter(f"{owner}.interpolation.period", "m", "period of that error; 0 = none", NONE, 0.0, 1.0, 1e-5),
+            parameter(f"{owner}.offset", "m", "constant error; changed in mid-run it is a jump", NONE, -1.0, 1.0, 1e-5),
+            parameter(f"{owner}.drift", "m/s", "rate at which the error grows", NONE, -1.0, 1.0, 1e-6),
+            parameter(f"{owner}.lost", "", "probability of a sample to be lost: the measurement stays as it was", NONE,
                       0.0, 1.0, 0.01),
-            switch(f"{part}.frozen", "whether the measurement stays as it is", "off"))
+            switch(f"{owner}.frozen", "whether the measurement stays as it is", "off"))

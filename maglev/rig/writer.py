@@ -24,7 +24,6 @@ MODULES = (
     "controller_fmu/commutation_{}.py",
     "estimator_fmu/estimator_{}.py",
     "estimator_fmu/adaptive_regulator_{}.py",
-    "measurement_fmu/measurement_{}.py",
     "closed_loop_fmu/closed_loop_{}.py",
     "closed_loop_fmu/adaptive_loop_{}.py")
 
@@ -66,10 +65,9 @@ def template_values(rig: Rig) -> dict[str, Any]:
     `carried` all three with one direct current in all motors. Factors before a term are `n`, motors that share a
     current, and `all` motors. By horizontal axis: `thrust`, the constant in its row, `motors_of`, the motors that drive
     it, and `driving`, their number as a factor. `drives` has each motor with the axis that it drives, `place` by
-    axis what its motors commutate with, `driven` the axes, each as often as motors drive it. `encoders` are axes, and
-    motors where their gaps are measured, each with where it starts. `unlike` are the motors of another kind; `its` is
-    what the geometry of a motor is called in what is done for each, `kinds` has each motor with the geometry that it
-    has, `angles` each electrical angle with its geometry and displacement,
+    axis what its motors commutate with, `driven` the axes, each as often as motors drive it. `unlike` are the motors
+    of another kind; `its` is what the geometry of a motor is called in what is done for each, `kinds` has each motor
+    with the geometry that it has, `angles` each electrical angle with its geometry and displacement,
     `turning` each motor with its angle, `carries` by motor what `carried` is where all motors are as this one,
     `linears` the linearisation of each, `held_tilts` what tilts begin with where it is not 0, and `added` by axis how
     an estimator takes in its motors.
@@ -97,8 +95,6 @@ def template_values(rig: Rig) -> dict[str, Any]:
         "stopped": [axis.name for axis in rig.axes if axis.stop is not None],
         "motors": list(rig.motor_names), "drives": [(motor.name, motor.drives) for motor in rig.motors],
         "place": place,
-        "encoders": [(axis.name, axis.start) for axis in rig.measured] + [
-            (motor, rig.vertical.start) for motor in rig.motor_names if tilts],
         "motors_of": motors_of,
         "driving": {axis: text.factor(rig.sharing * len(names)) for axis, names in motors_of.items()},
         "driven": [axis for axis, names in motors_of.items() for _ in names],

@@ -144,8 +144,7 @@ def definitions(rig: Rig) -> dict[str, Made]:
                                      "controller_fmu.commutation_{}.Commutation{}"),
         f"Estimator{suffix}": estimator,
         f"AdaptiveRegulator{suffix}": adaptive,
-        f"Measurement{suffix}": made("measurement_fmu.definition.measurement",
-                                     "measurement_fmu.measurement_{}.Measurement{}"),
+        f"Measurement{suffix}": Made("measurement_fmu.definition.measurement", rig, ()),
         **{f"ClosedLoop{law}{suffix}": made(loop, "closed_loop_fmu.closed_loop_{}.ClosedLoop{}", regulator, plant)
            for law, regulator in regulators.items()},
         f"ClosedLoopPID{suffix}": made(loop, "closed_loop_fmu.closed_loop_{}.ClosedLoopPID{}", pid, plant),

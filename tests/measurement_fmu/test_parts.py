@@ -2,27 +2,30 @@
 
 import math
 from collections.abc import Callable
+from functools import partial
 
 import numpy as np
 import pytest
 from scipy.stats import binom, kstest
 
-from measurement_fmu.measurement_2dof import Measurement2DOF
+from maglev.rig.rigs import RIGS
+from measurement_fmu.measurement import Measurement
 
 T = 5e-4   # s, sample time of the stage
-BLOCK = Measurement2DOF   # all rigs have the same parts
+BLOCK = partial(Measurement, RIGS["2dof"])   # all rigs have the same parts
+GAP, ALONG = 0, 1   # numbers of its encoders
 
 
-def measured(block: Measurement2DOF, position: Callable[[float], float], samples: int, parts: int = 1) -> np.ndarray:
+def measured(block: Measurement, position: Callable[[float], float], samples: int, parts: int = 1) -> np.ndarray:
     """Measured gap (m) at each sample of a moving gap, shape (samples,), stepped in parts of a sample."""
     assert block.start() == 0
     found = []
     for k in range(samples * parts):
-        block.v.encoder = position(k * T / parts)
+        block.encoders[GAP].encoder = position(k * T / parts)
         assert block.step(k * T / parts, T / parts) == 0
         if k % parts == 0:
-            found.append(block.v.measured)
-        assert block.v.measured == found[-1], "held between samples"
+            found.append(block.encoders[GAP].measured)
+        assert block.encoders[GAP].measured == found[-1], "held between samples"
     return np.array(found)
 
 
@@ -41,9 +44,9 @@ def test_nothing_is_exact() -> None:
     block = BLOCK()
     block.seed = 7.0
     assert measured(block, wave, 200, parts=4).tolist() == [wave(4 * k * T / 4) for k in range(200)]
-    block.h.encoder = -0.0
+    block.encoders[ALONG].encoder = -0.0
     block.step(200 * T, T)
-    assert math.copysign(1.0, block.h.measured) == -1.0
+    assert math.copysign(1.0, block.encoders[ALONG].measured) == -1.0
 
 
 @pytest.mark.parametrize("delay", [1 * T, 3 * T, 126 * T, 2.25 * T, 0.5 * T])
@@ -76,11 +79,11 @@ def test_jitter_is_spread_evenly_over_its_range() -> None:
     assert block.start() == 0
     ages, others = [], []
     for k in range(3000):
-        block.v.encoder = ramp(k * T)
-        block.h.encoder = ramp(k * T)
+        block.encoders[GAP].encoder = ramp(k * T)
+        block.encoders[ALONG].encoder = ramp(k * T)
         block.step(k * T, T)
-        ages.append(k * T - (block.v.measured - 0.02) / 0.01)
-        others.append(k * T - (block.h.measured - 0.02) / 0.01)
+        ages.append(k * T - (block.encoders[GAP].measured - 0.02) / 0.01)
+        others.append(k * T - (block.encoders[ALONG].measured - 0.02) / 0.01)
     shares = (np.array(ages[100:]) - delay) / jitter
     assert kstest(shares, "uniform").pvalue > 1e-4
     assert abs(np.corrcoef(shares[1:], shares[:-1])[0, 1]) < 4 / math.sqrt(len(shares))
@@ -89,18 +92,19 @@ def test_jitter_is_spread_evenly_over_its_range() -> None:
 
 def test_offset_drift_and_jump() -> None:
     block = BLOCK()
-    block.v.offset, block.v.drift = 3e-5, 2e-4
+    block.encoders[GAP].offset, block.encoders[GAP].drift = 3e-5, 2e-4
     found = measured(block, lambda t: 0.02, 1001)
     assert np.allclose(found - 0.02, 3e-5 + 2e-4 * T * np.arange(1001), rtol=0, atol=1e-15)
-    block.v.offset, block.v.drift = 5e-5, 0.0
+    block.encoders[GAP].offset, block.encoders[GAP].drift = 5e-5, 0.0
     block.step(1001 * T, T)
-    assert math.isclose(block.v.measured - found[-1], 2e-5 + 2e-4 * T, rel_tol=1e-9), "the drift stays where it was"
+    jump = block.encoders[GAP].measured - found[-1]
+    assert math.isclose(jump, 2e-5 + 2e-4 * T, rel_tol=1e-9), "the drift stays where it was"
 
 
 def test_interpolation_error_is_a_line_over_the_way() -> None:
     """Over 25 periods of 40 µm: one line in the spectrum over the position, with the phase of a sine."""
     block, period, amplitude = BLOCK(), 4e-5, 3e-6
-    block.v.interpolation.amplitude, block.v.interpolation.period = amplitude, period
+    block.encoders[GAP].interpolation.amplitude, block.encoders[GAP].interpolation.period = amplitude, period
     way = 0.02 + period / 40 * np.arange(1000)
     found = measured(block, lambda t: float(way[round(t / T)]), 1000) - way
     spectrum = np.fft.rfft(found) / 500
@@ -110,7 +114,7 @@ def test_interpolation_error_is_a_line_over_the_way() -> None:
 
 def test_a_lost_sample_leaves_the_one_before() -> None:
     block = BLOCK()
-    block.v.lost = 0.3
+    block.encoders[GAP].lost = 0.3
     found = measured(block, ramp, 4000)
     fresh = found == np.array([ramp(k * T) for k in range(4000)])
     low, high = (binom.ppf(share, 4000, 0.3) for share in (5e-5, 1 - 5e-5))
@@ -123,26 +127,26 @@ def test_a_lost_sample_leaves_the_one_before() -> None:
 def test_frozen_and_lost_for_good() -> None:
     block = BLOCK()
     assert measured(block, ramp, 10)[-1] == ramp(9 * T)
-    block.v.frozen = True
-    block.v.offset = 1e-3
-    block.v.encoder = 0.03
+    block.encoders[GAP].frozen = True
+    block.encoders[GAP].offset = 1e-3
+    block.encoders[GAP].encoder = 0.03
     block.step(10 * T, T)
-    assert block.v.measured == ramp(9 * T) and block.h.measured == 0.0
-    block.v.frozen = False
+    assert block.encoders[GAP].measured == ramp(9 * T) and block.encoders[ALONG].measured == 0.0
+    block.encoders[GAP].frozen = False
     block.step(11 * T, T)
-    assert block.v.measured == 0.03 + 1e-3
-    block.v.lost = 1.0
-    block.v.encoder = 0.01
+    assert block.encoders[GAP].measured == 0.03 + 1e-3
+    block.encoders[GAP].lost = 1.0
+    block.encoders[GAP].encoder = 0.01
     for k in range(12, 40):
         block.step(k * T, T)
-    assert block.v.measured == 0.03 + 1e-3
+    assert block.encoders[GAP].measured == 0.03 + 1e-3
 
 
 def test_noise_does_not_depend_on_what_is_lost() -> None:
     one, other = BLOCK(), BLOCK()
     for block in (one, other):
-        block.v.noise, block.seed = 1e-6, 5.0
-    other.v.lost, other.instant.jitter = 0.2, T
+        block.encoders[GAP].noise, block.seed = 1e-6, 5.0
+    other.encoders[GAP].lost, other.instant.jitter = 0.2, T
     first, second = (measured(block, lambda t: 0.02, 300) for block in (one, other))
     assert np.mean(first == second) > 0.7
 
@@ -158,11 +162,11 @@ def test_refusals() -> None:
 
 def test_a_gap_that_is_not_exchanged_yet_is_handed_on() -> None:
     block = BLOCK()
-    block.v.noise, block.instant.delay = 1e-6, T
+    block.encoders[GAP].noise, block.instant.delay = 1e-6, T
     assert block.start() == 0
-    block.v.encoder = 0.0
+    block.encoders[GAP].encoder = 0.0
     block.step(0.0, T)
-    assert block.v.measured == 0.0 and block.number == 0
-    block.v.encoder = 0.02
+    assert block.encoders[GAP].measured == 0.0 and block.number == 0
+    block.encoders[GAP].encoder = 0.02
     block.step(T, T)
-    assert 0.0 < abs(block.v.measured - 0.02) < 1e-5, "at rest where it begins"
+    assert 0.0 < abs(block.encoders[GAP].measured - 0.02) < 1e-5, "at rest where it begins"

@@ -10,7 +10,7 @@ from maglev.errors import LinearModelError
 from maglev.linear.model import Equilibrium, LinearModel
 from maglev.linear.parameters import prepare_fixed
 from maglev.linear.places import MotorPlaces
-from measurement_fmu.sample_history import SLOTS
+from measurement_fmu.sampling_instant import SLOTS
 from measurement_fmu.variables import encoders
 from pmlsm.rig import Rig
 
@@ -23,8 +23,9 @@ def linear_measurement(name: str, rig: Rig, block: Any, at: Equilibrium) -> Line
     """
     prepare_fixed(name, block)
     parts = list(encoders(rig))
-    faults = {"jitter": block.instant.jitter} | {
-        f"{part}.{fault}": getattr(getattr(block, part), fault) for part, _, _ in parts for fault in ("lost", "frozen")}
+    faults = {"jitter": block.instant.jitter}
+    for (owner, _, _), encoder in zip(parts, block.encoders, strict=True):
+        faults |= {f"{owner}.lost": encoder.lost, f"{owner}.frozen": encoder.frozen}
     for fault, value in faults.items():
         if value:
             raise LinearModelError(f"{name}: {fault} = {value}, expected none: chance and faults have no linear model")
@@ -36,8 +37,8 @@ def linear_measurement(name: str, rig: Rig, block: Any, at: Equilibrium) -> Line
     positions = [*(at.positions[axis.name] for axis in rig.measured),
                  *(MotorPlaces.of(rig).gaps @ list(at.positions.values()) if rig.rotations else ())]
     slopes = np.eye(many)
-    for k, ((part, _, _), position) in enumerate(zip(parts, positions, strict=True)):
-        error = getattr(block, part).interpolation
+    for k, (encoder, position) in enumerate(zip(block.encoders, positions, strict=True)):
+        error = encoder.interpolation
         if error.at(error.period / 4.0):   # where its sine is largest
             slopes[k, k] += 2.0 * pi * error.amplitude / error.period * cos(2.0 * pi * position / error.period)
     weights = np.zeros(kept + 1)

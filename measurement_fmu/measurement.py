@@ -1,19 +1,23 @@
-"""What the controller of the 2-DOF stage gets of its encoders."""
+"""What the controller of any stage gets of its encoders."""
 
 from controller_fmu.sample_clock import SampleClock
 from measurement_fmu.measured_position import MeasuredPosition
 from measurement_fmu.sampling_instant import NO_SEED, STEP_MISFIT, STEPPED, TOO_LATE, SamplingInstant
+from pmlsm.rig import Rig
 
 
-class Measurement2DOF:
+class Measurement:
     """Samples encoders, and gives what the controller gets: later, with errors, or not at all."""
 
-    def __init__(self) -> None:
-        self.seed = 0.0            # parameter: a whole number
-        self.sample_time = 0.0005  # s, parameter
+    def __init__(self, rig: Rig):
+        gaps = [rig.vertical.start for _ in rig.motors if rig.rotations]   # where the platform tilts
+        starts = [axis.start for axis in rig.measured] + gaps
+        self.seed = 0.0                      # parameter: a whole number
+        self.sample_time = rig.sample_time   # s, parameter
         self.instant = SamplingInstant()
-        self.v = MeasuredPosition(0.02, 1)
-        self.h = MeasuredPosition(0.0, 2)
+        self.encoders = [MeasuredPosition(start, number) for number, start in enumerate(starts, 1)]
+        # Which of them measure an air gap: that of the mover, or those of the motors.
+        self.gaps = [len(rig.measured) + number for number in range(len(gaps))] or [rig.measured.index(rig.vertical)]
         self.clock = SampleClock()
         self.key = 0           # the seed
         self.number = 0        # state: of the sample
@@ -26,8 +30,7 @@ class Measurement2DOF:
             return NO_SEED
         if not self.instant.prepare(self.sample_time):
             return TOO_LATE
-        self.v.begin(self.instant)
-        self.h.begin(self.instant)
+        self.begin()
         return STEPPED
 
     def step(self, t: float, dt: float) -> int:
@@ -38,17 +41,22 @@ class Measurement2DOF:
             self.sample()
         return STEPPED
 
+    def begin(self) -> None:
+        """Begin at rest where the encoders are."""
+        for encoder in self.encoders:
+            encoder.begin(self.instant)
+
     def sample(self) -> None:
         """Take in a sample of each encoder."""
         instant = self.instant
         if not self.started:
-            self.v.begin(instant)
-            self.h.begin(instant)
-            if self.v.encoder <= 0.0:
-                return   # an importer that has not exchanged values yet: this is no measurement
+            self.begin()
+            for number in self.gaps:
+                if self.encoders[number].encoder <= 0.0:
+                    return   # an importer that has not exchanged values yet: this is no measurement
             self.started = True
         if instant.late:
             instant.advance(self.key, self.number, self.sample_time)
-        self.v.sample(instant, self.key, self.number, self.sample_time)
-        self.h.sample(instant, self.key, self.number, self.sample_time)
+        for encoder in self.encoders:
+            encoder.sample(instant, self.key, self.number, self.sample_time)
         self.number += 1
