@@ -93,7 +93,7 @@ def readers(fmus: Path, folder: Path) -> dict[str, Callable[[str, Any], object]]
         "gym": of_environment,
         "linear model": lambda name, value: block_of("Plant2DOF", {name: value}).v.mass,
         "margins of an FMU": lambda name, value: read_values("plant.fmu", {name: value}, description)[name],
-        "carried": lambda name, value: carried_values(set_of(name, value), variables)[name]}
+        "carried": lambda name, value: carried_values(set_of(name, value), description)[name]}
 
 
 def toml(value: Any) -> str:
