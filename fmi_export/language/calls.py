@@ -50,14 +50,21 @@ class Calls(Expressions):
                                      "file")
         owner = self.expression(node.func.value)
         shown = ast.unparse(node.func)
+        if isinstance(owner.type, List):
+            raise self.refusal(node, f"{shown}(): a list keeps its length and order: expected assignments to its "
+                                     "elements")
         if not isinstance(owner.type, Struct):
             raise self.refusal(node, f"{shown}(): {ast.unparse(node.func.value)} is {self.words(owner.type)}, expected "
                                      "an object")
         try:
             method = self.program.method_of(owner.type, node.func.attr)
         except AttributeError:
-            written = self.program.layout.classes[owner.type.name].__name__
-            raise self.refusal(node, f"{shown}(): {written} has no such method, expected a def in it") from None
+            written = self.program.layout.classes[owner.type.name]
+            if isinstance(other := vars(written).get(node.func.attr), staticmethod | classmethod):
+                raise self.refusal(node, f"{shown}() is a {type(other).__name__}: expected a method with self, or a "
+                                         "def beside the class") from None
+            raise self.refusal(node, f"{shown}(): {written.__name__} has no such method: expected a def in it"
+                               ) from None
         return self.called(node, method, [owner], owner.type, alone)
 
     def called(self, node: ast.Call, source: Any, first: list[Expr], owner: Struct | None, alone: bool) -> Expr:
@@ -66,6 +73,8 @@ class Calls(Expressions):
         signature = inspect.signature(source)
         if source.__closure__:
             raise self.refusal(node, f"{shown}() is a def in a function: expected one of a module")
+        if any(each.kind is not each.POSITIONAL_OR_KEYWORD for each in signature.parameters.values()):
+            raise self.refusal(node, f"{shown}() has * or / in its def: expected every parameter by itself")
         if any(isinstance(each, ast.Starred) for each in node.args) or any(each.arg is None for each in node.keywords):
             raise self.refusal(node, f"{shown}() with * or **: expected every value by itself")
         try:
@@ -88,6 +97,8 @@ class Calls(Expressions):
         for (name, _), value in zip(called.parameters, arguments, strict=True):
             if name in called.changed:
                 self.mark_changed(node, value)
+        if not called.results and not alone:
+            raise self.refusal(node, f"{shown}() has no value: expected a return in it")
         if len(called.results) != 1 and not alone:
             raise self.refusal(node, f"{shown}() has {len(called.results)} values: expected one, or a name for each")
         return Call(called, tuple(arguments))
@@ -111,7 +122,7 @@ class Calls(Expressions):
         count = 2 if name in TWO | {"copysign"} else 1
         if name in ("min", "max") and len(values) >= 2:
             return self.extreme(node, name, values)
-        if len(values) != count:
+        if len(values) != count or name in ("min", "max"):
             wanted = "two numbers or more" if name in ("min", "max") else "one value" if count == 1 else "two values"
             raise self.refusal(node, f"{ast.unparse(node)}: expected {wanted}")
         value = values[0]

@@ -110,11 +110,11 @@ class Expressions:
 
     def instead(self, kind: Type, other: Type) -> str:
         """What to write where a value of another type stands."""
-        if kind == FLOAT and other == INT:
-            return "a float, such as 0.0 for 0"
+        if {kind, other} == {FLOAT, INT}:
+            return "a float, such as 0.0 for 0" if kind == FLOAT else "int() of it, or a float from the start"
         if isinstance(kind, Struct) and isinstance(other, Struct):
             return "an object whose attributes have the same types"
-        return "one type" if kind == BOOL or other == BOOL else "the same type"
+        return "a Boolean, such as True" if kind == BOOL else "the same type"
 
     # Temporary names
 
@@ -256,7 +256,9 @@ class Expressions:
 
     def attribute(self, node: ast.Attribute) -> Expr:
         if isinstance(owner := self.constant(node.value), ModuleType):
-            return self.literal(node, getattr(owner, node.attr, None), node.attr)
+            if not hasattr(owner, node.attr):
+                raise self.refusal(node, f"there is no {node.attr} in {owner.__name__}: expected a name of it")
+            return self.literal(node, getattr(owner, node.attr), node.attr)
         base = self.expression(node.value)
         if not isinstance(base.type, Struct):
             raise self.refusal(node, f"{ast.unparse(node)}: {ast.unparse(node.value)} is {self.words(base.type)}, "

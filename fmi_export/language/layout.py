@@ -4,6 +4,7 @@ from collections.abc import Callable, Iterator
 from typing import Any
 
 from fmi_export.language.program import BOOL, FLOAT, INT, List, Struct, Type, Untranslatable
+from fmi_export.language.texts import place_of_attribute
 
 LARGEST = 2**63   # whole numbers are below it
 
@@ -39,7 +40,10 @@ class Layout:
         self.unlike: dict[tuple[type, str], str] = {}   # why an attribute of a class has no type
         self.places: dict[int, str] = {}
         self.kept: list[Any] = []     # whatever has a place, so that its id is not given again
-        root = self.type_of(block, "self")
+        try:
+            root = self.type_of(block, "self")
+        except Untranslatable as error:
+            raise Untranslatable(f"{place_of_attribute(type(block), str(error))}{error}") from None
         assert isinstance(root, Struct)
         self.root = root
 
@@ -81,7 +85,11 @@ class Layout:
             except Unlike as error:
                 self.unlike[type(value), name] = str(error)
                 continue
-            if kind is not None:
+            if kind is None:
+                what = "None" if part is None else f"of {type(part).__name__}"
+                self.unlike[type(value), name] = (f"{place}.{name} is {what}: expected a number, a Boolean, an object "
+                                                  "or a list")
+            else:
                 fields[name] = kind
         key = (type(value), *fields.items())
         if key not in self.names:

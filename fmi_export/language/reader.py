@@ -78,12 +78,18 @@ class Reader:
         if key in self.functions:
             function = self.functions[key]
             if function in self.reading:
-                raise Untranslatable(f"{function.file}, line {function.line}: {source.__name__} calls itself, "
+                raise Untranslatable(f"{function.file}, line {function.line}: {source.__name__} calls itself: "
                                      "expected a loop")
             return function
         node = definition_of(source)
         base = owner.name if owner is not None else identifier(source.__module__.rpartition(".")[2])
-        names = [each.arg for each in node.args.args]
+        names, given = [each.arg for each in node.args.args], node.args
+        place = f"{shown_file(source)}, line {node.lineno}"
+        if given.vararg or given.kwarg or given.kwonlyargs or given.posonlyargs:
+            raise Untranslatable(f"{place}: {node.name} with * or /: expected every parameter by itself")
+        if len(names) != len(types):
+            raise Untranslatable(f"{place}: {node.name}({', '.join(names)}) is called with {len(types)} values: "
+                                 "expected as many parameters")
         function = Function(self.free_name(f"{base}__{identifier(source.__name__)}"), source, shown_file(source),
                             node.lineno, list(zip(names, types, strict=True)))
         self.functions[key] = function

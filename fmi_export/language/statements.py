@@ -38,7 +38,7 @@ STATEMENTS: dict[type[ast.AST], str] = {
     ast.AsyncFunctionDef: "async: expected a def beside the class", ast.Global: "global: expected an attribute",
     ast.Nonlocal: "nonlocal: expected an attribute", ast.Match: "match: expected an if",
     ast.Delete: "del: expected an assignment", ast.FunctionDef: "a def in a function: expected it beside the class",
-    ast.ClassDef: "a class in a function: expected it beside the other",
+    ast.ClassDef: "a class in a function: expected it beside that of the block",
     ast.Import: "an import in a function: expected it at the top of the file",
     ast.ImportFrom: "an import in a function: expected it at the top of the file"}
 
@@ -95,6 +95,8 @@ class Statements(Calls):
                 self.body.append(Jump("break" if isinstance(node, ast.Break) else "continue"))
                 self.jumps.append(set(self.known))
                 self.ended = True
+            case ast.For() | ast.While():
+                raise self.refusal(node, "an else of a loop: expected an if behind the loop")
             case _:
                 raise self.refusal(node, STATEMENTS.get(type(node), f"{ast.unparse(node).splitlines()[0]}: expected an "
                                                         "assignment, an if, a for, a while or a return"))
@@ -230,8 +232,9 @@ class Statements(Calls):
         if function in ("zip", "enumerate"):
             assert isinstance(over, ast.Call)
             targets = list(target.elts) if isinstance(target, ast.Tuple) else []
-            expected = 2 if function == "enumerate" else len(over.args)
-            if len(targets) != expected or (function == "enumerate" and len(over.args) != 1):
+            if function == "enumerate" and (len(over.args) != 1 or over.keywords):
+                raise self.refusal(node, f"{ast.unparse(over)}: expected enumerate() of one list")
+            if len(targets) != (2 if function == "enumerate" else len(over.args)):
                 raise self.refusal(node, f"{ast.unparse(target)} in {ast.unparse(over)}: expected a name for each "
                                          "value")
             if function == "enumerate":
@@ -240,6 +243,9 @@ class Statements(Calls):
                 counter, lists = targets[0], [(targets[1], over.args[0])]
             else:
                 lists = list(zip(targets, over.args, strict=True))
+        elif not isinstance(target, ast.Name) or isinstance(over, ast.Call):
+            raise self.refusal(node, f"{ast.unparse(target)} in {ast.unparse(over)}: expected a name in range(), in a "
+                                     "list, enumerate() or zip() of lists")
         sources = [self.expression(each) for _, each in lists]
         for (_, written), source in zip(lists, sources, strict=True):
             if not isinstance(source.type, List):
@@ -378,9 +384,7 @@ class Program(Reader):
 
     def read_body(self, function: Function, node: ast.FunctionDef) -> None:
         """Fill in what a function does."""
-        reader, arguments = Statements(self, function), node.args
-        if arguments.vararg or arguments.kwarg or arguments.kwonlyargs or arguments.posonlyargs:
-            raise reader.refusal(node, f"{node.name} with * or /: expected every parameter by itself")
+        reader = Statements(self, function)
         if node.decorator_list:
             raise reader.refusal(node, f"a decorator of {node.name}: expected none")
         reader.block(node.body, function.body)
