@@ -4,33 +4,33 @@ from plant_fmu.axis import Axis
 from plant_fmu.end_stop import EndStop
 from pmlsm.gap_functions import gap_functions
 from pmlsm.motor_geometry import MotorGeometry
+from pmlsm.rig import Stop
 from pmlsm.velocity_rows import normal_terms, thrust_acceleration
 
 
 class MotorMount:
-    """Air gap and displacement of a motor, and its forces on the platform; an end stop acts on the gap.
+    """Air gap of a motor, and its forces on the platform; an end stop acts on the gap.
 
     The platform turns by small angles: roll about x, pitch about z, right-handed with y down.
     """
 
-    def __init__(self, x: float, z: float, lower: float, upper: float, stiffness: float, damping: float):
+    def __init__(self, x: float, z: float, axis: int, stop: Stop):
         self.x = x                 # m, parameter: place on the platform, from its centre of mass
         self.z = z                 # m, parameter
-        self.stop = EndStop(lower, upper)
-        self.stop.stiffness = stiffness
-        self.stop.damping = damping
+        self.axis = axis           # number of the axis that the motor drives
+        self.stop = EndStop(stop.lower, stop.upper)
+        self.stop.stiffness = stop.stiffness
+        self.stop.damping = stop.damping
         self.gap = 0.0             # g, m, output
         self.gap_encoder = 0.0     # m, output
         self.gap_rate = 0.0        # m/s
-        self.displacement = 0.0    # d, m, of the motor along what it drives
         self.normal = 0.0          # N, of motor and stop, downwards
         self.thrust = 0.0          # T, N
 
-    def place(self, y: Axis, roll: Axis, pitch: Axis, displacement: float) -> None:
+    def place(self, y: Axis, roll: Axis, pitch: Axis) -> None:
         """Go to where the platform is: g = y − z φ + x θ."""
         self.gap = y.position - self.z * roll.position + self.x * pitch.position
         self.gap_rate = y.velocity - self.z * roll.velocity + self.x * pitch.velocity
-        self.displacement = displacement
 
     def seen_gap(self, y: Axis, roll: Axis, pitch: Axis) -> float:
         """Gap (m) that the encoder measures, where flexible modes move it against the platform."""

@@ -8,9 +8,9 @@ from pmlsm.dq_transform import clarke, park, phase_currents
 from pmlsm.electrical_angle import ElectricalAngle
 
 
-def larger(one: float, other: float) -> float:
-    """The larger of two numbers."""
-    return one if one > other else other
+START = 0    # points of an integration step, at which there are currents
+MIDDLE = 1
+END = 2
 
 
 class MotorSupply:
@@ -26,18 +26,12 @@ class MotorSupply:
         self.i_a_cmd = 0.0      # A, input
         self.i_b_cmd = 0.0      # A, input
         self.i_c_cmd = 0.0      # A, input
-        self.phase_a = CurrentAmplifier()
-        self.phase_b = CurrentAmplifier()
-        self.phase_c = CurrentAmplifier()
+        self.phases = [CurrentAmplifier(), CurrentAmplifier(), CurrentAmplifier()]   # a, b, c
         self.e_a = 0.0          # V, induced by the motion, where the bus has a voltage
         self.e_b = 0.0
         self.e_c = 0.0
-        self.start_alpha = 0.0    # A, stator-frame components at the start of an integration step
-        self.start_beta = 0.0
-        self.middle_alpha = 0.0   # in its middle
-        self.middle_beta = 0.0
-        self.end_alpha = 0.0      # at its end
-        self.end_beta = 0.0
+        self.i_alpha = [0.0, 0.0, 0.0]   # A, stator-frame components at START, MIDDLE and END of an integration step
+        self.i_beta = [0.0, 0.0, 0.0]
         self.i_a = 0.0          # A, output, delivered
         self.i_b = 0.0          # A, output
         self.i_c = 0.0          # A, output
@@ -67,19 +61,17 @@ class MotorSupply:
 
     def advance(self, dt: float, bus: float) -> None:
         """Follow the commands over one integration step dt (s) with the voltage of the bus (V); 0 = no limit."""
-        a = self.phase_a
-        b = self.phase_b
-        c = self.phase_c
+        a = self.phases[0]
+        b = self.phases[1]
+        c = self.phases[2]
         rating = self.amplifier
         rating.prepare(dt)
         if rating.stuck:
-            a.hold(rating)
-            b.hold(rating)
-            c.hold(rating)
+            for phase in self.phases:
+                phase.hold(rating)
         elif rating.off:
-            a.advance(0.0, rating)
-            b.advance(0.0, rating)
-            c.advance(0.0, rating)
+            for phase in self.phases:
+                phase.advance(0.0, rating)
         else:
             a.advance(self.i_a_cmd, rating)
             b.advance(self.i_b_cmd, rating)
@@ -90,68 +82,60 @@ class MotorSupply:
             a.limit(rating, winding, self.e_a, bus)
             b.limit(rating, winding, self.e_b, bus)
             c.limit(rating, winding, self.e_c, bus)
-            self.voltage = larger(larger(fabs(a.voltage), fabs(b.voltage)), fabs(c.voltage))
+            self.voltage = self.largest_voltage()
         if winding.thermal_resistance > 0.0:
             winding.warm(a.mean_square() + b.mean_square() + c.mean_square(), dt)
-        self.start_alpha, self.start_beta = clarke(a.current_start, b.current_start, c.current_start)
-        self.middle_alpha, self.middle_beta = clarke(a.current_middle, b.current_middle, c.current_middle)
-        self.end_alpha, self.end_beta = clarke(a.current, b.current, c.current)
+        self.i_alpha[START], self.i_beta[START] = clarke(a.current_start, b.current_start, c.current_start)
+        self.i_alpha[MIDDLE], self.i_beta[MIDDLE] = clarke(a.current_middle, b.current_middle, c.current_middle)
+        self.i_alpha[END], self.i_beta[END] = clarke(a.current, b.current, c.current)
+
+    def largest_voltage(self) -> float:
+        """Return the largest voltage (V) of a phase, without its sign."""
+        largest = 0.0
+        for phase in self.phases:
+            voltage = fabs(phase.voltage)
+            if voltage > largest:
+                largest = voltage
+        return largest
+
+    def turn(self, point: int, angle: ElectricalAngle) -> None:
+        """Set i_d and i_q to START, MIDDLE or END of the integration step, at an electrical angle."""
+        self.i_d, self.i_q = park(self.i_alpha[point], self.i_beta[point], angle.sine, angle.cosine)
+
+    def deliver(self) -> None:
+        """Set the outputs at the end of a communication step."""
+        self.i_a = self.phases[0].current
+        self.i_b = self.phases[1].current
+        self.i_c = self.phases[2].current
+        self.saturated = False
+        for phase in self.phases:
+            if phase.saturated:
+                self.saturated = True
 
     def resume(self, angle: ElectricalAngle) -> None:
         """Take the phase currents, as they are in a continuous model; i_d and i_q at an electrical angle."""
-        self.phase_a.current = self.i_a
-        self.phase_b.current = self.i_b
-        self.phase_c.current = self.i_c
-        self.end_alpha, self.end_beta = clarke(self.i_a, self.i_b, self.i_c)
-        self.at_end(angle)
+        self.phases[0].current = self.i_a
+        self.phases[1].current = self.i_b
+        self.phases[2].current = self.i_c
+        self.i_alpha[END], self.i_beta[END] = clarke(self.i_a, self.i_b, self.i_c)
+        self.turn(END, angle)
 
     def derive(self, bus: float) -> None:
         """Compute the rates of a continuous model with the voltage of the bus (V); 0 = no limit."""
-        a = self.phase_a
-        b = self.phase_b
-        c = self.phase_c
         rating = self.amplifier
         winding = self.winding
-        share = 1.0
-        if rating.off:
-            share = 0.0
-        a.derive(share * self.i_a_cmd, rating, winding, self.e_a, bus)
-        b.derive(share * self.i_b_cmd, rating, winding, self.e_b, bus)
-        c.derive(share * self.i_c_cmd, rating, winding, self.e_c, bus)
-        self.voltage = larger(larger(fabs(a.voltage), fabs(b.voltage)), fabs(c.voltage))
+        share = 0.0 if rating.off else 1.0
+        self.phases[0].derive(share * self.i_a_cmd, rating, winding, self.e_a, bus)
+        self.phases[1].derive(share * self.i_b_cmd, rating, winding, self.e_b, bus)
+        self.phases[2].derive(share * self.i_c_cmd, rating, winding, self.e_c, bus)
+        self.voltage = self.largest_voltage()
         winding.derive(self.i_a * self.i_a + self.i_b * self.i_b + self.i_c * self.i_c)
 
     def settle(self) -> bool:
         """Take in an event of a continuous model, whose rates are known; whether a current has jumped."""
-        rating = self.amplifier
-        a = self.phase_a
-        b = self.phase_b
-        c = self.phase_c
-        jump_a = a.settle(rating)
-        jump_b = b.settle(rating)
-        jump_c = c.settle(rating)
-        self.i_a = a.current
-        self.i_b = b.current
-        self.i_c = c.current
-        self.saturated = a.saturated or b.saturated or c.saturated
-        return jump_a or jump_b or jump_c
-
-    def at_start(self, angle: ElectricalAngle) -> None:
-        """Set i_d and i_q to the start of the integration step, at an electrical angle."""
-        self.i_d, self.i_q = park(self.start_alpha, self.start_beta, angle.sine, angle.cosine)
-
-    def at_middle(self, angle: ElectricalAngle) -> None:
-        """Set i_d and i_q to the middle of the integration step, at an electrical angle."""
-        self.i_d, self.i_q = park(self.middle_alpha, self.middle_beta, angle.sine, angle.cosine)
-
-    def at_end(self, angle: ElectricalAngle) -> None:
-        """Set i_d and i_q to the end of the integration step, at an electrical angle."""
-        self.i_d, self.i_q = park(self.end_alpha, self.end_beta, angle.sine, angle.cosine)
-
-    def deliver(self, angle: ElectricalAngle) -> None:
-        """Set the outputs at the end of a communication step, at an electrical angle."""
-        self.at_end(angle)
-        self.i_a = self.phase_a.current
-        self.i_b = self.phase_b.current
-        self.i_c = self.phase_c.current
-        self.saturated = self.phase_a.saturated or self.phase_b.saturated or self.phase_c.saturated
+        jumps = False
+        for phase in self.phases:
+            if phase.settle(self.amplifier):
+                jumps = True
+        self.deliver()
+        return jumps

@@ -1,0 +1,143 @@
+"""A mover that its guides hold level: all motors have its air gap, and act on it as on a point."""
+
+from plant_fmu.attraction import attraction_factor
+from plant_fmu.axis import Axis
+from plant_fmu.encoder import Encoder
+from plant_fmu.magnetics import Magnetics
+from plant_fmu.magnets import magnet_strength
+from plant_fmu.motor_mount import MotorMount
+from plant_fmu.motor_supply import MotorSupply
+from pmlsm.gap_functions import gap_functions
+from pmlsm.rig import Rig
+from pmlsm.velocity_rows import GRAVITY, normal_acceleration, normal_terms, thrust_acceleration
+
+
+class LevelMover:
+    """Accelerations of the axes by gravity and the motors, (4.3) and (5.3). See `TiltingMover` for one that tilts."""
+
+    def __init__(self, rig: Rig):
+        self.alike = not rig.unlike   # whether all motors are of one kind
+        self.accelerations = [0.0 for _ in rig.axes]   # m/s², by axis
+        self.mounts: list[MotorMount] = []             # no motor has an air gap of its own
+
+    def push(self, axes: list[Axis], motors: list[MotorSupply], magnetics: Magnetics) -> None:
+        """Compute the accelerations at the present point."""
+        if self.alike:
+            self.push_alike(axes, motors, magnetics)
+        else:
+            self.push_unlike(axes, motors, magnetics)
+
+    def push_alike(self, axes: list[Axis], motors: list[MotorSupply], magnetics: Magnetics) -> None:
+        """Compute the accelerations by motors of one kind, whose currents add up."""
+        accelerations = self.accelerations
+        geometry = magnetics.kinds[0].geometry
+        gap = axes[0]
+        f1, f2, f3, f4 = gap_functions(geometry, gap.position)
+        f2 *= attraction_factor(magnetics.modulation, axes[1].position, geometry.slot_pitch)
+        if magnetics.magnet_rise != 0.0:
+            strength = magnet_strength(magnetics.magnet_rise)
+            f1 *= strength
+            f2 *= strength * strength
+            f3 *= strength
+        for k, thrust in enumerate(magnetics.thrust):
+            accelerations[k + 1] = 0.0
+        groups = magnetics.groups
+        direct = 0.0    # Σ i_d, A
+        squares = 0.0   # Σ(i_q² + i_d²), A²
+        for motor, number in zip(motors, magnetics.group_of, strict=True):
+            i_d = motor.i_d
+            i_q = motor.i_q
+            direct += i_d
+            squares = squares + i_q * i_q + i_d * i_d
+            accelerations[groups[number].axis] += i_q   # A so far
+        sharing = magnetics.sharing
+        share = gap.mass_ratio
+        accelerations[0] = normal_acceleration(
+            magnetics.carrying * share * magnetics.attraction, sharing * share * magnetics.coils,
+            sharing * share * magnetics.iron, f2, f3, f4, direct, squares)
+        for k, thrust in enumerate(magnetics.thrust):
+            accelerations[k + 1] = thrust_acceleration(
+                sharing * axes[k + 1].mass_ratio * thrust, f1, accelerations[k + 1])
+
+    def push_unlike(self, axes: list[Axis], motors: list[MotorSupply], magnetics: Magnetics) -> None:
+        """Compute the accelerations by motors of several kinds."""
+        accelerations = self.accelerations
+        strength = magnet_strength(magnetics.magnet_rise)
+        gap = axes[0]
+        sharing = magnetics.sharing
+        share = sharing * gap.mass_ratio
+        accelerations[0] = GRAVITY
+        for k in range(len(magnetics.thrust)):
+            accelerations[k + 1] = 0.0
+        for motor, number in zip(motors, magnetics.group_of, strict=True):
+            group = magnetics.groups[number]
+            kind = magnetics.kinds[group.kind]
+            geometry = kind.geometry
+            ratio = kind.ratio
+            f1, f2, f3, f4 = gap_functions(geometry, gap.position)
+            f2 *= attraction_factor(magnetics.modulation, axes[1].position, geometry.slot_pitch)
+            attraction, coils, iron = normal_terms(
+                ratio.attraction * share * magnetics.attraction, ratio.coils * share * magnetics.coils,
+                ratio.iron * share * magnetics.iron, f2 * strength * strength, f3 * strength, f4,
+                motor.i_d, motor.i_q * motor.i_q + motor.i_d * motor.i_d)
+            accelerations[0] += attraction + coils + iron
+            driven = group.axis
+            accelerations[driven] += thrust_acceleration(
+                ratio.thrust * sharing * axes[driven].mass_ratio * magnetics.thrust[driven - 1], f1 * strength,
+                motor.i_q)
+
+    def induce(self, axes: list[Axis], motors: list[MotorSupply], magnetics: Magnetics, ahead: float) -> None:
+        """Compute the voltages that the motion induces in the windings a time ahead (s)."""
+        gap = axes[0]
+        ahead_gap = gap.position + ahead * gap.velocity
+        gap_rate = gap.velocity + ahead * gap.acceleration
+        strength = magnet_strength(magnetics.magnet_rise)
+        sharing = magnetics.sharing
+        coils = sharing * gap.nominal_mass * magnetics.coils * strength
+        iron = sharing * gap.nominal_mass * magnetics.iron
+        for motor, number in zip(motors, magnetics.group_of, strict=True):
+            group = magnetics.groups[number]
+            kind = magnetics.kinds[group.kind]
+            geometry = kind.geometry
+            ratio = kind.ratio
+            axis = axes[group.axis]
+            f1, f2, f3, f4 = gap_functions(geometry, ahead_gap)
+            motor.induce(
+                geometry.electrical_angle(axis.position + ahead * axis.velocity), gap_rate,
+                axis.velocity + ahead * axis.acceleration,
+                ratio.thrust * sharing * axis.nominal_mass * magnetics.thrust[group.axis - 1] * strength * f1,
+                ratio.coils * coils * f3, ratio.iron * iron * f4)
+
+    def displacement(self, axes: list[Axis], axis: int) -> float:
+        """Displacement (m) of the motors that drive an axis: its position."""
+        return axes[axis].position
+
+    def begin(self, axes: list[Axis]) -> None:
+        """Begin an integration step: nothing to do, as in the methods below, of which `TiltingMover` says what they do."""
+
+    def resume(self, axes: list[Axis]) -> None:
+        """Begin to compute rates."""
+
+    def place(self, axes: list[Axis]) -> None:
+        """Put the motors somewhere."""
+
+    def deliver(self, axes: list[Axis], motors: list[MotorSupply], magnetics: Magnetics) -> None:
+        """Set the outputs at the end of a communication step."""
+
+    def measure(self, axes: list[Axis], encoder: Encoder) -> None:
+        """Set the outputs of encoders."""
+
+    def report(self) -> None:
+        """Set outputs by the forces at the present point."""
+
+    def first_beyond(self) -> int:
+        """Number, from 1, of the first motor beyond an end stop of its own: 0, none has one."""
+        return 0
+
+    def time_to_stop(self, axes: list[Axis], dt: float) -> float:
+        """Time (s) in which a motor meets such a stop: dt."""
+        return dt
+
+    def settle(self) -> bool:
+        """Whether a motor is at such a stop at an event."""
+        return False

@@ -1,0 +1,39 @@
+"""What the forces of the motors follow from: constants of the velocity rows, geometry, magnets, electrical angles."""
+
+from plant_fmu.motor_group import MotorGroup
+from pmlsm.motor_kind import motor_kinds
+from pmlsm.rig import Rig
+
+
+class Magnetics:
+    """Constants of all motors, their kinds, and their groups of one kind and one axis; see `pmlsm.velocity_rows`.
+
+    The constants are accelerations at the nominal masses of the axes.
+    """
+
+    def __init__(self, rig: Rig):
+        of = rig.stage
+        self.thrust = [of.thrust[axis.name] for axis in rig.horizontal]   # m/(s² A), parameters: along each of the axes
+        self.attraction = of.attraction       # m/(s² T²), parameter: attraction between magnets and iron
+        self.coils = of.coils                 # m/(s² A T), parameter: normal force between magnets and coils
+        self.iron = of.iron                   # m/(s² A²), parameter: normal force between coils and iron
+        self.modulation = rig.modulation      # parameter: of the attraction along the slots
+        self.magnet_rise = 0.0                # K, parameter: how warm the magnets are, above the constants' temperature
+        self.sharing = rig.sharing            # motors that share each current
+        self.carrying = rig.carrying          # motors that carry the mover
+        self.kinds = motor_kinds(rig)
+        numbers = {motor.name: number for number, motor in enumerate(rig.unlike, 1)}
+        horizontal = [axis.name for axis in rig.horizontal]
+        groups = [(numbers.get(motor.name, 0), 1 + horizontal.index(motor.drives)) for motor in rig.motors]
+        distinct = list(dict.fromkeys(groups))
+        self.groups = [MotorGroup(kind, axis) for kind, axis in distinct]
+        self.group_of = [distinct.index(group) for group in groups]   # by motor
+
+    def prepare(self) -> bool:
+        """Compute what follows from the geometries; False where one is of no motor."""
+        for kind in self.kinds:
+            if not kind.geometry.prepare():
+                return False
+        for group in self.groups:
+            group.angle.forget()
+        return True

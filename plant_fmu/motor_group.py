@@ -1,0 +1,13 @@
+"""Motors of one kind that drive one axis: they share an electrical angle."""
+
+from pmlsm.electrical_angle import ElectricalAngle
+
+
+class MotorGroup:
+    """Which kind and which axis the motors have in common, and the electrical angle at their displacement."""
+
+    def __init__(self, kind: int, axis: int):
+        self.kind = kind           # number of the kind
+        self.axis = axis           # number of the axis
+        self.angle = ElectricalAngle()
+        self.attraction = 0.0      # N/T², constant of each motor at this place along the slots, where the platform tilts

@@ -1,0 +1,193 @@
+"""The stage: motors carry a mover, drive it along horizontal axes, and may tilt it."""
+
+from plant_fmu.assembly import axis_of, supply_of
+from plant_fmu.encoder import Encoder
+from plant_fmu.integration import LONGEST_COMMUNICATION_STEP, integration_steps
+from plant_fmu.level_mover import LevelMover
+from plant_fmu.magnetics import Magnetics
+from plant_fmu.motor_supply import END, MIDDLE, START
+from plant_fmu.tilting_mover import TiltingMover
+from pmlsm.rig import Rig
+
+STARTED = 0         # status of `start` and `step`; from 1 on the number of the stop that the mover is beyond
+RUN_AWAY = 1        # these are counted after the stops
+STEP_TOO_LONG = 2
+NO_SUCH_MOTOR = 3
+NO_SEED = 4
+
+
+class Stage:
+    """Motion of a stage with guides, bias, stops, amplifiers and encoders, from its description.
+
+    Its axes are the air gap g, then the displacements along the horizontal axes, then the tilts of the platform, if it
+    tilts. Each moves with its own mass (or inertia) m under gravity G, which acts on the gap alone,
+
+        m q'' = m G + Σ F_motor + F_guide + F_stop + F_external + m (bias − floor),
+
+    and motors follow (4.3) and (5.3), with the shape functions f1 … f4 at their air gap:
+
+        thrust          T = −C_thrust f1 i_q
+        normal force    N = −C_iron f4 (i_q² + i_d²) + C_coils f3 i_d − C_attraction f2.
+
+    `Axis` has the forces on one axis and its share of the integration; `MotorSupply` has the currents; `Magnetics` has
+    the constants and the electrical angles. `LevelMover` and `TiltingMover` add up the forces of the motors.
+    The integration is Runge–Kutta of the fourth order. A step that meets an end stop is divided there.
+    """
+
+    def __init__(self, rig: Rig):
+        described = (rig.vertical, *rig.horizontal, *rig.rotations)
+        self.axes = [axis_of(axis) for axis in described]
+        self.motors = [supply_of(motor) for motor in rig.motors]
+        self.magnetics = Magnetics(rig)
+        self.mover = TiltingMover(rig) if rig.rotations else LevelMover(rig)
+        self.encoder = Encoder(rig.resolution)
+        self.bus_voltage = 0.0                     # V, parameter: of the amplifiers' supply, 0 = any that is needed
+        self.roughness_seed = rig.roughness_seed   # parameter: a whole number
+        self.longest_step = rig.longest_step       # s, of an integration; docs/accuracy.md has the study behind it
+        # Numbers of the axes that have an encoder, and of those that have stops; places of all in the description.
+        self.measured = [k for k, axis in enumerate(described) if axis in rig.measured]
+        self.stopped = [k for k, axis in enumerate(described) if axis.stop is not None]
+        self.tracks = [rig.axes.index(axis) for axis in described]
+        self.stops = len(self.stopped) + len(self.mover.mounts)   # of axes, then of motors
+        self.at_stop = False                       # output
+
+    def start(self) -> int:
+        """Place the mover at its start position; the status says which axis or motor is beyond a stop."""
+        if not self.magnetics.prepare():
+            return self.stops + NO_SUCH_MOTOR
+        seed = int(self.roughness_seed)
+        if seed != self.roughness_seed:
+            return self.stops + NO_SEED
+        for axis, track in zip(self.axes, self.tracks, strict=True):
+            axis.start(seed, track)
+        self.mover.place(self.axes)
+        for k, number in enumerate(self.stopped):
+            if self.axes[number].beyond_stop():
+                return 1 + k
+        beyond = self.mover.first_beyond()
+        if beyond > 0:
+            return len(self.stopped) + beyond
+        self.measure()
+        return STARTED
+
+    def step(self, t: float, dt: float) -> int:
+        """Move from t to t + dt (s) with the inputs held."""
+        if dt > LONGEST_COMMUNICATION_STEP:
+            return self.stops + STEP_TOO_LONG
+        steps = integration_steps(dt, self.longest_step)
+        part = dt / steps
+        self.at_stop = self.beyond_stop()
+        for _ in range(steps):
+            meeting = self.time_to_stop(part)
+            contained = self.integrate(meeting)
+            if contained and meeting < part:
+                contained = self.integrate(part - meeting)
+            if not contained:
+                return self.stops + RUN_AWAY
+        self.commutate(END)
+        for motor in self.motors:
+            motor.deliver()
+        self.mover.deliver(self.axes, self.motors, self.magnetics)
+        self.measure()
+        return STARTED
+
+    def integrate(self, dt: float) -> bool:
+        """Move over one integration step dt (s); False where the mover has run away."""
+        bus = self.bus_voltage
+        if bus > 0.0:
+            self.mover.induce(self.axes, self.motors, self.magnetics, 0.5 * dt)
+        for motor in self.motors:
+            motor.advance(dt, bus)
+        self.mover.begin(self.axes)
+        for axis in self.axes:
+            axis.begin()
+        self.commutate(START)
+        self.add_slope(dt / 6.0, dt / 2.0)
+        self.commutate(MIDDLE)
+        self.add_slope(dt / 3.0, dt / 2.0)
+        self.commutate(MIDDLE)
+        self.add_slope(dt / 3.0, dt)
+        self.commutate(END)
+        self.add_slope(dt / 6.0, 0.0)
+        contained = True
+        for axis in self.axes:
+            if contained:
+                contained = axis.finish()
+        self.mover.place(self.axes)
+        if self.beyond_stop():
+            self.at_stop = True
+        return contained
+
+    def commutate(self, point: int) -> None:
+        """Set the currents to START, MIDDLE or END of an integration step, at the angles where the mover is."""
+        groups = self.magnetics.groups
+        for group in groups:
+            group.angle.follow(self.magnetics.kinds[group.kind].geometry,
+                               self.mover.displacement(self.axes, group.axis))
+        for motor, number in zip(self.motors, self.magnetics.group_of, strict=True):
+            motor.turn(point, groups[number].angle)
+
+    def add_slope(self, weight: float, ahead: float) -> None:
+        """Add one Runge–Kutta slope on all axes, and go to the next point; arguments as of `Axis.add_slope`."""
+        mover = self.mover
+        mover.push(self.axes, self.motors, self.magnetics)
+        for axis, acceleration in zip(self.axes, mover.accelerations, strict=True):
+            axis.add_slope(acceleration, weight, ahead)
+        mover.place(self.axes)
+
+    def derive(self) -> int:
+        """Compute the rates of the states at the present point of a continuous model, and all that is continuous."""
+        magnetics = self.magnetics
+        mover = self.mover
+        bus = self.bus_voltage
+        mover.resume(self.axes)
+        for axis in self.axes:
+            axis.resume()
+        for group in magnetics.groups:
+            group.angle.turn(magnetics.kinds[group.kind].geometry, mover.displacement(self.axes, group.axis))
+        for motor, number in zip(self.motors, magnetics.group_of, strict=True):
+            motor.resume(magnetics.groups[number].angle)
+        if bus > 0.0:
+            mover.induce(self.axes, self.motors, magnetics, 0.0)
+        for motor in self.motors:
+            motor.derive(bus)
+        self.add_slope(1.0, 0.0)
+        mover.report()
+        for axis in self.axes:
+            if not axis.contained():
+                return self.stops + RUN_AWAY
+        return STARTED
+
+    def settle(self) -> bool:
+        """Take in an event of a continuous model: stops, clamps, first currents, encoders; whether a current jumps."""
+        self.derive()
+        self.at_stop = self.mover.settle()
+        for number in self.stopped:
+            if self.axes[number].settle():
+                self.at_stop = True
+        self.measure()
+        jumps = False
+        for motor in self.motors:
+            if motor.settle():
+                jumps = True
+        return jumps
+
+    def time_to_stop(self, dt: float) -> float:
+        """Time (s) in which the first axis or motor meets an end stop; dt if none does within dt."""
+        for number in self.stopped:
+            dt = self.axes[number].time_to_stop(dt)
+        return self.mover.time_to_stop(self.axes, dt)
+
+    def beyond_stop(self) -> bool:
+        """Whether any axis or motor is beyond an end stop."""
+        for number in self.stopped:
+            if self.axes[number].beyond_stop():
+                return True
+        return self.mover.first_beyond() > 0
+
+    def measure(self) -> None:
+        """Set the outputs of the encoders, and the yaw moment of a mover that tilts."""
+        for number in self.measured:
+            axis = self.axes[number]
+            axis.encoder = self.encoder.measure(axis.position + axis.swing)
+        self.mover.measure(self.axes, self.encoder)

@@ -1,0 +1,20 @@
+"""Motors that are alike: their geometry, and their constants by those of the stage."""
+
+from pmlsm.motor_geometry import MotorGeometry
+from pmlsm.motor_ratio import MotorRatio
+from pmlsm.rig import Rig
+
+
+class MotorKind:
+    """Geometry of the motors of a kind, and factors to the constants of the velocity rows."""
+
+    def __init__(self, geometry: MotorGeometry, ratio: MotorRatio):
+        self.geometry = geometry
+        self.ratio = ratio
+
+
+def motor_kinds(rig: Rig) -> list[MotorKind]:
+    """Return the kinds of motors of a stage: first that of its constants, then one for each motor that is unlike."""
+    return [MotorKind(rig.motor(), MotorRatio(1.0, 1.0, 1.0, 1.0, 1.0)),
+            *(MotorKind(rig.motor(motor), MotorRatio(*motor.ratios, motor.kind.limit))
+              for motor in rig.motors if motor.kind is not None)]
