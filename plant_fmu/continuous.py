@@ -3,6 +3,7 @@
 from dataclasses import dataclass
 
 from fmi_export.definition import ContinuousModel, State, Variable
+from plant_fmu.places import placed
 from pmlsm.rig import Rig, RigAxis, RigMotor
 
 PHASES = ("a", "b", "c")
@@ -18,14 +19,14 @@ class Reach:
     rate: tuple[str, ...]   # of the displacement
 
 
-def local(name: str, unit: str, description: str, nominal: float, path: str) -> Variable:
+def local(name: str, unit: str, description: str, nominal: float) -> Variable:
     """Variable of the continuous model alone."""
-    return Variable(name, "local", "continuous", description, unit, nominal=nominal, path="" if path == name else path)
+    return Variable(name, "local", "continuous", description, unit, nominal=nominal)
 
 
-def rate(of: str, unit: str, nominal: float, path: str) -> Variable:
+def rate(of: str, unit: str, nominal: float) -> Variable:
     """Derivative of a state that is no variable otherwise."""
-    return local(f"der({of})", unit, f"rate of {of}", nominal, path)
+    return local(f"der({of})", unit, f"rate of {of}", nominal)
 
 
 def reach(rig: Rig, motor: RigMotor) -> Reach:
@@ -51,12 +52,12 @@ def axis_states(rig: Rig, axis: RigAxis) -> tuple[tuple[State, ...], tuple[Varia
     swing, swing_rate = f"{name}.mode.deflection", f"{name}.mode.rate"
     size = 1e-3 if axis.rotation else 0.01
     variables = (
-        rate(velocity, unit("m/s2"), 1.0, f"{name}.velocity_sum"),
-        local(deflection, "", "relative deflection of the presliding friction, within ±1", 1.0, f"{name}.deflection"),
-        rate(deflection, "1/s", 1.0, f"{name}.deflection_sum"),
-        local(swing, unit("m"), "deflection of the flexible mode", 0.1 * size, swing),
-        local(swing_rate, unit("m/s"), "rate of the flexible mode's deflection", 10.0 * size, swing_rate),
-        rate(swing_rate, unit("m/s2"), 1.0, f"{name}.mode.rate_sum"))
+        rate(velocity, unit("m/s2"), 1.0),
+        local(deflection, "", "relative deflection of the presliding friction, within ±1", 1.0),
+        rate(deflection, "1/s", 1.0),
+        local(swing, unit("m"), "deflection of the flexible mode", 0.1 * size),
+        local(swing_rate, unit("m/s"), "rate of the flexible mode's deflection", 10.0 * size),
+        rate(swing_rate, unit("m/s2"), 1.0))
     shaken = () if axis.rotation else (f"{name}.floor_acceleration",)
     swung = unique((position, velocity, deflection, swing, swing_rate, *pulled(rig, axis), axis.external))
     states = (
@@ -90,15 +91,15 @@ def motor_states(rig: Rig, motor: RigMotor) -> tuple[tuple[State, ...], tuple[Va
     for phase, current in zip(PHASES, currents(motor), strict=True):
         part = f"{name}.phase_{phase}"
         heat, command = f"{part}.heat", f"{current}_cmd"
-        variables += [rate(current, "A/s", 1e3, f"{part}.current_rate"),
-                      local(heat, "A2", f"low-passed square of the current of phase {phase}", 1.0, heat),
-                      rate(heat, "A2/s", 1.0, f"{part}.heat_rate"),
+        variables += [rate(current, "A/s", 1e3),
+                      local(heat, "A2", f"low-passed square of the current of phase {phase}", 1.0),
+                      rate(heat, "A2/s", 1.0),
                       local(f"{part}.margin", "", "what the clamp (A) or the bus (V) leaves; an event where it gets "
-                            "negative", 1.0, f"{part}.margin")]
+                            "negative", 1.0)]
         states += [State(current, f"der({current})", unique((current, heat, command, *induced(rig, motor))),
                          jumps=True),
                    State(heat, f"der({heat})", (heat, command, current))]
-    variables.append(rate(rise, "K/s", 0.1, f"{name}.winding.rise_rate"))
+    variables.append(rate(rise, "K/s", 0.1))
     states.append(State(rise, f"der({rise})", (*currents(motor), rise)))
     return tuple(states), tuple(variables)
 
@@ -109,10 +110,10 @@ def induced(rig: Rig, motor: RigMotor) -> tuple[str, ...]:
     return (*currents(motor), *seen.gap, *seen.displacement, *seen.gap_rate, *seen.rate, f"{motor.name}.winding.rise")
 
 
-def stop_ways(owner: str, path: str) -> tuple[Variable, ...]:
+def stop_ways(owner: str) -> tuple[Variable, ...]:
     """Ways to the stops of an axis or a motor, which change their sign where it meets or leaves them."""
     return tuple(local(f"{owner}.stop.to_{side}", "m", f"way to the {side} end stop, 1 if there is none; an event at 0",
-                       0.01, f"{path}.stop.to_{side}") for side in ("lower", "upper"))
+                       0.01) for side in ("lower", "upper"))
 
 
 def output_dependencies(rig: Rig) -> dict[str, tuple[str, ...]]:
@@ -147,9 +148,9 @@ def unique(names: tuple[str, ...]) -> tuple[str, ...]:
 def continuous_stage(rig: Rig) -> ContinuousModel:
     """States, rates and event indicators of a stage."""
     parts = [axis_states(rig, axis) for axis in rig.axes] + [motor_states(rig, motor) for motor in rig.motors]
-    ways = [way for axis in rig.axes if axis.stop is not None for way in stop_ways(axis.name, axis.name)]
-    ways += [way for motor in rig.motors if rig.rotations for way in stop_ways(motor.name, f"{motor.name}_mount")]
-    variables = (*(v for _, more in parts for v in more), *ways)
+    ways = [way for axis in rig.axes if axis.stop is not None for way in stop_ways(axis.name)]
+    ways += [way for motor in rig.motors if rig.rotations for way in stop_ways(motor.name)]
+    variables = placed(rig, (*(v for _, more in parts for v in more), *ways))
     margins = tuple(v.name for v in variables if v.name.endswith(".margin"))
     return ContinuousModel(
         states=tuple(state for states, _ in parts for state in states), variables=variables,

@@ -1,8 +1,7 @@
 """Variables that every stage has, part by part."""
 
-from dataclasses import replace
-
 from fmi_export.definition import Variable, flag, parameter, real_input, real_output, switch
+from plant_fmu.places import placed
 from pmlsm.rig import Rig, RigAxis, RigConstant
 from pmlsm.variables import CONSTANTS, bad_geometry, motor_geometry
 
@@ -48,20 +47,14 @@ def motor_variables(rig: Rig, motor: str) -> tuple[tuple[Variable, ...], tuple[V
     return inputs, outputs, parameters
 
 
-def lying_at(variable: Variable, path: str) -> Variable:
-    """A variable that lies at a path of the block, which may be its name."""
-    return replace(variable, path="" if path == variable.name else path)
-
-
-def stop_parameters(owner: str, path: str, source: str) -> tuple[Variable, ...]:
-    """End stops of an axis or a motor, which lie at a path of the block."""
+def stop_parameters(owner: str, source: str) -> tuple[Variable, ...]:
+    """End stops of an axis or a motor."""
     rows = (("lower", "m", "place of the lower end stop", -10.0, 10.0, 0.01),
             ("upper", "m", "place of the upper end stop", -10.0, 10.0, 0.01),
             ("stiffness", "N/m", "stiffness of the end stops", 0.0, 1e8, 1e5),
             ("damping", "N.s/m", "damping of the end stops", 0.0, 1e6, 1e3))
-    return tuple(lying_at(parameter(f"{owner}.stop.{name}", unit, text, source, low, high, nominal,
-                                    fixed=name in ("lower", "upper")), f"{path}.stop.{name}")
-                 for name, unit, text, low, high, nominal in rows)
+    return tuple(parameter(f"{owner}.stop.{name}", unit, text, source, low, high, nominal,
+                           fixed=name in ("lower", "upper")) for name, unit, text, low, high, nominal in rows)
 
 
 def axis_variables(rig: Rig, of: RigAxis) -> tuple[tuple[Variable, ...], tuple[Variable, ...], tuple[Variable, ...]]:
@@ -73,7 +66,7 @@ def axis_variables(rig: Rig, of: RigAxis) -> tuple[tuple[Variable, ...], tuple[V
     push = f"external torque for the {meaning}" if of.rotation else f"external force along {axis}"
     moved = (f"moment of inertia for the {meaning}" if of.rotation else
              f"mass that moves along {axis}; the constants are accelerations at {of.mass:g} kg")
-    inputs = [lying_at(real_input(of.external, unit("N"), push, 1e5, 1.0), f"{axis}.force")]
+    inputs = [real_input(of.external, unit("N"), push, 1e5, 1.0)]
     if not of.rotation:
         shaking = f"acceleration of the floor along {axis}, which acts on the mover the other way round"
         inputs.append(real_input(f"{axis}.floor_acceleration", "m/s2", shaking, 1e3, 1.0))
@@ -95,11 +88,10 @@ def axis_variables(rig: Rig, of: RigAxis) -> tuple[tuple[Variable, ...], tuple[V
          1e3, 0.1),
         ("roughness.correlation", "m", "correlation length of the roughness", 1e-5, 1.0, 1e-3))
     parameters = (
-        lying_at(parameter(f"{axis}.{inertia}", unit("kg"), moved, rig.source(f"axes.{axis}.mass"), 1e-3, 1e6, 1.0),
-                 f"{axis}.mass"),
+        parameter(f"{axis}.{inertia}", unit("kg"), moved, rig.source(f"axes.{axis}.mass"), 1e-3, 1e6, 1.0),
         *(parameter(f"{axis}.{name}", unit(of_way), text, rig.source(f"axes.{axis}.{name}"), low, high, size,
                     fixed=name == "roughness.correlation") for name, of_way, text, low, high, size in rows),
-        *(stop_parameters(axis, axis, rig.source(f"axes.{axis}.stop")) if of.stop is not None else ()),
+        *(stop_parameters(axis, rig.source(f"axes.{axis}.stop")) if of.stop is not None else ()),
         *mode_parameters(rig, of),
         parameter(start, unit("m"), f"initial {meaning}, at rest", "mid-range", -reach, reach, nominal, fixed=True),
         switch(f"{axis}.locked", f"whether brackets hold the {meaning} at its start", "off" if of.rotation else
@@ -131,7 +123,6 @@ def platform_place(rig: Rig, what: str, way: str, source: str, fixed: bool) -> V
 
 def mount_variables(rig: Rig, motor: str) -> tuple[tuple[Variable, ...], tuple[Variable, ...]]:
     """Outputs and parameters of a motor at its place on a platform that tilts."""
-    mount = f"{motor}_mount"
     decides = (*(f"{axis.name}.position_start" for axis in (rig.vertical, *rig.rotations)),
                *(f"{motor}.{way}" for way in rig.spots))
     outputs = (
@@ -139,14 +130,13 @@ def mount_variables(rig: Rig, motor: str) -> tuple[tuple[Variable, ...], tuple[V
                     starts_from=(*decides, "encoder.resolution")),
         real_output(f"{motor}.gap", "m", "true air gap of the motor", 0.01, starts_from=decides))
     parameters = (platform_place(rig, motor, way, rig.source(f"motors.{motor}.{way}"), fixed=True) for way in rig.spots)
-    placed = [lying_at(v, v.name.replace(motor, mount, 1)) for v in (*outputs, *parameters)]
-    return tuple(placed[:2]), (*placed[2:], *stop_parameters(motor, mount, rig.source("motor_stop")))
+    return outputs, (*parameters, *stop_parameters(motor, rig.source("motor_stop")))
 
 
 def platform_variables(rig: Rig) -> tuple[Variable, ...]:
     """What a platform that tilts has beside axes and motors: an output, then parameters."""
     yaw = f"moment of the motors about {rig.vertical.name}, which the guides hold"
-    guides = [lying_at(v, v.name.replace(".", "_", 1)) for axis in rig.rotations for v in (
+    guides = [v for axis in rig.rotations for v in (
         parameter(f"{axis.name}.guide.stiffness", "N.m/rad", f"stiffness of guides against {axis.name}; 0 = none", NONE,
                   0.0, 1e6, 1e3),
         parameter(f"{axis.name}.guide.play", "rad", f"{axis.meaning} to either side that the guides leave free", NONE,
@@ -177,7 +167,8 @@ def stage_variables(rig: Rig) -> tuple[Variable, ...]:
     constants = [motion_constant(entry, rig.source("stage")) for entry in rig.constants]
     stopped = "an axis or a motor" if rig.rotations else "an axis"
     at_stop = flag("at_stop", f"{stopped} was beyond an end stop during the step")
-    return (*inputs, *outputs, at_stop, *constants,
+    return placed(rig, (
+            *inputs, *outputs, at_stop, *constants,
             parameter("attraction_modulation", "", "modulation of the attraction along the slots; 0 = none",
                       rig.source("modulation"), 0.0, 1.0, 0.01),
             parameter("roughness_seed", "", "seed of the roughness of the guides, a whole number: another one, other "
@@ -188,13 +179,13 @@ def stage_variables(rig: Rig) -> tuple[Variable, ...]:
                       "limit", "assumed: no limit", 0.0, 1e5, 10.0),
             parameter("encoder.resolution", "m", "resolution of the encoders; 0 = they measure exactly",
                       rig.source("resolution"), 0.0, 1.0, 1e-5),
-            *parameters, *motor_geometry(rig, *CONSTANTS))
+            *parameters, *motor_geometry(rig, *CONSTANTS)))
 
 
 def stage_refusals(rig: Rig) -> dict[int, str]:
     """Messages of a stage by its status: one for each axis or motor that has a stop, then the others."""
     beyond = [f"{axis.name}.position_start = {{{axis.name}.position_start}} m, expected a place between the stops "
-              f"{stops(axis.name)}" for axis in rig.axes if axis.stop is not None]
+              f"{stops(axis.name)}" for axis in (rig.vertical, *rig.horizontal, *rig.rotations) if axis.stop is not None]
     beyond += [f"{motor}.gap = {{{motor}.gap}} m at the start, expected one between the stops {stops(motor)}"
                for motor in rig.motor_names if rig.rotations]
     run_away, step_too_long, no_motor, no_seed = range(len(beyond) + 1, len(beyond) + 5)

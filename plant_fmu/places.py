@@ -1,0 +1,69 @@
+"""Where the FMI variables of a plant lie in its block: attribute paths, by the names of the variables."""
+
+from collections.abc import Iterable
+from dataclasses import replace
+
+from fmi_export.definition import Variable
+from pmlsm.rig import ATTRACTION, COILS, IRON, Rig
+
+CONSTANTS = {ATTRACTION: "attraction", COILS: "coils", IRON: "iron"}   # of the gap, by their units; thrusts are a list
+MAGNETICS = {"attraction_modulation": "modulation", "magnet_rise": "magnet_rise"}
+OF_MOVER = ("height", "payload", "yaw_moment")
+OF_MOUNT = ("x", "z", "gap", "gap_encoder", "stop")
+
+
+def placed(rig: Rig, variables: Iterable[Variable]) -> tuple[Variable, ...]:
+    """Return variables of a plant with their paths in a `Stage`."""
+    return tuple(replace(variable, path=place(rig, variable)) for variable in variables)
+
+
+def place(rig: Rig, variable: Variable) -> str:
+    """Return the path of a variable."""
+    rated = variable.name.startswith("der(")
+    name = variable.name[4:-1] if rated else variable.name
+    owner, _, part = name.partition(".")
+    constants = {constant.name: constant for constant in rig.constants}
+    if owner == "geometry":
+        path = f"magnetics.kinds[0].{name}"
+    elif name in constants:
+        of = constants[name].unit
+        path = f"magnetics.{CONSTANTS.get(of, f'thrust[{list(constants).index(name)}]')}"
+    elif name in MAGNETICS:
+        path = f"magnetics.{MAGNETICS[name]}"
+    elif owner in OF_MOVER:
+        path = f"mover.{name}"
+    elif owner in rig.motor_names:
+        path = of_motor(rig, owner, part, rated)
+    elif owner in rig.axis_names:
+        path = of_axis(rig, owner, part, rated)
+    else:
+        path = name
+    return "" if path == variable.name else path
+
+
+def of_axis(rig: Rig, axis: str, part: str, rated: bool) -> str:
+    """Return the path of what an axis has; of the rate of a state the sum of its weighted slopes."""
+    tilts = [tilt.name for tilt in rig.rotations]
+    first, _, rest = part.partition(".")
+    if first == "guide":
+        return f"mover.guides[{tilts.index(axis)}].{rest}"
+    part = {"torque": "force", "inertia": "mass", "friction.deflection": "deflection"}.get(part, part)
+    ordered = (rig.vertical, *rig.horizontal, *rig.rotations)
+    number = [each.name for each in ordered].index(axis)
+    return f"axes[{number}].{part}{'_sum' if rated else ''}"
+
+
+def of_motor(rig: Rig, motor: str, part: str, rated: bool) -> str:
+    """Return the path of what a motor has."""
+    number = rig.motor_names.index(motor)
+    first, _, rest = part.partition(".")
+    if first == "geometry" or first.endswith("_ratio"):
+        kind = 1 + [each.name for each in rig.unlike].index(motor)
+        return f"magnetics.kinds[{kind}].{part if first == 'geometry' else 'ratio.' + first.removesuffix('_ratio')}"
+    if first in OF_MOUNT:
+        return f"mover.mounts[{number}].{part}"
+    if first.startswith("phase_"):
+        part = f"phases[{'abc'.index(first[-1])}].{rest}"
+    elif rated and first.startswith("i_"):
+        part = f"phases[{'abc'.index(first[-1])}].current"
+    return f"motors[{number}].{part}{'_rate' if rated else ''}"
