@@ -1,8 +1,9 @@
 """Makes the parts of a stage from its description."""
 
 from plant_fmu.axis import Axis
+from plant_fmu.magnetics import motor_groups
 from plant_fmu.motor_supply import MotorSupply
-from pmlsm.rig import RigAxis, RigMotor, Stop
+from pmlsm.rig import Rig, RigAxis, Stop
 
 NO_STOP = Stop(-10.0, 10.0, 0.0, 0.0)   # of an axis whose stops are at the motors
 
@@ -21,8 +22,14 @@ def axis_of(rig: RigAxis) -> Axis:
     return axis
 
 
-def supply_of(rig: RigMotor) -> MotorSupply:
-    """Return the supply of a motor as it is described."""
-    supply = MotorSupply(rig.amplifier.peak, rig.amplifier.continuous, rig.winding.resistance, rig.winding.inductance)
-    supply.amplifier.lag = rig.amplifier.lag
-    return supply
+def supplies_of(rig: Rig) -> list[MotorSupply]:
+    """Return the supplies of all motors as they are described."""
+    groups = motor_groups(rig)
+    distinct = list(dict.fromkeys(groups))
+    supplies = []
+    for motor, group in zip(rig.motors, groups, strict=True):
+        amplifier, winding = motor.amplifier, motor.winding
+        supplies.append(MotorSupply(amplifier.peak, amplifier.continuous, winding.resistance, winding.inductance,
+                                    group[1], distinct.index(group)))
+        supplies[-1].amplifier.lag = amplifier.lag
+    return supplies

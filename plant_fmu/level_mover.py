@@ -18,17 +18,14 @@ class LevelMover:
     def __init__(self, rig: Rig):
         self.alike = not rig.unlike   # whether all motors are of one kind
         self.accelerations = [0.0 for _ in rig.axes]   # m/s², by axis
+        self.driven = list(range(1, len(rig.axes)))    # numbers of the horizontal axes
         self.mounts: list[MotorMount] = []             # no motor has an air gap of its own
 
     def push(self, axes: list[Axis], motors: list[MotorSupply], magnetics: Magnetics) -> None:
-        """Compute the accelerations at the present point."""
-        if self.alike:
-            self.push_alike(axes, motors, magnetics)
-        else:
+        """Compute the accelerations at the present point: the currents of motors of one kind add up."""
+        if not self.alike:
             self.push_unlike(axes, motors, magnetics)
-
-    def push_alike(self, axes: list[Axis], motors: list[MotorSupply], magnetics: Magnetics) -> None:
-        """Compute the accelerations by motors of one kind, whose currents add up."""
+            return
         accelerations = self.accelerations
         geometry = magnetics.kinds[0].geometry
         gap = axes[0]
@@ -39,25 +36,24 @@ class LevelMover:
             f1 *= strength
             f2 *= strength * strength
             f3 *= strength
-        for k, thrust in enumerate(magnetics.thrust):
-            accelerations[k + 1] = 0.0
-        groups = magnetics.groups
+        for k in self.driven:
+            accelerations[k] = 0.0
         direct = 0.0    # Σ i_d, A
         squares = 0.0   # Σ(i_q² + i_d²), A²
-        for motor, number in zip(motors, magnetics.group_of, strict=True):
+        for motor in motors:
             i_d = motor.i_d
             i_q = motor.i_q
             direct += i_d
             squares = squares + i_q * i_q + i_d * i_d
-            accelerations[groups[number].axis] += i_q   # A so far
+            accelerations[motor.axis] += i_q   # A so far
         sharing = magnetics.sharing
         share = gap.mass_ratio
         accelerations[0] = normal_acceleration(
             magnetics.carrying * share * magnetics.attraction, sharing * share * magnetics.coils,
             sharing * share * magnetics.iron, f2, f3, f4, direct, squares)
-        for k, thrust in enumerate(magnetics.thrust):
-            accelerations[k + 1] = thrust_acceleration(
-                sharing * axes[k + 1].mass_ratio * thrust, f1, accelerations[k + 1])
+        for k in self.driven:
+            accelerations[k] = thrust_acceleration(
+                sharing * axes[k].mass_ratio * magnetics.thrust[k - 1], f1, accelerations[k])
 
     def push_unlike(self, axes: list[Axis], motors: list[MotorSupply], magnetics: Magnetics) -> None:
         """Compute the accelerations by motors of several kinds."""
@@ -67,11 +63,10 @@ class LevelMover:
         sharing = magnetics.sharing
         share = sharing * gap.mass_ratio
         accelerations[0] = GRAVITY
-        for k in range(len(magnetics.thrust)):
-            accelerations[k + 1] = 0.0
-        for motor, number in zip(motors, magnetics.group_of, strict=True):
-            group = magnetics.groups[number]
-            kind = magnetics.kinds[group.kind]
+        for k in self.driven:
+            accelerations[k] = 0.0
+        for motor in motors:
+            kind = magnetics.kinds[magnetics.groups[motor.group].kind]
             geometry = kind.geometry
             ratio = kind.ratio
             f1, f2, f3, f4 = gap_functions(geometry, gap.position)
@@ -81,7 +76,7 @@ class LevelMover:
                 ratio.iron * share * magnetics.iron, f2 * strength * strength, f3 * strength, f4,
                 motor.i_d, motor.i_q * motor.i_q + motor.i_d * motor.i_d)
             accelerations[0] += attraction + coils + iron
-            driven = group.axis
+            driven = motor.axis
             accelerations[driven] += thrust_acceleration(
                 ratio.thrust * sharing * axes[driven].mass_ratio * magnetics.thrust[driven - 1], f1 * strength,
                 motor.i_q)
@@ -95,17 +90,16 @@ class LevelMover:
         sharing = magnetics.sharing
         coils = sharing * gap.nominal_mass * magnetics.coils * strength
         iron = sharing * gap.nominal_mass * magnetics.iron
-        for motor, number in zip(motors, magnetics.group_of, strict=True):
-            group = magnetics.groups[number]
-            kind = magnetics.kinds[group.kind]
+        for motor in motors:
+            kind = magnetics.kinds[magnetics.groups[motor.group].kind]
             geometry = kind.geometry
             ratio = kind.ratio
-            axis = axes[group.axis]
+            axis = axes[motor.axis]
             f1, f2, f3, f4 = gap_functions(geometry, ahead_gap)
             motor.induce(
                 geometry.electrical_angle(axis.position + ahead * axis.velocity), gap_rate,
                 axis.velocity + ahead * axis.acceleration,
-                ratio.thrust * sharing * axis.nominal_mass * magnetics.thrust[group.axis - 1] * strength * f1,
+                ratio.thrust * sharing * axis.nominal_mass * magnetics.thrust[motor.axis - 1] * strength * f1,
                 ratio.coils * coils * f3, ratio.iron * iron * f4)
 
     def displacement(self, axes: list[Axis], axis: int) -> float:

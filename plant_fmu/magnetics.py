@@ -5,6 +5,13 @@ from pmlsm.motor_kind import motor_kinds
 from pmlsm.rig import Rig
 
 
+def motor_groups(rig: Rig) -> list[tuple[int, int]]:
+    """Return the number of the kind of each motor, and that of the axis that it drives."""
+    unlike, horizontal = [motor.name for motor in rig.unlike], [axis.name for axis in rig.horizontal]
+    return [(1 + unlike.index(motor.name) if motor.name in unlike else 0, 1 + horizontal.index(motor.drives))
+            for motor in rig.motors]
+
+
 class Magnetics:
     """Constants of all motors, their kinds, and their groups of one kind and one axis; see `pmlsm.velocity_rows`.
 
@@ -22,12 +29,7 @@ class Magnetics:
         self.sharing = rig.sharing            # motors that share each current
         self.carrying = rig.carrying          # motors that carry the mover
         self.kinds = motor_kinds(rig)
-        numbers = {motor.name: number for number, motor in enumerate(rig.unlike, 1)}
-        horizontal = [axis.name for axis in rig.horizontal]
-        groups = [(numbers.get(motor.name, 0), 1 + horizontal.index(motor.drives)) for motor in rig.motors]
-        distinct = list(dict.fromkeys(groups))
-        self.groups = [MotorGroup(kind, axis) for kind, axis in distinct]
-        self.group_of = [distinct.index(group) for group in groups]   # by motor
+        self.groups = [MotorGroup(kind, axis) for kind, axis in dict.fromkeys(motor_groups(rig))]
 
     def prepare(self) -> bool:
         """Compute what follows from the geometries; False where one is of no motor."""

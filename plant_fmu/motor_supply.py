@@ -20,7 +20,9 @@ class MotorSupply:
     one of them the others flow as before.
     """
 
-    def __init__(self, peak: float, continuous: float, resistance: float, inductance: float):
+    def __init__(self, peak: float, continuous: float, resistance: float, inductance: float, axis: int = 1, group: int = 0):
+        self.axis = axis      # number of the axis that the motor drives
+        self.group = group    # number of its `MotorGroup`
         self.amplifier = AmplifierRating(peak, continuous)
         self.winding = Winding(resistance, inductance)
         self.i_a_cmd = 0.0      # A, input

@@ -1,6 +1,6 @@
 """The stage: motors carry a mover, drive it along horizontal axes, and may tilt it."""
 
-from plant_fmu.assembly import axis_of, supply_of
+from plant_fmu.assembly import axis_of, supplies_of
 from plant_fmu.encoder import Encoder
 from plant_fmu.integration import LONGEST_COMMUNICATION_STEP, integration_steps
 from plant_fmu.level_mover import LevelMover
@@ -37,7 +37,7 @@ class Stage:
     def __init__(self, rig: Rig):
         described = (rig.vertical, *rig.horizontal, *rig.rotations)
         self.axes = [axis_of(axis) for axis in described]
-        self.motors = [supply_of(motor) for motor in rig.motors]
+        self.motors = supplies_of(rig)
         self.magnetics = Magnetics(rig)
         self.mover = TiltingMover(rig) if rig.rotations else LevelMover(rig)
         self.encoder = Encoder(rig.resolution)
@@ -120,19 +120,19 @@ class Stage:
 
     def commutate(self, point: int) -> None:
         """Set the currents to START, MIDDLE or END of an integration step, at the angles where the mover is."""
+        kinds = self.magnetics.kinds
         groups = self.magnetics.groups
         for group in groups:
-            group.angle.follow(self.magnetics.kinds[group.kind].geometry,
-                               self.mover.displacement(self.axes, group.axis))
-        for motor, number in zip(self.motors, self.magnetics.group_of, strict=True):
-            motor.turn(point, groups[number].angle)
+            group.angle.follow(kinds[group.kind].geometry, self.mover.displacement(self.axes, group.axis))
+        for motor in self.motors:
+            motor.turn(point, groups[motor.group].angle)
 
     def add_slope(self, weight: float, ahead: float) -> None:
         """Add one Runge–Kutta slope on all axes, and go to the next point; arguments as of `Axis.add_slope`."""
         mover = self.mover
         mover.push(self.axes, self.motors, self.magnetics)
-        for axis, acceleration in zip(self.axes, mover.accelerations, strict=True):
-            axis.add_slope(acceleration, weight, ahead)
+        for k, axis in enumerate(self.axes):
+            axis.add_slope(mover.accelerations[k], weight, ahead)
         mover.place(self.axes)
 
     def derive(self) -> int:
@@ -145,8 +145,8 @@ class Stage:
             axis.resume()
         for group in magnetics.groups:
             group.angle.turn(magnetics.kinds[group.kind].geometry, mover.displacement(self.axes, group.axis))
-        for motor, number in zip(self.motors, magnetics.group_of, strict=True):
-            motor.resume(magnetics.groups[number].angle)
+        for motor in self.motors:
+            motor.resume(magnetics.groups[motor.group].angle)
         if bus > 0.0:
             mover.induce(self.axes, self.motors, magnetics, 0.0)
         for motor in self.motors:

@@ -61,12 +61,13 @@ class TiltingMover:
         for k in range(len(thrusts)):
             thrusts[k] = 0.0
         normal = 0.0
-        for motor, mount, number in zip(motors, self.mounts, magnetics.group_of, strict=True):
-            group = groups[number]
+        for k, mount in enumerate(self.mounts):
+            motor = motors[k]
+            group = groups[motor.group]
             kind = kinds[group.kind]
             ratio = kind.ratio
-            along = group.axis - 1
-            thrust = axes[group.axis].nominal_mass * magnetics.thrust[along] * strength   # N/A
+            along = motor.axis - 1
+            thrust = axes[motor.axis].nominal_mass * magnetics.thrust[along] * strength   # N/A
             mount.push(kind.geometry, motor.i_d, motor.i_q, ratio.thrust * thrust, group.attraction,
                        ratio.coils * coils, ratio.iron * iron)
             normal += mount.normal
@@ -102,20 +103,20 @@ class TiltingMover:
         strength = magnet_strength(magnetics.magnet_rise)
         coils = gap.nominal_mass * magnetics.coils * strength   # N/(A T)
         iron = gap.nominal_mass * magnetics.iron                # N/A²
-        for motor, mount, number in zip(motors, self.mounts, magnetics.group_of, strict=True):
-            group = magnetics.groups[number]
-            kind = magnetics.kinds[group.kind]
+        for k, mount in enumerate(self.mounts):
+            motor = motors[k]
+            kind = magnetics.kinds[magnetics.groups[motor.group].kind]
             geometry = kind.geometry
             ratio = kind.ratio
-            axis = axes[group.axis]
-            tilt = axes[self.tilt[group.axis - 1]]
-            lever = self.lever[group.axis - 1] * self.height
+            axis = axes[motor.axis]
+            tilt = axes[self.tilt[motor.axis - 1]]
+            lever = self.lever[motor.axis - 1] * self.height
             rate = axis.velocity + lever * tilt.velocity
             change = axis.acceleration + lever * tilt.acceleration
-            thrust = axis.nominal_mass * magnetics.thrust[group.axis - 1] * strength   # N/A
+            thrust = axis.nominal_mass * magnetics.thrust[motor.axis - 1] * strength   # N/A
             f1, f2, f3, f4 = gap_functions(geometry, mount.gap + ahead * mount.gap_rate)
             motor.induce(
-                geometry.electrical_angle(self.displacement(axes, group.axis) + ahead * rate),
+                geometry.electrical_angle(self.displacement(axes, motor.axis) + ahead * rate),
                 mount.gap_rate + ahead * mount.gap_change(gap, roll, pitch),
                 rate + ahead * change, ratio.thrust * thrust * f1, ratio.coils * coils * f3, ratio.iron * iron * f4)
 
