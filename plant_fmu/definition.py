@@ -2,18 +2,20 @@
 
 from fmi_export.definition import DefaultExperiment, Drawing, FmuDefinition
 from plant_fmu.continuous import continuous_stage
+from plant_fmu.stage import Stage
 from plant_fmu.variables import stage_refusals, stage_variables
 from pmlsm.rig import Rig
 
 
-def plant(rig: Rig, block: type) -> FmuDefinition:
-    """Definition of the plant of a rig, which is a block of `plant_fmu`."""
+def plant(rig: Rig) -> FmuDefinition:
+    """Definition of the plant of a rig."""
     # A tilt about what is seen from the side is in no drawing.
     drawn = rig.axis_names if len(rig.horizontal) == 2 else rig.axis_names[:2]
     page = "stage_tilts.html" if rig.rotations else f"stage_{rig.name}.html"
     return FmuDefinition(
         name=f"Plant{rig.suffix}",
-        block=block,
+        block=Stage,
+        arguments=(rig,),
         description=f"{rig.title} {rig.text}, with its amplifiers",
         variables=stage_variables(rig),
         refusals=stage_refusals(rig),

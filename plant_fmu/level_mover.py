@@ -107,7 +107,7 @@ class LevelMover:
         return axes[axis].position
 
     def begin(self, axes: list[Axis]) -> None:
-        """Begin an integration step: nothing to do, as in the methods below, of which `TiltingMover` says what they do."""
+        """Begin an integration step: there is nothing to do, nor in most methods below; see `TiltingMover`."""
 
     def resume(self, axes: list[Axis]) -> None:
         """Begin to compute rates."""

@@ -10,4 +10,4 @@ class MotorGroup:
         self.kind = kind           # number of the kind
         self.axis = axis           # number of the axis
         self.angle = ElectricalAngle()
-        self.attraction = 0.0      # N/T², constant of each motor at this place along the slots, where the platform tilts
+        self.attraction = 0.0      # N/T², of each motor at this place along the slots; where the platform tilts

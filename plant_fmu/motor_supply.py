@@ -7,7 +7,6 @@ from plant_fmu.winding import Winding
 from pmlsm.dq_transform import clarke, park, phase_currents
 from pmlsm.electrical_angle import ElectricalAngle
 
-
 START = 0    # points of an integration step, at which there are currents
 MIDDLE = 1
 END = 2
@@ -20,7 +19,8 @@ class MotorSupply:
     one of them the others flow as before.
     """
 
-    def __init__(self, peak: float, continuous: float, resistance: float, inductance: float, axis: int = 1, group: int = 0):
+    def __init__(self, peak: float, continuous: float, resistance: float, inductance: float, axis: int = 1,
+                 group: int = 0):
         self.axis = axis      # number of the axis that the motor drives
         self.group = group    # number of its `MotorGroup`
         self.amplifier = AmplifierRating(peak, continuous)

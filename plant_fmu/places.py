@@ -22,12 +22,10 @@ def place(rig: Rig, variable: Variable) -> str:
     rated = variable.name.startswith("der(")
     name = variable.name[4:-1] if rated else variable.name
     owner, _, part = name.partition(".")
-    constants = {constant.name: constant for constant in rig.constants}
     if owner == "geometry":
         path = f"magnetics.kinds[0].{name}"
-    elif name in constants:
-        of = constants[name].unit
-        path = f"magnetics.{CONSTANTS.get(of, f'thrust[{list(constants).index(name)}]')}"
+    elif constant := constant_place(rig, name):
+        path = constant
     elif name in MAGNETICS:
         path = f"magnetics.{MAGNETICS[name]}"
     elif owner in OF_MOVER:
@@ -41,6 +39,14 @@ def place(rig: Rig, variable: Variable) -> str:
     return "" if path == variable.name else path
 
 
+def constant_place(rig: Rig, name: str) -> str:
+    """Return the path of a constant of the velocity rows; empty if it is none."""
+    for number, constant in enumerate(rig.constants):
+        if constant.name == name:
+            return f"magnetics.{CONSTANTS.get(constant.unit, f'thrust[{number}]')}"
+    return ""
+
+
 def of_axis(rig: Rig, axis: str, part: str, rated: bool) -> str:
     """Return the path of what an axis has; of the rate of a state the sum of its weighted slopes."""
     tilts = [tilt.name for tilt in rig.rotations]
@@ -48,9 +54,7 @@ def of_axis(rig: Rig, axis: str, part: str, rated: bool) -> str:
     if first == "guide":
         return f"mover.guides[{tilts.index(axis)}].{rest}"
     part = {"torque": "force", "inertia": "mass", "friction.deflection": "deflection"}.get(part, part)
-    ordered = (rig.vertical, *rig.horizontal, *rig.rotations)
-    number = [each.name for each in ordered].index(axis)
-    return f"axes[{number}].{part}{'_sum' if rated else ''}"
+    return f"axes[{rig.axis_number(axis)}].{part}{'_sum' if rated else ''}"
 
 
 def of_motor(rig: Rig, motor: str, part: str, rated: bool) -> str:

@@ -35,7 +35,7 @@ class Stage:
     """
 
     def __init__(self, rig: Rig):
-        described = (rig.vertical, *rig.horizontal, *rig.rotations)
+        described = rig.ordered_axes
         self.axes = [axis_of(axis) for axis in described]
         self.motors = supplies_of(rig)
         self.magnetics = Magnetics(rig)

@@ -185,7 +185,7 @@ def stage_variables(rig: Rig) -> tuple[Variable, ...]:
 def stage_refusals(rig: Rig) -> dict[int, str]:
     """Messages of a stage by its status: one for each axis or motor that has a stop, then the others."""
     beyond = [f"{axis.name}.position_start = {{{axis.name}.position_start}} m, expected a place between the stops "
-              f"{stops(axis.name)}" for axis in (rig.vertical, *rig.horizontal, *rig.rotations) if axis.stop is not None]
+              f"{stops(axis.name)}" for axis in rig.ordered_axes if axis.stop is not None]
     beyond += [f"{motor}.gap = {{{motor}.gap}} m at the start, expected one between the stops {stops(motor)}"
                for motor in rig.motor_names if rig.rotations]
     run_away, step_too_long, no_motor, no_seed = range(len(beyond) + 1, len(beyond) + 5)

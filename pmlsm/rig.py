@@ -311,6 +311,15 @@ class Rig:
         return tuple(axis.name for axis in self.axes)
 
     @property
+    def ordered_axes(self) -> tuple[RigAxis, ...]:
+        """All axes in the order that blocks have: the air gap, the horizontal axes, the tilts."""
+        return (self.vertical, *self.horizontal, *self.rotations)
+
+    def axis_number(self, name: str) -> int:
+        """Number of an axis in blocks."""
+        return [axis.name for axis in self.ordered_axes].index(name)
+
+    @property
     def motor_names(self) -> tuple[str, ...]:
         """Names of the motors."""
         return tuple(motor.name for motor in self.motors)

@@ -6,6 +6,7 @@ from direct_loop import RIGS
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from linear_model import linearised, thrusts, vertical_row
+from named_stage import Stage2DOF, Stage3DOF
 from scipy.integrate import solve_ivp
 from scipy.optimize import brentq
 
@@ -15,8 +16,6 @@ from controller_fmu.reference_prefilter import LARGEST_ANGLE, ReferencePrefilter
 from controller_fmu.regulator_2dof import Regulator2DOF
 from controller_fmu.regulator_3dof import Regulator3DOF
 from controller_fmu.status import NO_EQUILIBRIUM, PREFILTER_TOO_FAST
-from plant_fmu.stage_2dof import Stage2DOF
-from plant_fmu.stage_3dof import Stage3DOF
 
 PID = PID2DOF | PID3DOF
 KINDS = [PID2DOF, PID3DOF]

@@ -5,11 +5,10 @@ import math
 import numpy as np
 import pytest
 from direct_loop import RIGS, Reference, idealise, simulate
+from named_stage import Stage2DOF, Stage3DOF
 
 from controller_fmu.regulator_2dof import Regulator2DOF
 from controller_fmu.regulator_3dof import Regulator3DOF
-from plant_fmu.stage_2dof import Stage2DOF
-from plant_fmu.stage_3dof import Stage3DOF
 
 OMEGA0 = 1.5 * math.pi
 

@@ -12,6 +12,7 @@ from estimator_run import PLACES
 from hypothesis import given
 from hypothesis import strategies as st
 from motor import MOTOR
+from named_stage import Stage2DOF, Stage3DOF
 
 from controller_fmu.regulator_2dof import Regulator2DOF
 from controller_fmu.regulator_3dof import Regulator3DOF
@@ -24,8 +25,6 @@ from estimator_fmu.adaptive_regulator_5dof import AdaptiveRegulator5DOF
 from estimator_fmu.constant_estimate import ConstantEstimate
 from estimator_fmu.estimator_2dof import Estimator2DOF
 from maglev.own_fmus import definition
-from plant_fmu.stage_2dof import Stage2DOF
-from plant_fmu.stage_3dof import Stage3DOF
 
 Adaptive = AdaptiveRegulator2DOF | AdaptiveRegulator3DOF
 PAIRS: list[tuple[type, type]] = [(AdaptiveRegulator2DOF, Regulator2DOF), (AdaptiveRegulator3DOF, Regulator3DOF),

@@ -4,13 +4,11 @@ import math
 
 import numpy as np
 import pytest
+from named_stage import Stage2DOF, Stage3DOF, Stage5DOF
 from scipy.integrate import solve_ivp
 
 from maglev.rig.rigs import RIGS
 from plant_fmu.axis import Axis
-from plant_fmu.stage_2dof import Stage2DOF
-from plant_fmu.stage_3dof import Stage3DOF
-from plant_fmu.stage_5dof import Stage5DOF
 
 DT = 0.2e-3
 MASS, SHARE, FREQUENCY, DAMPING = 4.0, 0.3, 60.0, 0.02

@@ -4,9 +4,7 @@ import math
 from typing import Any
 
 import pytest
-
-from plant_fmu.stage_2dof import Stage2DOF
-from plant_fmu.stage_3dof import Stage3DOF
+from named_stage import Stage2DOF, Stage3DOF
 
 CASES = [(Stage2DOF, ("v", "h"), ("motor",)), (Stage3DOF, ("y", "x", "z"), ("alpha", "beta"))]
 

@@ -2,11 +2,9 @@
 
 import numpy as np
 import pytest
+from named_stage import Stage2DOF, Stage3DOF
 from reference_stage import reference_2dof
 from stage_cases import IMPACTS, SMOOTH, Case, differences, equilibrium_current, phases, run_block
-
-from plant_fmu.stage_2dof import Stage2DOF
-from plant_fmu.stage_3dof import Stage3DOF
 
 pytestmark = pytest.mark.usefixtures("slow")
 

@@ -7,13 +7,12 @@ import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
+from named_stage import Stage3DOF, Stage5DOF
 from reference_5dof import Reference5DOF
 from reference_stage import G
 from stage_cases import equilibrium_current, phases
 
 from plant_fmu.payload import Payload
-from plant_fmu.stage_3dof import Stage3DOF
-from plant_fmu.stage_5dof import Stage5DOF
 from plant_fmu.tilt_guide import TiltGuide
 
 pytestmark = pytest.mark.usefixtures("slow")
@@ -48,7 +47,7 @@ def moved_to(stage: Stage5DOF, q: Sequence[float] | np.ndarray) -> Stage5DOF:
     """The stage at a place, at rest."""
     for axis, position in zip(axes_of(stage), q, strict=True):
         axis.position = position
-    stage.place_motors()
+    stage.mover.place(stage.axes)
     return stage
 
 
@@ -145,7 +144,7 @@ def test_forces_are_the_gradient_of_virtual_work(gap: float, way: tuple[float, f
         work = []
         for ahead in (1e-4, -1e-4):
             moved_to(stage, q + ahead * np.eye(5)[k])
-            work.append(sum(n * mount.gap + t * mount.displacement
+            work.append(sum(n * mount.gap + t * stage.mover.displacement(stage.axes, mount.axis)
                             for mount, (n, t) in zip(mounts, forces, strict=True)))
         weight = axis.mass * G if k == 0 else 0.0
         assert axis.mass * accelerations[k] == pytest.approx((work[0] - work[1]) / 2e-4 + weight, rel=1e-9, abs=1e-8)
@@ -162,7 +161,8 @@ def test_gaps_are_those_of_a_turned_platform(way: tuple[float, float], tilt: tup
         place = np.array([mount.x, stage.height, mount.z])
         shift = turn @ place - place
         assert mount.gap == pytest.approx(25e-3 + shift[1], abs=4e-6)
-        assert mount.displacement == pytest.approx(way[along // 2] + shift[along], abs=0.25 * 1.5e-4)
+        moved = stage.mover.displacement(stage.axes, mount.axis)
+        assert moved == pytest.approx(way[along // 2] + shift[along], abs=0.25 * 1.5e-4)
 
 
 def mirrored(across: str, place: np.ndarray) -> np.ndarray:
@@ -195,7 +195,7 @@ def test_yaw_moment(gap: float, i: tuple[float, ...]) -> None:
         assert stage.start() == 0
         for motor, i_q in zip(MOTORS, q, strict=True):
             getattr(stage, motor).i_q = i_q
-        stage.push_motors()
+        stage.mover.push(stage.axes, stage.motors, stage.magnetics)
         stage.measure()
         moments.append(stage.yaw_moment)
     f1 = Reference5DOF().motors(np.array([gap, 0, 0, 0, 0]), np.array([phases(0.0, 1.0, 0.0)] * 4))[1]

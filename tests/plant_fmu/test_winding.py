@@ -7,6 +7,7 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
+from named_stage import Stage2DOF, Stage3DOF, Stage5DOF
 from reference_stage import reference_2dof, reference_3dof
 from scipy.integrate import solve_ivp
 from stage_cases import equilibrium_current, phases, run_block
@@ -15,11 +16,7 @@ from maglev.linear.linearise import linearise
 from maglev.rig.rigs import RIGS
 from plant_fmu.magnets import magnet_strength
 from plant_fmu.motor_supply import MotorSupply
-from plant_fmu.stage_2dof import Stage2DOF
-from plant_fmu.stage_3dof import Stage3DOF
-from plant_fmu.stage_5dof import Stage5DOF
 from plant_fmu.winding import Winding
-from pmlsm.electrical_angle import ElectricalAngle
 
 pytestmark = pytest.mark.usefixtures("slow")   # it searches for long
 
@@ -42,10 +39,10 @@ def test_response_to_a_step_of_voltage() -> None:
     for k in range(1, 301):
         motor.advance(DT, 24.0)
         expected = 24.0 / 7.0 * -math.expm1(-7.0 / 0.07 * k * DT)
-        assert motor.phase_a.current == pytest.approx(expected, rel=1e-12)
-        assert motor.phase_b.current == -motor.phase_a.current
+        assert motor.phases[0].current == pytest.approx(expected, rel=1e-12)
+        assert motor.phases[1].current == -motor.phases[0].current
         assert motor.voltage == 24.0
-    motor.deliver(ElectricalAngle())
+    motor.deliver()
     assert motor.i_c == 0.0 and motor.saturated
 
 
@@ -87,9 +84,8 @@ def test_power_into_the_induced_voltage_is_that_of_the_forces(name: str) -> None
             places = [axis.position for axis in axes]
             for motor, (i_d, i_q) in zip(rig.motor_names, flowing, strict=True):
                 getattr(stage, motor).i_d, getattr(stage, motor).i_q = float(i_d), float(i_q)
-            if rig.rotations:
-                stage.place_motors()
-            stage.induce(0.0)
+            stage.mover.place(stage.axes)
+            stage.mover.induce(stage.axes, stage.motors, stage.magnetics, 0.0)
             stage.add_slope(0.0, 0.0)
             for axis, place, speed in zip(axes, places, speeds, strict=True):
                 axis.position, axis.velocity = place, speed
@@ -97,9 +93,8 @@ def test_power_into_the_induced_voltage_is_that_of_the_forces(name: str) -> None
                 electrical = 0.0
                 for motor, (i_d, i_q) in zip(rig.motor_names, currents, strict=True):
                     supply = getattr(stage, motor)
-                    mover = getattr(stage, f"{motor}_mount").displacement if rig.rotations else getattr(
-                        stage, rig.motors[rig.motor_names.index(motor)].drives).position
-                    electrical += phases(i_d, i_q, mover) @ [supply.e_a, supply.e_b, supply.e_c]
+                    place = stage.mover.displacement(stage.axes, supply.axis)
+                    electrical += phases(i_d, i_q, place) @ [supply.e_a, supply.e_b, supply.e_c]
             powers.append(sum(axis.mass * axis.acceleration * axis.velocity for axis in axes))
         assert electrical == pytest.approx(powers[0] - powers[1], rel=1e-9)
         assert abs(electrical) > 0.1 * scale

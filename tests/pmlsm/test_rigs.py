@@ -4,13 +4,12 @@ from collections.abc import Callable
 from typing import Any
 
 import pytest
+from named_stage import Stage2DOF, Stage3DOF
 
 from controller_fmu.regulator_2dof import Regulator2DOF
 from controller_fmu.regulator_3dof import Regulator3DOF
 from maglev.identification.model_file import CONSTANTS
 from maglev.rig.rigs import RIGS
-from plant_fmu.stage_2dof import Stage2DOF
-from plant_fmu.stage_3dof import Stage3DOF
 from pmlsm.rig import Rig
 
 RIG_2DOF = RIGS["2dof"]

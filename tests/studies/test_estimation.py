@@ -8,14 +8,13 @@ from pathlib import Path
 from typing import Any
 
 import pytest
+from named_stage import Stage2DOF, Stage3DOF
 
 from maglev.experiment.selection import select
 from maglev.judging.verdicts import ClaimResult, MeasuredValue, judge
 from maglev.rig.rigs import RIGS
 from maglev.schema.judged.claims import RunClaim
 from maglev.schema.loading import load_plan
-from plant_fmu.stage_2dof import Stage2DOF
-from plant_fmu.stage_3dof import Stage3DOF
 from studies.estimation import (
     DOCS,
     EFFECTS,

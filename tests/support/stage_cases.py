@@ -5,11 +5,9 @@ from dataclasses import dataclass
 
 import numpy as np
 from direct_loop import RIGS
+from named_stage import Stage2DOF, Stage3DOF
 from reference_stage import TAU, G, ReferenceStage, reference_2dof, reference_3dof, shape_functions
 from scipy.optimize import brentq
-
-from plant_fmu.stage_2dof import Stage2DOF
-from plant_fmu.stage_3dof import Stage3DOF
 
 Commands = Callable[[int, np.ndarray], np.ndarray]
 

@@ -8,6 +8,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 from motor import MOTOR
+from named_stage import Stage2DOF, Stage3DOF
 from scipy.optimize import brentq
 
 from controller_fmu.feedback_linearisation import equilibrium_current
@@ -20,8 +21,6 @@ from maglev.identification.rigs import (
     thrust_of_parabola,
     thrust_shape,
 )
-from plant_fmu.stage_2dof import Stage2DOF
-from plant_fmu.stage_3dof import Stage3DOF
 from pmlsm.gap_functions import gap_functions
 from pmlsm.velocity_rows import GRAVITY
 

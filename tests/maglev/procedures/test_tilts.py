@@ -3,6 +3,7 @@
 from pathlib import Path
 
 import pytest
+from named_stage import Stage5DOF
 
 from maglev.experiment.execution import execute_all
 from maglev.experiment.selection import prepare_all
@@ -11,7 +12,6 @@ from maglev.procedures.outcome import Outcome
 from maglev.rig.rigs import RIGS
 from maglev.schema.layers import PACKAGED
 from maglev.schema.loading import load_plans
-from plant_fmu.stage_5dof import Stage5DOF
 from pmlsm.gap_functions import gap_functions
 
 MOTORS = RIGS["5dof"].motor_names

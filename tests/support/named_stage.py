@@ -1,0 +1,62 @@
+"""A stage whose axes, motors and constants are called as its description calls them."""
+
+from typing import Any
+
+from fmi_export.definition import slot
+from maglev.rig.rigs import RIGS
+from plant_fmu.places import MAGNETICS, constant_place
+from plant_fmu.stage import Stage
+from pmlsm.rig import Rig
+
+
+class NamedStage:
+    """A `Stage` with attributes such as y, alpha, alpha_mount, roll_guide, C1 and payload."""
+
+    def __init__(self, rig: Rig):
+        self.__dict__.update(rig=rig, stage=Stage(rig), parts={})
+        stage = self.stage
+        self.parts.update({name: stage.axes[rig.axis_number(name)] for name in rig.axis_names})
+        self.parts.update(zip(rig.motor_names, stage.motors, strict=True))
+        if rig.rotations:
+            self.parts.update(zip((f"{name}_mount" for name in rig.motor_names), stage.mover.mounts, strict=True))
+            self.parts.update(zip((f"{tilt.name}_guide" for tilt in rig.rotations), stage.mover.guides, strict=True))
+
+    def slot(self, name: str) -> tuple[Any, str | int]:
+        """Object or list that has an attribute of the stage, and what it calls it."""
+        place = constant_place(self.rig, name) or (f"magnetics.{MAGNETICS[name]}" if name in MAGNETICS else name)
+        owner, key = slot(self.stage, place)
+        return (self.stage.mover, key) if isinstance(key, str) and not hasattr(owner, key) else (owner, key)
+
+    def __getattr__(self, name: str) -> Any:
+        if name in self.parts:
+            return self.parts[name]
+        owner, key = self.slot(name)
+        return owner[key] if isinstance(key, int) else getattr(owner, key)
+
+    def __setattr__(self, name: str, value: Any) -> None:
+        owner, key = self.slot(name)
+        if isinstance(key, int):
+            owner[key] = value
+        else:
+            setattr(owner, key, value)
+
+
+class Stage2DOF(NamedStage):
+    """The 2-DOF stage."""
+
+    def __init__(self) -> None:
+        super().__init__(RIGS["2dof"])
+
+
+class Stage3DOF(NamedStage):
+    """The 3-DOF stage."""
+
+    def __init__(self) -> None:
+        super().__init__(RIGS["3dof"])
+
+
+class Stage5DOF(NamedStage):
+    """The 5-DOF stage."""
+
+    def __init__(self) -> None:
+        super().__init__(RIGS["5dof"])
