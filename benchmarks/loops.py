@@ -54,7 +54,7 @@ class Pair(NamedTuple):
     def starts(self) -> list[float]:
         """Start positions, which are the references, m."""
         block = definition(self.plant).new_block()
-        return [getattr(block, axis).position_start for axis in self.rig.axis_names]
+        return [block.axes[self.rig.axis_number(axis)].position_start for axis in self.rig.axis_names]
 
     @property
     def connections(self) -> list[tuple[str, str]]:

@@ -9,18 +9,19 @@ from pmlsm.rig import ATTRACTION, COILS, IRON, Rig
 CONSTANTS = {ATTRACTION: "attraction", COILS: "coils", IRON: "iron"}   # of the gap, by their units; thrusts are a list
 MAGNETICS = {"attraction_modulation": "modulation", "magnet_rise": "magnet_rise"}
 OF_MOVER = ("height", "payload", "yaw_moment")
-OF_MOUNT = ("x", "z", "gap", "gap_encoder", "stop")
+OF_MOUNT = ("x", "z", "gap", "gap_encoder", "stop", "normal", "thrust")
 
 
 def placed(rig: Rig, variables: Iterable[Variable]) -> tuple[Variable, ...]:
     """Return variables of a plant with their paths in a `Stage`."""
-    return tuple(replace(variable, path=place(rig, variable)) for variable in variables)
+    paths = ((variable, place(rig, variable.name)) for variable in variables)
+    return tuple(replace(variable, path="" if path == variable.name else path) for variable, path in paths)
 
 
-def place(rig: Rig, variable: Variable) -> str:
-    """Return the path of a variable."""
-    rated = variable.name.startswith("der(")
-    name = variable.name[4:-1] if rated else variable.name
+def place(rig: Rig, name: str) -> str:
+    """Return the path of what has a name, such as a variable."""
+    rated = name.startswith("der(")
+    name = name[4:-1] if rated else name
     owner, _, part = name.partition(".")
     if owner == "geometry":
         path = f"magnetics.kinds[0].{name}"
@@ -36,7 +37,7 @@ def place(rig: Rig, variable: Variable) -> str:
         path = of_axis(rig, owner, part, rated)
     else:
         path = name
-    return "" if path == variable.name else path
+    return path
 
 
 def constant_place(rig: Rig, name: str) -> str:

@@ -60,7 +60,7 @@ class Stage:
             return self.stops + NO_SEED
         for axis, track in zip(self.axes, self.tracks, strict=True):
             axis.start(seed, track)
-        self.mover.place(self.axes)
+        self.place_motors()
         for k, number in enumerate(self.stopped):
             if self.axes[number].beyond_stop():
                 return 1 + k
@@ -113,7 +113,7 @@ class Stage:
         for axis in self.axes:
             if contained:
                 contained = axis.finish()
-        self.mover.place(self.axes)
+        self.place_motors()
         if self.beyond_stop():
             self.at_stop = True
         return contained
@@ -133,7 +133,11 @@ class Stage:
         mover.push(self.axes, self.motors, self.magnetics)
         for k, axis in enumerate(self.axes):
             axis.add_slope(mover.accelerations[k], weight, ahead)
-        mover.place(self.axes)
+        self.place_motors()
+
+    def place_motors(self) -> None:
+        """Put the motors where the mover has them."""
+        self.mover.place(self.axes)
 
     def derive(self) -> int:
         """Compute the rates of the states at the present point of a continuous model, and all that is continuous."""

@@ -7,6 +7,7 @@ from typing import Any
 import numpy as np
 from scipy.linalg import null_space
 
+from fmi_export.definition import write
 from maglev.arrays import Array
 from maglev.errors import LinearModelError, one_of, require_table
 from maglev.linear.blocks.plant import BALANCED, at_rest, moved
@@ -15,6 +16,8 @@ from maglev.linear.parameters import Quantity, block_of, controllers, linear_nam
 from maglev.linear.places import MotorPlaces
 from maglev.stages import STAGES
 from maglev.units import parse_quantity, refused_as
+from plant_fmu.places import constant_place
+from plant_fmu.stage import Stage
 from pmlsm.motor_geometry import MotorGeometry
 from pmlsm.rig import Rig
 
@@ -53,7 +56,7 @@ def equilibrium_of(name: str, block: Any, positions: dict[str, float], split: An
         check_limit(place, block, equilibrium)
         return equilibrium
     for (axis_name, position), text in zip(positions.items(), spelled(rig, positions, *positions), strict=True):
-        axis = getattr(block, axis_name)
+        axis = block.axes[rig.axis_number(axis_name)]
         if axis.locked:
             raise LinearModelError(f"{name}: {axis_name}.locked = true, expected an axis that is free to move")
         if axis.stop.touched(position):
@@ -74,27 +77,27 @@ def spelled(rig: Rig, positions: Mapping[str, float], *axes: str) -> list[str]:
 def modelled(rig: Rig, controller: Any) -> Any:
     """The stage as a controller models it: with its constants, masses and places, and with nothing else."""
     stage = STAGES.definition(linear_names(rig)[0]).new_block()
-    stage.geometry = controller.geometry
-    for part in (f"{motor.name}_{of}" for motor in rig.unlike for of in ("geometry", "ratio")):
-        setattr(stage, part, getattr(controller, part))
+    magnetics, mover = stage.magnetics, stage.mover
+    magnetics.kinds[0].geometry = controller.geometry
+    for kind, motor in zip(magnetics.kinds[1:], rig.unlike, strict=True):
+        kind.geometry, kind.ratio = (getattr(controller, f"{motor.name}_{of}") for of in ("geometry", "ratio"))
     for constant in rig.constants:
-        setattr(stage, constant.name, getattr(controller, constant.name))
-    stage.attraction_modulation = stage.magnet_rise = 0.0
-    for axis in (getattr(stage, name) for name in rig.axis_names):
+        write(stage, constant_place(rig, constant.name), getattr(controller, constant.name))
+    magnetics.modulation = magnetics.magnet_rise = 0.0
+    for axis in stage.axes:
         axis.bias = axis.ripple.amplitude = 0.0
     if rig.rotations:
         model = controller.allocation
-        stage.height, stage.payload.mass = controller.platform.height, 0.0
+        mover.height, mover.payload.mass = controller.platform.height, 0.0
         masses = (model.mass_y, model.mass_x, model.mass_z, model.inertia_roll, model.inertia_pitch)
-        for name, mass in zip(rig.axis_names, masses if len(rig.horizontal) == 2 else (*masses[:2], masses[3]),
+        for axis, mass in zip(stage.axes, masses if len(rig.horizontal) == 2 else (*masses[:2], masses[3]),
                               strict=True):
-            axis = getattr(stage, name)
             axis.mass = axis.nominal_mass = mass
-        for motor in rig.motor_names:
-            mount, place = getattr(stage, f"{motor}_mount"), getattr(controller, f"{motor}_place")
-            mount.x, mount.z = place.x, place.z
-        for tilt in rig.rotations:
-            getattr(stage, f"{tilt.name}_guide").stiffness = 0.0
+        for motor, mount in zip(rig.motor_names, mover.mounts, strict=True):
+            spot = getattr(controller, f"{motor}_place")
+            mount.x, mount.z = spot.x, spot.z
+        for guide in mover.guides:
+            guide.stiffness = 0.0
     return stage
 
 
@@ -108,8 +111,10 @@ def check_gaps(place: str, rig: Rig, block: Any, places: MotorPlaces, positions:
     """Refuse a tilt at which the gap of a motor is beyond the motor's field or a stop."""
     if not rig.rotations:
         return
-    for motor, gap in zip(rig.motor_names, (places.gaps @ list(positions.values())).tolist(), strict=True):
-        mount, field = getattr(block, f"{motor}_mount", None), geometry_at(block, motor).field
+    mounts = block.mover.mounts if isinstance(block, Stage) else [None] * len(rig.motors)
+    for motor, mount, gap in zip(rig.motor_names, mounts, (places.gaps @ list(positions.values())).tolist(),
+                                 strict=True):
+        field = geometry_at(rig, block, motor).field
         low, high = (field.lower, field.upper) if mount is None else (mount.stop.lower, mount.stop.upper)
         if not low <= gap <= high:
             raise LinearModelError(f"{place}: {motor}.gap = {1e3 * gap:.4g} mm, expected it within {1e3 * low:g}…"
@@ -123,7 +128,7 @@ def solve(place: str, rig: Rig, block: Any, places: MotorPlaces, positions: dict
     In closed form as though the axes had no effect on each other but by the iron, which is all on a rig without tilts;
     otherwise by Newton's method from there.
     """
-    stage = at_rest(block, positions)
+    stage = at_rest(rig, block, positions)
     currents = np.zeros(2 * len(rig.motors))
     rates, slopes = moved(rig, stage, currents)
     for k, axis in enumerate(rig.driven):
@@ -145,13 +150,17 @@ def solve(place: str, rig: Rig, block: Any, places: MotorPlaces, positions: dict
                                "than gravity, expected a larger gap or other constants")
     currents[0::2] = 2.0 * c / (b + sqrt(discriminant))
     if rig.rotations:
-        currents = balanced(place, rig, stage, places, currents, None if split is None else at_rest(split, positions))
+        split = None if split is None else at_rest(rig, split, positions)
+        currents = balanced(place, rig, stage, places, currents, split)
     along = tuple((places.along @ list(positions.values())).tolist())
     return Equilibrium(positions, tuple(currents[0::2].tolist()), tuple(currents[1::2].tolist()), rig, along,
-                       tuple(geometry_at(block, motor) for motor in rig.motor_names))
+                       tuple(geometry_at(rig, block, motor) for motor in rig.motor_names))
 
 
-def geometry_at(block: Any, motor: str) -> MotorGeometry:
+def geometry_at(rig: Rig, block: Any, motor: str) -> MotorGeometry:
+    if isinstance(block, Stage):
+        group = block.magnetics.groups[block.motors[rig.motor_names.index(motor)].group]
+        return block.magnetics.kinds[group.kind].geometry
     geometry: MotorGeometry = getattr(block, f"{motor}_geometry", block.geometry)
     return geometry
 
@@ -159,7 +168,7 @@ def geometry_at(block: Any, motor: str) -> MotorGeometry:
 def balanced(place: str, rig: Rig, stage: Any, places: MotorPlaces, currents: Array, split: Any) -> Array:
     """Currents (A) from which no axis accelerates, and of which, or of whose forces, all is spread evenly."""
     uneven = null_space(places.even.T).T
-    forces = [f"{motor}_mount.{force}" for motor in rig.motor_names for force in ("normal", "thrust")]
+    forces = [f"{motor}.{force}" for motor in rig.motor_names for force in ("normal", "thrust")]
     for _ in range(ITERATIONS):
         rates, by_current = moved(rig, stage, currents)
         spread, by_spread = (currents, np.eye(len(currents))) if split is None else moved(rig, split, currents, forces)
@@ -180,9 +189,8 @@ def check_amplifiers(place: str, block: Any, equilibrium: Equilibrium) -> None:
     At rest the I²t limit has followed the current, and the clamp is at the continuous rating where that is the lower
     one. Any phase has to carry the whole current at some displacement, by the voltage of the bus.
     """
-    for motor, d, q in zip(equilibrium.motors, equilibrium.i_d, equilibrium.i_q, strict=True):
-        supply = getattr(block, motor)
-        rating, phases = supply.amplifier, (supply.phase_a, supply.phase_b, supply.phase_c)
+    for motor, supply, d, q in zip(equilibrium.motors, block.motors, equilibrium.i_d, equilibrium.i_q, strict=True):
+        rating, phases = supply.amplifier, supply.phases
         faults = {"amplifier.off": rating.off, "amplifier.stuck": rating.stuck,
                   **{f"phase_{letter}.open": phase.open for letter, phase in zip("abc", phases, strict=True)}}
         for fault in (name for name, there in faults.items() if there):

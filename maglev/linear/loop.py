@@ -250,7 +250,7 @@ def linearise_loop(plant: str, controller: str | LinearModel, at: Mapping[str, Q
     if isinstance(controller, str):
         if rest.rig.unlike and not rest.rig.rotations:
             rest = commanded(controller, rest.rig, block_of(controller, controller_parameters or {}),
-                             at_rest(stage, rest.positions), rest)
+                             at_rest(rest.rig, stage, rest.positions), rest)
         controller = linearise(controller, rest, currents=currents, parameters=controller_parameters)
     elif controller_parameters:
         raise LinearModelError(f"{controller.name}: controller_parameters = {dict(controller_parameters)}, expected "

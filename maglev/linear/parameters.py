@@ -68,8 +68,11 @@ def block_of(name: str, parameters: Mapping[str, Quantity | bool]) -> Any:
         prepare_fixed(name, block)
         block = block.regulator
     # What a motor of another geometry owes to it; one that is none is refused by `prepare`.
-    for part in ("geometry", *(f"{motor.name}_geometry" for motor in rig.unlike)) if name not in measurements() else ():
-        getattr(block, part).prepare()
+    if name in plants():
+        block.magnetics.prepare()
+    elif name in controllers():
+        for part in ("geometry", *(f"{motor.name}_geometry" for motor in rig.unlike)):
+            getattr(block, part).prepare()
     return block
 
 

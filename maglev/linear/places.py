@@ -31,8 +31,9 @@ class MotorPlaces:
         """Places of the motors of a plant or controller of a rig; without one, of the rig's description."""
         if block is None or not rig.rotations:
             return cls.at(rig, rig.motors, rig.height)
-        kind, height = ("place", block.platform.height) if hasattr(block, "platform") else ("mount", block.height)
-        return cls.at(rig, [getattr(block, f"{name}_{kind}") for name in rig.motor_names], height)
+        if hasattr(block, "mover"):
+            return cls.at(rig, block.mover.mounts, block.mover.height)
+        return cls.at(rig, [getattr(block, f"{name}_place") for name in rig.motor_names], block.platform.height)
 
     def measuring(self, rig: Rig) -> Array:
         """Positions of the axes by the encoders, where a platform tilts by least squares of the gaps at the motors."""

@@ -68,12 +68,12 @@ class StepRuns(RepeatedRun):
         """Where the axis meets its stops, at the motors where the platform tilts, and how near a run may begin."""
         rig, plant, middle = self.rig, self.plant, self.middle[self.axis]
         if self.centred or not rig.rotations:
-            stop = getattr(plant, self.axis).stop
+            stop = plant.axes[rig.axis_number(self.axis)].stop
             return stop.lower, stop.upper, NEAR_STOP
         shares = MotorPlaces.of(rig, plant).gaps[:, rig.axis_names.index(self.axis)]
         ways = [sorted((bound - self.middle[self.vertical]) / share for bound in (stop.lower, stop.upper))
-                for stop, share in zip((getattr(plant, f"{motor}_mount").stop for motor in rig.motor_names), shares,
-                                       strict=True) if share != 0.0]
+                for stop, share in zip((mount.stop for mount in plant.mover.mounts), shares, strict=True)
+                if share != 0.0]
         return (middle + max(way[0] for way in ways), middle + min(way[1] for way in ways),
                 NEAR_STOP / float(np.abs(shares).max()))
 

@@ -1,24 +1,22 @@
 """A plant's block as Model Exchange has it: states, rates, events, and derivatives along a direction."""
 
 from collections.abc import Mapping, Sequence
-from operator import attrgetter
 from typing import Any
 
 import numpy as np
 from scipy.integrate import solve_ivp
 
-from fmi_export.definition import ContinuousModel
+from fmi_export.definition import ContinuousModel, put, read, write
 from fmi_export.language.blocks import derivative
+from maglev.linear.blocks.tangent import numbers_of
 from maglev.own_fmus import definition
 
 
 def zeros(block: Any) -> Any:
     """A block of zeros, such as a direction."""
-    for name, value in vars(block).items():
+    for owner, key, value in numbers_of(block):
         if isinstance(value, float):
-            setattr(block, name, 0.0)
-        elif hasattr(value, "__dict__"):
-            zeros(value)
+            put(owner, key, 0.0)
     return block
 
 
@@ -43,12 +41,10 @@ class ContinuousBlock:
         self.block.settle()
 
     def set(self, name: str, value: float | bool, block: Any = None) -> None:
-        path, _, last = self.places[name].rpartition(".")
-        owner = self.block if block is None else block
-        setattr(attrgetter(path)(owner) if path else owner, last, value)
+        write(self.block if block is None else block, self.places[name], value)
 
     def get(self, names: Sequence[str], block: Any = None) -> np.ndarray:
-        return np.array([attrgetter(self.places[name])(self.block if block is None else block) for name in names])
+        return np.array([read(self.block if block is None else block, self.places[name]) for name in names])
 
     def at(self, names: Sequence[str], values: Sequence[float] | np.ndarray, wanted: Sequence[str]) -> np.ndarray:
         """Values of variables at a point."""

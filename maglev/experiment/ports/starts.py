@@ -41,7 +41,7 @@ class Following:
                 variable.write(block, Parameter.of(variable).read(value, full, ScenarioError))
         block.start()
         block.step(0.0, self.rig.sample_time)
-        axes = {axis.name: getattr(block, axis.name) for axis in self.rig.axes}
+        axes = {axis.name: block.axes[self.rig.axis_number(axis.name)] for axis in self.rig.axes}
         rows = {constant.name: constant.axis for constant in self.rig.constants}
         return {f"controller.{name}": value * axes[rows[name]].mass_ratio if name in rows else
                 axes[name.partition(".")[0]].present_mass for name, value in self.model.items()}

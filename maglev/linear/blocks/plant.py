@@ -12,6 +12,7 @@ from maglev.arrays import Array
 from maglev.linear.blocks.tangent import derivatives
 from maglev.linear.model import Equilibrium, LinearModel
 from maglev.linear.places import MotorPlaces
+from plant_fmu.places import place
 from pmlsm.rig import Rig
 from pmlsm.velocity_rows import GRAVITY
 
@@ -23,21 +24,21 @@ def linear_plant(name: str, rig: Rig, block: Any, at: Equilibrium, phases: bool,
                  hold: float | None) -> LinearModel:
     """Linearise a stage about an equilibrium; see `maglev.linear.linearise.linearise` for arguments and contents."""
     axes, motors = len(rig.axes), len(rig.motors)
-    flexible = [axis for axis in rig.axes if getattr(block, axis.name).mode.frequency > 0.0]
+    flexible = [axis for axis in rig.axes if block.axes[rig.axis_number(axis.name)].mode.frequency > 0.0]
     modes = {f"{axis.name}.mode.{part}": axis.unit(unit) for axis in flexible
              for part, unit in (("deflection", "m"), ("rate", "m/s"))}
     motion = {**{f"{axis.name}.position": axis.unit("m") for axis in rig.axes},
               **{f"{axis.name}.velocity": axis.unit("m/s") for axis in rig.axes}, **modes}
     n = len(motion)
-    resting = at_rest(block, at.positions)
+    resting = at_rest(rig, block, at.positions)
     rotation, park = np.hsplit(seen_currents(rig, resting, at), [axes])
-    for place, current in at.currents.items():
-        write(resting, place, current)
+    for name_of_current, current in at.currents.items():
+        write(resting, place(rig, name_of_current), current)
+    inputs = [*motion, *rig.dq_names, *(axis.external for axis in rig.axes)]
     slopes = derivatives(resting, {**({"place_motors": ()} if rig.rotations else {}), "add_slope": (1.0, 0.0)},
-                         [*motion, *rig.dq_names, *(f"{axis}.force" for axis in rig.axis_names)],
-                         [f"{place}_sum" for place in motion])
+                         [place(rig, one) for one in inputs], [f"{place(rig, one)}_sum" for one in motion])
     by_motion, by_current, by_force = np.split(slopes, [n, n + 2 * motors], axis=1)
-    lags = [getattr(block, motor).amplifier.lag if amplifier else 0.0 for motor in rig.motor_names for _ in "dq"]
+    lags = [motor.amplifier.lag if amplifier else 0.0 for motor in block.motors for _ in "dq"]
     lagged = np.array([lag > 0.0 for lag in lags])
     follow = np.array([1.0 / lag if lag > 0.0 else 0.0 for lag in lags])
     # Commands seen in the frame of the mover: phase currents stay where they are while it moves. Those in d and q move
@@ -76,18 +77,19 @@ def moved(rig: Rig, stage: Any, currents: Sequence[float] | Array, wanted: Seque
     """
     wanted = wanted or [f"{axis}.acceleration" for axis in rig.axis_names]
     for name, current in zip(rig.dq_names, currents, strict=True):
-        write(stage, name, float(current))
+        write(stage, place(rig, name), float(current))
     stage.add_slope(1.0, 0.0)
-    return (np.array([read(stage, place) for place in wanted]),
-            derivatives(stage, {"add_slope": (1.0, 0.0)}, rig.dq_names, wanted))
+    paths = [place(rig, name) for name in wanted]
+    return (np.array([read(stage, path) for path in paths]),
+            derivatives(stage, {"add_slope": (1.0, 0.0)}, [place(rig, name) for name in rig.dq_names], paths))
 
 
-def at_rest(block: Any, positions: Mapping[str, float]) -> Any:
+def at_rest(rig: Rig, block: Any, positions: Mapping[str, float]) -> Any:
     """A copy of a stage at rest at positions of its axes (m), without currents and without what is not smooth."""
     block = deepcopy(block)
     block.encoder.resolution = 0.0
     for name, position in positions.items():
-        axis = getattr(block, name)
+        axis = block.axes[rig.axis_number(name)]
         axis.position, axis.friction.coulomb, axis.roughness.rms = position, 0.0, 0.0
         axis.flexible = axis.mode.start()
     block.derive()
@@ -101,8 +103,8 @@ def measured_rows(rig: Rig, block: Any, motion: Sequence[str]) -> dict[str, Arra
     """
     gaps = [f"{motor}.gap" for motor in rig.motor_names if rig.rotations]
     names = [*(f"{axis}.position" for axis in rig.axis_names), *gaps, *rig.encoders]
-    slopes = derivatives(block, {"derive": (), "measure": ()}, motion,
-                         [name.replace(".gap", "_mount.gap") for name in names])
+    slopes = derivatives(block, {"derive": (), "measure": ()}, [place(rig, name) for name in motion],
+                         [place(rig, name) for name in names])
     rows = dict(zip(names, slopes, strict=True))
     true = {name: rows[name.replace("gap_encoder", "gap").replace(".encoder", ".position")] for name in rig.encoders}
     alike = {name for name, row in true.items() if (row == rows[name]).all()}
@@ -126,10 +128,11 @@ def seen_currents(rig: Rig, block: Any, at: Equilibrium) -> Array:
     By the positions while the phase currents stay: the mover turns under them. By these, the matrix of (2.1).
     """
     flowing = deepcopy(block)
-    for place, current in at.phases.items():
-        write(flowing, place, current)
-    positions = [f"{axis}.position" for axis in rig.axis_names]
-    return derivatives(flowing, {"derive": ()}, [*positions, *rig.phase_names], rig.dq_names)
+    for name, current in at.phases.items():
+        write(flowing, place(rig, name), current)
+    known = [*(f"{axis}.position" for axis in rig.axis_names), *rig.phase_names]
+    return derivatives(flowing, {"derive": ()}, [place(rig, name) for name in known],
+                       [place(rig, name) for name in rig.dq_names])
 
 
 def held_phases(model: LinearModel, rotation: Array, phases: bool, hold: float) -> LinearModel:
