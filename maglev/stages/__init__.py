@@ -130,7 +130,7 @@ def definitions(rig: Rig) -> dict[str, Made]:
     laws = ("", "Linear", *(law for law, design in designed.items() if design is not None))
     regulators = {law: made("controller_fmu.definitions.regulator", "controller_fmu.regulator_{}.Regulator{}",
                             f"controller_fmu.status.{law.upper() or 'NONLINEAR'}") for law in laws}
-    plant = Made("plant_fmu.definition.plant", (f"pmlsm.rig_{name}.RIG",))
+    plant = Made("plant_fmu.definition.plant", rig, ())
     pid = made("controller_fmu.definitions.pid", "controller_fmu.pid_{}.PID{}")
     estimator = made("estimator_fmu.definition.estimator", "estimator_fmu.estimator_{}.Estimator{}")
     adaptive = made("estimator_fmu.definition.adaptive_regulator",
