@@ -1,10 +1,16 @@
 """The FMUs of the controllers of a rig."""
 
+from dataclasses import replace
+
 import controller_fmu.status as status
 import controller_fmu.variables as tables
+from controller_fmu.commutation import Commutation
 from controller_fmu.drawings import DIAGRAMS, ICONS
+from controller_fmu.pid import PID
+from controller_fmu.places import placed
+from controller_fmu.regulator import Regulator
 from controller_fmu.status import INTERPOLATED, LINEAR, NONLINEAR, SCHEDULED
-from fmi_export.definition import DefaultExperiment, Drawing, FmuDefinition
+from fmi_export.definition import DefaultExperiment, Drawing, FmuDefinition, Variable
 from pmlsm.rig import Rig
 from pmlsm.variables import RATIOS, bad_geometry, motor_geometry
 
@@ -33,7 +39,7 @@ def default_experiment(rig: Rig) -> DefaultExperiment:
     return DefaultExperiment(stop_time=500 * rig.sample_time, step=rig.sample_time)
 
 
-def regulator(rig: Rig, block: type, law: int) -> FmuDefinition:
+def regulator(rig: Rig, law: int) -> FmuDefinition:
     """Definition of a regulator of a rig, with one of its laws.
 
     The thrust depends on the gap, or the gap chooses the linearisation; only the law that solves the vertical row at
@@ -46,10 +52,10 @@ def regulator(rig: Rig, block: type, law: int) -> FmuDefinition:
              INTERPOLATED: (f"setpoint_{kind}.html", "interpolation.html")}[law]
     return FmuDefinition(
         name=f"{name}{rig.suffix}",
-        block=block,
-        arguments=(law,),
+        block=Regulator,
+        arguments=(rig, law),
         description=f"{word.capitalize()} regulator of the {rig.title}: output regulation {text}, with anti-windup",
-        variables=(
+        variables=placed(rig, (
             # Where the platform tilts, the lever of the thrust counts too.
             *tables.ports(rig, by_all=law == NONLINEAR or bool(rig.rotations), by_gap=law != LINEAR),
             *((tables.setpoint(rig, "the motors are linearised", "assumed: mid-range; an experiment sets its target"),
@@ -59,7 +65,7 @@ def regulator(rig: Rig, block: type, law: int) -> FmuDefinition:
             *tables.internal_model_parameters(rig.source("design.antiwindup")),
             *(v for axis in rig.axes for v in tables.regulator_gains(rig, axis)),
             *tables.platform_parameters(rig),
-            *motor_geometry(rig, *RATIOS)),
+            *motor_geometry(rig, *RATIOS))),
         refusals={**refusals(rig),
                   **({} if law == NONLINEAR else {status.NO_EQUILIBRIUM: no_equilibrium(rig, law)})},
         experiment=default_experiment(rig),
@@ -84,14 +90,15 @@ def no_equilibrium(rig: Rig, law: int) -> str:
     return f"{constants}, expected constants with which the model has equilibria at the {gaps} mm"
 
 
-def pid(rig: Rig, block: type) -> FmuDefinition:
+def pid(rig: Rig) -> FmuDefinition:
     """Definition of the PID controller of a rig."""
     corners = ", ".join(f"{axis}.prefilter = {{{axis}.prefilter}} rad/s" for axis in rig.axis_names)
     return FmuDefinition(
         name=f"PID{rig.suffix}",
-        block=block,
+        block=PID,
+        arguments=(rig,),
         description=f"PID controller of the {rig.title}, one for each axis, with a pre-filter of the reference",
-        variables=(
+        variables=placed(rig, (
             *tables.ports(rig),
             *tables.model_constants(rig),
             *tables.loop_parameters(rig, rig.source("design.pid_current_limit")),
@@ -99,7 +106,7 @@ def pid(rig: Rig, block: type) -> FmuDefinition:
             tables.setpoint(rig, "the gains are designed", "assumed"),
             *(v for axis in rig.axes for v in tables.pid_parameters(axis)),
             *tables.platform_parameters(rig),
-            *motor_geometry(rig, *RATIOS)),
+            *motor_geometry(rig, *RATIOS)), allocation="holding.allocation"),
         refusals={**refusals(rig), status.NO_EQUILIBRIUM: tables.SETPOINT_WITHOUT_EQUILIBRIUM,
                   status.PREFILTER_TOO_FAST: f"{corners}, expected at most 0.8 / sample_time, with sample_time = "
                                       "{sample_time} s"},
@@ -111,16 +118,27 @@ def pid(rig: Rig, block: type) -> FmuDefinition:
         sketch=Drawing(DIAGRAMS, "pid"))
 
 
-def commutation(rig: Rig, block: type) -> FmuDefinition:
+def commutation(rig: Rig) -> FmuDefinition:
     """Definition of the commutation of a rig, without a law."""
     return FmuDefinition(
         name=f"Commutation{rig.suffix}",
-        block=block,
+        block=Commutation,
+        arguments=(rig,),
         description=f"Commutation of the motors of the {rig.title}, for direct and quadrature currents that are inputs",
-        variables=(*tables.commutation_variables(rig), *motor_geometry(rig)),
+        variables=commutation_places(rig, (*tables.commutation_variables(rig), *motor_geometry(rig))),
         refusals=refusals(rig),
         experiment=default_experiment(rig),
         sampled=True,
         documentation=(("controller_fmu", "commutation.html"), *tilts(rig), ("pmlsm", "motor.html")),
         icon=Drawing(ICONS, "controller", ("commutation", len(rig.axes))),
         sketch=Drawing(DIAGRAMS, "commutation"))
+
+
+def commutation_places(rig: Rig, variables: tuple[Variable, ...]) -> tuple[Variable, ...]:
+    """Variables with their paths in a block that has no vertical axis, and parts that command."""
+    horizontal = [axis.name for axis in rig.horizontal]
+    return tuple(
+        replace(v, path=f"axes[{horizontal.index(v.name.partition('.')[0])}].measured")
+        if v.name.endswith(".measured") else
+        replace(v, path=v.place.replace("].", "].command.")) if v.name.endswith("_cmd") else v
+        for v in placed(rig, variables, "layout"))

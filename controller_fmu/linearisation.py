@@ -41,6 +41,12 @@ class Linearisation:
         self.gain = gain
         return True
 
+    def copy(self, other: "Linearisation") -> None:
+        """Become equal to another one."""
+        self.stiffness = other.stiffness
+        self.gain = other.gain
+        self.f1 = other.f1
+
     def direct_current(self, demand: float, error: float) -> float:
         """Direct current (A) by which the linear model has a demanded acceleration (m/s²) at an error (m)."""
         return (demand - self.stiffness * error) / self.gain

@@ -1,42 +1,81 @@
-"""Where the motors of a platform that tilts are: the matrices J and S, and the displacements at the magnets."""
+"""A platform that tilts: where its motors are, and what their air gaps say of its position."""
 
 from controller_fmu.motor_place import MotorPlace
+from controller_fmu.output_regulator import OutputRegulator
+from controller_fmu.pid_axis import PIDAxis
 from controller_fmu.symmetric3 import Symmetric3
+from controller_fmu.tilt_measurement import TiltMeasurement
+from pmlsm.rig import Rig
 
 
 class TiltingPlatform:
-    """Height of the magnets' faces, and JᵀJ of the motors, see `MotorPlace`."""
+    """Height of the magnets' faces, places of the motors, and JᵀJ of these, see `MotorPlace`.
 
-    def __init__(self, height: float):
-        self.height = height          # m, parameter: of the magnets' faces below the centre of mass
+    With one horizontal axis guides hold the platform level along it, and only the tilt about it is left.
+    """
+
+    def __init__(self, rig: Rig):
+        self.height = rig.height      # m, parameter: of the magnets' faces below the centre of mass
+        self.places = [MotorPlace(motor.x, motor.z, rig.vertical.start) for motor in rig.motors]
+        self.horizontal = len(rig.horizontal)
         self.square = Symmetric3()    # JᵀJ
-        self.motors = 0.0             # how many there are
+        self.motors = 1.0 * len(rig.motors)
+        self.tilts = TiltMeasurement()
 
-    def begin(self) -> None:
-        """Begin with no motor."""
-        self.square.set_diagonal(0.0, 0.0, 0.0)
-        self.motors = 0.0
-
-    def add(self, place: MotorPlace) -> None:
-        """Take in a motor's row of J."""
-        self.square.add_square(1.0, 1.0, -place.z, place.x)
-        self.motors += 1.0
-
-    def solvable(self) -> bool:
-        """Factorise JᵀJ; whether the motors feel and make every tilt, that is are not all on one line."""
+    def prepare(self) -> bool:
+        """Compute the motors' shares; whether they feel and make every tilt, that is are not all on one line."""
         square = self.square
+        square.set_diagonal(0.0, 0.0, 0.0)
+        for place in self.places:
+            square.add_square(1.0, 1.0, -place.z, place.x)
         square.factorise()
-        return square.g1 > 0.0 and square.g2 > 0.0 and square.g3 > 0.0
+        if not (square.g1 > 0.0 and square.g2 > 0.0 and (square.g3 > 0.0 or self.horizontal == 1)):
+            return False
+        for place in self.places:
+            place.share_y, place.share_roll, place.share_pitch = square.solve(1.0, -place.z, place.x)
+        return True
 
-    def rolls(self) -> bool:
-        """Factorise JᵀJ where guides hold pitch and no motor has an x; whether the motors feel and make roll."""
-        square = self.square
-        square.factorise()
-        return square.g1 > 0.0 and square.g2 > 0.0
+    def measure(self, gap: float) -> bool:
+        """Compute the air gap at the centre and the tilts from the gaps at the motors; whether all were measured."""
+        tilts = self.tilts
+        tilts.clear()
+        seen = True
+        for place in self.places:
+            tilts.add(place, place.gap_measured)
+            if place.gap_measured <= 0.0:
+                seen = False
+        return seen
 
-    def share(self, place: MotorPlace) -> None:
-        """Give a motor its column of S."""
-        place.share_y, place.share_roll, place.share_pitch = self.square.solve(1.0, -place.z, place.x)
+    def centre(self, gap: float) -> float:
+        """Air gap (m) at the centre: by those at the motors."""
+        return self.tilts.y
+
+    def gap(self, motor: int, gap: float) -> float:
+        """Air gap (m) at a motor: what is measured there."""
+        return self.places[motor].gap_measured
+
+    def observe(self, axes: list[OutputRegulator] | list[PIDAxis]) -> bool:
+        """Give the vertical axis and the tilts their measurements; whether all gaps were measured."""
+        tilts = self.tilts
+        seen = self.measure(0.0)
+        axes[0].measured = tilts.y
+        first = self.horizontal + 1
+        axes[first].measured = tilts.roll
+        if self.horizontal == 2:
+            axes[first + 1].measured = tilts.pitch
+        return seen
+
+    def along(self, axis: int, displacement: float) -> float:
+        """Displacement (m) at the faces of the magnets, with which the motors commutate that drive a horizontal axis."""
+        if self.horizontal == 1:
+            return displacement
+        if axis == 0:
+            return displacement - self.height * self.tilts.pitch
+        return displacement + self.height * self.tilts.roll
+
+    def moved(self, motor: int, y: float, roll: float, pitch: float) -> float:
+        """What a displacement (m) and tilts (rad) of the platform are at a motor, m."""
+        return self.places[motor].moved(y, roll, pitch)
 
     def spread_x(self) -> float:
         """Σ x² / n of the motors, m²."""
@@ -45,11 +84,3 @@ class TiltingPlatform:
     def spread_z(self) -> float:
         """Σ z² / n of the motors, m²."""
         return self.square.s22 / self.motors
-
-    def along_x(self, x: float, pitch: float) -> float:
-        """Displacement (m) at the faces of the magnets, with which motors commutate that drive along x."""
-        return x - self.height * pitch
-
-    def along_z(self, z: float, roll: float) -> float:
-        """Displacement (m) at the faces of the magnets, with which motors commutate that drive along z."""
-        return z + self.height * roll

@@ -1,7 +1,5 @@
 """Variables that controllers share, part by part."""
 
-from dataclasses import replace
-
 from fmi_export.definition import Variable, flag, parameter, real_input, real_output, switch
 from pmlsm.rig import Rig, RigAxis, RigConstant
 
@@ -41,8 +39,7 @@ def gap_names(rig: Rig) -> tuple[str, ...]:
 
 def gap_inputs(rig: Rig) -> tuple[Variable, ...]:
     """Gaps at the motors, where they are measured."""
-    return tuple(replace(real_input(name, "m", "measured air gap at the motor", 10.0, 0.01),
-                         path=name.replace(".", "_place.")) for name in gap_names(rig))
+    return tuple(real_input(name, "m", "measured air gap at the motor", 10.0, 0.01) for name in gap_names(rig))
 
 
 def measurements(rig: Rig, axis: str) -> tuple[str, ...]:
@@ -54,32 +51,28 @@ def place_parameters(rig: Rig) -> tuple[Variable, ...]:
     """Places of the motors on a platform that tilts."""
     first, *others = (axis.name for axis in rig.horizontal)
     directions = {"x": first, "z": next(iter(others), f"the platform, across {first}")}
-    return tuple(replace(parameter(f"{motor}.{spot}", "m", f"place of the motor along {directions[spot]}, from the "
-                                   "centre of mass", rig.source(f"motors.{motor}.{spot}"), -10.0, 10.0, 0.1,
-                                   fixed=True), path=f"{motor}_place.{spot}")
+    return tuple(parameter(f"{motor}.{spot}", "m", f"place of the motor along {directions[spot]}, from the centre of mass",
+                           rig.source(f"motors.{motor}.{spot}"), -10.0, 10.0, 0.1, fixed=True)
                  for motor in rig.motor_names for spot in rig.spots if rig.rotations)
 
 
 def height(rig: Rig) -> Variable:
     """Lever of the thrusts."""
-    return replace(parameter("height", "m", "height of the magnets' faces against the centre of mass, downwards",
-                             rig.source("height"), -1.0, 1.0, 0.1), path="platform.height")
+    return parameter("height", "m", "height of the magnets' faces against the centre of mass, downwards",
+                     rig.source("height"), -1.0, 1.0, 0.1)
 
 
 def platform_parameters(rig: Rig) -> tuple[Variable, ...]:
     """The controllers' model of a platform that tilts."""
     if not rig.rotations:
         return ()
-    names = (("mass_y", "mass_x", "mass_z", "inertia_roll", "inertia_pitch") if rig.spots == "xz" else
-             ("mass_y", "mass_x", "inertia_roll"))
     axes = (rig.vertical, *rig.horizontal, *rig.rotations)
     inertias = [parameter(f"{axis.name}.inertia", "kg.m2", f"inertia of the {axis.meaning} in the controller's model",
                           rig.source(f"axes.{axis.name}.mass"), 1e-3, 1e6, 1.0) if axis.rotation else
                 parameter(f"{axis.name}.mass", "kg", f"mass that moves along {axis.name} in the controller's model, at "
                           "which its constants are accelerations", rig.source(f"axes.{axis.name}.mass"), 1e-3, 1e6, 1.0)
                 for axis in axes]
-    return (*(replace(v, path=f"allocation.{name}") for v, name in zip(inertias, names, strict=True)),
-            height(rig), *place_parameters(rig))
+    return (*inertias, height(rig), *place_parameters(rig))
 
 
 def bad_places(rig: Rig) -> str:
@@ -96,8 +89,7 @@ def commutation_variables(rig: Rig) -> tuple[Variable, ...]:
     return (*(measured_axis(axis) for axis in rig.horizontal),
             *gap_inputs(rig),
             *references,
-            *(replace(v, path=v.name.replace(".", ".command."))
-              for motor in rig.motors
+            *(v for motor in rig.motors
               for v in motor_outputs(motor.name, (f"{motor.name}.i_d_reference",), (f"{motor.name}.i_q_reference",),
                                      (f"{motor.drives}.measured", *gap_names(rig)))),
             flag("saturated", "a reference is beyond current_limit", tuple(v.name for v in references)),

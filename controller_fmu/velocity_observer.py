@@ -9,9 +9,9 @@ class ObserverFilter:
     The thesis draws an approximate derivative and a low-pass filter; the time constants are assumed.
     """
 
-    def __init__(self) -> None:
-        self.time1 = 1.0e-3   # s, parameter: approximate derivative
-        self.time2 = 1.0e-3   # s, parameter: low-pass filter
+    def __init__(self, time: float = 1.0e-3):
+        self.time1 = time     # s, parameter: approximate derivative
+        self.time2 = time     # s, parameter: low-pass filter
         self.share1 = 0.0     # a1, of the distance that a filter goes within one sample
         self.share2 = 0.0     # a2
 

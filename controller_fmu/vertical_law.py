@@ -1,7 +1,6 @@
 """Vertical law of a regulator: the direct current for a demanded acceleration, feedback-linearised or linearised."""
 
 from controller_fmu.feedback_linearisation import demanded_current, equilibrium_current
-from controller_fmu.gain_point import GainPoint
 from controller_fmu.linearisation import Linearisation
 from controller_fmu.status import INTERPOLATED, NONLINEAR
 from pmlsm.gap_functions import gap_functions
@@ -53,11 +52,11 @@ class VerticalLaw:
         current, found = demanded_current(left, 0.0, self.attraction, self.coils, self.iron, f2, f3, f4)
         return self.linear.demand(current, error)
 
-    def take(self, point: GainPoint) -> None:
-        """Take in what counts at the measured gap, in an interpolated law."""
-        self.forward = point.current
-        self.linear.gain = point.gain
-        self.linear.f1 = point.f1
+    def take(self, current: float, gain: float, f1: float) -> None:
+        """Take in what counts at the measured gap, in an interpolated law: see `GainPoint`."""
+        self.forward = current
+        self.linear.gain = gain
+        self.linear.f1 = f1
 
     def look(self, motor: MotorGeometry, gap: float) -> None:
         """Set the shape functions for a measured gap (m)."""

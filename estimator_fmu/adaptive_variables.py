@@ -2,9 +2,10 @@
 
 from dataclasses import replace
 
-from estimator_fmu.variables import placed
+from controller_fmu.places import axis_number, constant_place
+from estimator_fmu.variables import estimated
 from fmi_export.definition import FmuDefinition, Variable, flag, parameter, real_output, switch
-from pmlsm.rig import IRON, Rig, RigConstant, Stop
+from pmlsm.rig import IRON, Rig, RigAxis, RigConstant, Stop
 
 ASSUMED = "assumed"
 ESTIMATOR = "estimator."   # part of the block
@@ -24,32 +25,32 @@ def adaptive_variables(rig: Rig, regulator: FmuDefinition, estimator: FmuDefinit
     settings = [replace(v, path=f"estimator.{v.place}") for v in estimator.variables
                 if v.causality == "parameter" and v.name not in shared | held | starts]
     return (*(v for v in kept if v.causality != "parameter"),
-            *(v for constant in rig.constants for v in outcome(constant, inputs)),
+            *(v for constant in rig.constants for v in outcome(rig, constant, inputs)),
             flag("adaptation.frozen", "the constants stay as they are: a command is or was just now at its limit, an "
                                       "axis at a stop, the controller has tripped, or adaptation.active is false",
                  inputs),
-            *(placed(constant, parameter(constant.name, constant.unit,
+            *(estimated(rig, constant, parameter(constant.name, constant.unit,
                                          f"constant of the {constant.meaning} in the controller's model, "
                                          f"{'not' if constant.unit == IRON else 'from which it is'} adapted",
                                          rig.source("model"), 1e-9, 1e6, 1.0, fixed=True), "guess", ESTIMATOR)
               for constant in rig.constants),
             *adaptation_parameters(),
-            *(v for axis in rig.axes if axis.stop is not None for v in travel(axis.name, axis.stop)),
-            *(travel("gap", rig.motor_stop) if rig.motor_stop is not None and rig.rotations else ()),
+            *(v for axis in rig.axes if axis.stop is not None for v in travel(axis.name, axis.stop, travel_place(rig, axis))),
+            *(travel("gap", rig.motor_stop, "gap_travel") if rig.motor_stop is not None and rig.rotations else ()),
             *settings,
             *(v for v in kept if v.causality == "parameter"))
 
 
-def outcome(of: RigConstant, inputs: tuple[str, ...]) -> tuple[Variable, ...]:
+def outcome(rig: Rig, of: RigConstant, inputs: tuple[str, ...]) -> tuple[Variable, ...]:
     """Constant that the regulator has now, and the estimate that it follows; none of the one that is not adapted."""
     if of.unit == IRON:
         return ()
     name = of.name
     return (replace(real_output(f"adapted.{name}", of.unit, f"constant of the {of.meaning} that the regulator has",
-                                1.0, discrete=True, depends_on=inputs, starts_from=(name,)), path=f"regulator.{name}"),
-            placed(of, real_output(f"estimated.{name}", of.unit, f"estimated constant of the {of.meaning}", 1.0,
+                                1.0, discrete=True, depends_on=inputs, starts_from=(name,)), path=f"regulator.{constant_place(rig, name)}"),
+            estimated(rig, of, real_output(f"estimated.{name}", of.unit, f"estimated constant of the {of.meaning}", 1.0,
                                    discrete=True, depends_on=inputs, starts_from=(name,)), "value", ESTIMATOR),
-            placed(of, flag(f"{name}_converged", f"data decide {name}, and its estimate has stayed within "
+            estimated(rig, of, flag(f"{name}_converged", f"data decide {name}, and its estimate has stayed within "
                             "convergence.tolerance for convergence.time", inputs), "converged", ESTIMATOR))
 
 
@@ -64,8 +65,14 @@ def adaptation_parameters() -> tuple[Variable, ...]:
                       ASSUMED, 0.0, 1e6, 1.0))
 
 
-def travel(name: str, stop: Stop) -> tuple[Variable, ...]:
+def travel(name: str, stop: Stop, place: str) -> tuple[Variable, ...]:
     """Where an axis, or the gap at each motor, meets its stops."""
     return tuple(replace(parameter(f"{name}.travel.{end}", "m", f"{end} stop of {name}, at which nothing is estimated",
-                                   ASSUMED, -10.0, 10.0, 1e-2), path=f"{name}_travel.{end}")
+                                   ASSUMED, -10.0, 10.0, 1e-2), path=f"{place}.{end}")
                  for end in ("lower", "upper"))
+
+
+def travel_place(rig: Rig, axis: RigAxis) -> str:
+    """Path of where an axis meets its stops."""
+    stopped = [axis_number(rig, each.name) for each in rig.axes if each.stop is not None]
+    return f"travels[{sorted(stopped).index(axis_number(rig, axis.name))}]"

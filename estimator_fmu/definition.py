@@ -1,7 +1,9 @@
 """The FMUs of a rig that estimate: the estimator, and the regulator that takes over what it finds."""
 
 from controller_fmu.drawings import DIAGRAMS, ICONS
+from estimator_fmu.adaptive_regulator import AdaptiveRegulator
 from estimator_fmu.adaptive_variables import adaptive_variables
+from estimator_fmu.estimator import Estimator
 from estimator_fmu.variables import estimator_variables, refusals
 from fmi_export.definition import DefaultExperiment, Drawing, FmuDefinition
 from pmlsm.rig import Rig
@@ -9,12 +11,13 @@ from pmlsm.rig import Rig
 FOLDER = "estimator_fmu"
 
 
-def estimator(rig: Rig, block: type) -> FmuDefinition:
+def estimator(rig: Rig) -> FmuDefinition:
     """Definition of the estimator of a rig."""
     rows = f"rows_{'tilts' if rig.rotations else rig.name}.html"
     return FmuDefinition(
         name=f"Estimator{rig.suffix}",
-        block=block,
+        block=Estimator,
+        arguments=(rig,),
         description=f"Estimator of the constants of the {rig.title} while it moves",
         variables=estimator_variables(rig),
         refusals=refusals(rig),
@@ -26,11 +29,12 @@ def estimator(rig: Rig, block: type) -> FmuDefinition:
         sketch=Drawing("estimator_fmu.drawings", "block_diagram"))
 
 
-def adaptive_regulator(rig: Rig, block: type, regulator: FmuDefinition, estimator: FmuDefinition) -> FmuDefinition:
+def adaptive_regulator(rig: Rig, regulator: FmuDefinition, estimator: FmuDefinition) -> FmuDefinition:
     """Definition of the adaptive regulator of a rig, from those of its parts."""
     return FmuDefinition(
         name=f"AdaptiveRegulator{rig.suffix}",
-        block=block,
+        block=AdaptiveRegulator,
+        arguments=(rig,),
         description=f"Adaptive regulator of the {rig.title}: output regulation on the feedback-linearised motors, with "
                     "constants that are estimated during the run",
         variables=adaptive_variables(rig, regulator, estimator),

@@ -1,44 +1,44 @@
-"""Columns of A(y, u) by motors that have each its own air gap."""
+"""Columns of A(y, u) by motors that are unlike, or have each its own air gap."""
 
+from controller_fmu.level_platform import LevelPlatform
+from controller_fmu.motor_layout import MotorLayout
+from controller_fmu.tilting_platform import TiltingPlatform
+from estimator_fmu.common_row import NONE
 from estimator_fmu.motor_current import MotorCurrent
 from pmlsm.gap_functions import gap_functions
-from pmlsm.motor_geometry import MotorGeometry
-from pmlsm.motor_ratio import MotorRatio
+from pmlsm.rig import Rig
 from pmlsm.velocity_rows import normal_terms, thrust_acceleration
 
 
 class MotorRows:
-    """The vertical row as the sum over the motors, and the thrust of each."""
+    """The vertical row as the sum over the motors, and the column of each horizontal axis."""
 
-    def __init__(self, sharing: float):
-        self.sharing = sharing     # motors that share each current
-        self.attraction = 0.0      # columns of the vertical row
+    def __init__(self, rig: Rig):
+        self.attraction = 0.0                             # columns of the vertical row
         self.coils = 0.0
         self.iron = 0.0
+        self.thrust = [0.0 for _ in rig.horizontal]       # and of the horizontal ones
 
-    def clear(self) -> None:
-        """Begin with no motor."""
+    def collect(self, layout: MotorLayout, motors: list[MotorCurrent], platform: LevelPlatform | TiltingPlatform,
+                gap: float) -> None:
+        """Compute the columns; `gap` is that of the encoder, where there is one (m)."""
+        sharing = layout.sharing
+        thrust = self.thrust
         self.attraction = 0.0
         self.coils = 0.0
         self.iron = 0.0
-
-    def add(self, geometry: MotorGeometry, gap: float, motor: MotorCurrent) -> float:
-        """Take in a motor at its gap (m); returns its part of the column of the axis that it drives."""
-        f1, f2, f3, f4 = gap_functions(geometry, gap)
-        attraction, coils, iron = normal_terms(self.sharing, self.sharing, self.sharing, f2, f3, f4, motor.i_d,
-                                               motor.i_q * motor.i_q + motor.i_d * motor.i_d)
-        self.attraction += attraction
-        self.coils += coils
-        self.iron += iron
-        return thrust_acceleration(self.sharing, f1, motor.i_q)
-
-    def add_kind(self, geometry: MotorGeometry, ratio: MotorRatio, gap: float, motor: MotorCurrent) -> float:
-        """Take in a motor that is unlike the others, whose constants are in a ratio to theirs; as of `add`."""
-        f1, f2, f3, f4 = gap_functions(geometry, gap)
-        attraction, coils, iron = normal_terms(
-            self.sharing * ratio.attraction, self.sharing * ratio.coils, self.sharing * ratio.iron, f2, f3, f4,
-            motor.i_d, motor.i_q * motor.i_q + motor.i_d * motor.i_d)
-        self.attraction += attraction
-        self.coils += coils
-        self.iron += iron
-        return thrust_acceleration(self.sharing * ratio.thrust, f1, motor.i_q)
+        for k in range(len(thrust)):
+            thrust[k] = NONE
+        for number in layout.by_axis:
+            motor = motors[number]
+            kind = layout.kinds[layout.kind[number]]
+            ratio = kind.ratio
+            k = layout.drives[number]
+            f1, f2, f3, f4 = gap_functions(kind.geometry, platform.gap(number, gap))
+            attraction, coils, iron = normal_terms(
+                sharing * ratio.attraction, sharing * ratio.coils, sharing * ratio.iron, f2, f3, f4, motor.i_d,
+                motor.i_q * motor.i_q + motor.i_d * motor.i_d)
+            self.attraction += attraction
+            self.coils += coils
+            self.iron += iron
+            thrust[k] += thrust_acceleration(sharing * ratio.thrust, f1, motor.i_q)

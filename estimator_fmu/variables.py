@@ -1,9 +1,11 @@
 """Variables that the estimators share, part by part."""
 
+from collections.abc import Iterable
 from dataclasses import replace
 
 import controller_fmu.status as status
 import controller_fmu.variables as control
+from controller_fmu.places import axis_number, placed
 from fmi_export.definition import Variable, flag, parameter, real_input, real_output, switch
 from pmlsm.rig import ATTRACTION, COILS, IRON, THRUST, Rig, RigConstant
 from pmlsm.variables import CONSTANTS, bad_geometry, motor_geometry
@@ -18,9 +20,23 @@ WEIGHT = {THRUST: "A2.s", ATTRACTION: "T4.s", COILS: "A2.T2.s", IRON: "A4.s"}
 PLACE = {THRUST: "thrust", ATTRACTION: "attraction", COILS: "coils", IRON: "iron"}
 
 
-def placed(of: RigConstant, variable: Variable, part: str, above: str = "") -> Variable:
+def row_place(rig: Rig, axis: str) -> str:
+    """Path of the row of an axis."""
+    number = axis_number(rig, axis)
+    return f"horizontal[{number - 1}]" if number else "vertical"
+
+
+def estimated(rig: Rig, of: RigConstant, variable: Variable, part: str, above: str = "") -> Variable:
     """A variable of a constant, which lies in a part of its estimate."""
-    return replace(variable, path=f"{above}{of.axis}.{PLACE[of.unit]}.{part}")
+    return replace(variable, path=f"{above}{row_place(rig, of.axis)}.{PLACE[of.unit]}.{part}")
+
+
+def in_rows(rig: Rig, variables: Iterable[Variable]) -> tuple[Variable, ...]:
+    """Variables with their paths in an estimator, whose axes are rows; those of constants have theirs."""
+    names = {axis.name: row_place(rig, axis.name) for axis in (rig.vertical, *rig.horizontal)}
+    return tuple(replace(v, path=f"{names[owner]}.{v.name.partition('.')[2]}") if owner in names else
+                 v if v.path and owner == v.name else placed(rig, (v,), "layout")[0]
+                 for v in variables for owner in [v.name.partition(".")[0]])
 
 
 def refusals(rig: Rig) -> dict[int, str]:
@@ -33,17 +49,18 @@ def estimator_variables(rig: Rig) -> tuple[Variable, ...]:
     """Variables of an estimator; the tilts have no row."""
     rows = (rig.vertical, *rig.horizontal)
     inputs = {axis.name: row_inputs(rig, axis.name) for axis in rows}
-    return (*(control.measured_axis(axis) for axis in rows if not control.by_gaps(rig, axis.name)),
+    return in_rows(rig, (
+            *(control.measured_axis(axis) for axis in rows if not control.by_gaps(rig, axis.name)),
             *control.gap_inputs(rig),
             *(real_input(f"{motor}.i_{current}", "A", f"delivered {text} current", 1000.0, 1.0)
               for motor in rig.motor_names for current, text in (("d", "direct"), ("q", "quadrature"))),
-            *(v for constant in rig.constants for v in estimate_variables(constant, inputs[constant.axis])),
+            *(v for constant in rig.constants for v in estimate_variables(rig, constant, inputs[constant.axis])),
             *(v for axis in inputs for v in axis_outputs(axis, control.measurements(rig, axis), inputs[axis])),
             *(v for constant in rig.constants
-              for v in guess(constant, rig.source("estimator.guess"), rig.source("estimator.weight"))),
+              for v in guess(rig, constant, rig.source("estimator.guess"), rig.source("estimator.weight"))),
             *estimator_parameters(rig.source("sample_time")),
             *control.place_parameters(rig),
-            *motor_geometry(rig, *CONSTANTS))
+            *motor_geometry(rig, *CONSTANTS)))
 
 
 def row_inputs(rig: Rig, axis: str) -> tuple[str, ...]:
@@ -62,21 +79,21 @@ def axis_outputs(axis: str, measured: tuple[str, ...], inputs: tuple[str, ...]) 
                         " low-passed with time constant epsilon", 0.1, discrete=True, depends_on=inputs))
 
 
-def estimate_variables(of: RigConstant, inputs: tuple[str, ...]) -> tuple[Variable, ...]:
+def estimate_variables(rig: Rig, of: RigConstant, inputs: tuple[str, ...]) -> tuple[Variable, ...]:
     """Estimate of a constant; `inputs` are those of its row."""
     name = of.name
-    return (placed(of, real_output(name, of.unit, f"estimated constant of the {of.meaning}", 1.0, discrete=True,
+    return (estimated(rig, of, real_output(name, of.unit, f"estimated constant of the {of.meaning}", 1.0, discrete=True,
                                    depends_on=inputs, starts_from=(f"{name}_start",)), "value"),
-            placed(of, flag(f"{name}_converged", f"data decide {name}, and it has stayed within convergence.tolerance "
+            estimated(rig, of, flag(f"{name}_converged", f"data decide {name}, and it has stayed within convergence.tolerance "
                             "for convergence.time", inputs), "converged"))
 
 
-def guess(of: RigConstant, source: str, weight_source: str) -> tuple[Variable, ...]:
+def guess(rig: Rig, of: RigConstant, source: str, weight_source: str) -> tuple[Variable, ...]:
     """Start value of a constant and its weight."""
     name = of.name
-    return (placed(of, parameter(f"{name}_start", of.unit, f"first guess of {name}", source, -1e6, 1e6, 1.0,
+    return (estimated(rig, of, parameter(f"{name}_start", of.unit, f"first guess of {name}", source, -1e6, 1e6, 1.0,
                                  fixed=True), "guess"),
-            placed(of, parameter(f"{name}_weight", WEIGHT[of.unit], f"diagonal element of Q0 = Σ(0) in (3.8) for "
+            estimated(rig, of, parameter(f"{name}_weight", WEIGHT[of.unit], f"diagonal element of Q0 = Σ(0) in (3.8) for "
                                  f"{name}: how much data it takes to leave the first guess; a very large one holds it",
                                  weight_source, 1e-20, 1e20, of.weight, fixed=True), "weight"))
 

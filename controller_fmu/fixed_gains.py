@@ -1,0 +1,16 @@
+"""Gains of a law that has the same ones at every air gap."""
+
+from controller_fmu.vertical_law import VerticalLaw
+from pmlsm.motor_geometry import MotorGeometry
+
+
+class FixedGains:
+    """What takes the place of a gain schedule or a gain table where a law has none."""
+
+    def prepare(self, motor: MotorGeometry, attraction: float, coils: float, iron: float) -> bool:
+        """Return True: there is nothing to linearise."""
+        return True
+
+    def choose(self, gap: float, law: VerticalLaw) -> float:
+        """Leave a law as it is; returns 1, as of `GainTable.choose`."""
+        return 1.0

@@ -1,0 +1,63 @@
+"""Where the FMI variables of a controller lie in its block: paths, by their names."""
+
+from collections.abc import Iterable
+from dataclasses import replace
+
+from fmi_export.definition import Variable
+from pmlsm.rig import ATTRACTION, COILS, IRON, Rig
+
+# Where a constant lies in a `MotorModel`, by its unit; the thrusts are a list.
+CONSTANTS = {ATTRACTION: "attraction", COILS: "coils", IRON: "iron"}
+
+
+def placed(rig: Rig, variables: Iterable[Variable], layout: str = "model.layout", allocation: str = "currents.allocation"
+           ) -> tuple[Variable, ...]:
+    """Variables with their paths in a block, in which a `MotorLayout` and a `ForceAllocation` have these paths."""
+    return tuple(replace(v, path=place(rig, v.name, layout, allocation)) for v in variables)
+
+
+def place(rig: Rig, name: str, layout: str, allocation: str) -> str:
+    """Path of a variable."""
+    owner, _, part = name.partition(".")
+    if owner == "geometry":
+        return f"{layout}.kinds[0].{name}"
+    if name == "height":
+        return f"platform.{name}"
+    if owner in rig.motor_names:
+        return of_motor(rig, owner, part, layout)
+    if owner in rig.axis_names:
+        return of_axis(rig, owner, part, allocation)
+    return constant_place(rig, name) or name
+
+
+def constant_place(rig: Rig, name: str) -> str:
+    """Path of a constant of the model; empty if it is none."""
+    for number, constant in enumerate(rig.constants):
+        if constant.name == name:
+            return f"model.{CONSTANTS.get(constant.unit, f'thrust[{number}]')}"
+    return ""
+
+
+def axis_number(rig: Rig, axis: str) -> int:
+    """Number of an axis among the vertical one, the horizontal ones and the tilts, in that order."""
+    return [each.name for each in (rig.vertical, *rig.horizontal, *rig.rotations)].index(axis)
+
+
+def of_axis(rig: Rig, axis: str, part: str, allocation: str) -> str:
+    """Path of what an axis has, such as "reference"."""
+    number = axis_number(rig, axis)
+    if part in ("mass", "inertia"):
+        names = ("mass_y", *("mass_x", "mass_z")[:len(rig.horizontal)], "inertia_roll", "inertia_pitch")
+        return f"{allocation}.{names[number]}"
+    return f"axes[{number}].{part}"
+
+
+def of_motor(rig: Rig, motor: str, part: str, layout: str) -> str:
+    """Path of what a motor has, such as "i_a_cmd"."""
+    number = rig.motor_names.index(motor)
+    if part.startswith("geometry.") or part.endswith("_ratio"):
+        kind = f"{layout}.kinds[{1 + [each.name for each in rig.unlike].index(motor)}]"
+        return f"{kind}.{part}" if part.startswith("geometry.") else f"{kind}.ratio.{part.removesuffix('_ratio')}"
+    if part in ("gap_measured", "x", "z"):
+        return f"platform.places[{number}].{part}"
+    return f"motors[{number}].{part}"
