@@ -1,6 +1,8 @@
 """The FMUs of stage and controller in one."""
 
+from closed_loop_fmu.closed_loop import AdaptiveLoop, ClosedLoop
 from closed_loop_fmu.variables import loop_refusals, loop_variables
+from estimator_fmu.adaptive_regulator import AdaptiveRegulator
 from fmi_export.definition import DefaultExperiment, Drawing, FmuDefinition
 from pmlsm.rig import Rig
 
@@ -8,13 +10,13 @@ from pmlsm.rig import Rig
 EXPERIMENT = DefaultExperiment(stop_time=26.0, step=40.0e-3)
 
 
-def closed_loop(rig: Rig, block: type, controller: FmuDefinition, plant: FmuDefinition) -> FmuDefinition:
+def closed_loop(rig: Rig, controller: FmuDefinition, plant: FmuDefinition) -> FmuDefinition:
     """Definition of a loop of a rig, from those of its parts; its icon has the controller's law."""
     word = controller.name.removesuffix(rig.suffix).removesuffix("Regulator")
     return FmuDefinition(
         name=f"ClosedLoop{word}{rig.suffix}",
-        block=block,
-        arguments=controller.arguments,
+        block=AdaptiveLoop if controller.block is AdaptiveRegulator else ClosedLoop,
+        arguments=(controller.block, controller.arguments, plant.block, plant.arguments),
         description=f"Closed loop of {controller.name} and {plant.name}, stepped in sequence, controller first",
         variables=loop_variables(controller, plant),
         refusals=loop_refusals(controller, plant),
