@@ -12,8 +12,8 @@ from pmlsm.rig import Rig
 class Commutation:
     """Samples displacements and current references, commands phase currents that hold until the next sample.
 
-    Each motor commutates with the displacement that it drives. On a platform that tilts it is that at its magnets, which
-    the tilts move; they follow from the gaps at the motors.
+    Each motor commutates with the displacement that it drives. On a platform that tilts it is that at its magnets,
+    which the tilts move; they follow from the gaps at the motors.
     """
 
     def __init__(self, rig: Rig):

@@ -32,7 +32,7 @@ class LevelPlatform:
         return axes[0].measured > 0.0
 
     def along(self, axis: int, displacement: float) -> float:
-        """Displacement (m) with which the motors commutate that drive a horizontal axis: that of the mover."""
+        """Displacement (m) with which the motors of a horizontal axis commutate: that of the mover."""
         return displacement
 
     def moved(self, motor: int, y: float, roll: float, pitch: float) -> float:

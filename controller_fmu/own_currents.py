@@ -14,7 +14,7 @@ class OwnCurrents:
     def __init__(self, rig: Rig, law: int):
         self.laws = [VerticalLaw(law) for _ in rig.motors]
         self.demands = [0.0 for _ in rig.axes]   # m/s², with which the axes begin
-        self.short = [0.0 for _ in rig.axes]     # A s: what the limit takes from the current that serves an axis
+        self.short = [0.0 for _ in rig.axes]     # A s: what the limit takes from the current of an axis
         self.share = 1.0 / len(rig.motors)
         self.shares = [1.0 / len(rig.motors_of(axis.name)) for axis in rig.horizontal]   # of one of an axis's motors
 

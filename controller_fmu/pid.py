@@ -1,5 +1,7 @@
 """PID controller of any stage (Figs. 4.6, 5.6): one PID for each axis, on the currents that move it."""
 
+from typing import Any
+
 from controller_fmu.level_currents import LevelCurrents
 from controller_fmu.level_platform import LevelPlatform
 from controller_fmu.linearisation import Linearisation
@@ -19,15 +21,23 @@ from controller_fmu.status import (
 )
 from controller_fmu.tilting_platform import TiltingPlatform
 from controller_fmu.velocity_observer import ObserverFilter
-from pmlsm.rig import Rig
+from pmlsm.rig import Rig, RigAxis
+
+
+def axis_pid(axis: RigAxis) -> PIDAxis:
+    """Return the PID of an axis, by its design."""
+    pole, pair_real, pair_imaginary = axis.design.pid
+    pid = PIDAxis(pole, pair_real, pair_imaginary, axis.start)
+    pid.prefilter = axis.design.prefilter
+    return pid
 
 
 class PID:
     """Samples positions and references, commands phase currents that hold until the next sample.
 
-    All motors get the direct current of the vertical axis. Where the platform tilts, that axis and the tilts follow from
-    the gaps at the motors, and the PIDs of the tilts command how the current changes over the platform, in A/m. Motors
-    that are unlike get the currents that make the forces which they would make in the others.
+    All motors get the direct current of the vertical axis. Where the platform tilts, that axis and the tilts follow
+    from the gaps at the motors, and the PIDs of the tilts command how the current changes over the platform, in A/m.
+    Motors that are unlike get the currents that make the forces which they would make in the others.
     """
 
     def __init__(self, rig: Rig):
@@ -45,13 +55,12 @@ class PID:
         self.clock = SampleClock()
         # The vertical axis, the horizontal ones, the tilts.
         axes = (rig.vertical, *rig.horizontal, *rig.rotations)
-        self.axes = [PIDAxis(*axis.design.pid, axis.start) for axis in axes]
-        for pid, axis in zip(self.axes, axes, strict=True):
-            pid.prefilter = axis.design.prefilter
+        self.axes = [axis_pid(axis) for axis in axes]
         self.tilted = [axis.rotation for axis in axes]   # whether an axis is a tilt
         self.motors = [MotorCommand() for _ in rig.motors]
         self.linears = [Linearisation() for _ in self.model.layout.kinds]
-        self.platform = TiltingPlatform(rig) if rotations else LevelPlatform()
+        # Of any type: the currents below know which one they go with.
+        self.platform: Any = TiltingPlatform(rig) if rotations else LevelPlatform()
         self.holding = PlatformCurrents(rig) if rotations else LevelCurrents(rig)
         # A or A/m, of y, x, z, roll, pitch; what guides hold stays 0.
         self.currents = [0.0, 0.0, 0.0, 0.0, 0.0]

@@ -10,8 +10,8 @@ from pmlsm.rig import ATTRACTION, COILS, IRON, Rig
 CONSTANTS = {ATTRACTION: "attraction", COILS: "coils", IRON: "iron"}
 
 
-def placed(rig: Rig, variables: Iterable[Variable], layout: str = "model.layout", allocation: str = "currents.allocation"
-           ) -> tuple[Variable, ...]:
+def placed(rig: Rig, variables: Iterable[Variable], layout: str = "model.layout",
+           allocation: str = "currents.allocation") -> tuple[Variable, ...]:
     """Variables with their paths in a block, in which a `MotorLayout` and a `ForceAllocation` have these paths."""
     return tuple(replace(v, path=place(rig, v.name, layout, allocation)) for v in variables)
 

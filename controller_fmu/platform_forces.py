@@ -32,7 +32,7 @@ class PlatformForces:
         self.held = TiltMeasurement()
         self.missing = TiltMeasurement()                  # of the direct currents
         self.demands = [0.0 for _ in rig.axes]            # m/s², rad/s², with which the axes begin
-        self.short = [0.0 for _ in rig.axes]              # A s: what the limit takes from the current that serves an axis
+        self.short = [0.0 for _ in rig.axes]              # A s: what the limit takes from the current of an axis
         self.shares = [1.0 / len(rig.motors_of(axis.name)) for axis in rig.horizontal]   # of one of an axis's motors
 
     def prepare(self) -> None:

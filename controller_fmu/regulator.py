@@ -1,6 +1,7 @@
 """Regulator of any stage (4.15), (4.16), (5.13): output regulation, feedback-linearised or linearised."""
 
 from math import pi
+from typing import Any
 
 from controller_fmu.fixed_gains import FixedGains
 from controller_fmu.gain_schedule import GainSchedule
@@ -28,7 +29,13 @@ from controller_fmu.status import (
 )
 from controller_fmu.tilting_platform import TiltingPlatform
 from controller_fmu.velocity_observer import ObserverFilter
-from pmlsm.rig import Rig
+from pmlsm.rig import Rig, RigAxis
+
+
+def axis_regulator(axis: RigAxis) -> OutputRegulator:
+    """Return the output regulator of an axis, by its design."""
+    k1, k2, k3, k4, k5 = axis.design.gains
+    return OutputRegulator(k1, k2, k3, k4, k5, axis.design.antiwindup_gain, axis.start)
 
 
 class Regulator:
@@ -60,11 +67,12 @@ class Regulator:
         self.clock = SampleClock()
         # The vertical axis, the horizontal ones, the tilts.
         axes = (rig.vertical, *rig.horizontal, *rig.rotations)
-        self.axes = [OutputRegulator(*axis.design.gains, axis.design.antiwindup_gain, axis.start) for axis in axes]
+        self.axes = [axis_regulator(axis) for axis in axes]
         self.tilted = [axis.rotation for axis in axes]                       # whether an axis is a tilt
         self.by_gap = [axis.rotation or axis is rig.vertical for axis in axes]   # whether a normal force serves it
         self.motors = [MotorCommand() for _ in rig.motors]
-        self.platform = TiltingPlatform(rig) if rotations else LevelPlatform()
+        # Of any type: the currents below know which one they go with.
+        self.platform: Any = TiltingPlatform(rig) if rotations else LevelPlatform()
         gains = (GainSchedule(design.schedule) if law == SCHEDULED and design.schedule is not None else
                  GainTable(design.table) if law == INTERPOLATED and design.table is not None else FixedGains())
         self.currents = (PlatformForces(rig, law, gains) if rotations else
@@ -114,7 +122,7 @@ class Regulator:
         scale = 1.0
         if self.law == SCHEDULED or self.law == INTERPOLATED:
             scale = currents.look(axes[0].measured)
-            # Between samples ξ1 of a law with a table stands for a current: what it commands does not change with the gain.
+            # Between samples ξ1 of a law with a table stands for a current, which does not change with the gain.
             self.rescale(scale)
         if not self.started:
             self.begin()

@@ -19,7 +19,7 @@ class SharedCurrent:
         self.gains = gains
         self.i_q = [0.0 for _ in rig.horizontal]         # A, by axis
         self.demands = [0.0 for _ in rig.axes]           # m/s², with which the axes begin
-        self.short = [0.0 for _ in rig.axes]             # A s: what the limit takes from the current that serves an axis
+        self.short = [0.0 for _ in rig.axes]             # A s: what the limit takes from the current of an axis
         horizontal = [axis.name for axis in rig.horizontal]
         motors = [motor.drives for motor in rig.motors]
         self.first = [motors.index(axis) for axis in horizontal]   # motor of each axis: the others do as it does

@@ -66,7 +66,7 @@ class TiltingPlatform:
         return seen
 
     def along(self, axis: int, displacement: float) -> float:
-        """Displacement (m) at the faces of the magnets, with which the motors commutate that drive a horizontal axis."""
+        """Displacement (m) at the faces of the magnets, with which the motors of a horizontal axis commutate."""
         if self.horizontal == 1:
             return displacement
         if axis == 0:

@@ -51,7 +51,8 @@ def place_parameters(rig: Rig) -> tuple[Variable, ...]:
     """Places of the motors on a platform that tilts."""
     first, *others = (axis.name for axis in rig.horizontal)
     directions = {"x": first, "z": next(iter(others), f"the platform, across {first}")}
-    return tuple(parameter(f"{motor}.{spot}", "m", f"place of the motor along {directions[spot]}, from the centre of mass",
+    return tuple(parameter(f"{motor}.{spot}", "m",
+                           f"place of the motor along {directions[spot]}, from the centre of mass",
                            rig.source(f"motors.{motor}.{spot}"), -10.0, 10.0, 0.1, fixed=True)
                  for motor in rig.motor_names for spot in rig.spots if rig.rotations)
 

@@ -10,8 +10,8 @@ from pmlsm.rig import Rig
 class AdaptiveRegulator:
     """The nonlinear regulator, and the estimator (3.8) whose constants it takes over where data decide them.
 
-    The estimator sees what the regulator measures and commands. The constant of the iron is not adapted: what it does is
-    too little.
+    The estimator sees what the regulator measures and commands. The constant of the iron is not adapted: what it does
+    is too little.
     """
 
     def __init__(self, rig: Rig):
@@ -93,10 +93,7 @@ class AdaptiveRegulator:
         for k, travel in zip(self.stopped, self.travels, strict=True):
             if travel.ends(self.regulator.axes[k].measured):
                 return True
-        for place in self.regulator.platform.places:
-            if self.gap_travel.ends(place.gap_measured):
-                return True
-        return False
+        return any(self.gap_travel.ends(place.gap_measured) for place in self.regulator.platform.places)
 
     def adapt(self) -> None:
         """Let the constants of a row follow their estimates, if these have converged."""

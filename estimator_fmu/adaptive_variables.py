@@ -35,7 +35,8 @@ def adaptive_variables(rig: Rig, regulator: FmuDefinition, estimator: FmuDefinit
                                          rig.source("model"), 1e-9, 1e6, 1.0, fixed=True), "guess", ESTIMATOR)
               for constant in rig.constants),
             *adaptation_parameters(),
-            *(v for axis in rig.axes if axis.stop is not None for v in travel(axis.name, axis.stop, travel_place(rig, axis))),
+            *(v for axis in rig.axes if axis.stop is not None
+              for v in travel(axis.name, axis.stop, travel_place(rig, axis))),
             *(travel("gap", rig.motor_stop, "gap_travel") if rig.motor_stop is not None and rig.rotations else ()),
             *settings,
             *(v for v in kept if v.causality == "parameter"))
@@ -47,7 +48,8 @@ def outcome(rig: Rig, of: RigConstant, inputs: tuple[str, ...]) -> tuple[Variabl
         return ()
     name = of.name
     return (replace(real_output(f"adapted.{name}", of.unit, f"constant of the {of.meaning} that the regulator has",
-                                1.0, discrete=True, depends_on=inputs, starts_from=(name,)), path=f"regulator.{constant_place(rig, name)}"),
+                                1.0, discrete=True, depends_on=inputs, starts_from=(name,)),
+                    path=f"regulator.{constant_place(rig, name)}"),
             estimated(rig, of, real_output(f"estimated.{name}", of.unit, f"estimated constant of the {of.meaning}", 1.0,
                                    discrete=True, depends_on=inputs, starts_from=(name,)), "value", ESTIMATOR),
             estimated(rig, of, flag(f"{name}_converged", f"data decide {name}, and its estimate has stayed within "

@@ -1,5 +1,7 @@
 """Estimator of the constants of any stage while it moves (sections 3.1.3, 4.3, 5.3)."""
 
+from typing import Any
+
 from controller_fmu.level_platform import LevelPlatform
 from controller_fmu.motor_layout import MotorLayout
 from controller_fmu.sample_clock import SampleClock
@@ -34,7 +36,8 @@ class Estimator:
                                    weight.coils, weight.iron)
         self.horizontal = [ThrustAxis(guess.thrust[axis.name], weight.thrust[axis.name]) for axis in rig.horizontal]
         self.motors = [MotorCurrent() for _ in rig.motors]
-        self.platform = TiltingPlatform(rig) if rig.rotations else LevelPlatform()
+        # Of any type: the rows below know which one they go with.
+        self.platform: Any = TiltingPlatform(rig) if rig.rotations else LevelPlatform()
         self.rows = MotorRows(rig) if rig.rotations or rig.unlike else CommonRow(rig)
         self.observer = ObserverFilter()
         self.convergence = ConvergenceRule()

@@ -83,9 +83,9 @@ def estimate_variables(rig: Rig, of: RigConstant, inputs: tuple[str, ...]) -> tu
     """Estimate of a constant; `inputs` are those of its row."""
     name = of.name
     return (estimated(rig, of, real_output(name, of.unit, f"estimated constant of the {of.meaning}", 1.0, discrete=True,
-                                   depends_on=inputs, starts_from=(f"{name}_start",)), "value"),
-            estimated(rig, of, flag(f"{name}_converged", f"data decide {name}, and it has stayed within convergence.tolerance "
-                            "for convergence.time", inputs), "converged"))
+                                           depends_on=inputs, starts_from=(f"{name}_start",)), "value"),
+            estimated(rig, of, flag(f"{name}_converged", f"data decide {name}, and it has stayed within "
+                                    "convergence.tolerance for convergence.time", inputs), "converged"))
 
 
 def guess(rig: Rig, of: RigConstant, source: str, weight_source: str) -> tuple[Variable, ...]:
@@ -93,9 +93,9 @@ def guess(rig: Rig, of: RigConstant, source: str, weight_source: str) -> tuple[V
     name = of.name
     return (estimated(rig, of, parameter(f"{name}_start", of.unit, f"first guess of {name}", source, -1e6, 1e6, 1.0,
                                  fixed=True), "guess"),
-            estimated(rig, of, parameter(f"{name}_weight", WEIGHT[of.unit], f"diagonal element of Q0 = Σ(0) in (3.8) for "
-                                 f"{name}: how much data it takes to leave the first guess; a very large one holds it",
-                                 weight_source, 1e-20, 1e20, of.weight, fixed=True), "weight"))
+            estimated(rig, of, parameter(f"{name}_weight", WEIGHT[of.unit], "diagonal element of Q0 = Σ(0) in (3.8) "
+                                         f"for {name}: how much data it takes to leave the first guess; a very large "
+                                         "one holds it", weight_source, 1e-20, 1e20, of.weight, fixed=True), "weight"))
 
 
 def estimator_parameters(sample_time_source: str) -> tuple[Variable, ...]:

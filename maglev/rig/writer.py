@@ -13,19 +13,11 @@ from pmlsm.rig import Rig
 if TYPE_CHECKING:
     from jinja2 import Environment
 
-PLATFORM = "controller_fmu/platform_{}.py"   # of a rig whose platform tilts
 
 # By path, in which {} is the name of the rig. Each has a template, some a second one where the platform tilts.
 MODULES = (
     "plant_fmu/stage_{}.py",
-    PLATFORM,
-    "controller_fmu/regulator_{}.py",
-    "controller_fmu/pid_{}.py",
-    "controller_fmu/commutation_{}.py",
-    "estimator_fmu/estimator_{}.py",
-    "estimator_fmu/adaptive_regulator_{}.py",
-    "closed_loop_fmu/closed_loop_{}.py",
-    "closed_loop_fmu/adaptive_loop_{}.py")
+    )
 
 # Equations, which are the same for all rigs whose platform tilts.
 PAGES = (
@@ -122,7 +114,7 @@ def template_values(rig: Rig) -> dict[str, Any]:
 
 
 def paths(rig: Rig) -> tuple[str, ...]:
-    return MODULES if rig.rotations else (*(path for path in MODULES if path != PLATFORM), *PAGES)
+    return MODULES if rig.rotations else (*MODULES, *PAGES)
 
 
 def module_template(path: str, tilting: bool) -> str:

@@ -126,30 +126,28 @@ def definitions(rig: Rig) -> dict[str, Made]:
     def made(function: str, block: str, *arguments: str | Made) -> Made:
         return Made(function, rig, (block.format(name, suffix), *arguments))
 
+    def described(function: str, *arguments: str | Made) -> Made:
+        return Made(function, rig, arguments)
+
     designed = {"Scheduled": rig.design.schedule, "Interpolated": rig.design.table}
     laws = ("", "Linear", *(law for law, design in designed.items() if design is not None))
-    regulators = {law: made("controller_fmu.definitions.regulator", "controller_fmu.regulator_{}.Regulator{}",
-                            f"controller_fmu.status.{law.upper() or 'NONLINEAR'}") for law in laws}
-    plant = Made("plant_fmu.definition.plant", rig, ())
-    pid = made("controller_fmu.definitions.pid", "controller_fmu.pid_{}.PID{}")
-    estimator = made("estimator_fmu.definition.estimator", "estimator_fmu.estimator_{}.Estimator{}")
-    adaptive = made("estimator_fmu.definition.adaptive_regulator",
-                    "estimator_fmu.adaptive_regulator_{}.AdaptiveRegulator{}", regulators[""], estimator)
-    loop = "closed_loop_fmu.definition.closed_loop"
+    regulators = {law: described("controller_fmu.definitions.regulator",
+                                 f"controller_fmu.status.{law.upper() or 'NONLINEAR'}") for law in laws}
+    plant = described("plant_fmu.definition.plant")
+    pid = described("controller_fmu.definitions.pid")
+    estimator = described("estimator_fmu.definition.estimator")
+    adaptive = described("estimator_fmu.definition.adaptive_regulator", regulators[""], estimator)
+    loops = {**regulators, "PID": pid, "Adaptive": adaptive}
     return {
         f"Plant{suffix}": plant,
         **{f"{law}Regulator{suffix}": regulator for law, regulator in regulators.items()},
         f"PID{suffix}": pid,
-        f"Commutation{suffix}": made("controller_fmu.definitions.commutation",
-                                     "controller_fmu.commutation_{}.Commutation{}"),
+        f"Commutation{suffix}": described("controller_fmu.definitions.commutation"),
         f"Estimator{suffix}": estimator,
         f"AdaptiveRegulator{suffix}": adaptive,
-        f"Measurement{suffix}": Made("measurement_fmu.definition.measurement", rig, ()),
-        **{f"ClosedLoop{law}{suffix}": made(loop, "closed_loop_fmu.closed_loop_{}.ClosedLoop{}", regulator, plant)
-           for law, regulator in regulators.items()},
-        f"ClosedLoopPID{suffix}": made(loop, "closed_loop_fmu.closed_loop_{}.ClosedLoopPID{}", pid, plant),
-        f"ClosedLoopAdaptive{suffix}": made(loop, "closed_loop_fmu.adaptive_loop_{}.ClosedLoopAdaptive{}", adaptive,
-                                            plant)}
+        f"Measurement{suffix}": described("measurement_fmu.definition.measurement"),
+        **{f"ClosedLoop{word}{suffix}": described("closed_loop_fmu.definition.closed_loop", controller, plant)
+            for word, controller in loops.items()}}
 
 
 def definitions_of(rigs: Iterable[Rig]) -> dict[str, Made]:

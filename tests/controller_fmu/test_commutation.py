@@ -13,11 +13,10 @@ from fmu_access import put, refusal
 from hypothesis import given
 from hypothesis import strategies as st
 from motor import MOTOR
+from named_controllers import Commutation2DOF, Commutation3DOF
 from named_stage import Stage2DOF, Stage3DOF
 from reference_stage import shape_functions
 
-from controller_fmu.commutation_2dof import Commutation2DOF
-from controller_fmu.commutation_3dof import Commutation3DOF
 from controller_fmu.status import STEP_MISFIT
 from maglev.cosim.fmu import Fmu
 from pmlsm.dq_transform import clarke, park

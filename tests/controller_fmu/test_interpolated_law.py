@@ -5,11 +5,10 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 from linear_model import linearised, vertical_row
+from named_controllers import Regulator3DOF, Regulator5DOF
 from reference_stage import shape_functions
 from scipy.optimize import brentq
 
-from controller_fmu.regulator_3dof import Regulator3DOF
-from controller_fmu.regulator_5dof import Regulator5DOF
 from controller_fmu.status import INTERPOLATED, NO_EQUILIBRIUM
 from maglev.linear.loop import linearise_loop
 from maglev.rig.rigs import RIGS

@@ -6,12 +6,11 @@ from hypothesis import given
 from hypothesis import strategies as st
 from linear_model import linearised, thrusts, vertical_row
 from motor import MOTOR
+from named_controllers import Regulator2DOF, Regulator3DOF
 from reference_stage import shape_functions
 from scipy.differentiate import derivative
 from scipy.optimize import brentq
 
-from controller_fmu.regulator_2dof import Regulator2DOF
-from controller_fmu.regulator_3dof import Regulator3DOF
 from controller_fmu.status import LINEAR, NO_EQUILIBRIUM, SCHEDULED
 from pmlsm.gap_slopes import gap_slopes
 

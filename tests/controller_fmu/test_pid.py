@@ -6,15 +6,12 @@ from direct_loop import RIGS
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from linear_model import linearised, thrusts, vertical_row
+from named_controllers import PID2DOF, PID3DOF, Regulator2DOF, Regulator3DOF
 from named_stage import Stage2DOF, Stage3DOF
 from scipy.integrate import solve_ivp
 from scipy.optimize import brentq
 
-from controller_fmu.pid_2dof import PID2DOF
-from controller_fmu.pid_3dof import PID3DOF
 from controller_fmu.reference_prefilter import LARGEST_ANGLE, ReferencePrefilter
-from controller_fmu.regulator_2dof import Regulator2DOF
-from controller_fmu.regulator_3dof import Regulator3DOF
 from controller_fmu.status import NO_EQUILIBRIUM, PREFILTER_TOO_FAST
 
 PID = PID2DOF | PID3DOF

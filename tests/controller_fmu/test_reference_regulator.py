@@ -3,12 +3,10 @@
 import numpy as np
 import pytest
 from direct_loop import RIGS
+from named_controllers import Regulator2DOF, Regulator3DOF
 from named_stage import Stage2DOF, Stage3DOF
 from reference_stage import TAU, G, shape_functions
 from scipy.linalg import expm
-
-from controller_fmu.regulator_2dof import Regulator2DOF
-from controller_fmu.regulator_3dof import Regulator3DOF
 
 OMEGA0, T1, T2 = 1.5 * np.pi, 1e-3, 1e-3
 

@@ -5,10 +5,8 @@ import math
 import numpy as np
 import pytest
 from direct_loop import RIGS, Reference, idealise, simulate
+from named_controllers import Regulator2DOF, Regulator3DOF
 from named_stage import Stage2DOF, Stage3DOF
-
-from controller_fmu.regulator_2dof import Regulator2DOF
-from controller_fmu.regulator_3dof import Regulator3DOF
 
 OMEGA0 = 1.5 * math.pi
 

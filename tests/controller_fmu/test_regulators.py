@@ -6,11 +6,10 @@ import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
+from named_controllers import Regulator2DOF, Regulator3DOF
 from reference_stage import G, shape_functions
 from scipy.optimize import brentq
 
-from controller_fmu.regulator_2dof import Regulator2DOF
-from controller_fmu.regulator_3dof import Regulator3DOF
 from controller_fmu.status import STEP_MISFIT
 
 Regulator = Regulator2DOF | Regulator3DOF

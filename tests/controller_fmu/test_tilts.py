@@ -1,18 +1,16 @@
 """Controllers of a platform that tilts: allocation of the forces, measurement of the tilts, and what follows."""
 
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
 import pytest
 from hypothesis import assume, given
 from hypothesis import strategies as st
+from named_controllers import PID5DOF, Commutation5DOF, Regulator3DOF, Regulator5DOF
 
-from controller_fmu.commutation_5dof import Commutation5DOF
 from controller_fmu.force_allocation import ForceAllocation
 from controller_fmu.motor_place import MotorPlace
-from controller_fmu.pid_5dof import PID5DOF
-from controller_fmu.regulator_3dof import Regulator3DOF
-from controller_fmu.regulator_5dof import Regulator5DOF
 from controller_fmu.status import BAD_PLACES, LINEAR, NONLINEAR, STEPPED
 from controller_fmu.tilt_measurement import TiltMeasurement
 from controller_fmu.tilting_platform import TiltingPlatform
@@ -86,15 +84,9 @@ def accelerations(controller: Any, gaps: Any) -> np.ndarray:
 
 def shared(places: list[tuple[float, float]]) -> tuple[TiltingPlatform, list[MotorPlace], bool]:
     """Platform with motors at places, and whether these can make every torque."""
-    platform, motors = TiltingPlatform(HEIGHT), [MotorPlace(x, z, 0.025) for x, z in places]
-    platform.begin()
-    for motor in motors:
-        platform.add(motor)
-    if not platform.solvable():
-        return platform, motors, False
-    for motor in motors:
-        platform.share(motor)
-    return platform, motors, True
+    platform = TiltingPlatform(replace(RIG_5DOF, motors=tuple(replace(RIG_5DOF.motors[0], x=x, z=z)
+                                                              for x, z in places)))
+    return platform, platform.places, platform.prepare()
 
 
 @given(st.lists(st.tuples(LENGTH, LENGTH), min_size=3, max_size=6), st.tuples(*[st.floats(-100.0, 100.0)] * 3))
@@ -203,7 +195,7 @@ def test_the_antiwindup_of_y_roll_and_pitch_is_the_transpose_of_the_allocation()
 def test_allocated_torques_hold_off_the_levers_of_the_thrusts() -> None:
     """By hand: 1 m/s² along x at 30 mm above the centre of mass is 0.318 N m, held by beta1 and beta2 at 0.2 m."""
     platform, motors, _ = shared(PLACES)
-    allocation = ForceAllocation(*MASSES, INERTIA, INERTIA)
+    allocation = ForceAllocation(RIG_5DOF)
     allocation.demand(platform, GRAVITY, 1.0, 0.0, 0.0, 0.0)
     forces = [6.9 * motor.carried(allocation.force, allocation.roll_torque, allocation.pitch_torque)
               for motor in motors]

@@ -12,18 +12,20 @@ from estimator_run import PLACES
 from hypothesis import given
 from hypothesis import strategies as st
 from motor import MOTOR
+from named_controllers import (
+    AdaptiveRegulator2DOF,
+    AdaptiveRegulator3DOF,
+    AdaptiveRegulator5DOF,
+    Estimator2DOF,
+    Regulator2DOF,
+    Regulator3DOF,
+    Regulator5DOF,
+)
 from named_stage import Stage2DOF, Stage3DOF
 
-from controller_fmu.regulator_2dof import Regulator2DOF
-from controller_fmu.regulator_3dof import Regulator3DOF
-from controller_fmu.regulator_5dof import Regulator5DOF
 from controller_fmu.status import BAD_GEOMETRY, BAD_PLACES, STEP_MISFIT, STEPPED
 from estimator_fmu.adaptation import Adaptation, Travel, followed
-from estimator_fmu.adaptive_regulator_2dof import AdaptiveRegulator2DOF
-from estimator_fmu.adaptive_regulator_3dof import AdaptiveRegulator3DOF
-from estimator_fmu.adaptive_regulator_5dof import AdaptiveRegulator5DOF
 from estimator_fmu.constant_estimate import ConstantEstimate
-from estimator_fmu.estimator_2dof import Estimator2DOF
 from maglev.own_fmus import definition
 
 Adaptive = AdaptiveRegulator2DOF | AdaptiveRegulator3DOF

@@ -4,10 +4,10 @@ import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
+from named_controllers import Estimator5DOF
 from named_stage import Stage5DOF
 
 from controller_fmu.status import BAD_PLACES, STEPPED
-from estimator_fmu.estimator_5dof import Estimator5DOF
 
 MOTORS = ("alpha1", "alpha2", "beta1", "beta2")
 CURRENTS = st.lists(st.floats(-4.0, 4.0), min_size=8, max_size=8)

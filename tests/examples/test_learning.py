@@ -7,9 +7,9 @@ import numpy as np
 import pytest
 from direct_loop import simulate
 from example_builds import EXAMPLES as ALL_EXAMPLES
+from named_controllers import Regulator3DOF
 from named_stage import Stage3DOF
 
-from controller_fmu.regulator_3dof import Regulator3DOF
 from controller_fmu.status import NONLINEAR
 from controller_fmu.velocity_observer import ObserverFilter
 from maglev.user_controllers.build import buildable

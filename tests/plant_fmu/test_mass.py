@@ -8,13 +8,12 @@ import pytest
 from direct_loop import RIGS, idealise
 from hypothesis import given
 from hypothesis import strategies as st
+from named_controllers import Regulator2DOF, Regulator3DOF
 from named_stage import Stage2DOF, Stage3DOF
 from reference_stage import T1, G, shape_functions
 from scipy.optimize import brentq
 from stage_cases import phases
 
-from controller_fmu.regulator_2dof import Regulator2DOF
-from controller_fmu.regulator_3dof import Regulator3DOF
 from maglev.identification.rigs import RIGS as described_rigs
 from maglev.identification.rigs import accelerations
 

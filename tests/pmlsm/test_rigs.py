@@ -4,10 +4,9 @@ from collections.abc import Callable
 from typing import Any
 
 import pytest
+from named_controllers import Regulator2DOF, Regulator3DOF
 from named_stage import Stage2DOF, Stage3DOF
 
-from controller_fmu.regulator_2dof import Regulator2DOF
-from controller_fmu.regulator_3dof import Regulator3DOF
 from maglev.identification.model_file import CONSTANTS
 from maglev.rig.rigs import RIGS
 from pmlsm.rig import Rig

@@ -4,9 +4,8 @@ from typing import Any
 
 import numpy as np
 from direct_loop import RIGS
+from named_controllers import Estimator2DOF, Estimator3DOF
 
-from estimator_fmu.estimator_2dof import Estimator2DOF
-from estimator_fmu.estimator_3dof import Estimator3DOF
 from fmi_export.definition import reader, write
 from maglev.own_fmus import definition
 

@@ -9,9 +9,8 @@ from typing import Any
 
 import numpy as np
 from direct_loop import RIGS, idealise
+from named_controllers import PID2DOF, PID3DOF
 
-from controller_fmu.pid_2dof import PID2DOF
-from controller_fmu.pid_3dof import PID3DOF
 from maglev.identification import rigs
 from maglev.identification.recording import MotionRecording
 from plant_fmu import stage_2dof, stage_3dof

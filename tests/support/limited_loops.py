@@ -4,8 +4,8 @@ from math import pi
 
 import numpy as np
 from motor import MOTOR
+from named_controllers import Regulator3DOF
 
-from controller_fmu.regulator_3dof import Regulator3DOF
 from maglev.arrays import Array
 from maglev.stability.axis_loop import AxisLoop
 from pmlsm.gap_functions import gap_functions

@@ -1,12 +1,10 @@
 """The controllers' motor models, linearised by scipy."""
 
 import numpy as np
+from named_controllers import Regulator2DOF, Regulator3DOF
 from reference_stage import G, shape_functions
 from scipy.differentiate import derivative
 from scipy.optimize import brentq
-
-from controller_fmu.regulator_2dof import Regulator2DOF
-from controller_fmu.regulator_3dof import Regulator3DOF
 
 Regulator = Regulator2DOF | Regulator3DOF
 

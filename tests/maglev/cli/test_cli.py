@@ -14,12 +14,11 @@ import numpy as np
 import pytest
 from command_line import SCRIPTS, error_line, maglev, run_script
 from estimator_run import PLACES
+from named_controllers import Estimator2DOF, Estimator3DOF
 from typer.core import TyperGroup
 from typer.main import get_command
 
 import maglev as tool
-from estimator_fmu.estimator_2dof import Estimator2DOF
-from estimator_fmu.estimator_3dof import Estimator3DOF
 from maglev.cli.app import app
 from maglev.packages import OURS
 

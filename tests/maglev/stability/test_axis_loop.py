@@ -5,9 +5,8 @@ from math import inf
 
 import numpy as np
 import pytest
+from named_controllers import Regulator3DOF, Regulator5DOF
 
-from controller_fmu.regulator_3dof import Regulator3DOF
-from controller_fmu.regulator_5dof import Regulator5DOF
 from controller_fmu.status import LINEAR
 from maglev.errors import StabilityError
 from maglev.linear.linearise import linearise
