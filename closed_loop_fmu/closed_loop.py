@@ -2,13 +2,12 @@
 
 from typing import Any
 
-from plant_fmu.stage import Stage
-
 from closed_loop_fmu.loop_step import COMMAND_TOO_LARGE, loop_status, samples_in, supply
 from controller_fmu.pid import PID
 from controller_fmu.regulator import Regulator
 from controller_fmu.status import STEP_MISFIT, STEPPED
 from estimator_fmu.adaptive_regulator import AdaptiveRegulator
+from plant_fmu.stage import Stage
 
 
 def advance(controller: Regulator | PID | AdaptiveRegulator, ports: Regulator | PID, plant: Stage, t: float,
