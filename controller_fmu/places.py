@@ -16,7 +16,7 @@ def placed(rig: Rig, variables: Iterable[Variable], layout: str = "model.layout"
     return tuple(replace(v, path=place(rig, v.name, layout, allocation)) for v in variables)
 
 
-def place(rig: Rig, name: str, layout: str, allocation: str) -> str:
+def place(rig: Rig, name: str, layout: str = "model.layout", allocation: str = "currents.allocation") -> str:
     """Path of a variable."""
     owner, _, part = name.partition(".")
     if owner == "geometry":

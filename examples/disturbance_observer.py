@@ -10,10 +10,9 @@ that its gains were computed for.
 """
 
 import numpy as np
+from controller_fmu.regulator_3dof import Regulator3DOF
 from scipy.signal import cont2discrete, place_poles
 from stage_3dof import INPUTS, OUTPUTS, SAMPLE_TIME, accelerations, quadrature_currents
-
-from controller_fmu.regulator_3dof import Regulator3DOF
 
 BANDWIDTH = 60.0   # rad/s: a faster observer follows friction more closely, and the steps of the encoder as well
 

@@ -33,7 +33,8 @@ ENCODER = 10e-6 / np.sqrt(12.0)                         # m
 DRIFT = 8.0                                             # m/s² in a second
 
 # The stage as the thesis's regulator knows it: its constants, and neither bias nor ripple nor modulation.
-MODEL = {**{name: getattr(KNOWN, name) for name in ("C1", "C2", "C3", "C4", "C5")}, "attraction_modulation": 0.0,
+MODEL = {"C1": KNOWN.thrust["x"], "C2": KNOWN.thrust["z"], "C3": KNOWN.attraction, "C4": KNOWN.coils,
+         "C5": KNOWN.iron, "attraction_modulation": 0.0,
          "y.ripple.amplitude": 0.0, "y.bias": 0.0, "x.bias": 0.0, "z.bias": 0.0}
 
 

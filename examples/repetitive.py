@@ -20,8 +20,9 @@ from stage_3dof import INPUTS, OUTPUTS
 
 import maglev
 from controller_fmu.output_regulator import OutputRegulator
-from controller_fmu.regulator_3dof import Regulator3DOF
+from controller_fmu.regulator import Regulator
 from maglev.linear.loop import linearise_loop
+from maglev.rig.rigs import RIGS
 
 GAINS = {"y": (-1487.0, -140.0, -50001.0, -560.0, -7836.0), "x": (-354.0, -41.0, -8945.0, 1201.0, -1472.0),
          "z": (-354.0, -41.0, -8945.0, 1201.0, -1472.0)}   # (5.12), corrected
@@ -60,7 +61,7 @@ class Memory:
         self.added -= gain * self.inverse * self.seen * OMEGA / pi
 
 
-class RepetitiveRegulator(Regulator3DOF):
+class RepetitiveRegulator(Regulator):
     """The thesis's regulator with its first gains and a memory of the errors of every axis."""
 
     inputs = {**INPUTS, "y.reference_rate": "m/s", "x.reference_rate": "m/s", "z.reference_rate": "m/s"}
@@ -68,12 +69,14 @@ class RepetitiveRegulator(Regulator3DOF):
     parameters = {"gain": "", "begin": "s"}
 
     def __init__(self) -> None:
-        super().__init__()
+        super().__init__(RIGS["3dof"])
         self.gain = 0.7     # of what is learnt from a period; 0 = nothing
         self.begin = 4.0    # s, of the first period: what the start has left is over
         self.current_limit, self.antiwindup = 0.0, False
-        for axis, gains in GAINS.items():
-            setattr(self, axis, OutputRegulator(*gains, 0.0, 0.025 if axis == "y" else 0.0))
+        self.axes = [OutputRegulator(*gains, 0.0, 0.025 if axis == "y" else 0.0) for axis, gains in GAINS.items()]
+        # By the names of the ports.
+        self.y, self.x, self.z = self.axes
+        self.alpha, self.beta = self.motors
         self.memories = [Memory(axis) for axis in GAINS]
         self.period = -1
 

@@ -22,6 +22,7 @@ import warnings
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import suppress
 from fractions import Fraction
+from functools import partial
 from itertools import pairwise, product
 from math import atan, inf, nextafter, pi
 from pathlib import Path
@@ -33,7 +34,8 @@ from numpy.typing import NDArray
 from scipy.linalg import solve_continuous_lyapunov
 
 import maglev
-from controller_fmu.regulator_3dof import Regulator3DOF
+from controller_fmu.places import axis_number
+from controller_fmu.regulator import Regulator
 from controller_fmu.status import INTERPOLATED
 from maglev.rig.rigs import RIGS
 from maglev.schema.layers import PACKAGED
@@ -119,8 +121,8 @@ COILS, IRON = 4 * iv.mpf(RIG.stage.coils), 4 * iv.mpf(RIG.stage.iron)
 
 def slopes(regulator: Any, cell: int) -> tuple[Any, Any]:
     """Slopes i*' and β' of the table in a cell."""
-    low, high = (getattr(regulator.table, f"point{cell + k}") for k in range(2))
-    spacing = iv.mpf(regulator.table.spacing)
+    low, high = regulator.currents.gains.points[cell:cell + 2]
+    spacing = iv.mpf(regulator.currents.gains.spacing)
     return (high.current - iv.mpf(low.current)) / spacing, (high.gain - iv.mpf(low.gain)) / spacing
 
 
@@ -130,14 +132,14 @@ def gap_parts(regulator: Any, cell: int, lower: float, upper: float) -> Iterator
     The plant's bias counts, its ripple as any force that it can be, the modulation of the attraction as any of its
     values.
     """
-    low, _, gain_slope = getattr(regulator.table, f"point{cell}"), *slopes(regulator, cell)
-    start = regulator.table.lower + cell * iv.mpf(regulator.table.spacing)
+    low, _, gain_slope = regulator.currents.gains.points[cell], *slopes(regulator, cell)
+    start = regulator.currents.gains.lower + cell * iv.mpf(regulator.currents.gains.spacing)
     ripple = RIG.vertical.ripple
     force = iv.mpf([-ripple.amplitude, ripple.amplitude]) + RIG.vertical.bias + GRAVITY
     attraction = 4 * RIG.stage.attraction * iv.mpf([1 - RIG.modulation, 1])
     for part in range(PARTS):
         g = lower + (iv.mpf([part, part + 1]) / PARTS) * (iv.mpf(upper) - lower)
-        f2, f3, f4, *changes = shapes(regulator.geometry, g)
+        f2, f3, f4, *changes = shapes(regulator.model.layout.kinds[0].geometry, g)
         # The smaller root of iron f4 i² − coils f3 i + attraction f2 − force = 0.
         constant = attraction * f2 - force
         root = iv.sqrt((COILS * f3) ** 2 - 4 * IRON * f4 * constant)
@@ -167,7 +169,7 @@ def hulls(intervals: Mapping[str, Sequence[Any]]) -> Box:
 
 def cells(loop: Loop, regulator: Any) -> list[tuple[float, float, Box]]:
     """Cells of the table in the range: both gaps (m), and the bounds between them."""
-    gaps = [regulator.table.lower + k * regulator.table.spacing for k in range(15)]
+    gaps = [regulator.currents.gains.lower + k * regulator.currents.gains.spacing for k in range(15)]
     pieces = []
     for k, (lower, upper) in enumerate(pairwise(gaps)):
         lower, upper = max(lower, LOWER), min(upper, UPPER)
@@ -184,7 +186,7 @@ def vertical(regulator: Any, mu: Any, alpha: Any, sigma: Any, growth: Any, rate:
 def matrix_of(regulator: Any, axis: RigAxis, mu: Any, nu: Any, eta: Any, crossing: Any, sigma: Any, moved: Any
               ) -> list[list[Any]]:
     """Matrix of the loop of an axis, of numbers of the kind of μ: floats or fractions; `crossing` leads from v to b."""
-    number, law = type(mu), getattr(regulator, axis.name)
+    number, law = type(mu), regulator.axes[axis_number(RIG, axis.name)]
     k1, k2, k3, k4, k5 = (number(getattr(law, f"k{k}")) for k in range(1, 6))
     lag, time1, time2 = number(LAG), number(regulator.observer.time1), number(regulator.observer.time2)
     zero, one, drag = number(0), number(1), number(axis.friction.viscous) / number(axis.mass)
@@ -282,7 +284,7 @@ def run_group(number: int) -> tuple[float, Any]:
     return after, maglev.batch(RUNS, values, set=common, kind="native", metrics=["stop contact time", "end error"])
 
 
-VERTICAL = Loop(PACKAGED / "studies" / "gap_certificate.json", Regulator3DOF, vertical, gap_bounds,
+VERTICAL = Loop(PACKAGED / "studies" / "gap_certificate.json", partial(Regulator, RIG), vertical, gap_bounds,
                 (1.0, 1300.0, 0.0, -70.0))
 
 

@@ -16,6 +16,7 @@ where μ = R_i/β, ν = κ l R_g and η = κ l (β i*' − n β'/β). They depen
 within ABOUT of those that hold the gap can make them. The rest is as in `gap_certificate`.
 """
 
+from functools import partial
 from pathlib import Path
 from typing import Any
 
@@ -23,13 +24,12 @@ import numpy as np
 from mpmath import iv
 
 import maglev
-from controller_fmu.regulator_5dof import Regulator5DOF
+from controller_fmu.regulator import Regulator
 from maglev.rig.rigs import RIGS
 from maglev.schema.layers import PACKAGED
 from studies.gap_certificate import COILS, GROUP, IRON, Box, Loop, certify_loop, gap_parts, hulls, matrix_of, slopes
 
 RIG = RIGS["5dof"]
-
 ABOUT = 0.8   # A
 RUNS = Path(__file__).with_suffix(".toml")
 ROLL = next(axis for axis in RIG.axes if axis.name == "roll")   # pitch has the same constants
@@ -57,7 +57,8 @@ def tilting(regulator: Any, mu: Any, nu: Any, eta: Any, growth: Any, rate: Any) 
     return matrix_of(regulator, ROLL, mu, nu, eta, 0, 0, growth * rate)
 
 
-TILT = Loop(PACKAGED / "studies" / "tilt_certificate.json", Regulator5DOF, tilting, bounds, (1.0, 900.0, -900.0, -70.0))
+TILT = Loop(PACKAGED / "studies" / "tilt_certificate.json", partial(Regulator, RIG), tilting, bounds,
+            (1.0, 900.0, -900.0, -70.0))
 
 
 def run_group(number: int) -> tuple[float, Any]:

@@ -14,8 +14,8 @@ from controller_fmu.status import NONLINEAR
 from estimator_fmu.adaptive_regulator import AdaptiveRegulator
 from estimator_fmu.estimator import Estimator
 from fmi_export.definition import read, write
+from maglev.rig.rigs import RIGS
 from pmlsm.rig import Rig, RigAxis
-from pmlsm.rigs import RIGS
 
 
 class Named:

@@ -1,11 +1,13 @@
 """Linear models of the controllers, sampled: derivatives of one sample of their blocks."""
 
+from collections.abc import Iterable
 from copy import deepcopy
 from dataclasses import replace
 from typing import Any
 
 import numpy as np
 
+from controller_fmu.places import axis_number, place
 from fmi_export.definition import read, write
 from maglev.errors import LinearModelError
 from maglev.linear.blocks.plant import BALANCED, moved
@@ -37,7 +39,9 @@ def linear_controller(name: str, rig: Rig, block: Any, at: Equilibrium, phases: 
     commands = tuple(f"{current}_cmd" for current in (rig.phase_names if phases else rig.dq_names))
     come_to_rest(name, rig, block, at, [state for state in states if ".observer." not in state])
     n = len(states)
-    slopes = derivatives(block, {"sample": ()}, [*states, *(entry.place for entry in inputs)], [*states, *commands])
+    places = places_of(rig, states)
+    slopes = derivatives(block, {"sample": ()}, [*places, *(entry.place for entry in inputs)],
+                         [*places, *places_of(rig, commands)])
     (a, b), (c, d) = (np.hsplit(rows, [n]) for rows in np.vsplit(slopes, [n]))
     return LinearModel(name, tuple(states), tuple(entry.name for entry in inputs), commands, a, b, c, d,
                        {**states, **{entry.name: entry.unit for entry in inputs}, **dict.fromkeys(commands, "A")},
@@ -46,7 +50,13 @@ def linear_controller(name: str, rig: Rig, block: Any, at: Equilibrium, phases: 
 
 def states_of(rig: Rig, block: Any) -> dict[str, str]:
     return {f"{axis.name}.{state}": f"rad{unit[1:]}" if axis.rotation else unit
-            for axis in rig.axes for state, unit in STATES.items() if has(getattr(block, axis.name), state)}
+            for axis in rig.axes for state, unit in STATES.items()
+            if has(block.axes[axis_number(rig, axis.name)], state)}
+
+
+def places_of(rig: Rig, names: Iterable[str]) -> list[str]:
+    """Paths of states and variables of a controller, by their names."""
+    return [place(rig, name) for name in names]
 
 
 def commanded(name: str, rig: Rig, block: Any, stage: Any, at: Equilibrium) -> Equilibrium:
@@ -56,8 +66,8 @@ def commanded(name: str, rig: Rig, block: Any, stage: Any, at: Equilibrium) -> E
     """
     prepare_fixed(name, block)
     measure(rig, block, at)
-    integrals = [state for state in states_of(rig, block) if state.endswith((".xi1", ".integral"))]
-    commands = [f"{current}_cmd" for current in rig.dq_names]
+    integrals = places_of(rig, [state for state in states_of(rig, block) if state.endswith((".xi1", ".integral"))])
+    commands = places_of(rig, [f"{current}_cmd" for current in rig.dq_names])
     for _ in range(ITERATIONS):
         ahead = deepcopy(block)
         ahead.sample()
@@ -66,8 +76,8 @@ def commanded(name: str, rig: Rig, block: Any, stage: Any, at: Equilibrium) -> E
         if np.abs(rates).max() < BALANCED:
             return replace(at, i_d=tuple(currents[0::2]), i_q=tuple(currents[1::2]))
         change = np.linalg.solve(by_current @ derivatives(block, {"sample": ()}, integrals, commands), rates)
-        for place, step in zip(integrals, change.tolist(), strict=True):
-            write(block, place, read(block, place) - step)
+        for path, step in zip(integrals, change.tolist(), strict=True):
+            write(block, path, read(block, path) - step)
     raise LinearModelError(f"{name} at {at}: comes to no rest, expected a larger gap or other constants")
 
 
@@ -84,11 +94,12 @@ def measure(rig: Rig, block: Any, at: Equilibrium) -> None:
             setattr(block, limit, 0.0)
     positions = list(at.positions.values())
     for axis, position in at.positions.items():
-        part = getattr(block, axis)
+        part = block.axes[axis_number(rig, axis)]
         part.reference = part.measured = position
-    for motor, gap in zip(rig.motor_names, (MotorPlaces.of(rig, block).gaps @ positions).tolist(), strict=True):
-        if rig.rotations:
-            getattr(block, f"{motor}_place").gap_measured = gap
+    if rig.rotations:
+        gaps = (MotorPlaces.of(rig, block).gaps @ positions).tolist()
+        for motor, gap in zip(block.platform.places, gaps, strict=True):
+            motor.gap_measured = gap
     block.sample()   # observers begin at the measurement
 
 
@@ -99,14 +110,14 @@ def come_to_rest(name: str, rig: Rig, block: Any, at: Equilibrium, states: list[
     references move with them only where a law has none.
     """
     measure(rig, block, at)
-    variables = [*states, *(f"{axis}.reference" for axis in rig.axis_names)]
-    commands = [f"{current}_cmd" for current in rig.dq_names]
-    start = np.array([read(block, place) for place in variables])
+    variables = places_of(rig, [*states, *(f"{axis}.reference" for axis in rig.axis_names)])
+    commands = places_of(rig, [f"{current}_cmd" for current in rig.dq_names])
+    start = np.array([read(block, path) for path in variables])
     change = np.zeros(len(variables))
-    weights = np.array([1.0 if place.endswith((".xi1", ".integral")) else SELDOM for place in variables])
+    weights = np.array([1.0 if path.endswith((".xi1", ".integral")) else SELDOM for path in variables])
     for _ in range(ITERATIONS):
-        for place, value in zip(variables, (start + change).tolist(), strict=True):
-            write(block, place, value)
+        for path, value in zip(variables, (start + change).tolist(), strict=True):
+            write(block, path, value)
         ahead = deepcopy(block)
         ahead.sample()
         if not ahead.feasible:   # a step too far: in its model no current makes what the law demands there
