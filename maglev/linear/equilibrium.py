@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 from scipy.linalg import null_space
 
-from fmi_export.definition import write
+from controller_fmu.pid import PID
 from maglev.arrays import Array
 from maglev.errors import LinearModelError, one_of, require_table
 from maglev.linear.blocks.plant import BALANCED, at_rest, moved
@@ -16,7 +16,6 @@ from maglev.linear.parameters import Quantity, block_of, controllers, linear_nam
 from maglev.linear.places import MotorPlaces
 from maglev.stages import STAGES
 from maglev.units import parse_quantity, refused_as
-from plant_fmu.places import constant_place
 from plant_fmu.stage import Stage
 from pmlsm.motor_geometry import MotorGeometry
 from pmlsm.rig import Rig
@@ -77,24 +76,22 @@ def spelled(rig: Rig, positions: Mapping[str, float], *axes: str) -> list[str]:
 def modelled(rig: Rig, controller: Any) -> Any:
     """The stage as a controller models it: with its constants, masses and places, and with nothing else."""
     stage = STAGES.definition(linear_names(rig)[0]).new_block()
-    magnetics, mover = stage.magnetics, stage.mover
-    magnetics.kinds[0].geometry = controller.geometry
-    for kind, motor in zip(magnetics.kinds[1:], rig.unlike, strict=True):
-        kind.geometry, kind.ratio = (getattr(controller, f"{motor.name}_{of}") for of in ("geometry", "ratio"))
-    for constant in rig.constants:
-        write(stage, constant_place(rig, constant.name), getattr(controller, constant.name))
+    magnetics, mover, model = stage.magnetics, stage.mover, controller.model
+    magnetics.kinds = model.layout.kinds
+    magnetics.thrust = list(model.thrust)
+    magnetics.attraction, magnetics.coils, magnetics.iron = model.attraction, model.coils, model.iron
     magnetics.modulation = magnetics.magnet_rise = 0.0
     for axis in stage.axes:
         axis.bias = axis.ripple.amplitude = 0.0
     if rig.rotations:
-        model = controller.allocation
+        allocation = (controller.holding if isinstance(controller, PID) else controller.currents).allocation
         mover.height, mover.payload.mass = controller.platform.height, 0.0
-        masses = (model.mass_y, model.mass_x, model.mass_z, model.inertia_roll, model.inertia_pitch)
+        masses = (allocation.mass_y, allocation.mass_x, allocation.mass_z, allocation.inertia_roll,
+                  allocation.inertia_pitch)
         for axis, mass in zip(stage.axes, masses if len(rig.horizontal) == 2 else (*masses[:2], masses[3]),
                               strict=True):
             axis.mass = axis.nominal_mass = mass
-        for motor, mount in zip(rig.motor_names, mover.mounts, strict=True):
-            spot = getattr(controller, f"{motor}_place")
+        for spot, mount in zip(controller.platform.places, mover.mounts, strict=True):
             mount.x, mount.z = spot.x, spot.z
         for guide in mover.guides:
             guide.stiffness = 0.0
@@ -161,8 +158,8 @@ def geometry_at(rig: Rig, block: Any, motor: str) -> MotorGeometry:
     if isinstance(block, Stage):
         group = block.magnetics.groups[block.motors[rig.motor_names.index(motor)].group]
         return block.magnetics.kinds[group.kind].geometry
-    geometry: MotorGeometry = getattr(block, f"{motor}_geometry", block.geometry)
-    return geometry
+    layout = block.model.layout
+    return layout.kinds[layout.kind[rig.motor_names.index(motor)]].geometry
 
 
 def balanced(place: str, rig: Rig, stage: Any, places: MotorPlaces, currents: Array, split: Any) -> Array:
@@ -212,8 +209,9 @@ def check_amplifiers(place: str, block: Any, equilibrium: Equilibrium) -> None:
 def check_limit(place: str, block: Any, equilibrium: Equilibrium) -> None:
     """Refuse currents that a controller does not command."""
     for name, value in equilibrium.currents.items():
-        ratio = getattr(block, f"{name.partition('.')[0]}_ratio", None)
-        limit = block.current_limit * (ratio.limit if ratio is not None else 1.0)
+        layout = block.model.layout
+        motor = equilibrium.motors.index(name.partition(".")[0])
+        limit = block.current_limit * layout.kinds[layout.kind[motor]].ratio.limit
         if 0.0 < limit < abs(value):
             raise LinearModelError(
                 f"{place}: {name}_cmd = {value:.3g} A is beyond current_limit = {limit:g} A, where the "

@@ -56,7 +56,8 @@ def block_of(name: str, parameters: Mapping[str, Quantity | bool]) -> Any:
     Of a regulator that adapts it is its law, with the constants that it begins with: no constant moves at rest.
     LinearModelError if the FMU has no such parameter or cannot take its value.
     """
-    rig, definition = linear_rig(name), STAGES.definition(name)
+    linear_rig(name)
+    definition = STAGES.definition(name)
     known = {variable.name: variable for variable in definition.variables if variable.causality == "parameter"}
     block = definition.new_block()
     require_table(parameters, f"{name}: parameters", LinearModelError, "{'y.mass': '7.2 kg'}")
@@ -71,8 +72,7 @@ def block_of(name: str, parameters: Mapping[str, Quantity | bool]) -> Any:
     if name in plants():
         block.magnetics.prepare()
     elif name in controllers():
-        for part in ("geometry", *(f"{motor.name}_geometry" for motor in rig.unlike)):
-            getattr(block, part).prepare()
+        block.model.layout.prepare()
     return block
 
 

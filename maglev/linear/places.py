@@ -33,7 +33,7 @@ class MotorPlaces:
             return cls.at(rig, rig.motors, rig.height)
         if hasattr(block, "mover"):
             return cls.at(rig, block.mover.mounts, block.mover.height)
-        return cls.at(rig, [getattr(block, f"{name}_place") for name in rig.motor_names], block.platform.height)
+        return cls.at(rig, block.platform.places, block.platform.height)
 
     def measuring(self, rig: Rig) -> Array:
         """Positions of the axes by the encoders, where a platform tilts by least squares of the gaps at the motors."""
