@@ -125,7 +125,7 @@ class Regulator:
             # Between samples ξ1 of a law with a table stands for a current, which does not change with the gain.
             self.rescale(scale)
         if not self.started:
-            self.begin()
+            self.hold()
         sample_time = self.sample_time
         observer = self.observer
         for k, axis in enumerate(axes):
@@ -147,7 +147,7 @@ class Regulator:
         if scale != 1.0:
             self.rescale(1.0 / scale)
 
-    def begin(self) -> None:
+    def hold(self) -> None:
         """Begin such that the mover is held; not bumpless, as though it rested at the setpoint."""
         self.currents.hold(self.axes, self.model, self.platform, self.setpoint, self.bumpless)
         for axis, demand in zip(self.axes, self.currents.demands, strict=True):

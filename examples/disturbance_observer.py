@@ -9,10 +9,20 @@ bias, ripple, wrong constants. The demand is reduced by it, so that to the regul
 that its gains were computed for.
 """
 
+from typing import Any
+
 import numpy as np
-from controller_fmu.regulator_3dof import Regulator3DOF
 from scipy.signal import cont2discrete, place_poles
 from stage_3dof import INPUTS, OUTPUTS, SAMPLE_TIME, accelerations, quadrature_currents
+
+from controller_fmu.fixed_gains import FixedGains
+from controller_fmu.level_platform import LevelPlatform
+from controller_fmu.motor_command import MotorCommand
+from controller_fmu.motor_model import MotorModel
+from controller_fmu.output_regulator import OutputRegulator
+from controller_fmu.regulator import Regulator
+from controller_fmu.shared_current import SharedCurrent
+from maglev.rig.rigs import RIGS
 
 BANDWIDTH = 60.0   # rad/s: a faster observer follows friction more closely, and the steps of the encoder as well
 
@@ -45,7 +55,41 @@ class DisturbanceObserver:
         return float(self.state[2])
 
 
-class ObservedRegulator(Regulator3DOF):
+class ObservedAxis(OutputRegulator):
+    """Output regulator of an axis that demands less by what the disturbance does already."""
+
+    disturbance = 0.0                   # m/s²
+    instead: float | None = None        # m/s², another demand
+
+    def demand(self) -> float:
+        """Demanded acceleration (m/s²)."""
+        return super().demand() - self.disturbance if self.instead is None else self.instead
+
+
+class ObservedCurrents(SharedCurrent):
+    """Currents of the regulator, the direct one for thrusts within the limit.
+
+    The quadrature currents go out as they are demanded, for the thesis's antiwindup has to see what the limit takes
+    away. The direct current makes up for what is left of them: (5.7) would drop the mover at a step of 40 mm.
+    """
+
+    def command(self, axes: list[Any], motors: list[MotorCommand], model: MotorModel, platform: LevelPlatform,
+                limit: float) -> bool:
+        """Command the motors what the axes demand, within a limit (A, 0 = none); whether the demand can be made."""
+        super().command(axes, motors, model, platform, 0.0)
+        i_q, (gap, x, z) = list(self.i_q), axes
+        x_demand, z_demand = x.demand(), z.demand()
+        _, x.instead, z.instead = accelerations(gap.measured, 0.0,
+                                                *quadrature_currents(gap.measured, x_demand, z_demand))
+        feasible = super().command(axes, motors, model, platform, 0.0)
+        x.instead = z.instead = None
+        geometry = model.layout.kinds[0].geometry
+        for motor, current, axis in zip(motors, i_q, (x, z), strict=True):
+            motor.command(motor.i_d_cmd, current, limit, geometry.electrical_angle(axis.measured))
+        return feasible
+
+
+class ObservedRegulator(Regulator):
     """The thesis's regulator of the 3-DOF stage, relieved of the disturbances by an observer on each axis."""
 
     inputs = {**INPUTS, "y.reference_rate": "m/s", "x.reference_rate": "m/s", "z.reference_rate": "m/s"}
@@ -53,32 +97,29 @@ class ObservedRegulator(Regulator3DOF):
     parameters = {f"{axis}.k{k}": unit for axis in ("y", "x", "z")
                   for k, unit in enumerate(("1/s2", "1/s", "1/s5", "1/s4", "1/s3"), 1)}
 
+    def __init__(self) -> None:
+        rig = RIGS["3dof"]
+        super().__init__(rig)
+        self.axes = [ObservedAxis(*axis.design.gains, axis.design.antiwindup_gain, axis.start) for axis in rig.axes]
+        self.currents = ObservedCurrents(rig, self.law, FixedGains())
+        # By the names of the ports.
+        self.y, self.x, self.z = self.axes
+        self.alpha, self.beta = self.motors
+
     def start(self) -> None:
         """Compute what follows from the parameters."""
         super().start()
         self.observers = [DisturbanceObserver(BANDWIDTH) for _ in "yxz"]
 
     def step(self, t: float) -> None:
-        """One sample: that of the regulator, which asks for `currents`, then the observers."""
+        """One sample: that of the regulator, whose axes demand less by the disturbances, then the observers."""
         axes = (self.y, self.x, self.z)
         if not self.started:
             for observer, axis in zip(self.observers, axes, strict=True):
                 observer.start(axis.measured)
+        for observer, axis in zip(self.observers, axes, strict=True):
+            axis.disturbance = observer.disturbance
         self.sample()
         given = accelerations(self.y.measured, self.alpha.i_d_cmd, self.alpha.i_q_cmd, self.beta.i_q_cmd)
         for observer, axis, acceleration in zip(self.observers, axes, given, strict=True):
             observer.update(axis.measured, acceleration)
-
-    def currents(self, demand_y: float, demand_x: float, demand_z: float) -> tuple[float, float, float]:
-        """Currents (A) for the demanded accelerations (m/s²), less what the disturbances do already.
-
-        The quadrature currents go out as they are demanded, for the thesis's antiwindup has to see what the limit takes
-        away. The direct current makes up for what is left of them: (5.7) would drop the mover at a step of 40 mm.
-        """
-        y, x, z = (demand - observer.disturbance for demand, observer
-                   in zip((demand_y, demand_x, demand_z), self.observers, strict=True))
-        gap = self.y.measured
-        _, i_qa, i_qb = super().currents(y, x, z)
-        _, limited_x, limited_z = accelerations(gap, 0.0, *quadrature_currents(gap, x, z))
-        i_d, _, _ = super().currents(y, limited_x, limited_z)
-        return i_d, i_qa, i_qb
