@@ -12,13 +12,18 @@ KEYWORDS_OF_C = {
     "long", "register", "restrict", "short", "signed", "sizeof", "static", "struct", "switch", "typedef", "union",
     "unsigned", "void", "volatile"}
 HELD = "level"   # the tilt that guides hold, where there is one horizontal axis
+# Words with which variables of FMUs begin, beside axes and motors.
+VARIABLES = {
+    "at_stop", "attraction_modulation", "bus_voltage", "encoder", "geometry", "height", "magnet_rise", "payload",
+    "roughness_seed", "yaw_moment"}
 OWN = re.compile(r"self\.(\w+)|^ *([\w, ]+) = |\bdef (\w+)|\bfor (\w+) in|^from \S+ import (.+)$", re.MULTILINE)
 
 
 @cache
 def own_names() -> frozenset[str]:
     """Names that blocks have of their own: no axis and no motor can be called so."""
-    taken = {*kwlist, *KEYWORDS_OF_C, "self", "t", "dt", "law", HELD, "time"}   # which is a column of recordings
+    taken = {*kwlist, *KEYWORDS_OF_C, *VARIABLES, "self", "t", "dt", "law", HELD,
+             "time"}   # which is a column of recordings
     for path in TEMPLATES.rglob("*.j2"):
         if path.name.endswith((".html.j2", ".toml.j2")) or path.parent.name in ("repository", "written"):
             continue

@@ -15,9 +15,7 @@ if TYPE_CHECKING:
 
 
 # By path, in which {} is the name of the rig. Each has a template, some a second one where the platform tilts.
-MODULES = (
-    "plant_fmu/stage_{}.py",
-    )
+MODULES: tuple[str, ...] = ()
 
 # Equations, which are the same for all rigs whose platform tilts.
 PAGES = (

@@ -52,7 +52,7 @@ def test_host_packages_are_not_used(fmus: Path, monkeypatch: pytest.MonkeyPatch)
     undisturbed = falling(fmus / "Plant3DOF.fmu")
     # A host that has our packages imported, and broken.
     monkeypatch.setattr(pmlsm.gap_functions, "slot_permeance", None)
-    monkeypatch.setattr("plant_fmu.stage_3dof.Stage3DOF.step", None)
+    monkeypatch.setattr("plant_fmu.stage.Stage.step", None)
     monkeypatch.setattr("pythonfmu.fmi2slave.Fmi2Slave.__init__", None)
     assert falling(fmus / "Plant3DOF.fmu") == undisturbed
 

@@ -1,7 +1,5 @@
 """Data to identify a stage from: the closed loop under the excitation of sections 4.3.1 and 5.3, by blocks directly."""
 
-from collections.abc import Iterator
-from contextlib import contextmanager
 from dataclasses import dataclass
 from functools import cache
 from math import pi
@@ -10,12 +8,11 @@ from typing import Any
 import numpy as np
 from direct_loop import RIGS, idealise
 from named_controllers import PID2DOF, PID3DOF
+from named_stage import Stage2DOF, Stage3DOF
 
 from maglev.identification import rigs
 from maglev.identification.recording import MotionRecording
-from plant_fmu import stage_2dof, stage_3dof
 
-STAGES = {2: stage_2dof, 3: stage_3dof}
 RAMP = 2.0   # s, in which the excitation comes in by 3 s² − 2 s³
 CORNERS = {"v": 25.0, "h": 6.0, "y": 25.0, "x": 6.0, "z": 6.0}   # rad/s, pre-filters
 Y_TERMS = [(0.25, 1.0, -0.8), (0.25, 2.0, -1.6), (0.25, 3.0, -2.4), (0.25, 4.0, -3.2)]
@@ -50,19 +47,7 @@ def reference(axis: str, t: np.ndarray) -> np.ndarray:
 
 def new_blocks(rig: int) -> tuple[Any, Any]:
     """Stage and PID of a rig, 2 or 3 degrees of freedom."""
-    return (stage_2dof.Stage2DOF(), PID2DOF()) if rig == 2 else (stage_3dof.Stage3DOF(), PID3DOF())
-
-
-@contextmanager
-def one_integration_step(rig: int, dt: float) -> Iterator[None]:
-    """One integration step a sample: 0.1 µm is accurate enough here (docs/accuracy.md), and takes less time."""
-    module: Any = STAGES[rig]
-    longest = module.LONGEST_STEP
-    module.LONGEST_STEP = dt
-    try:
-        yield
-    finally:
-        module.LONGEST_STEP = longest
+    return (Stage2DOF(), PID2DOF()) if rig == 2 else (Stage3DOF(), PID3DOF())
 
 
 def excitation(rig: int, ideal: bool = True, seconds: float = 40.0, resolution: float = 0.0,
@@ -112,8 +97,8 @@ def excitation(rig: int, ideal: bool = True, seconds: float = 40.0, resolution: 
         for name in axes:   # as it was assumed: enough for what it does to the constants to be told
             getattr(stage, name).friction.coulomb *= 2.0
     assert pid.start() == stage.start() == 0
-    with one_integration_step(rig, dt):
-        return simulate(rig, stage, pid, round(seconds / dt), dt, change)
+    stage.longest_step = dt   # one integration step a sample: 0.1 µm is accurate enough (docs/accuracy.md)
+    return simulate(rig, stage, pid, round(seconds / dt), dt, change)
 
 
 def simulate(rig: int, stage: Any, pid: Any, count: int, dt: float,

@@ -128,7 +128,8 @@ def line_of(path: Path, part: str) -> int:
 # The plant of this project as a class of the user's: of parts that the FMU has, without the FMU around them.
 PLANT = '''"""The 2-DOF stage as a Python file."""
 
-from plant_fmu.stage_2dof import Stage2DOF
+from maglev.rig.rigs import RIGS
+from plant_fmu.stage import Stage as OneStage
 
 
 class Stage:
@@ -140,16 +141,15 @@ class Stage:
     parameters = {"v.position_start": "m", "h.position_start": "m", "v.mass": "kg", "C3": "m/(s2.A.T)"}
 
     def __init__(self) -> None:
-        self.stage = Stage2DOF()
-        self.v = self.stage.v
-        self.h = self.stage.h
-        self.motor = self.stage.motor
+        self.stage = OneStage(RIGS["2dof"])
+        self.v, self.h = self.stage.axes
+        self.motor, = self.stage.motors
         self.C3 = 30.9
         self.at_stop = False
 
     def start(self) -> None:
         """Place the mover."""
-        self.stage.C3 = self.C3
+        self.stage.magnetics.coils = self.C3
         self.stage.start()
 
     def step(self, t: float, dt: float) -> None:

@@ -83,5 +83,5 @@ def test_a_section_of_a_stage_of_the_users(tmp_path: Path) -> None:
     assert block_section("plant_fmu.stage_uneven", "plant_fmu", "own.html") == "<h2>Mine</h2>"
     assert block_section("plant_fmu.stage_uneven", "plant_fmu", "effects.html").startswith("<h2>")
     with pytest.raises(FileNotFoundError, match=r"own\.html"):
-        block_section("plant_fmu.stage_3dof", "plant_fmu", "own.html")
+        block_section("plant_fmu.stage", "plant_fmu", "own.html")
     KNOWN.forget("uneven")
