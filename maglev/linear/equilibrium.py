@@ -7,6 +7,7 @@ from typing import Any
 import numpy as np
 from scipy.linalg import null_space
 
+from controller_fmu.motor_layout import MotorLayout
 from controller_fmu.pid import PID
 from maglev.arrays import Array
 from maglev.errors import LinearModelError, one_of, require_table
@@ -84,7 +85,8 @@ def modelled(rig: Rig, controller: Any) -> Any:
     for axis in stage.axes:
         axis.bias = axis.ripple.amplitude = 0.0
     if rig.rotations:
-        allocation = (controller.holding if isinstance(controller, PID) else controller.currents).allocation
+        part: Any = controller.holding if isinstance(controller, PID) else controller.currents
+        allocation = part.allocation
         mover.height, mover.payload.mass = controller.platform.height, 0.0
         masses = (allocation.mass_y, allocation.mass_x, allocation.mass_z, allocation.inertia_roll,
                   allocation.inertia_pitch)
@@ -158,7 +160,7 @@ def geometry_at(rig: Rig, block: Any, motor: str) -> MotorGeometry:
     if isinstance(block, Stage):
         group = block.magnetics.groups[block.motors[rig.motor_names.index(motor)].group]
         return block.magnetics.kinds[group.kind].geometry
-    layout = block.model.layout
+    layout: MotorLayout = block.model.layout
     return layout.kinds[layout.kind[rig.motor_names.index(motor)]].geometry
 
 

@@ -103,7 +103,7 @@ def test_what_is_changed_is_not(ours: Path, tmp_path: Path, change: Callable[[Co
 
 
 def test_changed_code_is_not(fmus: Path, native_fmus: Path, tmp_path: Path) -> None:
-    for folder, ending in ((fmus, "/regulator_3dof.py"), (fmus, "code/slave.py"), (fmus, "slavemodule.txt"),
+    for folder, ending in ((fmus, "/regulator.py"), (fmus, "code/slave.py"), (fmus, "slavemodule.txt"),
                            (native_fmus, "/block.h"), (native_fmus, "/instance.h"), (native_fmus, "/model.c")):
         change = every(ending, lambda text: text + b"\n")
         assert not built_here(changed(folder / f"{NAME}.fmu", tmp_path / f"{NAME}.fmu", change)), ending
@@ -111,11 +111,11 @@ def test_changed_code_is_not(fmus: Path, native_fmus: Path, tmp_path: Path) -> N
 
 def test_one_of_other_sources_is_not(ours: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     """What an earlier version built, or a checkout before its last change."""
-    now = tmp_path / "regulator_3dof.py"
-    now.write_text(module_path("controller_fmu.regulator_3dof").read_text() + "# changed\n")
+    now = tmp_path / "regulator.py"
+    now.write_text(module_path("controller_fmu.regulator").read_text() + "# changed\n")
     for module in (recognition, sources):
         monkeypatch.setattr(module, "module_path",
-                            lambda name: now if name == "controller_fmu.regulator_3dof" else module_path(name))
+                            lambda name: now if name == "controller_fmu.regulator" else module_path(name))
     assert not built_here(Path(shutil.copy(ours, tmp_path)))
 
 
