@@ -26,7 +26,7 @@ from named_stage import Stage2DOF, Stage3DOF
 from controller_fmu.status import BAD_GEOMETRY, BAD_PLACES, STEP_MISFIT, STEPPED
 from estimator_fmu.adaptation import Adaptation, Travel, followed
 from estimator_fmu.constant_estimate import ConstantEstimate
-from maglev.own_fmus import definition
+from fmi_export.definition import read
 
 Adaptive = AdaptiveRegulator2DOF | AdaptiveRegulator3DOF
 PAIRS: list[tuple[type, type]] = [(AdaptiveRegulator2DOF, Regulator2DOF), (AdaptiveRegulator3DOF, Regulator3DOF),
@@ -47,8 +47,8 @@ class Seen:
 
 def measured(regulator: Any) -> list[str]:
     """Places of what a regulator measures: the gaps first, as many as it has."""
-    gaps = [f"{name}.gap_measured" for name in vars(regulator) if name.endswith("_place")]
-    axes = ["x", "z"] if gaps else [name for name in vars(regulator) if name in ("v", "h", "y", "x", "z")]
+    gaps = [f"{name}.gap_measured" for name in regulator.parts if name.endswith("_place")]
+    axes = ["x", "z"] if gaps else [name for name in regulator.parts if name in ("v", "h", "y", "x", "z")]
     return [*gaps, *(f"{axis}.measured" for axis in axes)]
 
 
@@ -65,7 +65,7 @@ def test_frozen_it_is_the_fixed_regulator(adaptive: type, fixed: type) -> None:
     for regulator in (learning.regulator, plain):
         regulator.trip_error = 20e-3
     assert learning.start() == plain.start() == STEPPED
-    motors = [name for name in vars(plain) if hasattr(getattr(plain, name), "i_a_cmd")]
+    motors = [name for name, part in plain.parts.items() if hasattr(part, "i_a_cmd")]
     places, dt = measured(plain), plain.sample_time
     gaps = [place for place in places if "gap" in place] or places[:1]
     rest = {place: attrgetter(place)(plain) for place in places}
@@ -103,7 +103,7 @@ def idle(stage: Any, axes: tuple[str, ...], motors: tuple[str, ...]) -> None:
 
 def nominals(rig: int, controller: Any) -> list[float]:
     """Constants from which those of a regulator are adapted."""
-    return [attrgetter(PLACES[rig][f"{name}_start"])(controller.estimator) for name in CONSTANTS[:rig + 2]]
+    return [read(controller.estimator, PLACES[rig][f"{name}_start"]) for name in CONSTANTS[:rig + 2]]
 
 
 @pytest.mark.thorough
@@ -140,7 +140,7 @@ def test_without_excitation_the_constants_stay(slow: None, rig: int, stage: type
     own = CONSTANTS[:rig + 2]
     assert [getattr(controller.regulator, name) for name in own] == nominals(rig, controller)
     assert not controller.adaptation.frozen
-    assert max(abs(attrgetter(PLACES[rig][name])(controller.estimator) / nominal - 1.0)
+    assert max(abs(read(controller.estimator, PLACES[rig][name]) / nominal - 1.0)
                for name, nominal in zip(own, nominals(rig, controller), strict=True)) > 0.1, "they would have moved"
 
 
@@ -157,7 +157,7 @@ def test_misleading_data_change_nothing() -> None:
         return (estimator.h.thrust.value, estimator.v.attraction.value, estimator.v.coils.value, sigma.s11, sigma.s21,
                 sigma.s22, estimator.h.information)
 
-    block.v_travel.upper = 20.1e-3   # so near that no command comes to its limit
+    block.travels[0].upper = 20.1e-3   # so near that no command comes to its limit
     for k in range(20):
         before = at(20e-3 + 2e-6 * k, k)
     assert not block.adaptation.frozen
@@ -212,13 +212,13 @@ def test_both_models_of_the_motor_are_one() -> None:
         assert block.step(k * 5e-4, 5e-4) == STEPPED
     alone.sample()
     assert block.estimator.v.filter1.output == alone.v.filter1.output
-    alone.take(block.estimator.geometry)
+    alone.take(block.estimator.layout)
     assert block.estimator.v.filter1.output != alone.v.filter1.output
 
 
 def test_what_the_parts_share_is_one_parameter() -> None:
     """The estimator of a platform that tilts has the regulator's places, clock and observer."""
-    block = definition("AdaptiveRegulator5DOF").new_block()
+    block = AdaptiveRegulator5DOF()
     for name in ("alpha1_place.x", "beta2_place.z", "observer.time1", "observer.time2", "sample_time"):
         put(block, f"regulator.{name}", 1.5 * attrgetter(f"regulator.{name}")(block) + 1e-4)
     block.estimator.y.attraction.guess = 300.0

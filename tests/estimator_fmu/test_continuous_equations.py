@@ -1,7 +1,6 @@
 """The estimator against scipy's solution of (3.8), inputs held over each sample, with everything written again."""
 
 from collections.abc import Callable
-from operator import attrgetter
 
 import numpy as np
 import pytest
@@ -9,6 +8,8 @@ from direct_loop import RIGS
 from estimator_run import PLACES, TRUE_VELOCITY, TRUTH, new_estimator, run
 from reference_stage import G, shape_functions
 from scipy.integrate import solve_ivp
+
+from fmi_export.definition import read
 
 Rows = list[tuple[list[int], np.ndarray, float]]   # constants, row A, b of each axis
 
@@ -68,7 +69,7 @@ def test_against_scipy(trial: Callable[..., dict[str, np.ndarray]], rig: int, ep
     middle = {name: values[20_000:20_000 + count] for name, values in trial(rig, seconds=20.0).items()}
     names = [f"C{i + 1}" for i in range(len(TRUTH[rig]))]
     default = new_estimator(rig, TRUTH[rig])
-    weights = weight * np.array([attrgetter(PLACES[rig][f"{name}_weight"])(default) for name in names])
+    weights = weight * np.array([read(default, PLACES[rig][f"{name}_weight"]) for name in names])
     weighted = {f"{name}_weight": float(w) for name, w in zip(names, weights, strict=True)}
     estimator = new_estimator(rig, 0.5 * TRUTH[rig], epsilon=epsilon, gamma=gamma, forgetting=forgetting,
                               **TRUE_VELOCITY, **weighted)

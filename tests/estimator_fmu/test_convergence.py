@@ -1,11 +1,12 @@
 """Estimates against the constants that the data were made with, from a start of 50 %."""
 
 from collections.abc import Callable
-from operator import attrgetter
 
 import numpy as np
 import pytest
 from estimator_run import PLACES, TRUE_VELOCITY, TRUTH, new_estimator, run
+
+from fmi_export.definition import read
 
 Trial = Callable[..., dict[str, np.ndarray]]
 
@@ -25,7 +26,7 @@ def test_ideal_stage(trial: Trial, rig: int) -> None:
     estimator = new_estimator(rig, 0.5 * TRUTH[rig], **TRUE_VELOCITY)
     estimates = run(rig, estimator, trial(rig, seconds=SECONDS[rig]))
     assert (errors(estimates, TRUTH[rig]) < 0.005).all()
-    assert all(attrgetter(PLACES[rig][f"C{i + 1}_converged"])(estimator) for i in range(len(TRUTH[rig])))
+    assert all(read(estimator, PLACES[rig][f"C{i + 1}_converged"]) for i in range(len(TRUTH[rig])))
 
 
 @pytest.mark.thorough

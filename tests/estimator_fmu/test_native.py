@@ -2,7 +2,6 @@
 
 import math
 from collections.abc import Callable
-from operator import attrgetter
 
 import numpy as np
 import pytest
@@ -10,6 +9,7 @@ from direct_loop import RIGS
 from estimator_run import PLACES, new_estimator
 from fmu_access import bits, outputs, put, variables
 
+from fmi_export.definition import reader
 from maglev.cosim.fmu import Fmu
 
 
@@ -26,7 +26,7 @@ def test_same_bits(trial: Callable[..., dict[str, np.ndarray]], load_native: Cal
     starts = np.array([fmu.variable(f"C{i + 1}_start").start for i in range(rig + 2)], float)
     block = new_estimator(rig, starts, **parameters)
     names = [v.name for v in variables(fmu, "output")]
-    values_of = attrgetter(*(PLACES[rig][name] for name in names))
+    values_of = reader([PLACES[rig][name] for name in names])
     for k in range(600):
         inputs = {f"{name}.measured": float(data[f"{name}.encoder"][15_000 + k]) for name in axes}
         inputs |= {f"{name}.{what}": float(data[f"{name}.{what}"][15_000 + k])

@@ -7,7 +7,6 @@ import re
 import subprocess
 import sys
 from importlib.metadata import version
-from operator import attrgetter
 from pathlib import Path
 
 import numpy as np
@@ -19,6 +18,7 @@ from typer.core import TyperGroup
 from typer.main import get_command
 
 import maglev as tool
+from fmi_export.definition import reader
 from maglev.cli.app import app
 from maglev.packages import OURS
 
@@ -295,7 +295,7 @@ def test_scripts_of_the_estimators(fmus: Path, tmp_path: Path, rig: str,
     assert len(result) - 1 == len(given) == round(stop_time / step)
     estimator.start()
     names = [name for name in result.dtype.names or () if name in ("C1", "C2", "C3", "C4", "C5")]
-    estimates = attrgetter(*(PLACES[int(rig[0])][name] for name in names))
+    estimates = reader([PLACES[int(rig[0])][name] for name in names])
     guesses = estimates(estimator)
     for row, estimated in zip(given, result[1:], strict=True):
         for name in (given.dtype.names or ())[1:]:
