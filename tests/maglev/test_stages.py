@@ -7,6 +7,7 @@ from importlib.util import find_spec
 from pathlib import Path
 
 import pytest
+from named_blocks import named_block
 
 from maglev.linear.parameters import controllers, plants
 from maglev.rig.rigs import RIGS
@@ -32,7 +33,7 @@ def test_from_the_first_to_the_last(tmp_path: Path) -> None:
     assert find_spec("plant_fmu.stage_mine") is None
     for folder, mass in (("first", 5.0), ("second", 6.0)):   # the second is in place of the first
         STAGES.add(stage(tmp_path / folder, mass))
-        block = STAGES.definition("PlantMine").new_block()
+        block = named_block("PlantMine")
         assert getattr(block, MINE.axis_names[0]).mass == mass
         assert Path(sys.modules[type(block).__module__].__file__ or "").is_relative_to(tmp_path / folder)
         assert [*STAGES.rigs] == [*RIGS, "mine"] and STAGES.own_of("StageMine") is STAGES.own["mine"]

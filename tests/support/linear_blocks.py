@@ -6,11 +6,11 @@ from typing import Any
 
 import numpy as np
 from motor import MOTOR
+from named_blocks import named_block
 
 from maglev.linear.loop import Loop
 from maglev.linear.model import Equilibrium
 from maglev.linear.parameters import plants
-from maglev.stages import STAGES
 from pmlsm.dq_transform import phase_currents
 
 AXES = {name: rig.axis_names for name, rig in plants().items()}
@@ -20,7 +20,7 @@ TILTING = {name for name, rig in plants().items() if rig.rotations}
 
 def smooth_stage(name: str, lag: bool, modes: Mapping[str, float] | None = None) -> Any:
     """Stage with what is smooth: no Coulomb friction, no rounding, no stops; with or without lag, with modes."""
-    stage = STAGES.definition(name).new_block()
+    stage = named_block(name)
     set_all(stage, [*(modes or {})], [*(modes or {}).values()])
     stage.encoder.resolution = 0.0
     for axis in AXES[name]:
@@ -52,8 +52,9 @@ def plant_state(name: str, stage: Any, state: Sequence[float]) -> None:
     for axis, position, velocity in zip(axes, state[:n], state[n:2 * n], strict=True):
         getattr(stage, axis).position, getattr(stage, axis).velocity = float(position), float(velocity)
     if name in TILTING:
-        stage.place_motors()
-        places = [getattr(stage, f"{motor}_mount").displacement for motor in motors]
+        block = stage.stage
+        block.mover.place(block.axes)
+        places = [block.mover.displacement(block.axes, getattr(stage, motor).axis) for motor in motors]
     else:
         places = [float(place) for place in state[1:n]]
     for k, part in enumerate(flexible(name, stage)):
@@ -64,8 +65,7 @@ def plant_state(name: str, stage: Any, state: Sequence[float]) -> None:
         i_d, i_q = (float(i) for i in state[2 * n + 2 * k:2 * n + 2 * k + 2])
         supply = getattr(stage, motor)
         angle = MOTOR.electrical_angle(places[k])
-        for phase, value in zip("abc", phase_currents(i_d, i_q, angle), strict=True):
-            amplifier = getattr(supply, f"phase_{phase}")
+        for amplifier, value in zip(supply.phases, phase_currents(i_d, i_q, angle), strict=True):
             amplifier.current, amplifier.started = value, True
 
 

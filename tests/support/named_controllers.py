@@ -94,8 +94,8 @@ class Rows(Named):
 class Adaptive:
     """An `AdaptiveRegulator` whose parts are named."""
 
-    def __init__(self, rig: Rig):
-        self.block = AdaptiveRegulator(rig)
+    def __init__(self, rig: Rig, block: AdaptiveRegulator | None = None):
+        self.block = block or AdaptiveRegulator(rig)
         self.regulator: Any = Controller(self.block.regulator, rig)
         self.estimator: Any = Rows(self.block.estimator, rig)
         self.adaptation = self.block.adaptation

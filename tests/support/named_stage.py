@@ -12,8 +12,8 @@ from pmlsm.rig import Rig
 class NamedStage:
     """A `Stage` with attributes such as y, alpha, alpha_mount, roll_guide, C1 and payload."""
 
-    def __init__(self, rig: Rig):
-        self.__dict__.update(rig=rig, stage=Stage(rig), parts={})
+    def __init__(self, rig: Rig, stage: Stage | None = None):
+        self.__dict__.update(rig=rig, stage=stage or Stage(rig), parts={})
         stage = self.stage
         self.parts.update({name: stage.axes[rig.axis_number(name)] for name in rig.axis_names})
         self.parts.update(zip(rig.motor_names, stage.motors, strict=True))

@@ -6,8 +6,8 @@ from typing import Any
 
 import numpy as np
 import pytest
+from named_blocks import named_block
 
-from maglev.own_fmus import definition
 from maglev.own_stage.loop import setpoints
 from maglev.user_controllers.new import new_controller, new_plant
 from maglev.user_controllers.source import load
@@ -34,7 +34,7 @@ def given_separately(common: Path, twice: Path, motors: tuple[str, ...]) -> Path
 
 def simulated(rig: Rig, law: str, samples: int, side: float = 1.0, **plant: float) -> tuple[np.ndarray, Any]:
     """Positions at setpoints that all axes go to, tilts to one side or the other, and the closed loop after that."""
-    loop: Any = definition(f"ClosedLoop{law}{rig.suffix}").new_block()
+    loop: Any = named_block(f"ClosedLoop{law}{rig.suffix}")
     for name, value in plant.items():
         setattr(loop.plant, name, value)
     assert loop.start() == 0

@@ -7,6 +7,7 @@ import numpy as np
 import pytest
 from complex_stage import shape_functions
 from linear_blocks import jacobian, read_all, set_all
+from named_blocks import named
 from scipy.linalg import expm
 from scipy.optimize import least_squares
 
@@ -14,7 +15,7 @@ from maglev.errors import LinearModelError
 from maglev.linear.linearise import Currents, linearise
 from maglev.linear.loop import linearise_loop
 from maglev.linear.model import LinearModel
-from maglev.linear.parameters import block_of
+from maglev.linear.parameters import block_of, linear_rig
 from maglev.parameter import Parameter
 from maglev.stages import STAGES
 
@@ -52,7 +53,7 @@ class Adapting:
                 value = Parameter.of(variable).read(parameters[variable.name], name, LinearModelError)
                 variable.write(whole, value)
         self.start, self.step = whole.start, whole.step
-        self.regulator = whole.regulator
+        self.regulator = named(whole.regulator, linear_rig(name))
         self.regulator.started = True
 
     def __getattr__(self, name: str) -> Any:
@@ -60,7 +61,7 @@ class Adapting:
 
 
 def block_that_runs(name: str, parameters: dict[str, float | str]) -> Any:
-    return Adapting(name, parameters) if name.startswith("Adaptive") else block_of(name, parameters)
+    return Adapting(name, parameters) if name.startswith("Adaptive") else named(block_of(name, parameters), linear_rig(name))
 
 
 def rest_of(name: str, parameters: dict[str, float | str]) -> Any:

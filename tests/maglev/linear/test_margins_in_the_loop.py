@@ -9,11 +9,12 @@ from typing import Any
 import numpy as np
 import pytest
 from linear_blocks import measure, rest, smooth_stage, step_both
+from named_blocks import named
 
 from maglev.linear.linearise import linearise
 from maglev.linear.loop import Loop, linearise_loop
 from maglev.linear.margins import Margins
-from maglev.linear.parameters import block_of
+from maglev.linear.parameters import block_of, linear_rig
 
 # Where the direct current is large and commutation with a wrong displacement turns it into the most thrust.
 PLACES = {"2DOF": ("h", {"v": 12e-3}), "3DOF": ("x", {"y": 19e-3}), "5DOF": ("roll", {"y": 21e-3, "pitch": 3e-3})}
@@ -33,7 +34,7 @@ def growth(stage_name: str, change: Change) -> float:
     `change` makes the measured deviation (m) of the true one, sample by sample.
     """
     plant, axis, loop = f"Plant{stage_name}", PLACES[stage_name][0], loop_of(stage_name)
-    controller, stage = block_of(f"Regulator{stage_name}", {}), smooth_stage(plant, True)
+    controller, stage = named(block_of(f"Regulator{stage_name}", {}), linear_rig(f"Regulator{stage_name}")), smooth_stage(plant, True)
     assert controller.start() == 0
     rest(plant, controller, stage, loop)
     at_rest = loop.plant.equilibrium.positions[axis]

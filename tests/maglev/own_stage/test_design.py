@@ -11,13 +11,13 @@ import numpy as np
 import pytest
 from command_line import error_line
 from command_line import maglev as command
+from named_blocks import named_block
 from scipy.integrate import quad
 
 import maglev
 from maglev.cli.new import MOTOR_KEYS
 from maglev.errors import RigError, ScenarioError
 from maglev.linear.loop import linearise_loop
-from maglev.own_fmus import definition
 from maglev.own_stage import design
 from maglev.own_stage.adoption import know_stage, rig_named
 from maglev.own_stage.consequences import fall
@@ -37,7 +37,7 @@ REAL = ["force_constant=93", "attraction=950", "attraction_gap=0.9mm", "pole_pit
 
 def simulated(rig: Rig, law: str = "") -> Any:
     """Closed loop of a stage after its setpoints, each for 0.6 s; it has touched no stop."""
-    loop = definition(f"ClosedLoop{law}{rig.suffix}").new_block()
+    loop = named_block(f"ClosedLoop{law}{rig.suffix}")
     assert loop.start() == 0
     for k in range(4):
         for axis, values in setpoints(rig).items():
@@ -110,7 +110,7 @@ def test_a_mover_without_current_falls_as_energy_has_it(tmp_path: Path) -> None:
     """Time over the way, by the speed that the work of gravity and attraction gives: ∫ dg/√(2 ∫ a dg)."""
     rig = know_stage(new_stage(tmp_path / "heavy.toml", motor=[*REAL[:-1], "mass=16kg"])[0])
     begin, end = rig.vertical.start, rig.gap_stop.upper
-    plant = definition("PlantHeavy").new_block()
+    plant = named_block("PlantHeavy")
     plant.start()
     plant.attraction_modulation = plant.v.bias = plant.v.friction.coulomb = plant.v.friction.viscous = 0.0
 
@@ -132,7 +132,7 @@ def test_a_mover_without_current_falls_as_energy_has_it(tmp_path: Path) -> None:
 def test_force_left_over_is_that_of_the_plant(tmp_path: Path) -> None:
     path, _ = new_stage(tmp_path / "heavy.toml", motor=REAL)
     know_stage(path)
-    plant = definition("PlantHeavy").new_block()
+    plant = named_block("PlantHeavy")
     plant.start()
     plant.attraction_modulation = plant.v.bias = 0.0
     found = maglev.stage(path)

@@ -11,6 +11,7 @@ from command_line import maglev as command
 from described_stages import SMALL, written
 from hypothesis import assume, given, settings
 from hypothesis import strategies as st
+from named_blocks import named_block
 from packaged_plans import RUNS
 
 import maglev
@@ -133,7 +134,7 @@ def test_packaged_runs_stay_within_their_stops() -> None:
 def test_gaps_at_the_motors_are_those_of_the_plant(y: float, roll: float, pitch: float) -> None:
     plan = load_plan("5dof-setpoints")
     positions = {"y": y, "x": 0.0, "z": 0.0, "roll": roll, "pitch": pitch}
-    plant = definition("Plant5DOF").new_block()
+    plant = named_block("Plant5DOF")
     for axis, position in positions.items():
         getattr(plant, axis).position_start = position
     assume(plant.start() == 0)   # which refuses gaps beyond the field of the magnets

@@ -12,6 +12,7 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
+from named_blocks import named_block
 
 from maglev.errors import MaglevError, RigError
 from maglev.linear.design import regulator_polynomial
@@ -59,13 +60,12 @@ def test_a_new_stage_is_the_one_that_it_is_like(tmp_path: Path, like: str) -> No
 
 
 def test_one_line_makes_the_guides_of_an_axis_rough(tmp_path: Path) -> None:
-    from maglev.own_fmus import definition
     from maglev.own_stage.adoption import know_stage
 
     stop = "stop = { lower = -0.07"   # in the table of h
     end = f"correlation = 0.002 }}   # m/s², m; of the guides, random along the way\n{stop}"
     know_stage(changed(tmp_path / "rough.toml", "2dof", (f"rms = 0.0, {end}", f"rms = 0.3 }}\n{stop}")))
-    stage = definition("PlantRough").new_block()
+    stage = named_block("PlantRough")
     assert stage.start() == 0
     assert (stage.v.roughness.rms, stage.h.roughness.rms, stage.h.roughness.correlation) == (0.0, 0.3, 2e-3)
     assert stage.h.roughness.acceleration(0.01) != stage.h.roughness.acceleration(0.0)
@@ -73,7 +73,6 @@ def test_one_line_makes_the_guides_of_an_axis_rough(tmp_path: Path) -> None:
 
 def test_what_a_data_sheet_says_is_what_the_stage_does(tmp_path: Path) -> None:
     """Forces of the block, not of the formulas: N/A, N, per peak; and per rms they are as many times smaller."""
-    from maglev.own_fmus import definition
     from maglev.own_stage.adoption import know_stage
 
     for name, currents, factor in (("peaks", "peak", 1.0), ("effective", "rms", 1.0 / sqrt(2.0))):
@@ -81,7 +80,7 @@ def test_what_a_data_sheet_says_is_what_the_stage_does(tmp_path: Path) -> None:
                       ("force_constant = 10.65 ", "force_constant = 30.0 "),
                       ("attraction = 38.95 ", "attraction = 50.0 "),
                       ("attraction_gap = 0.02 ", "attraction_gap = 0.022 ")))
-        stage = definition(f"Plant{name.capitalize()}").new_block()
+        stage = named_block(f"Plant{name.capitalize()}")
         stage.start()
         stage.attraction_modulation = stage.h.bias = stage.v.bias = 0.0
         stage.h.begin()
@@ -165,12 +164,11 @@ def test_mistakes_are_refused_in_one_line(tmp_path: Path, old: str, new: str, me
 def test_its_linear_model_has_its_own_geometry(tmp_path: Path) -> None:
     """Thrust per current and stiffness of a stage with another pole pitch, by differences of what a plant does."""
     from maglev.linear.linearise import linearise
-    from maglev.own_fmus import definition
     from maglev.own_stage.adoption import know_stage
 
     know_stage(changed(tmp_path / "own.toml", "2dof", ("pole_pitch = 0.05715", "pole_pitch = 0.03")))
     model = linearise("PlantOwn", {"v": 0.02})
-    plant = definition("PlantOwn").new_block()
+    plant = named_block("PlantOwn")
     plant.start()
     plant.encoder.resolution = 0.0
 

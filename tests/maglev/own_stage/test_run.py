@@ -8,13 +8,14 @@ import numpy as np
 import pytest
 from described_stages import SMALL, written
 from interop.loops import foreign, ours_from_zero
+from named_blocks import named_block
 
 import maglev
 from maglev.api.identifying import write_identification
 from maglev.errors import IdentificationError, RigError
 from maglev.identification.model_file import model_settings
 from maglev.linear.loop import linearise_loop
-from maglev.own_fmus import built_here, definition
+from maglev.own_fmus import built_here
 from maglev.own_stage.adoption import know_stage
 from maglev.own_stage.consequences import runnable
 
@@ -34,7 +35,7 @@ TILTING = {"mass = 6.9 ": "mass = 7.5 ", "mass = 0.2 ": "mass = 0.22 ", "z = 0.2
 
 def simulated(suffix: str, axes: dict[str, float], seconds: float) -> tuple[Any, bool]:
     """Closed loop after a time under references (m), and whether it has touched a stop."""
-    loop = definition(f"ClosedLoop{suffix}").new_block()
+    loop = named_block(f"ClosedLoop{suffix}")
     assert loop.start() == 0
     for axis, reference in axes.items():
         getattr(loop.controller, axis).reference = reference
@@ -157,7 +158,7 @@ def test_a_recording_tells_its_constants(tmp_path: Path, monkeypatch: pytest.Mon
     """Of a stage with four motors without friction, under sinusoids on all axes: those of the block that ran."""
     monkeypatch.chdir(tmp_path)
     rig = know_stage(written(tmp_path / "found.toml", "3dof", {**FOUR, "mass = 6.9 ": "mass = 6.0 "}))
-    loop = definition("ClosedLoopFound").new_block()
+    loop = named_block("ClosedLoopFound")
     plant, controller = loop.plant, loop.controller
     plant.attraction_modulation = plant.encoder.resolution = 0.0
     for axis in rig.axis_names:

@@ -7,6 +7,7 @@ from typing import Any
 import numpy as np
 import pytest
 from described_stages import written
+from named_blocks import named_block
 from reference_pair import ReferenceMotor, lagrangian_motion
 
 import maglev
@@ -46,7 +47,7 @@ def thesis_motor(rig: Rig, z: float) -> ReferenceMotor:
 def test_it_moves_by_its_equations(tmp_path: Path) -> None:
     """The plant's block, without friction, bias and lag, against an integration of its own."""
     rig = know_stage(written(tmp_path / "pair.toml", LIKE, UNEVEN))
-    plant: Any = definition("PlantPair").new_block()
+    plant: Any = named_block("PlantPair")
     start = np.array([0.0203, 1.5e-3, 4e-3])
     plant.payload.mass, plant.payload.z, plant.encoder.resolution = PAYLOAD, OFFSET, 0.0
     for axis, position in zip(rig.axis_names, start.tolist(), strict=True):
@@ -74,7 +75,7 @@ def test_it_moves_by_its_equations(tmp_path: Path) -> None:
 @pytest.mark.parametrize("law", ["", "Linear", "PID"])
 def test_it_runs(tmp_path: Path, law: str) -> None:
     rig = know_stage(written(tmp_path / "pair.toml", LIKE, UNEVEN))
-    loop: Any = definition(f"ClosedLoop{law}Pair").new_block()
+    loop: Any = named_block(f"ClosedLoop{law}Pair")
     assert loop.start() == 0
     for k in range(3):
         for axis, values in setpoints(rig).items():

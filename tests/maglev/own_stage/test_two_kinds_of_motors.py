@@ -7,6 +7,7 @@ from typing import Any
 import numpy as np
 import pytest
 from described_stages import written
+from named_blocks import named_block
 from reference_pair import ReferenceMotor, lagrangian_motion, sheet_forces
 from reference_stage import G
 from unlike_motors import THOROUGH, first_files, given_separately, simulated, tables
@@ -16,7 +17,6 @@ from maglev.errors import RigError
 from maglev.identification.rigs import accelerations as identified
 from maglev.identification.rigs import estimated_rig
 from maglev.linear.linearise import linearise
-from maglev.own_fmus import definition
 from maglev.own_stage.adoption import know_stage
 from maglev.own_stage.loop import setpoints
 from maglev.own_stage.reading import read_own
@@ -113,7 +113,7 @@ def test_linear_model_and_rows_are_those_of_its_data_sheets(tmp_path: Path) -> N
     rows = identified(estimated_rig(rig), at[None], dq[None, :, 0], dq[None, :, 1], constants)
     assert rows[0] == pytest.approx(accelerations(rig, at, dq), abs=1e-7)
 
-    estimator: Any = definition("EstimatorUnlike").new_block()
+    estimator: Any = named_block("EstimatorUnlike")
     assert estimator.start() == 0
     for motor, (i_d, i_q) in zip(rig.motor_names, dq.tolist(), strict=True):
         part = getattr(estimator, motor)
@@ -129,7 +129,7 @@ def test_it_moves_by_its_data_sheets(tmp_path: Path) -> None:
     """The plant's block, without friction, bias and lag, against an integration that knows drawings and data sheets."""
     rig = know_stage(described(tmp_path / "unlike.toml"))
     motors = references(rig.modulation)
-    found = moved(free(definition("PlantUnlike").new_block(), rig, START), rig, CURRENTS)
+    found = moved(free(named_block("PlantUnlike"), rig, START), rig, CURRENTS)
     expected = lagrangian_motion([axis.mass for axis in rig.axes], rig.height, (0.0, 0.0), motors, np.array(START),
                                  CURRENTS, 1e-3 * np.arange(30))
     assert (np.ptp(expected, axis=0) > 1.5e-4).all()   # it goes somewhere along all of them
@@ -164,8 +164,8 @@ def test_swapped_motors_tilt_to_the_other_side(tmp_path: Path) -> None:
     level = {"z = -0.11": "z = -0.15", "z = 0.17": "z = 0.15"}
     rig = know_stage(described(tmp_path / "unlike.toml", changes=level))
     other = know_stage(described(tmp_path / "swapped.toml", "right", "left", level))
-    found = moved(free(definition("PlantUnlike").new_block(), rig, START), rig, CURRENTS)
-    mirrored = moved(free(definition("PlantSwapped").new_block(), other, [*START[:2], -START[2]]), other,
+    found = moved(free(named_block("PlantUnlike"), rig, START), rig, CURRENTS)
+    mirrored = moved(free(named_block("PlantSwapped"), other, [*START[:2], -START[2]]), other,
                      CURRENTS[::-1])
     assert mirrored * [1.0, 1.0, -1.0] == pytest.approx(found, abs=1e-13)
     assert simulated(other, "", 10, -1.0)[0] * [1.0, 1.0, -1.0] == pytest.approx(simulated(rig, "", 10)[0], abs=1e-9)

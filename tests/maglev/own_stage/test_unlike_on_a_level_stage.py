@@ -6,6 +6,7 @@ from typing import Any
 import numpy as np
 import pytest
 from described_stages import written
+from named_blocks import named_block
 from reference_pair import ReferenceMotor, sheet_forces
 from reference_stage import G
 from scipy.integrate import solve_ivp
@@ -17,7 +18,6 @@ from maglev.identification.rigs import accelerations as identified
 from maglev.identification.rigs import estimated_rig
 from maglev.linear.linearise import linearise
 from maglev.linear.loop import linearise_loop
-from maglev.own_fmus import definition
 from maglev.own_stage.adoption import know_stage
 from maglev.own_stage.loop import setpoints
 from maglev.own_stage.reading import read_own
@@ -74,7 +74,7 @@ def accelerations(rig: Rig, q: np.ndarray, dq: np.ndarray) -> np.ndarray:
 def test_it_moves_by_its_data_sheets(tmp_path: Path) -> None:
     """The plant's block, without friction, bias and lag, against an integration that knows drawings and data sheets."""
     rig = know_stage(described(tmp_path / "unlike.toml"))
-    plant: Any = definition("PlantUnlike").new_block()
+    plant: Any = named_block("PlantUnlike")
     plant.encoder.resolution = 0.0
     for axis, position in zip(rig.axis_names, START.tolist(), strict=True):
         of = getattr(plant, axis)
@@ -120,7 +120,7 @@ def test_linear_model_and_rows_are_those_of_its_data_sheets(tmp_path: Path) -> N
     rows = identified(estimated_rig(rig), at[None], dq[None, :, 0], dq[None, :, 1], constants)
     assert rows[0] == pytest.approx(accelerations(rig, at, dq), abs=1e-7)
 
-    estimator: Any = definition("EstimatorUnlike").new_block()
+    estimator: Any = named_block("EstimatorUnlike")
     assert estimator.start() == 0
     for motor, (i_d, i_q) in zip(rig.motor_names, dq.tolist(), strict=True):
         part = getattr(estimator, motor)
@@ -142,7 +142,7 @@ def test_it_runs(tmp_path: Path, law: str) -> None:
     assert rows[-1, 0] == pytest.approx(target[0], abs=5e-5)
     assert rows[-1, 1:] == pytest.approx(target[1:], abs=6e-4)   # on its way: friction holds it
     assert abs(loop.plant.alpha.i_d - loop.plant.beta.i_d) > 0.3
-    assert definition("AdaptiveRegulatorUnlike").new_block().start() == 0
+    assert named_block("AdaptiveRegulatorUnlike").start() == 0
 
 
 @pytest.mark.thorough
@@ -150,7 +150,7 @@ def test_it_runs(tmp_path: Path, law: str) -> None:
 def test_a_linear_loop_is_about_the_currents_that_a_law_comes_to(tmp_path: Path, law: str) -> None:
     """Each law has its own: without friction and with exact encoders a run comes to them."""
     rig = know_stage(described(tmp_path / "unlike.toml", {"resolution = 1e-05": "resolution = 0.0"}))
-    loop: Any = definition(f"ClosedLoop{law}Unlike").new_block()
+    loop: Any = named_block(f"ClosedLoop{law}Unlike")
     for axis in rig.axis_names:
         of = getattr(loop.plant, axis)
         of.friction.coulomb = of.ripple.amplitude = 0.0

@@ -1,0 +1,40 @@
+"""Any block of a stage, whose axes, motors and constants are called as its description calls them."""
+
+from typing import Any
+
+from named_controllers import Adaptive, Controller, Rows
+from named_stage import NamedStage
+
+from closed_loop_fmu.closed_loop import AdaptiveLoop, ClosedLoop
+from controller_fmu.pid import PID
+from controller_fmu.regulator import Regulator
+from estimator_fmu.adaptive_regulator import AdaptiveRegulator
+from estimator_fmu.estimator import Estimator
+from maglev.stages import STAGES, definitions
+from plant_fmu.stage import Stage
+from pmlsm.rig import Rig
+
+
+class NamedLoop:
+    """A closed loop whose parts are named."""
+
+    def __init__(self, loop: Any, rig: Rig):
+        self.controller, self.plant = named(loop.controller, rig), named(loop.plant, rig)
+        self.start, self.step = loop.start, loop.step
+
+
+def named(block: Any, rig: Rig) -> Any:
+    """A block with names; one of another kind as it is."""
+    kinds: dict[type, Any] = {ClosedLoop: NamedLoop, AdaptiveLoop: NamedLoop, Regulator: Controller, PID: Controller,
+                              Estimator: Rows}
+    if isinstance(block, Stage):
+        return NamedStage(rig, block)
+    if isinstance(block, AdaptiveRegulator):
+        return Adaptive(rig, block)
+    return kinds[type(block)](block, rig) if type(block) in kinds else block
+
+
+def named_block(name: str) -> Any:
+    """A new block of an FMU, with names."""
+    rig = next(rig for rig in STAGES.rigs.values() if name in definitions(rig))
+    return named(STAGES.definition(name).new_block(), rig)
