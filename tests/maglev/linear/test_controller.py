@@ -61,7 +61,9 @@ class Adapting:
 
 
 def block_that_runs(name: str, parameters: dict[str, float | str]) -> Any:
-    return Adapting(name, parameters) if name.startswith("Adaptive") else named(block_of(name, parameters), linear_rig(name))
+    if name.startswith("Adaptive"):
+        return Adapting(name, parameters)
+    return named(block_of(name, parameters), linear_rig(name))
 
 
 def rest_of(name: str, parameters: dict[str, float | str]) -> Any:

@@ -34,7 +34,8 @@ def growth(stage_name: str, change: Change) -> float:
     `change` makes the measured deviation (m) of the true one, sample by sample.
     """
     plant, axis, loop = f"Plant{stage_name}", PLACES[stage_name][0], loop_of(stage_name)
-    controller, stage = named(block_of(f"Regulator{stage_name}", {}), linear_rig(f"Regulator{stage_name}")), smooth_stage(plant, True)
+    name = f"Regulator{stage_name}"
+    controller, stage = named(block_of(name, {}), linear_rig(name)), smooth_stage(plant, True)
     assert controller.start() == 0
     rest(plant, controller, stage, loop)
     at_rest = loop.plant.equilibrium.positions[axis]
