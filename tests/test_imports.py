@@ -54,7 +54,7 @@ GENERIC = ("processes", "cosim", "baselines", "fmu_experiments")
 OF_STAGES = ("rig", "stages", "rigs", "linear", "own_stage", "identification", "stability", "gym", "maps", "live")
 
 # Blocks are translated to C: only the modules that describe an FMU know what an FMU is.
-DESCRIBES = re.compile(r"\w*variables|continuous|drawings|definitions?")
+DESCRIBES = re.compile(r"\w*variables|continuous|drawings|definitions?|places")
 
 PACKAGE = re.compile(rf"({'|'.join(BELOW)})(\.\w+)*")
 

@@ -1,14 +1,13 @@
-"""A stage of the user's in this process: modules are written from its description and imported as ours are."""
+"""A stage of the user's in this process: its FMUs are built from its description, as ours are."""
 
 import re
-from importlib.util import find_spec
 from pathlib import Path
 
 from maglev.copies import copied
 from maglev.errors import RigError, nearest
 from maglev.own_stage.reading import read_own
 from maglev.rig.rigs import RIGS
-from maglev.rig.writer import MODULES, module_texts
+from maglev.rig.writer import module_texts
 from maglev.stages import STAGES, OwnStage
 from pmlsm.rig import Rig
 
@@ -65,10 +64,9 @@ def rig_named(rig: str | Path) -> Rig:
 
 
 def require_free_name(file: Path, name: str) -> None:
-    """Refuse a name whose modules or FMUs are others."""
+    """Refuse a name whose FMUs are others."""
     if not re.fullmatch("[a-z][a-z0-9]*", name):
         raise RigError(f"{file}: name: {name!r}, expected small letters and digits, a letter first: the FMUs are named "
                        "after it")
-    modules = (path.format(name).removesuffix(".py").replace("/", ".") for path in MODULES)
-    if name in RIGS or (name not in STAGES.own and any(find_spec(module) is not None for module in modules)):
-        raise RigError(f"{file}: name: {name!r}, expected another one: modules of this project are called so")
+    if name in RIGS:
+        raise RigError(f"{file}: name: {name!r}, expected another one: a stage of this project is called so")

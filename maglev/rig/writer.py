@@ -13,11 +13,7 @@ from pmlsm.rig import Rig
 if TYPE_CHECKING:
     from jinja2 import Environment
 
-
-# By path, in which {} is the name of the rig. Each has a template, some a second one where the platform tilts.
-MODULES: tuple[str, ...] = ()
-
-# Equations, which are the same for all rigs whose platform tilts.
+# By path, in which {} is the name of the rig: equations, which are the same for all rigs whose platform tilts.
 PAGES = (
     "plant_fmu/documentation/stage_{}.html",
     "controller_fmu/documentation/linearisation_{}.html",
@@ -112,7 +108,7 @@ def template_values(rig: Rig) -> dict[str, Any]:
 
 
 def paths(rig: Rig) -> tuple[str, ...]:
-    return MODULES if rig.rotations else (*MODULES, *PAGES)
+    return () if rig.rotations else PAGES
 
 
 def module_template(path: str, tilting: bool) -> str:

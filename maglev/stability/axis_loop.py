@@ -7,7 +7,6 @@ from typing import Any
 
 import numpy as np
 
-from controller_fmu.places import axis_number
 from maglev.arrays import Array
 from maglev.errors import RigError, StabilityError, nearest
 from maglev.linear.loop import Loop, linearise_loop
@@ -203,7 +202,7 @@ def close(name: str, rig: Rig, axis: str, loop: Loop, rest: Mapping[str, float],
     shares = np.linalg.pinv(MotorPlaces.of(rig, block).even)   # of what the limits cut off, by axis and current
     gains, weights, inject = {}, {}, {}
     for moved in axes:
-        row, part = shares[rig.axis_names.index(moved)], block.axes[axis_number(rig, moved)]
+        row, part = shares[rig.axis_names.index(moved)], block.axes[rig.axis_number(moved)]
         weights[moved] = np.array([sum(row[rig.dq_names.index(current)] for current in alike) for alike in sets])
         weights[moved][np.abs(weights[moved]) < ALIKE * np.abs(weights[moved]).max()] = 0.0
         gains[moved] = np.array([part.ec1, part.ec2, part.ec3]) if block.antiwindup else np.zeros(3)

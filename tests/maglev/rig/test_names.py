@@ -7,14 +7,14 @@ from pathlib import Path
 import pytest
 
 from maglev.rig.rigs import RIGS, best_rig
-from maglev.rig.writer import MODULES, PAGES, TEMPLATES
+from maglev.rig.writer import PAGES, TEMPLATES
 from maglev.schema.layers import packaged_files, packaged_runs
 from maglev.stages import definitions
 
 ROOT = Path(__file__).parents[3]
 PACKAGES = ("pmlsm", "fmi_export", "plant_fmu", "controller_fmu", "estimator_fmu", "measurement_fmu",
             "closed_loop_fmu", "maglev_files", "maglev")
-GENERATED = {ROOT / path.format(name) for path in (*MODULES, *PAGES) for name in RIGS}
+GENERATED = {ROOT / path.format(name) for path in PAGES for name in RIGS}
 NAMES = {name for rig in RIGS.values() for name in (rig.name, rig.suffix, *rig.motor_names, *definitions(rig))
          if name != "motor"}   # a word of its own, and the one motor of a rig
 EXPERIMENTS = {*packaged_files(), *packaged_runs()}
