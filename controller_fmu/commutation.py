@@ -5,7 +5,7 @@ from controller_fmu.level_platform import LevelPlatform
 from controller_fmu.motor_layout import MotorLayout
 from controller_fmu.sample_clock import SampleClock
 from controller_fmu.status import BAD_GEOMETRY, BAD_PLACES, STEP_MISFIT, STEPPED
-from controller_fmu.tilting_platform import TiltingPlatform
+from controller_fmu.tilting_platform import platform_of
 from pmlsm.rig import Rig
 
 
@@ -22,7 +22,7 @@ class Commutation:
         self.layout = MotorLayout(rig)
         self.axes = [MeasuredDisplacement() for _ in rig.horizontal]
         self.motors = [CommutatedMotor() for _ in rig.motors]
-        self.platform = TiltingPlatform(rig) if rig.rotations else LevelPlatform()
+        self.platform = platform_of(rig) if rig.rotations else LevelPlatform()
         self.clock = SampleClock()
         self.saturated = False   # output
 

@@ -18,14 +18,12 @@ class ForceAllocation:
     three motors; N = J (JᵀJ)⁻¹ w is the one with the smallest sum of squares. All forces are for each kg of M_y.
     """
 
-    def __init__(self, rig: Rig):
-        x, *z = (axis.mass for axis in rig.horizontal)
-        roll, *pitch = (axis.mass for axis in rig.rotations)
-        self.mass_y = rig.vertical.mass         # kg, parameters: masses at which the constants are accelerations
-        self.mass_x = x                         # kg
-        self.mass_z = z[0] if z else 1.0        # kg; any where guides hold it
-        self.inertia_roll = roll                # kg m², parameter
-        self.inertia_pitch = pitch[0] if pitch else 1.0   # kg m², parameter
+    def __init__(self, mass_y: float, mass_x: float, mass_z: float, inertia_roll: float, inertia_pitch: float):
+        self.mass_y = mass_y                  # kg, parameters: masses at which the constants are accelerations
+        self.mass_x = mass_x                  # kg
+        self.mass_z = mass_z                  # kg
+        self.inertia_roll = inertia_roll      # kg m², parameter
+        self.inertia_pitch = inertia_pitch    # kg m², parameter
         self.motors = 1.0                     # how many there are
         self.weight = GRAVITY                 # m/s²: what the normal forces hold; 0 in a law about an equilibrium
         self.force = 0.0                      # w, m/s²
@@ -57,3 +55,10 @@ class ForceAllocation:
     def pitch_ratio(self, platform: TiltingPlatform) -> float:
         """Stiffness and gain of pitch under currents that change along x, by those of y: M_y Σ x² / (n I_pitch)."""
         return self.mass_y * platform.spread_x() / self.inertia_pitch
+
+
+def allocation_of(rig: Rig) -> ForceAllocation:
+    """Return the allocation of a stage; masses of what guides hold may be any."""
+    x, *z = (axis.mass for axis in rig.horizontal)
+    roll, *pitch = (axis.mass for axis in rig.rotations)
+    return ForceAllocation(rig.vertical.mass, x, z[0] if z else 1.0, roll, pitch[0] if pitch else 1.0)

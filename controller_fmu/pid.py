@@ -19,7 +19,7 @@ from controller_fmu.status import (
     STEP_MISFIT,
     STEPPED,
 )
-from controller_fmu.tilting_platform import TiltingPlatform
+from controller_fmu.tilting_platform import platform_of
 from controller_fmu.velocity_observer import ObserverFilter
 from pmlsm.rig import Rig, RigAxis
 
@@ -60,7 +60,7 @@ class PID:
         self.motors = [MotorCommand() for _ in rig.motors]
         self.linears = [Linearisation() for _ in self.model.layout.kinds]
         # Of any type: the currents below know which one they go with.
-        self.platform: Any = TiltingPlatform(rig) if rotations else LevelPlatform()
+        self.platform: Any = platform_of(rig) if rotations else LevelPlatform()
         self.holding = PlatformCurrents(rig) if rotations else LevelCurrents(rig)
         # A or A/m, of y, x, z, roll, pitch; what guides hold stays 0.
         self.currents = [0.0, 0.0, 0.0, 0.0, 0.0]

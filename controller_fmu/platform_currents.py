@@ -1,7 +1,7 @@
 """Direct currents by which a PID controller holds a platform that tilts."""
 
 from controller_fmu.feedback_linearisation import demanded_current
-from controller_fmu.force_allocation import ForceAllocation
+from controller_fmu.force_allocation import allocation_of
 from controller_fmu.linearisation import Linearisation
 from controller_fmu.motor_model import MotorModel
 from controller_fmu.pid_axis import PIDAxis
@@ -15,7 +15,7 @@ class PlatformCurrents:
     """A current that all motors have in common moves the vertical axis, its slopes over the platform move the tilts."""
 
     def __init__(self, rig: Rig):
-        self.allocation = ForceAllocation(rig)
+        self.allocation = allocation_of(rig)
         self.unlike = len(rig.unlike) > 0
         # Motors of which means are taken: of motors that are alike one stands for all.
         self.counted = list(range(len(rig.motors))) if rig.unlike else [0]

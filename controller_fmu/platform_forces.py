@@ -1,7 +1,7 @@
 """Currents of a platform that tilts: its motors split forces and torques evenly, each at its own air gap."""
 
 from controller_fmu.fixed_gains import FixedGains
-from controller_fmu.force_allocation import ForceAllocation
+from controller_fmu.force_allocation import allocation_of
 from controller_fmu.gain_schedule import GainSchedule
 from controller_fmu.gain_table import GainTable
 from controller_fmu.motor_command import MotorCommand
@@ -23,7 +23,7 @@ class PlatformForces:
         self.laws = [VerticalLaw(law) for _ in rig.motors]
         self.centre = VerticalLaw(law)                    # of a motor at the centre of the platform
         self.gains = gains
-        self.allocation = ForceAllocation(rig)
+        self.allocation = allocation_of(rig)
         self.unlike = len(rig.unlike) > 0
         # Of y, x, z, roll, pitch; what guides hold stays 0.
         self.places = [0, 1, 2, 3, 4] if len(rig.horizontal) == 2 else [0, 1, 3]   # of each axis among them

@@ -27,7 +27,7 @@ from controller_fmu.status import (
     STEP_MISFIT,
     STEPPED,
 )
-from controller_fmu.tilting_platform import TiltingPlatform
+from controller_fmu.tilting_platform import platform_of
 from controller_fmu.velocity_observer import ObserverFilter
 from pmlsm.rig import Rig, RigAxis
 
@@ -72,7 +72,7 @@ class Regulator:
         self.by_gap = [axis.rotation or axis is rig.vertical for axis in axes]   # whether a normal force serves it
         self.motors = [MotorCommand() for _ in rig.motors]
         # Of any type: the currents below know which one they go with.
-        self.platform: Any = TiltingPlatform(rig) if rotations else LevelPlatform()
+        self.platform: Any = platform_of(rig) if rotations else LevelPlatform()
         gains = (GainSchedule(design.schedule) if law == SCHEDULED and design.schedule is not None else
                  GainTable(design.table) if law == INTERPOLATED and design.table is not None else FixedGains())
         self.currents = (PlatformForces(rig, law, gains) if rotations else

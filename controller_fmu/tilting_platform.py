@@ -14,12 +14,12 @@ class TiltingPlatform:
     With one horizontal axis guides hold the platform level along it, and only the tilt about it is left.
     """
 
-    def __init__(self, rig: Rig):
-        self.height = rig.height      # m, parameter: of the magnets' faces below the centre of mass
-        self.places = [MotorPlace(motor.x, motor.z, rig.vertical.start) for motor in rig.motors]
-        self.horizontal = len(rig.horizontal)
+    def __init__(self, height: float, places: list[MotorPlace], horizontal: int):
+        self.height = height          # m, parameter: of the magnets' faces below the centre of mass
+        self.places = places          # of the motors
+        self.horizontal = horizontal  # number of horizontal axes
         self.square = Symmetric3()    # JᵀJ
-        self.motors = 1.0 * len(rig.motors)
+        self.motors = 1.0 * len(places)
         self.tilts = TiltMeasurement()
 
     def prepare(self) -> bool:
@@ -84,3 +84,9 @@ class TiltingPlatform:
     def spread_z(self) -> float:
         """Σ z² / n of the motors, m²."""
         return self.square.s22 / self.motors
+
+
+def platform_of(rig: Rig) -> TiltingPlatform:
+    """Return the platform of a stage that tilts."""
+    places = [MotorPlace(motor.x, motor.z, rig.vertical.start) for motor in rig.motors]
+    return TiltingPlatform(rig.height, places, len(rig.horizontal))

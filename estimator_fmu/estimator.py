@@ -6,7 +6,7 @@ from controller_fmu.level_platform import LevelPlatform
 from controller_fmu.motor_layout import MotorLayout
 from controller_fmu.sample_clock import SampleClock
 from controller_fmu.status import BAD_GEOMETRY, BAD_PLACES, STEP_MISFIT, STEPPED
-from controller_fmu.tilting_platform import TiltingPlatform
+from controller_fmu.tilting_platform import platform_of
 from controller_fmu.velocity_observer import ObserverFilter
 from estimator_fmu.common_row import CommonRow
 from estimator_fmu.constant_estimate import ConvergenceRule
@@ -37,7 +37,7 @@ class Estimator:
         self.horizontal = [ThrustAxis(guess.thrust[axis.name], weight.thrust[axis.name]) for axis in rig.horizontal]
         self.motors = [MotorCurrent() for _ in rig.motors]
         # Of any type: the rows below know which one they go with.
-        self.platform: Any = TiltingPlatform(rig) if rig.rotations else LevelPlatform()
+        self.platform: Any = platform_of(rig) if rig.rotations else LevelPlatform()
         self.rows = MotorRows(rig) if rig.rotations or rig.unlike else CommonRow(rig)
         self.observer = ObserverFilter()
         self.convergence = ConvergenceRule()

@@ -1,6 +1,5 @@
 """Controllers of a platform that tilts: allocation of the forces, measurement of the tilts, and what follows."""
 
-from dataclasses import replace
 from typing import Any
 
 import numpy as np
@@ -84,8 +83,7 @@ def accelerations(controller: Any, gaps: Any) -> np.ndarray:
 
 def shared(places: list[tuple[float, float]]) -> tuple[TiltingPlatform, list[MotorPlace], bool]:
     """Platform with motors at places, and whether these can make every torque."""
-    platform = TiltingPlatform(replace(RIG_5DOF, motors=tuple(replace(RIG_5DOF.motors[0], x=x, z=z)
-                                                              for x, z in places)))
+    platform = TiltingPlatform(HEIGHT, [MotorPlace(x, z, 0.025) for x, z in places], 2)
     return platform, platform.places, platform.prepare()
 
 
@@ -195,7 +193,7 @@ def test_the_antiwindup_of_y_roll_and_pitch_is_the_transpose_of_the_allocation()
 def test_allocated_torques_hold_off_the_levers_of_the_thrusts() -> None:
     """By hand: 1 m/s² along x at 30 mm above the centre of mass is 0.318 N m, held by beta1 and beta2 at 0.2 m."""
     platform, motors, _ = shared(PLACES)
-    allocation = ForceAllocation(RIG_5DOF)
+    allocation = ForceAllocation(*MASSES, INERTIA, INERTIA)
     allocation.demand(platform, GRAVITY, 1.0, 0.0, 0.0, 0.0)
     forces = [6.9 * motor.carried(allocation.force, allocation.roll_torque, allocation.pitch_torque)
               for motor in motors]
