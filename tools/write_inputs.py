@@ -31,9 +31,9 @@ FILES = {"2dof-setpoints.csv": ("ClosedLoop2DOF", "2dof-setpoints"),
 def inputs(loop: str, name: str) -> Recording:
     """Inputs of a closed loop at the start and wherever one changes; those that the scenario does not drive are 0."""
     plan = load_plan(name)
-    signals = {signal.to: signal for signal in plan.signals}
+    signals = {signal.to.partition(".")[2]: signal for signal in plan.signals}
     times = plan.step * np.arange(plan.steps + 1, dtype=np.float64)
-    columns = {variable.name: signals[variable.place].values_at(times) if variable.place in signals
+    columns = {variable.name: signals[variable.name].values_at(times) if variable.name in signals
                else np.zeros(len(times)) for variable in definition(loop).variables if variable.causality == "input"}
     return Recording(*at_changes(times, columns, plan.step))
 
