@@ -33,6 +33,7 @@ from maglev.microcontroller.emulator import OPTIONS, PROGRAM
 from maglev.microcontroller.image import FLAGS as CORTEX_M7
 from maglev.own_fmus import definition
 from maglev.packages import PACKAGES
+from maglev.stages import STAGES
 from maglev_files.marked import with_part
 from maglev_files.scratch import scratch
 
@@ -83,9 +84,8 @@ class Run:
 
     def plan(self) -> dict[str, Any]:
         """What a host in Python needs, without the modules of an FMU."""
-        return {"module": self.of.block.__module__, "block": self.of.block.__name__, "arguments": self.of.arguments,
-                "start": self.start, "waves": self.waves, "numbers": self.numbers, "step": self.step,
-                "steps": self.steps}
+        return {"definition": STAGES.definitions()[self.of.name].text(), "start": self.start,
+                "waves": self.waves, "numbers": self.numbers, "step": self.step, "steps": self.steps}
 
     def code(self) -> str:
         """The same as a function in C."""
