@@ -34,6 +34,7 @@ from fmi_export.language.program import (
     Operation,
     Perform,
     Return,
+    Scalar,
     Statement,
     Struct,
     Type,
@@ -80,8 +81,14 @@ def referred(kind: Type, name: str, constant: bool = False) -> str:
     if isinstance(kind, List):
         inner = kind.item
         assert inner is not None
+        constant = constant and of_numbers(inner)   # what a pointer to an object leads to can change
         return declared(inner, f"(*{name})" if isinstance(inner, List) else f"*{name}", constant)
     return declared(kind, name)
+
+
+def of_numbers(kind: Type) -> bool:
+    """Whether values of a type are numbers or Booleans, or lists of such."""
+    return isinstance(kind, Scalar) or (isinstance(kind, List) and kind.item is not None and of_numbers(kind.item))
 
 
 class CText:

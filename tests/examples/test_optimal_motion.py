@@ -97,7 +97,7 @@ def test_the_block_moves_so_by_these_currents(block: ContinuousBlock, name: str)
 
 def thrust(gap: float) -> tuple[float, float]:
     """Accelerations of x and z by 1 A at a gap, m/s²."""
-    f1 = gap_functions(maglev.own_fmus.definition("Plant3DOF").new_block().geometry, gap)[0]
+    f1 = gap_functions(maglev.own_fmus.definition("Plant3DOF").new_block().magnetics.kinds[0].geometry, gap)[0]
     return 2.0 * 0.6135 * f1, 2.0 * 0.8224 * f1
 
 
@@ -132,7 +132,7 @@ def polynomial(block: ContinuousBlock, duration: float) -> tuple[float, float]:
         coasting = rates(state, np.zeros(4))[3:]
         q = [-(w - c) / b for w, c, b in zip(wanted[1:], coasting[1:], thrust(state[0]), strict=True)]
         with_q = rates(state, np.array([0.0, q[0], 0.0, q[1]]))[3]
-        _, _, f3, f4 = gap_functions(block.block.geometry, state[0])
+        _, _, f3, f4 = gap_functions(block.block.magnetics.kinds[0].geometry, state[0])
         i_d, feasible = demanded_current(wanted[0] - with_q, 9.81, 0.0, 4 * 8.71, 4 * 0.0045, 0.0, f3, f4)
         assert feasible
         total += 1.5 * RESISTANCE * h * (2.0 * i_d**2 + q[0] ** 2 + q[1] ** 2)
