@@ -83,8 +83,8 @@ def test_a_run_takes_a_controller_of_ours_by_its_name(fastest_fmus: Path) -> Non
 
 
 def test_the_nearest_name_is_said(fastest_fmus: Path, tmp_path: Path) -> None:
-    with pytest.raises(maglev.UnknownName, match=r"controller PID9: .* nearest is 'PID\w+'"):
-        maglev.compare(NAME, ["Regulator2DOF", "PID9"], fmus=fastest_fmus)
+    with pytest.raises(maglev.UnknownName, match=r"controller PIDDOF: .* nearest is 'PID\w+'"):
+        maglev.compare(NAME, ["Regulator2DOF", "PIDDOF"], fmus=fastest_fmus)
     Path(tmp_path / "mine.fmu").touch()
     with pytest.raises(maglev.FmuError, match=r"there is no file .*min\.fmu, nearest is 'mine\.fmu'"):
         maglev.compare(NAME, [tmp_path / "min.fmu"], fmus=fastest_fmus)
