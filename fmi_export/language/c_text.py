@@ -179,6 +179,8 @@ class FunctionText:
         if function.fails and "failure" not in used:
             unread.append("    (void)failure;")
         where = re.sub(r"[^\w./ -]", "_", function.file, flags=re.ASCII)
+        if len(function.results) == 1 and not isinstance(function.body[-1], Return):
+            body += "\n    return 0;"   # where a failure has ended a loop that has no other end
         inside = [*local, *unread, body] if body else [*local, *unread]
         return (f"/* {where}, line {function.line} */\n{head(function)}\n{{\n"
                 + "".join(f"{line}\n" for line in inside) + "}\n")
@@ -317,7 +319,7 @@ class FunctionText:
         """Call of a helper whose last argument is the number of the place that can fail."""
         self.whole.helpers.add(name)
         *values, place = arguments
-        return f"{name}({', '.join(map(str, values))}, failure, {place})"
+        return f"{name}({', '.join(map(str, values))}, {'failure' if place else 0}, {place})"   # 0: it cannot fail
 
     def operation(self, value: Operation) -> tuple[str, int]:
         name, operands, site = value.name, value.operands, value.site
@@ -331,7 +333,10 @@ class FunctionText:
             return f"~{self.expression(operands[0], UNARY)}", UNARY
         if name == "float":
             return f"(double){self.expression(operands[0], UNARY)}", UNARY
-        if name in BINDS and site is None and name not in ("//", "%"):
+        if name in COMPARISONS and {each.type for each in operands} == {INT, FLOAT}:
+            return self.mixed(name, operands)
+        whole_quotient = name in ("//", "%") or (name == "/" and operands[0].type == INT)
+        if name in BINDS and site is None and not whole_quotient:
             return self.infix(name, operands)
         texts = [self.expression(each, 1) for each in operands]
         if name in ("floor", "ceil", "trunc"):
@@ -346,19 +351,24 @@ class FunctionText:
             return f"{helper}({', '.join(texts)})", ATOM
         if name == "abs":
             assert site is not None
-            self.whole.helpers.add("larger_whole")
-            return f"larger_whole({texts[0]}, {self.helper('difference', '0', texts[0], site.number)})", ATOM
-        if name == "/" and site is not None:
-            return self.helper("quotient", *texts, site.number), ATOM
+            return self.helper("absolute", *texts, site.number), ATOM
+        if name == "/" and (site is not None or operands[0].type == INT):
+            helper = "quotient_of_wholes" if operands[0].type == INT else "quotient"
+            return self.helper(helper, *texts, 0 if site is None else site.number), ATOM
         if name in CHECKED and value.type == INT and (site is not None or name in ("//", "%")):
             return self.helper(CHECKED[name], *texts, 0 if site is None else site.number), ATOM
         self.whole.library.add(name)
         text = f"{name}({', '.join(texts)})"
         if site is not None:
-            test = texts[0] if len(texts) == 1 else f"({texts[0]}) * 0.0 + ({texts[1]})"
-            return self.helper("computed", text, test, site.number), ATOM
+            return self.helper("computed", text, texts[0], texts[-1], site.number), ATOM
         return text, ATOM
 
+    def mixed(self, name: str, operands: Sequence[Expr]) -> tuple[str, int]:
+        """Comparison of a whole number with a float, by their exact values."""
+        self.whole.helpers.add("order_of")
+        a, b = (self.expression(each, 1) for each in operands)
+        ordered = f"order_of({a}, {b}) {name} 0.0" if operands[0].type == INT else f"0.0 {name} order_of({b}, {a})"
+        return ordered, BINDS[name]
 
     def infix(self, name: str, operands: Sequence[Expr]) -> tuple[str, int]:
         """Two operands with an operator of C between them."""

@@ -154,9 +154,16 @@ class Calls(Expressions):
             factor = math.pi / 180.0 if name == "radians" else 180.0 / math.pi
             return Operation("*", (floats[0], Const(factor, FLOAT)), FLOAT)
         if name in ONE | TWO:
-            return Operation(name, floats, FLOAT, self.float_site(node, f"{name} of what has none"))
+            return self.computed(node, name, floats)
         known = ", ".join(sorted(ONE | TWO | WHOLE | TELLING))
         raise self.refusal(node, f"{ast.unparse(node.func)}(): expected one of {known}, or of pmlsm.elementary")
+
+    def computed(self, node: ast.Call, name: str, values: tuple[Expr, ...]) -> Expr:
+        """A function of `math`; where its values are looked at too, they are computed once."""
+        site = self.float_site(node, f"{name} of what has none")
+        if site is not None:
+            values = tuple(self.temporary(each) if calls(each) else each for each in values)
+        return Operation(name, values, FLOAT, site)
 
     def extreme(self, node: ast.Call, name: str, values: list[Expr]) -> Expr:
         """The smallest or largest of numbers, the first of equal ones."""
@@ -216,6 +223,12 @@ class Calls(Expressions):
             Assign(item, self.element(source, index)), *body,
             If(decided, [Assign(result, Const(name == "any", BOOL)), Jump("break")], [])]))
         return result
+
+
+def calls(value: Expr) -> bool:
+    """Whether a function of the program is called for a value."""
+    return isinstance(value, Call) or any(map(calls, getattr(value, "operands", ()))) or any(
+        calls(getattr(value, part)) for part in ("base", "index", "test", "yes", "no") if hasattr(value, part))
 
 
 class Renamed(ast.NodeTransformer):

@@ -4,6 +4,7 @@ import ast
 import builtins
 import inspect
 from collections.abc import Callable, Sequence
+from dataclasses import replace
 from functools import partial
 from types import ModuleType
 from typing import Any
@@ -207,7 +208,18 @@ class Expressions:
 
     def kept(self, value: Expr) -> Expr:
         """A value that what follows cannot change."""
-        return value if not isinstance(value.type, Scalar) or isinstance(value, Const) else self.temporary(value)
+        if not isinstance(value.type, Scalar):
+            return self.steady(value)
+        return value if isinstance(value, Const) else self.temporary(value)
+
+    def steady(self, place: Expr) -> Expr:
+        """A place that is the same one whatever follows: what says which element it is has a name."""
+        if isinstance(place, Field):
+            return replace(place, base=self.steady(place.base))
+        if isinstance(place, Item):
+            index = place.index if isinstance(place.index, Const | Local) else self.temporary(place.index)
+            return replace(place, base=self.steady(place.base), index=index)
+        return place if isinstance(place, Local | Const | ConstList) else self.temporary(place)
 
     def simple(self, value: Expr) -> Expr:
         """A value that can be written twice."""
@@ -331,6 +343,9 @@ class Expressions:
             return Operation({"&": "and", "|": "or", "^": "!="}[sign], (a, b), BOOL)
         a, b = self.numbers(node, a, b)
         if sign == "/":
+            if a.type == b.type == INT and not (exact(a) and exact(b)):
+                return Operation("/", (a, b), FLOAT, None if isinstance(b, Const) and b.value != 0 else self.site(
+                    node, "division by zero"))
             a, b = self.as_float(a), self.as_float(b)
             site = None if isinstance(b, Const) and b.value != 0.0 else self.float_site(node, "division by zero")
             return Operation("/", (a, b), FLOAT, site)
@@ -414,22 +429,48 @@ class Expressions:
 
     def comparison(self, node: ast.Compare) -> Expr:
         """One comparison, or a chain of them, whose parts are evaluated once."""
-        values = self.in_order([node.left, *node.comparators])
-        values = [values[0], *(self.simple(value) for value in values[1:-1]), values[-1]]
-        parts: list[Expr] = []
-        for a, op, b in zip(values, node.ops, values[1:], strict=False):
-            if type(op) not in COMPARED:
-                raise self.refusal(node, f"{ast.unparse(node)}: expected <, <=, >, >=, == or !=")
-            sign = COMPARED[type(op)]
-            if a.type == b.type == BOOL and sign in ("==", "!="):
-                parts.append(Operation(sign, (a, b), BOOL))
-            else:
-                parts.append(Operation(sign, tuple(self.numbers(node, a, b)), BOOL))
-        return parts[0] if len(parts) == 1 else Logic("and", tuple(parts))
+        a, b = self.in_order([node.left, node.comparators[0]])
+        if len(node.ops) == 1:
+            return self.compared(node, node.ops[0], a, b)
+        b = self.simple(b)
+        return self.chain(node, self.compared(node, node.ops[0], a, b), b, 1)
+
+    def chain(self, node: ast.Compare, first: Expr, a: Expr, number: int) -> Expr:
+        """A comparison, and the rest of the chain, which is not evaluated where the comparison is false."""
+        def rest() -> Expr:
+            left = self.kept(a) if any(isinstance(each, ast.Call) for each in ast.walk(node)) else a
+            b = self.expression(node.comparators[number])
+            if number + 1 == len(node.ops):
+                return self.compared(node, node.ops[number], left, b)
+            b = self.simple(b)
+            return self.chain(node, self.compared(node, node.ops[number], left, b), b, number + 1)
+
+        own, value = self.aside(rest)
+        if not own and not writes(value):
+            return Logic("and", (first, value))
+        result = self.temporary(first)
+        self.body.append(If(result, [*own, Assign(result, value)], []))
+        return result
+
+    def compared(self, node: ast.Compare, op: ast.cmpop, a: Expr, b: Expr) -> Expr:
+        if type(op) not in COMPARED:
+            raise self.refusal(node, f"{ast.unparse(node)}: expected <, <=, >, >=, == or !=")
+        sign = COMPARED[type(op)]
+        if a.type == b.type == BOOL and sign in ("==", "!="):
+            return Operation(sign, (a, b), BOOL)
+        floats = self.numbers(node, a, b)
+        if a.type != b.type and not all(exact(each) for each in (a, b) if each.type == INT):
+            return Operation(sign, (a, b), BOOL)   # by their exact values, as in Python
+        return Operation(sign, tuple(floats), BOOL)
 
     def call(self, node: ast.Call, alone: bool = False) -> Expr:
         """Read a call: `Calls` does it."""
         raise NotImplementedError
+
+
+def exact(value: Expr) -> bool:
+    """Whether a whole number is written there and is the same as a float."""
+    return isinstance(value, Const) and abs(value.value) <= 2**53
 
 
 def writes(value: Expr) -> bool:

@@ -23,9 +23,9 @@ static inline double quotient(double a, double b, int64_t *failure, int64_t plac
 }
 """,
     "computed": """\
-static inline double computed(double result, double x, int64_t *failure, int64_t place)
+static inline double computed(double result, double a, double b, int64_t *failure, int64_t place)
 {
-    if (!isfinite(result) && isfinite(x)) {
+    if (isnan(result) ? !isnan(a) && !isnan(b) : isinf(result) && isfinite(a) && isfinite(b)) {
         note_failure(failure, place);
     }
     return result;
@@ -34,7 +34,7 @@ static inline double computed(double result, double x, int64_t *failure, int64_t
     "whole": """\
 static inline int64_t whole(double x, int64_t *failure, int64_t place)
 {
-    if (x > -9223372036854775809.0 && x < 9223372036854775808.0) {
+    if (x >= -9223372036854775808.0 && x < 9223372036854775808.0) {
         return (int64_t)x;
     }
     note_failure(failure, place);
@@ -114,6 +114,9 @@ static inline int64_t modulo(int64_t a, int64_t b, int64_t *failure, int64_t pla
     "shifted_left": """\
 static inline int64_t shifted_left(int64_t a, int64_t by, int64_t *failure, int64_t place)
 {
+    if (a == -1 && by == 63) {
+        return INT64_MIN;
+    }
     if (by < 0 || (a != 0 && by > 62)) {
         note_failure(failure, place);
         return 0;
@@ -129,6 +132,61 @@ static inline int64_t shifted_right(int64_t a, int64_t by, int64_t *failure, int
         return 0;
     }
     return a >> (by > 63 ? 63 : by);
+}
+""",
+    "absolute": """\
+static inline int64_t absolute(int64_t a, int64_t *failure, int64_t place)
+{
+    if (a == INT64_MIN) {
+        note_failure(failure, place);
+        return 0;
+    }
+    return a < 0 ? -a : a;
+}
+""",
+    "quotient_of_wholes": """\
+static double quotient_of_wholes(int64_t a, int64_t b, int64_t *failure, int64_t place)
+{
+    const int64_t exact = INT64_C(9007199254740992);
+    uint64_t divisor, rest, digits;
+    double result;
+    int shift = 0;
+    if (b == 0) {
+        note_failure(failure, place);
+        return 0.0;
+    }
+    if (a >= -exact && a <= exact && b >= -exact && b <= exact) {
+        return (double)a / (double)b;
+    }
+    divisor = b < 0 ? 0 - (uint64_t)b : (uint64_t)b;
+    rest = a < 0 ? 0 - (uint64_t)a : (uint64_t)a;
+    digits = rest / divisor;
+    rest %= divisor;
+    while (digits < (uint64_t)1 << 55 && (digits | rest) != 0) {   /* more digits than a double has */
+        rest <<= 1;
+        digits = digits << 1 | (rest >= divisor ? 1u : 0u);
+        rest -= rest >= divisor ? divisor : 0;
+        ++shift;
+    }
+    result = (double)(digits | (rest != 0 ? 1u : 0u));
+    for (; shift > 0; --shift) {
+        result *= 0.5;
+    }
+    return (a < 0) != (b < 0) ? -result : result;
+}
+""",
+    "order_of": """\
+static inline double order_of(int64_t a, double b)
+{
+    int64_t part;
+    if (!(b >= -9223372036854775808.0 && b < 9223372036854775808.0)) {
+        return isnan(b) ? b : b > 0.0 ? -1.0 : 1.0;
+    }
+    part = (int64_t)b;
+    if (a != part) {
+        return a < part ? -1.0 : 1.0;
+    }
+    return (double)part < b ? -1.0 : (double)part > b ? 1.0 : 0.0;
 }
 """,
     "smaller": "static inline double smaller(double a, double b)\n{\n    return b < a ? b : a;\n}\n",

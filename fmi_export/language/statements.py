@@ -4,6 +4,7 @@ import ast
 from collections.abc import Sequence
 
 from fmi_export.language.calls import Calls
+from fmi_export.language.expressions import writes
 from fmi_export.language.program import (
     BOOL,
     FLOAT,
@@ -81,8 +82,7 @@ class Statements(Calls):
             case ast.AnnAssign(target=target, value=ast.expr() as value):
                 self.assign(target, self.expression(value))
             case ast.AugAssign(target=target, op=op, value=value):
-                place, added = self.in_order([self.loading(target), value])
-                self.assign(target, self.operation(node, op, place, added))
+                self.augmented(node, target, op, value)
             case ast.If(test=test, body=yes, orelse=no):
                 self.condition(test, yes, no)
             case ast.While(test=test, body=inner, orelse=[]):
@@ -109,6 +109,24 @@ class Statements(Calls):
 
     # Assignments
 
+    def augmented(self, node: ast.AugAssign, target: ast.expr, op: ast.operator, value: ast.expr) -> None:
+        """Read `place += value`: the place is found and read once, before the value is computed."""
+        place = self.expression(self.loading(target))
+        if any(isinstance(each, ast.Call) for each in ast.walk(node)) and isinstance(place, Field | Item):
+            place = self.steady(place)
+        before, (own, added) = place, self.aside(lambda: self.expression(value))
+        if own or writes(added):
+            before = self.kept(place)
+        self.body += own
+        result = self.operation(node, op, before, added)
+        if isinstance(target, ast.Name):
+            self.bind(target, result)
+            return
+        self.checked_place(target, place, result.type)
+        if writes(result):
+            result = self.temporary(result)
+        self.body.append(Assign(place, result))
+
     def loading(self, target: ast.expr) -> ast.expr:
         loaded = ast.copy_location(ast.parse(ast.unparse(target), mode="eval").body, target)
         for each in ast.walk(loaded):
@@ -122,6 +140,10 @@ class Statements(Calls):
         if isinstance(target, ast.Name):
             self.bind(target, value)
             return
+        called = any(isinstance(each, ast.Call) for each in ast.walk(target))
+        chosen = any(isinstance(each, ast.Subscript) for each in ast.walk(target))
+        if (called or (chosen and writes(value))) and not isinstance(value, Const):   # the value comes first
+            value = self.temporary(value)
         place = self.place(target, value.type)
         self.body.append(Assign(place, value))
 
@@ -149,6 +171,11 @@ class Statements(Calls):
         if isinstance(target, ast.Starred):
             raise self.refusal(target, "*: expected every value by itself")
         place = self.expression(target)
+        self.checked_place(target, place, kind)
+        return place
+
+    def checked_place(self, target: ast.expr, place: Expr, kind: Type) -> None:
+        """Refuse what cannot be assigned, and note what is changed."""
         shown = ast.unparse(target)
         if not isinstance(place, Field | Item):
             raise self.refusal(target, f"{shown} cannot be assigned: expected an attribute that __init__ sets")
@@ -159,7 +186,6 @@ class Statements(Calls):
             raise self.refusal(target, f"{shown} starts as {self.words(place.type)} and is assigned "
                                        f"{self.words(kind)}: expected {self.instead(place.type, kind)}")
         self.mark_changed(target, place)
-        return place
 
     def unpack(self, target: ast.Tuple, value: ast.expr) -> None:
         """Read `a, b = …` with as many values, or of a call that returns them."""
@@ -183,7 +209,7 @@ class Statements(Calls):
                 places.append(Local(each.id, kind))
             elif isinstance(each, ast.Name):
                 places.append(self.new_local(kind))
-            elif isinstance(each, ast.Attribute):
+            elif isinstance(each, ast.Attribute) and isinstance(each.value, ast.Name):
                 places.append(self.place(each, kind))
             else:
                 places.append(self.new_local(kind))
@@ -246,7 +272,7 @@ class Statements(Calls):
         elif not isinstance(target, ast.Name) or isinstance(over, ast.Call):
             raise self.refusal(node, f"{ast.unparse(target)} in {ast.unparse(over)}: expected a name in range(), in a "
                                      "list, enumerate() or zip() of lists")
-        sources = [self.expression(each) for _, each in lists]
+        sources = [self.steady(source) for source in self.in_order([each for _, each in lists])]
         for (_, written), source in zip(lists, sources, strict=True):
             if not isinstance(source.type, List):
                 raise self.refusal(written, f"{ast.unparse(written)} is {self.words(source.type)}: expected range(), a "
@@ -261,6 +287,7 @@ class Statements(Calls):
         if counter is not None and self.own_counter(node, counter.id):
             index = Local(counter.id, INT)
             self.types[counter.id] = INT
+            self.within.pop(counter.id, None)
             self.known.add(counter.id)
         else:
             index = self.new_counter()
@@ -306,9 +333,9 @@ class Statements(Calls):
             before, self.body = self.body, body
             self.bind(target, counter)
             self.body = before
+        self.within.pop(target.id, None)
         if turns is not None:
             self.within[name] = turns
-            self.within[target.id] = turns if name == target.id else range(0)
         rest, known, ended = self.repeated(inner)
         self.body.append(For(name, start, stop, step.value, [*body, *rest]))
         self.after_loop(known, ended, turns is not None)
