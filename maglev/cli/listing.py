@@ -8,13 +8,13 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 import maglev
-from maglev.api.catalogue import FmuEntry, RunEntry
 from maglev.cli.options import Built, Debug, RigFile
 from maglev.cli.terminal import one_line_errors, report_console
 from maglev.errors import ScenarioError
 from maglev.rig.rigs import RIGS
 
 if TYPE_CHECKING:
+    from maglev.api.catalogue import FmuEntry, RunEntry
     from maglev.report.plain import ResultTable
 
 MOST_NAMED = 7   # variants of a scenario that are named
@@ -54,7 +54,7 @@ def list_all(words: Words = None, rig: RigFile = None, fmus: Built = Path("fmus"
         console.print("maglev list WORD says more of those with the word in their names")
 
 
-def built_kinds(entry: FmuEntry, fmus: Path) -> list[str]:
+def built_kinds(entry: "FmuEntry", fmus: Path) -> list[str]:
     """Where an FMU is built: kinds in the cache, then kinds in the folder, stale where the sources make others now."""
     from maglev.catalogue.for_runs import is_kept
     from maglev.own_fmus import stale
@@ -67,14 +67,14 @@ def built_kinds(entry: FmuEntry, fmus: Path) -> list[str]:
                      for kind, file in kinds.items() if file.is_file()]
 
 
-def fmu_table(entries: Sequence[FmuEntry], fmus: Path) -> "ResultTable":
+def fmu_table(entries: Sequence["FmuEntry"], fmus: Path) -> "ResultTable":
     from maglev.report.plain import result_table
 
     return result_table("", ("FMU", "built", "what it is"), (
         [entry.name, ", ".join(built_kinds(entry, fmus)) or "no", entry.description] for entry in entries), left=3)
 
 
-def run_table(runs: Sequence[RunEntry]) -> "ResultTable":
+def run_table(runs: Sequence["RunEntry"]) -> "ResultTable":
     from maglev.report.plain import result_table
 
     return result_table("", ("run", "what it is"), (
@@ -82,7 +82,7 @@ def run_table(runs: Sequence[RunEntry]) -> "ResultTable":
         for run in runs), left=2)
 
 
-def kind_table(entries: Sequence[FmuEntry], fmus: Path) -> "ResultTable":
+def kind_table(entries: Sequence["FmuEntry"], fmus: Path) -> "ResultTable":
     """A row for each kind of FMU, with whether that of each stage is built."""
     from maglev.report.plain import result_table
 
@@ -101,7 +101,7 @@ def built_word(kinds: Sequence[str]) -> str:
     return "yes" if current else "stale" if kinds else "no"
 
 
-def summary(of: dict[str, FmuEntry]) -> str:
+def summary(of: dict[str, "FmuEntry"]) -> str:
     """What FMUs of one kind are, in the words that all of them share."""
     texts = []
     for suffix, entry in of.items():
@@ -112,7 +112,7 @@ def summary(of: dict[str, FmuEntry]) -> str:
     return shared if shared in texts else f"{shared} …"
 
 
-def scenario_table(runs: Sequence[RunEntry]) -> "ResultTable":
+def scenario_table(runs: Sequence["RunEntry"]) -> "ResultTable":
     """A row for each scenario: its title, or the names of its variants."""
     from maglev.report.plain import result_table
 

@@ -200,7 +200,8 @@ def test_debug_shows_the_traceback(short: Path) -> None:
 
 
 @pytest.mark.usefixtures("slow")
-def test_build_and_list(tmp_path: Path) -> None:
+def test_build_and_list(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setenv("MAGLEV_CACHE", str(tmp_path / "cache"))   # one without FMUs that other tests left
     result = maglev("build", "Plant2DOF", "--fmus", tmp_path)
     assert result.exit_code == 0
     assert (tmp_path / "Plant2DOF.fmu").is_file()
@@ -208,9 +209,13 @@ def test_build_and_list(tmp_path: Path) -> None:
     (tmp_path / "clocked" / "Regulator3DOF.fmu").touch()
     listed = maglev("list", "--fmus", tmp_path)
     assert listed.exit_code == 0
-    for name, built in (("Plant2DOF", "Python"), ("Regulator3DOF", r"clocked \(stale\)"), ("Plant3DOF", "no")):
-        assert re.search(rf"(?m)^{name}  +{built}  ", listed.output)
+    for name, built in (("Plant", "yes +no +no"), ("Regulator", "no +stale +no")):
+        assert re.search(rf"(?m)^{name}  +.*  {built} *$", listed.output)
     assert "3dof-setpoints-improved" in listed.output
+    for name, built in (("Plant2DOF", "Python in"), ("Regulator3DOF", "clocked in"), ("Plant3DOF", "no  ")):
+        told = maglev("list", name, "--fmus", tmp_path).output
+        assert re.search(rf"(?m)^{name}  +{built}", told)
+        assert (name == "Regulator3DOF") == ("(stale)" in " ".join(told.split()))
 
 
 def test_help_teaches() -> None:

@@ -1,6 +1,7 @@
 """Commands about several runs: run with comparisons, report, and check with its exit codes."""
 
 import json
+import re
 from pathlib import Path
 from xml.etree import ElementTree
 
@@ -129,8 +130,8 @@ def test_a_study_without_a_file_shows_each_of_its_values(fastest_fmus: Path, hol
     places = ("--fmus", fastest_fmus, "--out", tmp_path, "--jobs", "1", "--set", "plant.h.mass=4.4")
     done = maglev("study", path, *places, "--vary", "plant.v.mass=4.3:4.4:2")
     assert done.exit_code == 0, done.output
-    rows = [line.strip().split("  ")[0] for line in done.stdout.partition("───\n")[2].splitlines()[:2]]
-    assert rows == ["4.3 kg", "4.4 kg"]
+    rows = [re.split(" {2,}", line.strip())[:2] for line in done.stdout.partition("───\n")[2].splitlines()[:2]]
+    assert rows == [["0", "4.3 kg"], ["1", "4.4 kg"]]
     before = maglev("sweep", path, "plant.v.mass=4.3:4.4:2", *places)
     assert before.exit_code == 2
     assert "No such command 'sweep': it is `maglev study SCENARIO --vary …` now." in " ".join(before.stderr.split())
