@@ -43,9 +43,8 @@ def new_repository(path: str | Path, stage: str | Path = EXAMPLE, *, watch: Watc
     Examples
     --------
     >>> import maglev
-    >>> sorted(file.name for file in maglev.new_repository("levitate", stage="2dof").iterdir())
-    ['.github', '.gitignore', '.gitlab-ci.yml', 'README.md', 'baselines', 'controller.py', 'experiment.toml',
-     'wheels']
+    >>> print(*sorted(file.name for file in maglev.new_repository("levitate", stage="2dof").iterdir()))
+    .github .gitignore .gitlab-ci.yml README.md baselines controller.py experiment.toml wheels
     """
     folder = Path(path)
     if folder.exists():
