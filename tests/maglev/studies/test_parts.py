@@ -5,6 +5,7 @@ import shutil
 import socket
 import subprocess
 import sys
+import tempfile
 from collections.abc import Callable
 from contextlib import nullcontext
 from pathlib import Path
@@ -298,8 +299,7 @@ def test_what_a_process_left_as_it_wrote_goes(tmp_path: Path) -> None:
     parts = Parts(tmp_path / "it.parts", "key")
     parts.begin()
     parts.write("samples-0000000.parquet", b"content")
-    left = parts.folder / "maglev_scratch_abc"
-    left.mkdir()
+    left = Path(tempfile.mkdtemp(prefix="maglev_scratch_", dir=parts.folder))
     (left / "samples-0000001.parquet").write_bytes(b"half")
     again = Parts(parts.folder, "key")
     assert again.find() == 0 and list(again.files) == ["samples-0000000.parquet"]
