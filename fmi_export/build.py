@@ -55,11 +55,15 @@ begin(globals())
 
 
 class Maker(NamedTuple):
-    """Who makes FMUs: version and licence text of the project, and the packages of which they can carry modules."""
+    """Who makes FMUs: version and licence text of the project, and the packages of which they can carry modules.
+
+    `pages` are further folders of packages, with pages of their documentation.
+    """
 
     version: str
     licence: str
     packages: tuple[str, ...]
+    pages: tuple[Path, ...] = ()
 
 
 def build_fmu(definition: FmuDefinition, written: str, maker: Maker, destination: Path,
@@ -137,7 +141,8 @@ def common_files(definition: FmuDefinition, maker: Maker, fmi: str = "2.0") -> d
     pictures = {"model.png": icon} if fmi == "2.0" else {
         "terminalsAndIcons/icon.png": icon, "terminalsAndIcons/icon.svg": svg_file(shapes),
         "terminalsAndIcons/terminalsAndIcons.xml": terminals_and_icons(definition)}
-    return pictures | {"documentation/index.html": documentation(definition, maker.version).encode("utf-8"),
+    page = documentation(definition, maker.version, maker.pages)
+    return pictures | {"documentation/index.html": page.encode("utf-8"),
                        "documentation/licenses/license.txt": maker.licence.encode("utf-8")}
 
 

@@ -1,6 +1,7 @@
 """documentation/index.html of an FMU: the equations from its packages, the variables from its table."""
 
 import re
+from collections.abc import Sequence
 from decimal import Decimal
 from html import escape
 from pathlib import Path
@@ -30,10 +31,9 @@ def icon_of(definition: FmuDefinition) -> tuple[Shape, ...]:
     return () if definition.icon is None else tuple(definition.icon.drawn())
 
 
-def documentation(definition: FmuDefinition, version: str) -> str:
-    """HTML page with a sketch, the block's equations, limits and variables."""
-    module = definition.block.__module__
-    sections = typeset("\n".join(block_section(module, package, name) for package, name in definition.documentation))
+def documentation(definition: FmuDefinition, version: str, pages: Sequence[Path] = ()) -> str:
+    """HTML page with a sketch, the block's equations, limits and variables; sections are in further folders, too."""
+    sections = typeset("\n".join(block_section(pages, package, name) for package, name in definition.documentation))
     sketch = "" if definition.sketch is None else definition.sketch.drawn()
     return filled(HERE / "page.html", {
         "NAME": escape(definition.name), "ABOUT": escape(definition.description),
@@ -44,10 +44,10 @@ def documentation(definition: FmuDefinition, version: str) -> str:
            for causality in ("input", "output", "parameter")}})
 
 
-def block_section(module: str, package: str, name: str) -> str:
-    """HTML of a section: what is written with the module of a block, or else from the folder of a package."""
-    written = module_path(module).parents[1] / package / "documentation" / name
-    page = written if written.is_file() else module_path(package).parent / "documentation" / name
+def block_section(pages: Sequence[Path], package: str, name: str) -> str:
+    """HTML of a section: what is written in one of further folders of packages, or else from that of the package."""
+    written = (folder / package / "documentation" / name for folder in pages)
+    page = next((file for file in written if file.is_file()), module_path(package).parent / "documentation" / name)
     return page.read_text(encoding="utf-8").strip()
 
 

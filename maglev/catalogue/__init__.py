@@ -82,7 +82,7 @@ def maker(kind: Kind, own: Mapping[str, str] | None = None) -> Make:
 
     `own` are texts of the modules of a user's class, by name. ExportError: as of `build_native_fmu`.
     """
-    made_by = project()
+    made_by = project()._replace(pages=tuple(stage.folder for stage in STAGES.own.values()))
     if not kind.native:
         made_by = made_by._replace(packages=(*made_by.packages, *(own or ())))
     if kind.native:

@@ -11,8 +11,6 @@ from fmi_export.pages.documentation import block_section
 from fmi_export.pages.mathml import typeset
 from maglev.rig.rigs import RIGS
 from maglev.rig.writer import PAGES, module
-from maglev.stages import STAGES as KNOWN
-from maglev.stages import OwnStage
 from pmlsm.rig import Rig, RigMotor
 from pmlsm.velocity_rows import GRAVITY, normal_acceleration, thrust_acceleration
 
@@ -76,12 +74,10 @@ def test_equal_currents_of_the_motors_of_an_axis() -> None:
 
 
 def test_a_section_of_a_stage_of_the_users(tmp_path: Path) -> None:
-    for file, text in (("plant_fmu/stage_uneven.py", ""), ("plant_fmu/documentation/own.html", "<h2>Mine</h2>\n")):
-        (tmp_path / file).parent.mkdir(exist_ok=True)
-        (tmp_path / file).write_text(text, encoding="utf-8")
-    KNOWN.add(OwnStage(UNEVEN, tmp_path, tmp_path / "uneven.toml"))
-    assert block_section("plant_fmu.stage_uneven", "plant_fmu", "own.html") == "<h2>Mine</h2>"
-    assert block_section("plant_fmu.stage_uneven", "plant_fmu", "effects.html").startswith("<h2>")
+    file = tmp_path / "plant_fmu" / "documentation" / "own.html"
+    file.parent.mkdir(parents=True)
+    file.write_text("<h2>Mine</h2>\n", encoding="utf-8")
+    assert block_section([tmp_path], "plant_fmu", "own.html") == "<h2>Mine</h2>"
+    assert block_section([tmp_path], "plant_fmu", "effects.html").startswith("<h2>")
     with pytest.raises(FileNotFoundError, match=r"own\.html"):
-        block_section("plant_fmu.stage", "plant_fmu", "own.html")
-    KNOWN.forget("uneven")
+        block_section([], "plant_fmu", "own.html")
