@@ -1,11 +1,11 @@
 """Commutation of the motors of any stage alone (C.1), for currents that somebody else decides."""
 
 from controller_fmu.commutated_motor import CommutatedMotor, MeasuredDisplacement
+from controller_fmu.described_platform import platform_of
 from controller_fmu.level_platform import LevelPlatform
 from controller_fmu.motor_layout import MotorLayout
 from controller_fmu.sample_clock import SampleClock
 from controller_fmu.status import BAD_GEOMETRY, BAD_PLACES, STEP_MISFIT, STEPPED
-from controller_fmu.tilting_platform import platform_of
 from pmlsm.rig import Rig
 
 

@@ -3,7 +3,6 @@
 from controller_fmu.motor_place import MotorPlace
 from controller_fmu.tilt_measurement import TiltMeasurement
 from controller_fmu.tilting_platform import TiltingPlatform
-from pmlsm.rig import Rig
 from pmlsm.velocity_rows import GRAVITY
 
 
@@ -55,10 +54,3 @@ class ForceAllocation:
     def pitch_ratio(self, platform: TiltingPlatform) -> float:
         """Stiffness and gain of pitch under currents that change along x, by those of y: M_y Σ x² / (n I_pitch)."""
         return self.mass_y * platform.spread_x() / self.inertia_pitch
-
-
-def allocation_of(rig: Rig) -> ForceAllocation:
-    """Return the allocation of a stage; masses of what guides hold may be any."""
-    x, *z = (axis.mass for axis in rig.horizontal)
-    roll, *pitch = (axis.mass for axis in rig.rotations)
-    return ForceAllocation(rig.vertical.mass, x, z[0] if z else 1.0, roll, pitch[0] if pitch else 1.0)

@@ -2,6 +2,7 @@
 
 from typing import Any
 
+from controller_fmu.described_platform import platform_of
 from controller_fmu.level_currents import LevelCurrents
 from controller_fmu.level_platform import LevelPlatform
 from controller_fmu.linearisation import Linearisation
@@ -19,7 +20,6 @@ from controller_fmu.status import (
     STEP_MISFIT,
     STEPPED,
 )
-from controller_fmu.tilting_platform import platform_of
 from controller_fmu.velocity_observer import ObserverFilter
 from pmlsm.rig import Rig, RigAxis
 

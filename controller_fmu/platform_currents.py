@@ -1,7 +1,7 @@
 """Direct currents by which a PID controller holds a platform that tilts."""
 
+from controller_fmu.described_platform import allocation_of
 from controller_fmu.feedback_linearisation import demanded_current
-from controller_fmu.force_allocation import allocation_of
 from controller_fmu.linearisation import Linearisation
 from controller_fmu.motor_model import MotorModel
 from controller_fmu.pid_axis import PIDAxis

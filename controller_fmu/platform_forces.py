@@ -1,7 +1,7 @@
 """Currents of a platform that tilts: its motors split forces and torques evenly, each at its own air gap."""
 
+from controller_fmu.described_platform import allocation_of
 from controller_fmu.fixed_gains import FixedGains
-from controller_fmu.force_allocation import allocation_of
 from controller_fmu.gain_schedule import GainSchedule
 from controller_fmu.gain_table import GainTable
 from controller_fmu.motor_command import MotorCommand

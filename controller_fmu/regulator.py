@@ -3,6 +3,7 @@
 from math import pi
 from typing import Any
 
+from controller_fmu.described_platform import platform_of
 from controller_fmu.fixed_gains import FixedGains
 from controller_fmu.gain_schedule import GainSchedule
 from controller_fmu.gain_table import GainTable
@@ -27,7 +28,6 @@ from controller_fmu.status import (
     STEP_MISFIT,
     STEPPED,
 )
-from controller_fmu.tilting_platform import platform_of
 from controller_fmu.velocity_observer import ObserverFilter
 from pmlsm.rig import Rig, RigAxis
 

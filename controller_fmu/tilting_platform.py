@@ -1,11 +1,10 @@
 """A platform that tilts: where its motors are, and what their air gaps say of its position."""
 
+from typing import Any
+
 from controller_fmu.motor_place import MotorPlace
-from controller_fmu.output_regulator import OutputRegulator
-from controller_fmu.pid_axis import PIDAxis
 from controller_fmu.symmetric3 import Symmetric3
 from controller_fmu.tilt_measurement import TiltMeasurement
-from pmlsm.rig import Rig
 
 
 class TiltingPlatform:
@@ -54,7 +53,7 @@ class TiltingPlatform:
         """Air gap (m) at a motor: what is measured there."""
         return self.places[motor].gap_measured
 
-    def observe(self, axes: list[OutputRegulator] | list[PIDAxis]) -> bool:
+    def observe(self, axes: list[Any]) -> bool:
         """Give the vertical axis and the tilts their measurements; whether all gaps were measured."""
         tilts = self.tilts
         seen = self.measure(0.0)
@@ -84,9 +83,3 @@ class TiltingPlatform:
     def spread_z(self) -> float:
         """Σ z² / n of the motors, m²."""
         return self.square.s22 / self.motors
-
-
-def platform_of(rig: Rig) -> TiltingPlatform:
-    """Return the platform of a stage that tilts."""
-    places = [MotorPlace(motor.x, motor.z, rig.vertical.start) for motor in rig.motors]
-    return TiltingPlatform(rig.height, places, len(rig.horizontal))

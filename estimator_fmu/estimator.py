@@ -2,11 +2,11 @@
 
 from typing import Any
 
+from controller_fmu.described_platform import platform_of
 from controller_fmu.level_platform import LevelPlatform
 from controller_fmu.motor_layout import MotorLayout
 from controller_fmu.sample_clock import SampleClock
 from controller_fmu.status import BAD_GEOMETRY, BAD_PLACES, STEP_MISFIT, STEPPED
-from controller_fmu.tilting_platform import platform_of
 from controller_fmu.velocity_observer import ObserverFilter
 from estimator_fmu.common_row import CommonRow
 from estimator_fmu.constant_estimate import ConvergenceRule

@@ -3,6 +3,7 @@
 import ast
 import io
 import json
+import sys
 import tokenize
 from collections.abc import Iterable, Iterator
 from importlib.util import find_spec
@@ -39,7 +40,8 @@ def parts_text(texts: Iterable[str]) -> str:
 
     def collect(text: str) -> None:
         for node in ast.parse(text).body:
-            if isinstance(node, ast.ImportFrom) and node.module and node.module not in ("math", *modules):
+            if (isinstance(node, ast.ImportFrom) and node.module and node.module not in modules
+                    and node.module.split(".")[0] not in sys.stdlib_module_names):
                 spec = find_spec(node.module)
                 assert spec is not None and spec.origin is not None
                 source = Path(spec.origin).read_text(encoding="utf-8")
@@ -114,6 +116,12 @@ class Writer:
         match node:
             case ast.Import() | ast.ImportFrom():
                 return
+            case ast.Assign(targets=[ast.Tuple(elts=elements)]) if 0 < sum(
+                    isinstance(each, ast.Name) for each in elements) < len(elements):
+                new = [each.id for each in elements if isinstance(each, ast.Name) and each.id not in self.locals]
+                self.locals.update(new)
+                yield from (f"let {name};" for name in new)
+                yield f"{expression(node.targets[0])} = {expression(node.value)};"
             case ast.ClassDef():
                 yield from documented(node)
                 yield from self.block(f"class {node.name}", undocumented(node), node.lineno)
@@ -129,6 +137,8 @@ class Writer:
                 name = expression(node.target)
                 head = f"for (let {name} = 0; {name} < {expression(count)}; {name}++)"
                 yield from self.block(head, node.body, node.lineno)
+            case ast.For(iter=source, target=ast.Name(id=name)):
+                yield from self.block(f"for (const {name} of {expression(source)})", node.body, node.lineno)
             case ast.While():
                 yield from self.block(f"while ({expression(node.test)})", node.body, node.lineno)
             case ast.Return(value=None):
@@ -243,12 +253,16 @@ def expression_text(node: ast.expr) -> tuple[str, int]:
             return (" && " if binds == 2 else " || ").join(expression(part, binds + 1) for part in node.values), binds
         case ast.IfExp():
             return f"{expression(node.test, 1)} ? {expression(node.body, 1)} : {expression(node.orelse)}", 0
+        case ast.Call(func=ast.Name(id="len"), args=[argument]):
+            return f"{expression(argument, ATOM)}.length", ATOM
         case ast.Call(func=ast.Name(id=name), keywords=[]):
             called = (f"Math.{name}" if name in MATH else f"new {name}" if name[0].isupper() else NAMED.get(name, name))
             return f"{called}({', '.join(map(expression, node.args))})", ATOM
         case ast.Call(func=ast.Attribute() as method, keywords=[]):
             return f"{expression(method, ATOM)}({', '.join(map(expression, node.args))})", ATOM
-        case ast.Tuple(elts=elements):
+        case ast.Subscript(value=base, slice=index):
+            return f"{expression(base, ATOM)}[{expression(index)}]", ATOM
+        case ast.Tuple(elts=elements) | ast.List(elts=elements):
             return f"[{', '.join(map(expression, elements))}]", ATOM
         case ast.Dict(keys=keys, values=values):
             pairs = [f"{expression(key)}: {expression(value)}" for key, value in zip(keys, values, strict=True) if key]

@@ -41,6 +41,7 @@ from maglev.stages import STAGES
 from plant_fmu.axis import Axis
 from plant_fmu.motor_mount import MotorMount
 from pmlsm.gap_functions import gap_functions
+from pmlsm.rig import Stop
 
 MODULES = tuple(name for rig in RIGS.values() for name in modules_of(rig))
 LARGEST = 1_350_000   # bytes of the page with three stages
@@ -144,11 +145,11 @@ def test_tilts_are_seen_from_the_side_that_the_gap_grows_to() -> None:
         assert {side["axis"] for side in sides.values()} == {axis.name for axis in rig.rotations}
         for side in sides.values():
             at = {"x": 0.0, "z": 0.0, side["place"]: 0.1}
-            mount = MotorMount(at["x"], at["z"], 0.01, 0.03, 1.0, 1.0)
+            mount = MotorMount(at["x"], at["z"], 1, Stop(0.01, 0.03, 1.0, 1.0))
             gap, about_x, about_z = (Axis(1.0, 0.0, 0.0, 1.0, 0.0, -1.0, 1.0, 0.0) for _ in range(3))
             tilt = {rig.rotations[0].name: about_x, rig.rotations[1].name: about_z}[side["axis"]]
             gap.position, tilt.position = 0.02, 5e-3
-            mount.place(gap, about_x, about_z, 0.0)
+            mount.place(gap, about_x, about_z)
             assert mount.gap - 0.02 == pytest.approx(side["sign"] * 0.1 * 5e-3)
 
 
