@@ -163,8 +163,8 @@ def nearest(name: object, valid: Iterable[str], *endings: str) -> str:
 
 def most_like(name: object, valid: Iterable[str]) -> list[str]:
     """Return the valid name that is most like another, with capitals or not, if one is."""
-    known = {each.casefold(): each for each in valid}   # 0.55: for axi it is axes
-    return [known[like] for like in get_close_matches(str(name).casefold(), known, n=1, cutoff=0.55)]
+    known = {each.casefold(): each for each in valid}   # 0.52: for slots it is slot_width
+    return [known[like] for like in get_close_matches(str(name).casefold(), known, n=1, cutoff=0.52)]
 
 
 def one_of(name: object, valid: Collection[str], otherwise: str = "") -> str:

@@ -30,7 +30,8 @@ def test_rows_are_the_motion_of_the_stage(gap: float, roll: float, pitch: float,
     estimator.x.begin()
     estimator.z.begin()
     estimator.sample()
-    stage.push_motors()
+    block = stage.stage
+    block.mover.push(block.axes, block.motors, block.magnetics)
     mounts = [getattr(stage, f"{motor}_mount") for motor in MOTORS]
     columns = np.array([estimator.rows.attraction, estimator.rows.coils, estimator.rows.iron])
     assert columns @ [stage.C3, stage.C4, stage.C5] == pytest.approx(sum(m.normal for m in mounts) / 6.9, rel=1e-9)
