@@ -15,6 +15,7 @@ from named_blocks import named_block
 from packaged_plans import RUNS
 
 import maglev
+from fmi_export.definition import read
 from maglev.errors import ScenarioError
 from maglev.experiment.reach import Start, gaps_of, require_reachable
 from maglev.own_fmus import definition
@@ -47,9 +48,7 @@ def starts_of(plan: RunPlan) -> Start:
         place = next((v.place for v in definition(str(fmu.model)).variables if v.name == own), None)
         if place is None:
             return None
-        for part in place.split("."):
-            block = getattr(block, part)
-        return float(block)
+        return float(read(block, place))
 
     return value
 
