@@ -10,13 +10,13 @@ from fmi_export.target.freestanding import template
 # kernel, also what is seldom called, or what the compiler takes to be so. So does a place that is computed: branches
 # that read several are not merged into one that reads either.
 FLAGS = ("-target", "nvptx64-cuda", "-mcpu=sm_80", "-std=c99", "-O3", "-ffp-contract=off", "-fno-math-errno",
-         "-DBLOCKS_IN_ONE_UNIT", "-Dnoinline=always_inline", "-fno-sanitize=all", "-ffreestanding", "-g0", "-I.",
+         "-Dnoinline=always_inline", "-fno-sanitize=all", "-ffreestanding", "-g0", "-I.",
          "-mllvm", "-inline-threshold=1000000", "-mllvm", "-inline-cold-callsite-threshold=1000000",
          "-mllvm", "-sink-common-insts=false", "-S")
 
 # What takes and gives but a number, in registers, is called: sines and their like are in a kernel once, not at each of
 # some 40 places, and the driver compiles half of the code.
-OF_A_NUMBER = re.compile(r"^BLOCK_FUNCTION (?=double \w+\(double \w+\)$)", re.MULTILINE)
+OF_A_NUMBER = re.compile(r"^static (?=double \w+\(double \w+\)$)", re.MULTILINE)
 CALLED = "static __attribute__((unused, __noinline__)) "   # `noinline` is a macro above
 
 
@@ -25,7 +25,7 @@ def in_one_rounding(sources: Mapping[str, str]) -> dict[str, str]:
 
     Operations round as those of other processors: none is contracted, approximate, or a library's.
     """
-    headers = {"math.h": f"{template('arithmetic.h')}\n#define INFINITY HUGE_VAL\n", "stdlib.h": ""}
+    headers = {"math.h": template("arithmetic.h"), "stdlib.h": ""}
     return {**{file: OF_A_NUMBER.sub(CALLED, text) for file, text in sources.items()}, **headers}
 
 

@@ -3,7 +3,7 @@
 import ast
 import math
 import struct
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from functools import partial
 from random import Random
 from typing import Any
@@ -130,12 +130,14 @@ class Writer:
         kind = self.random.randrange(14)
         if kind < 6:
             return f"({whole()} {self.random.choice(('+', '-', '*', '//', '%', '&', '|', '^', '<<', '>>'))} {whole()})"
-        return [lambda: f"self.bump({whole()})", lambda: f"self.ks[{self.index(whole(), 3)}]",
+        forms: list[Callable[[], str]] = [
+                lambda: f"self.bump({whole()})", lambda: f"self.ks[{self.index(whole(), 3)}]",
                 lambda: f"{self.random.choice(('min', 'max'))}({whole()}, {whole()})",
                 lambda: f"{self.random.choice(('abs', '-', '~'))}({whole()})",
                 lambda: f"({whole()} if {self.truth(depth - 1, floats, wholes)} else {whole()})",
                 lambda: f"{self.random.choice(('int', 'floor', 'ceil'))}({self.real(depth - 1, floats, wholes)})",
-                lambda: "len(self.xs)", lambda: "sum(self.ks)"][kind - 6]()
+                lambda: "len(self.xs)", lambda: "sum(self.ks)"]
+        return forms[kind - 6]()
 
     def truth(self, depth: int, floats: tuple[str, ...], wholes: tuple[str, ...] = ()) -> str:
         if depth <= 0 or self.random.random() < 0.15:
@@ -144,14 +146,15 @@ class Writer:
         whole = partial(self.whole, depth - 1, wholes, floats)
         truth = partial(self.truth, depth - 1, floats, wholes)
         sign = self.random.choice(("<", "<=", ">", ">=", "==", "!="))
-        return self.random.choice([
+        forms: list[Callable[[], str]] = [
             lambda: f"({real()} {sign} {real()})", lambda: f"({whole()} {sign} {whole()})",
             lambda: f"({whole()} {sign} {real()})", lambda: f"({real()} < {real()} {sign} {real()} <= {whole()})",
             lambda: f"({whole()} <= {whole()} < {whole()})", lambda: f"({truth()} and {truth()} and {truth()})",
             lambda: f"({truth()} or {truth()})", lambda: f"(not {truth()})", lambda: f"self.flip({real()})",
             lambda: f"({truth()} {self.random.choice(('==', '!=', '&', '|', '^'))} {truth()})",
             lambda: f"isfinite({real()})", lambda: f"isnan({real()})", lambda: f"bool({whole()})",
-            lambda: f"any(each > {real()} for each in self.xs)"])()
+            lambda: f"any(each > {real()} for each in self.xs)"]
+        return self.random.choice(forms)()
 
     # Statements
 

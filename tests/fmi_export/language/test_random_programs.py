@@ -6,11 +6,12 @@ import subprocess
 from pathlib import Path
 from random import Random
 from tempfile import TemporaryDirectory
+from textwrap import indent
 
 import pytest
 from hypothesis import HealthCheck, Phase, given, settings
 from hypothesis import strategies as st
-from random_programs import Writer, run
+from random_programs import CLASSES, Writer, run
 from written_blocks import load_module
 
 from fmi_export.language.c_text import CText
@@ -71,6 +72,48 @@ def c_of(programs: dict[int, str], folder: Path) -> str:
     return "\n".join([HEAD, text.helper_code(), *parts, "int main(void)\n{", *main, "    return 0;\n}\n"])
 
 
+# Bodies of `step` with the number of steps that are not refused: what runs in which order, and exact numbers.
+BODIES = {
+    "self.i = 0\nself.xs[self.bump(1) % 4] = self.a": STEPS,
+    "self.i = 0\nself.xs[self.bump(1) % 4] += 1.0": STEPS,
+    "self.i = 0\nself.ks[self.i % 3] += self.bump(1)": STEPS,
+    "self.i = 0\nself.parts[self.i % 2].x = float(self.bump(1))": STEPS,
+    "self.i = 0\nself.parts[self.i % 2].double[self.bump(1) % 3] = 7.0": STEPS,
+    "self.j = 0\nself.parts[self.j].x, n, self.off = self.both(2.0, 1)": STEPS,
+    "self.i = 0\nfor each in self.rows[self.i % 2]:\n    self.i += 1\n    self.b = each": STEPS,
+    "self.on = 9.0e300 < t < float(self.bump(1))": STEPS,
+    "self.on = 2 < 1 < self.ks[self.j * 0 + 100] < 3": STEPS,
+    "self.i = 0\nself.j = abs(self.bump(1))": STEPS,
+    "self.j = 0\nself.a = 1.0\nself.b = sqrt(self.shift(4.0))": STEPS,
+    "n = 9007199254740993\nself.on = n == 9007199254740992.0\nself.b = n / 3": STEPS,
+    "self.j = int(-9223372036854775808.0)\nself.i = -1 << 63": STEPS,
+    "for k in range(2):\n    self.a = self.xs[k]\nn = 9\nfor k in range(n):\n    self.b = self.xs[k]": 0,
+    "for k, each in enumerate(self.xs):\n    self.a = each\nfor k in range(2):\n    self.b = self.xs[k + 3]": 0,
+}
+
+
+def with_body(body: str, number: int) -> str:
+    """A program whose `step` has a body."""
+    zeros = {"floats": "0.0, 0.0, 0.0", "wholes": "0, 0, 0"}
+    return f"{CLASSES.format(n=number, **zeros)}    def step(self, t):\n{indent(body, ' ' * 8)}\n"
+
+
+def wrong_programs(programs: dict[int, str], folder: Path) -> dict[int, str]:
+    """Programs that differ between Python and C, with the compiler's options."""
+    expected = {number: run(text, number, STEPS) for number, text in programs.items()}
+    (folder / "programs.c").write_text(c_of(programs, folder), encoding="utf-8")
+    wrong: dict[int, str] = {}
+    for name, options in COMPILERS.items():
+        subprocess.run(["gcc", "-std=c99", "-w", "-ffp-contract=off", *options, "programs.c", "-o", "programs", "-lm"],
+                       cwd=folder, check=True)
+        done = subprocess.run([folder / "programs"], capture_output=True, text=True, timeout=60)
+        assert not done.stderr, done.stderr[:4000]
+        states = {int(each.split("\n")[0]): [line.strip() for line in each.splitlines()[1:]]
+                  for each in done.stdout.split("program ")[1:]}
+        wrong |= {number: name for number in programs if states[number] != expected[number]}
+    return wrong
+
+
 def check(random: Random, folder: Path) -> None:
     programs = dict[int, str]()
     while len(programs) < BATCH:
@@ -81,17 +124,9 @@ def check(random: Random, folder: Path) -> None:
         except Untranslatable as error:   # the one reason that such a program can have
             assert re.search(r"element -?\d+ of a list of", str(error))
             del programs[number]
-    expected = {number: run(text, number, STEPS) for number, text in programs.items()}
-    (folder / "programs.c").write_text(c_of(programs, folder), encoding="utf-8")
-    for name, options in COMPILERS.items():
-        subprocess.run(["gcc", "-std=c99", "-w", "-ffp-contract=off", *options, "programs.c", "-o", "programs", "-lm"],
-                       cwd=folder, check=True)
-        done = subprocess.run([folder / "programs"], capture_output=True, text=True, timeout=60)
-        assert not done.stderr, done.stderr[:4000]
-        found = {int(each.split("\n")[0]): [line.strip() for line in each.splitlines()[1:]]
-                 for each in done.stdout.split("program ")[1:]}
-        for number, states in expected.items():
-            assert found[number] == states, f"{name}:\n{programs[number].partition('def step')[2]}"
+    wrong = wrong_programs(programs, folder)
+    shown = [f"{name}:\n{programs[number].partition('def step')[2]}" for number, name in wrong.items()]
+    assert not shown, "\n".join(shown)
 
 
 seeds = st.integers(0, 2**64 - 1)   # a program takes more decisions than hypothesis keeps of an example
@@ -100,6 +135,15 @@ seeds = st.integers(0, 2**64 - 1)   # a program takes more decisions than hypoth
 def settings_of(examples: int) -> settings:
     return settings(max_examples=examples, derandomize=True, deadline=None, database=None, phases=[Phase.generate],
                     suppress_health_check=list(HealthCheck))
+
+
+@pytest.mark.skipif(shutil.which("gcc") is None, reason="there is no gcc")
+def test_order_of_evaluation_is_that_of_python(tmp_path: Path) -> None:
+    programs = dict(enumerate(map(with_body, BODIES, range(len(BODIES)))))
+    for (number, text), states in zip(programs.items(), BODIES.values(), strict=True):
+        assert len([state for state in run(text, number, STEPS) if state != "refused"]) == states
+    wrong = wrong_programs(programs, tmp_path)
+    assert not [list(BODIES)[number] for number in wrong]
 
 
 @pytest.mark.skipif(shutil.which("gcc") is None, reason="there is no gcc")

@@ -136,24 +136,26 @@ def test_fmus_of_fmi_3_are_taken(fmi3_fmus: Path) -> None:
         require_same(trial, {"plant.y.mass": 9.0, "controller.current_limit": 3.0})
 
 
-@pytest.mark.parametrize("shared", [False, True], ids=["of its own", "shared"])
-def test_translated_classes_are_taken(native_fmus: Path, tmp_path: Path, shared: bool) -> None:
-    """But none with a part that two have: a copy of the one would have the other's."""
+def test_a_part_that_two_have_is_refused(tmp_path: Path) -> None:
+    """A copy of the one would have the other's."""
     changes = (("    def __init__(self) -> None:\n        self.last", "    def __init__(self, other: Limits) -> None:\n"
                 "        self.other = other\n        self.last"), ("= Rate()\n        self.travel = Rate()", "= Rate("
                "self.limits)\n        self.travel = Rate(self.limits)"), ("        self.gap =", "        self.limits = "
                "Limits()\n        self.gap ="), ("class Rate:", f"{LIMITS}class Rate:"))
-    fmu, = maglev.build(controller(tmp_path, *changes if shared else ()), fmus=tmp_path, kind="native", target="host")
+    with pytest.raises(maglev.BuildError, match=r"self\.law\.gap\.other is the same object as self\.law\.limits"):
+        maglev.build(controller(tmp_path, *changes), fmus=tmp_path, kind="native", target="host")
+
+
+def test_translated_classes_are_taken(native_fmus: Path, tmp_path: Path) -> None:
+    fmu, = maglev.build(controller(tmp_path), fmus=tmp_path, kind="native", target="host")
     experiment = prepare(load_plan(trial_file(tmp_path)), native_fmus, {"controller": Replacement(fmu)}, {})
     written = built_blocks(experiment.files)
     assert [*written] == ["controller"]
     measuring = Measuring(experiment.plan, experiment.times, ["plant.v.position"], 3)
     with RepeatedRun(experiment, None, measuring, written=written) as trial:
         trial.load(build=True)
-        assert (trial.loop is None) == shared
-        if not shared:
-            require_same(trial, {"plant.v.mass": 4.0})
-            require_same(trial, {"plant.v.mass": 5.0})
+        require_same(trial, {"plant.v.mass": 4.0})
+        require_same(trial, {"plant.v.mass": 5.0})
 
 
 def test_only_native_fmus_of_this_installation_are_taken(fmus: Path, clocked_fmus: Path) -> None:

@@ -122,7 +122,6 @@ def test_its_fmu_has_a_page(slow: None, tmp_path: Path) -> None:
 
 WRONG = {
     "missing port": (('"h.encoder": "m",', ""), "outputs = {",
-                     "plant (mover.py): missing port: output h.encoder (nearest is 'h.velocity'); expected them under "
                      "these names in the table of mover.py, line {line}, or --map"),
     "misspelt port": (('"h.encoder": "m"', '"h.encodr": "m"'), '"h.encodr"',
                       "mover.py, line {line}: class Mover: outputs has 'h.encodr', expected an attribute"),
