@@ -91,7 +91,7 @@ def readers(fmus: Path, folder: Path) -> dict[str, Callable[[str, Any], object]]
         "--set": of_run, "scenario": of_scenario, "study": of_study, "parameter set": of_parameter_set,
         "stage": of_stage,
         "gym": of_environment,
-        "linear model": lambda name, value: block_of("Plant2DOF", {name: value}).v.mass,
+        "linear model": lambda name, value: block_of("Plant2DOF", {name: value}).axes[0].mass,
         "margins of an FMU": lambda name, value: read_values("plant.fmu", {name: value}, description)[name],
         "carried": lambda name, value: carried_values(set_of(name, value), description)[name]}
 
