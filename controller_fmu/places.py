@@ -31,7 +31,7 @@ def place(rig: Rig, name: str, layout: str = "model.layout", allocation: str = "
 
 
 def constant_place(rig: Rig, name: str) -> str:
-    """Path of a constant of the model; empty if it is none."""
+    """Return the path of a constant of the model, or an empty text if there is no such constant."""
     for number, constant in enumerate(rig.constants):
         if constant.name == name:
             return f"model.{CONSTANTS.get(constant.unit, f'thrust[{number}]')}"

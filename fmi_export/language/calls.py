@@ -24,7 +24,7 @@ from fmi_export.language.program import (
     Struct,
 )
 
-# Functions of `math` that give a float, of one number or of two. Where the result is none, Python raises.
+# Functions of `math` that return a float, for one number or for two. Python raises where they have no value.
 ONE = {"sqrt", "sin", "cos", "tan", "asin", "acos", "atan", "exp", "expm1", "log", "log1p", "log2", "log10", "sinh",
        "cosh", "tanh", "erf", "erfc"}
 TWO = {"fmod", "remainder", "atan2", "pow"}
