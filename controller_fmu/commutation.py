@@ -5,11 +5,12 @@ from controller_fmu.described_platform import platform_of
 from controller_fmu.level_platform import LevelPlatform
 from controller_fmu.motor_layout import MotorLayout
 from controller_fmu.sample_clock import SampleClock
-from controller_fmu.status import BAD_GEOMETRY, BAD_PLACES, STEP_MISFIT, STEPPED
+from controller_fmu.sampled import Sampled
+from controller_fmu.status import BAD_GEOMETRY, BAD_PLACES, STEPPED
 from pmlsm.rig import Rig
 
 
-class Commutation:
+class Commutation(Sampled):
     """Samples displacements and current references, commands phase currents that hold until the next sample.
 
     Each motor commutates with the displacement that it drives. On a platform that tilts it is that at its magnets,
@@ -32,14 +33,6 @@ class Commutation:
             return BAD_GEOMETRY
         if not self.platform.prepare():
             return BAD_PLACES
-        return STEPPED
-
-    def step(self, t: float, dt: float) -> int:
-        """Sample if the sampling grid has a point at t; the commands hold over t to t + dt (s)."""
-        if not self.clock.fits(dt, self.sample_time):
-            return STEP_MISFIT
-        if self.clock.due(dt, self.sample_time):
-            self.sample()
         return STEPPED
 
     def sample(self) -> None:

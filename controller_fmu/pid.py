@@ -12,12 +12,12 @@ from controller_fmu.pid_axis import PIDAxis
 from controller_fmu.platform_currents import PlatformCurrents
 from controller_fmu.safety_trip import exceeds
 from controller_fmu.sample_clock import SampleClock
+from controller_fmu.sampled import Sampled
 from controller_fmu.status import (
     BAD_GEOMETRY,
     BAD_PLACES,
     NO_EQUILIBRIUM,
     PREFILTER_TOO_FAST,
-    STEP_MISFIT,
     STEPPED,
 )
 from controller_fmu.velocity_observer import ObserverFilter
@@ -32,7 +32,7 @@ def axis_pid(axis: RigAxis) -> PIDAxis:
     return pid
 
 
-class PID:
+class PID(Sampled):
     """Samples positions and references, commands phase currents that hold until the next sample.
 
     All motors get the direct current of the vertical axis. Where the platform tilts, that axis and the tilts follow
@@ -95,14 +95,6 @@ class PID:
         self.holding.design(self.axes, self.platform, 1.0 / len(self.holding.counted) * stiffness, linear.gain)
         for k, thrust in enumerate(model.thrust):
             self.axes[k + 1].design(0.0, -model.driving[k] * thrust * linear.f1)
-        return STEPPED
-
-    def step(self, t: float, dt: float) -> int:
-        """Sample if the sampling grid has a point at t; the commands hold over t to t + dt (s)."""
-        if not self.clock.fits(dt, self.sample_time):
-            return STEP_MISFIT
-        if self.clock.due(dt, self.sample_time):
-            self.sample()
         return STEPPED
 
     def sample(self) -> None:

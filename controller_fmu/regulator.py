@@ -16,6 +16,7 @@ from controller_fmu.own_currents import OwnCurrents
 from controller_fmu.platform_forces import PlatformForces
 from controller_fmu.safety_trip import exceeds
 from controller_fmu.sample_clock import SampleClock
+from controller_fmu.sampled import Sampled
 from controller_fmu.shared_current import SharedCurrent
 from controller_fmu.status import (
     BAD_GEOMETRY,
@@ -25,7 +26,6 @@ from controller_fmu.status import (
     NO_EQUILIBRIUM,
     NONLINEAR,
     SCHEDULED,
-    STEP_MISFIT,
     STEPPED,
 )
 from controller_fmu.velocity_observer import ObserverFilter
@@ -38,7 +38,7 @@ def axis_regulator(axis: RigAxis) -> OutputRegulator:
     return OutputRegulator(k1, k2, k3, k4, k5, axis.design.antiwindup_gain, axis.start)
 
 
-class Regulator:
+class Regulator(Sampled):
     """Samples positions and references, commands phase currents that hold until the next sample.
 
     The law is NONLINEAR: the motors are feedback-linearised at the measured gap (4.12), (5.7). Or LINEAR: they are
@@ -98,14 +98,6 @@ class Regulator:
             return NO_EQUILIBRIUM
         if not currents.tabulate(model):
             return NO_EQUILIBRIUM
-        return STEPPED
-
-    def step(self, t: float, dt: float) -> int:
-        """Sample if the sampling grid has a point at t; the commands hold over t to t + dt (s)."""
-        if not self.clock.fits(dt, self.sample_time):
-            return STEP_MISFIT
-        if self.clock.due(dt, self.sample_time):
-            self.sample()
         return STEPPED
 
     def sample(self) -> None:

@@ -6,7 +6,8 @@ from controller_fmu.described_platform import platform_of
 from controller_fmu.level_platform import LevelPlatform
 from controller_fmu.motor_layout import MotorLayout
 from controller_fmu.sample_clock import SampleClock
-from controller_fmu.status import BAD_GEOMETRY, BAD_PLACES, STEP_MISFIT, STEPPED
+from controller_fmu.sampled import Sampled
+from controller_fmu.status import BAD_GEOMETRY, BAD_PLACES, STEPPED
 from controller_fmu.velocity_observer import ObserverFilter
 from estimator_fmu.common_row import CommonRow
 from estimator_fmu.constant_estimate import ConvergenceRule
@@ -18,7 +19,7 @@ from pmlsm.rig import Rig
 from pmlsm.velocity_rows import GRAVITY
 
 
-class Estimator:
+class Estimator(Sampled):
     """Samples positions and delivered currents, estimates the constants by the reduced NPFSI estimator (3.8)."""
 
     def __init__(self, rig: Rig):
@@ -55,14 +56,6 @@ class Estimator:
         for axis in self.horizontal:
             axis.begin()
         self.vertical.begin()
-        return STEPPED
-
-    def step(self, t: float, dt: float) -> int:
-        """Sample if the sampling grid has a point at t; the estimates hold over t to t + dt (s)."""
-        if not self.clock.fits(dt, self.sample_time):
-            return STEP_MISFIT
-        if self.clock.due(dt, self.sample_time):
-            self.sample()
         return STEPPED
 
     def sample(self) -> None:

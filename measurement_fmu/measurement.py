@@ -1,12 +1,13 @@
 """What the controller of any stage gets of its encoders."""
 
 from controller_fmu.sample_clock import SampleClock
+from controller_fmu.sampled import Sampled
 from measurement_fmu.measured_position import MeasuredPosition
-from measurement_fmu.sampling_instant import NO_SEED, STEP_MISFIT, STEPPED, TOO_LATE, SamplingInstant
+from measurement_fmu.sampling_instant import NO_SEED, STEPPED, TOO_LATE, SamplingInstant
 from pmlsm.rig import Rig
 
 
-class Measurement:
+class Measurement(Sampled):
     """Samples encoders, and gives what the controller gets: later, with errors, or not at all."""
 
     def __init__(self, rig: Rig):
@@ -31,14 +32,6 @@ class Measurement:
         if not self.instant.prepare(self.sample_time):
             return TOO_LATE
         self.begin()
-        return STEPPED
-
-    def step(self, t: float, dt: float) -> int:
-        """Sample if the sampling grid has a point at t; the measurements hold over t to t + dt (s)."""
-        if not self.clock.fits(dt, self.sample_time):
-            return STEP_MISFIT
-        if self.clock.due(dt, self.sample_time):
-            self.sample()
         return STEPPED
 
     def begin(self) -> None:
