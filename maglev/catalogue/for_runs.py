@@ -23,12 +23,14 @@ from maglev.own_stage.adoption import know_stage
 from maglev.packages import PACKAGES
 from maglev.packages.installed import HERE, files_digest
 from maglev.processes.side_by_side import Say, Watch, unwatched, warn
+from maglev.rig.rigs import RIGS
 from maglev.schema.layers import PACKAGED
 from maglev.schema.options import KindName
 from maglev.stages import STAGES
 from maglev_files.cache import FMUS, cache_folder, keep, kept, key_of
 from maglev_files.environment import DATE, number_in
 from maglev_files.scratch import scratch
+from pmlsm.description import to_text
 
 SHIPPED = HERE / "maglev" / "shipped"          # only in the wheel of a release
 COMPILER = ("ziglang",)                         # what native FMUs are made with
@@ -172,9 +174,9 @@ def keep_files(names: Iterable[str], kind: Kind, contents: dict[str, bytes], say
 
 
 def fmu_key(name: str, kind: Kind) -> str:
-    """Place in the cache, by all that it is made of: sources, tools, kind; of an own stage, what is written of it."""
+    """Place in the cache, by what it is made of: sources, tools, kind; of an own stage its description and pages."""
     stage = STAGES.own_of(name)
-    own = "" if stage is None else files_digest(stage.folder, stage.folder.glob("*/**/*.*"))
+    own = [] if stage is None else [to_text(stage.rig), files_digest(stage.folder, stage.folder.glob("*/**/*.*"))]
     return key_of(FMUS, dependencies(), tuple(kind), number_in(DATE), own)
 
 
@@ -188,10 +190,10 @@ def require_runnable(description: Path, say: Say) -> None:
 
 @cache
 def dependencies() -> tuple[str, ...]:
-    """What every FMU depends on: sources with what is carried, versions of tools, this machine."""
+    """What every FMU depends on: sources, descriptions, what is carried, versions of tools, this machine."""
     folders = [HERE / package for package in (*PACKAGES, "fmi_export", "maglev/catalogue")]
     return (files_digest(HERE, (path for folder in folders for path in folder.rglob("*.*"))),
-            files_digest(PACKAGED, (PACKAGED / "validation").iterdir()),
+            files_digest(PACKAGED, (PACKAGED / "validation").iterdir()), *map(to_text, RIGS.values()),
             *map(version_of, ("maglev-fmus", *TOOLS)), platform.system(), platform.machine())
 
 

@@ -1,13 +1,8 @@
 """The stages that FMUs are of: those of this project, and those of the user's that this process knows."""
 
-import sys
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable
 from importlib import import_module
-from importlib.abc import MetaPathFinder
-from importlib.machinery import ModuleSpec
-from importlib.util import spec_from_file_location
 from pathlib import Path
-from types import ModuleType
 from typing import Any, NamedTuple
 
 from fmi_export.definition import FmuDefinition
@@ -17,33 +12,19 @@ from pmlsm.rig import Rig
 
 
 class OwnStage(NamedTuple):
-    """A stage of the user's: its description, the folder with the modules that are written from it, and its file."""
+    """A stage of the user's: its description, the folder with the pages that are written from it, and its file."""
 
     rig: Rig
     folder: Path
     file: Path
 
 
-class Stages(MetaPathFinder):
-    """The stages that a process knows by their names, the user's from `add` to `forget`.
-
-    Modules written of a user's stage have the names that those of ours have, such as `plant_fmu.stage_mine`: by these
-    they import each other, FMUs carry them and C is made of them. So Python has to find them in the stage's folder, and
-    this object is what tells it, asked after all others. For the same reason there is one in a process, `STAGES`:
-    Python has but one table of modules, too.
-    """
+class Stages:
+    """The stages that a process knows by their names, the user's from `add` to `forget`."""
 
     def __init__(self) -> None:
         self.own: dict[str, OwnStage] = {}
         self.made: dict[str, FmuDefinition] = {}
-        sys.meta_path.append(self)
-
-    def find_spec(self, fullname: str, path: Sequence[str] | None, target: ModuleType | None = None,
-                  /) -> ModuleSpec | None:
-        """Where Python finds a module that is written of a stage of the user's; None of any other module."""
-        place = f"{fullname.replace('.', '/')}.py"
-        files = (stage.folder / place for stage in self.own.values())
-        return next((spec_from_file_location(fullname, file) for file in files if file.is_file()), None)
 
     def add(self, stage: OwnStage) -> None:
         """Know a stage, in place of one of that name."""
@@ -51,12 +32,10 @@ class Stages(MetaPathFinder):
         self.own[stage.rig.name] = stage
 
     def forget(self, *names: str) -> None:
-        """Take back what is known and was imported of stages of the user's; of others nothing is."""
+        """Take back what is known of stages of the user's; those of this project stay."""
         for name in names:
             if (stage := self.own.pop(name, None)) is not None:
                 self.made = {fmu: made for fmu, made in self.made.items() if fmu not in definitions(stage.rig)}
-                for path in stage.folder.glob("*/*.py"):
-                    sys.modules.pop(f"{path.parent.name}.{path.stem}", None)
 
     @property
     def rigs(self) -> dict[str, Rig]:
