@@ -153,7 +153,7 @@ def test_cmake_makes_a_library_and_an_example(written: Path, tmp_path: Path) -> 
 #include <math.h>
 #include <stdio.h>
 static int left = 6;
-void board_begin(struct {name} *controller) {{ controller->block.v.k1 *= 1.5; }}
+void board_begin(struct {name} *controller) {{ controller->block.axes[0].k1 *= 1.5; }}
 bool board_read(struct {name}_inputs *inputs)
 {{
     *inputs = (struct {name}_inputs){{.v_reference = 0.02, .v_measured = left > 1 ? 0.0201 : NAN}};
@@ -170,13 +170,13 @@ void board_end(int32_t status) {{ printf("%d\\n", (int)status); }}
         assert done.returncode == 0, done.stdout[-2000:] + done.stderr[-2000:]
     said = subprocess.run([tmp_path / "made" / "example"], capture_output=True, text=True).stdout.split()
     block = definition(name).new_block()
-    block.v.k1 *= 1.5
-    block.v.reference, block.v.measured = 0.02, 0.0201
+    block.axes[0].k1 *= 1.5
+    block.axes[0].reference, block.axes[0].measured = 0.02, 0.0201
     assert block.start() == 0
     expected = []
     for k in range(5):
         assert block.step(k * block.sample_time, block.sample_time) == 0
-        expected.append(block.motor.i_d_cmd)
+        expected.append(block.motors[0].i_d_cmd)
     # The sixth is refused for its measurement, the third variable; no currents are written for it.
     assert [float(each) for each in said[:-1]] == expected and said[-1] == "1002"
 
