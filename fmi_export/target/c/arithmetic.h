@@ -75,8 +75,12 @@ static inline double sqrt_of(double x)
 #define INFINITY __builtin_huge_val()
 #define NAN __builtin_nan("")
 #define isfinite(x) __builtin_isfinite(x)
+#define isnan(x) __builtin_isnan(x)
+#define isinf(x) __builtin_isinf(x)
 #else
 #define INFINITY (1e308 * 10.0)
 #define NAN (INFINITY - INFINITY)
 #define isfinite(x) ((x) - (x) == 0.0)
+#define isnan(x) ((x) != (x))
+#define isinf(x) (!isfinite(x) && !isnan(x))
 #endif
