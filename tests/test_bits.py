@@ -36,7 +36,6 @@ def of_page() -> tuple[str, ...]:
 ELSEWHERE = {
     "maglev/analysis": "figures of a run, by Fourier transforms",
     "maglev/analysis/multisine.py": "the phases of an excitation are rounded, and its sines are of maglev/waves.py",
-    "maglev/comparison/table.py": "mean ratios of two laws",
     "maglev/errors.py": "sizes in messages",
     "maglev/fmu_experiments/check.py": "an FMU against its carried solution, within a tolerance",
     "maglev/identification": "estimates from a recording",
