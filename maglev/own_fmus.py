@@ -19,6 +19,7 @@ from maglev.packages import PACKAGES
 from maglev.rig.rigs import RIGS
 from maglev.stages import STAGES, definitions_of, system_of
 from maglev_files.cache import digest_at
+from pmlsm.description import to_text
 
 DEFINITIONS = definitions_of(RIGS.values())
 
@@ -134,7 +135,7 @@ class OwnBuild(NamedTuple):
 def own_build(path: Path) -> OwnBuild | None:
     """What a file is, if it was built here; None of what was not."""
     sha256 = digest_at(path)
-    return build_of_file(path, sha256, tuple(str(own.folder) for own in STAGES.own.values())) if sha256 else None
+    return build_of_file(path, sha256, tuple(to_text(own.rig) for own in STAGES.own.values())) if sha256 else None
 
 
 UNREADABLE = (OSError, BadZipFile, zlib.error, KeyError, ValueError, EOFError, RuntimeError, ImportError)
@@ -142,7 +143,7 @@ UNREADABLE = (OSError, BadZipFile, zlib.error, KeyError, ValueError, EOFError, R
 
 @lru_cache(maxsize=64)
 def build_of_file(path: Path, _sha256: str, _stages: tuple[str, ...]) -> OwnBuild | None:
-    """What a file is, looked at once for each content."""
+    """What a file is, looked at once for each content and for the stages that are known."""
     try:
         return build_of(path)
     except UNREADABLE:

@@ -109,7 +109,8 @@ def made_of(definition: FmuDefinition, module: bytes, maker: Maker) -> bytes:
     """
     definition = replace(definition, continuous=None)
     files = carried_modules(definition.block.__module__, maker.packages) | layer_files(IN_BROWSERS.layer)
-    parts = [model_description(definition, "", maker.version, 0).decode("utf-8"), repr((FLAGS, WEBASSEMBLY)),
+    parts = [model_description(definition, "", maker.version, 0).decode("utf-8"), repr(definition.arguments),
+             repr((FLAGS, WEBASSEMBLY)),
              hashlib.sha256(module).hexdigest(), *(part for item in sorted(files.items()) for part in item)]
     return f"<!-- made of {digest(parts)} -->\n".encode("ascii")
 
@@ -148,7 +149,8 @@ def native_sources(definition: FmuDefinition, texts: Mapping[str, str], code: st
         described_as = model_description_3(definition, "", version, date).decode("utf-8")
     else:
         described_as = model_description(definition, "", version, date, units).decode("utf-8")
-    parts = [described_as, *(part for files in ({**without_guid, **headers}, texts)
+    # What the block is made from counts as well: not every number of it is the start value of a variable.
+    parts = [described_as, repr(definition.arguments), *(part for files in ({**without_guid, **headers}, texts)
                              for item in sorted(files.items()) for part in item), *sorted(platforms)]
     guid = f"{{{digest(parts)[:32]}}}"
     return NativeSources({**without_guid, TABLE: model_table(definition, guid, timed)}, headers,
