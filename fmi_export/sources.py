@@ -16,6 +16,12 @@ def parsed(text: str, file: str = "<unknown>") -> ast.Module:
         return ast.parse(text, file)
 
 
+def parsed_expression(text: str) -> ast.expr:
+    """Syntax tree of an expression, as of `parsed`."""
+    with PARSING:
+        return ast.parse(text, mode="eval").body
+
+
 def carried_modules(entry: str, packages: tuple[str, ...]) -> dict[str, str]:
     """Source text of a module and of all that it imports from the given packages, by dotted name."""
     texts: dict[str, str] = {}

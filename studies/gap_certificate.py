@@ -42,7 +42,7 @@ from maglev.schema.layers import PACKAGED
 from maglev.stability.certificate import TOLERANCES, solver
 from maglev_files.whole_file import write_whole
 from pmlsm.motor_geometry import MotorGeometry
-from pmlsm.rig import RigAxis
+from pmlsm.rig import Rig, RigAxis
 from pmlsm.velocity_rows import GRAVITY
 
 RIG = RIGS["3dof"]
@@ -180,13 +180,13 @@ def cells(loop: Loop, regulator: Any) -> list[tuple[float, float, Box]]:
 
 def vertical(regulator: Any, mu: Any, alpha: Any, sigma: Any, growth: Any, rate: Any) -> list[list[Any]]:
     """Matrix of the loop, see `matrix_of`."""
-    return matrix_of(regulator, RIG.vertical, mu, 0, 0, alpha + sigma, sigma, growth * rate)
+    return matrix_of(regulator, RIG, RIG.vertical, mu, 0, 0, alpha + sigma, sigma, growth * rate)
 
 
-def matrix_of(regulator: Any, axis: RigAxis, mu: Any, nu: Any, eta: Any, crossing: Any, sigma: Any, moved: Any
-              ) -> list[list[Any]]:
+def matrix_of(regulator: Any, rig: Rig, axis: RigAxis, mu: Any, nu: Any, eta: Any, crossing: Any, sigma: Any,
+              moved: Any) -> list[list[Any]]:
     """Matrix of the loop of an axis, of numbers of the kind of μ: floats or fractions; `crossing` leads from v to b."""
-    number, law = type(mu), regulator.axes[axis_number(RIG, axis.name)]
+    number, law = type(mu), regulator.axes[axis_number(rig, axis.name)]
     k1, k2, k3, k4, k5 = (number(getattr(law, f"k{k}")) for k in range(1, 6))
     lag, time1, time2 = number(LAG), number(regulator.observer.time1), number(regulator.observer.time2)
     zero, one, drag = number(0), number(1), number(axis.friction.viscous) / number(axis.mass)

@@ -54,7 +54,7 @@ def bounds(regulator: Any, cell: int, lower: float, upper: float) -> Box:
 
 def tilting(regulator: Any, mu: Any, nu: Any, eta: Any, growth: Any, rate: Any) -> list[list[Any]]:
     """Matrix of the loop of a tilt, see `matrix_of`."""
-    return matrix_of(regulator, ROLL, mu, nu, eta, 0, 0, growth * rate)
+    return matrix_of(regulator, RIG, ROLL, mu, nu, eta, 0, 0, growth * rate)
 
 
 TILT = Loop(PACKAGED / "studies" / "tilt_certificate.json", partial(Regulator, RIG), tilting, bounds,

@@ -23,6 +23,7 @@ from fmi_export.language.program import (
     Operation,
     Struct,
 )
+from fmi_export.sources import parsed_expression
 
 # Functions of `math` that return a float, for one number or for two. Python raises where they have no value.
 ONE = {"sqrt", "sin", "cos", "tan", "asin", "acos", "atan", "exp", "expm1", "log", "log1p", "log2", "log10", "sinh",
@@ -212,7 +213,7 @@ class Calls(Expressions):
             return result
         index = self.new_counter()
         item = self.new_local(self.element(source, index).type)
-        renamed = Renamed(each.target.id, item.name).visit(ast.parse(ast.unparse(generator.elt), mode="eval").body)
+        renamed = Renamed(each.target.id, item.name).visit(parsed_expression(ast.unparse(generator.elt)))
         for inner in ast.walk(renamed):
             ast.copy_location(inner, node)
         self.known.add(item.name)

@@ -38,6 +38,7 @@ from fmi_export.language.program import (
     Untranslatable,
     While,
 )
+from fmi_export.sources import parsed_expression
 
 SUFFIX = "_dot"
 
@@ -333,7 +334,7 @@ class Differentiated:
     def by_rule(self, name: str, result: Expr, value: Expr, slope: Expr | None) -> Dual:
         if slope is None:
             return result, None
-        rule = ast.parse(RULES[name], mode="eval").body
+        rule = parsed_expression(RULES[name])
         if any(isinstance(each, ast.Name) and each.id == "f" for each in ast.walk(rule)):
             result = self.temporary(result)
         return result, self.ruled(rule, {"x": value, "d": slope, "f": result})

@@ -31,6 +31,7 @@ from fmi_export.language.program import (
     While,
 )
 from fmi_export.language.reader import Reader
+from fmi_export.sources import parsed_expression
 
 # What is no statement of the language, and what to write instead.
 STATEMENTS: dict[type[ast.AST], str] = {
@@ -128,7 +129,7 @@ class Statements(Calls):
         self.body.append(Assign(place, result))
 
     def loading(self, target: ast.expr) -> ast.expr:
-        loaded = ast.copy_location(ast.parse(ast.unparse(target), mode="eval").body, target)
+        loaded = ast.copy_location(parsed_expression(ast.unparse(target)), target)
         for each in ast.walk(loaded):
             ast.copy_location(each, target)
         return loaded

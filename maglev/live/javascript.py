@@ -9,6 +9,7 @@ from collections.abc import Iterable, Iterator
 from importlib.util import find_spec
 from pathlib import Path
 
+from fmi_export.sources import parsed
 from maglev.errors import ControllerError
 from maglev.rig.writer import written_class
 from pmlsm.rig import Rig
@@ -28,7 +29,7 @@ NAMED = {"isfinite": "Number.isFinite", "int": "Math.trunc", "float": "Number"}
 def law_text(rig: Rig) -> str:
     """The controller of `maglev new controller` for a rig, in JavaScript."""
     text = python_law(rig)
-    head = (f"// {(ast.get_docstring(ast.parse(text)) or '').splitlines()[0]}\n//\n"
+    head = (f"// {(ast.get_docstring(parsed(text)) or '').splitlines()[0]}\n//\n"
             "// All of it is yours to change. What has to stay: the tables of ports, and a step that gives the phase\n"
             "// currents. What it does not define itself are parts of the project's controllers, in JavaScript.\n")
     return head + "\n" + module_in_javascript(text)
@@ -39,7 +40,7 @@ def parts_text(texts: Iterable[str]) -> str:
     modules: dict[str, str] = {}
 
     def collect(text: str) -> None:
-        for node in ast.parse(text).body:
+        for node in parsed(text).body:
             if (isinstance(node, ast.ImportFrom) and node.module and node.module not in modules
                     and node.module.split(".")[0] not in sys.stdlib_module_names):
                 spec = find_spec(node.module)
@@ -93,7 +94,7 @@ class Writer:
                 place = self.alone if token.line.strip().startswith("#") else self.beside
                 place[token.start[0]] = token.string.lstrip("# ").replace("self.", "this.")
         self.locals: set[str] = set()
-        self.lines = self.body(ast.parse(source).body[1:], 0, "")   # without the docstring
+        self.lines = self.body(parsed(source).body[1:], 0, "")   # without the docstring
 
     def body(self, statements: list[ast.stmt], after: int, indent: str) -> Iterator[str]:
         """Lines of statements that follow a line of the source."""

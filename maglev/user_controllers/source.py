@@ -17,6 +17,7 @@ from traceback import walk_tb
 from controller_fmu.drawings import WRITTEN_ICON, WRITTEN_SKETCH
 from controller_fmu.sample_clock import SampleClock
 from fmi_export.errors import ExportError
+from fmi_export.sources import parsed
 from fmi_export.user_classes.declaration import Undeclared, WrittenDefinition, definition_of
 from fmi_export.user_classes.trouble import RAISED, error_text
 from maglev.copies import copied, original
@@ -185,7 +186,7 @@ def keeps_bits(path: Path) -> bool:
 
 def imported_names(text: str) -> Iterator[str]:
     """Names that a text takes from `math`; the module itself, where it imports that."""
-    for node in ast.walk(ast.parse(text)):
+    for node in ast.walk(parsed(text)):
         if isinstance(node, ast.ImportFrom) and node.module == "math":
             yield from (alias.name for alias in node.names)
         elif isinstance(node, ast.Import):

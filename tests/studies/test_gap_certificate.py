@@ -1,9 +1,9 @@
 """Certificates of the interpolated loops: bounds against scipy, models against the blocks, arithmetic."""
 
 import json
-from functools import cache
+from functools import cache, partial
 from itertools import pairwise
-from types import ModuleType
+from types import ModuleType, SimpleNamespace
 
 import numpy as np
 import pytest
@@ -12,6 +12,8 @@ from hypothesis import strategies as st
 from reference_stage import G, shape_functions
 from scipy.optimize import brentq
 
+from controller_fmu.status import INTERPOLATED
+from controller_fmu.vertical_law import VerticalLaw
 from maglev.linear.loop import linearise_loop
 from maglev.rig.rigs import RIGS
 from studies import gap_certificate, tilt_certificate
@@ -23,6 +25,7 @@ RIG = RIGS["3dof"]
 pytestmark = pytest.mark.usefixtures("slow")   # it searches for long
 
 REGULATOR = set_up(VERTICAL)
+HERE = VerticalLaw(INTERPOLATED)   # what the table has at the gap that was asked for last
 LOOPS = {"vertical": VERTICAL, "tilt": TILT}
 
 
@@ -77,14 +80,13 @@ def test_bounds_of_a_tilt_hold_what_differences_find(gap: float, current: float,
 def test_currents_for_a_small_tilt_are_what_the_regulator_commands(gap: float, lift: float, turn: float) -> None:
     """Of accelerations (m/s², rad/s²) that y and roll demand; none is at its limit."""
     regulator, tilt = set_up(TILT), 1e-7
-    regulator.current_limit = 0.0
-    regulator.allocation.demand(regulator.platform, lift, 0.0, 0.0, tilt * turn, 0.0)
-    currents = []
-    for name in ("alpha1", "alpha2"):
-        motor, place, law = (getattr(regulator, name + part) for part in ("", "_place", "_law"))
+    platform, motors = regulator.platform, regulator.motors
+    for place in platform.places:
         place.gap_measured = place.moved(gap, tilt, 0.0)
-        regulator.drive(motor, place, law, 0.0, 1.0, 0.0)
-        currents.append(motor.i_d_cmd)
+    axes = [SimpleNamespace(demand=partial(float, demand), reference=0.0, measured=0.0)
+            for demand in (lift, 0.0, 0.0, tilt * turn, 0.0)]
+    regulator.currents.command(axes, motors, regulator.model, platform, 0.0)
+    currents = [motors[number].i_d_cmd for number in range(2)]
     gain, table_slope, growth = table_at(gap)
     eta = SHARE * (gain * table_slope - growth * lift / gain)
     assert SHARE / LEVER * gain * (currents[1] - currents[0]) / (2.0 * tilt) == pytest.approx(turn + eta, rel=1e-5)
@@ -95,8 +97,8 @@ def table_at(gap: float) -> tuple[float, float, float]:
     lower, upper, _ = next(each for each in pieces(VERTICAL) if each[0] <= gap <= each[1])
     ends = []
     for at in (lower + 1e-12, upper - 1e-12, gap):
-        REGULATOR.table.choose(at, REGULATOR.here)
-        ends.append((REGULATOR.here.current, REGULATOR.here.gain))
+        REGULATOR.currents.gains.choose(at, HERE)
+        ends.append((HERE.forward, HERE.linear.gain))
     table_slope, growth = np.diff(ends[:2], axis=0)[0] / (upper - lower)
     return ends[2][1], table_slope, growth
 
@@ -117,9 +119,10 @@ def test_model_has_the_slow_poles_of_the_blocks(gap: float) -> None:
     theirs = linearise_loop("Plant3DOF", "InterpolatedRegulator3DOF", {"y": gap}, plant_parameters=still).rates
     held, step = rest_without_ripple(gap), 1e-6
     slope = (rest_without_ripple(gap + step) - rest_without_ripple(gap - step)) / (2 * step)
-    REGULATOR.table.choose(gap, REGULATOR.here)
-    lower, upper = (getattr(REGULATOR.table, f"point{int((gap - 18e-3) * 1e3) + k}") for k in range(2))
-    gain, table_slope = REGULATOR.here.gain, (upper.current - lower.current) / 1e-3
+    table = REGULATOR.currents.gains
+    table.choose(gap, HERE)
+    lower, upper = table.points[int((gap - 18e-3) * 1e3):][:2]
+    gain, table_slope = HERE.linear.gain, (upper.current - lower.current) / 1e-3
     secant = (without_ripple(gap, held + 1e-4) - without_ripple(gap, held - 1e-4)) / 2e-4
     require_slow_poles(theirs, vertical(REGULATOR, secant / gain, -gain * table_slope, gain * (table_slope - slope),
                                         0.0, 0.0))
