@@ -204,13 +204,13 @@ class Statements(Calls):
         places: list[Expr] = []
         late: list[tuple[ast.expr, Expr]] = []
         for each, kind in zip(target.elts, call.function.results, strict=True):
-            if isinstance(each, ast.Name) and each.id != "_":
+            if isinstance(each, ast.Name) and each.id == "_":
+                places.append(self.new_local(kind))
+            elif isinstance(each, ast.Name) and not late:   # what is behind an element may choose it
                 self.declare(each, each.id, kind)
                 self.known.add(each.id)
                 places.append(Local(each.id, kind))
-            elif isinstance(each, ast.Name):
-                places.append(self.new_local(kind))
-            elif isinstance(each, ast.Attribute) and isinstance(each.value, ast.Name):
+            elif isinstance(each, ast.Attribute) and isinstance(each.value, ast.Name) and not late:
                 places.append(self.place(each, kind))
             else:
                 places.append(self.new_local(kind))

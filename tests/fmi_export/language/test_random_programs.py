@@ -80,6 +80,8 @@ BODIES = {
     "self.i = 0\nself.parts[self.i % 2].x = float(self.bump(1))": STEPS,
     "self.i = 0\nself.parts[self.i % 2].double[self.bump(1) % 3] = 7.0": STEPS,
     "self.j = 0\nself.parts[self.j].x, n, self.off = self.both(2.0, 1)": STEPS,
+    "n = 1\nself.xs[n], n, _ = self.both(2.0, 3)\nself.i = n": STEPS,
+    "self.i = 3\nself.xs[self.i], self.i = self.parts[0].pair(2.0)": STEPS,
     "self.i = 0\nfor each in self.rows[self.i % 2]:\n    self.i += 1\n    self.b = each": STEPS,
     "self.on = 9.0e300 < t < float(self.bump(1))": STEPS,
     "self.on = 2 < 1 < self.ks[self.j * 0 + 100] < 3": STEPS,
