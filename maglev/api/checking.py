@@ -7,7 +7,7 @@ from typing import TypeVar, Unpack
 
 from maglev.api.options import experiments_of
 from maglev.api.running import say_notes
-from maglev.baselines.baseline import baseline_files
+from maglev.baselines.baseline import baseline_file
 from maglev.baselines.check import check_runs
 from maglev.baselines.outcome import CheckResult, UpdateResult, write_junit
 from maglev.baselines.update import update_all
@@ -34,7 +34,7 @@ def check(names: Scenarios | None = None, *, baselines: str | Path | None = None
     names : str, Path or mapping, or iterable of these, optional
         Scenarios, variants, TOML files or tables; every scenario of the package if not given.
     baselines : path, optional
-        Folder with `NAME_ref.csv` and `NAME_ref.opt`; for scenarios of the package its own if not given.
+        Folder with `NAME_ref.csv` and `digests.txt`; for scenarios of the package its own if not given.
     junit : path, optional
         Also write the outcome as JUnit XML.
     pictures : path, optional
@@ -82,7 +82,7 @@ def update(names: Scenarios | None = None, *, baselines: str | Path | None = Non
 def require_packaged(plans: Sequence[RunPlan], write: bool) -> None:
     """Refuse to look among the baselines of the package for that of a scenario of the user's, and to write it there."""
     for plan in plans:
-        if plan.own and (write or not baseline_files(PACKAGED / "baselines", plan.name)[0].exists()):
+        if plan.own and (write or not baseline_file(PACKAGED / "baselines", plan.name).exists()):
             raise ScenarioError(f"{plan.path}: expected {option('baselines')} with it, the folder of its baseline: "
                                 "those of the package are for its own scenarios")
 

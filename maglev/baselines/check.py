@@ -6,9 +6,19 @@ from dataclasses import replace
 from functools import partial
 from pathlib import Path
 
+import numpy as np
+
 from maglev.arrays import Array
-from maglev.baselines.baseline import Baseline, Tolerance, baseline_files, digest_of, read_baseline, rows_before_contact
+from maglev.baselines.baseline import (
+    Baseline,
+    Tolerance,
+    baseline_file,
+    read_baseline,
+    rows_before_contact,
+    tolerances_of,
+)
 from maglev.baselines.deviation import Deviation, closest, first_deviation, samples_of, worst
+from maglev.baselines.digests import FILE, digest_of
 from maglev.baselines.outcome import CheckResult
 from maglev.cosim.master import Recording, RunFailed
 from maglev.errors import FAILURES, BaselineError, in_one_line
@@ -38,7 +48,7 @@ def check_run(baselines: Path, experiment: Experiment, ends: Ends, progress: Pro
     try:
         experiment.require_current()
         # First, because a run is long and a missing baseline is found at once.
-        baseline = read_baseline(baselines, plan.name)
+        baseline = read_baseline(baselines, plan)
         # A baseline of an FMU that was put in lacks what this FMU lacks.
         require_fit(plan, baseline, baselines)
         exact = baseline.digest is not None and experiment.exact()
@@ -49,17 +59,18 @@ def check_run(baselines: Path, experiment: Experiment, ends: Ends, progress: Pro
                                               if name not in experiment.not_compared})
         units = experiment.units(baseline.columns)
         recording = recorded_to(experiment, baseline.stop_time, progress)
-        same = exact and digest_of(recording.time, recording.columns) == baseline.digest
+        digest, tolerances = digest_of(recording.time, recording.columns), tolerances_of(plan)
+        same = exact and digest == baseline.digest
         samples = samples_of(baseline, recording)
-        deviation = first_deviation(baseline.time, baseline.columns, samples, baseline.tolerances)
+        deviation = first_deviation(baseline.time, baseline.columns, samples, tolerances)
         differences = worst(baseline.time, baseline.columns, samples)
         if deviation is None:
             # Flags that an FMU which was put in lacks are not looked at.
-            require_whole(plan, baseline, recording, baselines)
+            require_whole(plan, baseline, recording, baselines, same)
         if exact and not same and deviation is None:
             none = dict.fromkeys(baseline.columns, Tolerance(0.0, 0.0))
             deviation = first_deviation(baseline.time, baseline.columns, samples, none)
-        nearest = closest(baseline, samples)
+        nearest = closest(baseline, samples, tolerances)
         if pictures is not None:
             picture = pictures / f"{plan.name}.check.png"
             if deviation is not None:
@@ -75,9 +86,10 @@ def check_run(baselines: Path, experiment: Experiment, ends: Ends, progress: Pro
     if deviation is not None:
         return result("deviated", deviation_text(deviation, units[deviation.signal]))
     if exact and baseline.digest is not None:
-        extent = f"{baseline.digest.signals} signals at {baseline.digest.samples} samples"
+        extent, expected = digest.extent, baseline.digest.extent
         return result("passed", f"passed, {extent} equal the baseline bit for bit") if same else result(
-            "deviated", f"deviates: {extent} do not have the bits of the baseline, though those of its table do")
+            "deviated", f"deviates: {extent} do not have the bits of the baseline, though those of its table do"
+                        f"{'' if extent == expected else f'; expected {expected}'}")
     message = f"passed, {len(differences)} signals at {len(baseline.time)} samples to t = {baseline.stop_time:.9g} s "
     if nearest is None:
         message += "equal the baseline"
@@ -87,7 +99,7 @@ def check_run(baselines: Path, experiment: Experiment, ends: Ends, progress: Pro
         off = " of ".join(f"{size / si_factor(unit):.3g}" if unit else f"{size:.3g}" for size in sizes)
         message += f"are within their tolerances, the closest is {signal}, off by {off} {unit}".rstrip()
     if baseline.digest is None and experiment.exact():
-        message += f"; not bit for bit, for there is no {plan.name}_ref.sha256"
+        message += f"; not bit for bit, for {plan.name} is not in {FILE}"
     if experiment.not_compared:
         message += f"; not compared, for the FMU has no such signals: {', '.join(experiment.not_compared)}"
     return result("passed", message)
@@ -121,33 +133,36 @@ def deviation_text(deviation: Deviation, unit: str) -> str:
 
 def require_fit(plan: RunPlan, baseline: Baseline, folder: Path) -> None:
     """Refuse a baseline that the plan has outgrown: what it lacks would otherwise go unchecked."""
-    samples, options = baseline_files(folder, plan.name)
-    near = ON_GRID * baseline.step
-    for wrong, given, expected in (
-            (abs(plan.step - baseline.step) > near, f"StepSize = {baseline.step}",
-             f"the communication step of the scenario, {plan.step} s"),
-            (baseline.stop_time > plan.stop_time + near, f"StopTime = {baseline.stop_time}",
-             f"at most the stop time of the scenario, {plan.stop_time} s"),
-            (abs(plan.check.interval - baseline.interval) > near, f"OutputInterval = {baseline.interval}",
-             f"check.interval of the scenario, {plan.check.interval} s")):
-        if wrong:
-            raise BaselineError(f"{options}: {given}: expected {expected}{RENEW}")
-    for name, allowed in plan.check.signals.items():
+    file, near = baseline_file(folder, plan.name), ON_GRID * plan.step
+    beside = np.abs(baseline.time - plan.check.interval * np.arange(len(baseline.time))) > near
+    if beside.any():
+        k = int(np.argmax(beside))
+        raise BaselineError(f"{file}: sample {k + 1} is at t = {baseline.time[k]:.9g} s, expected "
+                            f"{k * plan.check.interval:.9g} s by check.interval of the scenario{RENEW}")
+    if baseline.stop_time > plan.stop_time + near:
+        raise BaselineError(f"{file}: ends at t = {baseline.stop_time:.9g} s, expected at most the stop time of the "
+                            f"scenario, {plan.stop_time} s{RENEW}")
+    for name in plan.check.signals:
         if name not in baseline.columns:
-            raise BaselineError(f"{samples}: there is no column {name}, expected every signal of check.signals in "
+            raise BaselineError(f"{file}: there is no column {name}, expected every signal of check.signals in "
                                 f"{plan.path}{RENEW}")
-        absolute, relative = baseline.tolerances[name]
-        if (absolute, relative) != (allowed.absolute, allowed.relative):
-            raise BaselineError(f"{options}: the tolerance of {name} is {absolute} + {relative} relative, expected "
-                                f"that of the scenario, {allowed.absolute} + {allowed.relative} relative{RENEW}")
+    for name in baseline.columns:
+        if name not in plan.check.signals:
+            raise BaselineError(f"{file}: there is a column {name}, expected signals of check.signals in "
+                                f"{plan.path}{RENEW}")
 
 
-def require_whole(plan: RunPlan, baseline: Baseline, recording: Recording, folder: Path) -> None:
-    """Refuse a baseline that ends before its run does, and before a stop is touched or the controller trips."""
-    untouched = rows_before_contact(plan, recording) == len(recording.time)
-    if untouched and plan.stop_time - baseline.stop_time > plan.check.interval - 0.5 * plan.step:
-        raise BaselineError(f"{baseline_files(folder, plan.name)[0]}: ends at t = {baseline.stop_time:.9g} s, expected "
-                            f"samples to {plan.stop_time} s, for no stop is touched and nothing trips{RENEW}")
+def require_whole(plan: RunPlan, baseline: Baseline, recording: Recording, folder: Path, same: bool) -> None:
+    """Refuse a baseline that ends before its run does, and before a stop is touched or the controller trips.
+
+    Where a run with other bits touches a stop, its baseline may end before; not so if the run is the `same`.
+    """
+    rows = rows_before_contact(plan, recording)
+    untouched = rows == len(recording.time)
+    end = plan.stop_time if untouched else float(recording.time[rows - 1])
+    if (untouched or same) and end - baseline.stop_time > plan.check.interval - 0.5 * plan.step:
+        raise BaselineError(f"{baseline_file(folder, plan.name)}: ends at t = {baseline.stop_time:.9g} s, expected "
+                            f"samples to {end:.9g} s, for no stop is touched and nothing trips before{RENEW}")
 
 
 MOST = 6   # signals, that of the deviation among them

@@ -6,7 +6,7 @@ from dataclasses import replace
 from functools import partial
 from pathlib import Path
 
-from maglev.baselines.baseline import Baseline, baseline_files, from_recording, read_baseline, write_baseline
+from maglev.baselines.baseline import Baseline, baseline_file, from_recording, read_baseline, write_baseline
 from maglev.baselines.deviation import WorstDifference, changes
 from maglev.baselines.outcome import UpdateResult
 from maglev.errors import FAILURES, BaselineError, CsvError, in_one_line
@@ -15,6 +15,7 @@ from maglev.experiment.execution import run_each
 from maglev.experiment.preparation import Experiment
 from maglev.processes.interrupts import held_interrupts
 from maglev.processes.side_by_side import Progress, Watcher
+from maglev.schema.run_plan import RunPlan
 
 
 def renewed(baselines: Path, experiment: Experiment, ends: Ends, progress: Progress | None = None) -> UpdateResult:
@@ -23,7 +24,7 @@ def renewed(baselines: Path, experiment: Experiment, ends: Ends, progress: Progr
     begin = time.perf_counter()
     try:
         experiment.require_current()
-        old, unreadable = old_baseline(baselines, plan.name)
+        old, unreadable = old_baseline(baselines, plan)
         experiment = replace(experiment, plan=started(plan, ends))
         units = experiment.units(plan.check.signals)
         recording = experiment.run(progress)
@@ -68,12 +69,12 @@ def update_all(experiments: Sequence[Experiment], baselines: Path, jobs: int, wa
         return [write_updated(result, baselines) for result in results]
 
 
-def old_baseline(folder: Path, name: str) -> tuple[Baseline | None, str | None]:
+def old_baseline(folder: Path, plan: RunPlan) -> tuple[Baseline | None, str | None]:
     """The baseline that an update replaces and why it cannot be read; both None if there is none."""
-    if not any(file.exists() for file in baseline_files(folder, name)):
+    if not baseline_file(folder, plan.name).exists():
         return None, None
     try:
-        return read_baseline(folder, name), None
+        return read_baseline(folder, plan), None
     except (BaselineError, CsvError) as error:
         return None, in_one_line(error)
 
@@ -91,9 +92,4 @@ def change_notes(old: Baseline, new: Baseline, moved: dict[str, WorstDifference]
         notes.append(f"it ended at t = {old.stop_time:.9g} s")
     if len(old.time) != len(new.time):
         notes.append(f"it had {len(old.time)} samples")
-    for name, tolerance in new.tolerances.items():
-        was = old.tolerances.get(name, tolerance)
-        if was != tolerance:
-            notes.append(f"tolerance of {name} was {was.absolute!r} + {was.relative!r} relative, is "
-                         f"{tolerance.absolute!r} + {tolerance.relative!r} relative")
     return notes

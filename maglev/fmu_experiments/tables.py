@@ -1,6 +1,8 @@
 """Tables of experiments that FMUs carry: CSV with arrays, Booleans and integers; tolerances; parameter sets."""
 
-from collections.abc import Iterable, Mapping
+import csv
+import io
+from collections.abc import Iterable, Iterator, Mapping
 from pathlib import Path
 from typing import Any, NamedTuple
 
@@ -10,7 +12,7 @@ from fmpy.model_description import ModelDescription, ScalarVariable
 
 from fmi_export.units import BASE_UNITS
 from maglev.arrays import Array
-from maglev.baselines.baseline import Tolerance, option_rows
+from maglev.baselines.baseline import Tolerance
 from maglev.cosim.port_map import declared_unit, declared_units
 from maglev.errors import CsvError, FmuError, nearest, shortened
 from maglev.experiment.ports.parameter_file import ParameterSet
@@ -24,6 +26,9 @@ from maglev.units import exact_product, exact_quotient, is_finite, known_unit, u
 
 TEXTS = ("String", "Binary", "Clock")   # fmpy records none of these
 BOOLEANS = {"true": 1.0, "false": 0.0}
+
+SIGNAL_KEYS = ("AbsTol", "RelTol")
+OPTION_FORM = "expected KEY,NUMBER or AbsTol,SIGNAL,NUMBER or RelTol,SIGNAL,NUMBER"
 
 TOLERANCE = 1e-3   # of the largest value of a Real result, where nothing says how close it has to be
 
@@ -159,12 +164,32 @@ def run_options(file: File | None) -> tuple[dict[str, float], dict[str, Toleranc
     signals: dict[str, Tolerance] = {}
     if file is None:
         return run, signals
-    for line, key, signal, value in option_rows(file.place, file.data.decode("utf-8-sig", "replace")):
+    for place, key, signal, value in option_rows(file):
         if signal is None:
             run[key] = value
         elif value < 0.0:
-            raise FmuError(f"{file.place}, line {line}: {key} of {signal} = {value}, expected zero or more")
+            raise FmuError(f"{place}: {key} of {signal} = {value}, expected zero or more")
         else:
             before = signals.get(signal, Tolerance(0.0, 0.0))
             signals[signal] = before._replace(**{"absolute" if key == "AbsTol" else "relative": value})
     return run, signals
+
+
+def option_rows(file: File) -> Iterator[tuple[str, str, str | None, float]]:
+    """Values of an options file: where each stands, its key, the signal of a tolerance, and the value.
+
+    FmuError names the line of what is no option.
+    """
+    reader = csv.reader(io.StringIO(file.data.decode("utf-8-sig", "replace"), newline=""), skipinitialspace=True,
+                        strict=True)
+    try:
+        for cells in filter(None, reader):
+            place = f"{file.place}, line {reader.line_num}"
+            key, *names, written = map(str.strip, cells if len(cells) > 1 else [*cells, ""])
+            if len(cells) == 1 or len(names) > 1 or (names and key not in SIGNAL_KEYS):
+                raise FmuError(f"{place}: row = {shortened(','.join(cells))}: {OPTION_FORM}")
+            if not is_finite(written):
+                raise FmuError(f"{place}: {','.join([key, *names])} = {shortened(written)}: expected a finite number")
+            yield place, key, names[0] if names else None, float(written)
+    except csv.Error as error:
+        raise FmuError(f"{file.place}, line {reader.line_num}: {error}, expected comma-separated values") from None

@@ -11,7 +11,7 @@ from typing import Any
 
 import pytest
 
-from maglev.baselines.baseline import read_options
+from maglev.baselines.digests import read_digests
 from maglev.copies import ORIGIN, original
 from maglev.cosim.fmu import checked_description, read_description
 from maglev.errors import in_one_line
@@ -53,7 +53,7 @@ def pipe(folder: Path, name: str) -> Path:
 READERS: dict[str, tuple[str, Callable[[Path], Any]]] = {
     "TOML": ("a.toml", read_toml), "scenario": ("a.toml", load_plan), "CSV": ("a.csv", read_table),
     "parameters": ("a.ssv", lambda path: read_parameters(path, "", [])),
-    "options": ("a.opt", lambda path: read_options(path, [])), "model": ("a.toml", model_settings),
+    "digests": ("digests.txt", lambda path: read_digests(path.parent)), "model": ("a.toml", model_settings),
     "FMU": ("a.fmu", lambda path: read_description("plant", path)),
     "description": ("a.fmu", lambda path: checked_description(f"{path}", path)),
     "experiments": ("a.fmu", carried_experiments), "controller": ("a.py", load), "dataset": ("a.parquet", read_dataset)}

@@ -7,26 +7,14 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from maglev.baselines.baseline import Baseline, Tolerance, baseline_files, from_recording, read_baseline, write_baseline
+from maglev.baselines.baseline import Baseline, baseline_file, from_recording, read_baseline, write_baseline
 from maglev.cosim.master import Recording
 from maglev.errors import BaselineError, CsvError
 from maglev.schema.loading import load_plan
 from maglev.schema.run_plan import CheckSettings, RunPlan, SignalTolerance
 
 SAMPLES = '"time","plant.y.position","plant.at_stop"\n0.0,0.025,0.0\n0.05,0.0250001,0.0\n0.1,0.0250002,1.0\n'
-OPTIONS = """StartTime,0.0
-StopTime,0.1
-StepSize,0.0002
-OutputInterval,0.05
-RelTol,0.0
-AbsTol,plant.y.position,2e-05
-RelTol,plant.y.position,0.0
-AbsTol,plant.at_stop,0.0
-RelTol,plant.at_stop,0.0
-"""
-
 NUMBERS = st.floats(allow_nan=False, allow_infinity=False)
-TOLERANCES = st.floats(0.0, allow_nan=False, allow_infinity=False)
 # Names with commas, quotes and letters of every script; a space in front is no name, line breaks are none either.
 NAMES = st.text(st.characters(exclude_categories=("C", "Z")), min_size=1).filter(lambda name: name != "time")
 
@@ -39,8 +27,11 @@ def baselines(draw: st.DrawFn) -> Baseline:
     time = step * np.array(points, dtype=np.float64)
     names = draw(st.lists(NAMES, min_size=1, max_size=4, unique=True))
     columns = {name: np.array(draw(st.lists(NUMBERS, min_size=len(time), max_size=len(time)))) for name in names}
-    tolerances = {name: Tolerance(draw(TOLERANCES), draw(TOLERANCES)) for name in names}
-    return Baseline("any", time, columns, step, float(time[-1]), tolerances, 7.0 * step)
+    return Baseline("any", time, columns, step)
+
+
+def plan_of(name: str, step: float = 0.0002) -> RunPlan:
+    return load_plan("2dof-setpoints").model_copy(update={"name": name, "step": step})
 
 
 def bits(values: np.ndarray) -> list[int]:
@@ -51,34 +42,28 @@ def bits(values: np.ndarray) -> list[int]:
 def test_reading_gives_the_same_bits(tmp_path_factory: pytest.TempPathFactory, baseline: Baseline) -> None:
     folder = tmp_path_factory.mktemp("baselines") / "made"
     write_baseline(folder, baseline)
-    read = read_baseline(folder, "any")
+    read = read_baseline(folder, plan_of("any", baseline.step))
     assert bits(read.time) == bits(baseline.time)
     assert list(read.columns) == list(baseline.columns)
     assert all(bits(read.columns[name]) == bits(values) for name, values in baseline.columns.items())
-    assert (read.name, read.step, read.stop_time, read.interval) == (
-        "any", baseline.step, baseline.stop_time, baseline.interval)
-    assert read.tolerances == baseline.tolerances
-    assert sorted(path.name for path in folder.iterdir()) == ["any_ref.csv", "any_ref.opt"]
+    assert (read.name, read.step, read.stop_time, read.digest) == ("any", baseline.step, baseline.time[-1], None)
+    assert [path.name for path in folder.iterdir()] == ["any_ref.csv"]
 
 
-def written(folder: Path, samples: str = SAMPLES, options: str = OPTIONS) -> Path:
-    """Folder with a baseline of these texts, named bad."""
-    for file, text in zip(baseline_files(folder, "bad"), (samples, options), strict=True):
-        file.write_text(text)
+def written(folder: Path, samples: str = SAMPLES) -> Path:
+    """Folder with a baseline of this text, named bad."""
+    baseline_file(folder, "bad").write_text(samples)
     return folder
 
 
-def test_files_in_the_form_of_the_cross_check(tmp_path: Path) -> None:
-    baseline = read_baseline(written(tmp_path), "bad")
-    assert baseline.tolerances["plant.y.position"] == Tolerance(2e-5, 0.0)
-    write_baseline(tmp_path / "again", baseline)
-    files = baseline_files(tmp_path / "again", "bad")
-    assert [file.read_text() for file in files] == [SAMPLES, OPTIONS]
+def test_the_form_of_the_file(tmp_path: Path) -> None:
+    write_baseline(tmp_path / "again", read_baseline(written(tmp_path), plan_of("bad")))
+    assert baseline_file(tmp_path / "again", "bad").read_text() == SAMPLES
 
 
 def test_spaces_and_windows_line_ends_are_read(tmp_path: Path) -> None:
-    written(tmp_path, SAMPLES.replace(",", ", ").replace("\n", "\r\n"), OPTIONS.replace(",", ", ") + "\n")
-    assert list(read_baseline(tmp_path, "bad").columns) == ["plant.y.position", "plant.at_stop"]
+    written(tmp_path, SAMPLES.replace(",", ", ").replace("\n", "\r\n"))
+    assert list(read_baseline(tmp_path, plan_of("bad")).columns) == ["plant.y.position", "plant.at_stop"]
 
 
 @pytest.mark.parametrize(("old", "new", "message"), [
@@ -91,43 +76,18 @@ def test_spaces_and_windows_line_ends_are_read(tmp_path: Path) -> None:
     ("0.0250001", "-inf", "row 3, column plant.y.position is '-inf', expected a finite number"),
     ("0.0250001", '"1" 2', "row 3, column plant.y.position is '1 2', expected a finite number"),
     ("0.05,", "0.0,", "row 3, column time is 0, expected more than 0.0 s"),
-    ("0.05,", "0.05001,", "row 3, column time is 0.05001, expected a multiple of StepSize = 0.0002 s"),
+    ("0.05,", "0.05001,", "row 3, column time is 0.05001, expected a multiple of the communication step, 0.0002 s"),
     ("0.05,0.0250001,0.0\n0.1,0.0250002,1.0\n", "", "bad_ref.csv: 1 sample, expected 2 or more"),
 ])
 def test_malformed_samples(tmp_path: Path, old: str, new: str, message: str) -> None:
     assert SAMPLES.count(old) == 1
-    expect(written(tmp_path, samples=SAMPLES.replace(old, new)), message)
+    expect(written(tmp_path, SAMPLES.replace(old, new)), message)
 
 
-@pytest.mark.parametrize(("old", "new", "message"), [
-    (OPTIONS, "\n", "bad_ref.opt: the file is empty, expected the baseline of a run"),
-    ("StepSize,", "Stepsize,", "line 3: key = 'Stepsize': unknown, nearest is 'StepSize'"),
-    ("StepSize,0.0002", "StepSize,0", "line 3: StepSize = 0.0: expected more than zero"),
-    ("StepSize,0.0002", "StepSize", "line 3: row = 'StepSize': expected KEY,NUMBER"),
-    ("StepSize,0.0002", "StepSize,plant.at_stop,1", "line 3: row = 'StepSize,plant.at_stop,1': expected KEY,NUMBER"),
-    ("OutputInterval,0.05\n", "", "bad_ref.opt: OutputInterval is missing, expected a line OutputInterval,NUMBER"),
-    ("AbsTol,plant.at_stop,0.0\n", "",
-     "bad_ref.opt: AbsTol,plant.at_stop is missing, expected a line AbsTol,plant.at_stop,NUMBER"),
-    ("AbsTol,plant.at_stop,0.0", "AbsTol,0.0", "line 8: row = 'AbsTol,0.0': expected KEY,NUMBER or AbsTol,SIGNAL"),
-    ("AbsTol,plant.at_stop,0.0", "AbsTol,plant.at_stop,-1e-9", "line 8: AbsTol,plant.at_stop = -1e-09: expected zero"),
-    ("AbsTol,plant.at_stop,0.0", "AbsTol,plant.at_stop,inf", "AbsTol,plant.at_stop = 'inf': expected a finite"),
-    ("AbsTol,plant.at_stop,0.0", "AbsTol,plant.at_stp,0.0", "there is no such column; nearest is 'plant.at_stop'"),
-    ("AbsTol,plant.at_stop,0.0", "AbsTol,plant.y.position,0.0", "given already in line 6, expected once"),
-    ("RelTol,0.0", "RelTol,0.1", "line 5: RelTol = 0.1: expected 0.0; tolerances stand at their signals"),
-    ("StartTime,0.0", "StartTime,0.05", "line 1: StartTime = 0.05: expected the first time in bad_ref.csv, 0.0 s"),
-    ("StopTime,0.1", "StopTime,0.15", "line 2: StopTime = 0.15: expected the last time in bad_ref.csv, 0.1 s"),
-])
-def test_malformed_options(tmp_path: Path, old: str, new: str, message: str) -> None:
-    assert OPTIONS.count(old) == 1
-    expect(written(tmp_path, options=OPTIONS.replace(old, new)), message)
-
-
-@pytest.mark.parametrize(("kind", "message"), [(0, "has one column, expected a CSV file"),
-                                               (1, "cannot be read, expected UTF-8 text")])
-def test_missing_and_unreadable_files(tmp_path: Path, kind: int, message: str) -> None:
-    file = baseline_files(written(tmp_path), "bad")[kind]
+def test_missing_and_unreadable_files(tmp_path: Path) -> None:
+    file = baseline_file(written(tmp_path), "bad")
     file.write_bytes(b"\xff")
-    expect(tmp_path, f"{file.name}: {message}")
+    expect(tmp_path, f"{file.name}: has one column, expected a CSV file")
     file.unlink()
     expect(tmp_path, f"{file.name}: there is no such file, expected the baseline of a run")
 
@@ -135,7 +95,7 @@ def test_missing_and_unreadable_files(tmp_path: Path, kind: int, message: str) -
 def expect(folder: Path, message: str) -> None:
     """Reading the baseline named bad is refused in one line."""
     with pytest.raises((BaselineError, CsvError)) as refusal:
-        read_baseline(folder, "bad")
+        read_baseline(folder, plan_of("bad"))
     assert message in str(refusal.value)
     assert str(refusal.value).startswith(str(folder / "bad_ref"))
     assert "\n" not in str(refusal.value)
@@ -156,14 +116,13 @@ def simulated(at_stop: int = 1000, tripped: int = 1000) -> Recording:
                                   "controller.tripped": (k >= tripped).astype(np.int32)})
 
 
-def test_samples_at_the_interval_with_the_scenarios_tolerances() -> None:
+def test_samples_at_the_interval() -> None:
     baseline = from_recording(checked(0.05, "plant.v.position", "plant.at_stop"), 0.0005, simulated(2000, 2000))
     assert baseline.time.tolist() == [0.0005 * k for k in range(0, 1001, 100)]
     assert baseline.columns["plant.v.position"][1] == 0.02 + 1e-6 * 100
     assert baseline.columns["plant.at_stop"].dtype == np.float64
     assert baseline.stop_time == 0.5
-    assert baseline.tolerances["plant.v.position"] == Tolerance(1e-9, 0.0)
-    assert (baseline.name, baseline.step, baseline.interval) == ("2dof-setpoints", 0.0005, 0.05)
+    assert (baseline.name, baseline.step) == ("2dof-setpoints", 0.0005)
     assert baseline.digest is None
 
 
@@ -211,7 +170,7 @@ def test_recordings_that_make_no_baseline() -> None:
 
 def test_a_baseline_is_small(tmp_path: Path) -> None:
     time = 0.0005 * np.arange(60_000, dtype=float)
-    large = Baseline("large", time, {"a": time / 3.0}, 0.0005, float(time[-1]), {"a": Tolerance(0.0, 0.0)}, 0.0005)
+    large = Baseline("large", time, {"a": time / 3.0}, 0.0005)
     with pytest.raises(BaselineError, match="expected at most 1000000"):
         write_baseline(tmp_path, large)
     assert not list(tmp_path.iterdir())
@@ -219,6 +178,6 @@ def test_a_baseline_is_small(tmp_path: Path) -> None:
 
 def test_a_baseline_is_a_plain_csv(tmp_path: Path) -> None:
     """What a spreadsheet has saved anew may have lost bits."""
-    file = baseline_files(written(tmp_path), "bad")[0]
+    file = baseline_file(written(tmp_path), "bad")
     file.write_text(file.read_text(encoding="utf-8").replace(",", ";"), encoding="utf-8")
     expect(tmp_path, f"{file.name}: columns are separated by semicolons, expected a plain CSV, as `maglev check")

@@ -11,18 +11,10 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 import maglev
-from maglev.baselines.baseline import (
-    Baseline,
-    Tolerance,
-    baseline_files,
-    digest_file,
-    read_baseline,
-    read_digest,
-    write_baseline,
-    write_digest,
-)
+from maglev.baselines.baseline import Baseline, Tolerance, baseline_file, read_baseline
 from maglev.baselines.check import check_run
 from maglev.baselines.deviation import Deviation, WorstDifference, first_deviation, samples_of, worst
+from maglev.baselines.digests import read_digests, write_digests
 from maglev.baselines.outcome import CheckResult, UpdateResult, describe, exit_code
 from maglev.baselines.update import renewed, write_updated
 from maglev.cosim.master import Recording, RunFailed
@@ -50,12 +42,13 @@ def runs(draw: st.DrawFn) -> tuple[Baseline, Recording]:
     columns["plant.at_stop"] = (columns["plant.at_stop"] > 0.0).astype(np.int32)
     time = STEP * np.arange(rows, dtype=float)
     baseline = Baseline("any", time[::EVERY], {name: values[::EVERY].astype(float) for name, values in columns.items()},
-                        STEP, float(time[::EVERY][-1]), SIGNALS, STEP * EVERY)
+                        STEP)
     return baseline, Recording(time, columns)
 
 
-def first_of(baseline: Baseline, recording: Recording) -> Deviation | None:
-    return first_deviation(baseline.time, baseline.columns, samples_of(baseline, recording), baseline.tolerances)
+def first_of(baseline: Baseline, recording: Recording,
+             tolerances: dict[str, Tolerance] = SIGNALS) -> Deviation | None:
+    return first_deviation(baseline.time, baseline.columns, samples_of(baseline, recording), tolerances)
 
 
 def worst_of(baseline: Baseline, recording: Recording) -> dict[str, WorstDifference]:
@@ -91,9 +84,7 @@ def test_first_deviation_is_found_exactly(run: tuple[Baseline, Recording], signa
 def test_a_value_that_is_not_finite_deviates(run: tuple[Baseline, Recording], sample: int, value: float) -> None:
     baseline, recording = run
     recording.columns["plant.motor.i_a"][sample * EVERY] = value
-    baseline.tolerances["plant.motor.i_a"] = Tolerance(1e300, 0.0)
-    found = first_of(baseline, recording)
-    baseline.tolerances["plant.motor.i_a"] = SIGNALS["plant.motor.i_a"]
+    found = first_of(baseline, recording, {**SIGNALS, "plant.motor.i_a": Tolerance(1e300, 0.0)})
     assert found is not None
     assert (found.signal, found.time) == ("plant.motor.i_a", baseline.time[sample])
     assert worst_of(baseline, recording)["plant.motor.i_a"] == (np.inf, baseline.time[sample])
@@ -101,22 +92,22 @@ def test_a_value_that_is_not_finite_deviates(run: tuple[Baseline, Recording], sa
 
 def test_of_several_at_one_time_the_largest_relative_to_its_tolerance() -> None:
     time = STEP * np.arange(3, dtype=float)
-    baseline = Baseline("any", time, {"a": np.ones(3), "b": np.ones(3)}, STEP, float(time[-1]),
-                        {"a": Tolerance(1e-3, 0.0), "b": Tolerance(1e-6, 0.0)}, STEP)
+    baseline = Baseline("any", time, {"a": np.ones(3), "b": np.ones(3)}, STEP)
     moved = np.array([1.0, 1.01, 1.0])
     for order in (("a", "b"), ("b", "a")):
         ordered = replace(baseline, columns={name: baseline.columns[name] for name in order})
-        found = first_of(ordered, Recording(time, {"a": moved, "b": moved}))
+        found = first_of(ordered, Recording(time, {"a": moved, "b": moved}),
+                         {"a": Tolerance(1e-3, 0.0), "b": Tolerance(1e-6, 0.0)})
         assert found is not None and found.signal == "b"
         # What may not differ at all goes before what differs a thousand times as much as it may.
-        exact = replace(ordered, tolerances={"a": Tolerance(0.0, 0.0), "b": Tolerance(1e-6, 0.0)})
-        found = first_of(exact, Recording(time, {"a": moved, "b": moved}))
+        found = first_of(ordered, Recording(time, {"a": moved, "b": moved}),
+                         {"a": Tolerance(0.0, 0.0), "b": Tolerance(1e-6, 0.0)})
         assert found is not None and (found.signal, found.allowed) == ("a", 0.0)
 
 
 def test_recordings_that_cannot_be_compared() -> None:
     time = STEP * np.arange(11, dtype=float)
-    baseline = Baseline("any", time, {"plant.y": time}, STEP, float(time[-1]), {"plant.y": Tolerance(0.0, 0.0)}, STEP)
+    baseline = Baseline("any", time, {"plant.y": time}, STEP)
     for recording, message in (
             (Recording(time, {"plant.x": time, "q": time}), "plant.y was not recorded, .* nearest is 'plant.x'"),
             (Recording(time[:-1], {"plant.y": time}), "the run ended at t = 0.0045 s, expected 0.005 s"),
@@ -168,8 +159,8 @@ def test_the_same_run_passes(fmus: Path, baselines: Path) -> None:
     picture.write_text("of an earlier check")
     result = checked(short(), fmus, {}, [], baselines, picture.parent)
     assert not picture.exists()
-    digest = read_digest(baselines, "2dof-setpoints")
-    assert digest is not None and digest.samples == 3001 and digest.signals == 27
+    digest = read_digests(baselines)["2dof-setpoints"]
+    assert digest.samples == 3001 and digest.signals == 27
     assert describe(result) == (f"2dof-setpoints: passed, {digest.signals} signals at 3001 samples equal the baseline "
                                 "bit for bit")
     assert (result.status, result.deviation, exit_code([result])) == ("passed", None, 0)
@@ -200,27 +191,24 @@ def test_a_changed_parameter_deviates(fmus: Path, baselines: Path) -> None:
     assert result.worst["plant.h.position"].difference >= abs(found.got - found.expected)
 
 
-def test_the_committed_tolerance_decides(fmus: Path, baselines: Path) -> None:
-    options = baseline_files(baselines, "2dof-setpoints")[1]
-    options.write_text(options.read_text().replace("1e-09", "0.01"))
+def test_the_tolerance_of_the_scenario_decides(fmus: Path, baselines: Path) -> None:
     wide = {name: SignalTolerance.model_validate({"absolute": 0.01 if allowed.absolute == 1e-9 else allowed.absolute})
             for name, allowed in short().check.signals.items()}
-    plan = short(check=CheckSettings(signals=wide))
-    write_digest(baselines, "2dof-setpoints", None)
+    plan = short(check=CheckSettings(interval=0.05, signals=wide))
+    write_digests(baselines, {"2dof-setpoints": None})
     result = checked(plan, fmus, {}, ["plant.C1=14.2142"], baselines)
     off = result.worst["plant.h.position"].difference
     assert 1e-9 < off < 0.01
     assert result.message == ("passed, 3 signals at 31 samples to t = 1.5 s are within their tolerances, the closest "
-                              f"is plant.h.position, off by {1e3 * off:.3g} of 10 mm; not bit for bit, for there is "
-                              "no 2dof-setpoints_ref.sha256")
+                              f"is plant.h.position, off by {1e3 * off:.3g} of 10 mm; not bit for bit, for "
+                              "2dof-setpoints is not in digests.txt")
 
 
 def test_bits_decide_where_all_that_runs_is_of_this_project(fmus: Path, baselines: Path) -> None:
     """A thousandth of a tolerance is a deviation; the first sample that differs is named."""
     wide = {name: SignalTolerance.model_validate({"absolute": 0.01 if allowed.absolute == 1e-9 else allowed.absolute})
             for name, allowed in short().check.signals.items()}
-    plan = short(check=CheckSettings(signals=wide))
-    assert updated(plan, fmus, {}, [], baselines).status == "updated"
+    plan = short(check=CheckSettings(interval=0.05, signals=wide))
     result = checked(plan, fmus, {}, ["plant.C1=14.2000142"], baselines)
     assert result.status == "deviated" and result.worst["plant.h.position"].difference < 1e-5
     assert result.deviation is not None and result.deviation.allowed == 0.0
@@ -229,15 +217,17 @@ def test_bits_decide_where_all_that_runs_is_of_this_project(fmus: Path, baseline
 
 
 def test_a_difference_that_no_sample_of_the_table_shows(fmus: Path, baselines: Path) -> None:
-    digest = read_digest(baselines, "2dof-setpoints")
-    assert digest is not None
-    write_digest(baselines, "2dof-setpoints", digest._replace(sha256="0" * 64))
+    digest = read_digests(baselines)["2dof-setpoints"]
+    write_digests(baselines, {"2dof-setpoints": digest._replace(sha256="0" * 64)})
     result = checked(short(), fmus, {}, [], baselines)
     assert (result.status, result.deviation) == ("deviated", None)
     assert result.message == (f"deviates: {digest.signals} signals at 3001 samples do not have the bits of the "
                               "baseline, though those of its table do")
-    digest_file(baselines, "2dof-setpoints").write_text("edited\n")
-    error(checked(short(), fmus, {}, [], baselines), "not a digest, expected a line with SHA-256, signals and samples")
+    write_digests(baselines, {"2dof-setpoints": digest._replace(samples=2)})
+    result = checked(short(), fmus, {}, [], baselines)
+    assert result.status == "deviated" and result.message.endswith(f"; expected {digest.signals} signals at 2 samples")
+    (baselines / "digests.txt").write_text("edited\n")
+    error(checked(short(), fmus, {}, [], baselines), "digests.txt, line 1: 'edited': expected SHA-256, name, signals")
 
 
 @pytest.mark.parametrize(("line", "exact"), [
@@ -256,27 +246,21 @@ def test_whose_bits_every_machine_has(tmp_path: Path, line: str, exact: bool) ->
 def test_a_baseline_ends_before_contact(fmus: Path, tmp_path: Path) -> None:
     """Without current the mover falls onto its stop."""
     arguments: tuple[Any, ...] = (fmus, {}, ["controller.current_limit=0.01"], tmp_path)
-    assert updated(short(), *arguments).status == "new"
-    baseline = read_baseline(tmp_path, "2dof-setpoints")
-    assert 0.0 < baseline.stop_time < 1.4
-    assert checked(short(), *arguments).status == "passed"
-
-
-def test_a_tolerance_is_the_scenarios(fmus: Path, baselines: Path) -> None:
-    """A file that was edited does not decide what passes."""
-    options = baseline_files(baselines, "2dof-setpoints")[1]
-    options.write_text(options.read_text().replace("1e-09", "1.0"))
-    error(checked(short(), fmus, {}, ["plant.C2=800"], baselines),
-          "the tolerance of plant.v.position is 1.0 + 0.0 relative, expected that of the scenario, 1e-09")
+    plan = short(check=short().check.model_copy(update={"interval": 0.01}))
+    assert updated(plan, *arguments).status == "new"
+    assert 0.02 < read_baseline(tmp_path, plan).stop_time < 1.4
+    assert checked(plan, *arguments).status == "passed"
+    samples = baseline_file(tmp_path, "2dof-setpoints")
+    samples.write_text("".join(samples.read_text().splitlines(keepends=True)[:-1]))
+    error(checked(plan, *arguments), "for no stop is touched and nothing trips before")
 
 
 def test_a_baseline_that_was_cut(fmus: Path, baselines: Path) -> None:
     """Two samples of a run that goes on: nothing has deviated so far."""
-    samples, options = baseline_files(baselines, "2dof-setpoints")
+    samples = baseline_file(baselines, "2dof-setpoints")
     lines = samples.read_text().splitlines(keepends=True)
     samples.write_text("".join(lines[:3]))
     last = lines[2].partition(",")[0]
-    options.write_text(options.read_text().replace("StopTime,1.5", f"StopTime,{last}"))
     error(checked(short(), fmus, {}, [], baselines), f"ends at t = {last} s, expected samples to 1.5 s")
 
 
@@ -293,11 +277,15 @@ def test_errors_are_results(fmus: Path, baselines: Path, tmp_path: Path) -> None
     error(checked(short(), nowhere, {}, [], nowhere), "2dof-setpoints_ref.csv: there is no such file")
     error(checked(short(), nowhere, {}, [], baselines), "there is no file")
     error(checked(short(), fmus, {}, ["plant.C9=1"], baselines), "C9")
-    error(checked(short(step=0.00025), nowhere, {}, [], baselines), "StepSize = 0.0005: expected the")
-    error(checked(short(stop_time=1.0), nowhere, {}, [], baselines), "StopTime = 1.5: expected at most")
-    more = CheckSettings(signals={"plant.motor.i_q": SignalTolerance()})
+    error(checked(short(step=0.0003), nowhere, {}, [], baselines), "expected a multiple of the communication step")
+    error(checked(short(stop_time=1.0), nowhere, {}, [], baselines), "ends at t = 1.5 s, expected at most the stop")
+    often = short().check.model_copy(update={"interval": 0.1})
+    error(checked(short(check=often), nowhere, {}, [], baselines), "sample 2 is at t = 0.05 s, expected 0.1 s by")
+    more = CheckSettings(interval=0.05, signals={"plant.motor.i_q": SignalTolerance()})
     error(checked(short(check=more), nowhere, {}, [], baselines), "there is no column plant.motor.i_q")
-    samples = baseline_files(baselines, "2dof-setpoints")[0]
+    fewer = CheckSettings(interval=0.05, signals={"plant.v.position": SignalTolerance()})
+    error(checked(short(check=fewer), nowhere, {}, [], baselines), "there is a column plant.h.position, expected")
+    samples = baseline_file(baselines, "2dof-setpoints")
     samples.unlink()
     samples.mkdir()
     error(checked(short(), fmus, {}, [], baselines), "there is no such file")
@@ -314,13 +302,13 @@ def test_a_run_that_ends_early(fmus: Path, baselines: Path, monkeypatch: pytest.
 
 
 def test_update_says_what_moved(fmus: Path, baselines: Path) -> None:
-    old = read_baseline(baselines, "2dof-setpoints")
+    old = read_baseline(baselines, short())
     assert describe(updated(short(), fmus, {}, [], baselines)) == (
         "2dof-setpoints: unchanged, 3 signals at 31 samples to t = 1.5 s")
     result = updated(short(stop_time=1.4), fmus, {}, ["plant.C1=14.2142"], baselines)
     assert result.status == "updated"
     difference, time = result.moved["plant.h.position"]
-    new = read_baseline(baselines, "2dof-setpoints")
+    new = read_baseline(baselines, short())
     changed = np.abs(new.columns["plant.h.position"] - old.columns["plant.h.position"][:len(new.time)])
     assert (difference, time) == (changed.max(), new.time[changed.argmax()])
     assert f"plant.h.position moved by at most {difference!r} m (t = {time:.9g} s)" in result.message
@@ -328,34 +316,27 @@ def test_update_says_what_moved(fmus: Path, baselines: Path) -> None:
     assert "it ended at t = 1.5 s" in result.message
 
 
-def test_update_takes_signals_and_tolerances_of_the_scenario(fmus: Path, baselines: Path) -> None:
-    wide = SignalTolerance.model_validate({"absolute": 1e-6, "relative": 0.5})
-    settings = CheckSettings(signals={"plant.v.position": wide, "plant.motor.i_q": SignalTolerance()})
+def test_update_takes_the_signals_of_the_scenario(fmus: Path, baselines: Path) -> None:
+    settings = CheckSettings(interval=0.05, signals={"plant.v.position": SignalTolerance(),
+                                                     "plant.motor.i_q": SignalTolerance()})
     result = updated(short(check=settings), fmus, {}, [], baselines)
-    for note in ("plant.motor.i_q added", "plant.h.position removed",
-                 "tolerance of plant.v.position was 1e-09 + 0.0 relative, is 1e-06 + 0.5 relative"):
+    for note in ("plant.motor.i_q added", "plant.h.position removed"):
         assert note in result.message
-    assert read_baseline(baselines, "2dof-setpoints").tolerances == {
-        "plant.v.position": Tolerance(1e-6, 0.5), "plant.motor.i_q": Tolerance(0.0, 0.0)}
+    assert {*read_baseline(baselines, short()).columns} == {"plant.v.position", "plant.motor.i_q"}
 
 
-def test_update_replaces_what_cannot_be_read_or_compared(fmus: Path, baselines: Path) -> None:
-    samples, options = baseline_files(baselines, "2dof-setpoints")
-    intact = samples.read_text(), options.read_text()
-    options.write_text("StepSize,fast\n")
+def test_update_replaces_what_cannot_be_read(fmus: Path, baselines: Path) -> None:
+    samples = baseline_file(baselines, "2dof-setpoints")
+    intact = samples.read_text()
+    samples.write_text(intact.replace("\n0.1,", "\nfast,"))
     result = updated(short(), fmus, {}, [], baselines)
     assert result.status == "replaced"
-    assert "2dof-setpoints_ref.opt, line 1: StepSize = 'fast': expected a finite number" in result.message
-    assert (samples.read_text(), options.read_text()) == intact
-    baseline = read_baseline(baselines, "2dof-setpoints")
-    write_baseline(baselines, replace(baseline, step=0.00025))
-    result = updated(short(), fmus, {}, [], baselines)
-    assert "the communication step was 0.00025 s and is 0.0005 s" in result.message
-    assert (samples.read_text(), options.read_text()) == intact
+    assert "2dof-setpoints_ref.csv: row 4, column time is 'fast', expected a finite number" in result.message
+    assert samples.read_text() == intact
 
 
 def test_a_failed_update_leaves_the_old_baseline(fmus: Path, baselines: Path) -> None:
-    samples = baseline_files(baselines, "2dof-setpoints")[0]
+    samples = baseline_file(baselines, "2dof-setpoints")
     intact = samples.read_text()
     settings = CheckSettings(signals={"plant.v.positon": SignalTolerance()})
     result = updated(short(check=settings), fmus, {}, [], baselines)
@@ -369,7 +350,7 @@ def test_a_controller_without_signals_of_the_scenario(fmus: Path, tmp_path: Path
     mine = {"controller": Replacement(new_controller(tmp_path / "mine.py", "2dof"))}
     result = updated(short(), fmus, mine, [], tmp_path)
     assert result.status == "new", result.message
-    assert {*read_baseline(tmp_path, "2dof-setpoints").columns} == {"plant.v.position", "plant.h.position"}
+    assert {*read_baseline(tmp_path, short()).columns} == {"plant.v.position", "plant.h.position"}
     passed = checked(short(), fmus, mine, [], tmp_path)
     assert passed.status == "passed", passed.message
     assert passed.message.endswith("equal the baseline; not compared, for the FMU has no such signals: "

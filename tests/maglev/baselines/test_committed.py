@@ -5,8 +5,9 @@ from pathlib import Path
 import pytest
 from packaged_plans import RUNS
 
-from maglev.baselines.baseline import baseline_files, digest_file
+from maglev.baselines.baseline import baseline_file
 from maglev.baselines.check import check_run
+from maglev.baselines.digests import FILE, read_digests
 from maglev.baselines.outcome import CheckResult, describe
 from maglev.experiment.preparation import prepare
 from maglev.schema.layers import PACKAGED
@@ -32,9 +33,9 @@ def deviates(result: CheckResult, latest: float) -> None:
 
 
 def test_every_run_has_a_baseline_and_every_baseline_a_run() -> None:
-    expected = {file for run in RUNS
-                for file in (*baseline_files(BASELINES, run.name), digest_file(BASELINES, run.name))}
+    expected = {BASELINES / FILE, *(baseline_file(BASELINES, run.name) for run in RUNS)}
     assert set(BASELINES.iterdir()) == expected
+    assert set(read_digests(BASELINES)) == {run.name for run in RUNS}
     assert all(file.stat().st_size < 1_000_000 for file in expected)
 
 

@@ -1,4 +1,4 @@
-"""The digest of a run: of which bytes, and that its file says the same."""
+"""The digest of a run: of which bytes, and that their file says the same."""
 
 import hashlib
 import math
@@ -8,7 +8,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from maglev.baselines.baseline import Digest, digest_file, digest_of, read_digest, write_digest
+from maglev.baselines.digests import FILE, Digest, digest_of, read_digests, write_digests
 from maglev.errors import BaselineError
 
 
@@ -28,19 +28,27 @@ def test_the_sign_of_what_is_no_number_does_not_count() -> None:
 
 def test_there_and_back(tmp_path: Path) -> None:
     digest = Digest("0123456789abcdef" * 4, 12, 130_001)
-    write_digest(tmp_path, "mine", digest)
-    assert read_digest(tmp_path, "mine") == digest
-    assert digest_file(tmp_path, "mine").read_bytes() == f"{digest.sha256}  12 signals at 130001 samples\n".encode()
-    digest_file(tmp_path, "mine").write_text(f"{digest.sha256}  12 signals at 130001 samples\n", encoding="utf-8-sig")
-    assert read_digest(tmp_path, "mine") == digest, "as editors on Windows write it"
-    assert read_digest(tmp_path, "other") is None
-    write_digest(tmp_path, "mine", None)
-    assert read_digest(tmp_path, "mine") is None
-    write_digest(tmp_path, "mine", None)
+    assert read_digests(tmp_path) == {}
+    write_digests(tmp_path, {"mine": digest, "her-own": digest})
+    assert read_digests(tmp_path) == {"her-own": digest, "mine": digest}
+    lines = "".join(f"{digest.sha256}  {name}: 12 signals at 130001 samples\n" for name in ("her-own", "mine"))
+    assert (tmp_path / FILE).read_bytes() == lines.encode()
+    (tmp_path / FILE).write_text(lines, encoding="utf-8-sig")
+    assert read_digests(tmp_path)["mine"] == digest, "as editors on Windows write it"
+    write_digests(tmp_path, {"mine": None, "nobody's": None})
+    assert read_digests(tmp_path) == {"her-own": digest}
 
 
-@pytest.mark.parametrize("text", ["", "0123  1 signals at 2 samples\n", "not a digest", "\xe4" * 64])
-def test_another_file_is_refused(tmp_path: Path, text: str) -> None:
-    digest_file(tmp_path, "mine").write_text(text, encoding="utf-8")
-    with pytest.raises(BaselineError, match=r"mine_ref.sha256: not a digest, expected .* `maglev check --update`"):
-        read_digest(tmp_path, "mine")
+GOOD = f"{'0' * 64}  mine: 1 signals at 2 samples\n"
+
+
+@pytest.mark.parametrize(("text", "line"), [
+    ("0123  mine: 1 signals at 2 samples\n", 1), ("not a digest", 1), ("\xe4" * 64, 1), (f"{GOOD}{GOOD}", 2),
+    (f"{GOOD}<<<<<<< HEAD\n", 2)])
+def test_another_file_is_refused(tmp_path: Path, text: str, line: int) -> None:
+    (tmp_path / FILE).write_text(text, encoding="utf-8")
+    with pytest.raises(BaselineError, match=rf"digests.txt, line {line}: .*: expected SHA-256, name, signals and"):
+        read_digests(tmp_path)
+    with pytest.raises(BaselineError, match="digests.txt, line"):
+        write_digests(tmp_path, {"other": None})
+    assert (tmp_path / FILE).read_text(encoding="utf-8") == text
