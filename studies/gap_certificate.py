@@ -1,6 +1,7 @@
 """Certify the vertical loop of the interpolated regulator over a range of air gaps that move at a bounded rate.
 
     python -m studies.gap_certificate [--rate 0.05] [--decay 0.05]
+    python -m studies.gap_certificate --starts          # steps from rest that the packaged certificate covers
     python -m studies.gap_certificate --groups 400      # of random runs, in search of one that is lost
 
 With e = g − r, the plant's equilibrium current i°(g), the table's i*(g) and β(g), the deviation of the current
@@ -256,6 +257,21 @@ def verify(loop: Loop, certificate: Mapping[str, Any]) -> bool:
     return True
 
 
+def covered_steps(certificate: Mapping[str, Any]) -> tuple[list[float], float]:
+    """Largest steps from rest (m) in which V keeps the rate of the gap below the certified one, and how far e goes.
+
+    There is one for each gap of the table at which a step can begin. At rest all states but e and l are 0, so a step s
+    starts at V = s² uᵀP u. While V decreases, |v| ≤ √(V (P⁻¹)vv), with the largest (P⁻¹)vv of all gaps; likewise e.
+    Between two gaps V is linear and (P⁻¹)vv convex, so the ends decide. No bound on the commands follows from V.
+    """
+    scale = np.array(certificate["scale"])
+    P = np.array(certificate["P"]) / np.outer(scale, scale)
+    moved = np.array([name in ("e", "l") for name in STATES], dtype=float)
+    most_e, most_v = np.linalg.inv(P).diagonal(axis1=1, axis2=2).max(axis=0)[:2]
+    return (certificate["rate"] / np.sqrt(most_v * (moved @ P @ moved))).tolist(), certificate["rate"] * float(
+        np.sqrt(most_e / most_v))
+
+
 def positive(matrix: Rationals) -> bool:
     """Whether a symmetric matrix is positive definite: all pivots of its elimination are."""
     rows = matrix.copy()
@@ -293,8 +309,15 @@ def certify_loop(loop: Loop, group: Callable[[int], tuple[float, Any]], units: M
     parser = argparse.ArgumentParser(description=words)
     parser.add_argument("--rate", type=float, default=0.05, help="of the gap, m/s")
     parser.add_argument("--decay", type=float, default=0.05, help="1/s")
+    if loop is VERTICAL:
+        parser.add_argument("--starts", action="store_true", help="print the steps that are covered")
     parser.add_argument("--groups", type=int, help=f"of {GROUP} random runs, which are made instead")
     given = parser.parse_args()
+    if getattr(given, "starts", False):
+        steps, furthest = covered_steps(json.loads(loop.file.read_text(encoding="utf-8")))
+        print(f"steps from rest of {1e3 * min(steps):.2f} to {1e3 * max(steps):.2f} mm, by the gap they begin at; no "
+              f"error exceeds {1e3 * furthest:.2f} mm")
+        return
     if given.groups:
         largest = dict.fromkeys(units, 0.0)
         for number in range(given.groups):

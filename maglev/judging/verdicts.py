@@ -67,8 +67,9 @@ class ClaimResult:
                "not reproduced": self.claim.reason, "not met": self.claim.reason}.get(self.verdict)
         by = f"{'it' if self.claim.figure is None else 'this figure'} was used to choose"
         chosen = f"no independent evidence: {by} {self.claim.chose}" if self.claim.chose else None
+        given = f"decided by what the plant was given: {self.claim.given}" if self.claim.given else None
         other = None if self.counts else "another reading of the experiment, not counted"
-        return "; ".join(part for part in (why, self.claim.remark, chosen, other) if part)
+        return "; ".join(part for part in (why, self.claim.remark, given, chosen, other) if part)
 
 
 def blames(claims: Iterable[ClaimResult], what: str) -> list[ClaimResult]:

@@ -278,18 +278,20 @@ def claims_markdown(results: Sequence[RunResult], verdicts: Judgements, outcomes
 def kinds_markdown(claims: Sequence[ClaimResult]) -> str:
     """Numbers of the thesis's sentences by what they state and by verdict, as a table in Markdown.
 
-    Of those that reproduce, if there are any, it says how many are no independent evidence.
+    Of those that reproduce, if there are any, it says by how many something was chosen, and how many the plant was
+    given.
     """
     totals = count_verdicts(sentences(claims))
     shown = [verdict for verdict in VERDICTS if totals[verdict]]
-    chosen = ["reproduced, not independent"] if totals["reproduced"] else []
+    apart = {"reproduced, not independent": "chose", "reproduced, given to the plant": "given"}
+    apart = apart if totals["reproduced"] else {}
     rows = []
     for name, of_kind in [*by_kind(claims).items(), ("all", sentences(claims))]:
         counts = count_verdicts(of_kind)
         rows.append((name, len(of_kind), *(counts[verdict] or "–" for verdict in shown),
-                     *(sum(claim.verdict == "reproduced" and claim.claim.chose is not None for claim in of_kind) or "–"
-                       for _ in chosen)))
-    return markdown_rows(["what is claimed", "claims", *shown, *chosen], rows)
+                     *(sum(claim.verdict == "reproduced" and getattr(claim.claim, key) is not None for claim in of_kind)
+                       or "–" for key in apart.values())))
+    return markdown_rows(["what is claimed", "claims", *shown, *apart], rows)
 
 
 def claims_table(noun: str, claims: Sequence[tuple[str, ClaimResult]], expected: str = "thesis value") -> str:

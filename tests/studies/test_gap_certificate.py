@@ -10,6 +10,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 from reference_stage import G, shape_functions
+from scipy.linalg import expm
 from scipy.optimize import brentq
 
 from controller_fmu.status import INTERPOLATED
@@ -17,7 +18,19 @@ from controller_fmu.vertical_law import VerticalLaw
 from maglev.linear.loop import linearise_loop
 from maglev.rig.rigs import RIGS
 from studies import gap_certificate, tilt_certificate
-from studies.gap_certificate import LOWER, UPPER, VERTICAL, Loop, cells, positive, rational, set_up, verify, vertical
+from studies.gap_certificate import (
+    LOWER,
+    UPPER,
+    VERTICAL,
+    Loop,
+    cells,
+    covered_steps,
+    positive,
+    rational,
+    set_up,
+    verify,
+    vertical,
+)
 from studies.tilt_certificate import ABOUT, LEVER, SHARE, TILT, tilting
 
 RIG = RIGS["3dof"]
@@ -188,6 +201,28 @@ def test_what_is_none_is_refused(change: str, loop: Loop, monkeypatch: pytest.Mo
     else:
         found["P"].pop()
     assert not verify(loop, found)
+
+
+def test_steps_that_are_covered_keep_the_certified_rate() -> None:
+    """By the farthest points of the ellipsoids V ≤ V(0), and by a loop that is any of its corners in turn."""
+    found = json.loads(VERTICAL.file.read_text(encoding="utf-8"))
+    steps, furthest = covered_steps(found)
+    P = np.array(found["P"]) / np.outer(found["scale"], found["scale"])
+    start = np.array([-1.0, 0.0, 0.0, -1.0, 0.0, 0.0, 0.0, 0.0])
+    for state, most in ((1, found["rate"]), (0, furthest)):
+        farthest = [matrix @ np.eye(8)[state] for matrix in np.linalg.inv(P)]   # x ∝ P⁻¹ c of each gap
+        reached = max(abs(x[state]) / np.sqrt(x @ matrix @ x) for x, matrix in zip(farthest, P, strict=True))
+        for step, matrix in zip(steps, P, strict=True):
+            assert step * np.sqrt(start @ matrix @ start) * reached == pytest.approx(most)
+    random, dt, target = np.random.default_rng(1), 5e-4, 25e-3
+    x, box = steps[7] * start, next(each[2] for each in pieces(VERTICAL) if each[1] == pytest.approx(target))
+    fastest = 0.0
+    for _ in range(400):
+        corner = [random.choice(bounds) for bounds in box.values()]
+        x = expm(dt * np.array(vertical(REGULATOR, *corner, x[1]))) @ x
+        fastest = max(fastest, abs(x[1]))
+        assert abs(x[0]) <= furthest
+    assert 0.1 * found["rate"] < fastest <= found["rate"]
 
 
 @pytest.mark.thorough

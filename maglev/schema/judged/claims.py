@@ -79,6 +79,8 @@ class Claim(Table):
         "ordering with `than`, survival where it is a yes or no, else a specification")
     chose: str | None = Field(default=None, description="what was chosen by it, or by its figure: it is no independent "
                               "evidence")
+    given: str | None = Field(default=None, description="what the plant was given that decides it: it tests the method "
+                              "by which it was found, not the thesis")
     reason: str | None = Field(default=None, description="why it is not reproduced")
     because: Literal["friction"] | None = Field(default=None, description="what, assumed of the plant, the reason or "
                                                 "the remark blames: the report runs again without it")
