@@ -100,6 +100,7 @@ def by_name(*quantities: MeasuredQuantity) -> dict[str, MeasuredQuantity]:
 
 METRICS = by_name(
     MeasuredQuantity("failed", "run", recorded="stop contact", yes_no=("lost the stage", "kept the stage in the air")),
+    MeasuredQuantity("ended off", "run", yes_no=("ended off target", "ended on target")),
     MeasuredQuantity("trip time", "run", "s", recorded="trip", infinite="never"),
     MeasuredQuantity("stop contact time", "run", "s", recorded="stop contact", infinite="never"),
     MeasuredQuantity("lost setpoints", "run", recorded="stop contact"),

@@ -59,7 +59,7 @@ class Comparison:
     results: Mapping[str, RunResult]
 
     def __repr__(self) -> str:
-        runs = ", ".join(f"{label} {run.outcome}" for label, run in self.results.items())
+        runs = ", ".join(f"{label} {run.ending}" for label, run in self.results.items())
         return f"<Comparison {self.name}: {runs}>"
 
     def show(self, console: "Console") -> None:

@@ -104,7 +104,7 @@ class Run(Mapping[str, NDArray[Any]]):
 
     def __repr__(self) -> str:
         try:
-            state = self.result.outcome
+            state = self.result.ending
         except MeasurementError:
             state = "cannot be measured"
         return f"<Run {self.name}: {len(self.time)} rows to {self.time[-1]:g} s, {len(self)} columns, {state}>"

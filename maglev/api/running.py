@@ -132,8 +132,8 @@ def missed_by(run: RunResult, claims: Sequence[ClaimResult]) -> list[str]:
         return [f"{name}: did not complete"]
     asked_for = any(judged.claim.quantity in ("failed", "stop_contact", "tripped") and judged.claim.target is True
                     for judged in claims)
-    failed = [] if asked_for or not run.metrics.failed else [f"{name}: {short_outcome(run)}"]
-    return [*failed, *missed_claims(name, claims)]
+    flawed = [] if asked_for or run.outcome == "completed" else [f"{name}: {short_outcome(run)}"]
+    return [*flawed, *missed_claims(name, claims)]
 
 
 def missed_claims(name: str, claims: Sequence[ClaimResult]) -> list[str]:

@@ -11,7 +11,7 @@ from typing import Any
 from rich.console import Console
 from rich.text import Text
 
-from maglev.comparison.table import Row, comparison_verdict, ending, legend, measure_rows, summary
+from maglev.comparison.table import Row, comparison_verdict, legend, measure_rows, summary
 from maglev.experiment.execution import RunResult, json_text, run_as_json, write_result
 from maglev.experiment.results import ResultFiles, write_csv
 from maglev.judging.measures import measures_of
@@ -49,8 +49,8 @@ def compared_rows(runs: Runs) -> list[Row]:
     rows = measure_rows({label: measures_of(runs[label].plan, measured) for label, measured in metrics.items()})
     costs = {label: instructions()[law] for label in metrics
              if runs[label].provenance is not None and (law := controller_of(runs[label])) in instructions()}
-    failed = frozenset(label for label, measured in metrics.items() if measured.failed)
-    return [*rows, *([Row("instructions a sample", "its law", None, "", costs, failed)] if costs else [])]
+    flaws = {label: run.outcome for label, run in runs.items() if run.outcome != "completed"}
+    return [*rows, *([Row("instructions a sample", "its law", None, "", costs, flaws)] if costs else [])]
 
 
 def write_comparison(folder: Path, name: str, title: str, runs: Runs, *, picture: bool, page: bool) -> list[Path]:
@@ -104,7 +104,7 @@ def show_comparison(console: Console, name: str, title: str, runs: Runs, every_s
     rows = compared_rows(runs)
     console.print(Text(comparison_verdict(runs, summary(rows))))
     for label, run in runs.items():
-        console.print(Text.assemble((label, "bold"), f": {ending(run)}"))
+        console.print(Text.assemble((label, "bold"), f": {run.ending}"))
     if not rows:
         return
     shown = rows if every_step else summary(rows)
@@ -149,7 +149,7 @@ def row_table(labels: Sequence[str], rows: Sequence[Row]) -> str:
     leads = ["the next is"] if any(row.best for row in rows) else []
     if not rows:
         return "<p>Nothing was measured.</p>"
-    heads = [f"{label} (failed)" if label in rows[0].failed else label for label in labels]
+    heads = [label + (f" ({flaw})" if (flaw := rows[0].flaws.get(label)) else "") for label in labels]
     return html_table(("quantity", *heads, *leads), (
         (escape(f"{row.quantity} of {row.of}{row.name.removeprefix(row.quantity)}"),
          *(mark(escape(unbroken(row.text(label))), label in row.best) for label in labels),

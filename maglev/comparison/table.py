@@ -1,14 +1,15 @@
 """What was measured on several runs, side by side, with the best of each row."""
 
 from collections.abc import Iterable, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from math import inf
 
 from maglev.experiment.execution import RunResult
 from maglev.judging.measures import Measure
 from maglev.judging.verdicts import DIFFERENCE
 from maglev.quantities import metric_text
-from maglev.report.status import troubles
+
+FLAWS = {"ended off": "ended off target", "failed": "failed"}   # outcomes by quantity; failed goes before
 
 
 @dataclass(frozen=True)
@@ -20,22 +21,22 @@ class Row:
     time: float | None
     unit: str
     values: Mapping[str, float]              # SI, by label of the run; one on which it was not measured is left out
-    failed: frozenset[str] = frozenset()     # labels of runs that touched a stop, tripped or ended far off: no winners
+    flaws: Mapping[str, str] = field(default_factory=dict)   # outcomes by label of those that win nothing
     steps: int = 0                           # over which the largest value was taken; 0 if it is of one alone
 
     @property
     def held(self) -> dict[str, float]:
-        """Values of the runs that did not fail, SI, by label."""
-        return {label: value for label, value in self.values.items() if label not in self.failed}
+        """Values of the runs that completed, SI, by label."""
+        return {label: value for label, value in self.values.items() if label not in self.flaws}
 
     @property
     def least(self) -> float:
-        """Least value of the runs that did not fail, SI."""
+        """Least value of the runs that completed, SI."""
         return min(self.held.values(), default=0.0)
 
     @property
     def best(self) -> tuple[str, ...]:
-        """Labels of the least value among the runs that did not fail, and of those that are alike; none if all are."""
+        """Labels of the least value among the runs that completed, and of those that are alike; none if all are."""
         tied = tuple(label for label, value in self.held.items() if value <= DIFFERENCE * self.least)
         return () if len(tied) == len(self.held) else tied
 
@@ -48,7 +49,7 @@ class Row:
 
     @property
     def lead(self) -> float:
-        """How many times the best value the next one of a run that did not fail is; 1 where none is the best."""
+        """How many times the best value the next one of a run that completed is; 1 where none is the best."""
         others = [value for value in self.held.values() if value > DIFFERENCE * self.least]
         return 1.0 if not others else min(others) / self.least if self.least else inf
 
@@ -64,13 +65,13 @@ class Row:
 
 def measure_rows(measured: Mapping[str, Sequence[Measure]]) -> list[Row]:
     """Rows of what was measured, in the order of the first run that has it; `measured` is by label of the run."""
-    failed = frozenset(label for label, measures in measured.items()
-                       if any(measure.quantity == "failed" and measure.value for measure in measures))
+    flaws = {label: flaw for label, measures in measured.items() for quantity, flaw in FLAWS.items()
+             if any(measure.quantity == quantity and measure.value for measure in measures)}
     values: dict[tuple[str, str, float | None, str], dict[str, float]] = {}
     for label, measures in measured.items():
         for measure in (measure for measure in measures if measure.of):   # of the whole run it is said how it ended
             values.setdefault((measure.quantity, measure.of, measure.time, measure.unit), {})[label] = measure.value
-    return [Row(*key, by_label, failed) for key, by_label in values.items()]
+    return [Row(*key, by_label, flaws) for key, by_label in values.items()]
 
 
 def summary(rows: Sequence[Row]) -> list[Row]:
@@ -83,7 +84,7 @@ def summary(rows: Sequence[Row]) -> list[Row]:
     for (quantity, of, unit), steps in groups.items():
         labels = dict.fromkeys(label for step in steps for label in step.values)
         largest = {label: max(step.values[label] for step in steps if label in step.values) for label in labels}
-        worst.append(Row(quantity, of, None, unit, largest, steps[0].failed, len(steps)))
+        worst.append(Row(quantity, of, None, unit, largest, steps[0].flaws, len(steps)))
     return [*(row for row in rows if row.time is None), *worst]
 
 
@@ -94,24 +95,16 @@ def times_larger(times: float) -> str:
             f"{times:.0f} times as large" if times < 1000.0 else "over 1000 times as large")
 
 
-def ending(run: RunResult) -> str:
-    """How a run ended, in a line."""
-    if run.metrics is None:
-        return ", ".join(troubles(run))
-    return ", ".join([run.outcome, *troubles(run)])
-
-
 def comparison_verdict(runs: Mapping[str, RunResult], rows: Sequence[Row]) -> str:
     """Say in a sentence which run is the better one: the one that is the best in most rows about axes.
 
     Rows are those of the summary. Runs are alike if they are so in most of these rows. Then comes where each is better,
-    also about motors, and which runs failed or did not complete.
+    also about motors, and how the other runs ended.
     """
     ours = [label for label, run in runs.items() if run.outcome == "completed"]
-    others = [f"{label} {ending(run)}" for label, run in runs.items() if label not in ours]
+    others = [f"{label} {run.ending}" for label, run in runs.items() if label not in ours]
     if len(ours) < 2:
-        said = ("No run completed without a failure" if not ours else f"Only {ours[0]} completed without a failure"
-                if others else f"{ours[0]} completed")
+        said = f"{'Only ' if others else ''}{ours[0]} completed" if ours else "No run completed"
         return "; ".join([said, *others]) + "."
     shared = [row for row in rows if set(ours) <= row.values.keys()]
     judged = [row for row in shared if any(row.of in runs[label].plan.axes for label in ours)]
@@ -159,8 +152,8 @@ def leading(label: str, labels: Sequence[str], won: Sequence[Row]) -> str:
 
 
 def legend(runs: Iterable[RunResult], sign: str) -> str:
-    """What a table says of its marks: a run that failed wins nothing, nor does one alone."""
+    """What a table says of its marks: a run that did not complete wins nothing, nor does one alone."""
     held = sum(run.outcome == "completed" for run in runs)
-    return "Less is better; " + (f"the best of the runs that did not fail has a {sign}, unless they differ by less "
-                                 "than 5 %" if held > 1 else "a best value is marked where at least two runs did not "
-                                 "fail")
+    return "Less is better; " + (f"the best of the runs that completed has a {sign}, unless they differ by less "
+                                 "than 5 %" if held > 1 else "a best value is marked where at least two runs "
+                                 "completed")

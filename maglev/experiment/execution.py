@@ -18,6 +18,7 @@ from maglev.experiment.preparation import Experiment
 from maglev.experiment.provenance import Provenance
 from maglev.experiment.results import ResultFiles, write_csv, write_parquet
 from maglev.judging import run_claims
+from maglev.judging.endings import ABORTED, COMPLETED, ending
 from maglev.judging.measures import measures_data, measures_of
 from maglev.judging.metrics import Metrics, metrics_data, phase_resistances, run_metrics
 from maglev.judging.verdicts import Judgements, of_modified_runs
@@ -49,13 +50,20 @@ class RunResult:
 
     @property
     def outcome(self) -> str:
-        """Return "did not complete" if the run did not reach its stop time, else "failed" if the stage failed in it.
+        """Return "did not complete" of a run that was aborted, "failed" if the stage touched a stop or tripped.
 
-        Of all others "completed". A stage fails that touches a stop, trips or ends too far off.
+        Of others that end beyond `metrics.fail_error` "ended off target", else "completed".
         """
         if self.failure is not None or self.metrics is None:
-            return "did not complete"
-        return "failed" if self.metrics.failed else "completed"
+            return ABORTED
+        return "failed" if self.metrics.failed else "ended off target" if self.metrics.ended_off else COMPLETED
+
+    @property
+    def ending(self) -> str:
+        """How the run ended: the outcome with its reason, when it was and on which axis."""
+        if self.failure is not None or self.metrics is None:
+            return ABORTED + (f": {self.failure}" if self.failure else "")
+        return ending(self.plan, self.metrics)
 
     @property
     def time(self) -> NDArray[np.float64]:
@@ -191,7 +199,8 @@ def completed_run(experiment: Experiment, recording: Recording) -> RunResult:
 
 def run_as_json(result: RunResult) -> dict[str, Any]:
     """What is known about a run beside its columns, as JSON has it; what never happened or is not finite is None."""
-    return {"name": result.plan.name, "title": result.plan.title, "outcome": result.outcome, "failure": result.failure,
+    return {"name": result.plan.name, "title": result.plan.title, "outcome": result.outcome, "ending": result.ending,
+            "failure": result.failure,
             "provenance": None if result.provenance is None else result.provenance.as_data(),
             "metrics": None if result.metrics is None else metrics_data(result.metrics),
             "measures": [] if result.metrics is None else measures_data(measures_of(result.plan, result.metrics))}

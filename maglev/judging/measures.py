@@ -80,7 +80,8 @@ def measured_values(metrics: Metrics | ManyMetrics, name: str) -> Iterator[Value
                             (measured.items() if name == "recovery_time" else [(None, measured)])
                             if not np.isnan(value).all())
     elif on == "run":
-        yield Value("", getattr(metrics, name) if name == "failed" or isinstance(metrics, ManyMetrics) else {
+        yield Value("", getattr(metrics, name) if isinstance(metrics, ManyMetrics) else {
+            "failed": metrics.failed, "ended_off": bool(metrics.ended_off),
             "trip_time": inf if metrics.tripped is None else metrics.tripped,
             "stop_contact_time": inf if metrics.stop_contact is None else metrics.stop_contact,
             "lost_setpoints": float(len(metrics.lost)), "tripped": metrics.tripped is not None,
@@ -96,7 +97,7 @@ def measures_of(plan: RunPlan, metrics: Metrics) -> tuple[Measure, ...]:
 def numbers(plan: RunPlan, metrics: Metrics | ManyMetrics) -> Iterator[tuple[str, str, float | None, Any, str, str]]:
     """What a `Measure` has, of each; of many runs the value is an array, shape (runs,)."""
     for name, quantity in METRICS.items():
-        if quantity.yes_no is not None and name != "failed":   # in the times of stop and trip
+        if name in ("tripped", "stop_contact"):   # in the times of stop and trip
             continue
         for of, value, time, band, event in measured_values(metrics, name):
             axis_unit = plan.axes[of].unit if quantity.of_axes else ""

@@ -7,8 +7,9 @@ from typing import Any
 
 import numpy as np
 
-from maglev.arrays import Array
+from maglev.arrays import Array, Bools, Texts
 from maglev.errors import MeasurementError, nearest
+from maglev.judging.flagged_axes import axes_at_stops, axes_furthest_off
 from maglev.schema.run_plan import Motor, RunPlan
 from plant_fmu.winding import COPPER as COPPER
 
@@ -92,11 +93,14 @@ class Metrics:
     end_errors: Mapping[str, float]       # m, |e| of each axis at the end
     stop_contact: float | None            # s, first time an end stop was touched, None = never
     tripped: float | None                 # s, first time the controller had tripped, None = never
-    failed: bool                          # touched a stop, tripped, or an end error beyond `fail_error`
+    failed: bool                          # touched a stop, or tripped
     lost: tuple[float, ...] = ()          # s, times of the steps to setpoints that failed; a fall counts once
     rms_errors: Mapping[str, float] = field(default_factory=dict)   # m, of each axis over the whole run
     extremes: Mapping[str, tuple[float, float]] = field(default_factory=dict)   # lowest and highest by column, SI
     events: tuple[EventResponse, ...] = ()
+    ended_off: Mapping[str, float] = field(default_factory=dict)    # m, end errors beyond `fail_error` by axis
+    stop_axis: str = ""                   # the axis at the stop that was touched first, empty if none was
+    trip_axis: str = ""                   # the axis that was furthest off at the trip
 
 
 @dataclass(frozen=True)
@@ -112,7 +116,10 @@ class ManyMetrics:
     stop_contact_time: Array   # s, inf = never
     trip_time: Array           # s, inf = never
     lost_setpoints: Array      # how many
-    failed: Array
+    failed: Bools
+    ended_off: Bools
+    stop_axis: Texts           # as of `Metrics`
+    trip_axis: Texts
 
 
 def metrics_data(metrics: Metrics) -> dict[str, Any]:
@@ -169,8 +176,17 @@ def run_metrics(plan: RunPlan, time: Array, columns: Mapping[str, Array],
         events=event_responses(plan, time, columns, errors, resistances or {}) if plan.events else (),
         stop_contact=stop_contact,
         tripped=tripped,
-        failed=(stop_contact is not None or tripped is not None
-                or any(error > fail_errors[axis] for axis, error in end_errors.items())))
+        failed=stop_contact is not None or tripped is not None,
+        ended_off={axis: error for axis, error in end_errors.items() if error > fail_errors[axis]},
+        stop_axis="" if stop_contact is None else str(axes_at_stops(
+            plan, at_first(flags[str(plan.stop_flag)], positions), at_first(flags[str(plan.stop_flag)], errors))[0]),
+        trip_axis="" if tripped is None else str(axes_furthest_off(
+            plan, at_first(flags[str(plan.trip_flag)], errors))[0]))
+
+
+def at_first(flag: Bools, signals: Mapping[str, Array]) -> Array:
+    """Signals of the axes at the first sample with a flag, shape (1, axes)."""
+    return np.array([[values[np.argmax(flag)] for values in signals.values()]])
 
 
 def columns_needed(plan: RunPlan) -> set[str]:

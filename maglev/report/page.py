@@ -19,7 +19,7 @@ from maglev.report import claim_table, findings, outcome_maps
 from maglev.report.plots.charts import ShownChart, by_number, shown_charts
 from maglev.report.plots.data import figure_data, moving, runs_data
 from maglev.report.plots.figures import Shown, anchor, law_of, moving_runs, read_figures, rig_name, shown_figures
-from maglev.report.status import is_listed, run_status
+from maglev.report.status import is_listed, modification, run_status
 from maglev.report.text import sentence
 from maglev.report.what_if import NOTHING, Again
 from maglev.rig.rigs import RIGS
@@ -149,8 +149,9 @@ def run_about(run: RunResult, judgements: Judgements, live: bool, told: bool) ->
     name = run.plan.name
     linked = f'<a href="#{anchor("run", name)}">{escape(name)}</a>' if is_listed(run, judgements) else escape(name)
     said = "" if told else escape(unbroken(sentence(run, judgements.get(name, ()))))
+    warned = [modification(run)] if said and modification(run) else [] if said else run_status(run)
     return "; ".join([linked + (live_link(run) if live else ""), *([said] if said else []),
-                      *(f'<span class="status">⚠ {escape(text)}</span>' for text in run_status(run))])
+                      *(f'<span class="status">⚠ {escape(text)}</span>' for text in warned)])
 
 
 def live_link(run: RunResult) -> str:

@@ -52,7 +52,7 @@
       slider.setAttribute("aria-valuetext", `${time.toFixed(2)} seconds`);
       const { runs } = report.moving[choice.value];
       const passed = runs.flatMap(({ run, label }) => report.runs[run].events.filter((each) => each.time <= time)
-        .map((each) => `⚠ ${runs.length > 1 ? `${label} ` : ""}${each.text} at ${each.time.toFixed(3)} s`)).join("; ");
+        .map((each) => `⚠ ${runs.length > 1 ? `${label} ` : ""}${each.text}`)).join("; ");
       if (event.textContent !== passed) event.textContent = passed;
       display(time);
     }

@@ -4,29 +4,13 @@ from collections.abc import Iterable, Sequence
 from typing import NamedTuple
 
 from maglev.experiment.execution import RunResult
+from maglev.judging.endings import events
 from maglev.judging.metrics import Metrics
 from maglev.judging.verdicts import Judgements
 from maglev.procedures.outcome import Outcome
 
 AROUND = 5.0     # times the time until a crash that are drawn of a run which it ends early
 SHORTEST = 0.1   # s, that are drawn of it at least
-
-
-class Event(NamedTuple):
-    """What disturbed or stopped a run: when (s), in words, and in one word where there is no room."""
-
-    time: float
-    words: str
-    word: str
-
-
-def events(metrics: Metrics | None) -> list[Event]:
-    """What disturbed or stopped a run, in order of time; nothing of a run that did not complete."""
-    if metrics is None:
-        return []
-    happened = ((metrics.stop_contact, "touched an end stop", "stop"),
-                (metrics.tripped, "the controller tripped", "trip"))
-    return sorted(Event(time, words, word) for time, words, word in happened if time is not None)
 
 
 def shown_until(runs: Iterable[tuple[Metrics | None, float]]) -> float | None:
@@ -37,7 +21,7 @@ def shown_until(runs: Iterable[tuple[Metrics | None, float]]) -> float | None:
     ends = []
     for metrics, end in runs:
         first = events(metrics)[:1]
-        if not first or metrics is None or not metrics.failed:
+        if not first:
             return None
         ends.append((max(AROUND * first[0].time, SHORTEST), end))
     until = max((shown for shown, _ in ends), default=0.0)
@@ -50,16 +34,10 @@ def modification(result: RunResult) -> str:
         result.provenance is not None and result.modified) else ""
 
 
-def troubles(result: RunResult, reason: bool = True) -> list[str]:
-    if result.failure is not None:
-        return [f"did not complete: {result.failure}" if reason else "did not complete"]
-    return [f"{event.words} at {event.time:.3f} s" for event in events(result.metrics)]
-
-
 def run_status(result: RunResult, reason: bool = True) -> list[str]:
     """What a reader must know before anything else about a run: that it is another one, and what went wrong."""
-    modified = modification(result)
-    return [*([modified] if modified else []), *troubles(result, reason)]
+    went_wrong = [] if result.outcome == "completed" else [result.ending if reason else result.outcome]
+    return [*filter(None, [modification(result)]), *went_wrong]
 
 
 def is_listed(result: RunResult, judgements: Judgements) -> bool:

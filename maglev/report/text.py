@@ -12,6 +12,7 @@ from rich.text import Text
 from maglev.errors import visible
 from maglev.experiment.execution import RunResult
 from maglev.experiment.provenance import Provenance
+from maglev.judging.endings import COMPLETED, ending
 from maglev.judging.measures import Measure, measures_of
 from maglev.judging.metrics import Metrics, StepResponse
 from maglev.judging.verdicts import (
@@ -32,7 +33,7 @@ from maglev.judging.verdicts import (
 from maglev.procedures.outcome import Chart, Outcome
 from maglev.quantities import PRINTED_UNITS, printed
 from maglev.report.plain import ResultTable, heading, plain_console, result_table
-from maglev.report.status import events, is_listed, modification, own_and_packaged, run_status, troubles
+from maglev.report.status import is_listed, modification, own_and_packaged, run_status
 from maglev.schema.judged.claims import CLAIM_KINDS
 from maglev.schema.run_plan import RunPlan
 from maglev_files.whole_file import write_whole
@@ -308,9 +309,10 @@ def markdown_rows(heads: Sequence[str], rows: Iterable[Sequence[object]]) -> str
 
 
 def outcome_line(result: RunResult, metrics: Metrics) -> str:
-    """One line on whether the run failed, with everything that disturbed it and its error at the end."""
-    words = [*troubles(result), *(f"largest end error {error}" for error in worst_of(result.plan, metrics.end_errors))]
-    return result.outcome + (": " if words else "") + ", ".join(words)
+    """One line on how the run ended, with its largest error at the end."""
+    errors = [] if metrics.ended_off else worst_of(result.plan, metrics.end_errors)
+    return result.ending + (": " if errors and result.ending == COMPLETED else ", " if errors else "") + ", ".join(
+        f"largest end error {error}" for error in errors)
 
 
 def sentence(result: RunResult, claims: Sequence[ClaimResult]) -> str:
@@ -318,8 +320,9 @@ def sentence(result: RunResult, claims: Sequence[ClaimResult]) -> str:
     if result.metrics is None:
         return ""
     tracking = {tracking.axis: tracking.peak_tracking_error for tracking in result.metrics.tracking}
-    errors = worst_of(result.plan, tracking or result.metrics.end_errors)
-    return "; ".join([f"simulated for {result.time[-1]:.4g} s, {result.outcome}", *(
+    at_end = {} if result.metrics.ended_off else result.metrics.end_errors   # how far off it ended is said
+    errors = worst_of(result.plan, tracking or at_end)
+    return "; ".join([f"simulated for {result.time[-1]:.4g} s, {result.ending}", *(
         f"worst {'tracking error' if tracking else 'error at the end'} {error}" for error in errors),
         *sums(claims)[:1]])
 
@@ -336,9 +339,9 @@ def sums(claims: Sequence[ClaimResult]) -> list[str]:
 def short_outcome(result: RunResult) -> str:
     """The same in as few words as a table has room for: what made the run fail, or its error at the end."""
     if result.metrics is None:
-        return ", ".join(troubles(result))
-    first = [f"{event.word} at {event.time:.3f} s" for event in events(result.metrics)[:1]]
-    return ", ".join([result.outcome, *(first or worst_of(result.plan, result.metrics.end_errors))])
+        return result.ending
+    said = ending(result.plan, result.metrics, brief=True)
+    return ", ".join([said, *(worst_of(result.plan, result.metrics.end_errors) if said == COMPLETED else [])])
 
 
 def worst_of(plan: RunPlan, errors: Mapping[str, float]) -> list[str]:

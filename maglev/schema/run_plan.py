@@ -131,7 +131,7 @@ class Motor(Table):
 
 
 class MetricSettings(Table):
-    """What is measured: settling bands, the start of steady tracking, and the end error that is a failure."""
+    """What is measured: settling bands, the start of steady tracking, and the end error that is let pass."""
 
     PLACE = "[metrics]"
 
@@ -140,7 +140,7 @@ class MetricSettings(Table):
     tilt_bands: list[Annotated[Radians, Field(gt=0.0)]] = Field(default=[], description="the same of rotations")
     tracking_from: Seconds | None = Field(default=None, description="time from which a moving reference is tracked "
                                           "steadily: tracking errors count from there")
-    fail_error: Metres = Field(default=1e-3, gt=0.0, description="error at the end that is a failure")
+    fail_error: Metres = Field(default=1e-3, gt=0.0, description="error at the end beyond which a run ended off target")
     fail_tilt: Radians = Field(   # 1 mm at the motors of the 5-DOF stage, 200 mm from the centre
         default=5e-3, gt=0.0, description="the same of rotations")
 
@@ -149,7 +149,7 @@ class MetricSettings(Table):
         return self.tilt_bands if axis.rotation else self.bands
 
     def fail_error_of(self, axis: Axis) -> float:
-        """Error (m or rad) of an axis that is a failure."""
+        """Error (m or rad) of an axis beyond which a run ends off target."""
         return self.fail_tilt if axis.rotation else self.fail_error
 
 

@@ -14,8 +14,10 @@ from maglev.schema.run_plan import RunPlan
 from maglev.studies.schema import Limit
 from maglev.units import parse_quantity, read_quantity, refused_as, si_unit
 
-# Of every run; inf for what never happened. 1 of `failed`: a stop was touched, a trip, or too large an error.
-EVENTS = ("failed", "trip time", "stop contact time", "lost setpoints")
+# Of every run; inf for what never happened. 1 of `failed`: a stop was touched, or a trip; of `ended off`: too large an
+# error at the end.
+FLAWS = ("failed", "ended off")
+EVENTS = (*FLAWS, "trip time", "stop contact time", "lost setpoints")
 
 METADATA = b"maglev"    # key of a dataset's metadata, JSON
 AT_STEP = " at t = "   # in the name of a metric of one step
@@ -96,7 +98,7 @@ def as_named(band: str) -> str:
 
 
 def passed(columns: Iterable[Column], values: Iterable[float], failure: str | None, limited: bool) -> bool:
-    """Whether a sample passes: completed and within all limits; without limits, not failed."""
+    """Whether a sample passes: completed and within all limits; without limits, neither failed nor ended off."""
     return failure is None and all(
-        column.passes(value) if limited else column.name != "failed" or isnan(value) or value == 0.0
+        column.passes(value) if limited else column.name not in FLAWS or isnan(value) or value == 0.0
         for column, value in zip(columns, values, strict=True))

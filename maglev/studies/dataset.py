@@ -15,7 +15,7 @@ import pyarrow.parquet as pq
 
 from maglev.errors import MaglevError, in_one_line
 from maglev.studies.batch.samples import BatchResult
-from maglev.studies.columns import METADATA, passed
+from maglev.studies.columns import FLAWS, METADATA, passed
 from maglev.studies.planning import PlannedStudy
 from maglev_files.regular_file import regular
 from maglev_files.whole_file import whole_file
@@ -102,9 +102,10 @@ def samples_schema(planned: PlannedStudy) -> pa.Schema:
                  for i, (name, unit) in enumerate(planned.varied.items())),
                *((target.name, flags if target.boolean else numbers, target.unit, "setting")
                  for target in job.targets if target.name not in planned.varied),
-               *((column.name, flags if column.name == "failed" else numbers, column.unit, "metric")
+               *((column.name, flags if column.name in FLAWS else numbers, column.unit, "metric")
                  for column in job.columns),
-               ("passed", flags, "", "verdict"), ("failure", pa.string(), "", "verdict")]
+               ("passed", flags, "", "verdict"), ("ending", pa.string(), "", "verdict"),
+               ("failure", pa.string(), "", "verdict")]
     return pa.schema([pa.field(name, kind, metadata={"unit": unit, "role": role})
                       for name, kind, unit, role in columns], metadata=metadata(planned.about))
 
@@ -115,7 +116,8 @@ def samples_table(planned: PlannedStudy, result: BatchResult, schema: pa.Schema)
     columns: dict[str, Any] = {target.name: planned.values[rows, i] for i, target in enumerate(job.targets)}
     columns |= zip(planned.varied, planned.design[rows].T, strict=True)
     columns |= {column.name: result.values[:, i] for i, column in enumerate(job.columns)}
-    columns |= {"sample": np.arange(rows.start, rows.stop), "failure": list(result.failures), "passed": [
+    columns |= {"sample": np.arange(rows.start, rows.stop), "ending": list(result.endings),
+                "failure": list(result.failures), "passed": [
         passed(job.columns, row, failure, bool(planned.study.limits))
         for row, failure in zip(result.values.tolist(), result.failures, strict=True)]}
     return pa.table([pa.array(columns[field.name], from_pandas=True).cast(field.type) for field in schema],

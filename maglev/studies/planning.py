@@ -73,7 +73,7 @@ def plan_study(study: StudyFile, experiment: Experiment, origin: str, out: Path,
     varied = {parameter.column: "" if parameter.mode == "factor" else
               next(target.unit.removeprefix("1") for target in targets if target.column == i)
               for i, parameter in enumerate(study.vary)}
-    for name in {parameter.column for parameter in study.vary} & {*known, "sample", "passed", "failure"}:
+    for name in {parameter.column for parameter in study.vary} & {*known, "sample", "passed", "ending", "failure"}:
         raise ScenarioError(f"{origin}: vary.name = {name!r}: expected another name than that of a metric")
     job = replace(job, key=study_key(job, values, varied, design, bool(study.limits)))
     return PlannedStudy(study, job, varied, about(study, job, experiment, run, count), design, values,

@@ -13,7 +13,7 @@ from maglev.experiment.execution import expected
 from maglev.experiment.preparation import Experiment
 from maglev.linear.design import gains_of
 from maglev.studies.batch.samples import Job
-from maglev.studies.columns import Column, columns_of, metric_names, named_values
+from maglev.studies.columns import FLAWS, Column, columns_of, metric_names, named_values
 from maglev.studies.design import samples
 from maglev.studies.key import study_key
 from maglev.studies.planning import job_of, require_alone
@@ -30,7 +30,7 @@ DIGITS = 5   # of the parameters that are run, and written: those of the publish
 
 @dataclass(frozen=True)
 class Cost:
-    # What is measured, with the limits on it; the first is `failed`, which every tuning limits.
+    # What is measured, with the limits on it; the first are the flaws, which every tuning limits.
     columns: tuple[Column, ...]
     minimised: tuple[int, ...]          # numbers of columns
     # By number of a column: how many times what it is with the scenario's own values it may be.
@@ -151,7 +151,7 @@ def plan_tuning(tuning: TuneFile, experiment: Experiment, origin: str) -> Planne
     target_values([replace(target, column=i) for i, target in enumerate(searched)], ends, origin)
     known = named_values(plan, expected(experiment))
     columns = columns_of(known, [*tuning.minimise, *tuning.times_before], tuning.limits, origin)
-    columns = [replace(column, max=0.0) if column.name == "failed" else column for column in columns]
+    columns = [replace(column, max=0.0) if column.name in FLAWS else column for column in columns]
     cost = Cost(tuple(columns), column_numbers(columns, known, tuning.minimise, origin),
                 {i: times for name, times in tuning.times_before.items()
                  for i in column_numbers(columns, known, [name], origin)}, tuning.over)

@@ -29,7 +29,7 @@ from maglev.quantities import metric_text
 from maglev.report.plain import heading, result_table
 from maglev.studies.batch.batches import RunBatches, batches_of
 from maglev.studies.batch.samples import BatchResult
-from maglev.studies.columns import EVENTS
+from maglev.studies.columns import EVENTS, FLAWS
 from maglev.studies.parts import Parts
 from maglev.tuning.planning import Cost, PlannedTuning
 from maglev.tuning.schema import TuneFile
@@ -162,7 +162,7 @@ def show_result(console: Console, tuning: TuneFile, cost: Cost, result: SearchRe
         heads = ("median before", "after", "largest before", "after", "without end before", "after", "less on")
         console.print(result_table(title, ("metric", *heads), (
             row(column.name, before[:, i], after[:, i], column.unit) for i, column in enumerate(cost.columns)
-            if column.name not in EVENTS or column.name == "failed")))
+            if column.name not in EVENTS or column.name in FLAWS)))
         console.print(f"{(cost.excess(after[None], before) == 0.0).mean():.0%} of the plants within all limits",
                       highlight=False)
     console.print(", ".join(f"{name} = {value:g}" for name, value in result.parameters.items()), highlight=False)

@@ -19,6 +19,7 @@ def table(values: np.ndarray[Any, Any], points: np.ndarray[Any, Any], failure: s
     roles = {"plant.a": b"varied", "plant.b": b"varied", "overshoot of v": b"metric"}
     columns = {"sample": range(number), "plant.a": points[:, 0], "plant.b": points[:, 1], "overshoot of v": values,
                "failed": [False] * number, "passed": [True] * number,
+               "ending": ["did not complete: " + failure if failure else "completed"] + ["completed"] * (number - 1),
                "failure": pa.array([failure] + [None] * (number - 1), pa.string())}
     made = pa.table(columns)
     return made.cast(pa.schema([field.with_metadata({b"unit": b"", b"role": roles.get(field.name, b"")})

@@ -114,7 +114,7 @@ class Study:
         xarray, frame, units = extra("xarray", "data"), self.to_pandas(), self.units
         dimensions = [varied["name"] for varied in self.about["vary"]]
         settings = [name for name in self.about["targets"] if name in frame and name not in dimensions]
-        grid = frame.drop(columns=[*settings, "failure"]).set_index(dimensions)
+        grid = frame.drop(columns=[*settings, "ending", "failure"]).set_index(dimensions)
         dataset = xarray.Dataset.from_dataframe(grid)
         for name in dataset.variables:
             dataset[name].attrs["units"] = units.get(str(name), "")

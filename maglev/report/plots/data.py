@@ -4,6 +4,7 @@ from collections.abc import Mapping, Sequence
 from typing import Any
 
 from maglev.experiment.execution import RunResult
+from maglev.judging.endings import events
 from maglev.judging.verdicts import Judgements
 from maglev.live import content
 from maglev.pages.panels import PANELS, panel_kinds
@@ -21,7 +22,6 @@ from maglev.report.plots.figures import (
 from maglev.report.plots.lines import panel_levels, panel_lines
 from maglev.report.plots.marks import figure_bounds, figure_marks
 from maglev.report.plots.series import pack
-from maglev.report.status import events
 from maglev.report.what_if import NOTHING, Again
 
 MOST_ROWS = 16000            # of a signal
@@ -63,7 +63,7 @@ def run_signals(result: RunResult, shown: Sequence[Shown], most: int, kinds: Seq
         "title": plan.title,
         "axes": {name: {"position": axis.position, "reference": axis.reference} for name, axis in plan.axes.items()},
         "motors": {name: {"currents": motor.currents} for name, motor in plan.motors.items()},
-        "events": [{"time": event.time, "text": event.words} for event in events(result.metrics)],
+        "events": [{"time": event.time, "text": event.text()} for event in events(result.metrics)],
         "windows": plan.windows,
         **packed,
     }

@@ -8,12 +8,13 @@ import numpy as np
 
 from maglev.cosim.master import Recording
 from maglev.experiment.execution import RunResult
+from maglev.judging.endings import events
 from maglev.pages.panels import PANELS
 from maglev.pages.shell import colour
 from maglev.pictures import new_figure
 from maglev.report.plots.figures import Panel, axis_of, own_outputs, recorded_columns, run_colours
 from maglev.report.plots.lines import panel_levels, panel_lines
-from maglev.report.status import events, shown_until
+from maglev.report.status import shown_until
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -133,6 +134,6 @@ def mark_events(figure: "Figure", runs: Mapping[str, RunResult]) -> Iterator[str
     for label, run in runs.items():
         css = f"run-{run_colours(runs)[label]}" if label else "bad"
         for event in events(run.metrics):
-            yield f"\n{label} {event.words} at {event.time:.3f} s (dashed)".replace("\n ", "\n")
+            yield f"\n{label} {event.text()} (dashed)".replace("\n ", "\n")
             for panel in figure.axes:
                 panel.axvline(event.time, color=colour(css), linewidth=1.0, linestyle="--")

@@ -71,7 +71,7 @@ function panelMarks(figure, p, end) {
 
 /** When a stop was touched or a controller tripped. */
 const instantsOf = (runs) => runs.flatMap(({ name, label, css = "bad" }) => report.runs[name].events.map(({ time, text }) => ({
-  x: time, css, dash: "dash", name: `${runs.length > 1 ? `${label} ` : ""}${text} at ${time.toFixed(3)} s` })));
+  x: time, css, dash: "dash", name: `${runs.length > 1 ? `${label} ` : ""}${text}` })));
 
 function figurePanels(id) {
   const figure = report.figures[id];

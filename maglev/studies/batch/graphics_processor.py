@@ -19,6 +19,7 @@ from maglev.arrays import Array
 from maglev.cosim.blocks.block_loop import DONE, FUNCTION_FILE, LOOP_FILE, RUN_FILE, BlockLoop, Common, words_of
 from maglev.cosim.blocks.graphics_processor import driver, kernels, launch, sent
 from maglev.errors import MaglevError, ScenarioError, option
+from maglev.judging.endings import endings
 from maglev.schema.settings import REFERENCE
 from maglev.studies.batch.measuring import Found, Meter, Observer, complete
 from maglev.studies.batch.repeated_run import RepeatedRun
@@ -310,11 +311,12 @@ class Device:
             ended, group = done[group], group[done[group]]
             if not len(group):
                 continue
-            rows = metric_rows(job, meter.metrics(found["whole"][group], own.reshape(len(ended), -1)[ended],
-                                                  found["of_events"][group]))
+            metrics = meter.metrics(found["whole"][group], own.reshape(len(ended), -1)[ended],
+                                    found["of_events"][group])
+            rows = zip(metric_rows(job, metrics), endings(job.experiment.plan, metrics), strict=True)
             kept = found["kept"][group] if "kept" in found else [None] * len(group)
-            for k, values, trajectories in zip(group.tolist(), rows, kept, strict=True):
-                yield begun.samples[k], Sample(values, None, trajectories)
+            for k, (values, said), trajectories in zip(group.tolist(), rows, kept, strict=True):
+                yield begun.samples[k], Sample(values, said, None, trajectories)
 
 
 def free(cupy: Any) -> int:

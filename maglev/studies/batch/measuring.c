@@ -49,6 +49,7 @@ struct whole {
     double squares[AXES], end[AXES], tracking[AXES], peak[AXES], beyond[AXES];
     double highest[AMOUNTS], sum[AMOUNTS];
     double flag[FLAGS];                       /* first sample with it, -1 for none */
+    double flag_position[FLAGS * AXES], flag_error[FLAGS * AXES];   /* there */
     double before[AXES], flag_before[FLAGS];  /* at the sample before the first step */
 };
 
@@ -210,6 +211,10 @@ static inline void measure(const struct given *given, struct meter *meter, struc
     for (int i = 0; i < FLAGS; ++i) {
         if (seen->flag[i] != 0.0 && whole->flag[i] < 0.0) {
             whole->flag[i] = (double)k;
+            for (int a = 0; a < AXES; ++a) {
+                whole->flag_position[i * AXES + a] = seen->position[a];
+                whole->flag_error[i * AXES + a] = seen->position[a] - seen->reference[a];
+            }
         }
     }
     if (meter->window + 1 < given->windows && k == given->starts[meter->window + 1]) {

@@ -14,8 +14,9 @@ from typing import Any, NamedTuple
 import numpy as np
 import numpy.typing as npt
 
-from maglev.arrays import Array
+from maglev.arrays import Array, Texts
 from maglev.cosim.blocks.block_loop import BlockLoop
+from maglev.judging.flagged_axes import axes_at_stops, axes_furthest_off
 from maglev.judging.metrics import (
     COPPER,
     STEADY_SHARE,
@@ -113,7 +114,8 @@ class Measuring:
         window = struct(highest=axes, lowest=axes, steady=axes, outside=banded, end=axes, flagged=flags,
                         flag_at_end=flags)
         return {"whole": struct(squares=axes, end=axes, tracking=axes, peak=axes, beyond=axes, highest=amounts,
-                                sum=amounts, flag=flags, before=axes, flag_before=flags),
+                                sum=amounts, flag=flags, flag_position=flags * axes, flag_error=flags * axes,
+                                before=axes, flag_before=flags),
                 "window": window,
                 "event": struct(peak=axes, integral=axes, outside=banded, squares=motors, loss=motors, changes=amounts),
                 "meter": np.dtype([("window", np.int64), ("present", window),
@@ -203,7 +205,20 @@ class Meter:
             rms_errors={axis: np.sqrt(whole["squares"][:, i] / points) for i, axis in enumerate(measuring.axes)},
             events=tuple(self.responses(events)),
             lost_setpoints=self.lost(whole, windows), stop_contact_time=contact, trip_time=trip,
-            failed=np.any([contact < math.inf, trip < math.inf, *lost], 0))
+            failed=(contact < math.inf) | (trip < math.inf), ended_off=np.any([*lost, np.zeros(len(whole), bool)], 0),
+            stop_axis=self.axis_at(whole, plan.stop_flag), trip_axis=self.axis_at(whole, plan.trip_flag))
+
+    def axis_at(self, whole: Structs, flag: str | None) -> Texts:
+        """Axes on which runs first had a flag, of a stop or of the trip; empty without one."""
+        if flag is None or not self.measuring.axes:
+            return np.full(len(whole), "")
+        number, plan, axes = self.measuring.flags.index(flag), self.measuring.plan, len(self.measuring.axes)
+        positions, errors = (whole[name].reshape(len(whole), -1, axes)[:, number]
+                             for name in ("flag_position", "flag_error"))
+        is_set = whole["flag"][:, number] >= 0.0
+        positions, errors = (np.where(is_set[:, None], values, 0.0) for values in (positions, errors))
+        return np.where(is_set, axes_at_stops(plan, positions, errors) if flag == plan.stop_flag else
+                        axes_furthest_off(plan, errors), "")
 
     def fail_error(self, axis: str) -> float:
         """Error (m, rad) of an axis that is a failure."""

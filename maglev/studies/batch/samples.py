@@ -17,6 +17,7 @@ from maglev.cosim.other_process.helper import STARTED_WITHIN, checked, other_pro
 from maglev.cosim.step_loop import LIBRARY
 from maglev.errors import MaglevError, in_one_line
 from maglev.experiment.preparation import Experiment
+from maglev.judging.endings import ABORTED, ending, endings
 from maglev.judging.metrics import ManyMetrics, Metrics, columns_needed, run_metrics
 from maglev.packages.installed import code
 from maglev.processes.beside import Forged, Gone, Said, Send, Silent
@@ -77,6 +78,7 @@ class BatchResult:
     # Metrics, SI, shape (samples, columns); NaN where a sample was not completed, or has no such metric.
     values: Array
     failures: tuple[str | None, ...]    # why a sample was not completed
+    endings: tuple[str, ...] = ()       # how each ended, in words
     trajectories: Array | None = None   # shape (samples, rows, signals)
 
 
@@ -104,12 +106,13 @@ class Sample(NamedTuple):
     """One sample that was run."""
 
     values: Array                        # metrics, shape (columns,)
+    ending: str                          # in words
     failure: str | None = None           # why it was not completed
     trajectories: Array | None = None    # shape (rows, signals)
 
 
 def failed_sample(job: Job, why: str) -> Sample:
-    return Sample(np.full(len(job.columns), nan), why)
+    return Sample(np.full(len(job.columns), nan), f"{ABORTED}: {why}", why)
 
 
 def run_samples(job: Job, values: Array, loaded: Callable[[], None] | None = None,
@@ -135,7 +138,7 @@ def run_samples(job: Job, values: Array, loaded: Callable[[], None] | None = Non
             except MaglevError as error:
                 yield failed_sample(job, in_one_line(error))
                 continue
-            yield Sample(metric_rows(job, metrics)[0], None, kept) if found is None else found
+            yield found or Sample(metric_rows(job, metrics)[0], ending(plan, metrics), None, kept)
 
 
 def sampled_in_order(job: Job, ran: Sequence[Sample | Found]) -> list[Sample]:
@@ -144,9 +147,12 @@ def sampled_in_order(job: Job, ran: Sequence[Sample | Found]) -> list[Sample]:
     for one in ran:
         if isinstance(one, Found):
             together.setdefault(one.meter, []).append(one)
-    rows = {meter: iter(metric_rows(job, meter.metrics(*map(np.concatenate, [*zip(*found, strict=True)][1:4]))))
+    many = {meter: meter.metrics(*map(np.concatenate, [*zip(*found, strict=True)][1:4]))
             for meter, found in together.items()}
-    return [Sample(next(rows[one.meter]), None, one.kept) if isinstance(one, Found) else one for one in ran]
+    plan = job.experiment.plan
+    rows = {meter: zip(metric_rows(job, metrics), endings(plan, metrics), strict=True)
+            for meter, metrics in many.items()}
+    return [Sample(*next(rows[one.meter]), None, one.kept) if isinstance(one, Found) else one for one in ran]
 
 
 def metric_rows(job: Job, metrics: Metrics | ManyMetrics) -> Array:
@@ -166,7 +172,8 @@ def gathered(job: Job, first: int, samples: Iterable[Sample | Found]) -> BatchRe
         kept = np.full((len(done), *next(iter(given.values())).shape), nan)
         for row, trajectories in given.items():
             kept[row] = trajectories
-    return BatchResult(first, rows, tuple(sample.failure for sample in done), kept)
+    return BatchResult(first, rows, tuple(sample.failure for sample in done),
+                       tuple(sample.ending for sample in done), kept)
 
 
 def run_batch(job: Job, first: int, values: Array, ended: c_int64 | None = None) -> BatchResult:
@@ -218,7 +225,8 @@ def sample_of(job: Job, said: Said, most: int) -> Sample:
     sample: Sample = checked(said, Sample)
     rows = len(job.experiment.times[::job.every])
     kept = None if sample.trajectories is None else (sample.trajectories.dtype.kind, sample.trajectories.shape)
-    if (most < 1 or (sample.values.dtype.kind, sample.values.shape) != ("f", (len(job.columns),))
+    if (most < 1 or type(sample.ending) is not str
+            or (sample.values.dtype.kind, sample.values.shape) != ("f", (len(job.columns),))
             or kept not in (None, ("f", (rows, len(job.kept))))):
         raise Forged
     return sample

@@ -12,6 +12,7 @@ import numpy as np
 import pyarrow as pa
 
 from maglev.arrays import Array
+from maglev.judging.endings import COMPLETED, severity
 from maglev.linear.text import unbroken
 from maglev.live.content import NAME as LIVE_PAGE
 from maglev.maps.law_map import LawMap, maps_data
@@ -186,12 +187,9 @@ def worst_table(table: pa.Table, about: Mapping[str, Any], metrics: Sequence[tup
 
 
 def worst(table: pa.Table, about: Mapping[str, Any], metrics: Sequence[tuple[str, str]]) -> list[tuple[int, str]]:
-    """Numbers of the worst samples and why: not completed, failed, then the largest of each metric."""
-    reasons: dict[int, str] = {sample: why for sample, why in enumerate(table["failure"].to_pylist())
-                               if why is not None}
-    for sample, failed in enumerate(table["failed"].to_pylist()):
-        if failed:
-            reasons.setdefault(sample, "failed: a stop, a trip, or a large error at the end")
+    """Numbers of the worst samples and why: how they ended if not well, then the largest of each metric."""
+    ends = sorted(enumerate(table["ending"].to_pylist()), key=lambda item: severity(item[1]))
+    reasons = {sample: said for sample, said in ends if said != COMPLETED}
     limited = [item for item in metrics if item[0] in about["limits"]]
     for name, unit in limited or metrics:
         if name in ("trip time", "stop contact time"):   # of all others, less is better

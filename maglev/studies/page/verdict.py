@@ -8,6 +8,7 @@ import numpy as np
 import pyarrow as pa
 
 from maglev.arrays import Array, Bools
+from maglev.judging.endings import cause
 from maglev.quantities import metric_text, shown_in
 from maglev.report.findings import html_table
 from maglev.studies.page.text import beyond_limits, numbers, units_of
@@ -19,9 +20,10 @@ def failing(table: pa.Table, about: Mapping[str, Any]) -> list[tuple[str, str, B
     reasons = [(name, reason(about, name, units[name]), beyond_limits(numbers(table, name), about, name))
                for name in about["limits"]]
     if not about["limits"]:
-        reasons.append(("", "a stop touched, a trip, or a large error at the end",
-                        np.array([bool(value) for value in table["failed"].to_pylist()])))
-    reasons.append(("", "not completed", np.array([why is not None for why in table["failure"].to_pylist()])))
+        causes = [*map(cause, table["ending"].to_pylist())]
+        reasons += [("", words, np.array([each == words for each in causes])) for words in sorted({*causes} - {""})]
+    else:
+        reasons.append(("", "not completed", np.array([why is not None for why in table["failure"].to_pylist()])))
     return sorted((item for item in reasons if item[2].any()), key=lambda item: -item[2].sum())
 
 

@@ -86,9 +86,10 @@ def test_a_tie_has_no_winner_and_two_that_are_alike_share_a_win() -> None:
     assert (three.best, three.lead) == (("a", "b"), 1.3)
 
 
-def test_a_run_that_failed_wins_nothing() -> None:
-    crash = Measure("failed", "", None, 1.0, "")
-    held = Measure("failed", "", None, 0.0, "")
+@pytest.mark.parametrize("flaw", ["failed", "ended off"])
+def test_a_run_that_failed_or_ended_off_wins_nothing(flaw: str) -> None:
+    crash = Measure(flaw, "", None, 1.0, "")
+    held = Measure(flaw, "", None, 0.0, "")
     rows = measure_rows({"crash": [*settled(0.5), crash], "a": [*settled(1.0), held], "b": [*settled(2.0), held]})
     assert [row.best for row in rows] == [("a",)]
     assert [row.best for row in summary(rows)] == [("a",)]
@@ -149,9 +150,9 @@ def test_of_more_than_two_the_verdict_counts_where_all_were_measured(plan: RunPl
 
 
 def test_the_verdict_is_for_who_held_alone(plan: RunPlan) -> None:
-    lost, said = recorded(plan, failed=True, stop_contact=0.25), "b failed, touched an end stop at 0.250 s."
-    assert comparison_verdict({"a": recorded(plan), "b": lost}, []) == f"Only a completed without a failure; {said}"
-    assert comparison_verdict({"b": lost}, []) == f"No run completed without a failure; {said}"
+    lost, said = recorded(plan, failed=True, stop_contact=0.25), "b failed: touched an end stop at 0.250 s."
+    assert comparison_verdict({"a": recorded(plan), "b": lost}, []) == f"Only a completed; {said}"
+    assert comparison_verdict({"b": lost}, []) == f"No run completed; {said}"
     assert comparison_verdict({"a": recorded(plan)}, []) == "a completed."
 
 
@@ -164,7 +165,7 @@ def test_a_controller_has_its_colour_and_others_a_free_one() -> None:
 @given(st.dictionaries(st.sampled_from("abcde"), st.floats(0.0, math.inf), min_size=1),
        st.frozensets(st.sampled_from("abcde")))
 def test_the_best_are_those_that_no_other_that_held_beats(values: dict[str, float], failed: frozenset[str]) -> None:
-    found = Row("rms error", "y", None, "m", values, failed).best
+    found = Row("rms error", "y", None, "m", values, dict.fromkeys(failed, "failed")).best
     held = {label: value for label, value in values.items() if label not in failed}
     assert set(found) <= set(held)
     assert all(values[label] < other for label in found for name, other in held.items() if name not in found)

@@ -67,7 +67,7 @@ def test_errors_of_the_whole_run(metrics: Metrics) -> None:
         exact = fraction(errors)
         assert metrics.rms_errors[axis] == math.sqrt(mean([error * error for error in exact]))
         assert metrics.end_errors[axis] == abs(errors[-1])
-    assert metrics.failed                                         # by y, which ends 0.625 m away
+    assert not metrics.failed and metrics.ended_off == {"y": 0.625}
 
 
 def test_who_loses_which_setpoint(metrics: Metrics) -> None:

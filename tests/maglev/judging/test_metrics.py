@@ -27,7 +27,7 @@ TIME = np.arange(10001, dtype=float) * 1e-3
 def plan(**changes):
     return SimpleNamespace(**{
         "axes": {"y": Axis(position="plant.y.position", reference="controller.y.reference")},
-        "motors": {}, "stop_flag": None, "trip_flag": None, "events": [], "event_ends": [], "disturbances": [],
+        "motors": {}, "rig": None, "stop_flag": None, "trip_flag": None, "events": [], "event_ends": [], "disturbances": [],
         "metrics": MetricSettings(bands=[1e-4, 1e-5]), **changes})
 
 
@@ -99,9 +99,10 @@ def test_a_rotation_has_bands_and_a_limit_of_its_own():
     metrics = run_metrics(tilted, TIME, columns)
     assert [dict(step.settling_time) for step in metrics.steps] == [
         {1e-4: pytest.approx(0.999)}, {5e-3: pytest.approx(1.999), 1e-3: math.inf}]
-    assert metrics.failed and metrics.lost == (1.0,)
+    assert not metrics.failed and metrics.lost == (1.0,)
+    assert [*metrics.ended_off] == ["roll"]
     further = MetricSettings.model_validate({"fail_tilt": "4.1 mrad"})
-    assert not run_metrics(plan(axes=axes, metrics=further), TIME, columns).failed
+    assert run_metrics(plan(axes=axes, metrics=further), TIME, columns).ended_off == {}
     assert {(each.quantity, each.of, each.unit) for each in measures_of(tilted, metrics)} >= {
         ("settling time to 5 mrad", "roll", "s"), ("settling time to 0.1 mm", "y", "s"), ("end error", "roll", "rad")}
 
@@ -173,7 +174,7 @@ def test_failure():
     tripped = run_metrics(plan(**flags), TIME, hold(at_stop=never, tripped=late))
     assert (tripped.stop_contact, tripped.tripped, tripped.failed) == (None, 7.0, True)
     lost = run_metrics(plan(), TIME, hold(**{"plant.y.position": np.full_like(TIME, -1.1e-3)}))
-    assert (lost.failed, lost.end_errors["y"]) == (True, pytest.approx(1.1e-3))
+    assert (lost.failed, lost.ended_off) == (False, {"y": pytest.approx(1.1e-3)})
 
 
 def test_events_of_known_signals():

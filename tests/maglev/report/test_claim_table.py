@@ -49,8 +49,10 @@ def test_a_report_of_few_runs_begins_with_a_sentence_for_each():
     assert [each.text for each in page.of_class("said")] == [f"2dof-setpoints: {words}."]
     assert page.source.index('class="said"') < page.source.index("R. B. Owen")
     assert words not in page.with_id("figure-4-18").text and words in page.with_id("run-2dof-setpoints").text
-    tracking = recorded(SETPOINTS, tracking=(TrackingError("h", 1e-4, 3e-4, 0.0),), failed=True)
-    assert sentence(tracking, []) == "simulated for 0.5 s, failed; worst tracking error 0.3 mm on h"
+    tracking = recorded(SETPOINTS, tracking=(TrackingError("h", 1e-4, 3e-4, 0.0),), failed=True,
+                        tripped=0.25, trip_axis="h")
+    assert sentence(tracking, []) == (
+        "simulated for 0.5 s, failed: the controller tripped on h at 0.250 s; worst tracking error 0.3 mm on h")
     many = [recorded(packaged(name)) for name in packaged_runs() if name.startswith("2dof-step")]
     told = page_of(many)
     assert len(many) > 4 and told.of_class("said") == []
@@ -99,12 +101,13 @@ def test_a_failed_run_is_shown_with_what_went_wrong():
 
 
 def test_a_run_that_touches_a_stop_and_trips_says_so():
-    page = page_of([recorded(SETPOINTS, stop_contact=0.125, tripped=0.25)])
+    page = page_of([recorded(SETPOINTS, failed=True, stop_contact=0.125, tripped=0.25)])
     for identifier in ("run-2dof-setpoints", "figure-4-18"):
         assert "touched an end stop at 0.125 s" in page.with_id(identifier).text
         assert "the controller tripped at 0.250 s" in page.with_id(identifier).text
     assert page.data["runs"]["2dof-setpoints"]["events"] == [
-        {"time": 0.125, "text": "touched an end stop"}, {"time": 0.25, "text": "the controller tripped"}]
+        {"time": 0.125, "text": "touched an end stop at 0.125 s"},
+        {"time": 0.25, "text": "the controller tripped at 0.250 s"}]
 
 
 def test_a_run_without_claims_says_so():

@@ -42,9 +42,11 @@ def grid() -> tuple[pa.Table, dict[str, Any]]:
     passed = [row["plant.c"] < 4.0 * row["plant.a"] + 3.0 * row["plant.b"] for row in rows]
     made = pa.Table.from_pylist([{
         "sample": k, **row, "trip time": INF, "stop contact time": INF if passes else 0.1, "failed": float(not passes),
-        "passed": passes, "failure": None} for k, (row, passes) in enumerate(zip(rows, passed, strict=True))],
+        "passed": passes, "ending": "completed" if passes else "failed: touched an end stop at 0.100 s",
+        "failure": None} for k, (row, passes) in enumerate(zip(rows, passed, strict=True))],
         schema=pa.schema([("sample", pa.int64()), *((name, pa.float64()) for name in (
-            *SIDES, "trip time", "stop contact time", "failed")), ("passed", pa.bool_()), ("failure", pa.string())]))
+            *SIDES, "trip time", "stop contact time", "failed")), ("passed", pa.bool_()), ("ending", pa.string()),
+            ("failure", pa.string())]))
     roles = dict.fromkeys(SIDES, b"varied") | dict.fromkeys(("trip time", "stop contact time", "failed"), b"metric")
     return made.cast(pa.schema([field.with_metadata({b"unit": b"", b"role": roles.get(field.name, b"")})
                                 for field in made.schema])), RAN

@@ -15,6 +15,7 @@ import maglev
 from maglev.cosim import Order
 from maglev.experiment.ports.replacement import Replacement
 from maglev.experiment.preparation import Experiment, prepare
+from maglev.judging.endings import ending, endings
 from maglev.judging.metrics import phase_resistances, run_metrics
 from maglev.schema.layers import packaged_runs
 from maglev.schema.loading import load_plan
@@ -49,8 +50,9 @@ def require_same(trial: RepeatedRun, changes: Changes) -> None:
     meter, *forms, rows = measured
     plan = trial.experiment.plan
     time, columns = trial.run(changes)
-    expected = named_values(plan, run_metrics(plan, time, columns, phase_resistances(plan)(changes)))
-    found = named_values(plan, meter.metrics(*forms))
+    whole, many = run_metrics(plan, time, columns, phase_resistances(plan)(changes)), meter.metrics(*forms)
+    assert endings(plan, many) == [ending(plan, whole)]
+    expected, found = named_values(plan, whole), named_values(plan, many)
     assert list(found) == list(expected)
     for name, (value, unit) in expected.items():
         # As text, a NaN is itself; of a number, text is shortest, and so exact.

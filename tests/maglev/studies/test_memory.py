@@ -32,7 +32,7 @@ def zeros(job: Job, batches: list[Batch], _values: NDArray[np.float64],
     """Runs that take no time: results of the right shape."""
     for batch in batches:
         count = batch.last - batch.first
-        store(BatchResult(batch.first, np.zeros((count, len(job.columns))), (None,) * count,
+        store(BatchResult(batch.first, np.zeros((count, len(job.columns))), (None,) * count, ("completed",) * count,
                           np.zeros((count, 41, len(job.kept)))))
 
 
