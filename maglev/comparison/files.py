@@ -15,10 +15,9 @@ from maglev.comparison.table import Row, comparison_verdict, legend, measure_row
 from maglev.experiment.execution import RunResult, json_text, run_as_json, write_result
 from maglev.experiment.results import ResultFiles, write_csv
 from maglev.judging.measures import measures_of
-from maglev.linear.text import unbroken
 from maglev.pages import shell
 from maglev.pictures import write_figure
-from maglev.report.findings import html_table
+from maglev.report.findings import html_table, typeset
 from maglev.report.page import PLAYER, PLOT_SCRIPTS, json_in_html, plot_height, read
 from maglev.report.plain import heading, result_table
 from maglev.report.plots.data import figure_data, moving, runs_data
@@ -125,7 +124,7 @@ def comparison_page(name: str, title: str, runs: Mapping[str, RunResult], rows: 
     data = {"runs": runs_data(list(runs.values()), figures),
             "figures": {f"figure-{number}": figure_data(shown, {}) for number, shown in enumerate(figures)},
             "moving": {run.plan.name: film for run in [*recorded.values()][:1] if (film := moving(recorded))}}
-    said = escape(unbroken(comparison_verdict(runs, summary(rows))))
+    said = typeset(comparison_verdict(runs, summary(rows)))
     return shell.page(
         "compare", f"{escape(name)}: runs side by side", said, read("style.css"),
         shell.read("comparison.html", Path(__file__).parent),
@@ -152,7 +151,7 @@ def row_table(labels: Sequence[str], rows: Sequence[Row]) -> str:
     heads = [label + (f" ({flaw})" if (flaw := rows[0].flaws.get(label)) else "") for label in labels]
     return html_table(("quantity", *heads, *leads), (
         (escape(f"{row.quantity} of {row.of}{row.name.removeprefix(row.quantity)}"),
-         *(mark(escape(unbroken(row.text(label))), label in row.best) for label in labels),
+         *(mark(typeset(row.text(label)), label in row.best) for label in labels),
          *(row.ahead.strip("–").replace(" ", "\N{NO-BREAK SPACE}") for _ in leads))
         for row in rows),
         look="cards numbers")

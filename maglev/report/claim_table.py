@@ -20,8 +20,8 @@ from maglev.judging.verdicts import (
     specification,
     those_that_count,
 )
-from maglev.linear.text import unbroken
 from maglev.procedures.outcome import Outcome
+from maglev.report.findings import typeset
 from maglev.report.plots.charts import ShownChart
 from maglev.report.plots.figures import Shown, anchor, rig_name
 from maglev.report.plots.marks import FIGURE_LIST, FIGURE_NUMBER, cited_figures
@@ -70,7 +70,7 @@ def summarised_runs(results: Sequence[RunResult], judgements: Judgements) -> lis
 def run_sentences(results: Sequence[RunResult], judgements: Judgements) -> str:
     """What came of each run, in a sentence, where a report has few of them."""
     return "".join(f'<p class="said"><strong>{escape(result.plan.name)}</strong>: '
-                   f"{escape(unbroken(sentence(result, judgements.get(result.plan.name, ()))))}.</p>"
+                   f"{typeset(sentence(result, judgements.get(result.plan.name, ())))}.</p>"
                    for result in summarised_runs(results, judgements))
 
 
@@ -138,7 +138,7 @@ def claim_groups(results: Sequence[RunResult], judgements: Judgements, shown: Se
 def run_group(result: RunResult, claims: Sequence[ClaimResult], shown: Sequence[Shown | ShownChart]) -> str:
     name = result.plan.name
     status = "".join(f'<p class="status">⚠ {escape(text)}</p>' for text in run_status(result))
-    status += "".join(f"<p>{escape(unbroken(said))}</p>" for said in [sentence(result, claims)] if said)
+    status += "".join(f"<p>{typeset(said)}</p>" for said in [sentence(result, claims)] if said)
     figures = [figure for figure in shown if isinstance(figure, Shown) and figure.has(name)]
     return claim_group(anchor("run", name), name, result.plan.title, status, figure_links(figures),
                        claim_rows(name, claims, [*figures, *shown]), rig_name(name, result.plan))
@@ -187,8 +187,8 @@ def claim_row(identifier: str, result: ClaimResult, shown: Sequence[Shown | Show
     claim = result.claim
     reason = why(result) + what_if(result, own)
     cells = (("claim", escape(claim.text)), ("source", linked_source(claim.cited, shown)),
-             ("criterion", escape(unbroken(claim.criterion))),
-             ("measured", escape(unbroken(result.measured_text))),
+             ("criterion", typeset(claim.criterion)),
+             ("measured", typeset(result.measured_text)),
              ("verdict", f"{badge(result.verdict)}{reason}"))
     return (f'<tr id="{identifier}" data-verdict="{result.verdict}">'
             + "".join(f'<td data-label="{label}">{content or "–"}</td>' for label, content in cells
@@ -205,7 +205,7 @@ def what_if(result: ClaimResult, shown: Shown | ShownChart | None = None) -> str
     """What becomes of a claim without the friction that its reason blames, to unfold; with a link to its curves."""
     if result.without is None:
         return ""
-    measured = f": {escape(unbroken(result.without.measured_text))}" if result.without.measured_text else ""
+    measured = f": {typeset(result.without.measured_text)}" if result.without.measured_text else ""
     link = (f' <a href="#{shown.id}" data-without="{shown.id}">Its curves in {escape(shown.title)}</a>'
             if shown is not None else "")
     verdict = ("a run without it does not complete" if result.without.verdict == "not run"
@@ -234,9 +234,9 @@ def claims_of_figure(shown: Shown | ShownChart, judgements: Judgements) -> str:
     for name in shown.names:
         for k, result in enumerate(judgements.get(name, ())):
             if every or shown.number in cited_figures(result.claim.source):
-                measured = f" Measured: {escape(unbroken(result.measured_text))}" if result.measured_text else ""
+                measured = f" Measured: {typeset(result.measured_text)}" if result.measured_text else ""
                 # All bounds of figures have one text.
-                words = escape(unbroken(result.claim.criterion))
+                words = typeset(result.claim.criterion)
                 words = words if result.claim.figure is not None else f"{escape(result.claim.text)} ({words})"
                 items.append(f'<li data-verdict="{result.verdict}"><a href="#{anchor("claim", name, str(k))}">'
                              f"{badge(result.verdict)}</a> {words}.{measured} {why(result)}"

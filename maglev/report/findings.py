@@ -1,11 +1,20 @@
 """What the procedures found as HTML: tables of values, and what a reader should know about them."""
 
+import re
 from collections.abc import Iterable, Sequence
 from html import escape
 
 from fmi_export.pages.documentation import breakable
+from maglev.linear.text import unbroken
 from maglev.procedures.outcome import Outcome, ValueTable
 from maglev.report.plots.figures import anchor, rig_name
+
+MINUS = re.compile(r"(?<![\w.)\]-])-(?=\.?\d)")   # before a number, not in a name
+
+
+def typeset(text: str) -> str:
+    """HTML of a text with numbers: kept with their units, and with a minus sign, U+2212, before them."""
+    return escape(MINUS.sub("\N{MINUS SIGN}", unbroken(text)))
 
 
 def findings_section(outcomes: Iterable[Outcome]) -> str:
@@ -13,7 +22,7 @@ def findings_section(outcomes: Iterable[Outcome]) -> str:
     articles = []
     for outcome in outcomes:
         if outcome.tables or outcome.notes:
-            name, notes = outcome.settings.name, "".join(f"<li>{escape(note)}</li>" for note in outcome.notes)
+            name, notes = outcome.settings.name, "".join(f"<li>{typeset(note)}</li>" for note in outcome.notes)
             articles.append(f'<article id="{anchor("found", name)}" data-rig="{rig_name(name)}">'
                             f"<h3>{escape(outcome.settings.title)}</h3>"
                             f'<p class="origin"><a href="#{anchor("procedure", name)}">{escape(name)}</a></p>\n'
@@ -25,7 +34,7 @@ def findings_section(outcomes: Iterable[Outcome]) -> str:
 
 def value_table(table: ValueTable) -> str:
     """One table; the first cell of a row is its heading."""
-    return html_table(table.header, ([*map(escape, row)] for row in table.rows), table.title) + "\n"
+    return html_table(table.header, ([*map(typeset, row)] for row in table.rows), table.title) + "\n"
 
 
 def html_table(heads: Iterable[str], rows: Iterable[Sequence[str]], title: str = "", look: str = "") -> str:

@@ -11,11 +11,11 @@ from time import time
 
 from maglev.experiment.execution import RunResult
 from maglev.judging.verdicts import Judgements
-from maglev.linear.text import unbroken
 from maglev.live.content import NAME, can_run_live, live_address
 from maglev.pages import shell
 from maglev.procedures.outcome import Outcome
 from maglev.report import claim_table, findings, outcome_maps
+from maglev.report.findings import typeset
 from maglev.report.plots.charts import ShownChart, by_number, shown_charts
 from maglev.report.plots.data import figure_data, moving, runs_data
 from maglev.report.plots.figures import Shown, anchor, law_of, moving_runs, read_figures, rig_name, shown_figures
@@ -148,7 +148,7 @@ def run_about(run: RunResult, judgements: Judgements, live: bool, told: bool) ->
     """Name of a run with links, what came of it unless that was told, and what went wrong."""
     name = run.plan.name
     linked = f'<a href="#{anchor("run", name)}">{escape(name)}</a>' if is_listed(run, judgements) else escape(name)
-    said = "" if told else escape(unbroken(sentence(run, judgements.get(name, ()))))
+    said = "" if told else typeset(sentence(run, judgements.get(name, ())))
     warned = [modification(run)] if said and modification(run) else [] if said else run_status(run)
     return "; ".join([linked + (live_link(run) if live else ""), *([said] if said else []),
                       *(f'<span class="status">⚠ {escape(text)}</span>' for text in warned)])

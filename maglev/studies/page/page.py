@@ -13,12 +13,11 @@ import pyarrow as pa
 
 from maglev.arrays import Array
 from maglev.judging.endings import COMPLETED, severity
-from maglev.linear.text import unbroken
 from maglev.live.content import NAME as LIVE_PAGE
 from maglev.maps.law_map import LawMap, maps_data
 from maglev.pages import shell
 from maglev.quantities import metric_text, shown_in
-from maglev.report.findings import html_table
+from maglev.report.findings import html_table, typeset
 from maglev.report.page import json_in_html, read
 from maglev.studies.columns import EVENTS
 from maglev.studies.page.again import command_of, row_link, why_no_replay
@@ -148,9 +147,9 @@ def quantiles_table(table: pa.Table, about: Mapping[str, Any]) -> str:
     limited, others = [], []
     for name, unit, values in metrics_of(table):
         if len(values) and (varies(values) or name not in EVENTS):
-            cells = [*map(escape, map(unbroken, quantiles(name, unit, values)))]
+            cells = [*map(typeset, quantiles(name, unit, values))]
             if name in about["limits"]:
-                limited.append([*cells, escape(unbroken(limits_text(about, name, unit))),
+                limited.append([*cells, typeset(limits_text(about, name, unit)),
                                 str(beyond_limits(values, about, name).sum())])
             else:
                 others.append(cells)
@@ -174,7 +173,7 @@ def worst_table(table: pa.Table, about: Mapping[str, Any], metrics: Sequence[tup
                        f"{scales[parameter['name']][0]}".rstrip() for parameter in about["vary"])
         link = (f' <a class="screen" href="{escape(row_link(about, row))}" aria-label="open it live: sample {sample}">'
                 "open it live</a>") if linked else ""
-        rows.append((str(sample), escape(unbroken(reason)), escape(unbroken(at)),
+        rows.append((str(sample), typeset(reason), typeset(at),
                      f"<code>{escape(command_of(about, row))}</code> "
                      f'<button type="button" class="copy">Copy</button>{link}'))
     if not rows:

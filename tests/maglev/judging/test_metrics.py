@@ -27,7 +27,8 @@ TIME = np.arange(10001, dtype=float) * 1e-3
 def plan(**changes):
     return SimpleNamespace(**{
         "axes": {"y": Axis(position="plant.y.position", reference="controller.y.reference")},
-        "motors": {}, "rig": None, "stop_flag": None, "trip_flag": None, "events": [], "event_ends": [], "disturbances": [],
+        "motors": {}, "rig": None, "stop_flag": None, "trip_flag": None, "events": [], "event_ends": [],
+        "disturbances": [],
         "metrics": MetricSettings(bands=[1e-4, 1e-5]), **changes})
 
 
