@@ -10,7 +10,7 @@ from math import isinf, isnan
 from typing import Any
 
 from fmi_export.language.helpers import CHECKED, EXTREMES, HELPERS, NEEDS
-from fmi_export.language.layout import Layout
+from fmi_export.language.layout import LARGEST, Layout
 from fmi_export.language.names import identifier
 from fmi_export.language.program import (
     BOOL,
@@ -239,8 +239,11 @@ class FunctionText:
         name = identifier(loop.name)
         sign = "<" if loop.step > 0 else ">"
         count = f"++{name}" if loop.step == 1 else f"--{name}" if loop.step == -1 else f"{name} += {loop.step}"
-        self.out(depth, f"for (int64_t {name} = {self.expression(loop.start)}; {name} {sign} "
-                        f"{self.expression(loop.stop, BINDS['<'] + 1)}; {count}) {{")
+        stop = self.expression(loop.stop, BINDS["<"] + 1)
+        if abs(loop.step) > 1 and not (isinstance(loop.stop, Const) and abs(loop.stop.value + loop.step) < LARGEST):
+            self.whole.helpers.add("next_turn")
+            count = f"{name} = next_turn({name}, {c_literal(loop.step)}, {stop})"
+        self.out(depth, f"for (int64_t {name} = {self.expression(loop.start)}; {name} {sign} {stop}; {count}) {{")
         self.block(loop.body, depth + 1)
         self.out(depth, "}")
 

@@ -59,6 +59,9 @@ COMPARED: dict[type[ast.cmpop], str] = {ast.Lt: "<", ast.LtE: "<=", ast.Gt: ">",
 
 CONVERTED: dict[Type, type] = {FLOAT: float, INT: int, BOOL: bool}
 TOO_LARGE = "a whole number beyond 2^63"
+# How operators of whole numbers fail, of which helpers tell the first by the number of a place, the second by the next.
+FAILURES = {"//": ("division by zero", TOO_LARGE), "%": ("division by zero",),
+            "<<": ("a shift by less than 0", TOO_LARGE), ">>": ("a shift by less than 0",)}
 
 
 class Expressions:
@@ -359,10 +362,10 @@ class Expressions:
                                        "&": a.value & b.value, "|": a.value | b.value, "^": a.value ^ b.value}[sign])
         if sign in "&|^" or (sign == ">>" and isinstance(b, Const) and 0 <= b.value < 63):
             return Operation(sign, (a, b), INT)
-        text = {"//": "division by zero", "%": "division by zero", ">>": "a shift by less than 0"}.get(sign, TOO_LARGE)
-        if sign in ("//", "%") and isinstance(b, Const) and b.value not in (0, -1):
+        if isinstance(b, Const) and sign in ("//", "%") and b.value not in ((0, -1) if sign == "//" else (0,)):
             return Operation(sign, (a, b), INT)
-        return Operation(sign, (a, b), INT, self.site(node, text))
+        sites = [self.site(node, text) for text in FAILURES.get(sign, (TOO_LARGE,))]
+        return Operation(sign, (a, b), INT, sites[0])
 
     def unary(self, node: ast.AST, op: ast.unaryop, operand: ast.expr) -> Expr:
         if isinstance(op, ast.Not):

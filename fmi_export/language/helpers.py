@@ -92,7 +92,7 @@ static inline int64_t product(int64_t a, int64_t b, int64_t *failure, int64_t pl
 static inline int64_t floor_quotient(int64_t a, int64_t b, int64_t *failure, int64_t place)
 {
     if (b == 0 || (b == -1 && a == INT64_MIN)) {
-        note_failure(failure, place);
+        note_failure(failure, b == 0 ? place : place + 1);
         return 0;
     }
     return a / b - (a % b != 0 && (a < 0) != (b < 0) ? 1 : 0);
@@ -118,10 +118,10 @@ static inline int64_t shifted_left(int64_t a, int64_t by, int64_t *failure, int6
         return INT64_MIN;
     }
     if (by < 0 || (a != 0 && by > 62)) {
-        note_failure(failure, place);
+        note_failure(failure, by < 0 ? place : place + 1);
         return 0;
     }
-    return a == 0 ? 0 : product(a, (int64_t)((uint64_t)1 << by), failure, place);
+    return a == 0 ? 0 : product(a, (int64_t)((uint64_t)1 << by), failure, place + 1);
 }
 """,
     "shifted_right": """\
@@ -187,6 +187,15 @@ static inline double order_of(int64_t a, double b)
         return a < part ? -1.0 : 1.0;
     }
     return (double)part < b ? -1.0 : (double)part > b ? 1.0 : 0.0;
+}
+""",
+    "next_turn": """\
+static inline int64_t next_turn(int64_t k, int64_t step, int64_t stop)
+{
+    if (step > 0 ? k > INT64_MAX - step : k < INT64_MIN - step) {
+        return stop;
+    }
+    return k + step;
 }
 """,
     "smaller": "static inline double smaller(double a, double b)\n{\n    return b < a ? b : a;\n}\n",

@@ -89,6 +89,9 @@ BODIES = {
     "self.j = 0\nself.a = 1.0\nself.b = sqrt(self.shift(4.0))": STEPS,
     "n = 9007199254740993\nself.on = n == 9007199254740992.0\nself.b = n / 3": STEPS,
     "self.j = int(-9223372036854775808.0)\nself.i = -1 << 63": STEPS,
+    "n = 9223372036854775803\nself.i = 0\nfor k in range(n, n + 4, 3):\n    self.i += 1": STEPS,
+    "n = -9223372036854775806\nself.i = 0\nfor k in range(n, n - 2, -9):\n    self.i += 1": STEPS,
+    "self.i = 0\nfor k in range(9223372036854775800, 9223372036854775807, 5):\n    self.i += 1": STEPS,
     "for k in range(2):\n    self.a = self.xs[k]\nn = 9\nfor k in range(n):\n    self.b = self.xs[k]": 0,
     "for k, each in enumerate(self.xs):\n    self.a = each\nfor k in range(2):\n    self.b = self.xs[k + 3]": 0,
 }
