@@ -31,6 +31,10 @@ SMOKE_TEST, VALIDATION = "experiment/smoke-test", "experiment/validation"
 STEPS = 5    # communication steps of a smoke test
 DIGITS = 9   # of its results: the mathematical functions of another machine differ in the last ones
 
+RESPONSE, MOST_STEPS = 0.2, 200   # s and communication steps of a response, whichever ends first
+ROWS = 20                         # of its results, at most
+STEP = 0.01                       # by which an input steps in it, of its nominal value
+
 SHARE = 1e-6   # of the largest value of a result, by which another machine's rounding may change it
 
 register_namespace("fmi-ls", NAMESPACE)
@@ -81,19 +85,63 @@ class ExperimentFiles:
 
 def smoke_test(definition: FmuDefinition) -> ExperimentFiles:
     """What a new block gives at the communication points of its default experiment; ExportError if it refuses."""
+    about = f"{definition.name} from its start values, {STEPS} communication steps"
+    return computed(definition, "smoke_test", SMOKE_TEST, about, STEPS, 1, {})
+
+
+def response(definition: FmuDefinition) -> ExperimentFiles:
+    """What a new block gives while its inputs step by a hundredth of their nominal values, one after the other.
+
+    Where there are more inputs than steps, some step together. A Boolean changes to its other value. ExportError if the
+    block refuses.
+    """
+    step, block = definition.experiment.step, definition.new_block()
+    steps = min(MOST_STEPS, max(STEPS, round(RESPONSE / step)))
+    inputs = [v for v in definition.variables if v.causality == "input"]
+    columns: dict[str, list[float]] = {}
+    for k, variable in enumerate(inputs):
+        before, change = float(variable.read(block)), STEP * (variable.nominal or 1.0)
+        after = 1.0 - before if variable.boolean else before + (change if before + change <= variable.high else -change)
+        at = 1 + k * (steps - 1) // len(inputs)
+        columns[variable.name] = at * [before] + (steps - at) * [after]
+    return computed(definition, f"{definition.name}_validation", VALIDATION, f"{definition.name} while its inputs step",
+                    steps, -(-steps // ROWS), columns)
+
+
+def computed(definition: FmuDefinition, name: str, role: str, about: str, steps: int, every: int,
+             inputs: Mapping[str, Sequence[float]]) -> ExperimentFiles:
+    """What a new block gives at every so many communication points, with inputs for each step."""
     block, step = definition.new_block(), definition.experiment.step
     outputs = {v.name: v for v in definition.variables if v.causality == "output"}
+    fed = [(v, inputs[v.name]) for v in definition.variables if v.name in inputs]
     results: dict[str, list[float]] = {name: [] for name in ("time", *outputs)}
-    for k in range(STEPS + 1):
+    for k in range(steps + 1):
         status = block.start() if k == 0 else block.step((k - 1) * step, step)
         if status:
-            raise ExportError(f"{definition.name}: refused its smoke test with status {status}, expected none")
-        results["time"].append(k * step)
-        for name, variable in outputs.items():
-            results[name].append(float(f"{float(variable.read(block)):.{DIGITS}g}"))
+            raise ExportError(f"{definition.name}: refused its {name} with status {status}, expected none")
+        if k % every == 0:
+            results["time"].append(k * step)
+            for output, variable in outputs.items():
+                results[output].append(float(f"{float(variable.read(block)):.{DIGITS}g}"))
+        for variable, values in fed if k < steps else ():
+            variable.write(block, bool(values[k]) if variable.boolean else values[k])
     nominals = {v.name: v.nominal for v in definition.variables if not v.boolean}
-    about = f"{definition.name} from its start values, {STEPS} communication steps"
-    return ExperimentFiles("smoke_test", SMOKE_TEST, about, step, results, tolerances(results, nominals))
+    return ExperimentFiles(name, role, about, step, results, tolerances(results, nominals), rows_of(definition, inputs))
+
+
+def rows_of(definition: FmuDefinition, inputs: Mapping[str, Sequence[float]]) -> dict[str, Sequence[float]]:
+    """Rows of a file of inputs for each step, "time" (s) first.
+
+    What is held has rows at its changes alone, half a step early: no rounding error of a clock misses them.
+    """
+    if not inputs:
+        return {}
+    step, rows = definition.experiment.step, list(zip(*inputs.values(), strict=True))
+    held = not definition.variable_step and all(v.boolean or v.variability in ("discrete", "tunable")
+                                                for v in definition.variables if v.name in inputs)
+    chosen = [k for k in range(len(rows)) if not held or k == 0 or rows[k] != rows[k - 1]]
+    times = [k * step - (step / 2.0 if held and k else 0.0) for k in chosen]
+    return {"time": times, **{name: [values[k] for k in chosen] for name, values in inputs.items()}}
 
 
 def tolerances(results: Mapping[str, Sequence[float]],

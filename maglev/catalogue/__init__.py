@@ -9,7 +9,7 @@ from typing import NamedTuple
 from fmi_export.build import build_fmu
 from fmi_export.definition import FmuDefinition
 from fmi_export.errors import ExportError
-from fmi_export.experiments.files import SMOKE_TEST, VALIDATION, experiments_files, smoke_test
+from fmi_export.experiments.files import experiments_files, response, smoke_test
 from fmi_export.native.build import build_native_fmu, build_webassembly, own_code
 from fmi_export.native.compiler import require_zig
 from fmi_export.ssp import write_ssp
@@ -18,7 +18,6 @@ from maglev.own_fmus import SYSTEM_STOP, definition, project
 from maglev.own_stage.loop import loop_table
 from maglev.processes import processors
 from maglev.processes.side_by_side import Progress
-from maglev.schema.layers import PACKAGED
 from maglev.stages import STAGES
 from maglev.user_controllers.blocks import BUILT
 from maglev.user_controllers.build import FMU, buildable
@@ -142,16 +141,16 @@ def build(names: Iterable[str], folder: Path, kind: Kind = PYTHON, watch: Progre
 
 
 def experiments_in(definition: FmuDefinition) -> dict[str, bytes]:
-    """Files of the experiments that an FMU carries: a smoke test, and of those of this project a part of a scenario.
+    """Files of the experiments that an FMU carries: a smoke test, and what it gives while its inputs step.
 
     One with a clock has none: who runs them steps FMUs without one.
     """
     if definition.sampled and definition.clocked:
         return {}
-    test, name = smoke_test(definition), f"{definition.name}_validation"
-    carried_files = {test.name: (SMOKE_TEST, test.files())}
-    recorded = {path.name: path.read_bytes() for path in sorted((PACKAGED / "validation").glob(f"{name}*"))}
-    return experiments_files(carried_files | ({name: (VALIDATION, recorded)} if recorded else {}))
+    experiments = [smoke_test(definition)]
+    with suppress(ExportError):   # a stage of the user's may refuse to be moved from its start
+        experiments.append(response(definition))
+    return experiments_files({each.name: (each.role, each.files()) for each in experiments})
 
 
 def with_parts(names: Iterable[str]) -> list[str]:

@@ -24,7 +24,6 @@ from maglev.packages import PACKAGES
 from maglev.packages.installed import HERE, files_digest
 from maglev.processes.side_by_side import Say, Watch, unwatched, warn
 from maglev.rig.rigs import RIGS
-from maglev.schema.layers import PACKAGED
 from maglev.schema.options import KindName
 from maglev.stages import STAGES
 from maglev_files.cache import FMUS, cache_folder, keep, kept, key_of
@@ -190,11 +189,11 @@ def require_runnable(description: Path, say: Say) -> None:
 
 @cache
 def dependencies() -> tuple[str, ...]:
-    """What every FMU depends on: sources, descriptions, what is carried, versions of tools, this machine."""
+    """What every FMU depends on: sources, descriptions, versions of tools, this machine."""
     folders = [HERE / package for package in (*PACKAGES, "fmi_export", "maglev/catalogue")]
     return (files_digest(HERE, (path for folder in folders for path in folder.rglob("*.*"))),
-            files_digest(PACKAGED, (PACKAGED / "validation").iterdir()), *map(to_text, RIGS.values()),
-            *map(version_of, ("maglev-fmus", *TOOLS)), platform.system(), platform.machine())
+            *map(to_text, RIGS.values()), *map(version_of, ("maglev-fmus", *TOOLS)),
+            platform.system(), platform.machine())
 
 
 def version_of(package: str) -> str:

@@ -82,7 +82,7 @@ def pack_reference(fmu: str | Path, scenario: str | Path, *, name: str | None = 
     experiment.require_current()
     recording = experiment.run(lambda done, steps: watch(plan.name, min(done, steps - 1), steps))
     every = max(1, round(plan.check.interval / experiment.step)) if plan.check.signals else experiment.output_every()
-    made = recorded_experiment(experiment, recording, place, plan.name, VALIDATION,
+    made = recorded_experiment(experiment, recording, place, plan.name,
                                f"As {place} in the scenario {plan.name}: {plan.title}", every)
     compared = {signal.removeprefix(f"{place}."): tolerance for signal, tolerance in plan.check.signals.items()
                 if signal.removeprefix(f"{place}.") in made.results and signal.startswith(f"{place}.")}
@@ -119,12 +119,12 @@ def with_experiment(path: Path, destination: Path, name: str, files: Mapping[str
         raise FmuError(f"{path}: cannot be read as an FMU: {error}") from error
 
 
-def recorded_experiment(experiment: Experiment, recording: Recording, fmu: str, name: str, role: str, description: str,
-                        every: int, digits: int = 17) -> ExperimentFiles:
+def recorded_experiment(experiment: Experiment, recording: Recording, fmu: str, name: str, description: str,
+                        every: int) -> ExperimentFiles:
     """Experiment in which an FMU gets what it got in a run in sequential order; what it gave there are the results.
 
-    Of the results there is one row for `every` so many communication steps, with so many digits. ScenarioError if the
-    FMU gave nothing that was recorded.
+    Of the results there is one row for `every` so many communication steps. ScenarioError if the FMU gave nothing that
+    was recorded.
     """
     path = experiment.files[fmu]
     described = read_description(fmu, path)
@@ -139,15 +139,14 @@ def recorded_experiment(experiment: Experiment, recording: Recording, fmu: str, 
     for variable in variables.values():
         column = recording.columns.get(f"{fmu}.{variable.name}")
         if variable.causality == "output" and column is not None:
-            results[variable.name] = [float(f"{value:.{digits}g}")
-                                      for value in own(variable.name, column[::every]).tolist()]
+            results[variable.name] = [float(value) for value in own(variable.name, column[::every]).tolist()]
     if len(results) == 1:
         raise ScenarioError(f"{fmu} ({path.name}) has no outputs that are numbers, expected some to compare with")
     parameters = [Value(key, kind_of(variables[key]).replace("Int64", "Integer"), own(key, start.value))
                   for key, start in experiment.plan.fmus[fmu].start.items() if variables[key].causality == "parameter"]
     nominals = {key: None if variable.nominal is None else float(variable.nominal)
                 for key, variable in variables.items() if kind_of(variable) == "Real"}
-    return ExperimentFiles(name, role, description, experiment.step, results, tolerances(results, nominals),
+    return ExperimentFiles(name, VALIDATION, description, experiment.step, results, tolerances(results, nominals),
                            inputs_of(experiment, recording, fmu, described, own), parameters)
 
 
