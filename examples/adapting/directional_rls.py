@@ -108,7 +108,8 @@ class DirectionalRegulator:
     outputs = {**{f"{motor}.i_{current}_cmd": "A" for motor in ("alpha", "beta")
                   for current in ("a", "b", "c", "d", "q")},
                "motors.C1": "m/(s2.A)", "motors.C2": "m/(s2.A)", "motors.C3": "m/(s2.T2)", "motors.C4": "m/(s2.A.T)"}
-    parameters = {"memory": "s", "corner": "rad/s", "weight": "", "adaptation.active": "", "motors.limit": "A"}
+    parameters = {**{f"{axis}.k{k}": "" for axis in ("y", "x", "z") for k in range(1, 6)},
+                  "memory": "s", "corner": "rad/s", "weight": "", "adaptation.active": "", "motors.limit": "A"}
 
     def __init__(self) -> None:
         self.sample_time = 0.2e-3       # s

@@ -61,7 +61,8 @@ class L1Regulator:
     inputs = {f"{axis}.{port}": unit for axis in ("y", "x", "z")
               for port, unit in (("reference", "m"), ("reference_rate", "m/s"), ("measured", "m"))}
     outputs = {f"{motor}.i_{current}_cmd": "A" for motor in ("alpha", "beta") for current in ("a", "b", "c", "d", "q")}
-    parameters = {**{f"{axis}_uncertainty.cutoff": "rad/s" for axis in ("y", "x", "z")}, "motors.limit": "A"}
+    parameters = {**{f"{axis}_uncertainty.cutoff": "rad/s" for axis in ("y", "x", "z")},
+                  **{f"{axis}.k{k}": "" for axis in ("y", "x", "z") for k in range(1, 6)}, "motors.limit": "A"}
 
     def __init__(self) -> None:
         self.sample_time = 0.2e-3       # s
