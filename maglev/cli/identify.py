@@ -1,5 +1,6 @@
 """The command `maglev identify`: constants of a rig from a person's own recording."""
 
+from math import isfinite
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, cast
 
@@ -17,8 +18,9 @@ if TYPE_CHECKING:
     from maglev.identification.identify import Identification
     from maglev.tables.times import Gaps
 
-LEFT_OUT = ("The standard error is scatter alone. Left out: what friction, bias, ripple and modulation, of the size "
-            "that the description of the stage has, would change.")
+ERRORS = ("The standard error is the scatter from one recording to another. The bias is what every recording repeats: "
+          "what friction, bias, ripple and modulation as described change in the estimate, and could at most. "
+          "An estimate may be off by two standard errors and the bias at most.")
 
 Data = Annotated[Path, typer.Argument(metavar="DATA.csv", help="The recording.", show_default=False)]
 RigName = Annotated[str | None, typer.Option(
@@ -79,13 +81,14 @@ def show(console: "Console", model: "Identification") -> None:
     rows = []
     for name, value in estimate.final.items():
         other = model.with_friction[name]
-        shares = [f"{error:.2g} ({error / abs(value):.1%})" if value != 0.0 and error < float("inf") else "–"
-                  for error in (model.standard_error[name], model.left_out[name])]
+        shares = [f"{error:{sign}.2g} ({error / abs(value):{sign}.1%})" if value != 0.0 and isfinite(error) else "–"
+                  for error, sign in ((model.standard_error[name], ""), (model.bias[name], "+"),
+                                      (model.left_out[name], ""))]
         rows.append([name, f"{model.guess[name]:.5g}", f"{value:.5g}", *shares,
                      f"{other:.5g}" if other == other else "–"])
-    heads = ("constant", "guess", "estimate", "standard error", "left out", "with friction")
+    heads = ("constant", "guess", "estimate", "standard error", "bias", "at most", "with friction")
     console.print(result_table("", heads, rows))
-    console.print(LEFT_OUT)
+    console.print(ERRORS)
     rows = []
     axes = recording.rig.described.axes
     for axis, error, way in zip(axes, model.replay_error, model.replay_motion, strict=True):

@@ -51,12 +51,8 @@ def diagnose(data: RowData, motion: float, time: Array, estimate: Estimate) -> R
     points = np.unique(np.linspace(0, len(information) - 1, CURVE).astype(int))
     curve = np.linalg.eigvalsh(information[points] * np.outer(scale, scale))[:, 0].clip(min=0.0)
     excited = present and motion >= SMALLEST_MOTION and bool(curve[-1] >= SMALLEST_EXCITATION)
-    # A recording may begin in motion, but the observer and the lag begin at rest.
-    settled = min(round((SETTLING * estimate.epsilon + OBSERVER_SETTLING) / dt), len(data.velocity) // 2)
-    # Differences of a velocity are noise; behind a lag of ε they are what the estimators compare.
     terms = np.stack([data.velocity, np.tanh(data.velocity / CREEP)], axis=1)
-    a, c, friction = (behind_lag(held, dt, estimate.epsilon)[1 + settled:] for held in (
-        between(data.a), np.diff(data.velocity) / dt - between(data.b), between(terms)))
+    a, c, friction = compared(data, terms, dt, estimate.epsilon)
     left = c - a @ theta
     correlation, covariance = np.eye(count), np.full((count, count), np.inf)
     other = np.full(count, np.nan)
@@ -71,6 +67,18 @@ def diagnose(data: RowData, motion: float, time: Array, estimate: Estimate) -> R
     return RowDiagnostics(excited, time[points + 1], curve, correlation, covariance, np.sqrt(np.diag(covariance)),
                           other, float(np.sqrt(np.mean(left**2))),
                           float(np.sqrt(np.mean((c + data.b[0])**2))))
+
+
+def compared(data: RowData, terms: Array, dt: float, epsilon: float) -> tuple[Array, Array, Array]:
+    """A, velocity' − b and further terms of a row, (n, m), behind a lag of ε (s), once what it began with is gone.
+
+    Differences of a velocity are noise; behind a lag of ε they are what the estimators compare. A recording may begin
+    in motion, but the observer and the lag begin at rest.
+    """
+    settled = min(round((SETTLING * epsilon + OBSERVER_SETTLING) / dt), len(data.velocity) // 2)
+    a, c, more = (behind_lag(held, dt, epsilon)[1 + settled:] for held in (
+        between(data.a), np.diff(data.velocity) / dt - between(data.b), between(terms)))
+    return a, c, more
 
 
 def least_squares(a: Array, c: Array) -> Array:

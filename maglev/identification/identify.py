@@ -1,9 +1,8 @@
 """From a recording to constants: velocities, estimator, diagnostics, replay, and what the model leaves out of them."""
 
-from collections.abc import Callable, Iterator, Mapping, Sequence
-from dataclasses import dataclass, replace
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
 from functools import partial
-from math import exp, pi
 
 import numpy as np
 
@@ -11,17 +10,15 @@ from controller_fmu.velocity_observer import ObserverFilter, VelocityObserver
 from maglev.arrays import Array
 from maglev.errors import IdentificationError
 from maglev.identification.diagnostics import RowDiagnostics, diagnose, unidentified, warnings_of
+from maglev.identification.effects import changes, effects_of, judge_description
 from maglev.identification.estimators import Estimate, run_estimator
 from maglev.identification.recording import MotionRecording
-from maglev.identification.rigs import RowData, accelerations, functions, regressors
+from maglev.identification.rigs import RowData, accelerations, regressors
 from maglev.identification.settings import EPSILON, GAMMA
-from plant_fmu.ripple import RIPPLE_PHASE, SHORTEST_RIPPLE
-from pmlsm.rig import RigAxis
 
 HORIZON = 0.05      # s; open loop the vertical axis is unstable, with rates of 20 to 45 1/s
 WINDOWS = 50        # at most, spread over the recording
 SMOOTHING = 0.02    # s, of the states that a replay starts from
-Again = Callable[[Sequence[RowData]], Mapping[str, float]]   # constants of an estimator that sees other rows
 
 
 @dataclass(frozen=True)
@@ -35,7 +32,9 @@ class Identification:
     diagnostics: dict[str, RowDiagnostics]
     standard_error: dict[str, float]   # the scatter to expect from another recording, no more
     with_friction: dict[str, float]
-    # bound of what friction, bias, ripple and modulation do to it, see `left_out`; infinite where not excited
+    # what friction, bias, ripple and modulation, as described, change in it, with their signs, and a bound of that,
+    # which is larger where the recording shows more of them; NaN and infinite where not excited
+    bias: dict[str, float]
     left_out: dict[str, float]
     replay_error: Array   # m, shape (axes,), see `replay`; as the next one
     replay_motion: Array
@@ -93,11 +92,19 @@ def identify(recording: MotionRecording, method: str = "reduced", epsilon: float
         unknown += unidentified(data, diagnosis, estimates)
     error, motion = replay(recording, estimates.final)
     # True velocities are what they are; observed ones lag, whether the rows do so with them or not.
-    bound = left_out(recording, rows, partial(matched, dt=dt) if velocities is None else np.asarray, estimates.final,
-                     lambda others: estimated(others).final)
-    bound |= {name: np.inf for data in rows if not diagnostics[data.row.axis].excited for name in data.row.constants}
-    return Identification(recording, estimates, start, match, diagnostics, errors, friction, bound, error, motion,
-                          sorted(warnings), sorted(unknown))
+    delayed = partial(matched, dt=dt) if velocities is None else np.asarray
+    effects = effects_of(recording, rows, delayed, estimates.final)
+    by_effect = changes(effects, estimates.final, lambda others: estimated(others).final)
+    bias = {name: sum(change[name] for change in by_effect) for name in estimates.final}
+    bound = {name: sum(abs(change[name]) for change in by_effect) for name in estimates.final}
+    for data in rows:
+        if diagnostics[data.row.axis].excited:
+            warnings += judge_description(data, effects, by_effect, estimates, errors, bound)
+        else:
+            bound |= dict.fromkeys(data.row.constants, np.inf)
+            bias |= dict.fromkeys(data.row.constants, np.nan)
+    return Identification(recording, estimates, start, match, diagnostics, errors, friction, bias, bound, error,
+                          motion, sorted(warnings), sorted(unknown))
 
 
 def observer_filter(dt: float) -> ObserverFilter:
@@ -169,68 +176,3 @@ def replay(recording: MotionRecording, constants: Mapping[str, float]) -> tuple[
 
 def rms(values: Array) -> Array:
     return np.asarray(np.sqrt(np.mean(values**2, axis=0)))
-
-
-def left_out(recording: MotionRecording, rows: Sequence[RowData], delayed: Callable[[Array], Array],
-             constants: Mapping[str, float], again: Again) -> dict[str, float]:
-    """How far constants could be off by what the model leaves out: a bound, by constant.
-
-    The recording is identified again by a model that has one of the effects, of the size that the description of the
-    stage assumes, along the recorded motion; the changes by all effects are added whatever their signs. The estimator
-    `again` found `found` in the rows; `delayed` is what the velocities have gone through, of signals with shape (n, m).
-    """
-    bound = dict.fromkeys(constants, 0.0)
-    for changed in rows_by_effect(recording, rows, delayed):
-        for name, value in again(changed).items():
-            bound[name] += abs(value - constants[name])
-    return bound
-
-
-def rows_by_effect(recording: MotionRecording, rows: Sequence[RowData],
-                     delayed: Callable[[Array], Array]) -> Iterator[list[RowData]]:
-    """The rows of models that have one of the effects, each in turn, as far as the stage has it."""
-    described = recording.rig.described
-    for effect in (friction, bias, ripple):
-        added = np.stack([effect(axis, x, data.velocity) for axis, x, data in
-                          zip(described.axes, recording.positions.T, rows, strict=False)], axis=1)
-        if added.any():
-            yield [replace(data, b=data.b + part) for data, part in zip(rows, delayed(added).T, strict=True)]
-    if described.modulation:
-        yield modulated(recording, rows, delayed)
-
-
-def friction(axis: RigAxis, x: Array, velocity: Array) -> Array:
-    """Acceleration (m/s²) by the guide, as of `plant_fmu.guide`, at positions (m) and velocities (m/s)."""
-    guide, deflection, path = axis.friction, 0.0, [0.0]
-    on = guide.presliding > 0.0 and guide.coulomb > 0.0
-    for way in np.diff(x).tolist():
-        if way and on:   # w' = v/δ (1 − w sgn v), exact along a way in one direction
-            end = 1.0 if way > 0.0 else -1.0
-            deflection = end + (deflection - end) * exp(-abs(way) / guide.presliding)
-        path.append(deflection)
-    return -(guide.coulomb * np.array(path) + guide.viscous * velocity) / axis.mass
-
-
-def bias(axis: RigAxis, x: Array, _velocity: Array) -> Array:
-    """Constant acceleration (m/s²) of an axis."""
-    return np.full(len(x), axis.bias)
-
-
-def ripple(axis: RigAxis, x: Array, _velocity: Array) -> Array:
-    """Periodic acceleration (m/s²) of an axis, as of `plant_fmu.ripple`."""
-    if axis.ripple.amplitude == 0.0 or axis.ripple.period < SHORTEST_RIPPLE:
-        return np.zeros(len(x))
-    return np.asarray(axis.ripple.amplitude * np.sin(2.0 * pi * x / axis.ripple.period + RIPPLE_PHASE))
-
-
-def modulated(recording: MotionRecording, rows: Sequence[RowData], delayed: Callable[[Array], Array]) -> list[RowData]:
-    """Rows with the attraction of each motor times 1 − k sin²(π d/t1), as of `plant_fmu.attraction`."""
-    rig, k = recording.rig, recording.rig.described.modulation
-    f = functions(rig, recording.positions)
-    pitches = np.array([of.slot_pitch for of in rig.geometries.values()])
-    factor = 1.0 - k * np.sin(pi * recording.positions @ rig.places.slots.T / pitches) ** 2
-    with_slots = np.broadcast_to(f, (*f.shape[:2], factor.shape[1])).copy()
-    with_slots[1] *= factor
-    plain, changed = ([data.row.columns(of, recording.i_d, recording.i_q) for data in rows] for of in (f, with_slots))
-    return [replace(data, a=data.a + delayed(after - before))
-            for data, before, after in zip(rows, plain, changed, strict=True)]

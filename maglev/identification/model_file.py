@@ -27,15 +27,16 @@ def write_model(path: Path, model: "Identification", source: Path) -> None:
     lines = [f"{BEGINNING} from {in_one_line(source.name)}: {model.estimate.method} estimator, "
              f"epsilon = {model.estimate.epsilon:g} s, gamma = {model.estimate.gamma:g}.",
              "# For maglev run SCENARIO --model FILE: it sets the constants of the plant and of the controller's model",
-             "# Behind the values: standard errors, which are scatter alone, and what friction, bias, ripple and",
-             "# modulation could change, which the model leaves out.",
+             "# Behind the values: the standard error, which is scatter from one recording to another, and a bound of",
+             "# the bias that all of them have, by friction, bias, ripple and modulation, which the model leaves out.",
              *(f"# {in_one_line(warning)}" for warning in model.warnings), "", f'rig = "{model.recording.rig.name}"']
     for fmu in FMUS:
         lines += ["", f"[{fmu}]"]
         for name, value in model.estimate.final.items():
             usable = value >= SMALLEST and name not in model.unidentified
-            lines.append(f"{name} = {value!r}   # ± {model.standard_error[name]:.2g}, ± {model.left_out[name]:.2g}"
-                         if usable else f"# {name} = {value!r} is not identified: the FMU keeps its own")
+            errors = f"scatter {model.standard_error[name]:.2g}, bias at most {model.left_out[name]:.2g}"
+            lines.append(f"{name} = {value!r}   # {errors}" if usable else
+                         f"# {name} = {value!r} is not identified: the FMU keeps its own")
     write_whole(path, "\n".join([*lines, "", END]) + "\n")
 
 

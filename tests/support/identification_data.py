@@ -1,5 +1,6 @@
 """Data to identify a stage from: the closed loop under the excitation of sections 4.3.1 and 5.3, by blocks directly."""
 
+from collections.abc import Callable
 from dataclasses import dataclass
 from functools import cache
 from math import pi
@@ -52,7 +53,7 @@ def new_blocks(rig: int) -> tuple[Any, Any]:
 
 def excitation(rig: int, ideal: bool = True, seconds: float = 40.0, resolution: float = 0.0,
                constants: dict[str, float] | None = None, change: tuple[float, dict[str, float]] | None = None,
-               dt: float | None = None) -> dict[str, np.ndarray]:
+               dt: float | None = None, adjust: Callable[[Any], None] | None = None) -> dict[str, np.ndarray]:
     """Run a rig under PID with pre-filter along the excitation.
 
     Parameters
@@ -71,6 +72,8 @@ def excitation(rig: int, ideal: bool = True, seconds: float = 40.0, resolution: 
         Time (s) and constants that the stage has from then on.
     dt : float, optional
         Sample time, s; otherwise that of the rig.
+    adjust : callable, optional
+        Sets what a real stage has; without it, twice the described Coulomb friction.
 
     Returns
     -------
@@ -93,6 +96,8 @@ def excitation(rig: int, ideal: bool = True, seconds: float = 40.0, resolution: 
     if ideal:
         idealise(rig, stage, pid)
         stage.encoder.resolution = resolution
+    elif adjust is not None:
+        adjust(stage)
     else:
         for name in axes:   # as it was assumed: enough for what it does to the constants to be told
             getattr(stage, name).friction.coulomb *= 2.0
@@ -131,7 +136,7 @@ def simulate(rig: int, stage: Any, pid: Any, count: int, dt: float,
 
 
 def record(rig: str, seconds: float, dt: float, ideal: bool = True, resolution: float = 0.0,
-           scale: dict[str, float] | None = None) -> Data:
+           scale: dict[str, float] | None = None, adjust: Callable[[Any], None] | None = None) -> Data:
     """The same as a recording of a stage with its own constants, each times that of `scale`.
 
     The controller knows them: whether a law for other constants runs is not the matter here.
@@ -139,7 +144,7 @@ def record(rig: str, seconds: float, dt: float, ideal: bool = True, resolution: 
     about = rigs.RIGS[rig]
     stage, _ = new_blocks(len(about.axes))
     truth = {name: (scale or {}).get(name, 1.0) * getattr(stage, name) for name in about.constants}
-    made = excitation(len(about.axes), ideal, seconds, resolution, truth, dt=dt)
+    made = excitation(len(about.axes), ideal, seconds, resolution, truth, dt=dt, adjust=adjust)
 
     def columns(names: tuple[str, ...], what: str) -> np.ndarray:
         return np.stack([made[f"{name}.{what}"] for name in names], axis=1)
