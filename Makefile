@@ -114,7 +114,6 @@ lint: .venv/.test
 bench: .venv/.test
 	PYTHONPATH=tests/support $(BIN)/python benchmarks/step_cost.py --record
 	$(BIN)/python benchmarks/whole_run.py --record
-	$(BIN)/python benchmarks/graphics_processor.py   # left out where there is none
 	$(BIN)/python benchmarks/speed_history.py
 
 # The versions of all that the tests install, for every system: after a run of `make test` with them, to be committed.

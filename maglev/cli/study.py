@@ -13,8 +13,6 @@ from maglev_files.extras import lacking
 
 Scheduler = Annotated[str | None, typer.Option(metavar="ADDRESS", show_default=False, help="Dask scheduler, such as "
                                                "tcp://host:8786, whose workers take the place of this machine's.")]
-Device = Annotated[str, typer.Option(metavar="cpu|gpu", help="What runs the samples: gpu is a graphics processor of "
-                                     "NVIDIA, with the extra gpu.")]
 Resume = Annotated[bool, typer.Option("--resume", help="Go on with what an interrupted one has done.")]
 SampleTimeout = Annotated[str | None, typer.Option(metavar="TIME", show_default="none", help="Longest wall time of a "
                                                    "sample; of one that takes longer a row says so; 600 s with "
@@ -35,7 +33,7 @@ def study(what: Annotated[str, typer.Argument(metavar="STUDY", help="A study of 
                                                          "trajectory of a signal; to be repeated.")] = None,
           name: Annotated[str | None, typer.Option(help="With --vary: name of the results.",
                                                    show_default="SCENARIO.study")] = None,
-          out: Out = Path("results"), jobs: Jobs = None, scheduler: Scheduler = None, device: Device = "cpu",
+          out: Out = Path("results"), jobs: Jobs = None, scheduler: Scheduler = None,
           resume: Resume = False, sample_timeout: SampleTimeout = None, debug: Debug = False, **options: Any) -> None:
     """Run a scenario many times, with what varies.
 
@@ -59,7 +57,7 @@ def study(what: Annotated[str, typer.Argument(metavar="STUDY", help="A study of 
     """
     with one_line_errors(debug):
         finish(maglev.study(what, vary=None if vary is None else read_vary(vary), samples=samples, seed=seed,
-                            keep=keep or (), name=name, out=out, jobs=jobs, scheduler=scheduler, device=device,
+                            keep=keep or (), name=name, out=out, jobs=jobs, scheduler=scheduler,
                             resume=resume, sample_timeout=sample_timeout, watch=progress_of, say=say, **options))
 
 
@@ -86,7 +84,7 @@ def finish(study: "maglev.Study") -> None:
 
 @with_run_options(without=("timeout", "parameters"))
 def tune(file: Annotated[str, typer.Argument(metavar="TUNING", help="A tuning file of the package, or a TOML file.")],
-         out: Out = Path("results"), jobs: Jobs = None, scheduler: Scheduler = None, device: Device = "cpu",
+         out: Out = Path("results"), jobs: Jobs = None, scheduler: Scheduler = None,
          resume: Resume = False, debug: Debug = False, **options: Any) -> None:
     """Search gains of a controller by what is measured on many plants.
 
@@ -100,8 +98,8 @@ def tune(file: Annotated[str, typer.Argument(metavar="TUNING", help="A tuning fi
     `maglev tune my_tuning.toml --scheduler tcp://host:8786`
     """
     with one_line_errors(debug):
-        tuned = maglev.tune(file, out=out, jobs=jobs, scheduler=scheduler, device=device, resume=resume,
-                            watch=progress_of, say=say, **options)
+        tuned = maglev.tune(file, out=out, jobs=jobs, scheduler=scheduler, resume=resume, watch=progress_of,
+                            say=say, **options)
         tuned.show(report_console())
         typer.echo(f"results: {tuned.path}")
 

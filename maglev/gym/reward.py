@@ -43,7 +43,6 @@ class Reward:
 
     def __init__(self, given: Weights | Function, rig: Rig, travels: Sequence[float], peak: float):
         self.function = given if callable(given) else None
-        self.xp: Any = np   # or CuPy, whose arrays the samples are then
         self.names = [f"{axis}.{what}" for what in ("position", "reference", "velocity") for axis in rig.axis_names]
         self.names += rig.dq_names
         self.alive = 0.0
@@ -70,8 +69,8 @@ class Reward:
         if self.function is not None:
             columns = [*seen.positions, *seen.references, *seen.velocities, *seen.currents]
             # In a row each, so that a library computes one environment as it does many.
-            signals = {name: self.xp.array(column, np.float64, ndmin=1) for name, column in
-                       zip(self.names, columns, strict=True)} | {"at_stop": self.xp.array(seen.at_stop, bool, ndmin=1)}
+            signals = {name: np.array(column, np.float64, ndmin=1) for name, column in
+                       zip(self.names, columns, strict=True)} | {"at_stop": np.array(seen.at_stop, bool, ndmin=1)}
             rewards = self.called(signals, len(signals["at_stop"]))
             return (float(rewards[0]) if isinstance(seen.at_stop, bool) else rewards), {}
         reward: Any = self.alive
@@ -85,7 +84,7 @@ class Reward:
         """What the user's function gives."""
         assert self.function is not None
         try:
-            rewards = self.xp.asarray(self.function(Named(signals)), np.float64)
+            rewards = np.asarray(self.function(Named(signals)), np.float64)
         except ScenarioError:
             raise
         except Exception as error:
@@ -94,7 +93,7 @@ class Reward:
         if rewards.shape != (count,):
             raise ScenarioError(f"reward: the function gives the shape {rewards.shape}, expected ({count},): a number "
                                 "for each environment")
-        finite = self.xp.isfinite(rewards)
+        finite = np.isfinite(rewards)
         if not finite.all():
             raise ScenarioError(f"reward: the function gives {rewards[~finite][0]}, expected a number for each "
                                 "environment")

@@ -1,16 +1,9 @@
-#if !defined __NVPTX__
 #include "instance.h"
-#endif
+#include "export.h"
 #include <math.h>
 #include <stdbool.h>
 #include <stdint.h>
 $includes
-
-#if defined __NVPTX__
-#define EXPORT __attribute__((device_kernel))
-#else
-#include "export.h"
-#endif
 
 /* The blocks of one stage. */
 struct stage {
@@ -27,7 +20,7 @@ struct change {
 struct batch {
     struct stage *stages;
     double *rows;                   /* of each stage as many numbers as the width, as compiled_stage.py says */
-    int64_t width, count;
+    int64_t width;
     int64_t *made;                  /* samples since an episode began */
     double step;                    /* s */
     int64_t samples;                /* to go on by */
@@ -55,7 +48,7 @@ $step
 
 /* Give inputs and parameters other values. */
 EXPORT void maglev_change(const struct batch *batch);
-EXPORT void maglev_change(const struct batch *batch)
+void maglev_change(const struct batch *batch)
 {
     for (int64_t k = 0; k < batch->changing; ++k) {
         struct stage *const stage = &batch->stages[batch->changes[k].stage];
@@ -66,20 +59,6 @@ EXPORT void maglev_change(const struct batch *batch)
         }
     }
 }
-
-#if defined __NVPTX__
-
-/* Go on with each stage in a thread of a graphics processor. */
-EXPORT void maglev_advance_all(const struct batch *batch)
-{
-    const int64_t i = (int64_t)__nvvm_read_ptx_sreg_ctaid_x() * __nvvm_read_ptx_sreg_ntid_x()
-        + __nvvm_read_ptx_sreg_tid_x();
-    if (i < batch->count) {
-        advance(batch, i);
-    }
-}
-
-#else
 
 EXPORT int64_t maglev_stage_size(void);
 int64_t maglev_stage_size(void) { return (int64_t)sizeof(struct stage); }
@@ -99,8 +78,3 @@ void maglev_advance(const struct batch *batch, int64_t first, int64_t last)
         advance(batch, i);
     }
 }
-
-EXPORT void maglev_advance_all(const struct batch *batch);
-void maglev_advance_all(const struct batch *batch) { maglev_advance(batch, 0, batch->count); }
-
-#endif

@@ -16,8 +16,7 @@ from fmi_export.definition import Variable
 from fmi_export.native.block_code import c_path
 from maglev.arrays import Array
 from maglev.cosim.blocks.block_loop import Part, filled_in, indented, loop_of, native_parts, out_of_range
-from maglev.cosim.blocks.graphics_processor import driver, kernels, launch, require_device, sent
-from maglev.errors import FmuError, MaglevError, ScenarioError, option, shortened
+from maglev.errors import FmuError, ScenarioError, shortened
 from maglev.gym.compiled_stage import CompiledStage
 from maglev.gym.reward import Seen
 from maglev.gym.stage import Due, Stage, positions
@@ -28,15 +27,13 @@ from maglev.units import whole_number
 FEWEST = 32   # environments for which a thread is worth its start
 NEVER = np.iinfo(np.int64).max
 
-FUNCTION, CHANGE = "maglev_advance_all", "maglev_change"   # what a graphics processor runs
-
 SOURCE = Path(__file__).with_name("stages.c")
 
 
 class Batch(Structure):
     """The struct batch."""
 
-    _fields_ = (("stages", c_void_p), ("rows", c_void_p), ("width", c_int64), ("count", c_int64), ("made", c_void_p),
+    _fields_ = (("stages", c_void_p), ("rows", c_void_p), ("width", c_int64), ("made", c_void_p),
                 ("step", c_double), ("samples", c_int64), ("refused", c_void_p), ("at_stop", c_void_p),
                 ("changes", c_void_p), ("changing", c_int64))
 
@@ -97,9 +94,6 @@ class Stages(VectorEnv[Array, Array, npt.NDArray[Any]]):
         As of `Stage`.
     threads : int, optional
         As many as processors if not given.
-    device : str
-        "gpu" for a graphics processor of NVIDIA, with the extra `gpu`; the bits are the same. Observations, rewards and
-        what ends are CuPy's arrays there, which others take by DLPack; actions are arrays of the processor, or NumPy's.
 
     Raises
     ------
@@ -110,10 +104,8 @@ class Stages(VectorEnv[Array, Array, npt.NDArray[Any]]):
     metadata: dict[str, Any] = {"autoreset_mode": AutoresetMode.NEXT_STEP}
 
     @formerly(stage="rig")
-    def __init__(self, num_envs: int, stage: str | Path, threads: int | None = None, device: str = "cpu",
-                 **options: Any):
+    def __init__(self, num_envs: int, stage: str | Path, threads: int | None = None, **options: Any):
         num_envs = whole_number(num_envs, ScenarioError, "num_envs")
-        require_device(device)
         self.one = Stage(stage, **options)   # begins every episode
         self.num_envs = num_envs
         self.single_action_space: gymnasium.Space[Any] = self.one.action_space
@@ -132,41 +124,30 @@ class Stages(VectorEnv[Array, Array, npt.NDArray[Any]]):
         self.c.maglev_advance.argtypes = [c_void_p, c_int64, c_int64]
         self.c.maglev_change.argtypes = [c_void_p]
         self.instances = (c_void_p * len(compiled.parts))(*(fmu.handle() for fmu in compiled.parts.values()))
-        self.xp: Any = driver() if device == "gpu" else np   # of the arrays below, but for those of this processor
-        self.kernels = kernels(self.xp, sources, FUNCTION, CHANGE) if device == "gpu" else []
-        self.one.reward.xp = self.xp
-        axes, xp = len(self.one.rig.axes), self.xp
+        axes = len(self.one.rig.axes)
         self.size = int(self.c.maglev_stage_size()) // 8
         points = {"table": 0, "setpoints": self.one.references.most}.get(self.one.references.kind, 1)   # of each
-        if self.kernels:
-            each = 8 * (self.size + 3 * compiled.row.size + (points + 9) * axes)   # bytes, about
-            fit = int(xp.cuda.runtime.memGetInfo()[0]) // each
-            if num_envs > fit:
-                raise MaglevError(f"num_envs = {num_envs}: each takes some {each:,} bytes of the graphics processor's "
-                                  f"memory, expected at most {fit}, or {option('device', 'cpu')}")
-        self.blocks = xp.zeros((num_envs, self.size), np.int64)   # aligned as doubles are
-        self.rows = xp.zeros((num_envs, compiled.row.size))
+        self.blocks = np.zeros((num_envs, self.size), np.int64)   # aligned as doubles are
+        self.rows = np.zeros((num_envs, compiled.row.size))
         (self.commands, _, self.positions, self.currents, self.encoders, self.velocities,
-         self.references) = xp.split(self.rows, compiled.ends, axis=1)
+         self.references) = np.split(self.rows, compiled.ends, axis=1)
         self.observations = self.rows[:, compiled.ends[3]:]
-        self.lowest, self.highest = xp.asarray(self.one.lowest), xp.asarray(self.one.highest)
-        self.made, self.refused, self.at_stop = (xp.zeros(num_envs, np.int64) for _ in range(3))
-        self.filtered = xp.zeros((num_envs, axes))    # positions, of the velocity observers
+        self.made, self.refused, self.at_stop = (np.zeros(num_envs, np.int64) for _ in range(3))
+        self.filtered = np.zeros((num_envs, axes))    # positions, of the velocity observers
         # Those of a table are one for all.
-        self.points = xp.zeros((num_envs, points, axes)) if points else xp.asarray(self.one.references.given)
-        self.amplitudes = xp.zeros((num_envs, axes))
-        self.everyone = xp.arange(num_envs)
-        self.clipped = xp.zeros(num_envs, bool)       # whose observations are within the space by force
-        # Of this processor:
+        self.points = np.zeros((num_envs, points, axes)) if points else self.one.references.given
+        self.amplitudes = np.zeros((num_envs, axes))
+        self.everyone = np.arange(num_envs)
+        self.clipped = np.zeros(num_envs, bool)       # whose observations are within the space by force
         self.sample = np.zeros(num_envs, np.int64)    # of the environment
         self.over = np.zeros(num_envs, bool)
         self.due: list[list[Due]] = [[] for _ in range(num_envs)]
         self.next_due = np.full(num_envs, NEVER)      # samples at which something changes
         self.generators: list[np.random.Generator | None] = [None] * num_envs
         self.batch = Batch(
-            *(pointer(array) for array in (self.blocks, self.rows)), compiled.row.size, num_envs, pointer(self.made),
-            self.one.rig.sample_time, self.one.samples, pointer(self.refused), pointer(self.at_stop))
-        count = 1 if self.kernels else max(1, min(processors(threads, "threads"), num_envs // FEWEST))
+            self.blocks.ctypes.data, self.rows.ctypes.data, compiled.row.size, self.made.ctypes.data,
+            self.one.rig.sample_time, self.one.samples, self.refused.ctypes.data, self.at_stop.ctypes.data)
+        count = max(1, min(processors(threads, "threads"), num_envs // FEWEST))
         self.shares = [(num_envs * i // count, num_envs * (i + 1) // count) for i in range(count)]
         self.pool = ThreadPoolExecutor(count) if count > 1 else None
 
@@ -183,12 +164,12 @@ class Stages(VectorEnv[Array, Array, npt.NDArray[Any]]):
         others = {**(options or {})}
         chosen = self.chosen(others.pop("reset_mask")) if "reset_mask" in others else range(self.num_envs)
         begun = self.begin({i: seeds[i] for i in chosen}, others)
-        return self.xp.where(self.clipped[:, None], self.xp.clip(self.observations, self.lowest, self.highest),
-                             self.observations), self.told(begun)
+        return np.where(self.clipped[:, None], np.clip(self.observations, self.one.lowest, self.one.highest),
+                        self.observations), self.told(begun)
 
     def chosen(self, mask: Any) -> list[int]:
         """Environments of a mask."""
-        which = self.here(mask)
+        which = np.asarray(mask)
         if which.dtype != bool or which.shape != (self.num_envs,) or not which.any():
             raise ScenarioError(f"reset_mask = {shortened(mask)}, expected {self.num_envs} Booleans, one of them True")
         if self.generators[0] is None:
@@ -214,15 +195,14 @@ class Stages(VectorEnv[Array, Array, npt.NDArray[Any]]):
             self.due[i] = [*one.due]
             self.next_due[i] = self.due[i][-1].sample if self.due[i] else NEVER
         numbers = [*seeds]
-        there = self.xp.asarray(numbers)
         arrays = [self.rows, self.filtered, self.amplitudes]
         if self.points.ndim == 3:
             arrays.append(self.points)
         for array, given in zip((self.blocks, *arrays), (blocks, *map(np.array, zip(*starts, strict=True))),
                                 strict=False):
-            array[there] = self.xp.asarray(given)
-        self.made[there] = self.sample[numbers] = 0
-        self.clipped[there] = False
+            array[numbers] = given
+        self.made[numbers] = self.sample[numbers] = 0
+        self.clipped[numbers] = False
         self.over[numbers] = False
         return infos
 
@@ -236,20 +216,17 @@ class Stages(VectorEnv[Array, Array, npt.NDArray[Any]]):
                 made.append((i, self.number_of[part, name], value))
             self.next_due[i] = due[-1].sample if due else NEVER
         if made:
-            changes = self.xp.asarray(np.array(made, Change).view(np.int64))
-            self.batch.changes, self.batch.changing = pointer(changes), len(made)
-            if self.kernels:
-                self.kernels[1]((1,), (1,), (sent(self.xp, self.batch),))
-            else:
-                self.c.maglev_change(addressof(self.batch))
+            changes = np.array(made, Change)
+            self.batch.changes, self.batch.changing = changes.ctypes.data, len(made)
+            self.c.maglev_change(addressof(self.batch))
 
     def step(self, actions: Array) -> tuple[Array, npt.NDArray[Any], npt.NDArray[Any], npt.NDArray[Any],
                                             dict[str, Any]]:
         """Hold the currents (A) of actions, shape (num_envs, currents), for a sample."""
-        one, xp = self.one, self.xp
+        one = self.one
         if self.generators[0] is None:
             raise gymnasium.error.ResetNeeded("step() before reset(), expected an episode to have begun")
-        actions = xp.asarray(actions, np.float64)
+        actions = np.asarray(actions, np.float64)
         if actions.shape != self.commands.shape:
             raise ScenarioError(f"actions of shape {actions.shape}, expected {self.commands.shape}: for each "
                                 "environment the currents (A) of the action space")
@@ -257,51 +234,40 @@ class Stages(VectorEnv[Array, Array, npt.NDArray[Any]]):
         self.commands[:] = actions
         self.change()
         self.advance()
-        refused, at_stop = (self.here(flags) != 0 for flags in (self.refused, self.at_stop))
+        refused, at_stop = self.refused != 0, self.at_stop != 0
         self.sample += ~refused
         sample = np.minimum(self.sample, one.last)
-        which, wave = xp.asarray(one.references.which[sample]), xp.asarray(one.references.wave[sample])
+        which, wave = one.references.which[sample], one.references.wave[sample]
         points = self.points[which] if self.points.ndim == 2 else self.points[self.everyone, which]
-        taken = xp.asarray(~refused)
-        self.references[:] = xp.where(taken[:, None], points + wave[:, None] * self.amplitudes, self.references)
+        taken = ~refused
+        self.references[:] = np.where(taken[:, None], points + wave[:, None] * self.amplitudes, self.references)
         self.observe(taken)
         observations = self.observations.copy()
         crashed = at_stop & ~refused
-        stopped = xp.asarray(crashed)
         reward, terms = one.reward.of(Seen(self.positions.T, self.references.T, self.velocities.T, self.currents.T,
-                                           stopped))
-        rewards = xp.where(taken, reward, 0.0)
-        self.clipped[:] = stopped if one.stage.measurement is None else taken
+                                           crashed))
+        rewards = np.where(taken, reward, 0.0)
+        self.clipped[:] = crashed if one.stage.measurement is None else taken
         if one.stage.measurement is not None or crashed.any():
-            observations = xp.where(self.clipped[:, None], xp.clip(observations, self.lowest, self.highest),
+            observations = np.where(self.clipped[:, None], np.clip(observations, one.lowest, one.highest),
                                     observations)
         terminated, truncated = crashed | refused, ~crashed & ~refused & (self.sample >= one.last)
-        infos: dict[int, dict[str, Any]] = {int(i): {"refused": self.why(self.here(actions[i]))} for i in
+        infos: dict[int, dict[str, Any]] = {int(i): {"refused": self.why(actions[i])} for i in
                                             np.flatnonzero(refused & ~self.over).tolist()}
         going = ~refused
         if len(begun):
             infos |= self.begin(dict.fromkeys(begun.tolist()))
-            there = xp.asarray(begun)
-            observations[there], rewards[there] = self.observations[there], 0.0
+            observations[begun], rewards[begun] = self.observations[begun], 0.0
             terminated[begun] = truncated[begun] = going[begun] = False
         self.over = terminated | truncated
         told = self.told(infos)
         if terms:
-            present = xp.asarray(going)
             for name, values in terms.items():
-                told |= {name: xp.where(present, values, 0.0), f"_{name}": present.copy()}
-        return observations, rewards, xp.asarray(terminated), xp.asarray(truncated), told
-
-    def here(self, array: Any) -> npt.NDArray[Any]:
-        """An array of this processor."""
-        return np.asarray(self.xp.asnumpy(array) if self.kernels else array)
+                told |= {name: np.where(going, values, 0.0), f"_{name}": going.copy()}
+        return observations, rewards, terminated, truncated, told
 
     def advance(self) -> None:
         """Step all stages, those that are over as well: they begin anew."""
-        if self.kernels:
-            launch(self.kernels[0], self.num_envs, sent(self.xp, self.batch))
-            return
-
         def share(ends: tuple[int, int]) -> None:
             self.c.maglev_advance(addressof(self.batch), *ends)
 
@@ -310,13 +276,13 @@ class Stages(VectorEnv[Array, Array, npt.NDArray[Any]]):
 
     def observe(self, chosen: Any) -> None:
         """Velocities of the chosen environments, as `VelocityObserver` has them."""
-        one, where = self.one, self.xp.where
+        one = self.one
         shares = one.observer_filter
         for k, of_axis in enumerate(positions(one.measuring, self.encoders.T)):
             change = shares.share1 * (of_axis - self.filtered[:, k])
             velocity = self.velocities[:, k]
-            self.filtered[:, k] = where(chosen, self.filtered[:, k] + change, self.filtered[:, k])
-            velocity[:] = where(chosen, velocity + shares.share2 * (change / one.sample_time - velocity), velocity)
+            self.filtered[:, k] = np.where(chosen, self.filtered[:, k] + change, self.filtered[:, k])
+            velocity[:] = np.where(chosen, velocity + shares.share2 * (change / one.sample_time - velocity), velocity)
 
     def why(self, action: Array) -> str:
         """What an FMU says of an action that is refused."""
@@ -336,8 +302,3 @@ class Stages(VectorEnv[Array, Array, npt.NDArray[Any]]):
         if self.pool is not None:
             self.pool.shutdown()
         self.one.close()
-
-
-def pointer(array: Any) -> int:
-    """Where an array is, of this processor or of a graphics processor."""
-    return int(array.ctypes.data if isinstance(array, np.ndarray) else array.data.ptr)

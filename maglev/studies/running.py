@@ -18,7 +18,7 @@ def trajectories_path(path: Path) -> Path:
 
 
 def run_study(planned: PlannedStudy, out: Path, jobs: int, scheduler: str | None, resume: bool,
-              watch: Progress, say: Say, device: str = "cpu") -> Path:
+              watch: Progress, say: Say) -> Path:
     """Run a study; returns the path of its dataset.
 
     While it goes on, `NAME.parts` holds what is done. `NAME.trajectories.parquet` has what is kept of trajectories.
@@ -67,7 +67,7 @@ def run_study(planned: PlannedStudy, out: Path, jobs: int, scheduler: str | None
         waiting = [batch for batch in planned.batches if batch not in done]
         try:
             if waiting:
-                with runners(scheduler, jobs, device) as run_batches:
+                with runners(scheduler, jobs) as run_batches:
                     parts.begin()
                     watch(kept_samples, samples)
                     run_batches(planned.job, waiting, planned.values, store)

@@ -12,7 +12,6 @@ import numpy.typing as npt
 from maglev.api.many.studying import LIKE, made_ready, plain
 from maglev.api.run import Run
 from maglev.api.running import run as rerun
-from maglev.cosim.blocks.graphics_processor import require_device
 from maglev.errors import Interrupted, ScenarioError, UnknownName, ended_by, extra, nearest, require_table, signal_of
 from maglev.processes import processors
 from maglev.processes.side_by_side import Say, Watch, unwatched, warn
@@ -94,7 +93,7 @@ class Batch:
 @takes_run_options("timeout", "parameters")
 def batch(scenario: str | Path, values: Mapping[str, Sequence[Any] | npt.NDArray[Any]], *,
           metrics: Sequence[str] | None = None, keep: Sequence[str] = (), keep_interval: float | None = None,
-          device: str = "cpu", jobs: int | None = None, watch: Watch | None = None, say: Say | None = None,
+          jobs: int | None = None, watch: Watch | None = None, say: Say | None = None,
           **options: Unpack[RunOptions]) -> Batch:
     """Run a scenario once for each row of values, side by side.
 
@@ -107,15 +106,14 @@ def batch(scenario: str | Path, values: Mapping[str, Sequence[Any] | npt.NDArray
         As of `run`.
     values : mapping of str to sequence, shape (samples,)
         By what they set: a parameter or input `fmu.variable`, a reference `reference.AXIS.amplitude`, or several with
-        commas between. Sample k takes the k-th value of each. Arrays of others, wherever they are, by DLPack.
+        commas between. Sample k takes the k-th value of each. Arrays of other
+        libraries come by DLPack.
     metrics : sequence of str, optional
         Such as "overshoot", "settling time to 10 µm of y"; all without it.
     keep : sequence of str
         Signals whose trajectories are kept.
     keep_interval : float, optional
         Between their points, s; the scenario's without it.
-    device : str
-        "gpu" for a graphics processor of NVIDIA, with the extra `gpu`; the bits are the same.
     jobs : int, optional
         Threads or processes; as many as processors if not given.
     watch, say : callable, optional
@@ -142,7 +140,6 @@ def batch(scenario: str | Path, values: Mapping[str, Sequence[Any] | npt.NDArray
     >>> found["overshoot of v"].shape                                                       # doctest: +SKIP
     (3,)
     """
-    require_device(device)
     require_table(values, "values", ScenarioError, LIKE)
     entries = [{"set": target.split(","), "kind": "list", "values": plain(given)} for target, given in values.items()]
     path = Path("batch")   # what refusals name
@@ -164,7 +161,7 @@ def batch(scenario: str | Path, values: Mapping[str, Sequence[Any] | npt.NDArray
                          {column.name: column.unit for column in job.columns}, failures,
                          {name: signals[:, :, i] for i, name in enumerate(job.kept)}, planned.times)
 
-        with (watch or unwatched)([study.scenario]) as watcher, runners(None, processors(jobs), device) as run_batches:
+        with (watch or unwatched)([study.scenario]) as watcher, runners(None, processors(jobs)) as run_batches:
             tell = partial(watcher, study.scenario)
             done = 0
 

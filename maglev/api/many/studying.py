@@ -17,7 +17,6 @@ from maglev.api.running import run as rerun
 from maglev.api.running import say_notes
 from maglev.catalogue import HOST, Kind, build_written
 from maglev.catalogue.for_runs import compiles
-from maglev.cosim.blocks.graphics_processor import require_device
 from maglev.errors import (
     BuildError,
     MaglevError,
@@ -148,7 +147,7 @@ class Study:
 @takes_run_options("timeout", "parameters")
 def study(what: str | Path | StudyFile, *, vary: Vary | None = None, samples: int | None = None, seed: int = 0,
           keep: Sequence[str] = (), name: str | None = None, out: str | Path = "results", jobs: int | None = None,
-          scheduler: str | None = None, device: str = "cpu", resume: bool = False,
+          scheduler: str | None = None, resume: bool = False,
           sample_timeout: float | str | None = None, watch: Watch | None = None, say: Say | None = None,
           **options: Unpack[RunOptions]) -> Study:
     """Run a scenario many times, with what varies from a file or from `vary`, and give the dataset.
@@ -173,8 +172,6 @@ def study(what: str | Path | StudyFile, *, vary: Vary | None = None, samples: in
         Processes of this machine; as many as processors if not given.
     scheduler : str, optional
         Address of a Dask scheduler, "tcp://host:8786", whose workers take the place of this machine's processes.
-    device : str
-        "gpu" for a graphics processor of NVIDIA in this machine, as of `batch`.
     resume : bool
         Go on with what an interrupted study has done.
     sample_timeout : float or str, optional
@@ -214,7 +211,6 @@ def study(what: str | Path | StudyFile, *, vary: Vary | None = None, samples: in
     else:
         described, path = load_study(what) if vary is None else (
             varied(what, vary, name, keep, samples, seed), Path(option("vary")))
-    require_device(device, scheduler)
     limit = seconds("sample_timeout", sample_timeout)
     described = described if limit is None else described.model_copy(update={"sample_timeout": limit})
     with made_ready(described, path, options, scheduler, say or warn,
@@ -222,7 +218,7 @@ def study(what: str | Path | StudyFile, *, vary: Vary | None = None, samples: in
         planned = plan_study(described, experiment, str(path), Path(out), run_with)
         with (watch or unwatched)([described.name]) as watcher:
             return Study(run_study(planned, Path(out), processors(jobs), scheduler, resume,
-                                   partial(watcher, described.name), say or warn, device))
+                                   partial(watcher, described.name), say or warn))
 
 
 def new_study(path: str | Path, scenario: str | Path) -> Path:
@@ -328,14 +324,15 @@ def varied(scenario: object, vary: Vary, name: str | None, keep: Sequence[str], 
 
 
 def plain(given: Any) -> Any:
-    """Values as a list, arrays of others by DLPack; what is no sequence as it is, for who refuses it."""
+    """Return values as a list, arrays of other libraries by DLPack; what is no sequence as it is, to be refused later.
+
+    ScenarioError of an array that is not in this machine's memory.
+    """
     # One that speaks DLPack; NumPy's may have texts, which DLPack has not.
     if hasattr(given, "__dlpack_device__") and not isinstance(given, np.ndarray):
-        if given.__dlpack_device__()[0] == IN_MEMORY:
-            given = np.from_dlpack(given)
-        else:
-            cupy = extra("cupy", "gpu", "an array of a graphics processor")
-            given = cupy.asnumpy(cupy.from_dlpack(given))
+        if given.__dlpack_device__()[0] != IN_MEMORY:
+            raise ScenarioError(f"{shortened(given)}: expected an array in this machine's memory")
+        given = np.from_dlpack(given)
     alone = isinstance(given, str) or not hasattr(given, "__iter__") or getattr(given, "shape", None) == ()
     return given if alone else [*given]
 

@@ -7,7 +7,6 @@ from pathlib import Path
 from typing import Any, Unpack
 
 from maglev.api.many.studying import made_ready
-from maglev.cosim.blocks.graphics_processor import require_device
 from maglev.errors import ScenarioError, key_path, option
 from maglev.linear.parameters import controllers
 from maglev.own_stage.new import seen_from, toml_file, write_new
@@ -109,7 +108,7 @@ def searched_of(controller: Path) -> list[tuple[str, float, float]]:
 
 @takes_run_options("timeout", "parameters")
 def tune(file: str | Path, *, out: str | Path = "results", jobs: int | None = None, scheduler: str | None = None,
-         device: str = "cpu", resume: bool = False, watch: Watch | None = None, say: Say | None = None,
+         resume: bool = False, watch: Watch | None = None, say: Say | None = None,
          **options: Unpack[RunOptions]) -> Tuned:
     """Search the parameters that a tuning file asks for, and write them as a file that a scenario extends.
 
@@ -119,7 +118,7 @@ def tune(file: str | Path, *, out: str | Path = "results", jobs: int | None = No
         A tuning file of the package by its name, or a TOML file (docs/studies.md).
     out : path
         Folder for NAME.toml.
-    jobs, scheduler, device : optional
+    jobs, scheduler : optional
         As of `study`.
     resume : bool
         Go on with what an interrupted search has done, also with more `generations`.
@@ -138,13 +137,12 @@ def tune(file: str | Path, *, out: str | Path = "results", jobs: int | None = No
     MaglevError
         If something in it cannot be used: before the first run.
     """
-    require_device(device, scheduler)
     tuning, path = load_tuning(file)
     with made_ready(tuning, path, options, scheduler, say or warn, watch or unwatched) as (experiment, _):
         planned = plan_tuning(tuning, experiment, str(path))
         with (watch or unwatched)([tuning.name]) as watcher:
             found = search(planned, Parts(Path(out) / f"{tuning.name}.parts", planned.job.key),
-                           partial(runners, scheduler, processors(jobs), device), resume,
+                           partial(runners, scheduler, processors(jobs)), resume,
                            partial(watcher, tuning.name), say or warn)
     written = Path(out) / f"{tuning.name}.toml"
     write_whole(written, gains_toml(tuning, found))

@@ -19,7 +19,6 @@ from maglev.catalogue.for_runs import has_compiler
 from maglev.cosim.blocks.block_loop import Common, words_of
 from maglev.errors import MaglevError, extra, option
 from maglev.processes.side_by_side import Idle, Progress, Stopped, kept_processes, side_by_side, warn
-from maglev.studies.batch.graphics_processor import run_on_graphics_processor
 from maglev.studies.batch.samples import (
     LONGEST_OF_DEADLY,
     Batch,
@@ -55,15 +54,12 @@ def batches_of(job: Job, samples: int, rows: int) -> list[Batch]:
 
 
 @contextmanager
-def runners(scheduler: str | None, jobs: int, device: str = "cpu") -> Iterator[RunBatches]:
-    """Who runs batches: a scheduler's workers, the graphics processor here, or so many processes until the block ends.
+def runners(scheduler: str | None, jobs: int) -> Iterator[RunBatches]:
+    """Who runs batches: a scheduler's workers, or so many processes here until the block ends.
 
     A batch whose process dies is run again; a sample that takes a process with it again has a row that says so.
     ScenarioError if the scheduler cannot be reached, has no worker, or a worker has another version of this package.
     """
-    if device == "gpu":
-        yield run_on_graphics_processor
-        return
     if scheduler is None:
         with kept_processes() as idle:
             yield partial(run_here, jobs, idle)

@@ -12,6 +12,7 @@ import pytest
 
 import maglev
 from fmi_export.errors import ExportError
+from maglev.api.many.studying import plain
 from maglev.cosim.blocks import block_loop
 from maglev.cosim.blocks.block_loop import DONE, OTHERWISE
 from maglev.studies.batch import batches
@@ -213,3 +214,23 @@ def test_numbers_and_texts_are_taken_side_by_side(native_fmus: Path) -> None:
         maglev.batch(RUN, {"plant.v.mass": [4.0]}, metrics="overshoot", fmus=native_fmus)
     with pytest.raises(maglev.ScenarioError, match=r"vary\[0\].values = \[\]: expected at least 1 entries"):
         maglev.batch(RUN, {"plant.v.mass": []}, fmus=native_fmus)
+
+
+@pytest.mark.parametrize("place", [1, 2])   # 1 is a processor's memory, 2 that of a CUDA device
+def test_takes_arrays_of_other_libraries_in_memory_of_this_machine(place: int) -> None:
+    own = np.array([4.0, 5.0])
+
+    class Other:
+        """An array with nothing but DLPack."""
+
+        def __dlpack_device__(self) -> tuple[int, int]:
+            return place, 0
+
+        def __dlpack__(self, **options: Any) -> Any:
+            return own.__dlpack__(**options)
+
+    if place == 1:
+        assert plain(Other()) == [4.0, 5.0]
+    else:
+        with pytest.raises(maglev.ScenarioError, match="expected an array in this machine's memory"):
+            plain(Other())

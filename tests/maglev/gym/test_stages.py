@@ -6,15 +6,11 @@ from typing import Any
 import gymnasium
 import numpy as np
 import pytest
-from graphics_stand_in import plain, stand_in
 from gymnasium.vector import AutoresetMode
-from ptx_instructions import require_exact
 
 import maglev.gym  # noqa: F401 - registers
-from fmi_export.target import graphics
-from maglev.errors import MaglevError, ScenarioError
+from maglev.errors import ScenarioError
 from maglev.gym import stages
-from maglev.gym.stage import Stage
 
 OPTIONS: dict[str, tuple[str, dict[str, Any]]] = {
     "2-DOF": ("Stage2DOF", {"parameters": {"v.mass": (4.0, 5.0), "v.position_start": (0.015, 0.024)}}),
@@ -68,44 +64,6 @@ def test_it_has_the_bits_of_single_stages(folder: Path, what: str, monkeypatch: 
     theirs.close()
 
 
-@pytest.mark.few(2)
-@pytest.mark.parametrize("what", ["3-DOF, drawn", "2-DOF", "3-DOF, weights", "5-DOF", "2-DOF, phases"])
-def test_it_has_the_same_bits_on_a_graphics_processor(folder: Path, what: str, monkeypatch: pytest.MonkeyPatch) -> None:
-    """Through ends, changes and refusals; nothing of this processor is taken for an array of that one."""
-    cupy = stand_in(monkeypatch)
-    name, options = OPTIONS[what]
-    here, there = (gymnasium.make_vec(f"maglev/{name}-v0", 5, "vector_entry_point", device=device,
-                                      **{"duration": 0.04, "fmus": folder, **options}) for device in ("cpu", "gpu"))
-
-    def brought(found: tuple[Any, ...]) -> tuple[Any, ...]:
-        return tuple(cupy.asnumpy(part) for part in found[:-1]) + found[-1:]
-
-    require_same(brought(there.reset(seed=7)), here.reset(seed=7))
-    here.action_space.seed(3)
-    for k in range(int(0.1 / here.unwrapped.one.sample_time)):   # type: ignore[attr-defined]
-        actions = here.action_space.sample()
-        if k == 30:
-            actions[1, 0] = np.nan
-        require_same(brought(there.step(cupy.asarray(actions) if k % 2 else actions)), here.step(actions))
-    assert cupy.launches
-    here.close()
-    there.close()
-
-
-def test_more_than_there_is_memory_for_is_refused(folder: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    stand_in(monkeypatch, memory=1e5)
-    with pytest.raises(MaglevError, match=r"num_envs = 4096: each takes some [\d,]+ bytes .*expected at most \d+"):
-        stages.Stages(4096, "2dof", fmus=folder, device="gpu")
-
-
-@pytest.mark.thorough   # the blocks are those of batches, which are looked at with every change
-def test_a_graphics_processor_rounds_as_this_one_does(folder: Path) -> None:
-    one = Stage("2dof", fmus=folder, measurement={"v.noise": "1 um"})
-    code = graphics.in_one_rounding(stages.stage_sources(one.stage, [*one.changing()]))
-    require_exact(graphics.ptx(code, stages.FUNCTION).decode(), stages.FUNCTION, stages.CHANGE)
-    one.close()
-
-
 def require_same(found: tuple[Any, ...], expected: tuple[Any, ...]) -> None:
     for one, other in zip(found[:-1], expected[:-1], strict=True):
         assert one.dtype == other.dtype
@@ -119,7 +77,7 @@ def require_same_info(found: dict[str, Any], expected: dict[str, Any]) -> None:
         if isinstance(values, dict):
             require_same_info(found[name], values)
         else:
-            assert np.array_equal(plain(found[name]), values), (name, found[name], values)
+            assert np.array_equal(found[name], values), (name, found[name], values)
 
 
 def test_actions_of_another_shape_or_too_soon_are_refused(folder: Path) -> None:

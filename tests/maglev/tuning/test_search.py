@@ -11,7 +11,6 @@ import numpy as np
 import pytest
 from command_line import error_line
 from command_line import maglev as command
-from graphics_stand_in import stand_in
 from tiny_study import experiment, simulate_samples
 from tiny_study import scenario as tiny_scenario
 
@@ -143,20 +142,6 @@ def test_a_candidate_is_run_with_its_gains_on_every_plant(fastest_fmus: Path, tm
         run = maglev.run(tmp_path / "tiny.toml", set=set_there, fmus=fastest_fmus)
         assert run.metrics.rms_errors["h"] == measured
     assert len(set(found.tolist())) == 4
-
-
-@pytest.mark.thorough   # a generation is a batch, as one of a study is
-def test_a_graphics_processor_finds_the_same(native_fmus: Path, searched: Searched, tmp_path: Path,
-                                             monkeypatch: pytest.MonkeyPatch) -> None:
-    cupy = stand_in(monkeypatch)
-    tuned = maglev.tune(searched.file, fmus=native_fmus, out=tmp_path, device="gpu")
-    assert tuned.parameters == searched.whole.parameters and tuned.found.cost == searched.whole.found.cost
-    assert len(cupy.launches) >= 8   # generations
-
-
-def test_a_graphics_processor_is_no_worker_of_a_scheduler(tmp_path: Path) -> None:
-    with pytest.raises(ScenarioError, match="device='gpu': expected no scheduler with it"):
-        maglev.tune("horizontal-3dof", out=tmp_path, device="gpu", scheduler="tcp://host:8786")
 
 
 def test_a_search_finds_the_least_whoever_runs(fastest_fmus: Path, searched: Searched, tmp_path: Path) -> None:
