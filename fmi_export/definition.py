@@ -136,7 +136,7 @@ class ContinuousModel:
 
     The block has `derive() -> int`, which computes all that is continuous at the present point and returns what `step`
     does, `settle() -> bool`, which takes in an event and says whether a state jumps, and `measure()`, which sets the
-    discrete outputs that follow from the states. A native FMU has the variables after those of the definition.
+    real outputs that change at events. A native FMU has the variables after those of the definition.
     """
 
     states: tuple[State, ...]

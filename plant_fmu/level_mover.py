@@ -31,11 +31,10 @@ class LevelMover:
         gap = axes[0]
         f1, f2, f3, f4 = gap_functions(geometry, gap.position)
         f2 *= attraction_factor(magnetics.modulation, axes[1].position, geometry.slot_pitch)
-        if magnetics.magnet_rise != 0.0:
-            strength = magnet_strength(magnetics.magnet_rise)
-            f1 *= strength
-            f2 *= strength * strength
-            f3 *= strength
+        strength = magnet_strength(magnetics.magnet_rise)
+        f1 *= strength
+        f2 *= strength * strength
+        f3 *= strength
         for k in self.driven:
             accelerations[k] = 0.0
         direct = 0.0    # Σ i_d, A

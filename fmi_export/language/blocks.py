@@ -11,7 +11,9 @@ from fmi_export.language.python_text import executable
 from fmi_export.language.statements import Program
 
 METHODS: dict[str, tuple[Type, ...]] = {"start": (), "step": (FLOAT, FLOAT)}
-CONTINUOUS_METHODS: dict[str, tuple[Type, ...]] = {"derive": (), "settle": (), "measure": ()}
+CONTINUOUS_METHODS: dict[str, tuple[Type, ...]] = {"derive": (), "settle": ()}
+# Methods that have derivatives, by what these are called.
+DIFFERENTIATED = {"differentiate": "derive", "differentiate_start": "start", "differentiate_measurement": "measure"}
 
 
 class BlockText(NamedTuple):
@@ -21,7 +23,7 @@ class BlockText(NamedTuple):
     structs: str
     functions: str                    # with constants and helpers before them
     initial: str
-    methods: dict[str, Function]      # by their names; "differentiate" is the derivative of "derive"
+    methods: dict[str, Function]      # by their names, and those that `DIFFERENTIATED` names
     sites: tuple[Site, ...]           # what can fail in them
     library: frozenset[str]           # functions of <math.h> that they call
     ends: bool                        # whether every call comes to an end, whatever the values
@@ -29,7 +31,7 @@ class BlockText(NamedTuple):
 
 def block_text(block: Any, continuous: bool = False, prefix: str = "", careful: Collection[str] = (),
                reserved: Collection[str] = ()) -> BlockText:
-    """The C of a block with `start` and `step`, and of a continuous one with `derive`, `settle` and `measure` as well.
+    """The C of a block with `start` and `step`, and of a continuous one with `derive`, `settle` and derivatives.
 
     Structs have `prefix` before their names. `careful` and `reserved` as of `Program`, and so are the errors.
     """
@@ -37,7 +39,8 @@ def block_text(block: Any, continuous: bool = False, prefix: str = "", careful: 
     methods = {name: program.method(name, types)
                for name, types in (METHODS | (CONTINUOUS_METHODS if continuous else {})).items()}
     if continuous:
-        methods["differentiate"] = Derivatives(rules(program)).of(methods["derive"])
+        derivatives = Derivatives(rules(program))
+        methods |= {name: derivatives.of(program.method(method, ())) for name, method in DIFFERENTIATED.items()}
     text = CText(program.layout, list(methods.values()))
     return BlockText(program.layout.root.name, text.structs(), text.functions_text(), text.initial(block, "INITIAL"),
                      methods, tuple(program.sites), frozenset(text.library), ends(text.functions))

@@ -12,7 +12,8 @@ KEYWORDS = HELPERS.keys() | frozenset("""
     CLOCKS_PER_SEC BUFSIZ unix linux near far double_t float_t fabs sqrt floor ceil trunc fmod remainder copysign
     isfinite isnan isinf signbit sin cos tan asin acos atan atan2 exp expm1 log log1p log2 log10 sinh cosh tanh erf
     erfc pow failure main block memcpy Block INITIAL FIRST_FAILURE FAILURES start_block step_block derive_block
-    differentiate_block settle_block measure_block
+    settle_block differentiate_block
+    differentiate_start_block differentiate_measurement_block
 """.split())   # noqa: SIM905 - so many as a list would take a page
 MACROS = re.compile(r"_|(?:u?int\w*_t|size_t|ptrdiff_t|wchar_t|HUGE|FP|MATH|M|U?INT\d*|U?INTPTR|SIZE|PTRDIFF|WCHAR|"
                     r"WINT|SIG_ATOMIC|RAND|EXIT|DBL|FLT|LDBL|AT|BLOCK|BLOCKS|FMI\d?|SEEK)(?:_|$)|\w*__|\w+_t$")

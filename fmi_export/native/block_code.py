@@ -20,8 +20,11 @@ FIRST_FAILURE = 1_000_000        # status: this and the number of the place that
 WRAPPED = {"start": ("int64_t start_block(void *block)", ""),
            "step": ("int64_t step_block(void *block, double time, double size)", ", time, size"),
            "derive": ("int64_t derive_block(void *block)", ""),
+           "settle": ("bool settle_block(void *block)", ""),
            "differentiate": ("int64_t differentiate_block(void *block, void *direction)", ", direction"),
-           "settle": ("bool settle_block(void *block)", ""), "measure": ("void measure_block(void *block)", "")}
+           "differentiate_start": ("int64_t differentiate_start_block(void *block, void *direction)", ", direction"),
+           "differentiate_measurement": ("void differentiate_measurement_block(void *block, void *direction)",
+                                         ", direction")}
 
 # Names that a header which is written here defines: of structs, and of all else at the beginning of a line.
 STRUCT = re.compile(r"^struct (\w+) \{", re.MULTILINE)

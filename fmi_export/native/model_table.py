@@ -14,7 +14,8 @@ SOURCE = TEMPLATES / "model.c"
 
 # The independent variable of FMI 3.0, after the others: where the next communication step starts.
 TIME = """\
-    {"time", "s", offsetof(struct RunState, progress.next_time), false, false, INDEPENDENT, -INFINITY, INFINITY, ""},"""
+    {"time", "s", offsetof(struct RunState, progress.next_time), false, false, false, INDEPENDENT, -INFINITY,
+     INFINITY, ""},"""
 
 
 def model_table(definition: FmuDefinition, guid: str, timed: bool) -> str:
@@ -54,15 +55,13 @@ def continuous_tables(definition: FmuDefinition) -> str:
     nominal = {v.name: 1.0 if v.nominal is None else v.nominal for v in definition.native_variables}
     states = [state.variable for state in model.states]
     rates = [state.derivative for state in model.states]
-    outputs = [v.name for v in definition.variables if v.causality == "output" and v.variability == "continuous"]
 
     def references(names: Iterable[str]) -> str:
         return wrapped(str(reference[name]) for name in names)
 
     return filled(TEMPLATES / "continuous.c", {
         "STATES": references(states), "RATES": references(rates), "INDICATORS": references(model.indicators),
-        "NOMINALS": wrapped(c_literal(nominal[name]) for name in states),
-        "UNKNOWNS": references(dict.fromkeys([*rates, *outputs]))})
+        "NOMINALS": wrapped(c_literal(nominal[name]) for name in states)})
 
 
 def wrapped(cells: Iterable[str]) -> str:
@@ -72,7 +71,8 @@ def wrapped(cells: Iterable[str]) -> str:
 
 def variable_row(variable: Variable) -> str:
     cells = (c_string(variable.name), c_string(variable.unit), f"AT({c_path(variable.place)})",
-             "true" if variable.boolean else "false", "true" if variable.variability == "fixed" else "false",
+             *("true" if each else "false" for each in (
+                 variable.boolean, variable.variability == "discrete", variable.variability == "fixed")),
              variable.causality.upper(), c_literal(float(variable.low)), c_literal(float(variable.high)),
              c_string(variable.hinted))
     return f"    {{{', '.join(cells)}}},"

@@ -139,6 +139,100 @@ def test_derivatives_are_those_of_the_block(plant: Path, tmp_path: Path) -> None
             instance.getDirectionalDerivative(of_unknowns, [known["C1"]], [1.0])
 
 
+def test_discrete_outputs_change_in_event_mode_alone(plant: Path, tmp_path: Path) -> None:
+    """A host that obeys the letter reads them at events, and has the encoders' counts after each of its steps."""
+    known = references(plant)
+    encoders = {f"{axis}.encoder": f"{axis}.position" for axis in "yxz"}
+    discrete, positions = [known[name] for name in encoders], [known[name] for name in encoders.values()]
+    step, events = 5e-5, 0
+    with exchanged(plant, tmp_path) as instance:
+        version_2 = isinstance(instance, FMU2Model)
+        put, get, event, rates = ((instance.setReal, instance.getReal, instance.newDiscreteStates,
+                                   instance.getDerivatives) if version_2 else
+                                  (instance.setFloat64, instance.getFloat64, instance.updateDiscreteStates,
+                                   instance.getContinuousStateDerivatives))
+        put([known[name] for name in ("alpha.i_a_cmd", "alpha.i_b_cmd", "alpha.i_c_cmd")], [1.0, -0.5, -0.7])
+        event()
+        read = get(discrete)
+        instance.enterContinuousTimeMode()
+        count = len(state_values(instance, plant))
+        states, slopes = (c_double * count)(), (c_double * count)()
+        for k in range(400):
+            instance.setTime((k + 1) * step)
+            instance.getContinuousStates(states, count)
+            rates(slopes, count)
+            states[:] = [value + step * slope for value, slope in zip(states, slopes, strict=True)]   # Euler's method
+            instance.setContinuousStates(states, count)
+            asked, _ = instance.completedIntegratorStep()
+            assert get(discrete) == read, "nothing changes between events"
+            if asked:
+                instance.enterEventMode()
+                event()
+                before, read = read, get(discrete)
+                assert read != before, "there was a reason"
+                instance.enterContinuousTimeMode()
+                events += 1
+            assert np.abs(np.array(read) - get(positions)).max() <= 0.5 * 1e-5 * (1.0 + 1e-9), "half a count"
+    assert 20 < events < 200, "the mover passes counts, and not in every step"
+
+
+def test_initial_derivatives_are_those_of_differences(plant: Path, tmp_path: Path) -> None:
+    """Of every initial unknown by each real dependency, next to central differences; what is off at 0 is on."""
+    description = fmpy.read_model_description(str(plant))
+    fmpy.extract(str(plant), str(tmp_path))
+    version_2 = description.fmiVersion == "2.0"
+    instance = (FMU2Model if version_2 else FMU3Model)(
+        guid=description.guid, unzipDirectory=str(tmp_path), instanceName="plant",
+        modelIdentifier=description.modelExchange.modelIdentifier)
+    instance.instantiate()
+    if version_2:
+        instance.setupExperiment()
+    instance.enterInitializationMode()
+    put, get = (instance.setReal, instance.getReal) if version_2 else (instance.setFloat64, instance.getFloat64)
+    known = {v.name: v for v in description.modelVariables}
+    on = {"ripple.amplitude": 0.3, "roughness.rms": 0.2, "mode.frequency": 90.0, "bus_voltage": 60.0, "i_a_cmd": 0.7,
+          "i_b_cmd": -0.4, "position_start": 0.0212}
+    for name, variable in known.items():
+        for end, value in on.items():
+            if name.endswith(end) and variable.causality in ("input", "parameter"):
+                put([variable.valueReference], [value])
+    by: dict[str, list[Any]] = {}
+    for unknown in description.initialUnknowns:
+        for each in unknown.dependencies if "Boolean" not in unknown.variable.type else ():
+            if each.type != "Boolean" and each.name != "roughness_seed":   # a whole number
+                by.setdefault(each.name, []).append(unknown.variable)
+    assert len(by) > 100 and [v.name for v in by["y.position_start"]][:1] == ["y.encoder"]
+    for name, unknowns in by.items():
+        reference, of = [known[name].valueReference], [v.valueReference for v in unknowns]
+        value = get(reference)[0]
+        push = 1e-5 * max(abs(value), 0.01 * float(known[name].nominal or 1.0))
+        exact = np.array(instance.getDirectionalDerivative(of, reference, [1.0]))
+        low = float(known[name].min) if known[name].min is not None else -np.inf
+        ends = [max(value - push, low), value + push]
+        values = [put(reference, [end]) or np.array(get(of)) for end in ends]
+        put(reference, [value])
+        scale = np.maximum(np.abs(values[0]), 1e-3) / push
+        difference = (values[1] - values[0]) / (ends[1] - ends[0])
+        assert (np.abs(difference - exact) <= 1e-5 * np.abs(exact) + 1e-11 * scale).all(), name
+    y, x = (known[f"{axis}.position"].valueReference for axis in "yx")
+    start = known["y.position_start"].valueReference
+    assert instance.getDirectionalDerivative([y, x], [start], [2.0]) == [2.0, 0.0]
+    with pytest.raises(FMICallException):   # a state follows from parameters here
+        instance.getDirectionalDerivative([x], [y], [1.0])
+    instance.freeInstance()
+
+
+def test_encoders_have_derivatives_at_events(plant: Path, tmp_path: Path) -> None:
+    """Of counts none but by their size, of an exact encoder those of its position."""
+    known = references(plant)
+    with exchanged(plant, tmp_path) as instance:
+        put = instance.setReal if isinstance(instance, FMU2Model) else instance.setFloat64
+        encoder, position = known["y.encoder"], known["y.position"]
+        assert instance.getDirectionalDerivative([encoder], [position], [1.0]) == [0.0]
+        put([known["encoder.resolution"]], [0.0])
+        assert instance.getDirectionalDerivative([encoder, known["x.encoder"]], [position], [3.0]) == [3.0, 0.0]
+
+
 def test_states_are_variables_that_can_be_set(plant: Path, tmp_path: Path) -> None:
     """By their names, as CasADi does: what all states at once give; rates and outputs that are none cannot be set."""
     known = references(plant)

@@ -44,8 +44,29 @@ static double *state_at(const struct Instance *instance, size_t i)
     return real_at(instance, &MODEL.variables[MODEL.continuous->states[i]]);
 }
 
-enum Status complete_step(struct Instance *instance, const char *call)
+/* Whether an event here would change an output that only events change: it is taken in by a copy of the block. */
+static bool outputs_due(const struct Instance *instance)
 {
+    const struct RunState *state = instance->state;
+    memcpy(trial(instance), state->block, MODEL.block_size);
+    MODEL.continuous->settle(trial(instance));
+    for (size_t i = 0; i < MODEL.variable_count; ++i) {
+        const struct Variable *variable = &MODEL.variables[i];
+        if (variable->causality == OUTPUT && variable->discrete) {
+            const void *after = in_block(trial(instance), variable);
+            bool due = variable->boolean ? *(const bool *)after != *boolean_at(instance, variable)
+                                         : *(const double *)after != *real_at(instance, variable);
+            if (due) {
+                return true;
+            }
+        }
+    }
+    return false;
+}
+
+enum Status complete_step(struct Instance *instance, const char *call, bool *event)
+{
+    *event = false;
     if (!exchanging(instance, call, BETWEEN_EVENTS)) {
         return REFUSED;
     }
@@ -59,7 +80,7 @@ enum Status complete_step(struct Instance *instance, const char *call)
         return fail(instance);
     }
     state->progress.stale = false;
-    MODEL.continuous->measure(state->block);
+    *event = outputs_due(instance);
     return DONE;
 }
 
@@ -143,6 +164,31 @@ enum Status get_indicators(struct Instance *instance, const char *call, double v
     return get_derived(instance, MODEL.continuous->indicators, values, count);
 }
 
+/* Whether a variable has derivatives in a phase: rates and real outputs, those that only events change where these can
+ * change, and states while the initialization gives them their values. */
+static bool is_unknown(uint32_t reference, enum Phase phase)
+{
+    if (reference >= MODEL.variable_count || MODEL.variables[reference].boolean) {
+        return false;
+    }
+    const struct Variable *variable = &MODEL.variables[reference];
+    return listed(MODEL.continuous->rates, MODEL.continuous->state_count, reference)
+           || (variable->causality == OUTPUT && (!variable->discrete || phase & (INITIALIZING | AT_EVENT)))
+           || (is_state(reference) && phase == INITIALIZING);
+}
+
+/* Whether there are derivatives by a variable in a phase: real inputs and the time, and what the initialization begins
+ * with, or the states that follow from it. */
+static bool is_known(uint32_t reference, enum Phase phase)
+{
+    if (reference >= MODEL.variable_count || MODEL.variables[reference].boolean) {
+        return false;
+    }
+    const enum Causality causality = MODEL.variables[reference].causality;
+    return causality == INPUT || causality == INDEPENDENT
+           || (phase == INITIALIZING ? causality == PARAMETER : is_state(reference));
+}
+
 /* Whether there are derivatives of all unknowns by all knowns; says why if not, or the status of the point. */
 static enum Status differentiable(struct Instance *instance, const char *call, const uint32_t unknowns[],
                                   size_t unknown_count, const uint32_t knowns[], size_t known_count, const double seed[],
@@ -156,29 +202,48 @@ static enum Status differentiable(struct Instance *instance, const char *call, c
     if (!seed || !sensitivity) {
         return refuse(instance, "%s with a null pointer, expected arrays", call);
     }
-    const struct Continuous *model = MODEL.continuous;
+    const enum Phase phase = instance->state->progress.phase;
     for (size_t i = 0; i < unknown_count; ++i) {
-        if (!listed(model->unknowns, model->unknown_count, unknowns[i])) {
-            return refuse(instance, "%s of value reference %u, expected a derivative of a state or a continuous output",
-                          call, (unsigned)unknowns[i]);
+        if (!is_unknown(unknowns[i], phase)) {
+            return refuse(instance, "%s of value reference %u %s, expected a derivative of a state or a real output%s",
+                          call, (unsigned)unknowns[i], phase_name(phase), phase == INITIALIZING ? " or a state"
+                          : phase == AT_EVENT ? "" : " that is continuous");
         }
     }
     for (size_t i = 0; i < known_count; ++i) {
-        bool known = knowns[i] < MODEL.variable_count && !MODEL.variables[knowns[i]].boolean
-                     && (MODEL.variables[knowns[i]].causality == INPUT || is_state(knowns[i]));
-        if (!known) {
-            return refuse(instance, "%s by value reference %u, expected a state or a real input", call,
-                          (unsigned)knowns[i]);
+        if (!is_known(knowns[i], phase)) {
+            return refuse(instance, "%s by value reference %u %s, expected a real input or a %s", call,
+                          (unsigned)knowns[i], phase_name(phase), phase == INITIALIZING ? "real parameter" : "state");
         }
     }
     return refresh(instance);
 }
 
 /* Derivative of a variable along the direction. */
-static double *along(const struct Instance *instance, uint32_t reference)
+static double *derivative_of(const struct Instance *instance, uint32_t reference)
 {
-    return (double *)((char *)instance->direction + MODEL.variables[reference].offset
-                      - offsetof(struct RunState, block));
+    return in_block(direction(instance), &MODEL.variables[reference]);
+}
+
+/* Derivatives of all variables along a direction, which the seed of some knowns makes. */
+static void derive_along(const struct Instance *instance, const uint32_t knowns[], size_t known_count,
+                         const double seed[])
+{
+    const struct Continuous *model = MODEL.continuous;
+    memcpy(trial(instance), instance->state->block, MODEL.block_size);
+    memset(direction(instance), 0, MODEL.block_size);
+    for (size_t i = 0; i < known_count; ++i) {
+        if (MODEL.variables[knowns[i]].causality != INDEPENDENT) {   /* nothing follows from the time */
+            *derivative_of(instance, knowns[i]) = seed[i];
+        }
+    }
+    if (instance->state->progress.phase == INITIALIZING) {
+        model->differentiate_start(trial(instance), direction(instance));
+    }
+    model->differentiate(trial(instance), direction(instance));
+    if (instance->state->progress.phase == AT_EVENT) {
+        model->differentiate_measurement(trial(instance), direction(instance));
+    }
 }
 
 enum Status differentiate(struct Instance *instance, const char *call, const uint32_t unknowns[], size_t unknown_count,
@@ -188,13 +253,9 @@ enum Status differentiate(struct Instance *instance, const char *call, const uin
     if (status != DONE) {
         return status;
     }
-    memset(instance->direction, 0, MODEL.block_size);
-    for (size_t i = 0; i < known_count; ++i) {
-        *along(instance, knowns[i]) = seed[i];
-    }
-    MODEL.continuous->differentiate(instance->state->block, instance->direction);
+    derive_along(instance, knowns, known_count, seed);
     for (size_t i = 0; i < unknown_count; ++i) {
-        sensitivity[i] = *along(instance, unknowns[i]);
+        sensitivity[i] = *derivative_of(instance, unknowns[i]);
     }
     return DONE;
 }
@@ -205,12 +266,10 @@ enum Status differentiate_adjoint(struct Instance *instance, const char *call, c
 {
     enum Status status = differentiable(instance, call, unknowns, unknown_count, knowns, known_count, seed, sensitivity);
     for (size_t k = 0; status == DONE && k < known_count; ++k) {   /* a column of the Jacobian at a time */
-        memset(instance->direction, 0, MODEL.block_size);
-        *along(instance, knowns[k]) = 1.0;
-        MODEL.continuous->differentiate(instance->state->block, instance->direction);
+        derive_along(instance, &knowns[k], 1, &(double){1.0});
         sensitivity[k] = 0.0;
         for (size_t i = 0; i < unknown_count; ++i) {
-            sensitivity[k] += seed[i] * *along(instance, unknowns[i]);
+            sensitivity[k] += seed[i] * *derivative_of(instance, unknowns[i]);
         }
     }
     return status;

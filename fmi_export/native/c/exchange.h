@@ -8,7 +8,8 @@
 /* Whether an instance is for model exchange and a call allowed in its phase; says why if not. */
 bool exchanging(const struct Instance *instance, const char *call, int phases);
 
-enum Status complete_step(struct Instance *instance, const char *call);
+/* Accept a step of the solver; whether an output that only events change would change at an event here. */
+enum Status complete_step(struct Instance *instance, const char *call, bool *event);
 enum Status set_time(struct Instance *instance, const char *call, double time);
 enum Status set_states(struct Instance *instance, const char *call, const double values[], size_t count);
 enum Status get_states(struct Instance *instance, const char *call, double values[], size_t count);

@@ -36,9 +36,11 @@ fmi2Status fmi2CompletedIntegratorStep(fmi2Component c, fmi2Boolean noSetFMUStat
         return (fmi2Status)refuse(c, "fmi2CompletedIntegratorStep with a null pointer, expected places for what it "
                                   "returns");
     }
-    *enterEventMode = fmi2False;
+    bool event;
+    enum Status status = complete_step(c, "fmi2CompletedIntegratorStep", &event);
+    *enterEventMode = event ? fmi2True : fmi2False;
     *terminateSimulation = fmi2False;
-    return (fmi2Status)complete_step(c, "fmi2CompletedIntegratorStep");
+    return (fmi2Status)status;
 }
 
 fmi2Status fmi2SetTime(fmi2Component c, fmi2Real time)

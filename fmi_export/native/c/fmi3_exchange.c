@@ -25,9 +25,8 @@ fmi3Status fmi3CompletedIntegratorStep(fmi3Instance instance, fmi3Boolean noSetF
         return (fmi3Status)refuse(instance, "fmi3CompletedIntegratorStep with a null pointer, expected places for what "
                                   "it returns");
     }
-    *enterEventMode = false;
     *terminateSimulation = false;
-    return (fmi3Status)complete_step(instance, "fmi3CompletedIntegratorStep");
+    return (fmi3Status)complete_step(instance, "fmi3CompletedIntegratorStep", enterEventMode);
 }
 
 fmi3Status fmi3SetTime(fmi3Instance instance, fmi3Float64 time)

@@ -67,7 +67,7 @@ struct Instance {
     bool events;         /* for co-simulation with event mode: samples are taken at events, not in steps */
     bool early;          /* a step may end before its end, at the next sample */
     struct RunState *state;
-    void *direction;     /* scratch for directional derivatives: a block, in model exchange */
+    void *scratch;       /* two blocks, in model exchange: trial() and direction() */
 };
 
 /* Asked of the shell: to pass a message to the importer's logger, which there is. */
@@ -100,6 +100,23 @@ static inline size_t state_room(void)
 static inline void *before_sample(struct RunState *state)
 {
     return (char *)state->block + MODEL.block_size;
+}
+
+/* A block to try things with; one of derivatives along a direction. */
+static inline void *trial(const struct Instance *instance)
+{
+    return instance->scratch;
+}
+
+static inline void *direction(const struct Instance *instance)
+{
+    return (char *)instance->scratch + MODEL.block_size;
+}
+
+/* Where a block, by itself, has a variable. */
+static inline void *in_block(void *block, const struct Variable *variable)
+{
+    return (char *)block + variable->offset - offsetof(struct RunState, block);
 }
 
 static inline double *real_at(const struct Instance *instance, const struct Variable *variable)

@@ -59,10 +59,10 @@ struct Instance *created(const struct Importer *importer, const char *name, bool
     struct Instance *instance = allocate(importer, sizeof *instance);
     char *kept_name = allocate(importer, strlen(name) + 1);
     struct RunState *state = allocate(importer, state_room());
-    void *direction = exchange ? allocate(importer, MODEL.block_size) : NULL;
-    if (!instance || !kept_name || !state || (exchange && !direction)) {
+    void *scratch = exchange ? allocate(importer, 2 * MODEL.block_size) : NULL;
+    if (!instance || !kept_name || !state || (exchange && !scratch)) {
         refuse(&nobody, "out of memory");
-        release(importer, direction);
+        release(importer, scratch);
         release(importer, state);
         release(importer, kept_name);
         release(importer, instance);
@@ -73,7 +73,7 @@ struct Instance *created(const struct Importer *importer, const char *name, bool
     instance->logging = logging;
     instance->exchange = exchange;
     instance->state = state;
-    instance->direction = direction;
+    instance->scratch = scratch;
     renew(instance);
     return instance;
 }
@@ -91,7 +91,7 @@ void freed(struct Instance *instance)
         return;
     }
     struct Importer importer = instance->importer;
-    release(&importer, instance->direction);
+    release(&importer, instance->scratch);
     release(&importer, instance->state);
     release(&importer, instance->name);
     release(&importer, instance);

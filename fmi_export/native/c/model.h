@@ -17,6 +17,7 @@ struct Variable {
     const char *unit;            /* empty for ratios and Booleans */
     size_t offset;               /* of the value in struct RunState: a double, or a bool */
     bool boolean;
+    bool discrete;               /* at events alone it changes */
     bool fixed;                  /* a parameter that cannot change once the initialization has ended */
     enum Causality causality;
     double minimum, maximum;     /* of inputs and parameters */
@@ -36,12 +37,12 @@ struct Continuous {
     size_t state_count;
     const uint32_t *indicators;           /* references of what changes its sign at an event */
     size_t indicator_count;
-    const uint32_t *unknowns;             /* references of what has directional derivatives by states and real inputs */
-    size_t unknown_count;
     int64_t (*derive)(void *block);       /* all that is continuous; 0, or the status of a refusal */
-    int64_t (*differentiate)(void *block, void *direction);   /* and its derivatives along a direction, itself a block */
     bool (*settle)(void *block);          /* take in an event; whether a state jumps */
-    void (*measure)(void *block);         /* outputs of encoders */
+    /* Derivatives along a direction, itself a block: of what is continuous, of the start, of what encoders measure. */
+    int64_t (*differentiate)(void *block, void *direction);
+    int64_t (*differentiate_start)(void *block, void *direction);
+    void (*differentiate_measurement)(void *block, void *direction);
 };
 
 /* A block that samples: at the start time, then one after each interval. */
