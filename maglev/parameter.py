@@ -19,6 +19,7 @@ class Described(Protocol):
     name: str
     causality: str
     variability: str | None
+    initial: str | None
     type: str
     unit: str | None
     min: str | None
@@ -79,10 +80,19 @@ def expected_of(kind: str, value: object) -> str:
     if kind == "Boolean":
         return "" if boolean else "true or false"
     if kind in (*INTEGERS, "Enumeration"):
-        return "" if isinstance(value, int) and not boolean else "a whole number"
+        low, high = range_of(kind)
+        fits = isinstance(value, int) and not boolean and low <= value <= high
+        return "" if fits else "a whole number" if not isinstance(value, int) or boolean else (
+            f"a whole number from {low} to {high}")
     if kind not in REALS:
         return "a variable that is Real, Integer or Boolean"
     return "" if isinstance(value, int | float) and not boolean else "a number"
+
+
+def range_of(kind: str) -> tuple[int, int]:
+    """Least and largest number of a type of whole numbers; Integer is Int32."""
+    bits = {"Integer": 32, "Enumeration": 64}.get(kind) or int(kind.partition("Int")[2])
+    return (0, 2**bits - 1) if kind.startswith("U") else (-2**(bits - 1), 2**(bits - 1) - 1)
 
 
 def require_parameter(name: str, known: Iterable[str], owner: str, error: type[MaglevError]) -> None:

@@ -45,7 +45,7 @@ SUFFIX = "_dot"
 # Derivative of a function at x, whose own is d and whose value there is f: of `math`, of which users' laws have more
 # than ours, and elementary ones, whose steps are not those of a derivative.
 RULES = {
-    "sqrt": "0.5 * d / f", "fabs": "d if x >= 0.0 else -d", "fraction": "d", "rounded_down": "0.0",
+    "sqrt": "0.5 * d / f", "fabs": "d if x >= 0.0 else -d", "fraction": "d", "rounded_down": "0.0 * d",
     "sin": "cos(x) * d", "cos": "-sin(x) * d", "tan": "(1.0 + f * f) * d", "exp": "f * d",
     "log": "d / x", "atan": "d / (1.0 + x * x)", "tanh": "(1.0 - f * f) * d",
     "exponential": "f * d", "exponential_minus_one": "(f + 1.0) * d", "logarithm": "d / x",

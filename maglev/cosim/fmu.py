@@ -14,6 +14,7 @@ from itertools import count
 from pathlib import Path
 from threading import Lock
 from typing import Any
+from xml.etree.ElementTree import parse
 
 import fmpy
 from fmpy.model_description import ModelDescription, ScalarVariable, ValidationError
@@ -22,6 +23,7 @@ from fmpy.validation import validate_model_description
 from fmi_export.units import BASE_UNITS, exponents
 from maglev.copies import original
 from maglev.cosim.port_map import Scale
+from maglev.cosim.versions.arrays import elements_of, with_elements
 from maglev.cosim.versions.clocks import PERIODIC, Ticking, clocks_of
 from maglev.cosim.versions.exchange import with_solver
 from maglev.cosim.versions.fmi import DISCARD, FMI3, LISTENERS, WARNING, Fmi, Messages, fmi_of, function_of
@@ -97,8 +99,8 @@ def description_at(name: str, path: Path, _sha256: str) -> ModelDescription:
     if fmi_of(description) is FMI3:
         description.modelVariables = [*map(copy, description.modelVariables)]
         for variable in description.modelVariables:
-            variable.type = f"{variable.type}[]" if variable.shape or variable.dimensions else OLDER_TYPES.get(
-                variable.type, variable.type)
+            variable.type = OLDER_TYPES.get(variable.type, variable.type)
+        description.modelVariables = [*elements_of(description.modelVariables, FMI3.types)]
         other = [clock for clock in clocks_of(description) if clock.intervalVariability not in PERIODIC]
         if other:
             raise FmuError(f"{name}: {original(path)} has the clock {other[0].name}, which is "
@@ -114,7 +116,8 @@ def checked_description(place: str, path: Path) -> ModelDescription:
         except (ValidationError, KeyError) as error:   # this one of a display unit whose unit is not defined
             description, FLAWS[path] = flawed_description(path, error)
     except Exception as error:   # fmpy raises whatever zipfile, lxml and its own checks raise
-        raise FmuError(f"{place} cannot be read as an FMU: {in_one_line(error)}") from error
+        said = dangling_reference(path, error) if isinstance(error, KeyError) else ""
+        raise FmuError(f"{place} cannot be read as an FMU: {said or in_one_line(error)}") from error
     if description.fmiVersion != "2.0" and not description.fmiVersion.startswith("3.0"):
         raise FmuError(f"{place} is an FMI {description.fmiVersion} FMU, expected FMI 2.0 or 3.0")
     kind = description.coSimulation or description.modelExchange
@@ -138,6 +141,18 @@ def flawed_description(path: Path, error: Exception) -> tuple[ModelDescription, 
     if not all(map(SMALL_FLAW.search, problems)):
         raise error
     return description, problems
+
+
+def dangling_reference(path: Path, error: KeyError) -> str:
+    """Say which element of the model structure refers to a variable that there is not; empty if none does."""
+    with zipfile.ZipFile(path) as archive, archive.open("modelDescription.xml") as file:
+        structure = parse(file).find("ModelStructure")
+    for element in structure.iter() if structure is not None else ():
+        for attribute, value in element.attrib.items():
+            if str(error.args[0]) in value.split():
+                return (f"<{element.tag} {attribute}={value!r}> in its model structure refers to a variable that is "
+                        "not there, expected a value reference of one of its variables")
+    return ""
 
 
 def flaw_note(path: Path) -> str:
@@ -209,7 +224,8 @@ class Fmu:
             instance = self.fmi.instantiated(self.description, self.folder, self.key, self.take_message)
         self.instance = instance
         instance._call = partial(self.heard, instance._call)   # which fmpy calls for each function that it knows
-        self.set_functions, self.get_functions = (self.fmi.functions(instance, verb) for verb in ("Set", "Get"))
+        setters, getters = (self.fmi.functions(instance, verb) for verb in ("Set", "Get"))
+        self.get_functions, self.set_functions = with_elements(self.description, self.fmi.types, getters, setters)
         self.do_step = self.fmi.do_step(instance, self.description, self.messages.add)
         self.terminate = function_of(instance, f"{self.fmi.prefix}Terminate")
         if clocks_of(self.description):

@@ -11,7 +11,7 @@ With such a map, and with units that the FMU declares itself, it is seen as if i
 from collections.abc import Mapping
 from copy import copy
 from dataclasses import dataclass, field
-from math import inf
+from math import inf, isfinite
 from pathlib import Path
 from typing import NamedTuple
 
@@ -19,6 +19,7 @@ from fmpy.model_description import ModelDescription, ScalarVariable
 
 from fmi_export.units import BASE_UNITS
 from maglev.errors import ScenarioError, key_path, nearest, shortened
+from maglev.parameter import REALS
 from maglev.toml_file import read_toml
 from maglev.units import Unit, known_unit, measures, parse_quantity, refused_as, si_unit, unit_of_powers
 
@@ -26,21 +27,22 @@ FMUS = ("controller", "plant")
 
 
 class Scale(NamedTuple):
-    """Conversion of a variable: its value in the FMU's unit is the SI value × up / down.
+    """Conversion of a variable: its value in the FMU's unit is (SI value − offset) × up / down.
 
-    One of the two is 1: 20 mm / 1000 is the number nearest to 0.02, 20 mm × 0.001 need not be.
+    One of the two factors is 1: 20 mm / 1000 is the number nearest to 0.02, 20 mm × 0.001 need not be.
     """
 
     up: float
     down: float
+    offset: float = 0.0   # SI value of 0 in the FMU's unit, as 273.15 K of 0 °C
 
     def to_own(self, value: float) -> float:
         """Value in the FMU's unit of a value in SI."""
-        return value * self.up / self.down
+        return (value - self.offset) * self.up / self.down
 
     def to_si(self, value: float) -> float:
         """Value in SI of a value in the FMU's unit."""
-        return value * self.down / self.up
+        return value * self.down / self.up + self.offset
 
 
 class Port(NamedTuple):
@@ -110,11 +112,17 @@ def read_port(key: str, value: object) -> Port:
 
 def declared_units(description: ModelDescription) -> dict[str, Unit]:
     """Units that an FMU declares by their SI base units, and that are not known here, by name; none with an offset."""
+    return {name: unit for name, (unit, offset) in units_with_offsets(description).items() if offset == 0.0}
+
+
+def units_with_offsets(description: ModelDescription) -> dict[str, tuple[Unit, float]]:
+    """All such units, each with its offset."""
     units = {}
     for unit in description.unitDefinitions:
         base = unit.baseUnit
-        if base is not None and known_unit(unit.name) is None and base.offset == 0.0 and 0.0 < base.factor < inf:
-            units[unit.name] = unit_of_powers({name: getattr(base, name) for name in BASE_UNITS}, base.factor)
+        if base is not None and known_unit(unit.name) is None and isfinite(base.offset) and 0.0 < base.factor < inf:
+            powers = {name: getattr(base, name) for name in BASE_UNITS}
+            units[unit.name] = unit_of_powers(powers, base.factor), base.offset
     return units
 
 
@@ -135,7 +143,7 @@ def apply(ports: PortMap, description: ModelDescription) -> dict[str, Scale]:
             raise ports.refuse(ours, f"{port.name!r} is {first[port.name]!r} already, expected another "
                                      f"{variable.causality or 'variable'}")
         first.setdefault(port.name, ours)
-        if port.unit is not None and variable.type != "Real":
+        if port.unit is not None and variable.type not in REALS:
             raise ports.refuse(ours, f"{port.name!r} is {variable.type}, expected a unit only of a Real")
         own = declared_unit(variable)
         if port.unit is not None and (declared := known_unit(own)) is not None and not measures(port.unit, declared.si):
@@ -146,9 +154,9 @@ def apply(ports: PortMap, description: ModelDescription) -> dict[str, Scale]:
     description.modelVariables = seen
     for variable in seen:
         variable.unit = declared_unit(variable)
-        if variable.type == "Real":
+        if variable.type in REALS:
             variable.unit = variable.unit or ports.units.get(variable.name)
-    declared_here = declared_units(description)
+    declared_here = units_with_offsets(description)
     return {variable.name: scale for variable in seen if (scale := to_si_units(variable, declared_here)) is not None}
 
 
@@ -157,17 +165,20 @@ def declared_unit(variable: ScalarVariable) -> str | None:
     return None if unit is None else str(unit)
 
 
-def to_si_units(variable: ScalarVariable, declared: Mapping[str, Unit]) -> Scale | None:
-    """Give a variable its SI unit, of one known here or `declared`, and its start value in it; the conversion."""
-    unit = known_unit(variable.unit) or declared.get(variable.unit or "")
-    if variable.type != "Real" or unit is None:
+def to_si_units(variable: ScalarVariable, declared: Mapping[str, tuple[Unit, float]]) -> Scale | None:
+    """Give a variable its SI unit, of one known here or `declared`, its start value and range in it; the conversion."""
+    known = known_unit(variable.unit)
+    unit, offset = (known, 0.0) if known is not None else declared.get(variable.unit or "", (None, 0.0))
+    if variable.type not in REALS or unit is None:
         return None
     by = unit.factor
     variable.unit = unit.si
-    if by == 1.0:
+    if by == 1.0 and offset == 0.0:
         return None
     inverse = round(1.0 / by)
-    scale = Scale(float(inverse), 1.0) if by < 1.0 and abs(inverse * by - 1.0) < 1e-12 else Scale(1.0, by)
-    if variable.start is not None:
-        variable.start = repr(scale.to_si(float(variable.start)))
+    scale = Scale(float(inverse), 1.0, offset) if by < 1.0 and abs(inverse * by - 1.0) < 1e-12 else Scale(
+        1.0, by, offset)
+    for key in ("start", "min", "max"):
+        if getattr(variable, key) is not None:
+            setattr(variable, key, repr(scale.to_si(float(getattr(variable, key)))))
     return scale

@@ -191,11 +191,13 @@ class Experiment:
         """
         descriptions = self.check()
         try:
-            return self.recorded(descriptions, progress, complete)
+            recording = self.recorded(descriptions, progress, complete)
         except RunFailed as failure:
-            ranges = {name: description for name, description in descriptions.items()
-                      if name not in self.ports or not self.ports[name].ports}   # in the run's units
-            raise after_departure(failure, ranges, self.connections) from failure
+            raise after_departure(failure, descriptions, self.connections) from failure
+        theirs = {name: description for name, description in descriptions.items() if not built_here(self.files[name])}
+        said = [f"at t = {recording.time[k]:.9g} s {text}" for k, text in beyond_ranges(recording, theirs, [
+            *self.connections, *((full, full) for full in recording.columns)])]
+        return replace(recording, notes=(*recording.notes, *said))
 
     def recorded(self, descriptions: Mapping[str, ModelDescription], progress: Progress | None,
                  complete: Complete) -> Recording:
@@ -342,26 +344,36 @@ def after_departure(failure: RunFailed, descriptions: Mapping[str, ModelDescript
                     connections: Iterable[tuple[str, str]]) -> RunFailed:
     """The failure, after which output was beyond the range of an input that it is connected to, if one was, and when.
 
-    It is the first one. Inputs of FMUs that have no description here are left out.
+    It is the first one.
     """
-    recording, departures = failure.recording, []
+    departures = beyond_ranges(failure.recording, descriptions, connections)
+    if not departures:
+        return failure
+    k, said = min(departures)
+    when = f"at t = {failure.recording.time[k]:.9g} s: "
+    return RunFailed(f"{when}{said}; {str(failure).removeprefix(when)}", failure.recording)
+
+
+def beyond_ranges(recording: Recording, descriptions: Mapping[str, ModelDescription],
+                  feeds: Iterable[tuple[str, str]]) -> list[tuple[int, str]]:
+    """For each input that was fed what is beyond its range: the first communication point of that, and a sentence.
+
+    `feeds` go from recorded signals to inputs. Those of FMUs that have no description here are left out.
+    """
+    departures = []
     inputs = {f"{name}.{variable.name}": variable for name, description in descriptions.items()
-              for variable in description.modelVariables}
-    for source, target in connections:
+              for variable in description.modelVariables if variable.causality == "input"}
+    for source, target in feeds:
         variable, values = inputs.get(target), recording.columns.get(source)
-        if variable is None or values is None or variable.min is None or variable.max is None:
+        if variable is None or values is None or (variable.min is None and variable.max is None):
             continue
-        low, high = float(variable.min), float(variable.max)
+        low, high = float(variable.min or -np.inf), float(variable.max or np.inf)
         beyond = np.flatnonzero(~((values >= low) & (values <= high)))
         if len(beyond):
             unit = f" {variable.unit}" if variable.unit else ""
             departures.append((int(beyond[0]), f"{source} = {values[beyond[0]]:.9g}{unit} is beyond "
-                                               f"{low:g}…{high:g}{unit}, the range of {target}; "))
-    if not departures:
-        return failure
-    k, said = min(departures)
-    when = f"at t = {recording.time[k]:.9g} s: "
-    return RunFailed(f"{when}{said}{str(failure).removeprefix(when)}", recording)
+                                               f"{low:g}…{high:g}{unit}, the range of {target}"))
+    return departures
 
 
 def with_generated_references(plan: RunPlan) -> RunPlan:

@@ -3,7 +3,7 @@
 import re
 import subprocess
 import zipfile
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 
 import fmpy
@@ -34,15 +34,20 @@ DESCRIPTION = """<?xml version="1.0" encoding="UTF-8"?>
 
 def small_fmu(folder: Path, holes: Mapping[str, str], exchange: bool = False) -> Path:
     """Build the FMU into a folder, with C statements in its holes, such as IN_STEP; returns its path."""
-    defines = [f"-D{name}={statement}" for name, statement in holes.items()]
+    return built_fmu(folder, SOURCE, DESCRIPTION.format(
+        kind="ModelExchange" if exchange else "CoSimulation",
+        attributes="" if exchange else ' canHandleVariableCommunicationStepSize="true"'),
+        [f"-D{name}={statement}" for name, statement in holes.items()])
+
+
+def built_fmu(folder: Path, source: Path, description: str, defines: Sequence[str] = ()) -> Path:
+    """Build an FMU of FMI 3.0, `small.fmu`, of a C source and a model description into a folder; returns its path."""
     library = folder / f"small{fmpy.sharedLibraryExtension}"
-    (folder / "absent.c").write_text(absent_functions(SOURCE.read_text()))
-    subprocess.run([*require_compiler(), "-shared", "-fPIC", *FMI_HEADERS, *defines, SOURCE, folder / "absent.c", "-o",
+    (folder / "absent.c").write_text(absent_functions(source.read_text()))
+    subprocess.run([*require_compiler(), "-shared", "-fPIC", *FMI_HEADERS, *defines, source, folder / "absent.c", "-o",
                     library, "-lm"], check=True)
     with zipfile.ZipFile(folder / "small.fmu", "w") as archive:
-        archive.writestr("modelDescription.xml", DESCRIPTION.format(
-            kind="ModelExchange" if exchange else "CoSimulation",
-            attributes="" if exchange else ' canHandleVariableCommunicationStepSize="true"'))
+        archive.writestr("modelDescription.xml", description)
         archive.write(library, f"binaries/{fmpy.platform_tuple}/{library.name}")
     return folder / "small.fmu"
 

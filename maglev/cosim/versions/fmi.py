@@ -40,11 +40,12 @@ LISTENERS: dict[bytes | None, Listening] = {}   # of FMI 2.0, by instance name
 
 
 class Type(NamedTuple):
-    """How variables are accessed: the end of the functions' names, a value in C and in an array."""
+    """How variables are accessed: the end of the functions' names, a value in C and in an array, and in a recording."""
 
     function: str
     value: Any
     item: type
+    recorded: type
 
 
 class Fmi:
@@ -52,8 +53,8 @@ class Fmi:
 
     prefix: ClassVar = "fmi2"
     types: ClassVar[Mapping[str, Type]] = {
-        "Real": Type("Real", c_double, np.float64), "Integer": Type("Integer", c_int, np.int32),
-        "Boolean": Type("Boolean", c_int, np.int32)}
+        "Real": Type("Real", c_double, np.float64, np.float64), "Integer": Type("Integer", c_int, np.int32, np.int32),
+        "Boolean": Type("Boolean", c_int, np.int32, np.int32)}
 
     def instantiated(self, description: ModelDescription, folder: Path, name: bytes, listener: Listener) -> Any:
         """Load an unpacked FMU and instantiate it; fmpy's object of it."""
@@ -146,8 +147,17 @@ class Fmi3(Fmi):
 
     prefix: ClassVar = "fmi3"
     types: ClassVar[Mapping[str, Type]] = {
-        "Real": Type("Float64", c_double, np.float64), "Integer": Type("Int32", ctypes.c_int32, np.int32),
-        "Boolean": Type("Boolean", c_bool, np.uint8), "Int64": Type("Int64", ctypes.c_int64, np.int64)}
+        "Real": Type("Float64", c_double, np.float64, np.float64),
+        "Integer": Type("Int32", ctypes.c_int32, np.int32, np.int32),
+        "Boolean": Type("Boolean", c_bool, np.uint8, np.uint8),
+        "Int64": Type("Int64", ctypes.c_int64, np.int64, np.int64),
+        "UInt64": Type("UInt64", ctypes.c_uint64, np.uint64, np.uint64),
+        "Float32": Type("Float32", ctypes.c_float, np.float32, np.float64),
+        "Int8": Type("Int8", ctypes.c_int8, np.int8, np.int64),
+        "UInt8": Type("UInt8", ctypes.c_uint8, np.uint8, np.int64),
+        "Int16": Type("Int16", ctypes.c_int16, np.int16, np.int64),
+        "UInt16": Type("UInt16", ctypes.c_uint16, np.uint16, np.int64),
+        "UInt32": Type("UInt32", ctypes.c_uint32, np.uint32, np.int64)}
 
     def instantiated(self, description: ModelDescription, folder: Path, name: bytes, listener: Listener) -> Any:
         def listen(_environment: object, status: int, _category: bytes, message: bytes) -> None:

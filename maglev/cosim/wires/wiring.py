@@ -18,9 +18,11 @@ from fmpy.model_description import ScalarVariable
 from maglev.cosim import Order
 from maglev.cosim.fmu import Fmu, kind_of
 from maglev.cosim.port_map import Scale
+from maglev.cosim.versions.arrays import of_variable
 from maglev.cosim.versions.fmi import FMI2, FMI3
 from maglev.errors import FmuError, shortened
 
+REALS = ("Real", "Float32")   # types that can be connected with each other, and driven
 KINDS = (*FMI2.types, *(kind for kind in FMI3.types if kind not in FMI2.types))
 
 Drives = Mapping[str, Sequence[float] | npt.NDArray[np.float64]]   # values of inputs at every communication point
@@ -150,11 +152,11 @@ def wire(fmus: Mapping[str, Fmu], connections: Sequence[tuple[str, str]],
         for track, variables in output_tracks(name, fmu, sources, rows, allocate):
             places.update({full: Place(track, column, number) for column, full in enumerate(track.names)})
             gets[-1] += value_calls(fmu, "Get", variables, track, 0, 1)
-    for (name, fmu), kind in product(fmus.items(), ("Real", "Boolean")):
+    for (name, fmu), kinds in product(fmus.items(), (REALS, ("Boolean",))):
         driven = [target for target in drives if target.partition(".")[0] == name
-                  and kind_of(fmu.variable(target.partition(".")[2])) == kind]
+                  and kind_of(fmu.variable(target.partition(".")[2])) in kinds]
         if driven:
-            track = Track(driven, fmu.fmi.types[kind].item, rows, allocate, drives)
+            track = Track(driven, fmu.fmi.types[kinds[0]].recorded, rows, allocate, drives)
             places.update({target: Place(track, column, -1) for column, target in enumerate(driven)})
     for number, (name, fmu) in enumerate(fmus.items()):
         sets.append(list(input_calls(number, name, fmu, sources, places, order)))
@@ -209,7 +211,7 @@ def owner(full: str) -> str:
 
 def begins_with_inputs(fmu: Fmu) -> bool:
     """Whether an initial output of an FMU depends on an input; without a list of dependencies, on each."""
-    inputs = {variable.valueReference for variable in fmu.description.modelVariables if variable.causality == "input"}
+    inputs = {of_variable(variable) for variable in fmu.description.modelVariables if variable.causality == "input"}
     return any(inputs if unknown.dependencies is None else
                inputs & {known.valueReference for known in unknown.dependencies}
                for unknown in fmu.description.initialUnknowns if unknown.variable.causality == "output")
@@ -227,9 +229,10 @@ def input_sources(fmus: Mapping[str, Fmu], connections: Sequence[tuple[str, str]
             raise FmuError(f"{target} has two sources, expected one connection or signal")
         sources[target] = source
         kind = kind_of(endpoint(fmus, target, "input", "parameter"))
-        if source != target and kind_of(endpoint(fmus, source, "output")) != kind:
+        given = kind if source == target else kind_of(endpoint(fmus, source, "output"))
+        if given != kind and not {given, kind} <= {*REALS}:
             raise FmuError(f"{source} and {target} differ in type, expected {kind} at both ends")
-        if source == target and kind not in ("Real", "Boolean"):
+        if source == target and kind not in (*REALS, "Boolean"):
             raise FmuError(f"{target} is of type {kind}, expected a Real or Boolean input for a signal")
     return sources
 
@@ -244,7 +247,7 @@ def output_tracks(name: str, fmu: Fmu, sources: Mapping[str, str], rows: int,
         # Connected outputs first, in the order of the connections: those that go to one FMU lie side by side.
         variables.sort(key=lambda v: wanted.index(f"{name}.{v.name}") if f"{name}.{v.name}" in wanted else len(wanted))
         if variables:
-            yield Track([f"{name}.{v.name}" for v in variables], fmu.fmi.types[kind].item, rows, allocate,
+            yield Track([f"{name}.{v.name}" for v in variables], fmu.fmi.types[kind].recorded, rows, allocate,
                         boolean=kind == "Boolean"), variables
 
 
@@ -258,7 +261,8 @@ def input_calls(number: int, name: str, fmu: Fmu, sources: Mapping[str, str],
     runs: list[list[tuple[ScalarVariable, Place]]] = []
     for variable, place in fed:
         before = runs[-1][-1][1] if runs else None
-        if before is None or place.track is not before.track or place.column != before.column + 1:
+        if before is None or place.track is not before.track or place.column != before.column + 1 \
+                or kind_of(runs[-1][-1][0]) != kind_of(variable):
             runs.append([])
         runs[-1].append((variable, place))
     for run in runs:
@@ -272,7 +276,7 @@ def value_calls(fmu: Fmu, verb: str, variables: Sequence[ScalarVariable], track:
                 ahead: int) -> Iterator[Call]:
     """The call of `value_call`; with a conversion after or before it if the FMU does not count in SI units.
 
-    Or if its values are of another size: Booleans are in FMI 3.0.
+    Or if its values are of another size, as Booleans and many numbers of FMI 3.0 are.
     """
     call = value_call(fmu, verb, variables, track, column, ahead)
     own: npt.NDArray[Any] = np.zeros(len(variables), fmu.fmi.types[kind_of(variables[0])].item)   # in the FMU's units
@@ -281,15 +285,15 @@ def value_calls(fmu: Fmu, verb: str, variables: Sequence[ScalarVariable], track:
         return
     rows = track.array[:, column:column + len(variables)]
     scales = [fmu.scales.get(v.name, Scale(1.0, 1.0)) for v in variables]
-    up, down = np.array([scale.up for scale in scales]), np.array([scale.down for scale in scales])
+    up, down, offset = np.array(scales).T
     row = c_int64()
 
     def to_si(at: c_int64) -> int:
-        rows[at.value] = own * down / up
+        rows[at.value] = own * down / up + offset
         return 0
 
     def to_own(at: c_int64) -> int:
-        own[:] = rows[at.value] * up / down
+        own[:] = (rows[at.value] - offset) * up / down
         return 0
 
     call = call._replace(base=own.ctypes.data, stride=0)

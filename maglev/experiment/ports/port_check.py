@@ -48,6 +48,13 @@ class PortCheck:
             raise self.refuse(key, value, f"{name!r} is of causality {variable.causality}, expected {wanted}")
         return variable
 
+    def settable(self, key: str, value: object, fmu: str, name: str) -> Described:
+        """Return a parameter, an input, or another variable whose start value an FMU takes as it is (exact)."""
+        variable = self.descriptions[fmu].get(name)
+        if variable is not None and variable.initial == "exact" and variable.variability != "constant":
+            return variable
+        return self.variable_of(key, value, fmu, name, "parameter", "input")
+
     def feed(self, key: str, port: str, *causalities: str) -> Described:
         """Return the input, or a variable of another causality; refuse it if it is fed already."""
         variable = self.variable(key, port, "input", *causalities)
@@ -65,7 +72,7 @@ class PortCheck:
             ends = (f"{key}[0]", f"{key}[1]") if key.startswith("connections") else (key, key)
             output = self.variable(ends[0], start, "output")
             target = self.feed(ends[1], end, "parameter")
-            if output.type != target.type:
+            if output.type != target.type and not {output.type, target.type} <= {*REALS}:
                 raise self.refuse(key, [start, end], f"connects {output.type} to {target.type}, expected the same type"
                                                      f"{self.declared(start, end)}")
             if output.unit and target.unit and not compatible(output.unit, target.unit):
@@ -125,7 +132,7 @@ class PortCheck:
             for name, start in entry.start.items():
                 key = key_path(["fmus", fmu, "start", name])
                 self.origin = start.origin
-                variable = self.variable_of(key, start.written, fmu, name, "parameter", "input")
+                variable = self.settable(key, start.written, fmu, name)
                 if start.origin and variable.causality == "input" and f"{fmu}.{name}" in self.fed:
                     raise self.refuse(key, start.written, f"{name!r} is fed by {self.fed[f'{fmu}.{name}']} from "
                                       "the start, expected a parameter, an input that nothing feeds, or "
