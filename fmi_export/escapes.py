@@ -1,7 +1,7 @@
 """Text of a user's file for the languages that an FMU consists of: a function for each.
 
-HTML is left to `html.escape`, the marks of XML to `xml.etree`, CSV to `csv.writer`, a shell to `shlex.join`. TOML and
-the terminal, which FMUs have nothing of, are in `maglev.errors`: `quoted` and `visible`.
+HTML is left to `html.escape`, the marks of XML to `xml.etree`, those of CSV to `csv.writer`, a shell to `shlex.join`.
+TOML and the terminal, which FMUs have nothing of, are in `maglev.errors`: `quoted` and `visible`.
 """
 
 import re
@@ -28,6 +28,15 @@ def c_comment(text: str) -> str:
 def page_text(text: str) -> str:
     """HTML in which no equation begins: for a page whose TeX is yet to be typeset."""
     return escape(text).replace("\\", "&#92;")
+
+
+def csv_text(text: str) -> str:
+    """Text of a CSV cell that no spreadsheet takes for a formula; a number stays as it is."""
+    try:
+        float(text)
+    except ValueError:
+        return f"'{text}" if text.lstrip()[:1] in ("=", "+", "-", "@") else text
+    return text
 
 
 def xml_text(text: str) -> str:

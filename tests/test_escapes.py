@@ -20,7 +20,7 @@ from report_outcomes import chart
 from report_runs import Page, judged, packaged, page_of, recorded
 from studied_grid import broken_at
 
-from fmi_export.escapes import c_comment, c_string, xml_text
+from fmi_export.escapes import c_comment, c_string, csv_text, xml_text
 from fmi_export.model_description import model_description
 from fmi_export.native.model_description_3 import model_description_3
 from fmi_export.native.model_table import model_table
@@ -189,6 +189,15 @@ def test_texts_of_a_scenario_are_data() -> None:
     assert len(rows) == 1 and "<pwned" not in rows[0]
     marks = csv.reader(StringIO(curves_csv([chart(text, text)])))
     assert {row[0] for row in marks} == {"figure", text}
+
+
+@pytest.mark.parametrize("text", ["=1+1", "+SUM(A1)", "-cmd|' /C calc'!A0", "@pwned", " =1+1", "\t=1", "\n=1"])
+def test_texts_in_a_csv_are_no_formulas(text: str) -> None:
+    """A spreadsheet computes what begins with = + - or @; numbers are none of these."""
+    rows = [*csv.reader(StringIO(curves_csv([chart(text, text)])))][1:]
+    assert rows and all(row[0] == f"'{text}" for row in rows)
+    assert [csv_text(number) for number in ("-1.5", "+2", "-inf", "4.9", "a - b", "")] == [
+        "-1.5", "+2", "-inf", "4.9", "a - b", ""]
 
 
 def test_texts_of_a_study_are_data() -> None:

@@ -9,6 +9,7 @@ from pathlib import Path
 from rich.console import Console
 from rich.text import Text
 
+from fmi_export.escapes import csv_text
 from maglev.errors import visible
 from maglev.experiment.execution import RunResult
 from maglev.experiment.provenance import Provenance
@@ -395,7 +396,7 @@ def curves_csv(charts: Iterable[Chart]) -> str:
         for k, panel in enumerate(chart.panels, start=1):
             name = f"{k}: {panel.y_title} over {panel.x_title}"
             for curve in panel.curves:
-                place = chart.number or chart.caption, name, curve.label
+                place = csv_text(chart.number or chart.caption), name, csv_text(curve.label)
                 margins = [""] * len(curve.x) if curve.margin is None else [repr(float(y)) for y in curve.margin]
                 writer.writerows((*place, repr(float(x)), repr(float(y)), margin)
                                  for x, y, margin in zip(curve.x, curve.y, margins, strict=True))
