@@ -20,6 +20,7 @@ from fmi_export.user_classes.trouble import RAISED, error_text
 
 TABLES = {"inputs": "input", "outputs": "output", "parameters": "parameter"}
 
+MOST_NAMES = 2000   # in the tables of a class: an FMU lists for each output all that it depends on
 DEFAULT_STEP = 0.5e-3   # s, of the default experiment of a class without samples
 
 REFUSED_STEP = ("communication step = {step} s, expected one that divides its sample_time = {sample_time} s into a "
@@ -61,6 +62,8 @@ def definition_of(written: type, clock: type, icon: Drawing, sketch: Drawing,
     if not tables["outputs"]:
         raise ExportError(f"class {name}: it has no outputs, expected a table such as "
                           "outputs = {\"alpha.i_a_cmd\": \"A\", ...}")
+    if (count := sum(map(len, tables.values()))) > MOST_NAMES:
+        raise ExportError(f"class {name}: it has {count} inputs, outputs and parameters, expected at most {MOST_NAMES}")
     sampled = not takes(written.step, 3)   # type: ignore[attr-defined]  # it has one
     if sampled:
         tables["parameters"].setdefault(SAMPLE_TIME, "s")
