@@ -69,7 +69,7 @@ class PortMap:
         """Refuse a line about a port that is not known, or in a unit of another dimension than the known one."""
         for ours, port in self.ports.items():
             if ours not in known:
-                raise self.refuse(ours, f"unknown port, nearest is {nearest(ours, known)}")
+                raise self.refuse(ours, f"unknown port, {nearest(ours, known)}")
             unit = known[ours]
             if port.unit is not None and unit is not None and not measures(port.unit, unit):
                 raise self.refuse(ours, f"expected a unit that converts to {unit}")
@@ -80,7 +80,7 @@ def read_port_maps(path: Path) -> dict[str, PortMap]:
     maps = {}
     for name, table in read_toml(path).items():
         if name not in FMUS:
-            raise ScenarioError(f"{path}: unknown table {name!r}, nearest is {nearest(name, FMUS)}")
+            raise ScenarioError(f"{path}: unknown table {name!r}, {nearest(name, FMUS)}")
         place, step = f"{path}: {name}", None
         if not isinstance(table, dict):
             raise ScenarioError(f"{place} = {shortened(table)}: expected a table")
@@ -137,7 +137,7 @@ def apply(ports: PortMap, description: ModelDescription) -> dict[str, Scale]:
     seen: list[ScalarVariable] = []
     for ours, port in ports.ports.items():
         if port.name not in theirs:
-            raise ports.refuse(ours, f"the FMU has no {port.name!r}, nearest is {nearest(port.name, theirs)}")
+            raise ports.refuse(ours, f"the FMU has no {port.name!r}, {nearest(port.name, theirs)}")
         variable = copy(theirs[port.name])
         if port.name in first and variable.causality != "output":
             raise ports.refuse(ours, f"{port.name!r} is {first[port.name]!r} already, expected another "
@@ -146,7 +146,8 @@ def apply(ports: PortMap, description: ModelDescription) -> dict[str, Scale]:
         if port.unit is not None and variable.type not in REALS:
             raise ports.refuse(ours, f"{port.name!r} is {variable.type}, expected a unit only of a Real")
         own = declared_unit(variable)
-        if port.unit is not None and (declared := known_unit(own)) is not None and not measures(port.unit, declared.si):
+        declared = None if own == "1" else known_unit(own)   # some tools write 1 for every unit
+        if port.unit is not None and declared is not None and not measures(port.unit, declared.si):
             raise ports.refuse(ours, f"the FMU declares {own}, expected a unit that converts to {declared.si}")
         variable.name, variable.unit = ours, port.unit or own
         seen.append(variable)

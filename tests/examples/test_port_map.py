@@ -36,9 +36,11 @@ def test_declared_units_are_converted() -> None:
 
 
 def test_the_map_wins_over_no_unit_and_the_same_dimension() -> None:
-    description = described(("gap", "input", "m"), ("i", "output", None))
-    scales = apply(PortMap("m", {"v.measured": Port("gap", "µm"), "cmd": Port("i", "mA")}), description)
-    assert [(v.name, v.unit) for v in description.modelVariables] == [("v.measured", "m"), ("cmd", "A")]
+    """The unit 1, which some tools write for every unit, is none."""
+    description = described(("gap", "input", "m"), ("i", "output", None), ("f", "output", "1"))
+    scales = apply(PortMap("m", {"v.measured": Port("gap", "µm"), "cmd": Port("i", "mA"), "force": Port("f", "kN")}),
+                   description)
+    assert [(v.name, v.unit) for v in description.modelVariables] == [("v.measured", "m"), ("cmd", "A"), ("force", "N")]
     assert scales["v.measured"].to_own(1e-6) == pytest.approx(1.0)
     with pytest.raises(ScenarioError, match="the FMU declares m, expected a unit that converts to m"):
         apply(PortMap("m", {"v.measured": Port("gap", "A")}), described(("gap", "input", "m")))
