@@ -84,8 +84,10 @@ def expected_of(kind: str, value: object) -> str:
         fits = isinstance(value, int) and not boolean and low <= value <= high
         return "" if fits else "a whole number" if not isinstance(value, int) or boolean else (
             f"a whole number from {low} to {high}")
+    if kind == "String":
+        return "" if isinstance(value, str) and "\0" not in value else "a text"
     if kind not in REALS:
-        return "a variable that is Real, Integer or Boolean"
+        return "a variable that is Real, Integer, Boolean, String or Enumeration"
     return "" if isinstance(value, int | float) and not boolean else "a number"
 
 
@@ -99,4 +101,4 @@ def require_parameter(name: str, known: Iterable[str], owner: str, error: type[M
     """Refuse a name that no parameter of the owner has; the error has the nearest one that there is."""
     valid = list(known)
     if name not in valid:
-        raise error(f"{owner} has no parameter {name!r}; nearest is {nearest(name, valid)}")
+        raise error(f"{owner} has no parameter {name!r}; {nearest(name, valid)}")

@@ -17,6 +17,7 @@ from typing import Any
 from xml.etree.ElementTree import parse
 
 import fmpy
+from fmpy.fmi1 import FMICallException
 from fmpy.model_description import ModelDescription, ScalarVariable, ValidationError
 from fmpy.validation import validate_model_description
 
@@ -288,8 +289,7 @@ class Fmu:
     def variable(self, name: str) -> ScalarVariable:
         """A variable by its name; FmuError with the nearest name if there is none."""
         if name not in self.variables:
-            raise FmuError(f"{self.name} ({self.path.name}) has no variable {name}; nearest is "
-                           f"{nearest(name, self.variables)}")
+            raise FmuError(f"{self.name} ({self.path.name}) has no variable {name}; {nearest(name, self.variables)}")
         return self.variables[name]
 
     def reset(self) -> None:
@@ -297,18 +297,22 @@ class Fmu:
         if self.ticking is not None:
             self.ticking.reset()
 
-    def initialise(self, start: Mapping[str, float | bool], start_time: float, stop_time: float,
+    def initialise(self, start: Mapping[str, float | bool | str], start_time: float, stop_time: float,
                    give_inputs: Callable[[], None] = lambda: None) -> None:
         """Set start values and go through the initialization, in which it is given inputs."""
         for name, value in start.items():
             self.require_start(name, value)
-        buffers = self.buffers([self.variable(name) for name in start])
+        texts = {name: value for name, value in start.items() if isinstance(value, str)}
+        numbers = {name: value for name, value in start.items() if not isinstance(value, str)}
+        buffers = self.buffers([self.variable(name) for name in numbers])
         for buffer in buffers:
             for i, name in enumerate(buffer.names):
-                value = self.scales[name].to_own(start[name]) if name in self.scales else start[name]
+                value = self.scales[name].to_own(numbers[name]) if name in self.scales else numbers[name]
                 buffer.values[i] = type(buffer.values[i])(value)
         try:
             def set_values() -> None:
+                for name, text in texts.items():
+                    self.set_text(name, text)
                 for buffer in buffers:
                     self.set(buffer)
 
@@ -318,6 +322,13 @@ class Fmu:
         except Exception as error:
             raise FmuError(f"{self.name} ({self.path.name}) refused its initialization: "
                            f"{self.said() or error}") from error
+
+    def set_text(self, name: str, text: str) -> None:
+        """Set a String variable."""
+        try:
+            self.instance.setString([self.variable(name).valueReference], [text])
+        except FMICallException as error:
+            raise self.failed(f"{self.fmi.prefix}SetString of {name}", error.status) from error
 
     def require_start(self, name: str, value: object) -> None:
         """Refuse a start value that is none of the variable's type; in a row of a study all are floats."""

@@ -21,7 +21,17 @@ from maglev.cosim.open import open_fmu, read_description
 from maglev.cosim.port_map import PortMap, apply
 from maglev.cosim.step_loop import StepFailed, Stepper, new_counter, own_loop
 from maglev.cosim.wires.wiring import Call, Drives, Rate, Track, Wiring, wire
-from maglev.errors import FmuError, Interrupted, MaglevError, QuantityError, ended_by, one_of, shortened, signal_of
+from maglev.errors import (
+    FmuError,
+    Interrupted,
+    MaglevError,
+    QuantityError,
+    ended_by,
+    one_of,
+    shortened,
+    signal_of,
+    size_text,
+)
 from maglev.processes.interrupts import held_interrupts
 from maglev.processes.side_by_side import Progress
 from maglev.time_grid import whole_steps
@@ -39,7 +49,7 @@ class FmuSetup:
 
     name: str
     path: Path   # or text, a class or an object of one, of which it becomes one
-    start: Mapping[str, float | bool] = field(default_factory=dict)
+    start: Mapping[str, float | bool | str] = field(default_factory=dict)
     ports: PortMap | None = None
 
     def __post_init__(self) -> None:
@@ -340,8 +350,8 @@ class Master:
                       for variable in fmu.description.modelVariables)
         if 8 * outputs * steps > MOST_MEMORY:
             raise FmuError(f"{steps} steps of {self.step} s with {outputs} outputs would take "
-                           f"{8e-9 * outputs * steps:.3g} GB of memory, expected at most {1e-9 * MOST_MEMORY:.3g} "
-                           "GB: a shorter run or a longer step")
+                           f"{size_text(8 * outputs * steps)} of memory, expected at most {size_text(MOST_MEMORY)}: "
+                           "a shorter run or a longer step")
 
 
 def require_booleans(tracks: Sequence[Track], origin: int, first: int, last: int) -> None:

@@ -23,7 +23,14 @@ from maglev.errors import ControllerError, FmuError, ScenarioError, few, option
 from maglev.experiment.ports.parameter_file import without_fed
 from maglev.experiment.ports.port_check import check_names
 from maglev.experiment.ports.replacement import Replacement, fit, known_ports, require_essential
-from maglev.experiment.ports.starts import Following, Starts, in_declared_units, known_participant, known_start
+from maglev.experiment.ports.starts import (
+    Following,
+    Starts,
+    in_declared_units,
+    known_participant,
+    known_start,
+    of_declared_types,
+)
 from maglev.experiment.provenance import Provenance, UsedFmu, departures_of
 from maglev.experiment.reach import require_reachable
 from maglev.own_fmus import built_here, own_fmu, stale
@@ -72,7 +79,7 @@ class Experiment:
         descriptions = self.check()
         fmus = tuple(UsedFmu.of(
             name, path, descriptions[name], put_in=name in self.put_in,
-            start={variable: value.value for variable, value in self.plan.fmus[name].start.items()},
+            start={variable: value.given for variable, value in self.plan.fmus[name].start.items()},
             left_out={full.partition(".")[2]: reason for full, reason in self.left_out.items()
                       if full.startswith(f"{name}.")}) for name, path in self.files.items())
         return Provenance(fmus=fmus, changes=self.changes, scenario=self.plan.sha256, departures=self.departures,
@@ -176,7 +183,7 @@ class Experiment:
 
     def setups(self) -> list[FmuSetup]:
         """FMUs and their start values, as a `Master` takes them."""
-        return [FmuSetup(name, path, {variable: start.value for variable, start in self.plan.fmus[name].start.items()},
+        return [FmuSetup(name, path, {variable: start.given for variable, start in self.plan.fmus[name].start.items()},
                          self.ports.get(name)) for name, path in self.files.items()]
 
     @property
@@ -265,7 +272,7 @@ def prepare(plan: RunPlan, fmus: Path, replaced: Mapping[str, Replacement], sett
     overruled = [*(f"{plan.name}: {sentence}" for sentence in dict.fromkeys(filter(None, used))),
                  *([f"{plan.name}: {few(fed)} of parameter sets are left out: the run feeds them"] if fed else []),
                  *starts.ask(plan, settings)]
-    plan, starts.given = in_declared_units(plan, starts.given, files)
+    plan, starts.given = in_declared_units(plan, of_declared_types(plan, starts.given, files), files)
     asked = set(settings)
     model = starts.follow(plan, files, asked) if str(options["model"]) == "plant" else None
     fitted, notes = fit(with_generated_references(starts.of(plan)), replaced)
@@ -308,13 +315,18 @@ def changes_of(experiment: Experiment, plan: RunPlan, asked: Iterable[str]) -> I
     for full in sorted(asked):
         name, _, variable = full.partition(".")
         now, planned = experiment.plan.fmus[name].start[variable], plan.fmus[name].start.get(variable)
-        before = known_start(name, experiment.files[name], variable) if planned is None else planned.value
-        if before is None or float(now.value) != float(before) or variable in plan.fmus[name].start_from:
+        before = known_start(name, experiment.files[name], variable) if planned is None else planned.given
+        if before is None or not same_start(now.given, before) or variable in plan.fmus[name].start_from:
             yield f"{full} = {now.written}" + ("" if before is None else f" instead of {before}")
     if experiment.step != plan.step:
         yield f"step = {experiment.step} s instead of {plan.step} s"
     if experiment.order != "sequential":
         yield f"order is {experiment.order}"
+
+
+def same_start(one: float | str, other: float | str) -> bool:
+    """Whether two start values are the same text, or the same number; of Booleans 0 and 1."""
+    return one == other if isinstance(one, str) or isinstance(other, str) else float(one) == float(other)
 
 
 def runs_apart(file: Path) -> bool:

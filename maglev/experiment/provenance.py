@@ -59,7 +59,7 @@ class UsedFmu:
     put_in: bool   # whether it takes the place of the plan's
     built_here: bool = False   # whether its content is what this installation builds
     # every start value that it was given, SI, by variable; the others are its own
-    start: dict[str, float | int | bool] = field(default_factory=dict)
+    start: dict[str, float | int | bool | str] = field(default_factory=dict)
     left_out: dict[str, str] = field(default_factory=dict)   # why others of the plan were not given to it
     # of an FMU; of a user's Python file and of the modules beside it, by file name; of a class's text
     sha256: dict[str, str] = field(default_factory=dict)

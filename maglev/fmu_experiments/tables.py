@@ -15,7 +15,7 @@ from maglev.arrays import Array
 from maglev.baselines.baseline import Tolerance
 from maglev.cosim.port_map import declared_unit, declared_units
 from maglev.errors import CsvError, FmuError, nearest, shortened
-from maglev.experiment.ports.parameter_file import ParameterSet
+from maglev.experiment.ports.parameter_file import ParameterSet, of_type
 from maglev.fmu_experiments.carried import File
 from maglev.parameter import expected_of, require_parameter
 from maglev.schema.run_plan import StartValue
@@ -104,7 +104,7 @@ def input_array(file: File, variables: Mapping[str, ScalarVariable]) -> npt.NDAr
         variable = variables.get(name)
         if variable is None or not (variable.causality == "input" or variable.variability == "tunable"):
             known = [other.name for other in variables.values() if other.causality == "input"]
-            raise FmuError(f"{file.place}: column {name} is no input of the FMU, nearest is {nearest(name, known)}"
+            raise FmuError(f"{file.place}: column {name} is no input of the FMU, {nearest(name, known)}"
                            if known else f"{file.place}: column {name}: the FMU has no inputs, expected no file")
         if variable.type in TEXTS:
             raise FmuError(f"{file.place}: column {name} is of type {variable.type}, expected numbers or Booleans")
@@ -127,15 +127,20 @@ def given_starts(file: File, description: ModelDescription) -> dict[str, str]:
     options = {}
     for name, typed in given.typed.items():
         require_parameter(name, variables, f"{file.place}: the FMU", FmuError)
-        variable, text = variables[name], typed.get("value", "").strip()
-        if variable.type in (*TEXTS, "Enumeration"):
+        variable, text = variables[name], typed.get("value", "")
+        if variable.type in TEXTS:
             options[name] = text
             continue
         value = given.value(name)
-        if expected := expected_of(variable.type, value.value):
+        value = of_type(variable, value, value.origin)
+        if expected := expected_of(variable.type, value.given):
             raise FmuError(f"{value.origin}: is {variable.type} in the FMU, expected {expected}")
-        options[name] = str(value.value).lower() if isinstance(value.value, bool) else (
-            text if value.unit is None else repr(in_unit_of(variable, value, description)))
+        if isinstance(value.value, bool):
+            options[name] = str(value.value).lower()
+        elif value.unit is not None:
+            options[name] = repr(in_unit_of(variable, value, description))
+        else:
+            options[name] = str(value.value) if variable.type == "Enumeration" else text.strip()
     return options
 
 

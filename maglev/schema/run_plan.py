@@ -1,5 +1,6 @@
 """The plan of a run: which FMUs run together, on which references, and what is measured and claimed."""
 
+from math import nan
 from pathlib import Path
 from typing import Annotated, Any, NamedTuple
 
@@ -22,7 +23,8 @@ class StartValue(NamedTuple):
     """A start value in SI, the unit it was written in (None for a plain number or a Boolean), and the text.
 
     `origin` is where it was written if not in the scenario file, such as "--set plant.y.mass=7". `file` is that of a
-    parameter set, whose values are not for inputs that something feeds.
+    parameter set, whose values are not for inputs that something feeds. `text` is that of a String variable, or the
+    name of an item of an Enumeration; the value is NaN then.
     """
 
     value: float | int | bool
@@ -30,6 +32,12 @@ class StartValue(NamedTuple):
     written: float | int | bool | str
     origin: str = ""
     file: str = ""
+    text: str | None = None
+
+    @property
+    def given(self) -> float | int | bool | str:
+        """What the FMU is given."""
+        return self.value if self.text is None else self.text
 
 
 def read_start_value(value: Any) -> StartValue:
@@ -50,9 +58,12 @@ def read_allowed(value: Any) -> StartValue:
 
 
 def read_open_value(value: Any) -> StartValue:
-    """The same; a text in a unit that is not known here is left as it is, for an FMU may declare that unit."""
+    """The same, but leave what an FMU may know: a text in a unit that is unknown here, or that is no quantity."""
     if isinstance(value, str):
-        number, unit = split_text(value)
+        try:
+            number, unit = split_text(value)
+        except QuantityError:
+            return StartValue(nan, None, value, text=value)
         if known_unit(unit) is None:
             return StartValue(number, unit, value)
     return read_start_value(value)
@@ -267,7 +278,7 @@ class RunPlan(Table):
         later = {name: fmu.before for name, fmu in fmus.items() if fmu.before is not None}
         for name, other in later.items():
             if other not in fmus or other == name:
-                raise key_refused("before", other, "expected another FMU of this scenario, nearest is "
+                raise key_refused("before", other, "expected another FMU of this scenario, "
                                   f"{nearest(other, [fmu for fmu in fmus if fmu != name])}", name)
         for _ in fmus:
             for name, other in later.items():
@@ -319,12 +330,12 @@ class RunPlan(Table):
             for key, names, known in (("axes", claim.axes, self.axes), ("motors", claim.motors, self.motors)):
                 for name in names or ():
                     if name not in known:
-                        raise key_refused(key, name, f"not in [{key}], nearest is {nearest(name, known)}", "claims", i)
+                        raise key_refused(key, name, f"not in [{key}], {nearest(name, known)}", "claims", i)
             events = [event.name for event in self.events]
             if claim.measured is not None and claim.measured.on in ("event", "effort") and not events:
                 raise key_refused("metric", claim.quantity, "expected [[events]] to be given", "claims", i)
             if claim.event is not None and claim.event not in events:
-                raise key_refused("event", claim.event, f"not in [[events]], nearest is {nearest(claim.event, events)}",
+                raise key_refused("event", claim.event, f"not in [[events]], {nearest(claim.event, events)}",
                                   "claims", i)
             for name in (claim.axes or self.axes) if claim.of_one_unit else ():
                 if self.axes[name].unit != claim.axis_unit:
@@ -339,7 +350,7 @@ class RunPlan(Table):
                 raise key_refused("metric", claim.quantity, "expected metrics.tracking_from to be given", "claims", i)
             if claim.than is None and claim.than_axis is not None and claim.than_axis not in self.axes:
                 raise key_refused("than_axis", claim.than_axis,
-                                  f"not in [axes], nearest is {nearest(claim.than_axis, self.axes)}", "claims", i)
+                                  f"not in [axes], {nearest(claim.than_axis, self.axes)}", "claims", i)
         return self
 
     @property

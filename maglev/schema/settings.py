@@ -40,7 +40,8 @@ def start_value(name: str, value: float | bool | str, written: str = "") -> Star
     if text.lower() in ("true", "false"):
         return StartValue(text.lower() == "true", None, text if isinstance(value, str) else text.lower(), origin)
     with refused_as(ScenarioError, origin):
-        return read_open_value(number_or_text(text) if isinstance(value, str) else value)._replace(origin=origin)
+        start = read_open_value(number_or_text(text) if isinstance(value, str) else value)
+    return start._replace(origin=origin, written=value)
 
 
 def with_references(plan: RunPlan, settings: Mapping[str, StartValue]
@@ -53,7 +54,7 @@ def with_references(plan: RunPlan, settings: Mapping[str, StartValue]
             continue
         variable = name.partition(".")[2]
         unit = reference_unit(plan, variable)
-        if (value.unit is not None and not measures(value.unit, unit)) or isinstance(value.value, bool):
+        if (value.unit is not None and not measures(value.unit, unit)) or isinstance(value.given, bool | str):
             raise ScenarioError(f"{value.origin}: expected a number, or a quantity in {unit}")
         changed_plan = with_reference(plan, variable, float(value.value))
         if changed_plan.signals != plan.signals:
@@ -86,11 +87,10 @@ def with_reference(plan: RunPlan, setting: str, value: float) -> RunPlan:
     """
     axis, _, what = setting.rpartition(".")
     if what not in UNITS:
-        raise ScenarioError(f"reference.{setting}: expected reference.AXIS.{', .'.join(UNITS)}; nearest is "
-                            f"{nearest(what, UNITS)}")
+        raise ScenarioError(f"reference.{setting}: expected reference.AXIS.{', .'.join(UNITS)}; {nearest(what, UNITS)}")
     driven = [signal.to for signal in plan.signals]
     if axis not in plan.axes and axis not in driven:
-        raise ScenarioError(f"reference.{setting}: {plan.name} has no axis {axis!r}, nearest is "
+        raise ScenarioError(f"reference.{setting}: {plan.name} has no axis {axis!r}, "
                             f"{nearest(axis, [*plan.axes, *driven])}")
     to = port_of(plan, axis)
     if to not in driven:

@@ -40,7 +40,7 @@ def study_key(job: Job, values: Array, *further: object) -> str:
 def canonical(value: Any) -> Any:
     """A value as JSON that is another one for another value; TypeError of what is not known: nothing is passed over."""
     if isinstance(value, StartValue):   # however it was written, and wherever
-        return canonical(value.value)
+        return canonical(value.given)
     if isinstance(value, BaseModel) or (is_dataclass(value) and not isinstance(value, type)):
         left_out = LEFT_OUT.get(type(value), frozenset())
         # Of a model those that it keeps to itself, too.

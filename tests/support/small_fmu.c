@@ -136,6 +136,18 @@ fmi3Status fmi3SetFloat64(fmi3Instance instance, const fmi3ValueReference vr[], 
     return fmi3OK;
 }
 
+fmi3Status fmi3SetString(fmi3Instance f, const fmi3ValueReference vr[], size_t n, const fmi3String text[], size_t m) {
+    (void)vr; (void)m;
+    if (n) ((Small *)f)->x = atof(text[0]);
+    return fmi3OK;
+}
+
+fmi3Status fmi3SetInt64(fmi3Instance f, const fmi3ValueReference vr[], size_t n, const fmi3Int64 value[], size_t m) {
+    (void)vr; (void)m;
+    if (n) ((Small *)f)->x = (double)value[0];
+    return fmi3OK;
+}
+
 fmi3Status fmi3GetBoolean(fmi3Instance instance, const fmi3ValueReference vr[], size_t n, fmi3Boolean value[],
                           size_t m) {
     const Small *f = instance;

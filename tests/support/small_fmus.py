@@ -15,6 +15,8 @@ SOURCE = Path(__file__).with_name("small_fmu.c")
 DESCRIPTION = """<?xml version="1.0" encoding="UTF-8"?>
 <fmiModelDescription fmiVersion="3.0" modelName="Small" instantiationToken="small">
 <{kind} modelIdentifier="small"{attributes}/>
+<TypeDefinitions><EnumerationType name="Level"><Item name="low" value="2"/><Item name="high" value="4"/>
+</EnumerationType></TypeDefinitions>
 <ModelVariables>
 <Float64 name="time" valueReference="0" causality="independent" variability="continuous"/>
 <Float64 name="u" valueReference="1" causality="input" start="0"/>
@@ -23,6 +25,8 @@ DESCRIPTION = """<?xml version="1.0" encoding="UTF-8"?>
 <Float64 name="y" valueReference="4" causality="output"/>
 <Boolean name="b" valueReference="5" causality="output"/>
 <Float64 name="above" valueReference="6" causality="local"/>
+<String name="text" valueReference="7" causality="parameter" variability="fixed"><Start value="1"/></String>
+<Enumeration name="level" valueReference="8" causality="parameter" variability="fixed" declaredType="Level" start="2"/>
 </ModelVariables>
 <ModelStructure>
 <Output valueReference="4"/><Output valueReference="5"/><ContinuousStateDerivative valueReference="3"/>

@@ -1,18 +1,20 @@
 """Start values from parameter sets: SSV files of System Structure and Parameterization (SSP), 1.0 and 2.0."""
 
 from collections.abc import Mapping, Sequence
-from math import isclose
+from math import isclose, nan
 from pathlib import Path
 from typing import NamedTuple, Self
 from xml.etree.ElementTree import Element, ParseError, fromstring
 
+from fmpy.model_description import ScalarVariable
+
 from fmi_export.parameter_set import SSC, SSV, parameters_in
 from fmi_export.units import BASE_UNITS
-from maglev.errors import ScenarioError, nearest_file, option, shortened
-from maglev.parameter import INTEGERS, REALS
+from maglev.errors import ScenarioError, nearest_file, one_of, option, shortened
+from maglev.parameter import INTEGERS, REALS, expected_of
 from maglev.schema.options import ParameterFiles
-from maglev.schema.run_plan import RunPlan, StartValue
-from maglev.units import WHOLE_NUMBER, Unit, exact_product, is_finite, known_unit, unit_of_powers
+from maglev.schema.run_plan import RunPlan, StartValue, read_start_value
+from maglev.units import WHOLE_NUMBER, Unit, exact_product, is_finite, known_unit, refused_as, unit_of_powers
 from maglev_files.regular_file import regular
 
 BOOLEANS = {"true": True, "1": True, "false": False, "0": False}
@@ -102,15 +104,18 @@ class ParameterSet(NamedTuple):
 
 def parameter_value(typed: Element, place: str, units: Mapping[str, Element]) -> StartValue:
     """Value of a parameter, in SI; a unit that is unknown here and in the file may be one of the FMU."""
-    kind, text, unit = typed.tag.rpartition("}")[2], typed.get("value", "").strip(), typed.get("unit")
+    kind, text, unit = typed.tag.rpartition("}")[2], typed.get("value", ""), typed.get("unit")
+    text = text if kind == "String" else text.strip()
     origin = f"{place} = {shortened(text)[1:-1]}{f' {unit}' if unit else ''}"
     if kind == "Boolean" and text in BOOLEANS:
         return StartValue(BOOLEANS[text], None, text, origin)
-    if kind in INTEGERS and WHOLE_NUMBER.fullmatch(text):
+    if kind in (*INTEGERS, "Enumeration") and WHOLE_NUMBER.fullmatch(text):
         return StartValue(int(text), None, text, origin)
+    if kind in ("String", "Enumeration"):   # of this one the name of an item
+        return StartValue(nan, None, text, origin, text=text)
     if kind not in REALS or not is_finite(text):
-        expected = {"Boolean": "true or false", **dict.fromkeys(INTEGERS, "a whole number"),
-                    **dict.fromkeys(REALS, "a finite number")}.get(kind, f"Real, Integer or Boolean, not {kind}")
+        expected = {"Boolean": "true or false", **dict.fromkeys(INTEGERS, "a whole number"), **dict.fromkeys(
+            REALS, "a finite number")}.get(kind, f"Real, Integer, Boolean, String or Enumeration, not {kind}")
         raise ScenarioError(f"{origin}: expected {expected}")
     if not unit:
         return StartValue(float(text), None, text, origin)
@@ -118,6 +123,24 @@ def parameter_value(typed: Element, place: str, units: Mapping[str, Element]) ->
     if known is None:
         return StartValue(float(text), unit, f"{text} {unit}", origin)
     return StartValue(exact_product(float(text), known.factor) + offset, known.si, f"{text} {unit}", origin)
+
+
+def of_type(variable: ScalarVariable | None, value: StartValue, place: str) -> StartValue:
+    """A start value that was written as a text, for a variable; None is one that takes numbers or Booleans."""
+    kind = "Real" if variable is None else variable.type
+    if kind == "String":
+        return value._replace(value=nan, unit=None, text=str(value.written))
+    if value.text is None:
+        return value
+    items = variable.declaredType.items if variable is not None and variable.declaredType is not None else None
+    numbers = {item.name: int(item.value) for item in items or ()}
+    if value.text in numbers:
+        return value._replace(value=numbers[value.text], text=None)
+    if numbers:
+        raise ScenarioError(f"{place}: expected {one_of(value.text, numbers)}")
+    with refused_as(ScenarioError, place):
+        read_start_value(value.text)
+    raise ScenarioError(f"{place}: is {kind} in the FMU, expected {expected_of(kind, value.text)}")
 
 
 def unit_in_file(name: str, element: Element | None, place: str) -> tuple[Unit | None, float]:

@@ -32,7 +32,7 @@ class PortCheck:
         """Return the variable of "fmu.variable"; refuse it if it does not exist or has another causality."""
         fmu, _, name = port.partition(".")
         if fmu not in self.plan.fmus:
-            raise self.refuse(key, port, f"there is no FMU {fmu!r}; nearest is {nearest(fmu, self.plan.fmus)}")
+            raise self.refuse(key, port, f"there is no FMU {fmu!r}; {nearest(fmu, self.plan.fmus)}")
         return self.variable_of(key, port, fmu, name, *causalities)
 
     def variable_of(self, key: str, value: object, fmu: str, name: str, *causalities: str) -> Described:
@@ -41,8 +41,7 @@ class PortCheck:
         wanted = " or ".join(causalities)
         if name not in variables:
             fitting = [known for known, variable in variables.items() if variable.causality in causalities]
-            raise self.refuse(key, value, f"missing port: {fmu} has no {wanted} {name!r}; nearest is "
-                                          f"{nearest(name, fitting)}")
+            raise self.refuse(key, value, f"missing port: {fmu} has no {wanted} {name!r}; {nearest(name, fitting)}")
         variable = variables[name]
         if variable.causality not in causalities:
             raise self.refuse(key, value, f"{name!r} is of causality {variable.causality}, expected {wanted}")
@@ -137,7 +136,7 @@ class PortCheck:
                     raise self.refuse(key, start.written, f"{name!r} is fed by {self.fed[f'{fmu}.{name}']} from "
                                       "the start, expected a parameter, an input that nothing feeds, or "
                                       "reference.AXIS.amplitude, .start or .end")
-                if expected := expected_of(variable.type, start.value):
+                if expected := expected_of(variable.type, start.given):
                     raise self.refuse(key, start.written, f"{name!r} is {variable.type}, expected {expected}")
                 if start.unit is not None:
                     self.dimension(key, start.written, start.unit, variable)

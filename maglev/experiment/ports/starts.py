@@ -6,7 +6,8 @@ from pathlib import Path
 
 from maglev.cosim.open import read_description
 from maglev.cosim.port_map import declared_units
-from maglev.errors import ScenarioError, key_path, nearest, option
+from maglev.errors import ScenarioError, key_path, one_of, option
+from maglev.experiment.ports.parameter_file import of_type
 from maglev.experiment.ports.replacement import Replacement, given_and_left_out
 from maglev.own_fmus import definition
 from maglev.parameter import Parameter
@@ -147,8 +148,27 @@ def known_start(name: str, file: Path, variable: str) -> float | None:
 
 def known_participant(plan: RunPlan, key: str, name: str) -> None:
     if name not in plan.fmus:
-        raise ScenarioError(f"{key}: scenario {plan.name} has no FMU {name}, expected one of "
-                            f"{', '.join(plan.fmus)}; nearest is {nearest(name, plan.fmus)}")
+        raise ScenarioError(f"{key}: scenario {plan.name} has no FMU {name}, expected "
+                            f"{one_of(name, plan.fmus)}")
+
+
+def of_declared_types(plan: RunPlan, start: Mapping[str, Mapping[str, StartValue]],
+                      files: Mapping[str, Path]) -> dict[str, dict[str, StartValue]]:
+    """Start values by FMU and variable: of String variables the text, of an Enumeration the number of its item.
+
+    ScenarioError of a text for a variable that takes none; of one that is not there check_names says so.
+    """
+    typed = {name: dict(values) for name, values in start.items()}
+    for name, values in start.items():
+        texts = {variable: value for variable, value in values.items() if isinstance(value.written, str)}
+        known = files[name].is_file() or is_written(files[name])
+        variables = {variable.name: variable for variable in
+                     read_description(name, files[name]).modelVariables} if texts and known else {}
+        for variable, value in texts.items():
+            place = value.origin or (f"{plan.path}: {key_path(['fmus', name, 'start', variable])} = {value.written!r}")
+            if variable in variables or not known:
+                typed[name][variable] = of_type(variables.get(variable), value, place)
+    return typed
 
 
 def in_declared_units(plan: RunPlan, start: Mapping[str, Mapping[str, StartValue]],

@@ -77,7 +77,8 @@ def test_a_unit_that_nobody_knows_yet_is_left_to_the_fmu(tmp_path: Path) -> None
     (one("Real", ""), "", "parameter plant.y.mass = : expected a finite number"),
     (one("Integer", "1.5"), "", "parameter plant.y.mass = 1.5: expected a whole number"),
     (one("Boolean", "7"), "", "parameter plant.y.mass = 7: expected true or false"),
-    (one("String", "heavy"), "", "parameter plant.y.mass = heavy: expected Real, Integer or Boolean, not String"),
+    (one("Binary", "00"), "", "parameter plant.y.mass = 00: expected Real, Integer, Boolean, String or "
+     "Enumeration, not Binary"),
     (one("Real", "1", "q"), unit("q", factor=0), "declares the unit q with factor = 0, expected a number"),
     (one("Real", "1", "q"), unit("q", m="x"), "declares the unit q with m = x, expected a number"),
     (one("Real", "1", "q"), unit("q", m=0.5), "declares the unit q with m = 0.5, expected a number"),
