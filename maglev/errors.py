@@ -152,25 +152,31 @@ FAILURES = (MaglevError, OSError)   # what users can put right; everything else 
 
 
 def nearest(name: object, valid: Iterable[str], *endings: str) -> str:
-    """Return the file that has this name and one of the endings, or the valid name most like it.
+    """Return "nearest is 'y.mass'": the file that has this name and one of the endings, or the most similar valid name.
 
-    Where none is like it: "none of 'y.mass', 'y.bias', 'y.start' and 9 others", or 'none exists'.
+    If none is similar, return what is valid: "there are 'y.mass', 'y.bias', 'y.start' and 9 others".
     """
-    names, files = [*valid], [f"{name}{ending}" for ending in endings if Path(f"{name}{ending}").is_file()]
-    like = [*files, *most_like(name, names)]
-    return repr(like[0]) if like else f"none of {few([*map(repr, names)])}" if names else "none exists"
+    names = [*valid]
+    if like := most_like(name, names, *endings):
+        return f"nearest is {like[0]!r}"
+    return f"there {'are' if len(names) > 1 else 'is'} {few([*map(repr, names)]) or 'none'}"
 
 
-def most_like(name: object, valid: Iterable[str]) -> list[str]:
-    """Return the valid name that is most like another, with capitals or not, if one is."""
+def most_like(name: object, valid: Iterable[str], *endings: str) -> list[str]:
+    """Return files that have this name and one of the endings, then the most similar valid name, if one is similar."""
     known = {each.casefold(): each for each in valid}   # 0.52: for slots it is slot_width
-    return [known[like] for like in get_close_matches(str(name).casefold(), known, n=1, cutoff=0.52)]
+    return [*[f"{name}{ending}" for ending in endings if Path(f"{name}{ending}").is_file()],
+            *[known[like] for like in get_close_matches(str(name).casefold(), known, n=1, cutoff=0.52)]]
 
 
-def one_of(name: object, valid: Collection[str], otherwise: str = "") -> str:
+def one_of(name: object, valid: Collection[str], otherwise: str = "", *endings: str) -> str:
     """What is valid in place of a name, or otherwise, and what is like it: "one of a, b; nearest is 'a'"."""
-    like = "".join(f"; nearest is {known!r}" for known in most_like(name, valid))
-    return f"one of {', '.join([*valid, *filter(None, [otherwise])])}{like}"
+    return f"one of {', '.join([*valid, *filter(None, [otherwise])])}{similar(name, valid, *endings)}"
+
+
+def similar(name: object, valid: Iterable[str], *endings: str) -> str:
+    """Return "; nearest is 'a'" after a list of what is valid; an empty text if none is similar."""
+    return "".join(f"; nearest is {known!r}" for known in most_like(name, valid, *endings)[:1])
 
 
 def require_table(given: Any, place: str, error: type[MaglevError], like: str) -> None:
@@ -185,13 +191,14 @@ def nearest_file(path: Path, ending: str = "") -> str:
         return ""
     ending = path.suffix or ending
     files = sorted(entry.name for entry in path.parent.iterdir() if entry.is_file() and entry.suffix == ending)
-    return f", nearest is {nearest(path.name, files)}" if files else ""
+    return f", {nearest(path.name, files)}" if files else ""
 
 
 def few(names: Sequence[str]) -> str:
     """Names in a row, not too many."""
     shown = ", ".join(names[:MOST_NAMED])
-    return shown if len(names) <= MOST_NAMED else f"{shown} and {len(names) - MOST_NAMED} others"
+    more = len(names) - MOST_NAMED
+    return shown if more <= 0 else f"{shown} and {more} other{'s' * (more > 1)}"
 
 
 def visible(text: str) -> str:

@@ -100,7 +100,7 @@ def definition(name: str) -> FmuDefinition:
         if name.endswith(".toml"):
             raise BuildError(f"{name}: expected the name of an FMU; those of your own stage: {option('stage', name)}")
         known = [*STAGES.definitions(), *STAGES.systems()]
-        raise BuildError(f"there is no FMU {name}, nearest is {nearest(name, known, '.py')}, expected one "
+        raise BuildError(f"there is no FMU {name}, {nearest(name, known, '.py')}, expected one "
                          f"that `maglev list` lists, {or_of_own_stage()}")
     return STAGES.definition(name)
 

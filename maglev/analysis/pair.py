@@ -240,9 +240,8 @@ def part_of(role: str, given: Given, known: Collection[str], fmus: Path, maps: M
         name, file = str(given), current_fmu(str(given), fmus)
     else:
         if isinstance(given, str) and not (Path(given).suffix or Path(given).exists() or is_written(Path(given))):
-            raise LinearModelError(f"{given!r} is no {role}, expected one of {', '.join(known)}, "
-                                   f"{or_of_own_stage()}, or the path of an FMU or a Python file; nearest is "
-                                   f"{nearest(given, known)}")
+            otherwise = f"{or_of_own_stage()}, or the path of an FMU or a Python file"
+            raise LinearModelError(f"{given!r} is no {role}, expected {one_of(given, known, otherwise)}")
         name, file = name_of(given), as_it_is(path_of(given))
     description = read_description(role, file)
     apply(maps.get(role, PortMap()), description)
@@ -257,7 +256,7 @@ def pair_wires(stage: Rig, parts: Mapping[str, Part]) -> tuple[dict[str, str], t
         for role, name, kind in ((giver, output, "output"), (taker, port, "input")):
             known = parts[role].variables
             if name not in known or known[name].causality != kind:
-                raise LinearModelError(f"{parts[role].name}: missing port: {kind} {name}, nearest is "
+                raise LinearModelError(f"{parts[role].name}: missing port: {kind} {name}, "
                                        f"{nearest(name, known)}; {option('ports')} says what it calls them")
         if giver == "plant":
             signals[port] = output

@@ -4,7 +4,7 @@ from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
-from maglev.errors import IdentificationError, nearest, option
+from maglev.errors import IdentificationError, one_of, option
 from maglev.identification.convergence import write_convergence, write_convergence_picture
 from maglev.identification.identify import Identification
 from maglev.identification.identify import identify as identified
@@ -79,8 +79,8 @@ def identify(data: Data, *, columns: Mapping[str, str] | None = None, units: Map
     for name, value in (guess or {}).items():
         asked = option("guess", {name: value})
         if name not in valid:
-            raise IdentificationError(f"{asked}: expected one of {', '.join(valid)} and a value, such "
-                                      f"as C1=10; nearest is {nearest(name, valid)}")
+            raise IdentificationError(f"{asked}: expected a value, such as C1=10, of "
+                                      f"{one_of(name, valid)}")
         with refused_as(IdentificationError, asked):
             start[name] = parse_quantity(number_or_text(value) if isinstance(value, str) else value, "1")
     try:

@@ -89,7 +89,7 @@ class Run(Mapping[str, NDArray[Any]]):
     def __getitem__(self, name: str) -> NDArray[Any]:
         """Return a column by its name, `fmu.variable`; UnknownName if it was not recorded."""
         if name not in self.columns:
-            raise UnknownName(f"{self.name} has no column {name!r}, nearest is {nearest(name, self.columns)}")
+            raise UnknownName(f"{self.name} has no column {name!r}, {nearest(name, self.columns)}")
         return self.columns[name]
 
     def __iter__(self) -> Iterator[str]:

@@ -106,7 +106,7 @@ def rows_before_contact(plan: RunPlan, recording: Recording) -> int:
 def recorded(recording: Recording, name: str) -> npt.NDArray[Any]:
     """A recorded column; BaselineError with the nearest name if there is none."""
     if name not in recording.columns:
-        raise BaselineError(f"{name} was not recorded, expected an output of an FMU or a driven input; nearest is "
+        raise BaselineError(f"{name} was not recorded, expected an output of an FMU or a driven input; "
                             f"{nearest(name, recording.columns)}")
     return recording.columns[name]
 

@@ -78,7 +78,7 @@ def prepare_all(runs: Iterable[RunPlan], fmus: Path, replaced: Mapping[str, Repl
                 key = key_path(["fmus", fmu, "start_from", variable, "output"])
                 if source.output not in outputs:
                     raise ScenarioError(f"{experiment.plan.path}: {key} = {source.output!r}: {source.run} has no "
-                                        f"such output; nearest is {nearest(source.output, outputs)}")
+                                        f"such output; {nearest(source.output, outputs)}")
                 own, theirs = experiment.units([taker := f"{fmu}.{variable}"])[taker], outputs[source.output]
                 if own and theirs and own != theirs:
                     raise ScenarioError(f"{experiment.plan.path}: {key} = {source.output!r}: is in {theirs}, "

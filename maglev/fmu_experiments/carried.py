@@ -181,7 +181,7 @@ def carried_file(path: Path, source: str, base: str, files: Mapping[str, bytes])
     if name is not None and name in files:
         return File(f"{path}: {name}", files[name])
     others = [name.removeprefix(FOLDER) for name in files if name != MANIFEST]
-    hint = f"; nearest is {nearest(source, others)}" if others else ""
+    hint = f"; {nearest(source, others)}" if others else ""
     raise FmuError(f"{base}: there is no file {shortened(source)} in the FMU, expected what it says{hint}")
 
 

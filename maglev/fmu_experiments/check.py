@@ -227,15 +227,15 @@ def expected_results(file: File, variables: Mapping[str, ScalarVariable],
     values = {name: table.values(variables[name]) for name in columns if name not in left_out}
     if not values:
         name = left_out[0]
-        raise FmuError(f"{file.place}: no column is a variable of the FMU that is a number; nearest to {name} is "
+        raise FmuError(f"{file.place}: no column is a variable of the FMU that is a number: {name}: "
                        f"{nearest(name, variables)}")
     for name in given:   # who gives a tolerance means to have it compared
         for known, where in ((columns, f"{file.place}: there is no column"), (variables, "the FMU has no variable")):
             if name not in known:
-                raise FmuError(f"{where} {name}, for which there is a tolerance; nearest is {nearest(name, known)}")
+                raise FmuError(f"{where} {name}, for which there is a tolerance; {nearest(name, known)}")
     absent = next((name for name in left_out if name not in variables), None)
     if absent is not None and not partial:
-        raise FmuError(f"{file.place}: column {absent}: the FMU has no such variable, nearest is "
+        raise FmuError(f"{file.place}: column {absent}: the FMU has no such variable, "
                        f"{nearest(absent, variables)}; with {option('partial', True)} the others are compared")
     tolerances = {name: given.get(name, Tolerance(
         tables.TOLERANCE * float(np.max(np.abs(column))) if variables[name].type in REALS else 0.0, 0.0))

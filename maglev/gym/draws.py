@@ -9,7 +9,7 @@ import numpy.typing as npt
 from fmpy.model_description import ScalarVariable
 
 from maglev.arrays import Array
-from maglev.errors import ScenarioError, UnknownName, nearest, require_table, shortened
+from maglev.errors import ScenarioError, UnknownName, nearest, require_table, shortened, similar
 from maglev.parameter import Parameter, require_parameter
 from maglev.waves import sines_cosines
 from pmlsm.elementary.exponential import exponential
@@ -70,7 +70,7 @@ def read_draw(place: str, setting: Any, parameter: Parameter) -> Draw:
         if len(setting) != 1 or (kind := next(iter(setting))) not in KINDS:
             wrong = next((kind for kind in setting if kind not in KINDS), "")
             raise ScenarioError(f"{place} = {dict(setting)!r}, expected one of {', '.join(map(repr, KINDS))} with its "
-                                f"values{f'; nearest is {nearest(str(wrong), KINDS)}' if wrong else ''}")
+                                f"values{similar(wrong, KINDS)}")
         given = plain_numbers(setting[kind])
         count = len(given) if isinstance(given, Sequence) and not isinstance(given, str) else 0
         if not count or (kind != "choice" and count != 2):
@@ -154,8 +154,7 @@ class Parameters:
             return self.of_all(key, setting, given)
         for word in setting:
             if word not in CHANGE:
-                raise ScenarioError(f"{key}: {word!r}, expected 'at', 'then' and 'for'; nearest is "
-                                    f"{nearest(word, CHANGE)}")
+                raise ScenarioError(f"{key}: {word!r}, expected 'at', 'then' and 'for'; {nearest(word, CHANGE)}")
         if not {"at", "then"} <= {*setting}:
             raise ScenarioError(f"{key} = {dict(setting)!r}, expected 'at' and 'then': when it changes, and to what")
         for name in names:

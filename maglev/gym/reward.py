@@ -56,7 +56,7 @@ class Reward:
         known = ["alive", "error", *(f"{axis}.error" for axis in rig.axis_names), "current", "speed", "stop"]
         for name, weight in given.items():
             if name not in known:
-                raise ScenarioError(f"reward: there is no term {name!r}; nearest is {nearest(str(name), known)}")
+                raise ScenarioError(f"reward: there is no term {name!r}; {nearest(str(name), known)}")
             if isinstance(weight, bool) or not isinstance(weight, Real) or not isfinite(weight):
                 raise ScenarioError(f"reward: {name} = {weight!r}, expected a number")
             if name == "alive":
@@ -102,7 +102,7 @@ class Reward:
 
 class Named(dict[str, npt.NDArray[Any]]):
     def __missing__(self, name: str) -> npt.NDArray[Any]:
-        raise ScenarioError(f"reward: there is no signal {name!r}; nearest is {nearest(str(name), self)}")
+        raise ScenarioError(f"reward: there is no signal {name!r}; {nearest(str(name), self)}")
 
 
 def term(name: str, weight: float, rig: Rig, travels: Sequence[float], peak: float) -> Callable[[Seen], Any]:

@@ -235,7 +235,7 @@ class Stage(gymnasium.Env[Array, Array]):
         axes = {axis.name: axis.external for axis in self.rig.axes}
         for name in forces:
             if name not in axes:
-                raise UnknownName(f"{name}: the stage has no such axis; nearest is {nearest(name, axes)}")
+                raise UnknownName(f"{name}: the stage has no such axis; {nearest(name, axes)}")
         for name, value in forces.items():
             described = Parameter.described(self.parameters.known[axes[name]])
             self.stage.change("plant", axes[name], described.read(value, axes[name], ScenarioError))

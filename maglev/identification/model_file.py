@@ -81,7 +81,7 @@ def checked(path: Path, above: str, table: Mapping[str, Any], valid: tuple[str, 
     constants = {}
     for key, value in table.items():
         if key not in valid:
-            raise IdentificationError(f"{path}: {above}{key}: unknown key, nearest valid key is {nearest(key, keys)}")
+            raise IdentificationError(f"{path}: {above}{key}: unknown key, {nearest(key, keys)}")
         if isinstance(value, bool) or not isinstance(value, int | float) or not (
                 SMALLEST <= value <= LARGEST):
             raise IdentificationError(f"{path}: {above}{key} = {value!r}: expected a number above 0")

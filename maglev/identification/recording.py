@@ -144,7 +144,7 @@ def first_column(table: DataTable, names: Sequence[str]) -> str:
     name = table.find(*names)
     if name is None:
         raise IdentificationError(f"{table.path}: no column {names[0]}, expected {' or '.join(dict.fromkeys(names))}; "
-                                  f"nearest is {nearest(names[0], table.names)}")
+                                  f"{nearest(names[0], table.names)}")
     return name
 
 
@@ -192,7 +192,7 @@ def motor_currents(table: DataTable, rig: Rig, motor: str, displacement: Array, 
             "i_a", "i_b", "i_c")[phases.index(None)]
         names = current_names(rig, motor, missing)
         raise IdentificationError(f"{table.path}: no column {names[0]}, expected i_d and i_q or i_a, i_b and i_c of "
-                                  f"motor {motor}; nearest is {nearest(names[0], table.names)}")
+                                  f"motor {motor}; {nearest(names[0], table.names)}")
     used = [name for name in (phases if None in direct else direct) if name is not None]
     currents = [table.column(name, "A") for name in used]
     for name, current in zip(used, currents, strict=True):

@@ -208,7 +208,7 @@ def extremes_of(columns: Mapping[str, Array]) -> dict[str, tuple[float, float]]:
 def column(columns: Mapping[str, Array], name: str, length: int) -> Array:
     """A column as float64; MeasurementError if it is missing, too short or long, or not finite."""
     if name not in columns:
-        raise MeasurementError(f"missing column {name!r}; nearest is {nearest(name, columns)}")
+        raise MeasurementError(f"missing column {name!r}; {nearest(name, columns)}")
     values = np.asarray(columns[name], dtype=np.float64)
     if values.shape != (length,):
         raise MeasurementError(f"column {name!r} has the shape {values.shape}, expected ({length},) as time has")

@@ -53,7 +53,7 @@ def extreme(claim: RunClaim, drawn: Sequence[Metrics]) -> float:
     for name in claim.columns or ():
         for metrics in drawn:
             if name not in metrics.extremes:
-                raise MeasurementError(f"claim from {claim.source}: column = {name!r} was not recorded, nearest is "
+                raise MeasurementError(f"claim from {claim.source}: column = {name!r} was not recorded, "
                                        f"{nearest(name, metrics.extremes)}")
             extremes.append(metrics.extremes[name])
     lowest, highest = min(low for low, _ in extremes), max(high for _, high in extremes)

@@ -5,7 +5,7 @@ from collections.abc import Mapping
 from typing import Any
 
 from fmi_export.definition import read
-from maglev.errors import LinearModelError, MaglevError, nearest, option, or_of_own_stage, require_table
+from maglev.errors import LinearModelError, MaglevError, one_of, option, or_of_own_stage, require_table
 from maglev.parameter import Parameter, require_parameter
 from maglev.stages import STAGES, definitions
 from pmlsm.rig import Rig
@@ -40,8 +40,8 @@ def linear_rig(name: str) -> Rig:
     """Rig of what can be linearised; LinearModelError if there is no linear model of an FMU of this name."""
     known = plants() | controllers() | measurements()
     if name not in known:
-        raise LinearModelError(f"{name!r} cannot be linearised, expected one of {', '.join(known)}, "
-                               f"{or_of_own_stage()}; nearest is {nearest(name, known)}")
+        raise LinearModelError(f"{name!r} cannot be linearised, expected "
+                               f"{one_of(name, known, or_of_own_stage())}")
     return known[name]
 
 

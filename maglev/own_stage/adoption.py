@@ -4,7 +4,7 @@ import re
 from pathlib import Path
 
 from maglev.copies import copied
-from maglev.errors import RigError, nearest
+from maglev.errors import RigError, one_of
 from maglev.own_stage.reading import read_own
 from maglev.rig.rigs import RIGS
 from maglev.rig.writer import module_texts
@@ -58,8 +58,8 @@ def rig_named(rig: str | Path) -> Rig:
         return know_stage(rig)
     known = STAGES.rigs
     if rig not in known:
-        raise RigError(f"stage = {rig!r}, expected one of {', '.join(known)}, or a description NAME.toml; nearest is "
-                       f"{nearest(rig, known, '.toml')}")
+        raise RigError(f"stage = {rig!r}, expected "
+                       f"{one_of(rig, known, 'or a description NAME.toml', '.toml')}")
     return known[str(rig)]
 
 

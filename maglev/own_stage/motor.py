@@ -80,7 +80,7 @@ def read_motor(given: Sequence[str]) -> Motor:
                                f"{', '.join(known)}")
             table = {**read_toml(MOTORS[text]), **table}
         elif key not in known:
-            raise RigError(f"--motor {text}: no such key; nearest is {nearest(key, known)}")
+            raise RigError(f"--motor {text}: no such key; {nearest(key, known)}")
         else:
             table[key] = value if key == "currents" else number_or_text(value)
     lacking = [field.name for field in fields(Motor) if field.default is MISSING and field.name not in table]

@@ -59,7 +59,7 @@ def at_epsilon(by_epsilon: Mapping[float, T], epsilon: float = EPSILON) -> T:
 def entry(table: Mapping[str, T], name: str, result: RunResult) -> T:
     """What a table of a run has under a name; ScenarioError if it has nothing."""
     if name not in table:
-        raise ScenarioError(f"{result.plan.name} has no {name}, nearest is {nearest(name, table)}")
+        raise ScenarioError(f"{result.plan.name} has no {name}, {nearest(name, table)}")
     return table[name]
 
 

@@ -54,7 +54,7 @@ class Reader:
         hints = get_type_hints(kind)
         for key in table:
             if key not in members:
-                self.refuse(f"{place}.{key}".lstrip("."), f"no such key; nearest is {nearest(key, members)}")
+                self.refuse(f"{place}.{key}".lstrip("."), f"no such key; {nearest(key, members)}")
         values = dict(known)
         for name, member in members.items():
             key = f"{place}.{name}".lstrip(".")
@@ -122,7 +122,7 @@ class Reader:
             self.refuse(place, f"{given!r}, expected a table")
         for name in given:
             if name not in GEOMETRY:
-                self.refuse(f"{place}.{name}", f"no such key; nearest is {nearest(name, GEOMETRY)}")
+                self.refuse(f"{place}.{name}", f"no such key; {nearest(name, GEOMETRY)}")
         return {name: self.number(value, f"{place}.{name}", GEOMETRY[name][0] or "1", *GEOMETRY[name][3:])
                 for name, value in given.items()}
 

@@ -90,7 +90,7 @@ def extended_file(path: Path, base: str) -> Path:
     beside = [str(Path(base).parent / file.name) for file in (path.parent / base).parent.glob("*.toml")
               if file != path]
     packaged = sorted(str(file.relative_to(folder)) for folder in folders for file in folder.rglob("*.toml"))
-    raise ScenarioError(f"{path}: extends = {base!r}: there is no such file beside it or in the package; nearest is "
+    raise ScenarioError(f"{path}: extends = {base!r}: there is no such file beside it or in the package; "
                         f"{nearest(base, [*beside, *packaged])}")
 
 

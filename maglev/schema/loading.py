@@ -32,7 +32,7 @@ def load_plans(given: Scenario) -> list[RunPlan]:
         asked, files = path.name, packaged_files()
         scenario = asked if asked in files else scenario_of(asked)
         if scenario is None:
-            raise ScenarioError(f"there is no scenario {asked!r}; nearest is "
+            raise ScenarioError(f"there is no scenario {asked!r}; "
                                 f"{nearest(asked, {**files, **packaged_runs()}, '.toml')}")
         path = files[scenario]
     runs = run_layers(path)
@@ -61,7 +61,7 @@ def read_plan(path: Path, layers: list[Layer], siblings: list[str]) -> RunPlan:
         itself = plan.name if key == "start_from.run" else None
         if run == itself or (run not in siblings and scenario_of(run) is None):
             others = [name for name in (*siblings, *packaged_runs()) if name != itself]
-            raise ScenarioError(f"{path}: {key} = {run!r}: expected another run; nearest is {nearest(run, others)}")
+            raise ScenarioError(f"{path}: {key} = {run!r}: expected another run; {nearest(run, others)}")
     if plan.procedure is not None and plan.procedure.name in siblings:
         raise ScenarioError(f"{path}: procedure.name = {plan.procedure.name!r}: a run is called so, expected "
                             "another name, for the results are named after it")

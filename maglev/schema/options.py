@@ -128,7 +128,7 @@ def takes_run_options(*left_out: str) -> Callable[[Callable[P, T]], Callable[P, 
             for name in options.keys() - shown.parameters.keys():
                 raise ScenarioError(f"{option(name, options[name])}: expected none with {function.__name__}"
                                     if name in OPTIONS else
-                                    f"{name}: unknown option, nearest is {nearest(name, shown.parameters)}")
+                                    f"{name}: unknown option, {nearest(name, shown.parameters)}")
             for name, value in options.items():
                 if shown.parameters[name].annotation is bool and value not in (None, False, True):
                     raise ScenarioError(f"{option(name, value)}: expected True or False")

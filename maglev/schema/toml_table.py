@@ -9,7 +9,7 @@ from typing import Annotated, Any, ClassVar, NamedTuple, Self, get_args
 from pydantic import BaseModel, BeforeValidator, ConfigDict, ValidationError, model_validator
 from pydantic_core import PydanticCustomError
 
-from maglev.errors import ScenarioError, key_path, nearest, shortened
+from maglev.errors import ScenarioError, key_path, nearest, shortened, similar
 from maglev.schema.layers import Layer, child, merged
 from maglev.units import parse_quantity
 
@@ -81,8 +81,8 @@ def unknown_key(key: str, table: type[Table], valid: Sequence[str]) -> str:
     places = dict.fromkeys(other.PLACE for other in Table.KNOWN_TABLES if other.PLACE and key in other.keys_of_table())
     if table.PLACE and places and not near:
         return f"unknown key, expected it in {' or '.join(places)}"
-    shown = [f"{key!r} ({meanings[key]})" if key in meanings else repr(key) for key in near]
-    return f"unknown key, nearest valid key is {', or '.join(shown) or nearest(key, valid)}"
+    near_keys = ", or ".join(f"{key!r} ({meanings[key]})" if key in meanings else repr(key) for key in near)
+    return f"unknown key, {f'nearest is {near_keys}' if near_keys else nearest(key, valid)}"
 
 
 def meaning_at(model: type[Table], location: Sequence[str | int]) -> str:
@@ -129,7 +129,7 @@ def one_line(error: ValidationError, layers: list[Layer], model: type[Table] = T
     valid = context.get("expected_tags", context.get("expected"))
     if isinstance(valid, str):
         valid_names = re.findall(r"'([^']*)'", valid)
-        expectation += f", nearest is {nearest(str(value), valid_names)}"
+        expectation += similar(value, valid_names)
     given = "" if value is None else f" = {shortened(value)}"
     return f"{file_with(keys, layers)}: {key_path(keys)}{given}: {expectation}"
 

@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 
 from maglev.arrays import Array
-from maglev.errors import RigError, StabilityError, nearest
+from maglev.errors import RigError, StabilityError, one_of
 from maglev.linear.loop import Loop, linearise_loop
 from maglev.linear.model import equivalents, slowest_first
 from maglev.linear.parameters import Quantity, block_of, linear_names, regulator_in
@@ -113,11 +113,11 @@ def axis_loop(rig: str | Path, axis: str, gap: Quantity, *, controller: str | No
     name = controller or regulators[0]
     if name not in regulators:
         raise StabilityError(f"{rig}: controller = {name!r}, expected an output regulator, which has an anti-windup: "
-                             f"{', '.join(regulators)}; nearest is {nearest(name, regulators)}")
+                             f"{one_of(name, regulators)}")
     settings = controller_parameters or {}
     block = block_of(name, settings)
     if block.current_limit <= 0.0:
-        raise StabilityError(f"{name}: current_limit = {block.current_limit:g} A is none, expected a limit above 0 A: "
+        raise StabilityError(f"{name}: current_limit = {block.current_limit:g} A, expected a limit above 0 A: "
                              "without one the region is as large as the model holds")
     parameters = dict(plant_parameters or {})
     level = {**parameters, **{f"{axis.name}.bias": 0.0 for axis in described.horizontal if described.rotations}}

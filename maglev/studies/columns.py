@@ -87,7 +87,7 @@ def metric_names(known: Mapping[str, object], asked: str, origin: str) -> list[s
         return [name]
     matching = [column for column in known if column.startswith(f"{name} of ") and AT_STEP not in column]
     if not matching:
-        raise ScenarioError(f"{origin}: there is no metric {asked!r}; nearest is {nearest(name, known)}")
+        raise ScenarioError(f"{origin}: there is no metric {asked!r}; {nearest(name, known)}")
     return matching
 
 

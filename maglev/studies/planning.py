@@ -62,7 +62,7 @@ def plan_study(study: StudyFile, experiment: Experiment, origin: str, out: Path,
         name for name, variable in experiment.variables().items()
         if variable.causality == "output" and variable.type in ("Real", "Boolean"))}
     if unknown := [name for name in study.keep if name not in known_signals]:
-        raise ScenarioError(f"{origin}: keep = {unknown[0]!r}: is recorded by no FMU; nearest is "
+        raise ScenarioError(f"{origin}: keep = {unknown[0]!r}: is recorded by no FMU; "
                             f"{nearest(unknown[0], known_signals)}")
     rows = len(experiment.times[::every]) if study.keep else 0
     require_disk(study, out, 8 * count * (len(columns) + len(study.vary) + len(targets))

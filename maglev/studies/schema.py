@@ -194,7 +194,7 @@ class StudyFile(Table):
         for i, group in enumerate(self.correlated):
             for name in group.of:
                 if name not in names or names[name].kind != "normal":
-                    raise key_refused("of", name, "expected names of what varies with kind = 'normal'; nearest is "
+                    raise key_refused("of", name, "expected names of what varies with kind = 'normal'; "
                                       f"{nearest(name, names)}", "correlated", i)
                 if name in together:
                     raise key_refused("of", name, "expected in one group, once", "correlated", i)
@@ -228,7 +228,7 @@ def file_for(name_or_path: str | Path, folder: Path, what: str) -> Path:
         return path
     names = {file.stem: file for file in sorted(folder.glob("*.toml"))}
     if path.name not in names:
-        raise ScenarioError(f"there is no {what} {path.name!r}; nearest is "
+        raise ScenarioError(f"there is no {what} {path.name!r}; "
                             f"{nearest(path.name, names, '.toml')}, or give the path of a TOML file")
     return names[path.name]
 

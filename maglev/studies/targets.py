@@ -89,15 +89,15 @@ def target_of(name: str, column: int, mode: Mode, experiment: Experiment, descri
             nominal = signal.times[-1]
         return Target(name, column, mode, nominal, reference_unit(plan, own), False, -np.inf, np.inf)
     if fmu not in descriptions:
-        raise ScenarioError(f"{key}: there is no FMU {fmu!r}, nearest is {nearest(fmu, [*descriptions, REFERENCE])}")
+        raise ScenarioError(f"{key}: there is no FMU {fmu!r}, {nearest(fmu, [*descriptions, REFERENCE])}")
     variables = {variable.name: variable for variable in descriptions[fmu].modelVariables}
     settable = [name for name, variable in variables.items() if variable.causality in ("parameter", "input")]
     if own not in variables:
-        raise ScenarioError(f"{key}: {fmu} has no parameter {own!r}; nearest is {nearest(own, settable)}")
+        raise ScenarioError(f"{key}: {fmu} has no parameter {own!r}; {nearest(own, settable)}")
     variable = variables[own]
     if own not in settable:
-        raise ScenarioError(f"{key}: is of causality {variable.causality}, expected a parameter or an input; nearest "
-                            f"is {nearest(own, settable)}")
+        raise ScenarioError(f"{key}: is of causality {variable.causality}, expected a parameter or an input; "
+                            f"{nearest(own, settable)}")
     if variable.type not in ("Real", "Boolean"):
         raise ScenarioError(f"{key}: is of type {variable.type}, expected Real or Boolean")
     plan = experiment.plan

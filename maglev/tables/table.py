@@ -181,7 +181,7 @@ class DataTable:
         return replace(self, units=said, called=called)
 
     def missing(self, problem: str, name: str) -> str:
-        raise CsvError(self.path, f"{problem}, nearest is {nearest(name, list(filter(None, self.names)))}")
+        raise CsvError(self.path, f"{problem}, {nearest(name, list(filter(None, self.names)))}")
 
     def refusal(self, name: str, k: int, expectation: str) -> CsvError:
         """Refusal of the k-th number of a column."""

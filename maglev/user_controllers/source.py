@@ -261,7 +261,7 @@ def chosen(file: Path, name: str | None, classes: dict[str, type]) -> type:
     blocks = [name for name, member in classes.items() if hasattr(member, "outputs") or hasattr(member, "inputs")]
     if name is not None:
         if name not in classes:
-            raise ControllerError(f"{file.name}:{name}: there is no class {name} in it, nearest is "
+            raise ControllerError(f"{file.name}:{name}: there is no class {name} in it, "
                                   f"{nearest(name, blocks or classes)}")
         return classes[name]
     if not blocks:

@@ -106,7 +106,7 @@ def test_other_steps(fastest_fmus: Path, step: Path, c_controller: Path, tmp_pat
     ([('= "current_u"', "= 7")], "= 7: expected the name of a port"),
     ([("[controller]", "[controller")], "TOML syntax"),
     ([('"v.measured" = { port = "gap", unit = "mm" }\n', ""), ('"motor.i_c_cmd" = "current_w"\n', "")],
-     "missing ports: input v.measured (nearest is none of 'gap'), output motor.i_c_cmd (nearest is ")])
+     "missing ports: input v.measured (there is 'gap'), output motor.i_c_cmd (there is 'current_w')")])
 def test_wrong_maps(fastest_fmus: Path, step: Path, c_controller: Path, tmp_path: Path, mapped,
                     changes: list[tuple[str, str]], message: str) -> None:
     result = maglev("run", step, "--fmus", fastest_fmus, "--out", tmp_path, "--controller", c_controller, "--map",

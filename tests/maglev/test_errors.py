@@ -45,12 +45,13 @@ def test_a_name_without_its_ending_is_nearest_to_that_file(tmp_path: Path, monke
 
 
 @pytest.mark.parametrize(("name", "words"), [
-    ("3dof-pid-lrge", "'3dof-pid-large'"), ("3DOF-PID-LARGE", "'3dof-pid-large'"),
-    ("nope", "none of '3dof-pid-large', '2dof-setpoints', 'mass' and 1 others"), ("", "none of '3dof-pid-large', "),
+    ("3dof-pid-lrge", "nearest is '3dof-pid-large'"), ("3DOF-PID-LARGE", "nearest is '3dof-pid-large'"),
+    ("nope", "there are '3dof-pid-large', '2dof-setpoints', 'mass' and 1 other"), ("", "there are '3dof-pid-large', "),
 ])
-def test_nearest_name_is_like_it_or_none(name: str, words: str) -> None:
+def test_names_the_nearest_or_the_valid_names(name: str, words: str) -> None:
     assert nearest(name, ["3dof-pid-large", "2dof-setpoints", "mass", "bias"]).startswith(words)
-    assert nearest(name, []) == "none exists"
+    assert nearest(name, ["gap"]) == "there is 'gap'"
+    assert nearest(name, []) == "there is none"
 
 
 def test_one_of_says_what_is_nearest_where_something_is() -> None:

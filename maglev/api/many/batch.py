@@ -70,7 +70,7 @@ class Batch:
     def __getitem__(self, name: str) -> npt.NDArray[np.float64]:
         """A metric by its name; UnknownName with the nearest if there is none."""
         if name not in self.columns:
-            raise UnknownName(f"there is no metric {name!r}, nearest is {nearest(name, self.columns)}")
+            raise UnknownName(f"there is no metric {name!r}, {nearest(name, self.columns)}")
         return self.columns[name]
 
     @property

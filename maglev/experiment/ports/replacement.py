@@ -64,7 +64,7 @@ def named_or_path(role: str, given: Given, plans: Iterable[RunPlan]) -> str | Pa
     if str(given) not in STAGES.definitions():
         suffixes = tuple(plan.rig.suffix for plan in plans if plan.rig is not None)
         names = [name for name in STAGES.definitions() if name.endswith(suffixes)] or STAGES.definitions()
-        raise UnknownName(f"{role} {given}: is no FMU of this project and no file, nearest is "
+        raise UnknownName(f"{role} {given}: is no FMU of this project and no file, "
                           f"{nearest(given, names, '.py', '.fmu')}")
     return str(given)
 
@@ -150,7 +150,7 @@ def require_essential(plan: RunPlan, put_in: Mapping[str, Path],
         for port, causality in missing.items():
             free = [v.name for v in descriptions[name].modelVariables
                     if v.causality == causality and v.name not in needed]
-            lines.append(f"{causality} {port}" + (f" (nearest is {nearest(port, free)})" if free else ""))
+            lines.append(f"{causality} {port}" + (f" ({nearest(port, free)})" if free else ""))
         tables = dict.fromkeys(f"{causality}s" for causality in missing.values())
         place = " and ".join(f"the table of {declared_in(path, table)}" for table in tables) if is_written(path) else ""
         raise ScenarioError(f"{name} ({path.name}): missing port{'s' if len(missing) > 1 else ''}: {', '.join(lines)}; "

@@ -7,7 +7,7 @@ from typing import Annotated, Any, ClassVar, Literal, Self
 from pydantic import AfterValidator, Field, StrictBool, ValidationInfo, field_validator, model_validator
 
 import maglev.quantities as quantities
-from maglev.errors import QuantityError, nearest
+from maglev.errors import QuantityError, similar
 from maglev.quantities import MeasuredQuantity, in_words, place_words, printed
 from maglev.rig.rigs import RIGS
 from maglev.schema.toml_table import Metres, Seconds, Table, ValueKind, key_refused
@@ -117,7 +117,7 @@ class Claim(Table):
         known, name = [*cls.KNOWN], quantities.FORMER.get(str(name), name)
         if name is not None and name not in known:
             names = ", ".join(map(repr, known[:-1]))
-            raise ValueError(f"expected {names} or {known[-1]!r}, nearest is {nearest(str(name), known)}")
+            raise ValueError(f"expected {names} or {known[-1]!r}{similar(name, known)}")
         return name
 
     @field_validator("target", mode="before")

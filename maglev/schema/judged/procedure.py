@@ -58,7 +58,7 @@ class ProcedureSettings(Table):
                                   "runs")
         for shown in self.figures:
             if shown not in FIGURES[self.kind]:
-                raise key_refused(shown, self.figures[shown], f"not a figure of {self.kind}, nearest is "
+                raise key_refused(shown, self.figures[shown], f"not a figure of {self.kind}, "
                                   f"{nearest(shown, FIGURES[self.kind])}", "figures")
         for constant, values in self.printed.items():
             if len(values) not in PRINTED_AT:

@@ -235,7 +235,7 @@ class Csv(SignalTable):
             column = table.find(self.column)
             if column is None or column == name:
                 raise key_refused("column", self.column,
-                                  f"no such column in {self.file}, nearest is {nearest(self.column, own)}")
+                                  f"no such column in {self.file}, {nearest(self.column, own)}")
             times = times_of(table.renamed({}, {name: self.time_unit} if self.time_unit else {}), name)
             self._values = self.values_of(table, column)
         except CsvError as error:

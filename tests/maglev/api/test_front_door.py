@@ -137,7 +137,7 @@ def test_a_column_that_is_not_there(run: maglev.Run) -> None:
 
 def test_what_is_no_name_is_no_column(run: maglev.Run) -> None:
     assert 0 not in run
-    with pytest.raises(maglev.UnknownName, match="has no column 0, nearest is "):
+    with pytest.raises(maglev.UnknownName, match="has no column 0, there are 'controller"):
         _ = run[0]   # type: ignore[index]
 
 

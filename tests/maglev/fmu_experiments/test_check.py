@@ -230,12 +230,12 @@ BROKEN = {
             "fall.csv: row 2, column v.position is 'nan', expected finite numbers"),
     "ragged": (TRANSIENT + REFERENCES, {"fall.csv": "time,v.position\n0,1,2\n"}, "row 2 has 3 values, expected 2"),
     "column": (TRANSIENT + REFERENCES, {"fall.csv": "time,v.positon\n0,1\n"},
-               "no column is a variable of the FMU that is a number; nearest to v.positon is 'v.position'"),
+               "no column is a variable of the FMU that is a number: v.positon: nearest is 'v.position'"),
     "back": (TRANSIENT + REFERENCES, {"fall.csv": "time,v.position\n1,1\n0,1\n"}, "row 3, column time is 0, expected"),
     "input": (f'{TRANSIENT}<Stimuli source="in.csv"/>{REFERENCES}', {"in.csv": "time,v.forc\n0,1\n"},
               "in.csv: column v.forc is no input of the FMU, nearest is 'v.force'"),
     "parameter": (f'{TRANSIENT}<Parameters source="a.ssv"/>{REFERENCES}', {
-        "a.ssv": ssv('name="C9"', '<p:Real value="1"/>')}, "a.ssv: the FMU has no parameter 'C9'; nearest is"),
+        "a.ssv": ssv('name="C9"', '<p:Real value="1"/>')}, "a.ssv: the FMU has no parameter 'C9'; there are '"),
     "text": (f'{TRANSIENT}<Parameters source="a.ssv"/>{REFERENCES}', {
         "a.ssv": ssv('name="C1"', '<p:Real value="nan"/>')}, "a.ssv: parameter C1 = nan: expected a finite number"),
     "unit": (f'{TRANSIENT}<Parameters source="a.ssv"/>{REFERENCES}', {

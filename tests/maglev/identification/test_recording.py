@@ -76,7 +76,7 @@ def test_3dof_columns(tmp_path: Path) -> None:
     assert found.i_q[:, 1] == pytest.approx(2.0 * table["i_q"])
     assert refusal(tmp_path / "a.csv", "2dof").endswith(
         "no column v, expected v or plant.v or v.encoder or plant.v.encoder or v.measured or plant.v.measured or "
-        "v.position or plant.v.position; nearest is none of 'time', 'y', 'x' and 5 others")
+        "v.position or plant.v.position; there are 'time', 'y', 'x' and 5 others")
     assert "stage = '4dof', expected one of 2dof, 3dof, 5dof" in refusal(tmp_path / "a.csv", "4dof")
 
 

@@ -31,7 +31,7 @@ def settings(**table: Any) -> ProcedureSettings:
     ({"gaps": ["10 mm"]}, ["gaps"]),
     ({"gaps": ["10 mm", "2 s"]}, ["gaps", "2 s", "in m"]),
     ({"printed": {"C1": 14.2}}, ["printed", "C1"]),
-    ({"tabel": "4.2"}, ["tabel", "nearest valid key is 'table'"])])
+    ({"tabel": "4.2"}, ["tabel", "nearest is 'table'"])])
 def test_settings_that_do_not_fit_are_refused(table: dict[str, Any], words: list[str]) -> None:
     with pytest.raises(ValidationError) as refusal:
         settings(**table)

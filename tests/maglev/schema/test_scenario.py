@@ -99,7 +99,7 @@ def test_csv_lies_beside_its_scenario(write):
 
 @pytest.mark.parametrize(("old", "new", "words"), [
     ('stop_time = "2 s"', "", ["hold.toml: stop_time", "required"]),
-    ('stop_time = "2 s"', 'stop_tme = "2 s"', ["hold.toml: stop_tme = '2 s'", "key is 'stop_time' (end of the run"]),
+    ('stop_time = "2 s"', 'stop_tme = "2 s"', ["hold.toml: stop_tme = '2 s'", "nearest is 'stop_time' (end of"]),
     ('stop_time = "2 s"', 'fail_error = "2 s"', ["fail_error = '2 s'", "unknown key, expected it in [metrics]"]),
     ('stop_time = "2 s"', 'stop_time = true', ["stop_time = True", "not a quantity"]),
     ('stop_time = "2 s"', 'stop_time = "2 m"', ["hold.toml: stop_time = '2 m'", "in s"]),
@@ -110,7 +110,7 @@ def test_csv_lies_beside_its_scenario(write):
     ('stop_time = "2 s"', "stop_time = ", ["hold.toml: TOML syntax", "line 5"]),
     ('name = "hold"', "name = 3", ["hold.toml: name = 3", "expected a valid string"]),
     ('step = "0.5 ms"', 'step = "0.5 msec"', ["loop.toml: step = '0.5 msec'", "nearest is 'ms'"]),
-    ("bands =", "band =", ["loop.toml: metrics.band = ", "nearest valid key is 'bands'"]),
+    ("bands =", "band =", ["loop.toml: metrics.band = ", "nearest is 'bands'"]),
     ('"10 um"]', '"10 kg"]', ["loop.toml: metrics.bands[1] = '10 kg'", "in m"]),
     ('model = "Regulator"', "", ["controller", "model", "file"]),
     ("order = 2", 'order = "fast"', ["loop.toml: fmus.controller.start.order = 'fast'", "25 mm"]),
@@ -119,7 +119,7 @@ def test_csv_lies_beside_its_scenario(write):
     ('"plant.m.i_a_cmd"]]', '"plant.m.i_a_cmd", "x"]]', ["loop.toml: connections[1]", "at most 2"]),
     ('kind = "steps"', 'kind = "stpes"', ["hold.toml: signals[0].kind = 'stpes'", "nearest is 'steps'"]),
     ('kind = "steps"', "", ["hold.toml: signals[0].kind", "expected the kind"]),
-    ("times = [0, 1]", "tims = [0, 1]", ["hold.toml: signals[0].tims = [0, 1]", "nearest valid key is 'times'"]),
+    ("times = [0, 1]", "tims = [0, 1]", ["hold.toml: signals[0].tims = [0, 1]", "nearest is 'times'"]),
     ("times = [0, 1]", "times = [1, 0]", ["hold.toml: signals[0].times[1] = 0.0", "ascending"]),
     ("times = [0, 1]", "times = [0]", ["hold.toml: signals[0].values = [0.025, 0.027]", "as many as times"]),
     ('"27 mm"', '"27 kg"', ["hold.toml: signals[0].values[1] = '27 kg'", "in m"]),

@@ -84,7 +84,7 @@ def test_files_of_a_variant_lie_beside_the_file_that_names_them(hold: Path) -> N
 
 @pytest.mark.parametrize(("old", "new", "words"), [
     ('than = "hold-heavy"', 'than = "hold-havy"', ["hold.toml", "claims.than = 'hold-havy'", "'hold-heavy'"]),
-    ("[variants.heavy]\n", "[variants.heavy]\ntitel = 3\n", ["hold.toml", "titel", "nearest valid key is 'title'"]),
+    ("[variants.heavy]\n", "[variants.heavy]\ntitel = 3\n", ["hold.toml", "titel", "nearest is 'title'"]),
     ('"feather.toml"', '"fether.toml"', ["extends = 'fether.toml'", "nearest is 'feather.toml'"]),
     ('"feather.toml"', '"hold.toml"', ["extends", "itself"]),
     ('["loop.toml", "gains.toml"]', '["loop.toml", 3]', ["hold.toml: extends = ['loop.toml', 3]", "relative path"]),

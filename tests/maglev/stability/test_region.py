@@ -71,7 +71,7 @@ def test_section_and_shadow_of_the_ellipsoid(found: Region) -> None:
     ({"gap": "35 mm"}, "Plant3DOF at y = 35 mm: beyond the end stops, expected y within 18.5…32 mm"),
     ({"gap": "19 mm", "set": {"controller.current_limit": 1.0}}, "is beyond current_limit = 1 A"),
     ({"controller": "PID3DOF"}, "3dof: controller = 'PID3DOF', expected an output regulator, which has an anti-windup"),
-    ({"set": {"controller.current_limit": 0.0}}, "Regulator3DOF: current_limit = 0 A is none, expected a limit above"),
+    ({"set": {"controller.current_limit": 0.0}}, "Regulator3DOF: current_limit = 0 A, expected a limit above"),
     ({"set": {"controller.x.k1": 463.0}}, "the loop is unstable, its slowest pole is "),
     ({"set": {"controller.x.k9": 1.0}}, "Regulator3DOF has no parameter 'x.k9'; nearest is "),
     ({"set": {"x.k1": 1.0}}, "set={'x.k1': 1.0}: expected plant.… or controller.…, such as plant.y.mass=7.2kg"),

@@ -78,9 +78,9 @@ def test_a_refusal_leaves_the_next_run_alone(fastest_fmus: Path, tmp_path: Path)
 
 
 @pytest.mark.parametrize(("setting", "words"), [
-    ("reference.h.amplitud=2", "nearest is 'amplitude'"), ("reference.w.end=2", "has no axis 'w', nearest is"),
+    ("reference.h.amplitud=2", "nearest is 'amplitude'"), ("reference.w.end=2", "has no axis 'w', there are '"),
     ("reference.h.end=2 kg", "expected a number, or a quantity in m"),
-    ("reference.plant.C2.end=2", "has no axis 'plant.C2', nearest is"),
+    ("reference.plant.C2.end=2", "has no axis 'plant.C2', there are '"),
     ("reference.h.time=-1 s", "reference.h.time = -1 s, expected a time after the step before, at 0 s"),
     ("reference.h.time=20 mm", "expected a number, or a quantity in s")])
 def test_references_that_cannot_be_set_are_refused(setting: str, words: str, fastest_fmus: Path,

@@ -33,7 +33,7 @@ def test_parameters_of_a_controller_in_python() -> None:
 
 @pytest.mark.parametrize(("scenario", "message"), [
     ("2dof-pid-large", "controller = PID2DOF: expected an output regulator, whose poles are searched, or controller="),
-    ("nope", "there is no scenario 'nope'; nearest is none of")])
+    ("nope", "there is no scenario 'nope'; there are '")])
 def test_what_has_no_poles_is_refused(scenario: str, message: str) -> None:
     with pytest.raises(MaglevError, match=message):
         maglev.new_tuning("quicker", scenario)

@@ -91,7 +91,7 @@ def test_a_study_takes_every_file(fastest_fmus: Path, tmp_path: Path) -> None:
     ('= "plant.v.encoder"', '= "plant.motor.i_a"', "connects A to m, expected the same unit"),
     ('file = "sensor.py"', 'file = "sensr.py"', "there is no file"),
     ('[fmus.controller.inputs]', 'before = "sensor"\n[fmus.controller.inputs]',
-     "fmus.sensor.before = 'sensor': expected another FMU of this scenario, nearest is"),
+     "fmus.sensor.before = 'sensor': expected another FMU of this scenario, there are '"),
     ('[fmus.controller.inputs]', 'before = "plant"\n[fmus.plant]\nbefore = "sensor"\n'
      '[fmus.controller.inputs]', "expected no FMUs that are to be stepped before each other"),
     ('[fmus.controller.inputs]', '[[signals]]\nto = "controller.v.measured"\n'
