@@ -1,4 +1,7 @@
-"""One writer at a time: a lock that the system holds, and that goes with the process, however that ends."""
+"""One writer at a time: a lock that the system holds, and that goes with the process, however that ends.
+
+The package filelock leaves its files where it has locked, which here are folders with a user's results.
+"""
 
 import errno
 import os
