@@ -77,7 +77,9 @@ COUNTED = re.compile(r"^(?:List|Tuple|Dictionary) should have (at (?:least|most)
 
 def unknown_key(key: str, table: type[Table], valid: Sequence[str]) -> str:
     """What is expected in place of a key that a table does not have: keys like it, or the table that it belongs to."""
-    near, meanings = get_close_matches(key, valid, n=2, cutoff=0.6), table.keys_of_table()
+    meanings = table.keys_of_table()
+    valid = [*meanings] or valid   # what has no description is not for users
+    near = get_close_matches(key, valid, n=2, cutoff=0.6)
     places = dict.fromkeys(other.PLACE for other in Table.KNOWN_TABLES if other.PLACE and key in other.keys_of_table())
     if table.PLACE and places and not near:
         return f"unknown key, expected it in {' or '.join(places)}"

@@ -119,6 +119,7 @@ def test_csv_lies_beside_its_scenario(write):
     ('"plant.m.i_a_cmd"]]', '"plant.m.i_a_cmd", "x"]]', ["loop.toml: connections[1]", "at most 2"]),
     ('kind = "steps"', 'kind = "stpes"', ["hold.toml: signals[0].kind = 'stpes'", "nearest is 'steps'"]),
     ('kind = "steps"', "", ["hold.toml: signals[0].kind", "expected the kind"]),
+    ("times = [0, 1]", "ports = [0, 1]", ["signals[0].ports", "there are 'to', 'rate_to', 'unit' and 3 others"]),
     ("times = [0, 1]", "tims = [0, 1]", ["hold.toml: signals[0].tims = [0, 1]", "nearest is 'times'"]),
     ("times = [0, 1]", "times = [1, 0]", ["hold.toml: signals[0].times[1] = 0.0", "ascending"]),
     ("times = [0, 1]", "times = [0]", ["hold.toml: signals[0].values = [0.025, 0.027]", "as many as times"]),
