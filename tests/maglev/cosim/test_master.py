@@ -183,11 +183,11 @@ def test_start_values_of_each_type_of_others(tmp_path: Path) -> None:
         with Master([FmuSetup("tank", path, start)], [], 0.5) as master:
             return float(master.run(1.0).columns["tank.level"][-1])
 
-    assert [level({"pumps": np.int64(2)}), level({"open": False}), level({"open": 1})] == [2.0, 0.0, 1.0]
+    assert [level({"pumps": np.int64(2)}), level({"open": False}), level({"open": 1}), level({"label": "x"})] == [
+        2.0, 0.0, 1.0, 1.0]
     for start, expected in (({"pumps": 2.5}, "2.5: it is Integer, expected a whole number"),
                             ({"open": 2}, "2: it is Boolean, expected true or false"),
-                            ({"label": "x"}, "'x': it is String, expected a variable that is Real, Integer or "
-                                             "Boolean")):
+                            ({"label": 3}, "3: it is String, expected a text")):
         with pytest.raises(FmuError, match=f"tank.{next(iter(start))} = {expected}"):
             level(start)
 
