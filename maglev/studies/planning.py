@@ -1,7 +1,7 @@
 """A study made ready: everything that would be refused is refused here, before the first run."""
 
 import shutil
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable, Mapping, Sequence
 from contextlib import suppress
 from dataclasses import dataclass, replace
 from pathlib import Path
@@ -132,11 +132,18 @@ def about(study: StudyFile, job: Job, experiment: Experiment, run: Mapping[str, 
             "description": study.description, "key": job.key, "samples": count,
             "design": study.design.model_dump(), "correlated": [group.of for group in study.correlated],
             "scenario": experiment.plan.name, "provenance": provenance, "run": run,
-            "vary": [{"name": parameter.column, "set": parameter.set, "mode": parameter.mode, "kind": parameter.kind}
-                     for parameter in study.vary],
+            "vary": [{"name": parameter.column, "set": parameter.set, "mode": parameter.mode, "kind": parameter.kind,
+                      **nominal_of([target for target in job.targets if target.column == i])}
+                     for i, parameter in enumerate(study.vary)],
             "limits": {column.name: {"min": finite(column.min), "max": finite(column.max)} for column in job.columns
                        if finite(column.min) is not None or finite(column.max) is not None},
             "targets": [target.name for target in job.targets], "kept": list(job.kept)}
+
+
+def nominal_of(targets: Sequence[Target]) -> dict[str, Any]:
+    """Nominal value, SI, of what is set by a factor or an offset, and its unit; nothing where they differ."""
+    values = {(target.nominal, target.unit) for target in targets if target.mode != "value"}
+    return dict(zip(("nominal", "unit"), *values, strict=True)) if len(values) == 1 else {}
 
 
 def finite(value: float) -> float | None:

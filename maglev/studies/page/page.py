@@ -12,7 +12,7 @@ import numpy as np
 import pyarrow as pa
 
 from maglev.arrays import Array
-from maglev.judging.endings import COMPLETED, severity
+from maglev.judging.endings import COMPLETED, cause, severity
 from maglev.live.content import NAME as LIVE_PAGE
 from maglev.maps.law_map import LawMap, maps_data
 from maglev.pages import shell
@@ -23,6 +23,7 @@ from maglev.studies.columns import EVENTS
 from maglev.studies.page.again import command_of, row_link, why_no_replay
 from maglev.studies.page.outcome_map import OUTCOMES, map_of
 from maglev.studies.page.text import QUANTILES, beyond_limits, limits_text, metrics_of, quantiles, units_of
+from maglev.studies.page.varied import varied_of
 from maglev.studies.page.verdict import decisive_metric, study_verdict, telling, where
 from maglev_files.extras import lacking
 
@@ -104,10 +105,12 @@ def data(table: pa.Table, about: Mapping[str, Any], metrics: Sequence[tuple[str,
     """
     chosen = table.take(pa.array(drawn))
     units = units_of(table)
-    varied = [parameter["name"] for parameter in about["vary"]]
+    every = varied_of(chosen, about)
+    varied = [each.name for each in every]
     names = [*varied, *(name for name, _ in metrics)]
-    columns = []
-    for name in names:
+    columns = [{"name": each.label, "unit": each.unit, "limits": {}, "values": [
+        float(f"{value:.6g}") for value in each.values.tolist()]} for each in every]
+    for name, _ in metrics:
         known = [value for value in table[name].to_pylist() if value is not None]
         unit, scale = shown_in(known, units[name])
         limits = {key: scale * value for key, value in about["limits"].get(name, {}).items() if value is not None}
@@ -117,6 +120,8 @@ def data(table: pa.Table, about: Mapping[str, Any], metrics: Sequence[tuple[str,
     sides = [factor.name for factor in mapped.factors[1::-1]] if mapped else telling(table, about)
     first, second, *_ = [varied.index(name) for name in sides] * 2
     metric = decisive_metric(table, about)
+    causes = [*map(cause, chosen["ending"].to_pylist())]
+    kinds = [*dict.fromkeys(causes)]
     # The metric that fails, or in cells of several samples the share of those that pass; crosses say which of one fail.
     counted = shares and about["design"]["kind"] == "grid" and len(varied) > 2
     begin = (names.index(metric) if metric in names else -1 if counted or not metrics else
@@ -124,7 +129,8 @@ def data(table: pa.Table, about: Mapping[str, Any], metrics: Sequence[tuple[str,
     return {"samples": drawn.tolist(), "varied": len(varied), "columns": columns, "begin": [begin, first, second],
             "shares": shares,
             "grid": about["design"]["kind"] == "grid",
-            "passed": [int(passed) for passed in chosen["passed"].to_pylist()]}
+            "passed": [int(passed) for passed in chosen["passed"].to_pylist()],
+            "causes": kinds, "cause": [kinds.index(said) for said in causes]}
 
 
 def responses(shown: Mapping[str, Any]) -> str:
@@ -162,15 +168,13 @@ def quantiles_table(table: pa.Table, about: Mapping[str, Any]) -> str:
 
 def worst_table(table: pa.Table, about: Mapping[str, Any], metrics: Sequence[tuple[str, str]], live: bool) -> str:
     """The samples that did worst, each with the command that runs it again, and its run in the live page."""
-    why, units = why_no_replay(about), units_of(table)
-    scales = {parameter["name"]: shown_in(table[parameter["name"]].to_pylist(), units[parameter["name"]])
-              for parameter in about["vary"]}
+    why = why_no_replay(about)
+    varied = varied_of(table, about)
     linked = live and not why
     rows = []
     for sample, reason in worst(table, about, metrics):
         row = table.slice(sample, 1).to_pylist()[0]
-        at = ", ".join(f"{parameter['name']} = {scales[parameter['name']][1] * row[parameter['name']]:.5g} "
-                       f"{scales[parameter['name']][0]}".rstrip() for parameter in about["vary"])
+        at = ", ".join(f"{each.label} = {each.text(each.values[sample], digits=5)}" for each in varied)
         link = (f' <a class="screen" href="{escape(row_link(about, row))}" aria-label="open it live: sample {sample}">'
                 "open it live</a>") if linked else ""
         rows.append((str(sample), typeset(reason), typeset(at),

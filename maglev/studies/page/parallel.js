@@ -42,8 +42,8 @@ class Parallel {
   /** Draw an axis; returns the bar over it, which shows what is kept. */
   drawAxis({ name, unit }, { low, high, place }, x) {
     svg("path", { class: "axis", d: `M${x} ${AXES.top}v${AXES.tall}` }, this.picture);
-    for (const [value, below] of [[high, 4], [low, 14]]) svg("text", { x: x + 4, y: place(value) + below }, this.picture, String(Number(value.toPrecision(3))));
-    const words = (unit ? `${name} (${unit})` : name).split(/ (?=of |at |\()/), title = svg("g", { transform: `translate(${x - 4} ${AXES.top - 10})rotate(-20)` }, this.picture);
+    for (const [value, below] of [[high, 4], [low, 14]]) svg("text", { x: x + 4, y: place(value) + below }, this.picture, shortNumber(value, 3));
+    const words = (unit ? `${name} (${unit})` : name).split(/ (?=of |at |change |\()/), title = svg("g", { transform: `translate(${x - 4} ${AXES.top - 10})rotate(-20)` }, this.picture);
     words.forEach((word, line) => svg("text", { y: 12 * (line - words.length + 1) }, title, word));
     return svg("rect", { x: x - 5, width: 10 }, this.picture);
   }

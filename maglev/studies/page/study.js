@@ -4,6 +4,9 @@ const { columns, varied } = report;
 const RESPONSE = { left: 78, right: 14, top: 10, below: 46, scale: 50, height: 330 };   // px
 const BARS = { left: 34, top: 6, width: 300, height: 90, most: 20 };   // px of a histogram, and bars of one
 const PASSES = { name: "samples that pass", unit: "%", limits: {}, values: report.passed.map((passes) => 100 * passes) };
+const MANY = 2000, CELLS = 20;   // samples from which on two columns are drawn in cells, and cells of a side
+let chosen = null;   // numbers of the samples in all ranges; null for all
+const isChosen = (i) => !chosen || chosen.has(report.samples[i]);
 const metricOf = (i) => (i < 0 ? PASSES : columns[i]);
 
 /** Sorted values of a column, each once. */
@@ -18,6 +21,24 @@ function shadeOf({ values }) {
   const [low, high] = extent(values);
   return { low, high, css: (value) => `fill: color-mix(in oklab, var(--run-0) ${(8 + 48 * (value - low) / (high - low || 1)).toFixed(0)}%, var(--paper))` };
 }
+
+/** A column with the middle of its part for each value. */
+function inParts({ values, ...column }) {
+  const [low, high] = extent(values), wide = (high - low) / CELLS || 1;
+  return { ...column, values: values.map((value) => low + (Math.min(CELLS - 1, Math.floor((value - low) / wide)) + 0.5) * wide) };
+}
+
+/** All that is known of a sample, below the plot. */
+function tell(i) {
+  const said = columns.filter(({ values }) => values[i] !== null).map((column) => `${titleOf(column)} ${shortNumber(column.values[i], 4)}`);
+  document.getElementById("told").textContent = `Sample ${report.samples[i]} ${report.passed[i] ? "passes" : "fails"}${report.causes[report.cause[i]] && ` (${report.causes[report.cause[i]]})`}: ${said.join("; ")}.`;
+}
+
+let told = -1;
+document.getElementById("response")?.addEventListener("keydown", ({ key }) => {
+  const by = { ArrowLeft: -1, ArrowRight: 1 }[key], count = report.samples.length;
+  if (by) tell(told = (told + by + count) % count);
+});
 
 /** Labels along the axes: what was tried, as many as there is room for, or round numbers. */
 function labelled(picture, across, up, first, second, box) {
@@ -41,15 +62,16 @@ function drawCells(picture, metric, first, second, box, shade) {
   const [xs, ys] = [tried(first), tried(second)];
   const [wide, tall] = [box.width / xs.length, box.height / ys.length];
   ys.forEach((y, row) => xs.forEach((x, column) => {
-    const inside = report.samples.map((_, i) => i).filter((i) => first.values[i] === x && second.values[i] === y);
+    const inside = report.samples.map((_, i) => i).filter((i) => first.values[i] === x && second.values[i] === y && isChosen(i));
     const known = inside.map((i) => metric.values[i]).filter((value) => value !== null);
     const value = mean(known), failing = inside.filter((i) => !report.passed[i]).length;
     const [left, top] = [box.left + wide * column, box.top + box.height - tall * (row + 1)];
     const cell = svg("rect", { class: "cell", x: left, y: top, width: wide, height: tall, style: value === null ? "fill: none" : shade.css(value) }, picture);
     svg("title", {}, cell, `${titleOf(first)} ${x}, ${titleOf(second)} ${y}: ${value === null ? "none" : `${shortNumber(value, 4)} ${metric.unit}`}, ${failing} of ${inside.length} fail`);
-    const numbered = wide > 48 && tall > 30, across = numbered ? 4 : wide / 2 - 4.5, down = numbered ? 4 : tall / 2 - 4.5;   // a cross beside the number
+    const number = value === null ? "" : shortNumber(value, wide > 48 ? 3 : 2), numbered = tall > 30 && wide > 6.5 * number.length + 2, across = numbered ? 4 : wide / 2 - 4.5, down = numbered ? 4 : tall / 2 - 4.5;   // a cross beside the number
     if (failing) svg("path", { class: "fails", d: `M${left + across} ${top + down}l9 9m0 -9l-9 9` }, picture);
-    if (value !== null && numbered) svg("text", { x: left + wide / 2, y: top + tall / 2 + 8 }, picture, shortNumber(value, 3));
+    if (numbered) svg("text", { x: left + wide / 2, y: top + tall / 2 + 8 }, picture, number);
+    if (inside.length) cell.addEventListener("click", () => tell(inside[0]));
   }));
   labelled(picture, thinned(xs.map((x, k) => [wide * (k + 0.5), shortNumber(x, 4)]), 40), thinned(ys.map((y, k) => [box.height - tall * (k + 0.5), shortNumber(y, 4)]), 15),
     first, second, box);
@@ -71,12 +93,13 @@ function drawPoints(picture, metric, first, second, box, shade) {
   };
   for (const limit of limits) svg("path", { class: "limit", d: `M${box.left} ${box.top + up.place(limit)}h${box.width}` }, picture);
   report.samples.forEach((sample, i) => {
-    if (first.values[i] === null || over.values[i] === null) return;
+    if (first.values[i] === null || over.values[i] === null || !isChosen(i)) return;
     const [x, y] = [box.left + across.place(first.values[i]), box.top + up.place(over.values[i])];
     const style = first === second ? "fill: var(--run-0)" : metric.values[i] === null ? "fill: none" : shade.css(metric.values[i]);
     const point = report.passed[i] ? svg("circle", { class: "point", cx: x, cy: y, r: 4, style }, picture)
       : svg("path", { class: "fails", d: `M${(x - 4).toFixed(1)} ${(y - 4).toFixed(1)}l8 8m0 -8l-8 8` }, picture);
     svg("title", {}, point, `sample ${sample}: ${metric.values[i] === null ? "none" : `${shortNumber(metric.values[i], 4)} ${metric.unit}`}${report.passed[i] ? "" : ", fails"}`);
+    point.addEventListener("click", () => tell(i));
   });
   labelled(picture, ticks(across, first, Math.max(3, box.width / 70), 40), ticks(up, over, 6, 15), first, over, box);
 }
@@ -87,7 +110,7 @@ function drawHistogram(metric) {
   if (!known.length || !limits.length) return;
   const [low, high] = extent([...known, ...limits]), wide = (high - low) / BARS.most || 1;
   const { min = -Infinity, max = Infinity } = metric.limits, counts = Array.from({ length: BARS.most }, () => [0, 0]);   // within, beyond
-  for (const value of known) counts[Math.min(BARS.most - 1, Math.floor((value - low) / wide))][Number(value < min || value > max)] += 1;
+  for (const value of metric.values.filter((value, i) => value !== null && isChosen(i))) counts[Math.min(BARS.most - 1, Math.floor((value - low) / wide))][Number(value < min || value > max)] += 1;
   const most = Math.max(...counts.map(([within, beyond]) => within + beyond)), across = scaleOf(low - 0.5 * wide, high + 0.5 * wide, 0, width, false);
   const none = metric.values.length - known.length, title = titleOf(metric) + (none ? `; ${none} without` : "");
   const picture = svg("svg", { class: "response bars", viewBox: `0 0 ${left + width + 20} ${top + height + 34}`, role: "img",
@@ -110,11 +133,11 @@ function drawResponse(most = 960) {
   if (!element) return;
   const [metric, first, second] = ["metric", "first", "second"].map((id) => metricOf(Number(document.getElementById(id).value)));
   const { left, right, top, below, scale, height } = RESPONSE, whole = Math.max(280, Math.min(most, element.clientWidth));
-  const box = { left, top, width: whole - left - right, height }, cells = report.grid && first !== second;
+  const box = { left, top, width: whole - left - right, height }, many = !report.grid && report.samples.length > MANY, cells = (report.grid || many) && first !== second;
   const shade = shadeOf(cells ? metric : { values: metric.values.filter((_, i) => report.passed[i]) });   // crosses have none
   const picture = svg("svg", { class: "response", viewBox: `0 0 ${whole} ${top + height + below + scale}`, role: "img",
     "aria-label": `${titleOf(metric)} over ${titleOf(first)}${first === second ? "" : ` and ${titleOf(second)}`}` });
-  (cells ? drawCells : drawPoints)(picture, metric, first, second, box, shade);
+  (cells ? drawCells : drawPoints)(picture, metric, ...[first, second].map((column) => (many && cells ? inParts(column) : column)), box, shade);
   svg("rect", { class: "outline", x: left, y: top, width: box.width, height, style: "fill: none" }, picture);
   // What shades and crosses mean.
   const y = top + height + below + 6;
@@ -132,9 +155,22 @@ function drawResponse(most = 960) {
   element.replaceChildren(picture);
 }
 
+/** All but the lines, of the samples that are chosen; once a frame. */
+let due = 0;
+function drawAll() {
+  due ||= requestAnimationFrame(() => {
+    due = 0;
+    document.getElementById("histograms").replaceChildren();
+    columns.slice(varied).forEach(drawHistogram);
+    drawResponse();
+  });
+}
+
 const lines = document.getElementById("parallel");
 const parallel = lines && new Parallel(lines, columns, report.passed, (names) => {
   const some = names && names.slice(0, 20).join(", ") + (names.length > 20 ? ", …" : "");
+  chosen = names && new Set(names);
+  drawAll();
   document.getElementById("kept").textContent = names ? `${names.length} of ${report.samples.length} samples: ${some}` : "";
 });
 
@@ -156,7 +192,6 @@ function fillRanges() {
 
 for (const select of document.querySelectorAll("#metric, #first, #second")) select.addEventListener("change", () => drawResponse());
 if (parallel) fillRanges();
-columns.slice(varied).forEach(drawHistogram);
 let width = window.innerWidth;
 window.addEventListener("resize", () => {
   if (window.innerWidth !== width) drawResponse();
@@ -164,5 +199,6 @@ window.addEventListener("resize", () => {
 });
 window.addEventListener("beforeprint", () => drawResponse(690));   // px on A4: letters are as large
 window.addEventListener("afterprint", () => drawResponse());
+columns.slice(varied).forEach(drawHistogram);
 drawResponse();
 parallel?.draw();

@@ -25,7 +25,7 @@ def show_study(console: Console, table: pa.Table, about: Mapping[str, Any]) -> N
     count, passing = table.num_rows, sum(table["passed"].to_pylist())
     failures = [(row, why) for row, why in enumerate(table["failure"].to_pylist()) if why is not None]
     console.print(heading(about["name"], about["title"]))
-    console.print(f"{passing:,} of {count:,} samples pass"
+    console.print(passing_text(passing, count)
                   + (f", {len(failures)} were not completed" if failures else ""), highlight=False)
     console.print(sample_table(table, about) if count <= MOST_ROWS else result_table("", (*QUANTILES, "limits"), (
         [*quantiles(name, unit, values), limits_text(about, name, unit)]
@@ -33,6 +33,11 @@ def show_study(console: Console, table: pa.Table, about: Mapping[str, Any]) -> N
     for row, why in failures[:MOST_SHOWN]:
         console.print(f"sample {row}: {why}\n  {command_of(about, table.slice(row, 1).to_pylist()[0])}",
                       highlight=False, soft_wrap=True)
+
+
+def passing_text(passing: int, count: int) -> str:
+    """How many samples pass."""
+    return f"{passing:,} of {count:,} sample{' passes' if count == 1 else 's pass'}"
 
 
 def sample_table(table: pa.Table, about: Mapping[str, Any]) -> ResultTable:

@@ -1,17 +1,20 @@
 """Where a study's scenario holds and where it breaks: by what it fails, and from which values on."""
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from html import escape
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 import pyarrow as pa
+from scipy.stats import binomtest, chi2_contingency
 
-from maglev.arrays import Array, Bools
+from maglev.arrays import Bools
 from maglev.judging.endings import cause
-from maglev.quantities import metric_text, shown_in
-from maglev.report.findings import html_table
-from maglev.studies.page.text import beyond_limits, numbers, units_of
+from maglev.quantities import metric_text
+from maglev.report.findings import html_table, typeset
+from maglev.studies.page.text import beyond_limits, numbers, passing_text, units_of
+from maglev.studies.page.varied import Varied, varied_of
+from maglev.studies.schema import LISTED
 
 
 def failing(table: pa.Table, about: Mapping[str, Any]) -> list[tuple[str, str, Bools]]:
@@ -64,11 +67,11 @@ def telling(table: pa.Table, about: Mapping[str, Any]) -> list[str]:
 
 def question(table: pa.Table, about: Mapping[str, Any]) -> str:
     """What a study asks: whether a run holds for what varies, each from its least to its largest value."""
-    units, every = units_of(table), np.ones(table.num_rows, dtype=bool)
     varied = []
-    for parameter in about["vary"][:MOST_NAMED]:
-        tried, _, _ = edges(numbers(table, parameter["name"]), every, units[parameter["name"]])
-        varied.append(f"{parameter['name']} {'from ' if ' to ' in tried else '= '}{tried}")
+    for each in varied_of(table, about)[:MOST_NAMED]:
+        tried = each.text(each.values.min(), each.values.max(), digits=3 if each.signed else 4)
+        label = each.label.replace(", change", " changed")
+        varied.append(f"{label}{' by ' if each.signed else ' from ' if ' to ' in tried else ' = '}{tried}")
     more = [f"{len(about['vary']) - MOST_NAMED} more"] if len(about["vary"]) > MOST_NAMED else []
     wanted = "stay within its limits" if about["limits"] else "keep the stage in the air"
     return f"Does {about['scenario']} {wanted} with {' and '.join([*varied, *more])}?"
@@ -81,47 +84,82 @@ def study_verdict(table: pa.Table, about: Mapping[str, Any]) -> str:
     said = (f": the others fail by{f' {escape(reasons[0][1])}.' if len(reasons) == 1 else ''}" if reasons else
             f"; {escape(name)} comes nearest to its limit: {100.0 * share:.0f} % of it." if name else ".")
     parts = "".join(f"<li>{failed.sum()} by {escape(why)}</li>" for _, why, failed in reasons)
-    return (f'<p class="message">{escape(question(table, about))} <strong>{passed.sum():,} of '
-            f"{len(passed):,} samples pass</strong>{said}</p>" + (f"<ul>{parts}</ul>" if len(reasons) > 1 else ""))
+    return (f'<p class="message">{typeset(question(table, about))} <strong>{passing_text(passed.sum(), len(passed))}'
+            f"</strong>{said}</p>" + (f"<ul>{parts}</ul>" if len(reasons) > 1 else ""))
 
 
 def where(table: pa.Table, about: Mapping[str, Any]) -> str:
-    """Between which values of what varies all samples pass and all fail, if some do and some do not; HTML."""
-    passed, units = np.array(table["passed"].to_pylist()), units_of(table)
+    """How the share of samples that pass goes with what varies, if some pass and some do not; HTML.
+
+    Of a grid at which values all pass and all fail; of values at random the share in each part of them, with its
+    uncertainty, and what has no clear influence.
+    """
+    passed = np.array(table["passed"].to_pylist())
     if passed.all() or not passed.any():
         return ""
-    rows = [(escape(name), *map(escape, edges(numbers(table, name), passed, units[name])))
-            for name in telling(table, about)]
-    told = [row for row in rows if row[2:] != (NOWHERE, NOWHERE)]
-    return html_table(("what varies", "simulated", "all pass", "all fail"), told) if told else ""
+    order = telling(table, about)
+    varied = sorted(varied_of(table, about), key=lambda each: order.index(each.name))
+    if about["design"]["kind"] in LISTED:
+        rows = [(escape(each.label), *map(typeset, edges(each, passed))) for each in varied]
+        told = [row for row in rows if row[2:] != (NOWHERE, NOWHERE)]
+        return html_table(("what varies", "simulated", "all pass", "all fail"), told) if told else ""
+    shares = {each.label: passing_shares(each, passed) for each in varied}
+    clear = {label: parts for label, parts in shares.items() if has_influence(parts, SURE / len(varied))}
+    rows = [(escape(label), typeset(part.values), f'<span class="share" style="--share: {100.0 * part.share:.0f}%">'
+             f"{100.0 * part.share:.0f} %</span>", f"{100.0 * part.low:.0f} to {100.0 * part.high:.0f} %",
+             f"{part.passing} of {part.samples}") for label, parts in clear.items() for part in parts]
+    unclear = [escape(label) for label in shares if label not in clear]
+    listed = html_table(("what varies", "values", "pass", "95 % sure", "samples"), rows, look="cards") if rows else ""
+    return listed + (
+        f"<p>No clear influence on what passes: {', '.join(unclear)}.</p>" if unclear else "")
 
 
-def edges(values: Array, passed: Bools, unit: str) -> tuple[str, str, str]:
+class Part(NamedTuple):
+    """Samples whose values are next to each other: how many there are and pass, and the share with its limits."""
+
+    values: str
+    samples: int
+    passing: int
+    low: float    # of the share that passes, by Wilson's interval of 95 %
+    high: float
+
+    @property
+    def share(self) -> float:
+        return self.passing / self.samples
+
+
+def passing_shares(varied: Varied, passed: Bools) -> list[Part]:
+    """The samples in up to five parts as large as each other, in the order of their values."""
+    order = np.argsort(varied.values, kind="stable")
+    parts = []
+    for chosen in np.array_split(order, max(1, min(MOST_PARTS, len(order) // LEAST_OF_A_PART))):
+        samples, passing = len(chosen), int(passed[chosen].sum())
+        low, high = binomtest(passing, samples).proportion_ci(0.95, "wilson")
+        parts.append(Part(varied.text(varied.values[chosen[0]], varied.values[chosen[-1]], digits=3), samples, passing,
+                          low, high))
+    return parts
+
+
+def has_influence(parts: Sequence[Part], level: float) -> bool:
+    """Whether shares differ by more than by chance: Pearson's test of homogeneity, below a level."""
+    counts = np.array([[part.passing, part.samples - part.passing] for part in parts])
+    return len(parts) > 1 and bool(chi2_contingency(counts, correction=False).pvalue < level)
+
+
+def edges(varied: Varied, passed: Bools) -> tuple[str, str, str]:
     """Range of values that were run, at which values all samples pass, and at which all fail; in one unit."""
-    shown, scale = shown_in(values.tolist(), unit)
-    tested, place, samples = np.unique(values, return_inverse=True, return_counts=True)
+    tested, place, samples = np.unique(varied.values, return_inverse=True, return_counts=True)
     passing = np.bincount(place[passed], minlength=len(tested))
-
-    def text(low: float, high: float) -> str:
-        return (f"{scale * low:.4g}" if low == high else f"{scale * low:.4g} to {scale * high:.4g}") + (
-            f" {shown}" if shown else "")
 
     def runs(inside: Bools) -> str:
         ends = np.flatnonzero(np.diff(inside, prepend=False, append=False)).reshape(-1, 2)
-        return ", ".join(text(tested[start], tested[end - 1]) for start, end in ends.tolist()) or NOWHERE
+        return ", ".join(varied.text(tested[start], tested[end - 1]) for start, end in ends.tolist()) or NOWHERE
 
-    every_passes, every_fails = passing == samples, passing == 0
-    if len(tested) == len(values) and len(tested) > MOST_VALUES:
-        # At random: from the end of the range to the first that does otherwise.
-        every_passes, every_fails = outer_part(every_passes), outer_part(every_fails)
-    return text(tested[0], tested[-1]), runs(every_passes), runs(every_fails)
+    return varied.text(tested[0], tested[-1]), runs(passing == samples), runs(passing == 0)
 
 
 NOWHERE = "nowhere"
-MOST_NAMED = 3     # quantities that the question names
-MOST_VALUES = 12   # that a grid has along a side; more are drawn at random
-
-
-def outer_part(inside: Bools) -> Bools:
-    """What is inside from one of the ends on, without a gap."""
-    return np.logical_and.accumulate(inside) | np.logical_and.accumulate(inside[::-1])[::-1]
+MOST_NAMED = 3        # quantities that the question names
+MOST_PARTS = 5        # of the samples, by one quantity
+LEAST_OF_A_PART = 8   # samples
+SURE = 0.05           # level of all tests together (Bonferroni)

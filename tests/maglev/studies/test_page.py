@@ -6,6 +6,7 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
+import pyarrow as pa
 import pytest
 from report_tab import DESKTOP, PHONE, SHIFTS, Tab
 from studied_grid import ABOUT, GRID, broken_at, table
@@ -14,7 +15,17 @@ from tiny_study import planned, simulate_samples, tiny
 from maglev.studies.dataset import samples_schema, samples_table
 from maglev.studies.design import unit_samples
 from maglev.studies.page.page import design_text, sensitivity, sensitivity_section, study_page
-from maglev.studies.page.verdict import decisive_metric, edges, study_verdict, telling
+from maglev.studies.page.text import passing_text
+from maglev.studies.page.varied import Varied, varied_of
+from maglev.studies.page.verdict import (
+    decisive_metric,
+    edges,
+    has_influence,
+    passing_shares,
+    study_verdict,
+    telling,
+    where,
+)
 
 
 def points() -> np.ndarray[Any, Any]:
@@ -84,13 +95,52 @@ def test_the_page_says_from_where_on_it_breaks() -> None:
     assert telling(made, about) == ["plant.a", "plant.b"]
     assert decisive_metric(made, about) == "overshoot of v"
     passed = np.array(made["passed"].to_pylist())
-    assert edges(GRID[:, 0], passed, "kg") == ("1 to 4 kg", "1 to 2 kg", "3 to 4 kg")
-    assert edges(GRID[:, 1], passed, "m") == ("500 to 1500 mm", "nowhere", "nowhere")
-    at_random = np.linspace(0.0, 1.0, 40)
-    inside = (at_random < 0.3) | (np.abs(at_random - 0.6) < 0.02)
-    assert edges(at_random, inside, "")[1:] == ("0 to 0.2821", "0.641 to 1")
+    assert edges(Varied("", "", "kg", GRID[:, 0]), passed) == ("1 to 4 kg", "1 to 2 kg", "3 to 4 kg")
+    assert edges(Varied("", "", "mm", 1e3 * GRID[:, 1]), passed) == ("500 to 1500 mm", "nowhere", "nowhere")
     text = study_verdict(made, about)
     assert "6 of 12 samples pass" in text and "by overshoot of v above its limit" in text
+
+
+def test_of_values_at_random_the_share_that_passes_is_told_with_its_uncertainty() -> None:
+    """Wilson's interval has a width where all or none pass; what does not decide has no clear influence."""
+    draw = np.random.default_rng(1)
+    points = draw.uniform(0.0, 1.0, (200, 2))
+    made = table(points[:, 0], points)
+    made = made.set_column(made.schema.get_field_index("passed"), "passed", pa.array((points[:, 0] < 0.4).tolist()))
+    first, second = varied_of(made, ABOUT)
+    passed = points[:, 0] < 0.4
+    shares = [part.share for part in passing_shares(first, passed)]
+    assert shares[:2] == [1.0, 1.0] and shares[3:] == [0.0, 0.0]
+    assert sum(part.samples for part in passing_shares(second, passed)) == 200
+    assert has_influence(passing_shares(first, passed), 0.05)
+    assert not has_influence(passing_shares(second, passed), 0.05)
+    assert "No clear influence on what passes: plant.b." in where(made, ABOUT)
+    last, z2 = passing_shares(first, passed)[-1], 1.959964 ** 2
+    assert (last.low, last.high) == (0.0, pytest.approx(z2 / (40 + z2)))   # of 0 in 40 its closed form
+
+
+def test_what_has_no_influence_is_seldom_said_to_have_one() -> None:
+    draw, wrong = np.random.default_rng(2), 0
+    for _ in range(200):
+        passed = draw.random(60) < 0.7
+        wrong += has_influence(passing_shares(Varied("", "", "", draw.random(60)), passed), 0.05)
+    assert wrong <= 20   # 10 are expected, with a deviation of 3
+
+
+def test_a_percentage_is_told_as_a_change_from_the_nominal_value() -> None:
+    made = table(GRID[:, 0], np.column_stack([0.8 + 0.1 * GRID[:, 0], GRID[:, 1]]))
+    vary = [{**ABOUT["vary"][0], "kind": "percent", "nominal": 4.35, "unit": "kg"}, ABOUT["vary"][1]]
+    percent, other = varied_of(made, {**ABOUT, "vary": vary})
+    assert (percent.label, percent.unit) == ("plant.a, change from 4.35 kg", "%")
+    assert percent.text(percent.values.min(), percent.values.max()) == "-10 to +20 %"
+    said = study_verdict(made, {**ABOUT, "vary": vary}).replace("\N{NO-BREAK SPACE}", " ")
+    assert "plant.a changed from 4.35 kg by \N{MINUS SIGN}10 to +20 %" in said
+    assert other.label == "plant.b"
+
+
+@pytest.mark.parametrize(("passing", "words"), [(1, "1 of 1 sample passes"), (0, "0 of 1 sample passes")])
+def test_one_sample_reads_right(passing: int, words: str) -> None:
+    assert passing_text(passing, 1) == words
 
 
 def test_large_numbers_of_samples_can_be_read() -> None:
