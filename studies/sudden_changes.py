@@ -79,8 +79,9 @@ def values_of(change: Change, law: str, cells: int) -> dict[str, Floats]:
 def run_change(change: Change, law: str, cells: int, jobs: int | None) -> Floats:
     """Largest error of the axis from 10 s on (m), shape (cells, cells), sizes down; infinite where it is lost."""
     batch = maglev.batch(SCENARIO, values_of(change, law, cells), controller=LAWS[law], jobs=jobs,
-                         metrics=["failed", "peak tracking error"])
-    gone = (batch["failed"] == 1.0) | np.array([why is not None for why in batch.failures])
+                         metrics=["failed", "ended off", "peak tracking error"])
+    flawed = (batch["failed"] == 1.0) | (batch["ended off"] == 1.0)
+    gone = flawed | np.array([why is not None for why in batch.failures])
     return np.where(gone, np.inf, batch[f"peak tracking error of {change.axis}"]).reshape(cells, cells)
 
 

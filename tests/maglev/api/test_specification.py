@@ -79,7 +79,7 @@ def test_claims_are_met_or_not_whichever_controller_runs(fastest_fmus: Path, tmp
     ([HELD], [], 0, ""),
     ([WEAK], [], 1, "mine: not met: It needs hardly any current (peak current < 0.001 A: "),
     ([HELD], ["controller.current_limit=0.01"], 1, "mine: not met: It stays in the air"),
-    ([], ["controller.current_limit=0.01"], 1, "mine: failed, stop at "),
+    ([], ["controller.current_limit=0.01"], 1, "mine: failed: stop on v at "),
     # A crash that is asked for.
     ([HELD.replace("false", "true")], ["controller.current_limit=0.01"], 0, ""),
     ([NEVER], [], 1, "mine: not testable: It is faster")])
@@ -157,7 +157,7 @@ def test_own_runs_are_shown_before_the_thesiss_and_apart(tmp_path: Path) -> None
     assert [str(table.title).strip() for table in study_tables([theirs], found)] == ["Verdicts on the claims"]
     own, thesis = claims_markdown([mine, theirs], found).split("\n# The thesis\n")
     assert own.startswith("# Your runs\n\n1 of 1 claims met.") and "`2dof-setpoints`" not in own
-    assert "`mine`" not in thesis and "\n| all | 2 | 1 | 1 | – |\n" in thesis
+    assert "`mine`" not in thesis and "\n| all | 2 | 1 | 1 | – | – |\n" in thesis
     page = Page(report_page([mine, theirs], found))
     assert [body["id"] or body.text for body in page.all("tbody") if body["id"] or body["class"] == "part"] == [
         "Your runs", "run-mine", "The thesis", "run-2dof-setpoints"]
