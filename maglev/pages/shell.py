@@ -26,8 +26,6 @@ PLACE = "<!--shell-->"
 HEAD = 4000   # bytes of a page in which its head stands
 SAID = 240    # characters of what a page says that the index has
 SAYS = re.compile(r'<meta name="maglev-page" content="(\w+)">')
-# Those that stand on lines of their own.
-COMMENTS = re.compile(r"^[ \t]*(?://.*|/\*\*(?:(?!\*/)[\s\S])*\*/[ \t]*)\n", re.MULTILINE)
 TITLE = re.compile(r"<title>(.*?)</title>", re.DOTALL)
 ABOUT = re.compile(r'<meta name="description" content="(.*?)">', re.DOTALL)
 
@@ -65,8 +63,8 @@ def page(kind: str, title: str, about: str, style: str, body: str, policy: str =
 
 
 def scripts(*texts: str) -> str:
-    """Elements with what all scripts share, and with scripts; without the lines that are comments alone."""
-    return "\n".join(f"<script>\n{COMMENTS.sub('', text)}</script>" for text in (read("scale.js"), *texts))
+    """Elements with what all scripts share, and with scripts."""
+    return "\n".join(f"<script>\n{text}</script>" for text in (read("scale.js"), *texts))
 
 
 def scene() -> str:

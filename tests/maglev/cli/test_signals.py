@@ -7,6 +7,7 @@ import subprocess
 import sys
 import time
 from collections.abc import Callable
+from contextlib import suppress
 from functools import partial
 from pathlib import Path
 
@@ -14,6 +15,7 @@ import pytest
 from faulty_fmus import faulty
 from left_processes import AT_ONCE, ended, processes_with, require_none
 from native_builds import require_native_tools
+from psutil import NoSuchProcess, Process
 
 from maglev.baselines.update import update_all
 from maglev.errors import Interrupted
@@ -43,6 +45,14 @@ class Command:
             assert self.process.poll() is None, self.process.communicate()
             assert time.monotonic() < end
             time.sleep(0.02)
+
+    def busy(self, seconds: float) -> int:
+        """How many of its processes have used a processor for so long (s)."""
+        used = 0
+        for process in Process(self.process.pid).children(recursive=True):
+            with suppress(NoSuchProcess):
+                used += process.cpu_times().user > seconds
+        return used
 
     def ended(self, number: int) -> tuple[int, list[str]]:
         """Exit code and lines of standard error after a signal, which it obeys at once, whatever still goes on.
@@ -116,8 +126,7 @@ def test_runs_side_by_side(fmus: Path, tmp_path: Path, long: Callable[[str], Pat
                            word: str) -> None:
     names = ["one", "two", "three"]
     command = Command(tmp_path, "run", *map(long, names), "--jobs", "2", "--fmus", fmus)
-    command.wait_until(lambda: len(list(command.unpacked.glob("maglev_*/resources"))) == 4)
-    time.sleep(2.0)
+    command.wait_until(lambda: command.busy(4.0) == 2)   # of which importing takes one
     found, lines = command.ended(number)
     assert (found, len(lines)) == (code, 1), lines
     assert lines[0].startswith(f"maglev: {word}: 0 of 3 runs were done; ")
