@@ -89,8 +89,7 @@ def __getattr__(name: str) -> Any:
     if name == "__version__":
         return import_module("importlib.metadata").version("maglev-fmus")
     if name not in PLACES:
-        now = ": it is maglev.study(scenario, vary=…) now" if name == "sweep" else ""
-        raise AttributeError(f"module 'maglev' has no attribute {name!r}{now}")
+        raise AttributeError(f"module 'maglev' has no attribute {name!r}")
     require_own_packages()
     return getattr(import_module(PLACES[name]), name)
 

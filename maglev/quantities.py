@@ -128,8 +128,6 @@ METRICS = by_name(
     MeasuredQuantity("lowest", "column", needs="columns"),     # value over the run
     MeasuredQuantity("highest", "column", needs="columns"),
     MeasuredQuantity("largest", "column", needs="columns"))    # absolute value
-FORMER = {"tracking_mean": "mean_tracking_error", "tracking_peak": "peak_tracking_error",
-          "tracking_settling": "tracking_transient"}   # names that files may still have
 
 # Deviations are shares of what they are from, but that of the equilibrium current. L is the thrust per current.
 PROCEDURE_VALUES = by_name(

@@ -22,7 +22,6 @@ from maglev.cosim.other_process.run import TIMEOUT
 from maglev.errors import LinearModelError
 from maglev.linear.loop import Loop, linearise_loop
 from maglev.linear.parameters import Quantity, controllers, plants
-from maglev.schema.options import formerly
 from maglev.units import parse_quantity, refused_as, whole_number
 from maglev.user_controllers.source import Given
 
@@ -33,7 +32,6 @@ REALISATIONS, PERIODS = 3, 2
 LEAD = 4.0           # s, at least, until a loop has forgotten the multisine before
 
 
-@formerly(stage="rig")
 def frequency_response(plant: str | Path, controller: Given, at: Mapping[str, Quantity],
                        signals: str | Sequence[str] = (), *, amplitude: Quantity = AMPLITUDE,
                        lowest: Quantity = LOWEST, highest: Quantity = HIGHEST, lines: int = LINES,

@@ -22,7 +22,6 @@ from maglev.linear.margins import Margins
 from maglev.linear.model import Equilibrium, LinearModel
 from maglev.linear.parameters import Quantity, block_of
 from maglev.linear.text import aligned
-from maglev.schema.options import formerly
 from maglev.user_controllers.source import Given
 
 PUSH, CURRENT = 1e-6, 1e-3      # m or rad, A: scales of what inputs are pushed by
@@ -121,7 +120,6 @@ class NumericalLoop:
                 "plant": None if self.loop is None else self.loop.plant.as_data()}
 
 
-@formerly(stage="rig")
 def linearise_numerically(plant: str | Path, controller: Given, at: Mapping[str, Quantity], *,
                           openings: Sequence[str] = (), references: bool = True, settle: float = SETTLE,
                           fmus: str | Path | None = None,

@@ -15,7 +15,7 @@ from maglev.own_stage.adoption import know_stage
 from maglev.processes.side_by_side import Progress, warn
 from maglev.schema.layers import merged, packaged_files, run_layers
 from maglev.schema.loading import load_plan
-from maglev.schema.options import KindName, formerly
+from maglev.schema.options import KindName
 from maglev.stages import STAGES, definitions, system_of
 from maglev.user_controllers.source import Given, carried, is_written, load
 
@@ -33,7 +33,6 @@ class FmuEntry:
         return Path(fmus) / f"{self.name}.{self.ending}"
 
 
-@formerly(stage="rig")
 def fmus(stage: str | Path | None = None) -> list[FmuEntry]:
     """FMUs and systems that `build` makes; of your own stage those of its description, "mine.toml".
 
@@ -80,7 +79,6 @@ def scenarios() -> list[RunEntry]:
             for scenario, path in packaged_files().items() for run in map(merged, run_layers(path))]
 
 
-@formerly(stage="rig")
 def build(names: Iterable[Given] | Given = (), *, stage: str | Path | None = None,
           fmus: str | Path = "fmus", kind: KindName = "python", fmi: int = 2, target: str = "all",
           source: str | Path | None = None, clocked: bool = False, ssp: str | Path | None = None,

@@ -12,7 +12,6 @@ from maglev.identification.model_file import write_model
 from maglev.identification.recording import read_recording
 from maglev.identification.settings import EPSILON, GAMMA
 from maglev.processes.side_by_side import warn
-from maglev.schema.options import formerly
 from maglev.tables.table import given_table, read_table
 from maglev.tables.times import Gaps
 from maglev.units import number_or_text, parse_quantity, refused_as
@@ -20,7 +19,6 @@ from maglev.units import number_or_text, parse_quantity, refused_as
 Data = str | Path | Mapping[str, Any] | Any
 
 
-@formerly(stage="rig")
 def identify(data: Data, *, columns: Mapping[str, str] | None = None, units: Mapping[str, str] | None = None,
              gaps: Gaps = "refuse", stage: str | None = None, method: str = "reduced", epsilon: float | str = EPSILON,
              gamma: float = GAMMA, guess: Mapping[str, float | str] | None = None,

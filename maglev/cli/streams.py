@@ -52,29 +52,8 @@ def whole_streams() -> None:
             write_through=getattr(stream, "write_through", False)))
 
 
-# Options by what they were called in the version before.
-CALLED = {"--rig": "--stage", "--fly": "--run", "--no-fly": "--no-run"}
-INSTEAD = {"sweep": "`maglev study SCENARIO --vary …` now", "frequency-response": "`maglev linearise --measure` now",
-           "cache clear": "`maglev cache --clear`"}
-
-
 class Commands(TyperGroup):
     """Commands with a page of their own about all of them."""
-
-    def parse_args(self, ctx: Any, args: list[str]) -> list[str]:
-        """Take options by what they were called in the version before, and say what they are called now."""
-        for k, (name, equals, value) in enumerate(argument.partition("=") for argument in args):
-            if name in CALLED:
-                say(f"{name}: is called {CALLED[name]} now, expected that from the next version on")
-                args[k] = f"{CALLED[name]}{equals}{value}"
-        return super().parse_args(ctx, args)
-
-    def resolve_command(self, ctx: Any, args: list[str]) -> Any:
-        """Say of a command that is called otherwise, or was, what it is called."""
-        for asked in (args[0], " ".join(args[:2])):
-            if asked in INSTEAD:
-                ctx.fail(f"No such command '{asked}': it is {INSTEAD[asked]}.")
-        return super().resolve_command(ctx, args)
 
     def format_help(self, ctx: Any, formatter: Any) -> None:
         """Write the page of all commands without rich: what its pages import takes longer than NumPy's import."""

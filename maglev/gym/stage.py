@@ -22,7 +22,6 @@ from maglev.gym.reward import DEFAULT, Function, Reward, Seen, Weights
 from maglev.linear.places import MotorPlaces
 from maglev.own_stage.adoption import rig_named
 from maglev.parameter import Parameter
-from maglev.schema.options import formerly
 from maglev.time_grid import MOST_STEPS
 from maglev.units import positive_time
 from pmlsm.rig import RigAxis
@@ -102,7 +101,6 @@ class Stage(gymnasium.Env[Array, Array]):
 
     metadata: dict[str, Any] = {"render_modes": ["rgb_array"]}
 
-    @formerly(stage="rig")
     def __init__(self, stage: str | Path, action: str = "dq", reference: str | npt.ArrayLike = "setpoints",
                  duration: float | str = 2.0, sample_time: float | str | None = None,
                  reward: Weights | Function = DEFAULT, parameters: Settings | None = None,

@@ -21,7 +21,6 @@ from maglev.gym.compiled_stage import CompiledStage
 from maglev.gym.reward import Seen
 from maglev.gym.stage import Due, Stage, positions
 from maglev.processes import processors
-from maglev.schema.options import formerly
 from maglev.units import whole_number
 
 FEWEST = 32   # environments for which a thread is worth its start
@@ -103,7 +102,6 @@ class Stages(VectorEnv[Array, Array, npt.NDArray[Any]]):
 
     metadata: dict[str, Any] = {"autoreset_mode": AutoresetMode.NEXT_STEP}
 
-    @formerly(stage="rig")
     def __init__(self, num_envs: int, stage: str | Path, threads: int | None = None, **options: Any):
         num_envs = whole_number(num_envs, ScenarioError, "num_envs")
         self.one = Stage(stage, **options)   # begins every episode

@@ -75,7 +75,7 @@ def write_live(out: str | Path = "results", *, files: str | Path | Iterable[str 
 def plans_of(file: Path) -> list[RunPlan]:
     """Runs of a scenario, or a description's stage at rest."""
     keys = read_toml(file) if file.suffix == ".toml" else {}
-    if not keys or {"rig", "extends", "fmus"} & keys.keys() or isinstance(keys.get("stage"), str):
+    if not keys or {"extends", "fmus"} & keys.keys() or isinstance(keys.get("stage"), str):
         return load_plans(file)   # in a description [stage] has constants
     rig = read_own(file)
     table = {**loop_table(rig), "stage": str(file), "name": rig.name, "title": f"{rig.title}, at rest"}

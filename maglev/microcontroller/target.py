@@ -18,7 +18,6 @@ from maglev.processes.side_by_side import Watch, unwatched
 from maglev.rig.rigs import RIGS
 from maglev.schema.layers import Scenario
 from maglev.schema.loading import load_plan
-from maglev.schema.options import formerly
 from maglev.units import parse_quantity, refused_as
 from maglev.user_controllers.source import Given, carried
 from maglev_files.scratch import scratch
@@ -52,7 +51,6 @@ class Target:
     left_out: str = ""
 
 
-@formerly(stage="rig")
 def target(controller: Given, run: Scenario | None = None, *, stage: str | Path | None = None,
            out: str | Path = "target", fmus: str | Path | None = None, clock: float | str = CLOCK,
            cycles: float = CYCLES, watch: Watch = unwatched) -> Target:

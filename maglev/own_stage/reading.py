@@ -33,7 +33,7 @@ def read_own(path: Path) -> Rig:
 def rig_from_text(path: Path, text: str) -> Rig:
     """What the text of a description says; errors as of `read_own`."""
     table, reader = read_toml(path, text), Reader(path)
-    if "extends" in table or isinstance(table.get("stage", table.get("rig")), str):
+    if "extends" in table or isinstance(table.get("stage"), str):
         raise RigError(f"{path}: is a scenario, expected the description of a stage")
     put_packaged_motors(reader, table)
     unlike = unlike_motors(table)

@@ -211,8 +211,6 @@ def own_claims(table: dict[str, Any]) -> None:
 
 def place_files(table: dict[str, Any], folder: Path) -> None:
     """Make the file names in a table absolute: they lie beside their file, not beside one that extends it."""
-    if "rig" in table:
-        table.setdefault("stage", table.pop("rig"))   # as it was called
     if isinstance(table.get("stage"), str):
         table["stage"] = str(folder / table["stage"])
     for entry in (*entries(table.get("fmus")).values(), *items(table.get("signals"))):

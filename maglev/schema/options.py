@@ -6,7 +6,6 @@ from functools import wraps
 from inspect import Parameter, Signature, signature
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any, Literal, ParamSpec, TypeAlias, TypedDict, TypeVar, cast, get_args
-from warnings import warn
 
 from maglev.cosim import Order
 from maglev.errors import ScenarioError, nearest, one_of, option
@@ -143,20 +142,3 @@ def as_flag(name: str, value: object) -> str:
     flag = OPTIONS[name].flag if name in OPTIONS else f"--{OTHER_FLAGS.get(name, name.replace('_', '-'))}"
     value = ",".join(f"{key}={entry}" for key, entry in value.items()) if isinstance(value, dict) else value
     return flag if value is None or isinstance(value, bool) else f"{flag} {value}"
-
-
-def formerly(**former: str) -> Callable[[Callable[P, T]], Callable[P, T]]:
-    """Have a function take arguments by the names that they had before, with a warning."""
-
-    def renamed(function: Callable[P, T]) -> Callable[P, T]:
-        @wraps(function)
-        def called(*arguments: P.args, **options: P.kwargs) -> T:
-            for name, old in former.items():
-                if old in options:
-                    warn(f"{old}= is {name}= now", FutureWarning, stacklevel=2)
-                    options.setdefault(name, options.pop(old))
-            return function(*arguments, **options)
-
-        return called
-
-    return renamed

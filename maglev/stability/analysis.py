@@ -17,7 +17,6 @@ from maglev.linear.places import MotorPlaces
 from maglev.own_stage.loop import loop_table
 from maglev.quantities import printed
 from maglev.schema.loading import load_plan
-from maglev.schema.options import formerly
 from maglev.stability.axis_loop import axis_loop, currents_of, rig_and_regulators
 from maglev.stability.certificate import certify
 from maglev.stability.certificate import synthesise as synthesised_gains
@@ -128,7 +127,6 @@ class StepRuns(RepeatedRun):
         return min(found)
 
 
-@formerly(stage="rig")
 def region(stage: str | Path, axis: str, gap: Quantity, *, controller: str | None = None,
            set: Mapping[str, Quantity | bool] | None = None, synthesise: bool = False, decay: float = DECAY,
            step: Quantity | None = None, run: bool = True, fmus: str | Path | None = None,

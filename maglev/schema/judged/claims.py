@@ -114,7 +114,7 @@ class Claim(Table):
     @field_validator("quantity", mode="before")
     @classmethod
     def known_quantity(cls, name: Any) -> Any:
-        known, name = [*cls.KNOWN], quantities.FORMER.get(str(name), name)
+        known = [*cls.KNOWN]
         if name is not None and name not in known:
             names = ", ".join(map(repr, known[:-1]))
             raise ValueError(f"expected {names} or {known[-1]!r}{similar(name, known)}")

@@ -162,8 +162,6 @@ def test_command_line(fastest_fmus: Path, tmp_path: Path) -> None:
     assert len(data["loop"]) == len(data["coherence"]) == len(data["frequencies"]) == 8
     assert data["why_not_linear"] == "it was not asked for"
     assert 0.0 < data["margin_errors"]["phase"] < 0.3
-    before = maglev("frequency-response", "Plant2DOF", "--at", "v=20mm")
-    assert "No such command 'frequency-response': it is `maglev linearise" in before.stderr
     wrong = maglev("linearise", "--measure", "Plant2DOF", "Regulator2DOF", "--at", "v=20mm", "--open", "x", *few)
     assert "no measured signal 'x', expected one of v.measured, h.measured" in error_line(wrong)
 

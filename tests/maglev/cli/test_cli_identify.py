@@ -64,14 +64,6 @@ def test_refusals(recording: Path, tmp_path: Path, arguments: list[str], message
     assert message in error_line(maglev("identify", recording, "--out", tmp_path, *arguments))
 
 
-def test_the_stage_is_read_by_the_name_that_its_option_had(recording: Path, tmp_path: Path) -> None:
-    for words in (["--rig", "3dof"], ["--rig=3dof"]):
-        old = maglev("identify", recording, "--out", tmp_path, *words)
-        said, refused = old.stderr.strip().splitlines()
-        assert said == "maglev: --rig: is called --stage now, expected that from the next version on"
-        assert "no column y, expected y or plant.y" in refused and old.exit_code == 2
-
-
 def test_missing_recording(tmp_path: Path) -> None:
     assert "cannot be read" in error_line(maglev("identify", tmp_path / "no.csv", "--out", tmp_path))
 

@@ -9,8 +9,6 @@ import pytest
 from command_line import error_line, maglev
 from report_outcomes import outcome
 
-import maglev as package
-
 pytestmark = pytest.mark.usefixtures("slow")
 
 LOOPS = Path(__file__).parents[3] / "scenarios" / "loops"
@@ -132,12 +130,6 @@ def test_a_study_without_a_file_shows_each_of_its_values(fastest_fmus: Path, hol
     assert done.exit_code == 0, done.output
     rows = [re.split(" {2,}", line.strip())[:2] for line in done.stdout.partition("───\n")[2].splitlines()[:2]]
     assert rows == [["0", "4.3 kg"], ["1", "4.4 kg"]]
-    before = maglev("sweep", path, "plant.v.mass=4.3:4.4:2", *places)
-    assert before.exit_code == 2
-    assert "No such command 'sweep': it is `maglev study SCENARIO --vary …` now." in " ".join(before.stderr.split())
-    assert "No such command 'cache clear': it is `maglev cache --clear`." in maglev("cache", "clear").stderr
-    with pytest.raises(AttributeError, match=r"'sweep': it is maglev.study\(scenario, vary=…\) now"):
-        package.sweep   # noqa: B018
     assert "--samples: expected --vary with it" in error_line(maglev("study", "payload-friction", "--samples", "3"))
 
 

@@ -191,11 +191,6 @@ def test_values_are_printed_in_the_units_of_the_thesis(name: str, value: float |
     assert (METRICS | PROCEDURE_VALUES)[name].printed(value) == text
 
 
-def test_a_name_of_before_is_read() -> None:
-    assert RunClaim.model_validate({"text": "a", "source": "p. 1", "metric": "tracking_peak", "relation": "<",
-                                    "target": 1.0}).quantity == "peak_tracking_error"
-
-
 BOUND = {"figure": "4.27", "metric": "highest", "column": "plant.h.encoder", "unit": "mm", "target": [60, 80]}
 FORCE_BOUND = {"figure": "4.11", "value": "cogging_force", "target": ["4 N", 4.5]}
 

@@ -15,7 +15,6 @@ from maglev.cli.app import app
 from maglev.cosim.other_process.run import TIMEOUT
 from maglev.experiment.execution import RunResult
 from maglev.experiment.preparation import Experiment
-from maglev.schema.loading import load_plan
 from maglev.schema.options import OPTIONS, RunOptions, completed_options
 
 # What a function does not take, for it says nothing there: baselines have a step, samples no files of start values.
@@ -121,15 +120,3 @@ def test_values_of_ones_own_bring_no_runs_to_compare_with(fastest_fmus: Path, tm
     own = {"plant.x.friction.coulomb": 0.0}
     assert names(set=own) == ["3dof-tracking-nonlinear"]
     assert "2dof-tracking-nonlinear" in names()
-
-
-def test_former_names_are_taken_with_a_line_that_says_the_new_one(tmp_path: Path) -> None:
-    maglev.new_stage(tmp_path / "mine.toml", like="2dof")
-    with pytest.warns(FutureWarning, match="rig= is stage= now"):
-        assert maglev.fmus(rig=tmp_path / "mine.toml") == maglev.fmus(tmp_path / "mine.toml")   # type: ignore[call-arg]
-    scenario = tmp_path / "mine-setpoints.toml"
-    old = scenario.read_text(encoding="utf-8").replace('stage = "mine.toml"', 'rig = "mine.toml"')
-    assert 'rig = "mine.toml"' in old
-    now = load_plan(scenario).model_dump()
-    scenario.write_text(old, encoding="utf-8")
-    assert load_plan(scenario).model_dump() == now
