@@ -94,7 +94,7 @@ def expected_of(kind: str, value: object) -> str:
 def range_of(kind: str) -> tuple[int, int]:
     """Least and largest number of a type of whole numbers; Integer is Int32."""
     bits = {"Integer": 32, "Enumeration": 64}.get(kind) or int(kind.partition("Int")[2])
-    return (0, 2**bits - 1) if kind.startswith("U") else (-2**(bits - 1), 2**(bits - 1) - 1)
+    return (0, (1 << bits) - 1) if kind.startswith("U") else (-(1 << bits - 1), (1 << bits - 1) - 1)
 
 
 def require_parameter(name: str, known: Iterable[str], owner: str, error: type[MaglevError]) -> None:

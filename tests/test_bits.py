@@ -46,6 +46,7 @@ ELSEWHERE = {
     "maglev/stability": "certified regions",
     # Values of what varies: docs/accuracy.md says that their last digits are a machine's.
     "maglev/studies/design.py": "quantiles of normal distributions, and powers between the ends of wide ranges",
+    "maglev/studies/page/verdict.py": "intervals of shares that pass, and tests of influence, on a page",
     "maglev/tables/times.py": "columns of a recording with uneven times, of which something is estimated",
     "maglev/tuning/search.py": "candidates of a search",
     "maglev/units.py": "powers of decimal numbers, which are exact",

@@ -33,8 +33,6 @@ from maglev.studies.schema import load_study
 from studies.laws import markdown_table, origin_of, write_picture
 from studies.operating_range import COLOURS, outcomes, read_outcomes
 
-DOCS = Path(__file__).parents[2] / "docs"
-
 
 @pytest.mark.parametrize(("tripped", "touched", "error", "at_limit", "outcome"), [
     (inf, inf, 0.9e-4, False, SETTLED), (inf, inf, 0.9e-4, True, SETTLED), (inf, 0.6, 0.9e-4, False, RECOVERED),
@@ -92,10 +90,8 @@ def test_a_map_has_every_sample_in_its_place(fastest_fmus: Path, tmp_path: Path)
 
 
 @pytest.mark.parametrize("rig", ["2dof", "3dof", "5dof"])
-def test_maps_of_the_package_are_those_that_the_documentation_tells(rig: str) -> None:
-    """Its page has the table of their shares, as it stands; and they are those of the studies' grids."""
+def test_maps_of_the_package_are_of_the_grids_of_its_studies(rig: str) -> None:
     found, study = read_grids(FILE)[rig], load_study(f"range-{rig}")[0]
-    assert markdown_table(table(found)) in (DOCS / "faults.md").read_text(encoding="utf-8")
     grid, = found.grids.values()
     assert {varied.column for varied in study.vary} == {*grid.varied} and next(iter(grid.varied)) in STEPS
     for varied in study.vary:

@@ -119,8 +119,8 @@ def test_claims_of_procedures_are_counted_after_those_of_the_runs():
     judgements = {"2dof-setpoints": [judged("not run")], "2dof-thrust": judge_procedure(found)}
     text = claims_markdown([RUN], judgements, [found])
     assert text.startswith("3 claims on 1 run and 1 procedure.\n\n| what is claimed | claims | reproduced | not run |")
-    assert ("\n| printed numbers | 2 | 2 | – | – |\n| specifications | 1 | – | 1 | – |\n| all | 3 | 2 | 1 | – |\n"
-            in text)
+    assert ("\n| printed numbers | 2 | 2 | – | – | – |\n| specifications | 1 | – | 1 | – | – |\n"
+            "| all | 3 | 2 | 1 | – | – |\n" in text)
     lines = [line for line in text.splitlines() if line.startswith(("| `", "## "))]
     assert [line.split("|")[-1 if line[0] == "#" else 1].strip() for line in lines] == [
         "## Printed numbers", "`2dof-thrust`", "`2dof-thrust`", "## Specifications", "`2dof-setpoints`"]
@@ -282,7 +282,7 @@ def test_another_reading_is_shown_and_not_counted():
     other = replace(RUN, plan=RUN.plan.model_copy(update={"name": "other"}))
     judgements = {"2dof-setpoints": [judged("reproduced")], "other": [replace(judged("reproduced"), counts=False)]}
     text = claims_markdown([RUN, other], judgements)
-    assert text.startswith("1 claim on 2 runs.\n") and "\n| all | 1 | 1 | – |\n" in text
+    assert text.startswith("1 claim on 2 runs.\n") and "\n| all | 1 | 1 | – | – |\n" in text
     assert "| **reproduced**: another reading of the experiment, not counted |" in text.rstrip().splitlines()[-1]
     rows = map(cells, table_text([RUN, other], judgements).splitlines())
     assert [row[-1] for row in rows if row[0] in ("other", "2 runs")] == ["1", "1"]

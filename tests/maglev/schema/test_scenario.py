@@ -226,7 +226,7 @@ def variables(**kinds):
     for kind, names in kinds.items():
         for name in names.split():
             unit = "A" if ".i_" in name else "m" if name.startswith("y.") else None
-            found[name] = SimpleNamespace(name=name, causality=kind, type="Real", unit=unit)
+            found[name] = SimpleNamespace(name=name, causality=kind, type="Real", unit=unit, initial=None)
     return found
 
 

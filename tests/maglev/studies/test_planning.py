@@ -82,7 +82,7 @@ def test_the_metrics_to_keep(fastest_fmus: Path, tmp_path: Path) -> None:
     study = planned(tmp_path, fastest_fmus, metrics=["overshoot", "settling time to 10 um of v at t = 0.05 s"],
                     limits={"rms error of h": {"max": "1 mm"}})
     names = [column.name for column in study.job.columns]
-    assert names[4:] == ["overshoot of v", "overshoot of h", "settling time to 10 µm of v at t = 0.05 s",
+    assert names[5:] == ["overshoot of v", "overshoot of h", "settling time to 10 µm of v at t = 0.05 s",
                          "rms error of h"]
     assert study.job.columns[-1].max == 1e-3
 
