@@ -109,8 +109,8 @@ class Tab:
 
 
 def wait_until(page: "Page", condition: str) -> None:
-    """Wait for a condition, on a loaded machine up to a minute; the page's policy forbids playwright's own way."""
-    for _ in range(1200):
+    """Wait for a condition, on a loaded machine up to four minutes; the page's policy forbids playwright's own way."""
+    for _ in range(4800):
         if page.evaluate(condition):
             return
         page.wait_for_timeout(50)
