@@ -118,7 +118,7 @@ def computed(definition: FmuDefinition, name: str, role: str, about: str, steps:
     for k in range(steps + 1):
         status = block.start() if k == 0 else block.step((k - 1) * step, step)
         if status:
-            raise ExportError(f"{definition.name}: refused its {name} with status {status}, expected none")
+            raise ExportError(f"{definition.name}: {name} ends at step {k} with status {status}, expected status 0")
         if k % every == 0:
             results["time"].append(k * step)
             for output, variable in outputs.items():

@@ -78,8 +78,8 @@ class Results(Mapping[str, Run]):
         """Return a run by its name; UnknownName if there is none, or it did not complete."""
         result = next((run for run in self.runs if run.plan.name == name), None)
         if result is None or result.failure is not None:
-            raise UnknownName(f"there is no run {name!r}, {nearest(name, self)}" if result is None else
-                              f"{name} did not complete: {result.failure}")
+            raise UnknownName(f"{name} did not complete: {result.failure}" if result else
+                              f"there is no run {name!r}, {nearest(name, self)}")
         return Run(result, self.units[name])
 
     def __iter__(self) -> Iterator[str]:

@@ -134,9 +134,9 @@ def deviation_text(deviation: Deviation, unit: str) -> str:
 def require_fit(plan: RunPlan, baseline: Baseline, folder: Path) -> None:
     """Refuse a baseline that the plan has outgrown: what it lacks would otherwise go unchecked."""
     file, near = baseline_file(folder, plan.name), ON_GRID * plan.step
-    beside = np.abs(baseline.time - plan.check.interval * np.arange(len(baseline.time))) > near
-    if beside.any():
-        k = int(np.argmax(beside))
+    off_grid = np.abs(baseline.time - plan.check.interval * np.arange(len(baseline.time))) > near
+    if off_grid.any():
+        k = int(np.argmax(off_grid))
         raise BaselineError(f"{file}: sample {k + 1} is at t = {baseline.time[k]:.9g} s, expected "
                             f"{k * plan.check.interval:.9g} s by check.interval of the scenario{RENEW}")
     if baseline.stop_time > plan.stop_time + near:

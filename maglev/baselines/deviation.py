@@ -99,9 +99,9 @@ def samples_of(baseline: Baseline, recording: Recording) -> dict[str, Array]:
         raise BaselineError(f"{baseline.name}: the run ended at t = {recording.time[-1]:.9g} s, expected "
                             f"{baseline.time[-1]:.9g} s, the end of the baseline")
     rows = points.astype(np.int64)
-    beside = np.abs(recording.time[rows] - baseline.time) > ON_GRID * baseline.step
-    if beside.any():
-        i = int(np.argmax(beside))
+    off_grid = np.abs(recording.time[rows] - baseline.time) > ON_GRID * baseline.step
+    if off_grid.any():
+        i = int(np.argmax(off_grid))
         raise BaselineError(f"{baseline.name}: communication point {rows[i]} of the run is at "
                             f"t = {recording.time[rows[i]]:.9g} s, expected {baseline.time[i]:.9g} s: the "
                             "communication step differs from that of the baseline")

@@ -52,7 +52,8 @@ def read_digests(folder: Path) -> dict[str, Digest]:
     lines = regular(path).read_text(encoding="utf-8-sig", errors="replace").splitlines()
     for number, line in enumerate(lines, 1):
         match = LINE.fullmatch(line)
-        if match is None or match[2] in digests:
+        repeated = match is not None and match[2] in digests
+        if match is None or repeated:
             raise BaselineError(f"{path}, line {number}: {shortened(line)}: expected SHA-256, name, signals and "
                                 "samples of a run, each run once")
         digests[match[2]] = Digest(match[1], int(match[3]), int(match[4]))
@@ -60,7 +61,7 @@ def read_digests(folder: Path) -> dict[str, Digest]:
 
 
 def write_digests(folder: Path, changed: Mapping[str, Digest | None]) -> None:
-    """Write digests by run beside those that are there; None removes that of a run. Errors as of `read_digests`."""
+    """Add or replace the digests of runs in a folder; None removes one. Errors as of `read_digests`."""
     digests = read_digests(folder)
     new = {name: digest for name, digest in (digests | dict(changed)).items() if digest is not None}
     if new != digests:

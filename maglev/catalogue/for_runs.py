@@ -175,8 +175,11 @@ def keep_files(names: Iterable[str], kind: Kind, contents: dict[str, bytes], say
 def fmu_key(name: str, kind: Kind) -> str:
     """Place in the cache, by what it is made of: sources, tools, kind; of an own stage its description and pages."""
     stage = STAGES.own_of(name)
-    own = [] if stage is None else [to_text(stage.rig), files_digest(stage.folder, stage.folder.glob("*/**/*.*"))]
-    return key_of(FMUS, dependencies(), tuple(kind), number_in(DATE), own)
+    described = []
+    if stage is not None:
+        pages = stage.folder.glob("*/**/*.*")
+        described = [to_text(stage.rig), files_digest(stage.folder, pages)]
+    return key_of(FMUS, dependencies(), tuple(kind), number_in(DATE), described)
 
 
 def require_runnable(description: Path, say: Say) -> None:

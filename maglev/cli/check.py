@@ -30,9 +30,9 @@ def check(names: NamesOrFmus = None,
           out: Out = Path("results"), jobs: Jobs = None, debug: Debug = False, **options: Any) -> None:
     """Run scenarios, all if none is named, and compare with their baselines.
 
-    A baseline is a line of `digests.txt`, the digest of all signals at all samples, by which FMUs of this project are
-    compared, bit for bit; and `NAME_ref.csv` with a few signals at a few times, to which FMUs of others are compared
-    within the tolerances of the scenario. The exit code is 0 if all runs pass, 1 if one deviates, 2 if one could not be
+    A baseline has two parts. A line of `digests.txt` is the digest of all signals at all samples: FMUs of this project
+    must match it bit for bit. `NAME_ref.csv` has a few signals at a few times: third-party FMUs must match it within
+    the tolerances of the scenario. The exit code is 0 if all runs pass, 1 if one deviates, 2 if one could not be
     compared.
 
     Of an FMU, anybody's, the experiments that it carries are run: by the layered standard FMI-LS-REF, or in

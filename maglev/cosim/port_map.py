@@ -120,7 +120,9 @@ def units_with_offsets(description: ModelDescription) -> dict[str, tuple[Unit, f
     units = {}
     for unit in description.unitDefinitions:
         base = unit.baseUnit
-        if base is not None and known_unit(unit.name) is None and isfinite(base.offset) and 0.0 < base.factor < inf:
+        if base is None or known_unit(unit.name) is not None:
+            continue
+        if isfinite(base.offset) and 0.0 < base.factor < inf:
             powers = {name: getattr(base, name) for name in BASE_UNITS}
             units[unit.name] = unit_of_powers(powers, base.factor), base.offset
     return units

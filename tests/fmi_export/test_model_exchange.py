@@ -62,6 +62,14 @@ def exchanged(fmu: Path, folder: Path, kind: type | None = None) -> Iterator[Any
     instance.freeInstance()
 
 
+def calls_of(instance: Any) -> tuple[Any, Any, Any, Any]:
+    """What sets and gets real variables, takes in an event, and gets the rates of the states."""
+    if isinstance(instance, FMU2Model):
+        return instance.setReal, instance.getReal, instance.newDiscreteStates, instance.getDerivatives
+    return (instance.setFloat64, instance.getFloat64, instance.updateDiscreteStates,
+            instance.getContinuousStateDerivatives)
+
+
 def references(fmu: Path) -> dict[str, int]:
     return {v.name: v.valueReference for v in fmpy.read_model_description(str(fmu)).modelVariables}
 
@@ -146,11 +154,7 @@ def test_discrete_outputs_change_in_event_mode_alone(plant: Path, tmp_path: Path
     discrete, positions = [known[name] for name in encoders], [known[name] for name in encoders.values()]
     step, events = 5e-5, 0
     with exchanged(plant, tmp_path) as instance:
-        version_2 = isinstance(instance, FMU2Model)
-        put, get, event, rates = ((instance.setReal, instance.getReal, instance.newDiscreteStates,
-                                   instance.getDerivatives) if version_2 else
-                                  (instance.setFloat64, instance.getFloat64, instance.updateDiscreteStates,
-                                   instance.getContinuousStateDerivatives))
+        put, get, event, rates = calls_of(instance)
         put([known[name] for name in ("alpha.i_a_cmd", "alpha.i_b_cmd", "alpha.i_c_cmd")], [1.0, -0.5, -0.7])
         event()
         read = get(discrete)
@@ -188,7 +192,7 @@ def test_initial_derivatives_are_those_of_differences(plant: Path, tmp_path: Pat
     if version_2:
         instance.setupExperiment()
     instance.enterInitializationMode()
-    put, get = (instance.setReal, instance.getReal) if version_2 else (instance.setFloat64, instance.getFloat64)
+    put, get, *_ = calls_of(instance)
     known = {v.name: v for v in description.modelVariables}
     on = {"ripple.amplitude": 0.3, "roughness.rms": 0.2, "mode.frequency": 90.0, "bus_voltage": 60.0, "i_a_cmd": 0.7,
           "i_b_cmd": -0.4, "position_start": 0.0212}
@@ -226,7 +230,7 @@ def test_encoders_have_derivatives_at_events(plant: Path, tmp_path: Path) -> Non
     """Of counts none but by their size, of an exact encoder those of its position."""
     known = references(plant)
     with exchanged(plant, tmp_path) as instance:
-        put = instance.setReal if isinstance(instance, FMU2Model) else instance.setFloat64
+        put = calls_of(instance)[0]
         encoder, position = known["y.encoder"], known["y.position"]
         assert instance.getDirectionalDerivative([encoder], [position], [1.0]) == [0.0]
         put([known["encoder.resolution"]], [0.0])
@@ -237,11 +241,7 @@ def test_states_are_variables_that_can_be_set(plant: Path, tmp_path: Path) -> No
     """By their names, as CasADi does: what all states at once give; rates and outputs that are none cannot be set."""
     known = references(plant)
     with exchanged(plant, tmp_path) as instance:
-        version_2 = isinstance(instance, FMU2Model)
-        put, got, event, rates = ((instance.setReal, instance.getReal, instance.newDiscreteStates,
-                                   instance.getDerivatives) if version_2 else
-                                  (instance.setFloat64, instance.getFloat64, instance.updateDiscreteStates,
-                                   instance.getContinuousStateDerivatives))
+        put, got, event, rates = calls_of(instance)
         put([known["x.velocity"]], [0.2])   # at an event
         event()
         instance.enterContinuousTimeMode()
@@ -260,8 +260,9 @@ def test_states_are_variables_that_can_be_set(plant: Path, tmp_path: Path) -> No
             with pytest.raises(FMICallException):
                 put([known[name]], [value])
         assert got([known["y.position"]]) == [0.023]
-    with pytest.raises(FMICallException), exchanged(plant, tmp_path, FMU2Slave if version_2 else FMU3Slave) as stepped:
-        (stepped.setReal if version_2 else stepped.setFloat64)([known["y.position"]], [0.023])
+    slave = FMU2Slave if isinstance(instance, FMU2Model) else FMU3Slave
+    with pytest.raises(FMICallException), exchanged(plant, tmp_path, slave) as stepped:
+        (stepped.setReal if slave is FMU2Slave else stepped.setFloat64)([known["y.position"]], [0.023])
 
 
 def test_states_but_positions_begin_at_nothing() -> None:

@@ -65,7 +65,7 @@ def test_section_and_shadow_of_the_ellipsoid(found: Region) -> None:
 
 
 @pytest.mark.parametrize(("arguments", "message"), [
-    ({"rig": "4dof"}, "stage = '4dof', expected one of 2dof, 3dof"),
+    ({"stage": "4dof"}, "stage = '4dof', expected one of 2dof, 3dof"),
     ({"axis": "v"}, "3dof: axis = 'v', expected one of y, x, z"),
     ({"gap": "31 mm"}, "Plant3DOF at y = 31 mm: alpha needs i_d = -4.65 A, i_q = 0.159 A, expected at most "),
     ({"gap": "35 mm"}, "Plant3DOF at y = 35 mm: beyond the end stops, expected y within 18.5…32 mm"),
@@ -84,7 +84,7 @@ def test_section_and_shadow_of_the_ellipsoid(found: Region) -> None:
 ])
 def test_refusals(arguments: dict[str, Any], message: str) -> None:
     with pytest.raises(MaglevError) as caught:
-        region(**{"rig": "3dof", "axis": "x", "gap": "25 mm", **arguments})
+        region(**{"stage": "3dof", "axis": "x", "gap": "25 mm", **arguments})
     assert message in str(caught.value)
     assert "\n" not in str(caught.value)
 
