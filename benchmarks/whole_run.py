@@ -31,7 +31,7 @@ from maglev.experiment.results import write_csv, write_parquet
 from maglev.schema.loading import load_plan
 from maglev.studies.batch import batches
 from maglev.studies.batch.batches import runners
-from maglev.studies.batch.samples import BatchResult, Job, gathered, run_samples
+from maglev.studies.batch.samples import BatchResult, gathered, run_samples
 from maglev.studies.planning import PlannedStudy, plan_study
 from maglev.studies.schema import read_study
 
@@ -107,9 +107,8 @@ def planned_study(fmus: Path, folder: Path) -> PlannedStudy:
     return plan_study(study, experiment, "cost", folder, {})
 
 
-def batch_result(study: PlannedStudy, samples: int, job: Job | None = None) -> BatchResult:
-    job = job or study.job
-    return gathered(job, 0, run_samples(job, study.values[:samples]))
+def batch_result(study: PlannedStudy, samples: int) -> BatchResult:
+    return gathered(study.job, 0, run_samples(study.job, study.values[:samples]))
 
 
 def time_in_threads(study: PlannedStudy, jobs: int) -> float:
@@ -123,19 +122,16 @@ def time_in_threads(study: PlannedStudy, jobs: int) -> float:
 
 def study_times(study: PlannedStudy) -> dict[str, float]:
     """Time of a sample by way, s."""
-    def alone(job: Job | None = None) -> float:
-        way = timed(lambda: batch_result(study, SAMPLES, job))
+    def alone() -> float:
+        way = timed(lambda: batch_result(study, SAMPLES))
         return min(way() for _ in range(2)) / SAMPLES
 
     assert not any(batch_result(study, 1).failures)   # with it, what is done once
     times = {}
     with patch.object(block_loop, "kept", lambda *_: None):   # no loop is found
         times["by calls of the FMUs"] = alone()
-    assert batches.loop_for(study.job, study.batches, study.values)   # compiles it
+    assert batches.has_loop(study.job, batches.WORTH_COMPILING)   # compiles it
     times[BLOCKS] = alone()
-    with patch.object(batches, "WORTH_SPECIALISING", 0):
-        special = batches.loop_for(study.job, study.batches, study.values)
-    times["… with what is common constant"] = alone(special)
     return times | {f"{jobs} side by side: wall time": time_in_threads(study, jobs) / SAMPLES for jobs in (1, 2)}
 
 

@@ -5,21 +5,15 @@ carry their blocks as C, so that whoever runs them often compiles these into the
 the initialised instances and with their first row, and has the operations of the calls: its bits are theirs. What comes
 of a run is up to C that is given: it sees chosen columns at each communication point. A run that an FMU would refuse is
 said to be one; then the calls are made, and say what is wrong.
-
-Nearly all that the runs of a batch begin with are parameters and what follows from them, which they have in common but
-for a few. As constants in the C these take no memory, and what they switch off is left out: a flexible mode, a rough
-rail, a noise. Every operation that is left has the operands that it had, so that the bits of a run stay.
 """
 
 from collections.abc import Iterable, Iterator, Mapping, Sequence
-from ctypes import CDLL, POINTER, Array, Structure, addressof, byref, c_double, c_int64, c_void_p, create_string_buffer
+from ctypes import CDLL, POINTER, Array, Structure, addressof, byref, c_double, c_int64, c_void_p
 from functools import lru_cache
 from pathlib import Path
 from string import Template
-from typing import Any, NamedTuple, Self
+from typing import NamedTuple
 
-import numpy as np
-import numpy.typing as npt
 from fmpy import sharedLibraryExtension
 
 from fmi_export.definition import Variable
@@ -39,51 +33,10 @@ LIBRARY = f"maglev_block_loop{sharedLibraryExtension}"
 FUNCTION = "maglev_whole_run"
 # Parts of blocks become part of their callers up to this size; an FMU's step takes no longer without it.
 PARTS_INLINED = ("-mllvm", "-inline-threshold=1000")
-# A call would put blocks into memory, and a place that is computed where branches are merged.
-INLINED = ("-Dnoinline=always_inline", "-mllvm", "-inline-threshold=1000000", "-mllvm", "-sink-common-insts=false")
-# The run, which needs no FMU, over it how it begins with FMUs' instances, and the function that does both.
-RUN_FILE, LOOP_FILE, FUNCTION_FILE = "whole_run.h", "loop.c", "loop_function.c"
-EXPORT_FILE = "export.h"
-DONE, REFUSED, ENDED, OTHERWISE = range(4)   # what the function returns: RUN_DONE and so on of whole_run.h
+LOOP_FILE, EXPORT_FILE = "loop.c", "export.h"
+DONE, REFUSED, ENDED = range(3)   # what the function returns: RUN_DONE and so on of loop.c
 
 INSTANCE = {"instance.h", "model.h"}   # what an instance is
-
-Words = npt.NDArray[np.uint64]
-WORD = np.dtype(np.uint64).itemsize
-
-
-class Common(NamedTuple):
-    """What a run of several begins with, in words, and the places of those that others begin with otherwise."""
-
-    words: Words
-    places: tuple[int, ...]
-
-    @classmethod
-    def of(cls, words: Words, before: Self | None = None) -> Self:
-        """Of runs, shape (runs, words), and of those before."""
-        first = words[0] if before is None else before.words
-        places = {*(before.places if before is not None else ()), *np.flatnonzero((words != first).any(0)).tolist()}
-        return cls(first, tuple(sorted(places)))
-
-    def holds(self, words: Words) -> bool:
-        """Whether runs, shape (runs, words), differ at these places alone."""
-        return not np.delete((words != self.words).any(0), self.places).any()
-
-    def code(self, calls: Iterable[Structure]) -> str:
-        """C of it, for behind that of the run; `calls` are the struct moved of the loop."""
-        moved = ", ".join(f"{{{', '.join(repr(getattr(call, name)) for name, *_ in call._fields_)}}}" for call in calls)
-        return filled_in(
-            HERE / "common_beginning.h", begins=", ".join(map(str, self.words.tobytes())), calls=moved,
-            count=max(1, len(self.places)),
-            places="\n".join(f"    __builtin_memcpy((char *)beginning + {WORD * place}, own + {k}, {WORD});"
-                             for k, place in enumerate(self.places)),
-            words="\n".join(f"    __builtin_memcpy(own + {k}, (const char *)beginning + {WORD * place}, {WORD});"
-                            for k, place in enumerate(self.places)))
-
-
-def words_of(beginnings: Sequence[bytes]) -> Words:
-    """What runs begin with, shape (runs, words)."""
-    return np.frombuffer(b"".join(beginnings), np.uint64).reshape(len(beginnings), -1)
 
 
 class Moved(Structure):
@@ -121,15 +74,13 @@ class Part(NamedTuple):
 
 
 class BlockLoop:
-    """The function for a wiring, on its instances and rows, and what it is made of: C files by name."""
+    """The function for a wiring, on its instances and rows."""
 
-    def __init__(self, loop: Kept, wiring: Wiring, sources: Mapping[str, str]):
-        self.sources = sources
-        library = CDLL(str(loop.path.absolute()))
-        self.functions, self.beginning = [stepping_function(library)], library[f"{FUNCTION}_begin"]
-        self.beginning.restype = c_int64
-        self.beginning.argtypes = [POINTER(c_void_p), POINTER(c_void_p), c_void_p]
-        self.size: int = self.beginning(None, None, None)   # bytes of what a run begins with
+    def __init__(self, loop: Kept, wiring: Wiring):
+        self.function = CDLL(str(loop.path.absolute()))[FUNCTION]
+        self.function.restype = c_int64
+        self.function.argtypes = [POINTER(c_void_p), POINTER(Moved), POINTER(c_void_p), c_int64, POINTER(c_int64),
+                                  c_void_p]
         calls, = wiring.phases
         fmus = fmus_of(calls)
         self.instances = (c_void_p * len(fmus))(*(fmu.handle() for fmu in fmus))
@@ -143,38 +94,11 @@ class BlockLoop:
 
         ENDED is soon after `ended` is no longer 0. `observer` is the struct of the C that observes.
         """
-        for function in self.functions:
-            status: int = function(self.instances, self.moved, self.rows(), steps, byref(ended), addressof(observer))
-            if status != OTHERWISE:
-                break
-        return status
-
-    def specialise(self, common: Common, build: bool) -> None:
-        """Have runs that begin as these have it by a function of their own, compiled now if `build` asks for it.
-
-        Other runs go as before. Errors as of `block_loop`.
-        """
-        function = filled_in(HERE / "common_function.c", common=common.code(self.moved))
-        path = loop_of({**self.sources, FUNCTION_FILE: function}, build, INLINED)
-        if path is not None:
-            self.functions.insert(0, stepping_function(CDLL(str(path.path.absolute()))))
-
-    def begin(self) -> bytes:
-        """What a run begins with, as the C has it, from initialised instances; empty where one would be REFUSED."""
-        room = create_string_buffer(self.size)
-        written = self.beginning(self.instances, self.rows(), room)
-        return room.raw[:written]
+        return int(self.function(self.instances, self.moved, self.rows(), steps, byref(ended), addressof(observer)))
 
     def rows(self) -> Array[c_void_p]:
         return (c_void_p * len(self.tracks))(*(
             (track.array if track.signals is None else track.signals).ctypes.data for track in self.tracks))
-
-
-def stepping_function(library: CDLL) -> Any:
-    function = library[FUNCTION]
-    function.restype = c_int64
-    function.argtypes = [POINTER(c_void_p), POINTER(Moved), POINTER(c_void_p), c_int64, POINTER(c_int64), c_void_p]
-    return function
 
 
 def block_loop(wiring: Wiring, observer: str, seen: Mapping[str, str], build: bool = False,
@@ -191,13 +115,13 @@ def block_loop(wiring: Wiring, observer: str, seen: Mapping[str, str], build: bo
     if sources is None:
         return None
     path = loop_of(sources, build)
-    return None if path is None else BlockLoop(path, wiring, sources)
+    return None if path is None else BlockLoop(path, wiring)
 
 
-def loop_of(sources: Mapping[str, str], build: bool, flags: Sequence[str] = PARTS_INLINED) -> Kept | None:
+def loop_of(sources: Mapping[str, str], build: bool) -> Kept | None:
     """Library of C files, compiled now if it was not before and `build` asks for it; errors as of `block_loop`."""
     platform, = host_platform().values()
-    platform = platform._replace(flags=(*platform.flags, *flags))
+    platform = platform._replace(flags=(*platform.flags, *PARTS_INLINED))
     place = key_of(BLOCK_LOOPS, sorted(sources.items()), FLAGS, platform)
     path = kept(place, LIBRARY)
     if path is None and build:
@@ -225,33 +149,22 @@ def loop_sources(wiring: Wiring, observer: str, seen: Mapping[str, str],
         return None
     files, parts = collected
     steps = [line for number, call in enumerate(calls) for line in call_lines(number, call, parts, wiring.tracks)]
-    members, copy, begin = zip(*beginnings(wiring.tracks, parts.values()), strict=True)
-    signals = [f"const {item_of(track)} *const row{number} = (const {item_of(track)} *)rows[{number}];"
-               for number, track in enumerate(wiring.tracks) if track.signals is not None]
-    run = filled_in(
-        HERE / RUN_FILE, observer=observer, step=indented(steps, 8), members=indented(members, 4),
+    begin = [f"{part.type} {part.block} = *(const {part.type} *)instances[{part.number}]->state->block;"
+             for part in parts.values()] + [row_lines(number, track) for number, track in enumerate(wiring.tracks)]
+    see = (f"seen.{member} = (double){value_at(*places[name], wiring.tracks)};" for member, name in seen.items())
+    return {**files, LOOP_FILE: filled_in(
+        HERE / LOOP_FILE, observer=observer, step=indented(steps, 8), begin=indented(begin, 4), see=indented(see, 8),
         includes="\n".join(sorted({f'#include "{part.header}"' for part in parts.values()})),
-        begin=indented((*begin, *signals), 4),
-        see=indented((f"seen.{member} = (double){value_at(*places[name], wiring.tracks)};"
-                      for member, name in seen.items()), 8))
-    ready = " || ".join(f"!ready(&instances[{part.number}]->state->progress)" for part in parts.values())
-    return {**files, RUN_FILE: run, LOOP_FILE: filled_in(HERE / LOOP_FILE, copy=indented(copy, 8), ready=ready),
-            FUNCTION_FILE: filled_in(HERE / FUNCTION_FILE)}
+        not_ready=" || ".join(f"!ready(&instances[{part.number}]->state->progress)" for part in parts.values()))}
 
 
-def beginnings(tracks: Sequence[Track], parts: Iterable[Part]) -> Iterator[tuple[str, str, str]]:
-    """C of each block and each row of outputs: as a member of struct beginning, written to that, and a copy of it."""
-    for part in parts:
-        declared = f"{part.type} {part.block}"
-        yield (f"{declared};", f"beginning->{part.block} = *(const {part.type} *)"
-               f"instances[{part.number}]->state->block;", f"{declared} = beginning->{part.block};")
-    for number, track in enumerate(tracks):
-        if track.signals is None:
-            item, row = item_of(track), f"row{number}"
-            loop = f"for (int i = 0; i < {len(track.names)}; ++i)"
-            declared = f"{item} {row}[{len(track.names)}];"
-            yield (declared, f"{loop} beginning->{row}[i] = ((const {item} *)rows[{number}])[i];",
-                   f"{declared} {loop} {row}[i] = beginning->{row}[i];")
+def row_lines(number: int, track: Track) -> str:
+    """C that makes the row of a track: all points of signals, a copy of the first row of outputs."""
+    item, given = item_of(track), f"(const {item_of(track)} *)rows[{number}]"
+    if track.signals is not None:
+        return f"const {item} *const row{number} = {given};"
+    return (f"{item} row{number}[{len(track.names)}]; "
+            f"for (int i = 0; i < {len(track.names)}; ++i) row{number}[i] = ({given})[i];")
 
 
 def native_parts(fmus: Iterable[Fmu], written: Mapping[str, Variables] | None = None

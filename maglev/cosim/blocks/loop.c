@@ -1,6 +1,19 @@
+#include <math.h>
+#include <stdbool.h>
+#include <stdint.h>
 #include "instance.h"
-#include "whole_run.h"
 #include "export.h"
+$includes
+
+/* How a run ends, as in block_loop.py. */
+enum { RUN_DONE, RUN_REFUSED, RUN_ENDED };
+
+/* The struct Moved of block_loop.py. */
+struct moved {
+    double time, time_stride, size;
+};
+
+$observer
 
 /* Whether an instance would take a step of co-simulation as it is. */
 static bool ready(const struct Progress *progress)
@@ -8,18 +21,33 @@ static bool ready(const struct Progress *progress)
     return progress->phase == RUNNING && !progress->exchange && !progress->events && !progress->suspect;
 }
 
-/* Write what a run begins with, of instances and first rows, if there is where; returns its bytes, 0 where an FMU would
-   refuse a step. */
-EXPORT int64_t maglev_whole_run_begin(struct Instance *const *instances, const void *const *rows,
-                                struct beginning *beginning);
-int64_t maglev_whole_run_begin(struct Instance *const *instances, const void *const *rows,
-                         struct beginning *beginning)
+/* All steps to communication point `last`, on copies of the blocks: the instances stay at the first point. Of a track of
+   outputs, `rows` has the first row; of one of signals, the values of one after the other at all points. Returns
+   RUN_REFUSED where an FMU would refuse something, RUN_ENDED as soon as somebody says so. */
+EXPORT int64_t maglev_whole_run(struct Instance *const *instances, const struct moved *calls, const void *const *rows,
+                          int64_t last, const volatile int64_t *ended, struct observer *observer);
+int64_t maglev_whole_run(struct Instance *const *instances, const struct moved *calls, const void *const *rows,
+                   int64_t last, const volatile int64_t *ended, struct observer *observer)
 {
-    if (beginning) {
-        if ($ready) {
-            return 0;
-        }
-$copy
+    if ($not_ready) {
+        return RUN_REFUSED;
     }
-    return sizeof *beginning;
+$begin
+    const int64_t points = last + 1;
+    struct seen seen = {{0}};
+    bool refused = false;
+    for (int64_t k = 0;; ++k) {
+$see
+        observe(observer, k, &seen);
+        if (k == last) {
+            return RUN_DONE;
+        }
+        if (k % 1024 == 0 && *ended) {
+            return RUN_ENDED;
+        }
+$step
+        if (refused) {
+            return RUN_REFUSED;
+        }
+    }
 }

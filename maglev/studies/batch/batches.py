@@ -8,15 +8,11 @@ from collections.abc import Callable, Iterator
 from concurrent.futures import ThreadPoolExecutor, as_completed
 from contextlib import contextmanager
 from ctypes import c_int64
-from dataclasses import replace
 from functools import partial
-
-import numpy as np
 
 from fmi_export.errors import ExportError
 from maglev.arrays import Array
 from maglev.catalogue.for_runs import has_compiler
-from maglev.cosim.blocks.block_loop import Common, words_of
 from maglev.errors import MaglevError, extra, option
 from maglev.processes.side_by_side import Idle, Progress, Stopped, kept_processes, side_by_side, warn
 from maglev.studies.batch.samples import (
@@ -35,8 +31,6 @@ PYTHON_COST = 20                  # steps of native FMUs in one of those that ru
 FEWEST_BATCHES = 8                # of a small study, so that many workers have something to do
 MOST_BATCHES = 1_000              # of a large one: each becomes a file until all are done
 LARGEST_TRAJECTORIES = 32e6       # bytes of a batch
-WORTH_SPECIALISING = 1_000_000_000   # steps, which take some ten minutes: the compiler takes seconds for a tenth of it
-LOOKED_AT = 32                     # samples, for what they have in common: one that has it otherwise takes longer
 WORTH_COMPILING = 10_000_000   # steps, which take longer by calls of FMUs than the compiler for a loop without
 
 RunBatches = Callable[[Job, list[Batch], Array, Store], None]   # runs batches with values of the targets by sample
@@ -77,9 +71,8 @@ def run_here(jobs: int, idle: Idle, job: Job, batches: list[Batch], values: Arra
     MaglevError if a batch cannot be run at all; KeyboardInterrupt after Ctrl-C or SIGTERM: what was done until then is
     stored.
     """
-    with_loop = loop_for(job, batches, values)
-    if with_loop is not None:
-        run_in_threads(jobs, with_loop, batches, values, store)
+    if has_loop(job, sum(len(batch.samples) for batch in batches)):
+        run_in_threads(jobs, job, batches, values, store)
         return
     by_name = {str(batch.number): batch for batch in batches}
     deadly: list[Batch] = []   # whose process died, or was told to end by somebody else
@@ -105,28 +98,15 @@ def run_here(jobs: int, idle: Idle, job: Job, batches: list[Batch], values: Arra
         store(gathered(job, batch.first, samples))
 
 
-def loop_for(job: Job, batches: list[Batch], values: Array) -> Job | None:
-    """The job, if there is a loop with the FMUs' blocks for it, which is compiled now where that is worth its time.
-
-    Of many steps it is compiled once more, with what samples begin with in common as constants.
-    """
-    samples = [sample for batch in batches for sample in batch.samples]
-    steps = job.experiment.plan.stop_time / job.experiment.step * len(samples)
+def has_loop(job: Job, samples: int) -> bool:
+    """Whether there is a loop with the FMUs' blocks, which is compiled now where so many samples are worth its time."""
     if job.limit is not None:
-        return None
-    with said_if_slower("calls of the FMUs"):
-        with job.repeated_run() as repeated:
-            repeated.load(build=steps >= WORTH_COMPILING)
-            if repeated.loop is None or steps < WORTH_SPECIALISING:
-                return None if repeated.loop is None else job
-            looked_at = np.linspace(0, len(samples) - 1, LOOKED_AT).astype(int)
-            begun = [repeated.beginning(job.changes(values[samples[k]].tolist())) for k in looked_at]
-        if begun := [beginning for beginning in begun if beginning]:
-            job = replace(job, common=Common.of(words_of(begun)))
-            with said_if_slower("the loop for all samples"), job.repeated_run() as repeated:
-                repeated.load(build=True)
-        return job
-    return None
+        return False
+    steps = job.experiment.plan.stop_time / job.experiment.step * samples
+    with said_if_slower("calls of the FMUs"), job.repeated_run() as repeated:
+        repeated.load(build=steps >= WORTH_COMPILING)
+        return repeated.loop is not None
+    return False
 
 
 @contextmanager

@@ -1,7 +1,6 @@
 """One scenario run again and again in one process: loaded and wired once, reset between, arrays used again."""
 
 from collections.abc import Collection, Mapping
-from contextlib import suppress
 from ctypes import c_int64
 from dataclasses import replace
 from typing import Self
@@ -9,9 +8,8 @@ from typing import Self
 import numpy as np
 
 from maglev.arrays import Array
-from maglev.cosim.blocks.block_loop import DONE, ENDED, BlockLoop, Common, block_loop
+from maglev.cosim.blocks.block_loop import DONE, ENDED, BlockLoop, block_loop
 from maglev.cosim.master import Columns, Master
-from maglev.errors import MaglevError
 from maglev.experiment.preparation import Experiment, is_foreign
 from maglev.judging.metrics import phase_resistances
 from maglev.schema.settings import REFERENCE, start_values, with_references
@@ -25,9 +23,8 @@ class RepeatedRun:
     """An experiment to be run many times with other start values; a context manager that frees its FMUs.
 
     Of what is recorded the columns `wanted` are kept, all without it. What is to be measured, `measuring`, can be so
-    without a recording where there is a loop with the FMUs' blocks for it, `written` ones by name among them; in it
-    what runs begin with in `common` is constant, where it was compiled so. As soon as `ended` is no longer 0 such a run
-    ends.
+    without a recording where there is a loop with the FMUs' blocks for it, `written` ones by name among them. As
+    soon as `ended` is no longer 0 such a run ends.
 
     Each run gives, bit for bit, what the experiment gives that is prepared with the same values: FMUs of this
     project, and written ones, are as new after fmi2Reset. Those of others, and all after a refusal, are loaded anew.
@@ -35,13 +32,12 @@ class RepeatedRun:
 
     def __init__(self, experiment: Experiment, wanted: Collection[str] | None = None,
                  measuring: Measuring | None = None, ended: c_int64 | None = None,
-                 written: Mapping[str, Variables] | None = None, common: Common | None = None):
+                 written: Mapping[str, Variables] | None = None):
         self.experiment = experiment
         self.wanted = wanted
         self.measuring = measuring
         self.ended = c_int64() if ended is None else ended   # one of 0 counts as false
         self.written = written
-        self.common = common
         self.loop: BlockLoop | None = None
         self.meter: Meter | None = None   # of the references as they are now
         self.resettable = not any(is_foreign(path) for name, path in experiment.files.items()
@@ -83,8 +79,6 @@ class RepeatedRun:
             if self.measuring is not None and all(axis.reference in signals for axis in axes):
                 seen = self.measuring.seen({name for track in self.master.wiring.tracks for name in track.names})
                 self.loop = block_loop(self.master.wiring, self.measuring.source(), seen, build, self.written)
-                if self.loop is not None and self.common is not None:
-                    self.loop.specialise(self.common, build)
             self.asked = {}
         return self.master
 
@@ -139,13 +133,6 @@ class RepeatedRun:
             self.close()
             raise
         return self.loop is not None
-
-    def beginning(self, changes: Changes) -> bytes:
-        """What a run with other values begins with; empty without a loop, and of a run that is refused."""
-        with suppress(MaglevError):
-            if self.begin(changes) and self.loop is not None:
-                return self.loop.begin()
-        return b""
 
     def metering(self) -> Meter:
         """What measures runs with the references as they are now; there is a loop for them."""

@@ -12,7 +12,6 @@ from typing import NamedTuple
 import numpy as np
 
 from maglev.arrays import Array
-from maglev.cosim.blocks.block_loop import Common
 from maglev.cosim.other_process.helper import STARTED_WITHIN, checked, other_process
 from maglev.cosim.step_loop import LIBRARY
 from maglev.errors import MaglevError, in_one_line
@@ -58,7 +57,6 @@ class Job:
     limit: float | None = None
     written: Mapping[str, Variables] = field(default_factory=dict)   # of users' classes, by name of the FMU
     native: bool = True            # whether all FMUs are, which takes less time
-    common: Common | None = None   # what the samples begin with in common, where a loop was compiled for it
 
     def changes(self, sample: Sequence[float]) -> dict[str, float | bool]:
         return {target.name: bool(value) if target.boolean else value
@@ -67,7 +65,7 @@ class Job:
     def repeated_run(self, wanted: Collection[str] | None = None, ended: c_int64 | None = None) -> RepeatedRun:
         """What runs samples in this process, see `RepeatedRun`."""
         measuring = Measuring(self.experiment.plan, self.experiment.times, self.kept, self.every)
-        return RepeatedRun(self.experiment, wanted, measuring, ended, self.written, self.common)
+        return RepeatedRun(self.experiment, wanted, measuring, ended, self.written)
 
 
 @dataclass(frozen=True)

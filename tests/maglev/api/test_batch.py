@@ -14,7 +14,6 @@ import maglev
 from fmi_export.errors import ExportError
 from maglev.api.many.studying import plain
 from maglev.cosim.blocks import block_loop
-from maglev.cosim.blocks.block_loop import DONE, OTHERWISE
 from maglev.studies.batch import batches
 from maglev.studies.batch.measuring import Meter
 from maglev.studies.batch.samples import Batch
@@ -56,33 +55,6 @@ def test_samples_are_runs(batch: maglev.Batch) -> None:
         assert run.result.provenance is not None
         assert f"plant.v.mass = {MASSES[sample]:g}" in " ".join(run.result.provenance.changes) or sample == 1
     assert len({*batch["overshoot of v"].tolist()}) == 3
-
-
-def test_what_samples_have_in_common_is_constant(native_fmus: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    """The first and the last one are looked at: one between that differs by more goes as it does without."""
-    monkeypatch.setattr(batches, "WORTH_COMPILING", 1)
-    monkeypatch.setattr(batches, "WORTH_SPECIALISING", 1)
-    monkeypatch.setattr(batches, "LOOKED_AT", 2)
-    monkeypatch.setattr(batches, "side_by_side", None)
-    returned: list[int] = []
-    function_of = block_loop.stepping_function
-
-    def watched(library: Any) -> Any:
-        function = function_of(library)
-
-        def called(*arguments: Any) -> int:
-            returned.append(function(*arguments))
-            return returned[-1]
-
-        return called
-
-    monkeypatch.setattr(block_loop, "stepping_function", watched)
-    found = maglev.batch(RUN, {"plant.v.mass": MASSES, "plant.h.mass": [4.35, 4.4, 4.35]}, fmus=native_fmus, jobs=1)
-    assert returned == [DONE, OTHERWISE, DONE, DONE]
-    for sample in range(3):
-        run = found.run(sample)
-        assert run.metrics is not None and found["rms error of h"][sample] == run.metrics.rms_errors["h"]
-    assert len({*found["rms error of h"].tolist()}) == 3
 
 
 def test_a_loop_that_cannot_be_compiled_is_said(native_fmus: Path, monkeypatch: pytest.MonkeyPatch) -> None:

@@ -36,7 +36,7 @@ def test_a_dead_process_costs_its_batch(fastest_fmus: Path, tmp_path: Path, monk
                                         end: str) -> None:
     """Also one that is asked to end, and gives what it has done."""
     # Threads, where a loop of another test was kept, are no processes.
-    monkeypatch.setattr(batches, "loop_for", lambda *_: None)
+    monkeypatch.setattr(batches, "has_loop", lambda *_: False)
     study = planned(tmp_path, fastest_fmus)
     found: dict[int, BatchResult] = {}
 
