@@ -85,7 +85,7 @@ def language_errors() -> Iterator[None]:
     try:
         yield
     except Untranslatable as error:
-        raise BuildError(f"{error}; a native FMU needs that, one that runs Python does not") from error
+        raise BuildError(f"{error}; only native FMUs need this") from error
 
 
 def require_floats(definition: WrittenDefinition, file: Path) -> None:
