@@ -103,7 +103,7 @@ check-built: .venv/.test
 
 # The pages of the stages, from their descriptions in the folder rigs.
 generate: .venv/.demo
-	$(BIN)/python -m maglev.rig
+	$(BIN)/python -m maglev.descriptions
 
 lint: .venv/.test
 	$(BIN)/ruff check .

@@ -15,15 +15,15 @@ from pathlib import Path
 from time import perf_counter
 from typing import NamedTuple
 
-from fmi_export.definition import reader
-from fmi_export.native.build import host_platform
-from fmi_export.native.compiler import compiled
-from maglev.analysis.differences.participant import Participant
+from maglev.analysis.participant import Participant
 from maglev.cosim.master import FmuSetup, Master
-from maglev.own_fmus import definition
-from maglev.own_stage.loop import loop_table
-from maglev.rig.rigs import RIGS
-from pmlsm.rig import Rig
+from maglev.descriptions.own_fmus import definition
+from maglev.descriptions.packaged import RIGS
+from maglev.fmi.compiler import compiled
+from maglev.fmi.definition import reader
+from maglev.fmi.native_build import host_platform
+from maglev.user.scenario_loop import loop_table
+from pmlsm.stage_description import Rig
 
 ROUNDS = 7   # the fastest counts, which is the least disturbed
 ENOUGH = 3   # for the gate, if none of them has a ratio that is too large: then the fastest have none

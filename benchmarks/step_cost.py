@@ -19,7 +19,7 @@ from rich.console import Console
 from rich.table import Table
 from speed_history import PYTHON, STEP, record
 
-from maglev.catalogue import HOST, build
+from maglev.scenario.catalogue import HOST, build
 
 # Largest ratios to the loop that each refers to. On three machines the master took 0.70 to 1.12, the loop in one FMU
 # 0.56 to 0.75, Python FMUs 1.01 to 1.1 of the bare loop: twice the largest fails, which no disturbance of a busy

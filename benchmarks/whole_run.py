@@ -22,18 +22,18 @@ from rich.table import Table
 from speed_history import WHOLE, record
 
 from maglev.api.options import experiments_of
-from maglev.catalogue import HOST, build
-from maglev.cosim.blocks import block_loop
+from maglev.cosim import block_loop
 from maglev.cosim.master import FmuSetup, Master, Recording
-from maglev.experiment.execution import completed_run, whole_metrics
-from maglev.experiment.preparation import Experiment, prepare, runs_apart
-from maglev.experiment.results import write_csv, write_parquet
-from maglev.schema.loading import load_plan
-from maglev.studies.batch import batches
-from maglev.studies.batch.batches import runners
-from maglev.studies.batch.samples import BatchResult, gathered, run_samples
-from maglev.studies.planning import PlannedStudy, plan_study
-from maglev.studies.schema import read_study
+from maglev.many import batches
+from maglev.many.batches import runners
+from maglev.many.samples import BatchResult, gathered, run_samples
+from maglev.many.study_file import read_study
+from maglev.many.study_plan import PlannedStudy, plan_study
+from maglev.runs.execution import completed_run, whole_metrics
+from maglev.runs.preparation import Experiment, prepare, runs_apart
+from maglev.runs.results import write_csv, write_parquet
+from maglev.scenario.catalogue import HOST, build
+from maglev.scenario.loading import load_plan
 
 NAME = "3dof-setpoints-improved"
 SAMPLES = 80   # of the study

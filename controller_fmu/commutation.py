@@ -7,7 +7,7 @@ from controller_fmu.motor_layout import MotorLayout
 from controller_fmu.sample_clock import SampleClock
 from controller_fmu.sampled import Sampled
 from controller_fmu.status import BAD_GEOMETRY, BAD_PLACES, STEPPED
-from pmlsm.rig import Rig
+from pmlsm.stage_description import Rig
 
 
 class Commutation(Sampled):

@@ -10,8 +10,8 @@ from controller_fmu.pid import PID
 from controller_fmu.places import placed
 from controller_fmu.regulator import Regulator
 from controller_fmu.status import INTERPOLATED, LINEAR, NONLINEAR, SCHEDULED
-from fmi_export.definition import DefaultExperiment, Drawing, FmuDefinition, Variable
-from pmlsm.rig import Rig
+from maglev.fmi.definition import DefaultExperiment, Drawing, FmuDefinition, Variable
+from pmlsm.stage_description import Rig
 from pmlsm.variables import RATIOS, bad_geometry, motor_geometry
 
 # Name, and what the description says, of the regulator with each law.

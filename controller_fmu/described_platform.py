@@ -3,7 +3,7 @@
 from controller_fmu.force_allocation import ForceAllocation
 from controller_fmu.motor_place import MotorPlace
 from controller_fmu.tilting_platform import TiltingPlatform
-from pmlsm.rig import Rig
+from pmlsm.stage_description import Rig
 
 
 def platform_of(rig: Rig) -> TiltingPlatform:

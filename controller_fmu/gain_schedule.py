@@ -3,7 +3,7 @@
 from controller_fmu.linearisation import Linearisation
 from controller_fmu.vertical_law import VerticalLaw
 from pmlsm.motor_geometry import MotorGeometry
-from pmlsm.rig import Schedule
+from pmlsm.stage_description import Schedule
 
 
 class GainSchedule:

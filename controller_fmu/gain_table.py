@@ -4,7 +4,7 @@ from controller_fmu.gain_point import GainPoint
 from controller_fmu.linearisation import Linearisation
 from controller_fmu.vertical_law import VerticalLaw
 from pmlsm.motor_geometry import MotorGeometry
-from pmlsm.rig import Table
+from pmlsm.stage_description import Table
 
 
 class GainTable:

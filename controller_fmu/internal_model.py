@@ -1,6 +1,6 @@
 """Internal model of steps and of sinusoids of one frequency (4.15), (5.10), discretised exactly."""
 
-from pmlsm.elementary.sine_cosine import sine_cosine
+from pmlsm.sine_cosine import sine_cosine
 
 
 def integral_of_sine(x: float) -> float:

@@ -5,7 +5,7 @@ from controller_fmu.level_platform import LevelPlatform
 from controller_fmu.linearisation import Linearisation
 from controller_fmu.motor_model import MotorModel
 from controller_fmu.pid_axis import PIDAxis
-from pmlsm.rig import Rig
+from pmlsm.stage_description import Rig
 
 
 class LevelCurrents:

@@ -1,7 +1,7 @@
 """The motors of a stage as controllers and estimators know them: their kinds, and the axis that each drives."""
 
 from pmlsm.motor_kind import motor_kinds
-from pmlsm.rig import Rig
+from pmlsm.stage_description import Rig
 
 
 class MotorLayout:

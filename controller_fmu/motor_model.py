@@ -1,7 +1,7 @@
 """The controllers' model of the motors: the constants of the velocity rows, and the motors' layout."""
 
 from controller_fmu.motor_layout import MotorLayout
-from pmlsm.rig import Rig
+from pmlsm.stage_description import Rig
 
 
 class MotorModel:

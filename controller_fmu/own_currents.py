@@ -5,7 +5,7 @@ from controller_fmu.motor_command import MotorCommand
 from controller_fmu.motor_model import MotorModel
 from controller_fmu.output_regulator import OutputRegulator
 from controller_fmu.vertical_law import VerticalLaw
-from pmlsm.rig import Rig
+from pmlsm.stage_description import Rig
 
 
 class OwnCurrents:

@@ -21,7 +21,7 @@ from controller_fmu.status import (
     STEPPED,
 )
 from controller_fmu.velocity_observer import ObserverFilter
-from pmlsm.rig import Rig, RigAxis
+from pmlsm.stage_description import Rig, RigAxis
 
 
 def axis_pid(axis: RigAxis) -> PIDAxis:

@@ -3,8 +3,8 @@
 from collections.abc import Iterable
 from dataclasses import replace
 
-from fmi_export.definition import Variable
-from pmlsm.rig import ATTRACTION, COILS, IRON, Rig
+from maglev.fmi.definition import Variable
+from pmlsm.stage_description import ATTRACTION, COILS, IRON, Rig
 
 # Where a constant lies in a `MotorModel`, by its unit; the thrusts are a list.
 CONSTANTS = {ATTRACTION: "attraction", COILS: "coils", IRON: "iron"}

@@ -8,7 +8,7 @@ from controller_fmu.pid_axis import PIDAxis
 from controller_fmu.tilt_measurement import TiltMeasurement
 from controller_fmu.tilting_platform import TiltingPlatform
 from pmlsm.gap_functions import gap_functions
-from pmlsm.rig import Rig
+from pmlsm.stage_description import Rig
 
 
 class PlatformCurrents:

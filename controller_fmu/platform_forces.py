@@ -11,7 +11,7 @@ from controller_fmu.status import INTERPOLATED, NONLINEAR
 from controller_fmu.tilt_measurement import TiltMeasurement
 from controller_fmu.tilting_platform import TiltingPlatform
 from controller_fmu.vertical_law import VerticalLaw
-from pmlsm.rig import Rig
+from pmlsm.stage_description import Rig
 from pmlsm.velocity_rows import GRAVITY
 
 

@@ -1,7 +1,7 @@
 """Variables that controllers share, part by part."""
 
-from fmi_export.definition import Variable, flag, parameter, real_input, real_output, switch
-from pmlsm.rig import Rig, RigAxis, RigConstant
+from maglev.fmi.definition import Variable, flag, parameter, real_input, real_output, switch
+from pmlsm.stage_description import Rig, RigAxis, RigConstant
 
 ANY_GAIN = 1e15
 

@@ -1,6 +1,6 @@
 """Velocity from measured positions: the "high-gain observer" of Fig. 4.7."""
 
-from pmlsm.elementary.exponential import exponential
+from pmlsm.exponential import exponential
 
 
 class ObserverFilter:

@@ -22,7 +22,7 @@ from controller_fmu.motor_model import MotorModel
 from controller_fmu.output_regulator import OutputRegulator
 from controller_fmu.regulator import Regulator
 from controller_fmu.shared_current import SharedCurrent
-from maglev.rig.rigs import RIGS
+from maglev.descriptions.packaged import RIGS
 
 BANDWIDTH = 60.0   # rad/s: a faster observer follows friction more closely, and the steps of the encoder as well
 

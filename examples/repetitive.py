@@ -21,8 +21,8 @@ from stage_3dof import INPUTS, OUTPUTS
 import maglev
 from controller_fmu.output_regulator import OutputRegulator
 from controller_fmu.regulator import Regulator
+from maglev.descriptions.packaged import RIGS
 from maglev.linear.loop import linearise_loop
-from maglev.rig.rigs import RIGS
 
 GAINS = {"y": (-1487.0, -140.0, -50001.0, -560.0, -7836.0), "x": (-354.0, -41.0, -8945.0, 1201.0, -1472.0),
          "z": (-354.0, -41.0, -8945.0, 1201.0, -1472.0)}   # (5.12), corrected

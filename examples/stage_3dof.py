@@ -2,7 +2,7 @@
 
 from controller_fmu.feedback_linearisation import demanded_current
 from controller_fmu.motor_command import MotorCommand
-from maglev.rig.rigs import RIGS
+from maglev.descriptions.packaged import RIGS
 from pmlsm.gap_functions import gap_functions
 from pmlsm.motor_geometry import MotorGeometry
 from pmlsm.saturation import saturate

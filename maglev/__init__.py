@@ -10,7 +10,7 @@ What the command line `maglev` does, these functions do.
 from importlib import import_module
 from typing import TYPE_CHECKING, Any
 
-from maglev.errors import (
+from maglev.files.errors import (
     BaselineError,
     BuildError,
     ControllerError,
@@ -25,35 +25,35 @@ from maglev.errors import (
     StabilityError,
     UnknownName,
 )
-from maglev.packages import require_own_packages
+from maglev.files.packages import require_own_packages
 
 if TYPE_CHECKING:
     from maglev.analysis.frequency_response import frequency_response
     from maglev.analysis.numerical import NumericalLoop, linearise_numerically
+    from maglev.analysis.region import region
+    from maglev.analysis.region_result import Region
     from maglev.analysis.response import FrequencyResponse
+    from maglev.api.batch import Batch, BatchInterrupted, batch
     from maglev.api.catalogue import build, fmus, scenarios
     from maglev.api.checking import check, update
     from maglev.api.comparing import Comparison, compare
     from maglev.api.identifying import identify, write_identification
-    from maglev.api.many.batch import Batch, BatchInterrupted, batch
-    from maglev.api.many.studying import Study, new_study, study
-    from maglev.api.many.tuning import Tuned, new_tuning, tune
     from maglev.api.repository import new_repository
     from maglev.api.run import Run
     from maglev.api.running import Results, run, run_all
+    from maglev.api.studying import Study, new_study, study
+    from maglev.api.target import Target, target
+    from maglev.api.tuning import Tuned, new_tuning, tune
     from maglev.cosim.master import FmuSetup, Master, RunFailed
-    from maglev.fmu_experiments.check import check_fmus
-    from maglev.fmu_experiments.pack import pack_reference
     from maglev.linear.linearise import linearise
     from maglev.linear.loop import linearise_loop
-    from maglev.live.page import write_live
-    from maglev.microcontroller.target import Target, target
-    from maglev.own_stage.adoption import know_stage
-    from maglev.own_stage.consequences import Consequences, stage
-    from maglev.own_stage.new import new_scenario, new_stage
-    from maglev.stability.analysis import region
-    from maglev.stability.result import Region
-    from maglev.user_controllers.new import new_controller, new_plant
+    from maglev.pages.live_page import write_live
+    from maglev.runs.experiment_check import check_fmus
+    from maglev.runs.experiment_pack import pack_reference
+    from maglev.user.adoption import know_stage
+    from maglev.user.consequences import Consequences, stage
+    from maglev.user.new_controller import new_controller, new_plant
+    from maglev.user.new_stage import new_scenario, new_stage
 
 # Whoever needs one function does not wait for the imports of all.
 PLACES = {name: module for module, names in {
@@ -61,16 +61,16 @@ PLACES = {name: module for module, names in {
     "maglev.analysis.numerical": "NumericalLoop linearise_numerically", "maglev.analysis.response": "FrequencyResponse",
     "maglev.api.catalogue": "build fmus scenarios", "maglev.api.checking": "check update",
     "maglev.api.comparing": "Comparison compare", "maglev.api.run": "Run",
-    "maglev.api.identifying": "identify write_identification", "maglev.api.many.batch": "Batch BatchInterrupted batch",
-    "maglev.api.many.studying": "Study new_study study", "maglev.api.many.tuning": "Tuned new_tuning tune",
+    "maglev.api.identifying": "identify write_identification", "maglev.api.batch": "Batch BatchInterrupted batch",
+    "maglev.api.studying": "Study new_study study", "maglev.api.tuning": "Tuned new_tuning tune",
     "maglev.api.repository": "new_repository", "maglev.api.running": "Results run run_all",
-    "maglev.cosim.master": "FmuSetup Master RunFailed", "maglev.fmu_experiments.check": "check_fmus",
-    "maglev.fmu_experiments.pack": "pack_reference", "maglev.linear.linearise": "linearise",
-    "maglev.linear.loop": "linearise_loop", "maglev.live.page": "write_live",
-    "maglev.microcontroller.target": "Target target", "maglev.own_stage.adoption": "know_stage",
-    "maglev.own_stage.consequences": "Consequences stage", "maglev.own_stage.new": "new_scenario new_stage",
-    "maglev.stability.analysis": "region", "maglev.stability.result": "Region",
-    "maglev.user_controllers.new": "new_controller new_plant"}.items() for name in names.split()}
+    "maglev.cosim.master": "FmuSetup Master RunFailed", "maglev.runs.experiment_check": "check_fmus",
+    "maglev.runs.experiment_pack": "pack_reference", "maglev.linear.linearise": "linearise",
+    "maglev.linear.loop": "linearise_loop", "maglev.pages.live_page": "write_live",
+    "maglev.api.target": "Target target", "maglev.user.adoption": "know_stage",
+    "maglev.user.consequences": "Consequences stage", "maglev.user.new_stage": "new_scenario new_stage",
+    "maglev.analysis.region": "region", "maglev.analysis.region_result": "Region",
+    "maglev.user.new_controller": "new_controller new_plant"}.items() for name in names.split()}
 
 __all__ = [
     "BaselineError", "Batch", "BatchInterrupted", "BuildError", "Comparison", "Consequences", "ControllerError",

@@ -2,8 +2,8 @@
 
 import sys
 
-from maglev.errors import MaglevError
-from maglev.packages import require_own_packages
+from maglev.files.errors import MaglevError
+from maglev.files.packages import require_own_packages
 
 
 def main() -> None:

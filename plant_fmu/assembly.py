@@ -3,7 +3,7 @@
 from plant_fmu.axis import Axis
 from plant_fmu.magnetics import motor_groups
 from plant_fmu.motor_supply import MotorSupply
-from pmlsm.rig import Rig, RigAxis, Stop
+from pmlsm.stage_description import Rig, RigAxis, Stop
 
 NO_STOP = Stop(-10.0, 10.0, 0.0, 0.0)   # of an axis whose stops are at the motors
 

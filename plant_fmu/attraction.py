@@ -1,6 +1,6 @@
 """Modulation of the attraction between magnets and iron along the slots (cogging, sections 4.4.3 and 5.4.3)."""
 
-from pmlsm.elementary.sine_cosine import sine_of_turns
+from pmlsm.sine_cosine import sine_of_turns
 
 
 def attraction_factor(modulation: float, displacement: float, slot_pitch: float) -> float:

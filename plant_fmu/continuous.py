@@ -2,9 +2,9 @@
 
 from dataclasses import dataclass
 
-from fmi_export.definition import ContinuousModel, State, Variable
+from maglev.fmi.definition import ContinuousModel, State, Variable
 from plant_fmu.places import placed
-from pmlsm.rig import Rig, RigAxis, RigMotor
+from pmlsm.stage_description import Rig, RigAxis, RigMotor
 
 PHASES = ("a", "b", "c")
 

@@ -3,7 +3,7 @@
 from math import fabs
 
 from plant_fmu.winding import SHORTEST_LAG, Winding
-from pmlsm.elementary.exponential import exponential
+from pmlsm.exponential import exponential
 from pmlsm.saturation import saturate
 
 DERATING_START = 0.9      # of the squared continuous current; assumed, as is the form of the derating

@@ -1,10 +1,10 @@
 """The FMU of a stage."""
 
-from fmi_export.definition import DefaultExperiment, Drawing, FmuDefinition
+from maglev.fmi.definition import DefaultExperiment, Drawing, FmuDefinition
 from plant_fmu.continuous import continuous_stage
 from plant_fmu.stage import Stage
 from plant_fmu.variables import stage_refusals, stage_variables
-from pmlsm.rig import Rig
+from pmlsm.stage_description import Rig
 
 
 def plant(rig: Rig) -> FmuDefinition:

@@ -1,6 +1,6 @@
 """Linear optical encoder, sections 4.1.2 and 5.1.2."""
 
-from pmlsm.elementary.whole_numbers import rounded_down
+from pmlsm.whole_numbers import rounded_down
 
 MOST_COUNTS = 1.0e15   # beyond, a double has no room for the fraction that an encoder drops
 

@@ -8,7 +8,7 @@ from plant_fmu.magnets import magnet_strength
 from plant_fmu.motor_mount import MotorMount
 from plant_fmu.motor_supply import MotorSupply
 from pmlsm.gap_functions import gap_functions
-from pmlsm.rig import Rig
+from pmlsm.stage_description import Rig
 from pmlsm.velocity_rows import GRAVITY, normal_acceleration, normal_terms, thrust_acceleration
 
 

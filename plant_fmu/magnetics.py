@@ -2,7 +2,7 @@
 
 from plant_fmu.motor_group import MotorGroup
 from pmlsm.motor_kind import motor_kinds
-from pmlsm.rig import Rig
+from pmlsm.stage_description import Rig
 
 
 def motor_groups(rig: Rig) -> list[tuple[int, int]]:

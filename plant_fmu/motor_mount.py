@@ -4,7 +4,7 @@ from plant_fmu.axis import Axis
 from plant_fmu.end_stop import EndStop
 from pmlsm.gap_functions import gap_functions
 from pmlsm.motor_geometry import MotorGeometry
-from pmlsm.rig import Stop
+from pmlsm.stage_description import Stop
 from pmlsm.velocity_rows import normal_terms, thrust_acceleration
 
 

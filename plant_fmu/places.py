@@ -3,8 +3,8 @@
 from collections.abc import Iterable
 from dataclasses import replace
 
-from fmi_export.definition import Variable
-from pmlsm.rig import ATTRACTION, COILS, IRON, Rig
+from maglev.fmi.definition import Variable
+from pmlsm.stage_description import ATTRACTION, COILS, IRON, Rig
 
 CONSTANTS = {ATTRACTION: "attraction", COILS: "coils", IRON: "iron"}   # of the gap, by their units; thrusts are a list
 MAGNETICS = {"attraction_modulation": "modulation", "magnet_rise": "magnet_rise"}

@@ -6,7 +6,7 @@ as printed, (4.11) has twice that period. Amplitudes, phase and the period of a 
 
 from math import pi
 
-from pmlsm.elementary.sine_cosine import sine_of_turns
+from pmlsm.sine_cosine import sine_of_turns
 
 RIPPLE_PHASE = 0.5   # rad
 RIPPLE_TURNS = RIPPLE_PHASE / (2.0 * pi)

@@ -3,9 +3,9 @@
 The thesis names "bearing misalignment" (p. 61) and errors with "occasional peaks … at random intervals" (p. 59).
 """
 
-from pmlsm.elementary.whole_numbers import rounded_down
 from pmlsm.normal_variate import normal_variate
 from pmlsm.random_words import SHARE, random_words
+from pmlsm.whole_numbers import rounded_down
 
 SPACING = 1.2                  # of the nodes, over the correlation length: the covariance is nearly Gaussian
 WEIGHT = 1.4443312345967556    # standard deviation of a weight for an rms of 1: the mean of Σ B² over a cell is 151/315

@@ -7,7 +7,7 @@ from plant_fmu.level_mover import LevelMover
 from plant_fmu.magnetics import Magnetics
 from plant_fmu.motor_supply import END, MIDDLE, START
 from plant_fmu.tilting_mover import TiltingMover
-from pmlsm.rig import Rig
+from pmlsm.stage_description import Rig
 
 STARTED = 0         # status of `start` and `step`; from 1 on the number of the stop that the mover is beyond
 RUN_AWAY = 1        # these are counted after the stops

@@ -10,7 +10,7 @@ from plant_fmu.motor_supply import MotorSupply
 from plant_fmu.payload import Payload
 from plant_fmu.tilt_guide import TiltGuide
 from pmlsm.gap_functions import gap_functions
-from pmlsm.rig import Rig
+from pmlsm.stage_description import Rig
 from pmlsm.velocity_rows import GRAVITY
 
 

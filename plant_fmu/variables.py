@@ -1,8 +1,8 @@
 """Variables that every stage has, part by part."""
 
-from fmi_export.definition import Variable, flag, parameter, real_input, real_output, switch
+from maglev.fmi.definition import Variable, flag, parameter, real_input, real_output, switch
 from plant_fmu.places import placed
-from pmlsm.rig import Rig, RigAxis, RigConstant
+from pmlsm.stage_description import Rig, RigAxis, RigConstant
 from pmlsm.variables import CONSTANTS, bad_geometry, motor_geometry
 
 NONE = "assumed: none"   # of payload and guides

@@ -1,7 +1,7 @@
 """Windings of a motor: the current that a limited voltage drives through them, and how warm they get."""
 
-from pmlsm.elementary.exponential import exponential, exponential_minus_one
-from pmlsm.elementary.logarithm import logarithm
+from pmlsm.exponential import exponential, exponential_minus_one
+from pmlsm.logarithm import logarithm
 
 COPPER = 3.93e-3       # 1/K, by which the resistance of copper grows from that at 20 °C
 SHORTEST_LAG = 1.0e-9  # s; where the voltage is limited, a lag of 0 is this one

@@ -2,7 +2,7 @@
 
 from math import sqrt
 
-from pmlsm.elementary.sine_cosine import sine_cosine
+from pmlsm.sine_cosine import sine_cosine
 
 SQRT3 = sqrt(3.0)
 

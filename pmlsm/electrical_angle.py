@@ -2,8 +2,8 @@
 
 from math import nan
 
-from pmlsm.elementary.sine_cosine import sine_cosine
 from pmlsm.motor_geometry import MotorGeometry
+from pmlsm.sine_cosine import sine_cosine
 
 
 class ElectricalAngle:

@@ -1,7 +1,7 @@
 """What the motor's forces owe to the air gap: permeance, Carter's coefficient, shape functions."""
 
-from pmlsm.elementary.arctangent import arctangent_integral
-from pmlsm.elementary.exponential import exponential_minus_one
+from pmlsm.arctangent import arctangent_integral
+from pmlsm.exponential import exponential_minus_one
 from pmlsm.motor_geometry import MotorGeometry
 
 

@@ -2,9 +2,9 @@
 
 from math import pi
 
-from pmlsm.elementary.exponential import exponential_minus_one
-from pmlsm.elementary.logarithm import logarithm_one_plus
+from pmlsm.exponential import exponential_minus_one
 from pmlsm.gap_functions import carter_coefficient, gap_functions, slot_permeance
+from pmlsm.logarithm import logarithm_one_plus
 from pmlsm.motor_geometry import MotorGeometry
 
 

@@ -2,7 +2,7 @@
 
 from pmlsm.motor_geometry import MotorGeometry
 from pmlsm.motor_ratio import MotorRatio
-from pmlsm.rig import Rig
+from pmlsm.stage_description import Rig
 
 
 class MotorKind:

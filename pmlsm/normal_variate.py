@@ -5,7 +5,7 @@ Wichura's PPND7 (algorithm AS 241, Applied Statistics 37, 1988, doi 10.2307/2347
 
 from math import sqrt
 
-from pmlsm.elementary.logarithm import logarithm
+from pmlsm.logarithm import logarithm
 from pmlsm.random_words import SHARE
 
 CENTRE = 0.425   # from the middle, where the first rational function ends; no word comes to where the second does

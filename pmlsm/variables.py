@@ -3,8 +3,8 @@
 from collections.abc import Iterator, Mapping
 from dataclasses import replace
 
-from fmi_export.definition import Variable, parameter
-from pmlsm.rig import Rig
+from maglev.fmi.definition import Variable, parameter
+from pmlsm.stage_description import Rig
 
 STATED = "stated, Tables 4.1 and 5.1"
 

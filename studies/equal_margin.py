@@ -12,9 +12,9 @@ from pathlib import Path
 import numpy as np
 
 import maglev
-from maglev.arrays import Array
+from maglev.files.arrays import Array
+from maglev.files.marked import with_part
 from maglev.linear.design import gains_of
-from maglev_files.marked import with_part
 
 ROOT = Path(__file__).parents[1]
 DOCS, RUN = ROOT / "docs" / "learning.md", Path(__file__).with_name("learning.toml")

@@ -14,15 +14,15 @@ from pathlib import Path
 
 from maglev.api.comparing import run_compared
 from maglev.api.options import experiments_of
-from maglev.experiment.execution import RunResult
-from maglev.experiment.selection import compared_with, needed, select
-from maglev.judging.run_claims import judge_run
-from maglev.judging.verdicts import ClaimResult, count_verdicts, least_ratio, miss, ratio, sentences
-from maglev.procedures.evaluate import evaluate_all, judge_procedure
-from maglev.processes.side_by_side import unwatched
-from maglev.rig.rigs import RIGS
-from maglev.schema.run_plan import RunPlan, StartValue
-from maglev_files.marked import with_part
+from maglev.descriptions.packaged import RIGS
+from maglev.files.marked import with_part
+from maglev.files.side_by_side import unwatched
+from maglev.runs.execution import RunResult
+from maglev.runs.procedures import evaluate_all, judge_procedure
+from maglev.runs.run_claims import judge_run
+from maglev.runs.selection import compared_with, needed, select
+from maglev.runs.verdicts import ClaimResult, count_verdicts, least_ratio, miss, ratio, sentences
+from maglev.scenario.run_plan import RunPlan, StartValue
 
 FILE = Path(__file__).with_name("estimation.toml")
 DOCS = Path(__file__).parents[1] / "docs" / "estimation.md"

@@ -38,12 +38,12 @@ import maglev
 from controller_fmu.places import axis_number
 from controller_fmu.regulator import Regulator
 from controller_fmu.status import INTERPOLATED
-from maglev.rig.rigs import RIGS
-from maglev.schema.layers import PACKAGED
-from maglev.stability.certificate import TOLERANCES, solver
-from maglev_files.whole_file import write_whole
+from maglev.analysis.certificate import TOLERANCES, solver
+from maglev.descriptions.packaged import RIGS
+from maglev.files.whole_file import write_whole
+from maglev.scenario.layers import PACKAGED
 from pmlsm.motor_geometry import MotorGeometry
-from pmlsm.rig import Rig, RigAxis
+from pmlsm.stage_description import Rig, RigAxis
 from pmlsm.velocity_rows import GRAVITY
 
 RIG = RIGS["3dof"]

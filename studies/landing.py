@@ -18,13 +18,13 @@ from numpy.typing import NDArray
 from scipy.ndimage import binary_dilation
 
 import maglev
-from maglev.arrays import Array, Bools
-from maglev.maps.law_map import Factor, LawMap, Outcomes
-from maglev.studies.design import tried_values
-from maglev.studies.page.again import command_of
-from maglev.studies.page.outcome_map import grid_of, outcomes_of
-from maglev.studies.page.page import write_maps
-from maglev.studies.schema import load_study, read_study
+from maglev.files.arrays import Array, Bools
+from maglev.many.study_design import tried_values
+from maglev.many.study_file import load_study, read_study
+from maglev.pages.law_map import Factor, LawMap, Outcomes
+from maglev.pages.outcome_map import grid_of, outcomes_of
+from maglev.pages.sample_commands import command_of
+from maglev.pages.study_page import write_maps
 from studies.laws import LAWS, NAMES, write_picture
 
 STUDY, RIG = "landing-3dof", "3dof"

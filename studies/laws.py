@@ -7,11 +7,11 @@ from pathlib import Path
 import numpy as np
 
 import maglev
-from maglev.maps.grids import Origin, RigGrids, read_grids, write_grids
-from maglev.maps.law_map import LawMap, seen
-from maglev.pictures import new_figure
-from maglev.studies.dataset import metadata_of
-from maglev.studies.schema import StudyFile
+from maglev.files.pictures import new_figure
+from maglev.many.dataset import metadata_of
+from maglev.many.study_file import StudyFile
+from maglev.pages.grids import Origin, RigGrids, read_grids, write_grids
+from maglev.pages.law_map import LawMap, seen
 
 LAWS = {"2dof": ("nonlinear", "linear", "pid"), "3dof": ("nonlinear", "linear", "scheduled", "pid"),
         "5dof": ("nonlinear", "linear", "pid")}

@@ -15,11 +15,14 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from maglev.arrays import Array, Bools
-from maglev.errors import MaglevError
-from maglev.maps.grids import Grid, RigGrids
-from maglev.maps.law_map import Outcomes
-from maglev.maps.operating_range import (
+from maglev.descriptions.packaged import RIGS
+from maglev.files.arrays import Array, Bools
+from maglev.files.errors import MaglevError
+from maglev.many.dataset import read_dataset
+from maglev.many.study_file import StudyFile, load_study
+from maglev.pages.grids import Grid, RigGrids
+from maglev.pages.law_map import Outcomes
+from maglev.pages.operating_range import (
     ASTRAY,
     FILE,
     LIMITED,
@@ -34,9 +37,6 @@ from maglev.maps.operating_range import (
     maps_of,
     table,
 )
-from maglev.rig.rigs import RIGS
-from maglev.studies.dataset import read_dataset
-from maglev.studies.schema import StudyFile, load_study
 from studies.laws import NAMES, RunStudy, map_laws, markdown_table, origin_of, write_picture
 
 CURRENT_LIMIT = 4.0   # A, of the commands of all laws

@@ -17,7 +17,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 import maglev
-from maglev.pictures import new_figure, write_figure
+from maglev.files.pictures import new_figure, write_figure
 
 SCENARIO = Path(__file__).with_name("sudden_changes.toml")
 LAWS = {"fixed": "Regulator3DOF", "adaptive": "AdaptiveRegulator3DOF",

@@ -25,8 +25,8 @@ from mpmath import iv
 
 import maglev
 from controller_fmu.regulator import Regulator
-from maglev.rig.rigs import RIGS
-from maglev.schema.layers import PACKAGED
+from maglev.descriptions.packaged import RIGS
+from maglev.scenario.layers import PACKAGED
 from studies.gap_certificate import COILS, GROUP, IRON, Box, Loop, certify_loop, gap_parts, hulls, matrix_of, slopes
 
 RIG = RIGS["5dof"]

@@ -15,10 +15,14 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from maglev.errors import MaglevError
-from maglev.maps.grids import Grid, RigGrids
-from maglev.maps.law_map import Outcomes
-from maglev.maps.tolerances import (
+from maglev.descriptions.packaged import RIGS
+from maglev.files.errors import MaglevError
+from maglev.many.dataset import read_dataset
+from maglev.many.study_file import StudyFile, read_study
+from maglev.pages.grids import Grid, RigGrids
+from maglev.pages.law_map import Outcomes
+from maglev.pages.study_text import units_of
+from maglev.pages.tolerances import (
     ASTRAY,
     FILE,
     HOLDS,
@@ -31,12 +35,8 @@ from maglev.maps.tolerances import (
     maps_of,
     table,
 )
-from maglev.rig.rigs import RIGS
-from maglev.schema.layers import PACKAGED
-from maglev.studies.dataset import read_dataset
-from maglev.studies.page.text import units_of
-from maglev.studies.schema import StudyFile, read_study
-from pmlsm.rig import Rig
+from maglev.scenario.layers import PACKAGED
+from pmlsm.stage_description import Rig
 from studies.laws import NAMES, RunStudy, map_laws, markdown_table, origin_of, write_picture
 
 FAR, TILTED = 1e-3, 5e-3   # m; rad of a tilt: as `fail_error` and `fail_tilt` of scenarios

@@ -14,18 +14,18 @@ import wheel
 from hypothesis import settings
 from native_builds import built_once, compiles_once, missing_native_tools, require_native_tools
 
-from maglev.catalogue import HOST, WASM, build
 from maglev.cosim.fmu import Fmu, read_description
-from maglev.own_fmus import DEFINITIONS
-from maglev.processes import processors
-from maglev.processes.side_by_side import kept_processes
-from maglev.stages import STAGES
+from maglev.descriptions.own_fmus import DEFINITIONS
+from maglev.descriptions.registry import STAGES
+from maglev.files.processes import processors
+from maglev.files.side_by_side import kept_processes
+from maglev.scenario.catalogue import HOST, WASM, build
 
 NAMES = tuple(DEFINITIONS)
 # Files that take longest, longest first: one that comes last keeps one processor busy, and the others wait. The first
 # builds the native FMUs, which those after it do not ask for at once.
 LONGEST = ("stability/test_region.py", "identification/test_accuracy.py", "cli/test_signals.py", "tests/test_wheel.py",
-           "estimator_fmu/test_convergence.py", "studies/test_other_process.py", "report/test_every_page.py",
+           "controller_fmu/test_convergence.py", "studies/test_other_process.py", "report/test_every_page.py",
            "docs/test_site.py", "cosim/test_foreign_masters.py", "docs/test_printed_commands.py",
            "report/test_index.py", "examples/test_worked_examples.py", "tuning/test_search.py")
 
@@ -75,7 +75,7 @@ def one_at_a_time() -> Iterator[None]:
 def processes_kept() -> Iterator[None]:
     """Processes that have done the runs, or the study, of one command of a file do those of the next."""
     with kept_processes() as idle, pytest.MonkeyPatch.context() as patch:
-        for module in ("maglev.experiment.chain", "maglev.studies.batch.batches"):
+        for module in ("maglev.runs.chain", "maglev.many.batches"):
             patch.setattr(f"{module}.kept_processes", lambda: nullcontext(idle))
         yield
 
@@ -185,7 +185,7 @@ def made_once(request: pytest.FixtureRequest, tmp_path_factory: pytest.TempPathF
     asked: Path | None = request.config.option.fmus
     folder = built_once(tmp_path_factory, "compiled", lambda _: None, asked and asked / "compiled")
     with pytest.MonkeyPatch.context() as patch:
-        patch.setattr("fmi_export.native.build.library", compiles_once(folder))
+        patch.setattr("maglev.fmi.native_build.library", compiles_once(folder))
         yield
 
 

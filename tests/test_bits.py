@@ -32,25 +32,25 @@ def of_page() -> tuple[str, ...]:
 
 
 # Where the package calls a mathematical library, and for what: for no number of a run, or one with the digits that all
-# machines have. The rest of it may not; blocks are looked at by tests/fmi_export/test_native_sources.py.
+# machines have. The rest of it may not; blocks are looked at by tests/maglev/fmi/test_native_sources.py.
 ELSEWHERE = {
     "maglev/analysis": "figures of a run, by Fourier transforms",
-    "maglev/analysis/multisine.py": "the phases of an excitation are rounded, and its sines are of maglev/waves.py",
-    "maglev/errors.py": "sizes in messages",
-    "maglev/fmu_experiments/check.py": "an FMU against its carried solution, within a tolerance",
+    "maglev/analysis/multisine.py": "the phases of an excitation are rounded, and its sines are of maglev/scenario/waves.py",
+    "maglev/files/errors.py": "sizes in messages",
+    "maglev/runs/experiment_check.py": "an FMU against its carried solution, within a tolerance",
     "maglev/identification": "estimates from a recording",
     "maglev/linear": "linear models and margins",
-    "maglev/rig/data_sheet.py": "constants of a stage, kept to twelve digits or a field of 1e-10 T",
-    "maglev/own_stage/consequences.py": "what `maglev stage` prints, which is in no stage",
-    "maglev/own_stage/design.py": "gains of a stage, kept to twelve digits",
-    "maglev/stability": "certified regions",
+    "maglev/descriptions/data_sheet.py": "constants of a stage, kept to twelve digits or a field of 1e-10 T",
+    "maglev/user/consequences.py": "what `maglev stage` prints, which is in no stage",
+    "maglev/user/gain_design.py": "gains of a stage, kept to twelve digits",
+    "maglev/analysis": "certified regions",
     # Values of what varies: docs/accuracy.md says that their last digits are a machine's.
-    "maglev/studies/design.py": "quantiles of normal distributions, and powers between the ends of wide ranges",
-    "maglev/studies/page/verdict.py": "intervals of shares that pass, and tests of influence, on a page",
-    "maglev/tables/times.py": "columns of a recording with uneven times, of which something is estimated",
-    "maglev/tuning/search.py": "candidates of a search",
-    "maglev/units.py": "powers of decimal numbers, which are exact",
-    "fmi_export/pages": "pictures"}
+    "maglev/many/study_design.py": "quantiles of normal distributions, and powers between the ends of wide ranges",
+    "maglev/pages/shell/study_verdict.py": "intervals of shares that pass, and tests of influence, on a page",
+    "maglev/files/table_times.py": "columns of a recording with uneven times, of which something is estimated",
+    "maglev/many/tuning_search.py": "candidates of a search",
+    "maglev/files/units.py": "powers of decimal numbers, which are exact",
+    "maglev/fmi/pages": "pictures"}
 
 
 def place_of(file: Path) -> str | None:
@@ -62,7 +62,7 @@ def place_of(file: Path) -> str | None:
 @pytest.mark.usefixtures("slow")
 def test_what_is_recorded_calls_no_mathematical_library() -> None:
     """A library's functions are another machine's others: references, disturbances, noise and metrics have our own."""
-    files = [file for package in ("maglev", "maglev_files", "fmi_export") for file in (ROOT / package).rglob("*.py")]
+    files = [file for package in ("maglev", "maglev.files", "maglev.fmi") for file in (ROOT / package).rglob("*.py")]
     found = {file: inexact(file.read_text(encoding="utf-8")) for file in files}
     assert len(files) > 300
     assert {file.relative_to(ROOT).as_posix(): names for file, names in found.items()
@@ -83,7 +83,7 @@ def test_such_a_call_is_found(text: str) -> None:
 @pytest.mark.parametrize("text", [
     "from math import sqrt, inf, isfinite", "import math\nmath.isclose(x, y)", "from random import random",
     "import numpy as np\nnp.sqrt(np.abs(x)) + np.maximum(x, y)", "import numpy.typing as npt", "x ** 2", "2.0 ** -53",
-    "from pmlsm.elementary.exponential import exponential", "from maglev.waves import sines_cosines"])
+    "from pmlsm.exponential import exponential", "from maglev.scenario.waves import sines_cosines"])
 def test_what_is_exact_is_not(text: str) -> None:
     assert inexact(text) == []
 

@@ -5,8 +5,8 @@ from pathlib import Path
 
 from packaged_plans import RUNS
 
-from maglev.judging.verdicts import VERDICTS
-from maglev.schema.judged.claims import CLAIM_KINDS, Claim
+from maglev.runs.verdicts import VERDICTS
+from maglev.scenario.claims import CLAIM_KINDS, Claim
 
 DOCS = Path(__file__).parents[1] / "docs"
 

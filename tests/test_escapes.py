@@ -20,31 +20,31 @@ from report_outcomes import chart
 from report_runs import Page, judged, packaged, page_of, recorded
 from studied_grid import broken_at
 
-from fmi_export.escapes import c_comment, c_string, csv_text, xml_text
-from fmi_export.model_description import model_description
-from fmi_export.native.model_description_3 import model_description_3
-from fmi_export.native.model_table import model_table
-from fmi_export.pages.documentation import documentation
-from fmi_export.pages.mathml import typeset
-from fmi_export.target.freestanding import listed, members, parameter_line
-from maglev.api.many.studying import new_study
-from maglev.errors import RigError
-from maglev.own_stage.new import new_scenario
-from maglev.pictures import new_figure, write_figure
-from maglev.report.plain import plain_console
-from maglev.report.text import claims_markdown, curves_csv, run_text
-from maglev.rig.description import PACKAGED, Reader, read_rig
-from maglev.rig.writer import module_texts
-from maglev.schema.loading import load_plan
-from maglev.schema.run_plan import Event
-from maglev.stages import definitions
-from maglev.studies.page.page import study_page
-from maglev.studies.page.text import show_study
-from maglev.toml_file import read_toml
-from maglev.tuning.schema import TuneFile
-from maglev.tuning.search import SearchResult, gains_toml
-from maglev.user_controllers.new import new_controller, new_plant
-from pmlsm.rig import Rig
+from maglev.api.studying import new_study
+from maglev.descriptions.description_file import PACKAGED, Reader, read_rig
+from maglev.descriptions.registry import definitions
+from maglev.descriptions.writer import module_texts
+from maglev.files.console import plain_console
+from maglev.files.errors import RigError
+from maglev.files.pictures import new_figure, write_figure
+from maglev.files.toml_file import read_toml
+from maglev.fmi.documentation import documentation
+from maglev.fmi.escapes import c_comment, c_string, csv_text, xml_text
+from maglev.fmi.freestanding import listed, members, parameter_line
+from maglev.fmi.mathml import typeset
+from maglev.fmi.model_description import model_description
+from maglev.fmi.model_description_3 import model_description_3
+from maglev.fmi.model_table import model_table
+from maglev.many.tuning_file import TuneFile
+from maglev.many.tuning_search import SearchResult, gains_toml
+from maglev.pages.run_text import claims_markdown, curves_csv, run_text
+from maglev.pages.study_page import study_page
+from maglev.pages.study_text import show_study
+from maglev.scenario.loading import load_plan
+from maglev.scenario.run_plan import Event
+from maglev.user.new_controller import new_controller, new_plant
+from maglev.user.new_stage import new_scenario
+from pmlsm.stage_description import Rig
 
 # What ends a comment, a string, an element, an equation, a row or a line in each language, and goes on with code.
 ATTACKS = {

@@ -6,8 +6,8 @@ from pathlib import Path
 
 import pytest
 
-from maglev.packages import OURS
-from maglev_files.extras import lacking
+from maglev.files.extras import lacking
+from maglev.files.packages import OURS
 
 ROOT = Path(__file__).parents[1]
 EXTRAS = tomllib.loads((ROOT / "pyproject.toml").read_text(encoding="utf-8"))["project"]["optional-dependencies"]

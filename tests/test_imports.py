@@ -7,8 +7,8 @@ from pathlib import Path
 
 import pytest
 
-from fmi_export.native.build import EXTERNAL, PARTS, SHELLS
-from maglev.packages import OURS
+from maglev.files.packages import OURS
+from maglev.fmi.native_build import EXTERNAL, PARTS, SHELLS
 from tools.house_map import drawing, imported_lines, map_page, room_of
 
 ROOT = Path(__file__).parents[1]
@@ -16,30 +16,30 @@ ROOT = Path(__file__).parents[1]
 # What each package may import of the others. A plant and a controller share the motor's description, never each other.
 # The estimators run on the controller's real-time computer: same clock, same observer; it samples the measurements.
 BELOW: dict[str, set[str]] = {
-    "pmlsm": {"fmi_export"},
-    "maglev_files": set(),
-    "fmi_export": {"maglev_files"},
-    "plant_fmu": {"pmlsm", "fmi_export"},
-    "controller_fmu": {"pmlsm", "fmi_export"},
-    "estimator_fmu": {"pmlsm", "controller_fmu", "fmi_export"},
-    "measurement_fmu": {"pmlsm", "controller_fmu", "fmi_export"},
-    "closed_loop_fmu": {"pmlsm", "plant_fmu", "controller_fmu", "estimator_fmu", "fmi_export"},
-    "maglev": {"pmlsm", "fmi_export", "maglev_files"}}
+    "pmlsm": {"maglev.fmi"},
+    "maglev.files": set(),
+    "maglev.fmi": {"maglev.files"},
+    "plant_fmu": {"pmlsm", "maglev.fmi"},
+    "controller_fmu": {"pmlsm", "maglev.fmi"},
+    "controller_fmu": {"pmlsm", "controller_fmu", "maglev.fmi"},
+    "controller_fmu": {"pmlsm", "controller_fmu", "maglev.fmi"},
+    "maglev.descriptions": {"pmlsm", "plant_fmu", "controller_fmu", "controller_fmu", "maglev.fmi"},
+    "maglev": {"pmlsm", "maglev.fmi", "maglev.files"}}
 
 # The tool runs FMU files; only these rooms of it reach what is below the FMUs.
-REACHES = {"maglev.identification": {"controller_fmu", "estimator_fmu", "plant_fmu"},
-           "maglev.linear": {"plant_fmu", "controller_fmu", "measurement_fmu"},
+REACHES = {"maglev.identification": {"controller_fmu", "controller_fmu", "plant_fmu"},
+           "maglev.linear": {"plant_fmu", "controller_fmu", "controller_fmu"},
            # An environment reads velocities by the controllers' observer.
            "maglev.gym": {"controller_fmu"},
-           "maglev.own_stage": {"controller_fmu"},
+           "maglev.user": {"controller_fmu"},
            # What currents lose is a matter of the plant's windings.
-           "maglev.judging": {"plant_fmu"},
+           "maglev.runs": {"plant_fmu"},
            # All of them are imported before anything that could be called the same.
-           "maglev.packages": {"plant_fmu", "controller_fmu", "estimator_fmu", "measurement_fmu", "closed_loop_fmu"},
+           "maglev.files.packages": {"plant_fmu", "controller_fmu", "controller_fmu", "controller_fmu", "maglev.descriptions"},
            # A controller of the user's can be made of any part.
-           "maglev.user_controllers": {"plant_fmu", "controller_fmu", "estimator_fmu", "measurement_fmu",
-                                       "closed_loop_fmu"}}
-BLOCKS = ("plant_fmu", "controller_fmu", "estimator_fmu", "measurement_fmu", "closed_loop_fmu")
+           "maglev.user": {"plant_fmu", "controller_fmu", "controller_fmu", "controller_fmu",
+                                       "maglev.descriptions"}}
+BLOCKS = ("plant_fmu", "controller_fmu", "controller_fmu", "controller_fmu", "maglev.descriptions")
 
 # The rooms of the tool, from the lowest to the highest: each knows those before it.
 ROOMS = ("errors", "packages", "arrays", "waves", "units", "processes", "copies", "parameter", "time_grid",
@@ -59,7 +59,7 @@ DESCRIBES = re.compile(r"\w*variables|continuous|drawings|definitions?|places")
 PACKAGE = re.compile(rf"({'|'.join(BELOW)})(\.\w+)*")
 
 
-C_LAYER = ROOT / "fmi_export/native/c"
+C_LAYER = ROOT / "maglev/fmi/c"
 LOWEST = ("prefix", "model", "instance")   # headers that every C file of the layer may know
 
 
@@ -74,7 +74,7 @@ def test_imports_point_down(package: str) -> None:
         module = ".".join(path.relative_to(ROOT).with_suffix("").parts)
         reached = {name for room, names in REACHES.items() if module.startswith(room) for name in names}
         # The table of the FMUs, and what writes blocks, names their modules as text.
-        reached |= set(BLOCKS) if module.startswith(("maglev.stages", "maglev.rig.")) else set()
+        reached |= set(BLOCKS) if module.startswith(("maglev.descriptions.registry", "maglev.descriptions.")) else set()
         for line, name in imported_lines(path):
             if PACKAGE.fullmatch(name) and name.split(".")[0] not in {package} | BELOW[package] | reached:
                 wrong.append(f"{path.relative_to(ROOT)}:{line}: {name}")
@@ -124,8 +124,8 @@ def test_the_master_reaches_nothing_that_writes_or_completes_a_stage() -> None:
         if (name := waiting.pop()) not in reached:
             reached.add(name)
             waiting += [other for _, other in imported_lines(files[name]) if other in files]
-    assert "maglev.own_fmus" in reached
-    others = ("maglev.rig.writer", "maglev.rig.data_sheet", "maglev.own_stage", "maglev.linear")
+    assert "maglev.descriptions.own_fmus" in reached
+    others = ("maglev.descriptions.writer", "maglev.descriptions.data_sheet", "maglev.user", "maglev.linear")
     assert not {name for name in reached if name.startswith(others)}
 
 
@@ -185,7 +185,7 @@ def test_the_map_is_that_of_the_imports() -> None:
 def test_blocks_know_no_fmu(package: str) -> None:
     wrong = [f"{path.relative_to(ROOT)}:{line}: {name}" for path in sources(package)
              if not DESCRIBES.fullmatch(path.stem) and path.parent.name != "drawings"
-             for line, name in imported_lines(path) if name.split(".")[0] == "fmi_export"]
+             for line, name in imported_lines(path) if name.split(".")[0] == "maglev.fmi"]
     assert not wrong
 
 
@@ -195,5 +195,5 @@ def test_every_package_is_here() -> None:
     folders = {file.parent.relative_to(ROOT) for name in BELOW for file in (ROOT / name).rglob("*.py")}
     assert all((ROOT / folder / "__init__.py").exists() for folder in folders)
     listed = set(project["tool"]["setuptools"]["packages"])
-    assert listed == {".".join(folder.parts) for folder in folders} | {"maglev.rigs", "maglev.scenarios"}
+    assert listed == {".".join(folder.parts) for folder in folders} | {"maglev.stages", "maglev.scenarios"}
     assert {name.split(".")[0] for name in listed} == set(BELOW) == set(OURS)

@@ -9,9 +9,9 @@ from typing import Any
 
 import pytest
 
-from maglev.baselines.outcome import CheckResult
-from maglev.experiment.preparation import Experiment
-from maglev.own_fmus import DEFINITIONS
+from maglev.descriptions.own_fmus import DEFINITIONS
+from maglev.runs.check_outcome import CheckResult
+from maglev.runs.preparation import Experiment
 
 pytestmark = pytest.mark.usefixtures("slow")
 

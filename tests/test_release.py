@@ -13,9 +13,9 @@ from command_line import error_line
 from command_line import maglev as command
 
 import maglev
-from fmi_export.native.build import host_platform
 from maglev.cosim.step_loop import LIBRARY, build_loop, own_loop
-from maglev.own_fmus import built_here
+from maglev.descriptions.own_fmus import built_here
+from maglev.fmi.native_build import host_platform
 
 ROOT = Path(__file__).parents[1]
 TOOL = ROOT / "tools" / "release.py"
@@ -87,7 +87,7 @@ def test_fmus_with_a_clock_are_taken_beside_a_plant_that_has_none(clocked_fmus: 
 def test_native_fmus_are_taken_without_a_compiler(shipped: Path, native_fmus: Path, tmp_path: Path,
                                                   monkeypatch: pytest.MonkeyPatch) -> None:
     """Out of the archive or a folder, with the system of them and the loop that steps them; others are refused."""
-    monkeypatch.setattr("maglev_files.extras.find_spec", lambda name: None if name == "ziglang" else name)
+    monkeypatch.setattr("maglev.files.extras.find_spec", lambda name: None if name == "ziglang" else name)
     before = build_loop()
     monkeypatch.setenv("MAGLEV_CACHE", str(tmp_path / "cache"))
     assert own_loop() is None

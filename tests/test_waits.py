@@ -6,7 +6,7 @@ from pathlib import Path
 
 import pytest
 
-from maglev.packages import OURS
+from maglev.files.packages import OURS
 
 ROOT = Path(__file__).parents[1]
 
@@ -19,27 +19,27 @@ OWNERS = {**dict.fromkeys(("run", "call", "check_call", "check_output"), "subpro
 
 # By file, what waits without a limit there, and why it ends.
 ENDS = {
-    "maglev_files/programs.py": {
+    "maglev/files/programs.py": {
         "pool.shutdown()": "each program has `LONGEST`"},
-    "maglev_files/one_writer.py": {
+    "maglev/files/one_writer.py": {
         "fcntl.flock(file, fcntl.LOCK_EX | fcntl.LOCK_NB)": "it does not wait",
         "msvcrt.locking(file.fileno(), msvcrt.LK_NBLCK, 1)": "it does not wait"},
-    "maglev_files/scratch.py": {
+    "maglev/files/scratch.py": {
         "fcntl.flock(lock, fcntl.LOCK_EX if wait else fcntl.LOCK_EX | fcntl.LOCK_NB)":
             "who waits has just made the folder, which another process holds while it looks at it"},
-    "maglev/processes/beside.py": {
+    "maglev/files/beside.py": {
         "tasks.get()": "the process ends when the pipe does from which tasks come"},
-    "maglev/catalogue/__init__.py": {
+    "maglev/scenario/catalogue.py": {
         "loop.result()": "it runs a compiler, which has a limit",
         "pool.map(lambda definition: make(definition, unfinished), chosen)": "they run a compiler, which has a limit"},
-    "maglev/gym/stages.py": {
+    "maglev/many/vector_environment.py": {
         "self.pool.map(share, self.shares)": "threads that step stages in C, so many steps",
         "self.pool.shutdown()": "the same"},
-    "maglev/studies/batch/batches.py": {
+    "maglev/many/batches.py": {
         "as_completed([*waiting])": "threads that step FMUs of this project in C, so many steps",
         "future.result()": "it is done", "future.exception()": "the loop in C looks at `ended`",
         "pool.shutdown(cancel_futures=True)": "the loop in C looks at `ended`"},
-    "maglev/studies/batch/dask_workers.py": {
+    "maglev/many/dask_workers.py": {
         "as_completed(more())": "the scheduler gives up a worker that it has lost",
         "future.result()": "it is done"}}
 

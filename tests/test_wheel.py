@@ -10,7 +10,7 @@ import pytest
 from native_builds import require_native_tools
 from wheel import ROOT, ran, said
 
-from maglev.packages import OURS
+from maglev.files.packages import OURS
 
 # What users have in their folders; a name of ours that is one of these would run their code.
 COMMON_NAMES = ("messages", "sampling", "scenarios", "identification", "build", "units", "errors", "report", "study")
@@ -52,11 +52,11 @@ def test_contents(installed: Path) -> None:
     expected = {path.relative_to(source).as_posix() for package in [*OURS, "rigs", "scenarios"]
                 for path in (source / package).rglob("*") if path.is_file()}
     assert {name for name in names if not name.startswith(information)} == {
-        f"maglev/{name}" if name.startswith(("rigs/", "scenarios/")) else name for name in expected}
+        f"maglev/{name}" if name.startswith(("stages/", "scenarios/")) else name for name in expected}
 
 
 def test_it_is_the_installed_one_that_runs(installed: Path, home: Path) -> None:
-    code = "import maglev, maglev.catalogue; print(maglev.__file__, *maglev.catalogue.project())"
+    code = "import maglev, maglev.scenario.catalogue; print(maglev.__file__, *maglev.scenario.catalogue.project())"
     found = said(installed, home, "python", "-c", code)
     assert found.startswith(str(installed / "environment"))
     assert "Permission is hereby granted" in found, "the licence that goes into every FMU"
@@ -117,7 +117,7 @@ def test_an_edited_installation_runs_no_run_of_the_package(installed: Path, home
     """Whatever is edited is said, in files that make no part of an FMU, too."""
     packages, = (installed / "environment").glob("lib/python*/site-packages")
     found = []
-    for file in (None, "maglev/judging/metrics.py", "maglev/scenarios/gains/2dof.toml"):
+    for file in (None, "maglev/runs/metrics.py", "maglev/scenarios/gains/2dof.toml"):
         before = (packages / file).read_bytes() if file else b""
         try:
             if file:
@@ -131,7 +131,7 @@ def test_an_edited_installation_runs_no_run_of_the_package(installed: Path, home
         found.append(run["provenance"])
         assert ("modified run" in {claim["verdict"] for claim in run["claims"]}) is (file is not None)
     assert [each["departures"] for each in found] == [
-        [], ["maglev/judging/metrics.py is not as it was installed"],
+        [], ["maglev/runs/metrics.py is not as it was installed"],
         ["maglev/scenarios/gains/2dof.toml is not as it was installed"]]
     assert len({each["code"] for each in found}) == 2   # data are no code
 
@@ -141,7 +141,7 @@ def test_a_stage_of_ones_own(installed: Path, home: Path) -> None:
     """Its modules are written by the templates that are installed, and its FMUs are known as made here."""
     command(installed, home, "new", "stage", "mine.toml", "--like", "3dof")
     command(installed, home, "build", "--stage", "mine.toml", "PlantMine", "RegulatorMine")
-    code = ("from pathlib import Path\nimport maglev\nfrom maglev.own_fmus import built_here\n"
+    code = ("from pathlib import Path\nimport maglev\nfrom maglev.descriptions.own_fmus import built_here\n"
             "print([built_here(path) for path in sorted(Path('fmus').iterdir())])\nmaglev.know_stage('mine.toml')\n"
             "print([built_here(path) for path in sorted(Path('fmus').iterdir())])")
     assert said(installed, home, "python", "-c", code).splitlines() == ["[False, False]", "[True, True]"]

@@ -24,18 +24,18 @@ from pathlib import Path
 from tempfile import TemporaryDirectory
 from typing import Any, NamedTuple
 
-from fmi_export.definition import FmuDefinition
-from fmi_export.language.c_text import c_literal
-from fmi_export.native.block_code import BLOCK, block_code, c_path
-from fmi_export.native.compiler import FLAGS, UNIT, WEBASSEMBLY, Platform, library
-from fmi_export.target.freestanding import template
-from maglev.microcontroller.emulator import OPTIONS, PROGRAM
-from maglev.microcontroller.image import FLAGS as CORTEX_M7
-from maglev.own_fmus import definition
-from maglev.packages import PACKAGES
-from maglev.stages import STAGES
-from maglev_files.marked import with_part
-from maglev_files.scratch import scratch
+from maglev.analysis.emulator import OPTIONS, PROGRAM
+from maglev.analysis.image import FLAGS as CORTEX_M7
+from maglev.descriptions.own_fmus import definition
+from maglev.descriptions.registry import STAGES
+from maglev.files.marked import with_part
+from maglev.files.packages import PACKAGES
+from maglev.files.scratch import scratch
+from maglev.fmi.block_code import BLOCK, block_code, c_path
+from maglev.fmi.compiler import FLAGS, UNIT, WEBASSEMBLY, Platform, library
+from maglev.fmi.definition import FmuDefinition
+from maglev.fmi.freestanding import template
+from maglev.language.c_text import c_literal
 
 ROOT = Path(__file__).parents[1]
 HOSTS = ROOT / "tools" / "bits_hosts"

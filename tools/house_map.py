@@ -10,7 +10,7 @@ from graphlib import TopologicalSorter
 from importlib.util import resolve_name
 from pathlib import Path
 
-from maglev.packages import OURS
+from maglev.files.packages import OURS
 
 ROOT = Path(__file__).parents[1]
 TOOL = "maglev"   # the package that is drawn by its rooms
@@ -49,7 +49,7 @@ def imported_lines(path: Path) -> list[tuple[int, str]]:
         elif isinstance(node, ast.ImportFrom):
             found.append((node.lineno, resolve_name("." * node.level + (node.module or ""), package)))
         elif isinstance(node, ast.Constant) and isinstance(node.value, str) and "_fmu" in node.value:
-            # Such as "plant_fmu.definition.plant" of maglev.stages; the names of the other packages are plain words.
+            # Such as "plant_fmu.definition.plant" of maglev.descriptions.registry; the names of the other packages are plain words.
             found.append((node.lineno, node.value))
     return found
 

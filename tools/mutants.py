@@ -22,13 +22,13 @@ from dataclasses import replace
 from pathlib import Path
 from typing import NamedTuple
 
-from maglev.baselines.check import check_run
-from maglev.catalogue import HOST, build
-from maglev.experiment.preparation import prepare
-from maglev.packages import OURS
-from maglev.schema.layers import PACKAGED
-from maglev.schema.loading import load_plans
-from maglev.schema.run_plan import RunPlan
+from maglev.files.packages import OURS
+from maglev.runs.baseline_check import check_run
+from maglev.runs.preparation import prepare
+from maglev.scenario.catalogue import HOST, build
+from maglev.scenario.layers import PACKAGED
+from maglev.scenario.loading import load_plans
+from maglev.scenario.run_plan import RunPlan
 
 ROOT = Path(__file__).parents[1]
 LIST = Path(__file__).with_suffix(".toml")
@@ -37,7 +37,7 @@ TESTED = ("tests", "docs")   # and what tests read
 BUILD = """
 import sys
 from pathlib import Path
-from maglev.catalogue import HOST, build
+from maglev.scenario.catalogue import HOST, build
 build(sys.argv[2:], Path(sys.argv[1]), HOST)
 """
 

@@ -11,7 +11,7 @@ from pathlib import Path
 from statistics import fmean
 
 import maglev
-from maglev.units import to_unit
+from maglev.files.units import to_unit
 
 ROOT = Path(__file__).parents[1]
 LIST = Path(__file__).with_suffix(".toml")

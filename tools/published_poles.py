@@ -10,10 +10,10 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from maglev.files.marked import with_part
 from maglev.linear.design import regulator_polynomial
 from maglev.linear.loop import Loop, linearise_loop
 from maglev.linear.model import equivalents, slowest_first
-from maglev_files.marked import with_part
 
 PAGE = Path(__file__).parents[1] / "docs" / "linear_models.md"
 OMEGA0 = 1.5 * np.pi   # rad/s

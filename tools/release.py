@@ -124,8 +124,8 @@ def distributions(scratch: Path, out: Path, version: str, date: int) -> None:
     With them come the modules of the live page: from the wheel both need no compiler.
     """
     import maglev
-    from maglev.live.content import modules_of
-    from maglev.rig.rigs import RIGS
+    from maglev.descriptions.packaged import RIGS
+    from maglev.pages.live_content import modules_of
 
     source = scratch / "source"
     for name in git("ls-files", "--cached", "--others", "--exclude-standard", "-z").split("\0"):
@@ -164,8 +164,8 @@ def tidied(given: Path, path: Path, date: int) -> None:
 def fmus(folder: Path, part: str) -> Path:
     """Build the FMUs of a part into a folder; with native ones the loops that step them, for every platform."""
     import maglev
-    from maglev.catalogue.shipped import build_step_loops
-    from maglev.own_fmus import DEFINITIONS, definition
+    from maglev.descriptions.own_fmus import DEFINITIONS, definition
+    from maglev.scenario.shipped import build_step_loops
 
     if part == "python":
         maglev.build(fmus=folder)
@@ -180,7 +180,7 @@ def fmus(folder: Path, part: str) -> Path:
 
 def pack_archive(path: Path, folder: Path) -> None:
     """Write an archive of a folder, sorted, dated by the commit."""
-    from fmi_export.build import write_archive
+    from maglev.fmi.build import write_archive
 
     write_archive(path, {file.relative_to(folder).as_posix(): file.read_bytes() for file in folder.rglob("*")
                          if file.is_file() and ".doctrees" not in file.parts and file.name != ".buildinfo"})

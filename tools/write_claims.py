@@ -8,7 +8,7 @@ import sys
 from difflib import unified_diff
 from pathlib import Path
 
-from maglev_files.marked import with_part
+from maglev.files.marked import with_part
 
 DOCS = Path(__file__).parents[1] / "docs"
 

@@ -2,7 +2,7 @@
 
     python tools/write_costs.py
 
-It writes `maglev/comparison/costs.toml`, and the table between the markers of docs/target.md.
+It writes `maglev/pages/shell/comparison/costs.toml`, and the table between the markers of docs/target.md.
 """
 
 import json
@@ -12,10 +12,10 @@ from tempfile import TemporaryDirectory
 from typing import NamedTuple
 
 import maglev
-from maglev.errors import ScenarioError
-from maglev.microcontroller.target import usual_run
-from maglev.own_fmus import DEFINITIONS, definition
-from maglev_files.marked import with_part
+from maglev.api.target import usual_run
+from maglev.descriptions.own_fmus import DEFINITIONS, definition
+from maglev.files.errors import ScenarioError
+from maglev.files.marked import with_part
 
 ROOT = Path(__file__).parents[1]
 COSTS = ROOT / "maglev" / "comparison" / "costs.toml"

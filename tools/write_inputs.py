@@ -14,11 +14,11 @@ the encoder's resolution.
 import numpy as np
 
 from maglev.cosim.master import Recording
-from maglev.experiment.results import write_csv
-from maglev.fmu_experiments.pack import at_changes
-from maglev.own_fmus import definition
-from maglev.schema.layers import PACKAGED
-from maglev.schema.loading import load_plan
+from maglev.descriptions.own_fmus import definition
+from maglev.runs.experiment_pack import at_changes
+from maglev.runs.results import write_csv
+from maglev.scenario.layers import PACKAGED
+from maglev.scenario.loading import load_plan
 
 INPUTS = PACKAGED / "inputs"
 

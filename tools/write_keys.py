@@ -11,14 +11,14 @@ from typing import Annotated, Any, Literal, NamedTuple, Union, get_args, get_ori
 from pydantic.fields import FieldInfo
 from pydantic_core import PydanticUndefined
 
-from maglev.quantities import METRICS, PROCEDURE_VALUES
-from maglev.schema import run_plan
-from maglev.schema.judged.claims import Claim, Elsewhere, ProcedureClaim, RunClaim
-from maglev.schema.judged.procedure import ProcedureSettings
-from maglev.schema.signals.kinds import Constant, Csv, SignalTable, Sinusoids, Steps, Term
-from maglev.schema.toml_table import Table, ValueKind
-from maglev.units import units_markdown as markdown_of_units
-from maglev_files.marked import with_part
+from maglev.files.marked import with_part
+from maglev.files.units import units_markdown as markdown_of_units
+from maglev.scenario import run_plan
+from maglev.scenario.claims import Claim, Elsewhere, ProcedureClaim, RunClaim
+from maglev.scenario.procedure import ProcedureSettings
+from maglev.scenario.quantities import METRICS, PROCEDURE_VALUES
+from maglev.scenario.signals import Constant, Csv, SignalTable, Sinusoids, Steps, Term
+from maglev.scenario.toml_table import Table, ValueKind
 
 TABLES: tuple[type[Table], ...] = (
     run_plan.RunPlan, run_plan.FmuTable, run_plan.RunOutput, SignalTable, Constant, Steps, Sinusoids, Term, Csv,

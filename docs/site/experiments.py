@@ -7,9 +7,9 @@ from pathlib import Path
 
 import maglev
 from maglev.api.catalogue import RunEntry
-from maglev.live.content import live_address, live_runs
-from maglev.pictures import write_figure
-from maglev.report.plots.picture import figure_of
+from maglev.files.pictures import write_figure
+from maglev.pages.live_content import live_address, live_runs
+from maglev.pages.picture import figure_of
 
 
 def page_of(runs: list[RunEntry], picture: str, live: set[str]) -> str:

@@ -8,7 +8,7 @@ from typing import Any
 from docutils import nodes
 from sphinx import addnodes
 
-from fmi_export.pages.mathml import mathml
+from maglev.fmi.mathml import mathml
 
 COLOURS = Path(__file__).parents[2] / "maglev" / "pages" / "tokens.css"
 NUMBER = re.compile(r"\(([1-9]\.\d{1,2}[a-z]?)\)")

@@ -19,7 +19,7 @@ from motors_3dof import Motors3DOF
 
 from controller_fmu.motor_command import MotorCommand
 from controller_fmu.velocity_observer import ObserverFilter, VelocityObserver
-from pmlsm.elementary.exponential import exponential
+from pmlsm.exponential import exponential
 
 
 class ExtendedStateObserver:

@@ -18,11 +18,11 @@ from math import pi
 from motors_3dof import Motors3DOF
 
 from controller_fmu.internal_model import OscillatorStep
+from controller_fmu.matched_filter import MatchedFilter
 from controller_fmu.motor_command import MotorCommand
 from controller_fmu.output_regulator import OutputRegulator
 from controller_fmu.velocity_observer import ObserverFilter, VelocityObserver  # noqa: F401 - an axis has one
-from estimator_fmu.matched_filter import MatchedFilter
-from pmlsm.elementary.exponential import exponential
+from pmlsm.exponential import exponential
 
 
 class Uncertainty:

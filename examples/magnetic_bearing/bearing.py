@@ -7,7 +7,7 @@ The states of a magnet are its flux linkage alone: its current and its force fol
 The equations are those of Schweitzer and Maslen, Magnetic Bearings (2009), chapter 4; the numbers are typical.
 """
 
-from pmlsm.elementary.sine_cosine import sine_cosine
+from pmlsm.sine_cosine import sine_cosine
 
 GRAVITY = 9.81            # m/s²
 CORE = 1.13e-5            # μ0 N² A, H m: 150 turns around 4 cm²

@@ -17,13 +17,13 @@ from maglev.analysis.multisine import Grid, crest_factor, make_grid, multisine
 from maglev.analysis.numerical import linearised_here
 from maglev.analysis.pair import SETTLE, AskedPair, Pair, Rest, Settings, apart, make_pair, resting_pair, with_fmus
 from maglev.analysis.response import FrequencyResponse
-from maglev.arrays import Array, Complex
-from maglev.cosim.other_process.run import TIMEOUT
-from maglev.errors import LinearModelError
+from maglev.cosim.isolated_run import TIMEOUT
+from maglev.files.arrays import Array, Complex
+from maglev.files.errors import LinearModelError
+from maglev.files.units import parse_quantity, refused_as, whole_number
 from maglev.linear.loop import Loop, linearise_loop
 from maglev.linear.parameters import Quantity, controllers, plants
-from maglev.units import parse_quantity, refused_as, whole_number
-from maglev.user_controllers.source import Given
+from maglev.user.source import Given
 
 AMPLITUDE = 100e-6   # m or rad, peak of what is added
 LINES = 48

@@ -5,9 +5,9 @@ from math import pi
 
 import numpy as np
 
-from maglev.arrays import Array
-from maglev.errors import LinearModelError
-from maglev.waves import period_of
+from maglev.files.arrays import Array
+from maglev.files.errors import LinearModelError
+from maglev.scenario.waves import period_of
 
 CLIP = 0.85          # of the peak, at which a signal is clipped before its phases are taken again
 CLIPPINGS = 40

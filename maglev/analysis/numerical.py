@@ -8,21 +8,21 @@ from typing import Any
 
 import numpy as np
 
-from maglev.analysis.differences.derivatives import Derivative, derivative
-from maglev.analysis.differences.realisation import Realisation, misfit, realise
-from maglev.analysis.differences.translated import translated_realisation
+from maglev.analysis.derivatives import Derivative, derivative
 from maglev.analysis.pair import SETTLE, AskedPair, Pair, Rest, Settings, apart, make_pair, resting_pair, with_fmus
-from maglev.arrays import Array
-from maglev.cosim.other_process.run import TIMEOUT
-from maglev.errors import LinearModelError
-from maglev.linear.blocks.plant import linear_plant
+from maglev.analysis.realisation import Realisation, misfit, realise
+from maglev.analysis.translated import translated_realisation
+from maglev.cosim.isolated_run import TIMEOUT
+from maglev.files.arrays import Array
+from maglev.files.errors import LinearModelError
+from maglev.files.text_columns import aligned
 from maglev.linear.equilibrium import check_amplifiers
 from maglev.linear.loop import Loop, opening_among
 from maglev.linear.margins import Margins
 from maglev.linear.model import Equilibrium, LinearModel
 from maglev.linear.parameters import Quantity, block_of
-from maglev.linear.text import aligned
-from maglev.user_controllers.source import Given
+from maglev.linear.plant_model import linear_plant
+from maglev.user.source import Given
 
 PUSH, CURRENT = 1e-6, 1e-3      # m or rad, A: scales of what inputs are pushed by
 CONTROLLER_SECONDS = 0.6        # s of a controller's response: an internal model of 4.7 rad/s turns by half a circle

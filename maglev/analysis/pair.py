@@ -10,34 +10,34 @@ from typing import Any, NamedTuple, TypeVar
 import numpy as np
 from fmpy.model_description import ModelDescription, ScalarVariable
 
-from maglev.analysis.differences import participant
-from maglev.analysis.differences.participant import Participant
-from maglev.arrays import Array
-from maglev.catalogue.for_runs import fmus_named
+from maglev.analysis import participant
+from maglev.analysis.participant import Participant
+from maglev.cosim.helper_process import called_apart
+from maglev.cosim.isolated_run import TIMEOUT
 from maglev.cosim.master import FmuSetup
 from maglev.cosim.open import read_description
-from maglev.cosim.other_process.helper import called_apart
-from maglev.cosim.other_process.run import TIMEOUT
 from maglev.cosim.port_map import PortMap, apply, read_port_maps
-from maglev.errors import ControllerError, LinearModelError, nearest, one_of, option, or_of_own_stage
-from maglev.experiment.preparation import as_it_is, runs_apart
+from maglev.descriptions.own_fmus import current_fmu
+from maglev.descriptions.registry import STAGES
+from maglev.files.arrays import Array
+from maglev.files.beside import Send
+from maglev.files.errors import ControllerError, LinearModelError, nearest, one_of, option, or_of_own_stage
+from maglev.files.json_lines import hints
+from maglev.files.units import positive_time
+from maglev.fmi.parameter import Parameter, require_parameter
 from maglev.linear.equilibrium import read_positions
 from maglev.linear.loop import opening_among, openings_of
 from maglev.linear.model import Equilibrium
 from maglev.linear.parameters import Quantity, block_of, controllers, plants
 from maglev.linear.places import MotorPlaces
-from maglev.own_fmus import current_fmu
-from maglev.own_stage.adoption import know_stage
-from maglev.own_stage.loop import loop_table
-from maglev.parameter import Parameter, require_parameter
-from maglev.processes.beside import Send
-from maglev.processes.plain import hints
-from maglev.stages import STAGES
-from maglev.units import positive_time
-from maglev.user_controllers.source import Given, is_class, is_written, name_of, path_of
+from maglev.runs.preparation import as_it_is, runs_apart
+from maglev.scenario.fmus_for_runs import fmus_named
+from maglev.user.adoption import know_stage
+from maglev.user.scenario_loop import loop_table
+from maglev.user.source import Given, is_class, is_written, name_of, path_of
 from pmlsm.dq_transform import clarke, park
-from pmlsm.elementary.sine_cosine import sine_cosine
-from pmlsm.rig import Rig
+from pmlsm.sine_cosine import sine_cosine
+from pmlsm.stage_description import Rig
 
 SETTLE = 10.0        # s, at most, that a loop runs before it is looked at
 LOOK = 0.5           # s, after each of which it is asked whether it rests

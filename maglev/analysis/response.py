@@ -10,13 +10,13 @@ import numpy as np
 from scipy.interpolate import CubicSpline
 
 from maglev.analysis.multisine import Grid
-from maglev.arrays import Array, Complex
-from maglev.errors import LinearModelError, extra
+from maglev.files.arrays import Array, Complex
+from maglev.files.errors import LinearModelError, extra
+from maglev.files.pictures import FAINT, new_figure
+from maglev.files.text_columns import aligned
 from maglev.linear.loop import Loop
 from maglev.linear.margins import Margins, frequencies_of, margins_between, margins_of
 from maglev.linear.model import Equilibrium
-from maglev.linear.text import aligned
-from maglev.pictures import FAINT, new_figure
 
 FINE = 50   # frequencies between two lines on which crossings and peaks are looked for
 TITLES = {"gain_down": "gain down to", "gain_up": "gain up to", "phase": "phase (°)", "delay": "delay (ms)",

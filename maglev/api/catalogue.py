@@ -5,19 +5,19 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import get_args
 
-from maglev.catalogue import Kind, build_written, unwatched, without_step_loop
-from maglev.catalogue import build as build_named
-from maglev.catalogue.scenario_system import build_scenario
-from maglev.catalogue.shipped import take_native
-from maglev.errors import ControllerError, ScenarioError, option
-from maglev.own_fmus import DEFINITIONS, SYSTEMS, definition, kind_folder
-from maglev.own_stage.adoption import know_stage
-from maglev.processes.side_by_side import Progress, warn
-from maglev.schema.layers import merged, packaged_files, run_layers
-from maglev.schema.loading import load_plan
-from maglev.schema.options import KindName
-from maglev.stages import STAGES, definitions, system_of
-from maglev.user_controllers.source import Given, carried, is_written, load
+from maglev.descriptions.own_fmus import DEFINITIONS, SYSTEMS, definition, kind_folder
+from maglev.descriptions.registry import STAGES, definitions, system_of
+from maglev.files.errors import ControllerError, ScenarioError, option
+from maglev.files.side_by_side import Progress, warn
+from maglev.scenario.catalogue import Kind, build_written, unwatched, without_step_loop
+from maglev.scenario.catalogue import build as build_named
+from maglev.scenario.layers import merged, packaged_files, run_layers
+from maglev.scenario.loading import load_plan
+from maglev.scenario.options import KindName
+from maglev.scenario.scenario_system import build_scenario
+from maglev.scenario.shipped import take_native
+from maglev.user.adoption import know_stage
+from maglev.user.source import Given, carried, is_written, load
 
 
 @dataclass(frozen=True)
@@ -135,7 +135,7 @@ def build(names: Iterable[Given] | Given = (), *, stage: str | Path | None = Non
     every = [names] if isinstance(names, str | type) or not isinstance(names, Iterable) else names
     given = [carried(name) for name in every]
     if stage is not None:
-        from maglev.own_stage.consequences import stage as consequences  # linear models: scipy takes its time to load
+        from maglev.user.consequences import stage as consequences  # linear models: scipy takes its time to load
 
         follows = consequences(stage)
         if say is not None:

@@ -7,18 +7,18 @@ from typing import TypeVar, Unpack
 
 from maglev.api.options import experiments_of
 from maglev.api.running import say_notes
-from maglev.baselines.baseline import baseline_file
-from maglev.baselines.check import check_runs
-from maglev.baselines.outcome import CheckResult, UpdateResult, write_junit
-from maglev.baselines.update import update_all
-from maglev.errors import ScenarioError, option
-from maglev.experiment.selection import Scenarios, needed, select
-from maglev.pictures import require_matplotlib
-from maglev.processes import processors
-from maglev.processes.side_by_side import Say, Watch, unwatched, warn
-from maglev.schema.layers import PACKAGED
-from maglev.schema.options import RunOptions, takes_run_options
-from maglev.schema.run_plan import RunPlan
+from maglev.files.errors import ScenarioError, option
+from maglev.files.pictures import require_matplotlib
+from maglev.files.processes import processors
+from maglev.files.side_by_side import Say, Watch, unwatched, warn
+from maglev.runs.baseline import baseline_file
+from maglev.runs.baseline_check import check_runs
+from maglev.runs.baseline_update import update_all
+from maglev.runs.check_outcome import CheckResult, UpdateResult, write_junit
+from maglev.runs.selection import Scenarios, needed, select
+from maglev.scenario.layers import PACKAGED
+from maglev.scenario.options import RunOptions, takes_run_options
+from maglev.scenario.run_plan import RunPlan
 
 Result = TypeVar("Result", CheckResult, UpdateResult)
 

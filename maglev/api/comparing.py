@@ -10,24 +10,24 @@ import numpy as np
 from maglev.api.options import experiments_of
 from maglev.api.run import Run
 from maglev.api.running import say_notes
-from maglev.comparison.files import compared_rows, comparison_data, show_comparison, write_comparison
-from maglev.comparison.table import Row
 from maglev.cosim.master import RunFailed
-from maglev.errors import FAILURES, ScenarioError, extra, in_one_line, shortened
-from maglev.experiment.chain import Ends, started
-from maglev.experiment.execution import RunResult, failed_run, run_each, simulate, thinned
-from maglev.experiment.preparation import Experiment, know_stage_of
-from maglev.experiment.selection import needed
-from maglev.pictures import require_matplotlib
-from maglev.processes.side_by_side import Progress, Say, Watch, unwatched, warn
-from maglev.report.plots.picture import overlay
-from maglev.report.text import as_html, as_text
-from maglev.schema.layers import Scenario
-from maglev.schema.loading import load_plan
-from maglev.schema.options import RunOptions, takes_run_options
-from maglev.schema.run_plan import RunPlan
-from maglev.stages import STAGES
-from maglev.user_controllers.source import Given, file_of, is_written, name_of
+from maglev.descriptions.registry import STAGES
+from maglev.files.errors import FAILURES, ScenarioError, extra, in_one_line, shortened
+from maglev.files.pictures import require_matplotlib
+from maglev.files.side_by_side import Progress, Say, Watch, unwatched, warn
+from maglev.pages.comparison_files import compared_rows, comparison_data, show_comparison, write_comparison
+from maglev.pages.comparison_table import Row
+from maglev.pages.picture import overlay
+from maglev.pages.run_text import as_html, as_text
+from maglev.runs.chain import Ends, started
+from maglev.runs.execution import RunResult, failed_run, run_each, simulate, thinned
+from maglev.runs.preparation import Experiment, know_stage_of
+from maglev.runs.selection import needed
+from maglev.scenario.layers import Scenario
+from maglev.scenario.loading import load_plan
+from maglev.scenario.options import RunOptions, takes_run_options
+from maglev.scenario.run_plan import RunPlan
+from maglev.user.source import Given, file_of, is_written, name_of
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure

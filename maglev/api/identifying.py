@@ -4,17 +4,17 @@ from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
-from maglev.errors import IdentificationError, one_of, option
+from maglev.files.errors import IdentificationError, one_of, option
+from maglev.files.side_by_side import warn
+from maglev.files.table import given_table, read_table
+from maglev.files.table_times import Gaps
+from maglev.files.units import number_or_text, parse_quantity, refused_as
 from maglev.identification.convergence import write_convergence, write_convergence_picture
 from maglev.identification.identify import Identification
 from maglev.identification.identify import identify as identified
 from maglev.identification.model_file import write_model
 from maglev.identification.recording import read_recording
 from maglev.identification.settings import EPSILON, GAMMA
-from maglev.processes.side_by_side import warn
-from maglev.tables.table import given_table, read_table
-from maglev.tables.times import Gaps
-from maglev.units import number_or_text, parse_quantity, refused_as
 
 Data = str | Path | Mapping[str, Any] | Any
 

@@ -3,21 +3,21 @@
 from collections.abc import Collection, Sequence
 from pathlib import Path
 
-from maglev.catalogue.for_runs import fmus_for_runs
 from maglev.cosim.open import read_description
 from maglev.cosim.port_map import PortMap, read_port_maps
-from maglev.errors import ScenarioError, option
-from maglev.experiment.ports.parameter_file import parameter_values
-from maglev.experiment.ports.replacement import Replacement, named_or_path
-from maglev.experiment.preparation import Experiment, know_stage_of
-from maglev.experiment.selection import prepare_all
+from maglev.descriptions.own_fmus import own_fmu
+from maglev.files.errors import ScenarioError, option
+from maglev.files.side_by_side import Say, Watch, unwatched, warn
 from maglev.identification.model_file import model_settings
-from maglev.own_fmus import own_fmu
-from maglev.processes.side_by_side import Say, Watch, unwatched, warn
-from maglev.schema.options import RunOptions, completed_options
-from maglev.schema.run_plan import RunPlan, StartValue
-from maglev.schema.settings import start_values
-from maglev.user_controllers.source import copy_of, is_written
+from maglev.runs.parameter_file import parameter_values
+from maglev.runs.preparation import Experiment, know_stage_of
+from maglev.runs.replacement import Replacement, named_or_path
+from maglev.runs.selection import prepare_all
+from maglev.scenario.fmus_for_runs import fmus_for_runs
+from maglev.scenario.options import RunOptions, completed_options
+from maglev.scenario.run_plan import RunPlan, StartValue
+from maglev.scenario.settings import start_values
+from maglev.user.source import copy_of, is_written
 
 
 def experiments_of(plans: Sequence[RunPlan], options: RunOptions, say: Say = warn, watch: Watch = unwatched,

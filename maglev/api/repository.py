@@ -5,15 +5,15 @@ import tempfile
 from pathlib import Path
 
 from maglev.api.checking import update
-from maglev.errors import BaselineError, RigError
-from maglev.own_stage.adoption import rig_named
-from maglev.own_stage.new import scenario_text, write_new
-from maglev.packages.installed import HERE
-from maglev.processes.side_by_side import Say, Watch
-from maglev.rig.rigs import EXAMPLE
-from maglev.rig.writer import render
-from maglev.stages import STAGES
-from maglev.user_controllers.new import new_controller
+from maglev.descriptions.packaged import EXAMPLE
+from maglev.descriptions.registry import STAGES
+from maglev.descriptions.writer import render
+from maglev.files.errors import BaselineError, RigError
+from maglev.files.installed import HERE
+from maglev.files.side_by_side import Say, Watch
+from maglev.user.adoption import rig_named
+from maglev.user.new_controller import new_controller
+from maglev.user.new_stage import scenario_text, write_new
 
 EXPERIMENT = "experiment.toml"
 FILES = {"README.md": "README.md", "gitignore": ".gitignore", "gitlab-ci.yml": ".gitlab-ci.yml",

@@ -11,13 +11,13 @@ from numpy.typing import NDArray
 from rich.text import Text
 
 from maglev.cosim.master import Recording
-from maglev.errors import MeasurementError, UnknownName, extra, nearest
-from maglev.experiment.execution import RunResult, judge_all, whole_metrics, write_columns
-from maglev.judging.measures import Measure, measures_of
-from maglev.judging.metrics import Metrics
-from maglev.report.plots.picture import figure_of
-from maglev.report.text import Verdicts, as_html, as_text, show
-from maglev.schema.run_plan import RunPlan
+from maglev.files.errors import MeasurementError, UnknownName, extra, nearest
+from maglev.pages.picture import figure_of
+from maglev.pages.run_text import Verdicts, as_html, as_text, show
+from maglev.runs.execution import RunResult, judge_all, whole_metrics, write_columns
+from maglev.runs.measures import Measure, measures_of
+from maglev.runs.metrics import Metrics
+from maglev.scenario.run_plan import RunPlan
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure

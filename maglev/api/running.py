@@ -7,21 +7,15 @@ from typing import TYPE_CHECKING, Any, Literal, Unpack, get_args
 
 from maglev.api.options import experiments_of
 from maglev.api.run import Run
-from maglev.errors import ScenarioError, UnknownName, nearest, one_of, option
-from maglev.experiment.execution import RunResult, completed_run, execute_all, judge_all, require_judgeable, run_as_json
-from maglev.experiment.ports.replacement import start_value_notes
-from maglev.experiment.preparation import Experiment
-from maglev.experiment.results import alone, require_parquet
-from maglev.experiment.selection import Scenarios, compared_with, needed, select
-from maglev.judging.verdicts import ClaimResult, Judgements
-from maglev.pictures import require_matplotlib, write_figure
-from maglev.procedures.evaluate import evaluate_all, judge_outcomes
-from maglev.procedures.outcome import Outcome
-from maglev.processes import processors
-from maglev.processes.side_by_side import Progress, Say, Watch, unwatched, warn
-from maglev.report.page import write_report
-from maglev.report.plots.picture import figure_of
-from maglev.report.text import (
+from maglev.files.errors import ScenarioError, UnknownName, nearest, one_of, option
+from maglev.files.pictures import require_matplotlib, write_figure
+from maglev.files.processes import processors
+from maglev.files.side_by_side import Progress, Say, Watch, unwatched, warn
+from maglev.files.units import own_number
+from maglev.files.whole_file import write_whole
+from maglev.pages.picture import figure_of
+from maglev.pages.report_page import write_report
+from maglev.pages.run_text import (
     Verdicts,
     as_html,
     as_text,
@@ -31,13 +25,19 @@ from maglev.report.text import (
     show_results,
     write_outcomes,
 )
-from maglev.report.what_if import run_frictionless
-from maglev.schema.layers import Scenario
-from maglev.schema.loading import load_plan
-from maglev.schema.options import Format, RunOptions, takes_run_options
-from maglev.schema.run_plan import RunPlan
-from maglev.units import own_number
-from maglev_files.whole_file import write_whole
+from maglev.pages.what_if import run_frictionless
+from maglev.runs.execution import RunResult, completed_run, execute_all, judge_all, require_judgeable, run_as_json
+from maglev.runs.preparation import Experiment
+from maglev.runs.procedure_outcome import Outcome
+from maglev.runs.procedures import evaluate_all, judge_outcomes
+from maglev.runs.replacement import start_value_notes
+from maglev.runs.results import alone, require_parquet
+from maglev.runs.selection import Scenarios, compared_with, needed, select
+from maglev.runs.verdicts import ClaimResult, Judgements
+from maglev.scenario.layers import Scenario
+from maglev.scenario.loading import load_plan
+from maglev.scenario.options import Format, RunOptions, takes_run_options
+from maglev.scenario.run_plan import RunPlan
 
 if TYPE_CHECKING:
     from rich.console import Console

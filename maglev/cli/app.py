@@ -10,9 +10,8 @@ import maglev
 from maglev.cli.check import check
 from maglev.cli.hand_on import cache, pack, target
 from maglev.cli.identify import identify
+from maglev.cli.linearise import linearise
 from maglev.cli.listing import list_all
-from maglev.cli.loops.linearise import linearise
-from maglev.cli.loops.region import region
 from maglev.cli.new import new, stage
 from maglev.cli.options import (
     MORE,
@@ -29,11 +28,12 @@ from maglev.cli.options import (
     run_names,
     with_run_options,
 )
+from maglev.cli.region import region
 from maglev.cli.streams import CommandLine, Commands
 from maglev.cli.study import compare, study, tune
 from maglev.cli.terminal import finish, one_line_errors, progress_of, require_environment, say
-from maglev.errors import ScenarioError
-from maglev.schema.options import KindName
+from maglev.files.errors import ScenarioError
+from maglev.scenario.options import KindName
 
 # One paragraph for each line: the help joins the lines of a paragraph.
 app = CommandLine(cls=Commands, no_args_is_help=True, rich_markup_mode="markdown",

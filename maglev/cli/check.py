@@ -8,11 +8,11 @@ import typer
 import maglev
 from maglev.cli.options import Debug, Jobs, NamesOrFmus, Out, with_run_options
 from maglev.cli.terminal import one_line_errors, print_outcomes, progress_of, say
-from maglev.errors import ScenarioError, option
-from maglev.schema.options import OPTIONS, completed_options
+from maglev.files.errors import ScenarioError, option
+from maglev.scenario.options import OPTIONS, completed_options
 
 if TYPE_CHECKING:
-    from maglev.baselines.outcome import CheckResult
+    from maglev.runs.check_outcome import CheckResult
 
 
 @with_run_options(without=("step", "order"))
@@ -51,7 +51,7 @@ def check(names: NamesOrFmus = None,
             raise ScenarioError(f"--junit {junit}: expected no --update with it, which checks nothing")
         if junit is not None and not junit.name:
             raise ScenarioError(f"--junit: expected the name of a file, got '' or {junit}")
-        from maglev.baselines.outcome import exit_code, write_junit
+        from maglev.runs.check_outcome import exit_code, write_junit
 
         fmus = [Path(name) for name in names or () if name.lower().endswith(".fmu")]
         runs = [name for name in names or () if not name.lower().endswith(".fmu")]

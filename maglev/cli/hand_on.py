@@ -8,8 +8,8 @@ import typer
 import maglev
 from maglev.cli.options import Debug, RigFile, run_names, with_run_options
 from maglev.cli.terminal import one_line_errors, progress_of
-from maglev.units import number_or_text
-from maglev_files import cache as kept
+from maglev.files import cache as kept
+from maglev.files.units import number_or_text
 
 ControllerName = Annotated[str, typer.Argument(metavar="CONTROLLER", show_default=False,
                                                help="A controller, or a Python file with one.")]

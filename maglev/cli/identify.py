@@ -9,14 +9,14 @@ import typer
 import maglev
 from maglev.cli.options import RIG_NAMES, Debug, Out, pairs
 from maglev.cli.terminal import one_line_errors, report_console
-from maglev.errors import IdentificationError
+from maglev.files.errors import IdentificationError
 from maglev.identification.settings import EPSILON, GAMMA
 
 if TYPE_CHECKING:
     from rich.console import Console
 
+    from maglev.files.table_times import Gaps
     from maglev.identification.identify import Identification
-    from maglev.tables.times import Gaps
 
 ERRORS = ("The standard error is the scatter from one recording to another. The bias is what every recording repeats: "
           "what friction, bias, ripple and modulation as described change in the estimate, and could at most. "
@@ -70,8 +70,8 @@ def identify(data: Data, rig: RigName = None, column: Columns = None, unit: Unit
 
 def show(console: "Console", model: "Identification") -> None:
     """Print constants, rows and warnings."""
+    from maglev.files.console import result_table
     from maglev.identification.identify import HORIZON
-    from maglev.report.plain import result_table
 
     recording, estimate = model.recording, model.estimate
     length = recording.time[-1] - recording.time[0]

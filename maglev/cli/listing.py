@@ -10,12 +10,12 @@ import typer
 import maglev
 from maglev.cli.options import Built, Debug, RigFile
 from maglev.cli.terminal import one_line_errors, report_console
-from maglev.errors import ScenarioError
-from maglev.rig.rigs import RIGS
+from maglev.descriptions.packaged import RIGS
+from maglev.files.errors import ScenarioError
 
 if TYPE_CHECKING:
     from maglev.api.catalogue import FmuEntry, RunEntry
-    from maglev.report.plain import ResultTable
+    from maglev.files.console import ResultTable
 
 MOST_NAMED = 7   # variants of a scenario that are named
 
@@ -56,8 +56,8 @@ def list_all(words: Words = None, rig: RigFile = None, fmus: Built = Path("fmus"
 
 def built_kinds(entry: "FmuEntry", fmus: Path) -> list[str]:
     """Where an FMU is built: kinds in the cache, then kinds in the folder, stale where the sources make others now."""
-    from maglev.catalogue.for_runs import is_kept
-    from maglev.own_fmus import stale
+    from maglev.descriptions.own_fmus import stale
+    from maglev.scenario.fmus_for_runs import is_kept
 
     kinds = {"Python": entry.file(fmus), "native": entry.file(fmus / "native"), "FMI 3.0": entry.file(fmus / "fmi3"),
              "clocked": entry.file(fmus / "clocked")}
@@ -68,14 +68,14 @@ def built_kinds(entry: "FmuEntry", fmus: Path) -> list[str]:
 
 
 def fmu_table(entries: Sequence["FmuEntry"], fmus: Path) -> "ResultTable":
-    from maglev.report.plain import result_table
+    from maglev.files.console import result_table
 
     return result_table("", ("FMU", "built", "what it is"), (
         [entry.name, ", ".join(built_kinds(entry, fmus)) or "no", entry.description] for entry in entries), left=3)
 
 
 def run_table(runs: Sequence["RunEntry"]) -> "ResultTable":
-    from maglev.report.plain import result_table
+    from maglev.files.console import result_table
 
     return result_table("", ("run", "what it is"), (
         [run.name, f"{run.title} (Fig. {', '.join(run.figures)})" if run.figures else run.title]
@@ -84,7 +84,7 @@ def run_table(runs: Sequence["RunEntry"]) -> "ResultTable":
 
 def kind_table(entries: Sequence["FmuEntry"], fmus: Path) -> "ResultTable":
     """A row for each kind of FMU, with whether that of each stage is built."""
-    from maglev.report.plain import result_table
+    from maglev.files.console import result_table
 
     suffixes = {rig.suffix: rig.name for rig in RIGS.values()}
     kinds: dict[str, dict[str, FmuEntry]] = {}
@@ -114,7 +114,7 @@ def summary(of: dict[str, "FmuEntry"]) -> str:
 
 def scenario_table(runs: Sequence["RunEntry"]) -> "ResultTable":
     """A row for each scenario: its title, or the names of its variants."""
-    from maglev.report.plain import result_table
+    from maglev.files.console import result_table
 
     rows = []
     for scenario in dict.fromkeys(run.scenario for run in runs):

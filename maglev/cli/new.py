@@ -9,8 +9,8 @@ import typer
 import maglev
 from maglev.cli.options import RIG_NAMES, AsJson, Debug, run_names
 from maglev.cli.terminal import one_line_errors, progress_of, say, write_json
-from maglev.errors import visible
-from maglev.rig.rigs import EXAMPLE, RIGS, SINGLE
+from maglev.descriptions.packaged import EXAMPLE, RIGS, SINGLE
+from maglev.files.errors import visible
 
 MOTOR_KEYS = ("force_constant", "attraction", "attraction_gap", "pole_pitch", "peak", "currents", "at", "continuous",
               "lag", "resistance", "inductance", "slot_pitch", "slot_width", "magnet_height", "gap", "mass")

@@ -7,10 +7,10 @@ from typing import Annotated, Any, Literal
 
 import typer
 
-from maglev.errors import MaglevError, ScenarioError
-from maglev.rig.rigs import RIGS
-from maglev.schema.options import OPTIONS, Format, with_options
-from maglev.units import number_or_text
+from maglev.descriptions.packaged import RIGS
+from maglev.files.errors import MaglevError, ScenarioError
+from maglev.files.units import number_or_text
+from maglev.scenario.options import OPTIONS, Format, with_options
 
 RIG_NAMES = " or ".join(f"`{name}`" for name in RIGS)
 VALUE = "a name, = and a value with its unit, such as y=25mm"
@@ -20,7 +20,7 @@ AXIS_NAMES = ", or ".join(", ".join(f"`{axis}`" for axis in rig.axis_names) for 
 
 def run_names(beginning: str) -> list[str]:
     """Names of scenarios and runs that begin so, for the shell."""
-    from maglev.schema.layers import packaged_files, packaged_runs
+    from maglev.scenario.layers import packaged_files, packaged_runs
 
     return [name for name in dict.fromkeys([*packaged_files(), *packaged_runs()]) if name.startswith(beginning)]
 

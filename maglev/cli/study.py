@@ -8,8 +8,8 @@ import typer
 import maglev
 from maglev.cli.options import Debug, Jobs, Out, pairs, run_names, with_run_options
 from maglev.cli.terminal import one_line_errors, print_json, progress_of, report_console, say
-from maglev.errors import ScenarioError
-from maglev_files.extras import lacking
+from maglev.files.errors import ScenarioError
+from maglev.files.extras import lacking
 
 Scheduler = Annotated[str | None, typer.Option(metavar="ADDRESS", show_default=False, help="Dask scheduler, such as "
                                                "tcp://host:8786, whose workers take the place of this machine's.")]
@@ -72,7 +72,7 @@ def read_vary(words: list[str]) -> dict[str, str]:
 
 def finish(study: "maglev.Study") -> None:
     """Write the page, and print what the study found; exits with 2 if no sample came to its end."""
-    from maglev.studies.page.text import show_study
+    from maglev.pages.study_text import show_study
 
     table = study.to_arrow()
     show_study(report_console(), table, study.about)

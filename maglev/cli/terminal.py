@@ -12,17 +12,17 @@ from typing import TYPE_CHECKING, Any, TextIO
 import typer
 
 import maglev
-from maglev.errors import FAILURES, ended_by, in_one_line, signal_of, spelling, visible
-from maglev.processes.interrupts import termination_like_interrupt
-from maglev.schema.options import as_flag
-from maglev_files.environment import require_numbers
-from maglev_files.whole_file import write_whole
+from maglev.files.environment import require_numbers
+from maglev.files.errors import FAILURES, ended_by, in_one_line, signal_of, spelling, visible
+from maglev.files.interrupts import termination_like_interrupt
+from maglev.files.whole_file import write_whole
+from maglev.scenario.options import as_flag
 
 if TYPE_CHECKING:
     from rich.console import Console
 
-    from maglev.baselines.outcome import CheckResult, UpdateResult
-    from maglev.processes.side_by_side import Watcher
+    from maglev.files.side_by_side import Watcher
+    from maglev.runs.check_outcome import CheckResult, UpdateResult
 
 MOST_NAMED = 10     # files that are named one by one
 FEW_STEPS = 100     # each of which shows: the clock of the bars would pass over those of a quick build
@@ -79,7 +79,7 @@ def say(sentence: object) -> None:
 
 def report_console() -> "Console":
     """Console as wide as the terminal, or as COLUMNS says; of 80 letters where there is neither."""
-    from maglev.report.plain import plain_console
+    from maglev.files.console import plain_console
 
     return plain_console()
 
@@ -158,7 +158,7 @@ def print_tables(results: "maglev.Results") -> None:
 
 def print_outcomes(results: "Sequence[CheckResult | UpdateResult]") -> None:
     """Print a line for each run that was checked, or whose baseline was updated."""
-    from maglev.baselines.outcome import describe
+    from maglev.runs.check_outcome import describe
 
     for result in results:
         typer.echo(visible(describe(result)))

@@ -21,21 +21,21 @@ from fmpy.fmi1 import FMICallException
 from fmpy.model_description import ModelDescription, ScalarVariable, ValidationError
 from fmpy.validation import validate_model_description
 
-from fmi_export.units import BASE_UNITS, exponents
-from maglev.copies import original
+from maglev.cosim.arrays import elements_of, with_elements
+from maglev.cosim.clocks import PERIODIC, Ticking, clocks_of
+from maglev.cosim.fmi_versions import DISCARD, FMI3, LISTENERS, WARNING, Fmi, Messages, fmi_of, function_of
+from maglev.cosim.model_exchange import with_solver
 from maglev.cosim.port_map import Scale
-from maglev.cosim.versions.arrays import elements_of, with_elements
-from maglev.cosim.versions.clocks import PERIODIC, Ticking, clocks_of
-from maglev.cosim.versions.exchange import with_solver
-from maglev.cosim.versions.fmi import DISCARD, FMI3, LISTENERS, WARNING, Fmi, Messages, fmi_of, function_of
-from maglev.errors import FmuError, few, in_one_line, nearest, nearest_file, option, shortened
-from maglev.own_fmus import built_here
-from maglev.parameter import REALS, expected_of
-from maglev.units import known_unit, own_number
-from maglev_files.cache import digest_at
-from maglev_files.environment import MOST_UNPACKED, number_in
-from maglev_files.regular_file import regular
-from maglev_files.scratch import naming_full, remove_scratch, scratch_folder
+from maglev.descriptions.own_fmus import built_here
+from maglev.files.cache import digest_at
+from maglev.files.copies import original
+from maglev.files.environment import MOST_UNPACKED, number_in
+from maglev.files.errors import FmuError, few, in_one_line, nearest, nearest_file, option, shortened
+from maglev.files.fmi_units import BASE_UNITS, exponents
+from maglev.files.regular_file import regular
+from maglev.files.scratch import naming_full, remove_scratch, scratch_folder
+from maglev.files.units import known_unit, own_number
+from maglev.fmi.parameter import REALS, expected_of
 
 FATAL = 4   # fmi2Fatal, fmi3Fatal
 STATUSES = {DISCARD: "discard", 3: "error", FATAL: "fatal error"}   # what FMI calls those beyond a warning

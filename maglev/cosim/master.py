@@ -20,8 +20,9 @@ from maglev.cosim.fmu import Fmu
 from maglev.cosim.open import open_fmu, read_description
 from maglev.cosim.port_map import PortMap, apply
 from maglev.cosim.step_loop import StepFailed, Stepper, new_counter, own_loop
-from maglev.cosim.wires.wiring import Call, Drives, Rate, Track, Wiring, wire
-from maglev.errors import (
+from maglev.cosim.wiring import Call, Drives, Rate, Track, Wiring, wire
+from maglev.files.cache import Kept
+from maglev.files.errors import (
     FmuError,
     Interrupted,
     MaglevError,
@@ -32,12 +33,11 @@ from maglev.errors import (
     signal_of,
     size_text,
 )
-from maglev.processes.interrupts import held_interrupts
-from maglev.processes.side_by_side import Progress
-from maglev.time_grid import whole_steps
-from maglev.units import positive_time, refused_as
-from maglev.user_controllers.source import path_of
-from maglev_files.cache import Kept
+from maglev.files.interrupts import held_interrupts
+from maglev.files.side_by_side import Progress
+from maglev.files.time_grid import whole_steps
+from maglev.files.units import positive_time, refused_as
+from maglev.user.source import path_of
 
 MOST_MEMORY = 4e9      # bytes of a recording
 PROGRESS_STEPS = 500   # communication steps between two reports of progress

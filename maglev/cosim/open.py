@@ -7,10 +7,10 @@ from fmpy.model_description import ModelDescription
 
 from maglev.cosim import fmu
 from maglev.cosim.fmu import Fmu
-from maglev.cosim.other_process.helper import read_apart
+from maglev.cosim.helper_process import read_apart
 from maglev.cosim.port_map import Scale
-from maglev.cosim.user_classes.fmu import WrittenController, description_text, written_description
-from maglev.user_controllers.source import is_class, is_written
+from maglev.cosim.user_class import WrittenController, description_text, written_description
+from maglev.user.source import is_class, is_written
 
 
 def read_description(name: str, path: Path, timeout: float = 0.0) -> ModelDescription:

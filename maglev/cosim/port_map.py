@@ -17,11 +17,11 @@ from typing import NamedTuple
 
 from fmpy.model_description import ModelDescription, ScalarVariable
 
-from fmi_export.units import BASE_UNITS
-from maglev.errors import ScenarioError, key_path, nearest, shortened
-from maglev.parameter import REALS
-from maglev.toml_file import read_toml
-from maglev.units import Unit, known_unit, measures, parse_quantity, refused_as, si_unit, unit_of_powers
+from maglev.files.errors import ScenarioError, key_path, nearest, shortened
+from maglev.files.fmi_units import BASE_UNITS
+from maglev.files.toml_file import read_toml
+from maglev.files.units import Unit, known_unit, measures, parse_quantity, refused_as, si_unit, unit_of_powers
+from maglev.fmi.parameter import REALS
 
 FMUS = ("controller", "plant")
 

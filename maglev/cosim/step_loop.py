@@ -16,12 +16,12 @@ from typing import Any
 
 from fmpy import sharedLibraryExtension
 
-from fmi_export.native.build import host_platform
-from fmi_export.native.compiler import FLAGS, library
-from maglev.cosim.versions.fmi import Exchange3, Step3
-from maglev.cosim.wires.wiring import Call
-from maglev.errors import FmuError
-from maglev_files.cache import STEP_LOOP, Kept, keep, kept, key_of
+from maglev.cosim.fmi_versions import Exchange3, Step3
+from maglev.cosim.wiring import Call
+from maglev.files.cache import STEP_LOOP, Kept, keep, kept, key_of
+from maglev.files.errors import FmuError
+from maglev.fmi.compiler import FLAGS, library
+from maglev.fmi.native_build import host_platform
 
 SOURCE = Path(__file__).with_name("step_loop.c")
 EARLY, END = 100, 101   # statuses of the loop in C, which says what they are

@@ -5,10 +5,10 @@ from pathlib import Path
 
 import numpy as np
 
-from maglev.arrays import Array
+from maglev.files.arrays import Array
+from maglev.files.pictures import new_figure, write_figure
+from maglev.files.whole_file import write_whole
 from maglev.identification.identify import Identification
-from maglev.pictures import new_figure, write_figure
-from maglev_files.whole_file import write_whole
 
 ROWS = 2000   # of the CSV, at most about
 

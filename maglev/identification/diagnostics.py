@@ -4,9 +4,9 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from maglev.arrays import Array
+from maglev.files.arrays import Array
 from maglev.identification.estimators import Estimate, behind_lag, between
-from maglev.identification.rigs import RowData
+from maglev.identification.regressors import RowData
 
 SMALLEST_MOTION = 1e-4       # m; an axis that moves less than ten encoder counts says nothing
 SMALLEST_EXCITATION = 1e-6   # of ∫Q dt, scaled; below, its columns are one

@@ -9,13 +9,13 @@ from math import exp, pi
 
 import numpy as np
 
-from maglev.arrays import Array
+from maglev.files.arrays import Array
 from maglev.identification.diagnostics import BLOCK, block_covariance, compared, least_squares
 from maglev.identification.estimators import Estimate
 from maglev.identification.recording import MotionRecording
-from maglev.identification.rigs import RowData, functions
+from maglev.identification.regressors import RowData, functions
 from plant_fmu.ripple import RIPPLE_PHASE, SHORTEST_RIPPLE
-from pmlsm.rig import RigAxis
+from pmlsm.stage_description import RigAxis
 
 SURE = 3.0     # standard errors by which a recording has to differ from the description; assumed
 OWN = 0.1      # share of an effect that constants and other effects must not be able to make up; assumed

@@ -12,9 +12,9 @@ from operator import mul
 
 import numpy as np
 
-from maglev.arrays import Array
-from maglev.errors import IdentificationError, one_of
-from maglev.identification.rigs import RowData
+from maglev.files.arrays import Array
+from maglev.files.errors import IdentificationError, one_of
+from maglev.identification.regressors import RowData
 from maglev.identification.settings import EPSILON, GAMMA, METHODS
 
 TINY_Q0 = 1e-3     # ε diag(max AᵀA), for (3.3) and (3.8)

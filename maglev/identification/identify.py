@@ -7,13 +7,13 @@ from functools import partial
 import numpy as np
 
 from controller_fmu.velocity_observer import ObserverFilter, VelocityObserver
-from maglev.arrays import Array
-from maglev.errors import IdentificationError
+from maglev.files.arrays import Array
+from maglev.files.errors import IdentificationError
 from maglev.identification.diagnostics import RowDiagnostics, diagnose, unidentified, warnings_of
 from maglev.identification.effects import changes, effects_of, judge_description
 from maglev.identification.estimators import Estimate, run_estimator
 from maglev.identification.recording import MotionRecording
-from maglev.identification.rigs import RowData, accelerations, regressors
+from maglev.identification.regressors import RowData, accelerations, regressors
 from maglev.identification.settings import EPSILON, GAMMA
 
 HORIZON = 0.05      # s; open loop the vertical axis is unstable, with rates of 20 to 45 1/s

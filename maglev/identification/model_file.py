@@ -4,12 +4,12 @@ from collections.abc import Mapping
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from maglev.errors import IdentificationError, in_one_line, nearest, one_of, shortened
-from maglev.identification.rigs import RIGS, estimated_rig
-from maglev.toml_file import read_toml
-from maglev_files.regular_file import regular
-from maglev_files.whole_file import write_whole
-from pmlsm.rig import Rig as RigDescription
+from maglev.files.errors import IdentificationError, in_one_line, nearest, one_of, shortened
+from maglev.files.regular_file import regular
+from maglev.files.toml_file import read_toml
+from maglev.files.whole_file import write_whole
+from maglev.identification.regressors import RIGS, estimated_rig
+from pmlsm.stage_description import Rig as RigDescription
 
 if TYPE_CHECKING:
     from maglev.identification.identify import Identification

@@ -7,15 +7,15 @@ from pathlib import Path
 
 import numpy as np
 
-from maglev.arrays import Array
-from maglev.errors import IdentificationError, nearest, option
-from maglev.identification.rigs import RIGS, Rig, estimated_rig
-from maglev.own_stage.adoption import rig_named
-from maglev.tables.table import DataTable, read_table
-from maglev.tables.times import Even, Gaps, even, require_time, times_of
-from maglev_files.regular_file import regular
+from maglev.files.arrays import Array
+from maglev.files.errors import IdentificationError, nearest, option
+from maglev.files.regular_file import regular
+from maglev.files.table import DataTable, read_table
+from maglev.files.table_times import Even, Gaps, even, require_time, times_of
+from maglev.identification.regressors import RIGS, Rig, estimated_rig
+from maglev.user.adoption import rig_named
 from pmlsm.dq_transform import clarke, park
-from pmlsm.elementary.sine_cosine import sine_cosine
+from pmlsm.sine_cosine import sine_cosine
 
 SHORTEST = 1.0            # s
 SLOWEST = 5e-3            # s, sample time; the observer's time constants are 1 ms

@@ -4,7 +4,7 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from maglev.arrays import Array
+from maglev.files.arrays import Array
 
 
 def regulator_polynomial(gains: Sequence[float], omega0: float) -> Array:

@@ -9,17 +9,17 @@ from scipy.linalg import null_space
 
 from controller_fmu.motor_layout import MotorLayout
 from controller_fmu.pid import PID
-from maglev.arrays import Array
-from maglev.errors import LinearModelError, one_of, require_table
-from maglev.linear.blocks.plant import BALANCED, at_rest, moved
+from maglev.descriptions.registry import STAGES
+from maglev.files.arrays import Array
+from maglev.files.errors import LinearModelError, one_of, require_table
+from maglev.files.units import parse_quantity, refused_as
 from maglev.linear.model import Equilibrium
 from maglev.linear.parameters import Quantity, block_of, controllers, linear_names, linear_rig, regulator_in
 from maglev.linear.places import MotorPlaces
-from maglev.stages import STAGES
-from maglev.units import parse_quantity, refused_as
+from maglev.linear.plant_model import BALANCED, at_rest, moved
 from plant_fmu.stage import Stage
 from pmlsm.motor_geometry import MotorGeometry
-from pmlsm.rig import Rig
+from pmlsm.stage_description import Rig
 
 ITERATIONS = 20              # more than Newton's method takes where there is one
 

@@ -3,14 +3,14 @@
 from collections.abc import Mapping
 from typing import Any, Literal, get_args
 
-from maglev.errors import LinearModelError, one_of
-from maglev.linear.blocks.controller import linear_controller
-from maglev.linear.blocks.measurement import linear_measurement
-from maglev.linear.blocks.plant import linear_plant
+from maglev.files.errors import LinearModelError, one_of
+from maglev.fmi.parameter import Parameter
+from maglev.linear.controller_model import linear_controller
 from maglev.linear.equilibrium import check_limit, equilibrium_of, read_positions
+from maglev.linear.measurement_model import linear_measurement
 from maglev.linear.model import Equilibrium, LinearModel
 from maglev.linear.parameters import Quantity, block_of, controllers, linear_names, linear_rig, measurements
-from maglev.parameter import Parameter
+from maglev.linear.plant_model import linear_plant
 
 Currents = Literal["dq", "phases"]
 

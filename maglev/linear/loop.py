@@ -5,17 +5,17 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from maglev.arrays import Array, Complex
-from maglev.errors import LinearModelError, one_of, or_of_own_stage
-from maglev.linear.blocks.controller import commanded
-from maglev.linear.blocks.measurement import behind
-from maglev.linear.blocks.plant import at_rest
+from maglev.files.arrays import Array, Complex
+from maglev.files.errors import LinearModelError, one_of, or_of_own_stage
+from maglev.linear.controller_model import commanded
 from maglev.linear.equilibrium import equilibrium_of, model_of, read_positions
 from maglev.linear.linearise import Currents, linearise
 from maglev.linear.margins import Margins, margins_of
+from maglev.linear.measurement_model import behind
 from maglev.linear.model import LinearModel
 from maglev.linear.parameters import Quantity, block_of, controllers, measurements, plants
-from pmlsm.rig import Rig
+from maglev.linear.plant_model import at_rest
+from pmlsm.stage_description import Rig
 
 
 @dataclass(frozen=True, eq=False)

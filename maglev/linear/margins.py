@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.optimize import brentq, minimize_scalar
 
-from maglev.arrays import Array, Complex
+from maglev.files.arrays import Array, Complex
 from maglev.linear.model import LinearModel
 
 LOWEST = 1e-2          # rad/s, where frequencies begin

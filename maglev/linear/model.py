@@ -7,12 +7,12 @@ from typing import Any
 
 import numpy as np
 
-from maglev.arrays import Array, Complex
-from maglev.errors import LinearModelError, extra, one_of
-from maglev.linear.text import matrix_text, numbered, poles_text
+from maglev.files.arrays import Array, Complex
+from maglev.files.errors import LinearModelError, extra, one_of
+from maglev.files.text_columns import matrix_text, numbered, poles_text
 from pmlsm.dq_transform import phase_currents
 from pmlsm.motor_geometry import MotorGeometry
-from pmlsm.rig import Rig
+from pmlsm.stage_description import Rig
 
 
 @dataclass(frozen=True)

@@ -4,11 +4,11 @@ import re
 from collections.abc import Mapping
 from typing import Any
 
-from fmi_export.definition import read
-from maglev.errors import LinearModelError, MaglevError, one_of, option, or_of_own_stage, require_table
-from maglev.parameter import Parameter, require_parameter
-from maglev.stages import STAGES, definitions
-from pmlsm.rig import Rig
+from maglev.descriptions.registry import STAGES, definitions
+from maglev.files.errors import LinearModelError, MaglevError, one_of, option, or_of_own_stage, require_table
+from maglev.fmi.definition import read
+from maglev.fmi.parameter import Parameter, require_parameter
+from pmlsm.stage_description import Rig
 
 # What can be linearised of each rig: its plant, its output regulators, the nonlinear one first, its PID, and the
 # regulator that adapts.

@@ -4,9 +4,9 @@ from pathlib import Path
 
 import numpy as np
 
+from maglev.files.pictures import FAINT, new_figure, write_figure
 from maglev.linear.loop import Loop
 from maglev.linear.margins import frequencies_of
-from maglev.pictures import FAINT, new_figure, write_figure
 
 JUMP = 1.5     # rad, of phase between neighbouring frequencies
 WIDEST = 4.0   # of the Nyquist picture to either side: what counts is near −1

@@ -6,8 +6,8 @@ from typing import Any
 
 import numpy as np
 
-from maglev.arrays import Array
-from pmlsm.rig import Rig
+from maglev.files.arrays import Array
+from pmlsm.stage_description import Rig
 
 
 @dataclass(frozen=True, eq=False)

@@ -2,8 +2,8 @@
 
 from typing import Any, Literal, NamedTuple
 
-from maglev.quantities import PRINTED_UNITS
-from maglev.units import si_factor
+from maglev.files.units import si_factor
+from maglev.scenario.quantities import PRINTED_UNITS
 
 
 class PanelKind(NamedTuple):

@@ -16,7 +16,7 @@ from textwrap import shorten
 from typing import NamedTuple
 from urllib.parse import quote
 
-from maglev_files.whole_file import write_whole
+from maglev.files.whole_file import write_whole
 
 FOLDER = Path(__file__).parent
 TOKENS = "tokens.css"   # colours of all pages, light and dark, and the way to the others

@@ -20,7 +20,7 @@ from reference_stage import shape_functions
 from controller_fmu.status import STEP_MISFIT
 from maglev.cosim.fmu import Fmu
 from pmlsm.dq_transform import clarke, park
-from pmlsm.elementary.sine_cosine import sine_cosine
+from pmlsm.sine_cosine import sine_cosine
 
 Load = Callable[[str], Fmu]
 Commutation = Commutation2DOF | Commutation3DOF

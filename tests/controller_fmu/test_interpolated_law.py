@@ -10,8 +10,8 @@ from reference_stage import shape_functions
 from scipy.optimize import brentq
 
 from controller_fmu.status import INTERPOLATED, NO_EQUILIBRIUM
+from maglev.descriptions.packaged import RIGS
 from maglev.linear.loop import linearise_loop
-from maglev.rig.rigs import RIGS
 
 RIG = RIGS["3dof"]
 

@@ -18,7 +18,7 @@ from controller_fmu.safety_trip import exceeds
 from controller_fmu.sample_clock import SampleClock
 from controller_fmu.velocity_observer import ObserverFilter, VelocityObserver
 from pmlsm.dq_transform import clarke, park
-from pmlsm.elementary.sine_cosine import sine_cosine
+from pmlsm.sine_cosine import sine_cosine
 
 TS = 0.5e-3
 

@@ -13,7 +13,7 @@ from controller_fmu.motor_place import MotorPlace
 from controller_fmu.status import BAD_PLACES, LINEAR, NONLINEAR, STEPPED
 from controller_fmu.tilt_measurement import TiltMeasurement
 from controller_fmu.tilting_platform import TiltingPlatform
-from maglev.rig.rigs import RIGS
+from maglev.descriptions.packaged import RIGS
 from pmlsm.gap_functions import gap_functions
 from pmlsm.velocity_rows import GRAVITY
 

@@ -8,7 +8,7 @@ from pathlib import Path
 import pytest
 from command_line import maglev
 
-from maglev.stages import STAGES
+from maglev.descriptions.registry import STAGES
 
 PAGE = Path(__file__).parents[2] / "docs" / "own_stage.md"
 

@@ -5,9 +5,9 @@ import runpy
 import tomllib
 from pathlib import Path
 
-from maglev.own_fmus import definition
-from maglev.rig.rigs import RIGS
-from maglev.schema.layers import packaged_runs
+from maglev.descriptions.own_fmus import definition
+from maglev.descriptions.packaged import RIGS
+from maglev.scenario.layers import packaged_runs
 
 ROOT = Path(__file__).parents[2]
 TOOL = ROOT / "tools" / "page_numbers.py"

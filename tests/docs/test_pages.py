@@ -14,8 +14,8 @@ import pytest
 import typer
 
 from maglev.cli.app import app
-from maglev.own_fmus import DEFINITIONS
-from maglev.schema.layers import packaged_files, packaged_runs
+from maglev.descriptions.own_fmus import DEFINITIONS
+from maglev.scenario.layers import packaged_files, packaged_runs
 
 ROOT = Path(__file__).parents[2]
 PAGES = [*(ROOT / name for name in ("README.md", "CONTRIBUTING.md", "MAINTAINING.md")),
@@ -25,8 +25,8 @@ SCRIPTS = sorted((ROOT / "benchmarks").glob("*.py"))
 every_page = pytest.mark.parametrize("path", PAGES, ids=lambda path: str(path.relative_to(ROOT)))
 
 # Folders of this repository; others that pages name are made by commands, or are the reader's.
-FOLDERS = ("benchmarks", "closed_loop_fmu", "controller_fmu", "docs", "estimator_fmu", "examples", "fmi_export",
-           "maglev", "maglev_files", "measurement_fmu", "plant_fmu", "pmlsm", "scenarios", "studies", "tests", "tools")
+FOLDERS = ("benchmarks", "maglev.descriptions", "controller_fmu", "docs", "controller_fmu", "examples", "maglev.fmi",
+           "maglev", "maglev.files", "controller_fmu", "plant_fmu", "pmlsm", "scenarios", "studies", "tests", "tools")
 # What such a folder had, or a package was called, before.
 OTHERS = ("identification",)
 # Not installed with the tests: clusters.

@@ -5,8 +5,8 @@ from pathlib import Path
 
 import pytest
 
-from maglev.own_fmus import DEFINITIONS, definition
-from maglev.rig.rigs import RIGS
+from maglev.descriptions.own_fmus import DEFINITIONS, definition
+from maglev.descriptions.packaged import RIGS
 
 PAGE = (Path(__file__).parents[2] / "docs" / "ports.md").read_text(encoding="utf-8")
 OF_TILTS = {"m": "rad", "m/s": "rad/s"}   # units, as the page says

@@ -12,7 +12,7 @@ import pytest
 from native_builds import require_native_tools
 from wheel import ROOT
 
-from maglev_files.extras import installing
+from maglev.files.extras import installing
 
 TYPED = re.compile(r"^    ((?:maglev|python3?|pip|make|sed|git|dask|cp|mkdir) \S.*)$", re.MULTILINE)
 PAGES = {str(path.relative_to(ROOT)): TYPED.findall(path.read_text(encoding="utf-8"))
@@ -26,9 +26,9 @@ NOT_TYPED = {
     "pip install -e": "the same",
     "make ": "a clone; CI makes them",
     "maglev run --all": "minutes; `make claims-check`",
-    "maglev report  ": "minutes; the same runs, and tests/maglev/report has its page",
+    "maglev report  ": "minutes; the same runs, and tests/maglev/pages/report has its page",
     "maglev check --junit": "minutes; `make check-built`",
-    "maglev check --update": "minutes, and baselines that are written; tests/maglev/baselines",
+    "maglev check --update": "minutes, and baselines that are written; tests/maglev/runs",
     "maglev build --kind native  ": "minutes for all platforms; tests/fmi_export has each",
     "maglev build --kind native --fmi 3": "the same",
     "maglev build --kind native --target wasm": "the same",
@@ -36,16 +36,16 @@ NOT_TYPED = {
     "maglev build --kind native --from": "the archive of a release; tests/test_release.py has one",
     "maglev run 3dof-setpoints --fmus fmus --kind native": "what one of the lines before it would have built",
     "maglev build  ": "minutes; the FMUs of all other tests",
-    "maglev live --out page": "minutes; tests/maglev/live",
+    "maglev live --out page": "minutes; tests/maglev/pages/live",
     "maglev study ": "the same, or a cluster",
     "maglev tune ": "the same",
-    "dask ": "a cluster; tests/maglev/studies/test_cluster.py",
+    "dask ": "a cluster; tests/maglev/many/test_cluster.py",
     "python -m studies": "a clone, and hours",
-    "maglev region 5dof": "minutes; tests/maglev/stability",
+    "maglev region 5dof": "minutes; tests/maglev/analysis",
     "maglev region 3dof x --gap 25mm --synthesise": "the same",
-    "maglev report 3dof-parabolas": "minutes; tests/maglev/procedures",
+    "maglev report 3dof-parabolas": "minutes; tests/maglev/runs",
     "maglev run 2dof-parabolas": "the same",
-    "maglev target": "QEMU; tests/maglev/microcontroller",
+    "maglev target": "QEMU; tests/maglev/analysis",
     "python examples/optimal_motion": "CasADi; tests/examples",
     "maglev run examples/optimal_motion": "the same",
     "python examples/gym_levitate.py": "learns; tests/examples",
@@ -64,7 +64,7 @@ BEFORE = {"docs/linear_models.md": "maglev new controller mine.py --stage 3dof",
 def reason(line: str) -> str | None:
     """Why a command is not typed here; None if it is."""
     if found := OF_THE_READER.search(line.partition("#")[0]):
-        return f"{found[0]}, which only the reader has; tests/maglev/experiment has such"
+        return f"{found[0]}, which only the reader has; tests/maglev/runs has such"
     return next((why for beginning, why in NOT_TYPED.items() if line.startswith(beginning)), None)
 
 

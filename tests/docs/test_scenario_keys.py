@@ -3,8 +3,8 @@
 import runpy
 from pathlib import Path
 
-from maglev.schema.toml_table import Table
-from maglev_files.marked import with_part
+from maglev.files.marked import with_part
+from maglev.scenario.toml_table import Table
 
 ROOT = Path(__file__).parents[2]
 NO_KEYS = {"own", "inherited", "open_unit"}   # of tables as they are merged, not of files
@@ -16,7 +16,7 @@ def test_the_page_has_every_key() -> None:
     for name, made in tool["PARTS"].items():
         assert with_part(tool["PAGE"], name, made()) == page, "`python tools/write_keys.py` makes the tables anew"
     tables = tool["TABLES"]
-    scenario = [table for table in Table.KNOWN_TABLES if table.__module__.startswith("maglev.schema")]
+    scenario = [table for table in Table.KNOWN_TABLES if table.__module__.startswith("maglev.scenario")]
     assert {table for table in scenario if table.PLACE} == set(tables)
     for table in tables:
         assert not [name for name, field in table.model_fields.items()

@@ -12,7 +12,7 @@ from named_stage import Stage3DOF
 
 from controller_fmu.status import NONLINEAR
 from controller_fmu.velocity_observer import ObserverFilter
-from maglev.user_controllers.build import buildable
+from maglev.user.build import buildable
 
 TS = 0.2e-3   # s
 EXAMPLES = ALL_EXAMPLES / "adapting"

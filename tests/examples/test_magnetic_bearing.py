@@ -12,7 +12,7 @@ from native_builds import require_native_tools
 from scipy.integrate import solve_ivp
 
 import maglev
-from maglev.user_controllers.source import load
+from maglev.user.source import load
 
 FOLDER = EXAMPLES / "magnetic_bearing"
 CORE, MASS, AIR_GAP, ECCENTRICITY, TURNING, G = 1.13e-5, 4.0, 0.4e-3, 1e-6, 628.0, 9.81

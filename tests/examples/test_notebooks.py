@@ -6,7 +6,7 @@ from typing import Any
 import pytest
 from example_builds import EXAMPLES
 
-from maglev.schema.layers import PACKAGED
+from maglev.scenario.layers import PACKAGED
 
 
 @pytest.fixture(scope="session")

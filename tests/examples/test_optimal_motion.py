@@ -97,7 +97,7 @@ def test_the_block_moves_so_by_these_currents(block: ContinuousBlock, name: str)
 
 def thrust(gap: float) -> tuple[float, float]:
     """Accelerations of x and z by 1 A at a gap, m/s²."""
-    f1 = gap_functions(maglev.own_fmus.definition("Plant3DOF").new_block().magnetics.kinds[0].geometry, gap)[0]
+    f1 = gap_functions(maglev.descriptions.own_fmus.definition("Plant3DOF").new_block().magnetics.kinds[0].geometry, gap)[0]
     return 2.0 * 0.6135 * f1, 2.0 * 0.8224 * f1
 
 

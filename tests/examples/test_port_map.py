@@ -12,8 +12,8 @@ from fmpy.model_description import ModelDescription, ScalarVariable
 from maglev.cosim.fmu import read_description
 from maglev.cosim.master import FmuSetup, Master, step_rate
 from maglev.cosim.port_map import Port, PortMap, apply
-from maglev.cosim.wires.wiring import Rate
-from maglev.errors import FmuError, ScenarioError
+from maglev.cosim.wiring import Rate
+from maglev.files.errors import FmuError, ScenarioError
 
 
 def described(*variables: tuple[str, str, str | None]) -> ModelDescription:

@@ -8,9 +8,9 @@ from threading import Thread
 import pytest
 
 from maglev.cosim.fmu import read_description
-from maglev.experiment.preparation import as_it_is
-from maglev.schema.loading import load_plan
-from maglev_files.cache import digest_at
+from maglev.files.cache import digest_at
+from maglev.runs.preparation import as_it_is
+from maglev.scenario.loading import load_plan
 
 TIME = 1_700_000_000_000_000_000   # ns
 

@@ -7,7 +7,7 @@ import pytest
 from named_stage import Stage2DOF, Stage3DOF, Stage5DOF
 from scipy.integrate import solve_ivp
 
-from maglev.rig.rigs import RIGS
+from maglev.descriptions.packaged import RIGS
 from plant_fmu.axis import Axis
 
 DT = 0.2e-3

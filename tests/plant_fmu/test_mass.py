@@ -14,8 +14,8 @@ from reference_stage import T1, G, shape_functions
 from scipy.optimize import brentq
 from stage_cases import phases
 
-from maglev.identification.rigs import RIGS as described_rigs
-from maglev.identification.rigs import accelerations
+from maglev.identification.regressors import RIGS as described_rigs
+from maglev.identification.regressors import accelerations
 
 pytestmark = pytest.mark.usefixtures("slow")   # it searches for long
 

@@ -12,8 +12,8 @@ from reference_stage import reference_2dof, reference_3dof
 from scipy.integrate import solve_ivp
 from stage_cases import equilibrium_current, phases, run_block
 
+from maglev.descriptions.packaged import RIGS
 from maglev.linear.linearise import linearise
-from maglev.rig.rigs import RIGS
 from plant_fmu.magnets import magnet_strength
 from plant_fmu.motor_supply import MotorSupply
 from plant_fmu.winding import Winding

@@ -5,11 +5,11 @@ from math import nextafter, pi
 
 import pytest
 
-from fmi_export.sources import carried_modules
-from maglev.rig.rigs import RIGS
-from maglev.stages import definitions
-from pmlsm.description import from_text, to_text
-from pmlsm.rig import MotorKind, Rig
+from maglev.descriptions.packaged import RIGS
+from maglev.descriptions.registry import definitions
+from maglev.language.sources import carried_modules
+from pmlsm.description_text import from_text, to_text
+from pmlsm.stage_description import MotorKind, Rig
 
 KIND = MotorKind({"pole_pitch": 0.048, "field.B3": -1e-300}, 1.3, 0.9, 1.1, 0.8, 0.7)
 
@@ -39,5 +39,5 @@ def test_definition_that_an_fmu_carries_has_the_description_as_data(name: str) -
 
 
 def test_reading_a_description_takes_nothing_but_the_standard_library_and_the_motor() -> None:
-    modules = carried_modules("pmlsm.description", ("pmlsm", "fmi_export", "maglev"))
-    assert {*modules} == {"pmlsm.description", "pmlsm.rig", "pmlsm.motor_geometry", "pmlsm.magnet_field"}
+    modules = carried_modules("pmlsm.description_text", ("pmlsm", "maglev.fmi", "maglev"))
+    assert {*modules} == {"pmlsm.description_text", "pmlsm.stage_description", "pmlsm.motor_geometry", "pmlsm.magnet_field"}

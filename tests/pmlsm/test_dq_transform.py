@@ -9,7 +9,7 @@ from hypothesis import strategies as st
 from motor import MOTOR
 
 from pmlsm.dq_transform import clarke, park, phase_currents
-from pmlsm.elementary.sine_cosine import sine_cosine
+from pmlsm.sine_cosine import sine_cosine
 
 POLE_PITCH = 57.15e-3   # m, Tables 4.1 and 5.1
 

@@ -7,9 +7,9 @@ import pytest
 from named_controllers import Regulator2DOF, Regulator3DOF
 from named_stage import Stage2DOF, Stage3DOF
 
+from maglev.descriptions.packaged import RIGS
 from maglev.identification.model_file import CONSTANTS
-from maglev.rig.rigs import RIGS
-from pmlsm.rig import Rig
+from pmlsm.stage_description import Rig
 
 RIG_2DOF = RIGS["2dof"]
 RIG_3DOF = RIGS["3dof"]

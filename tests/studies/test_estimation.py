@@ -10,11 +10,11 @@ from typing import Any
 import pytest
 from named_stage import Stage2DOF, Stage3DOF
 
-from maglev.experiment.selection import select
-from maglev.judging.verdicts import ClaimResult, MeasuredValue, judge
-from maglev.rig.rigs import RIGS
-from maglev.schema.judged.claims import RunClaim
-from maglev.schema.loading import load_plan
+from maglev.descriptions.packaged import RIGS
+from maglev.runs.selection import select
+from maglev.runs.verdicts import ClaimResult, MeasuredValue, judge
+from maglev.scenario.claims import RunClaim
+from maglev.scenario.loading import load_plan
 from studies.estimation import (
     DOCS,
     EFFECTS,

@@ -15,8 +15,8 @@ from scipy.optimize import brentq
 
 from controller_fmu.status import INTERPOLATED
 from controller_fmu.vertical_law import VerticalLaw
+from maglev.descriptions.packaged import RIGS
 from maglev.linear.loop import linearise_loop
-from maglev.rig.rigs import RIGS
 from studies import gap_certificate, tilt_certificate
 from studies.gap_certificate import (
     LOWER,

@@ -10,12 +10,12 @@ from hypothesis import strategies as st
 from tiny_study import UNCHANGED
 
 import maglev
-from maglev.experiment.preparation import prepare
-from maglev.maps.law_map import Outcomes
-from maglev.schema.layers import PACKAGED
-from maglev.schema.loading import load_plan
-from maglev.studies.planning import plan_study
-from maglev.studies.schema import load_study
+from maglev.many.study_file import load_study
+from maglev.many.study_plan import plan_study
+from maglev.pages.law_map import Outcomes
+from maglev.runs.preparation import prepare
+from maglev.scenario.layers import PACKAGED
+from maglev.scenario.loading import load_plan
 from studies.landing import COMPARED, Where, refined
 
 SCENARIOS, AMPLITUDE = PACKAGED / "landing", "reference.plant.y.force.amplitude"

@@ -8,9 +8,12 @@ import pyarrow.parquet as pq
 import pytest
 from tiny_study import UNCHANGED, planned
 
-from maglev.experiment.preparation import prepare
-from maglev.maps.grids import Grid, Origin, RigGrids, read_grids, write_grids
-from maglev.maps.operating_range import (
+from maglev.many.study_design import tried_values
+from maglev.many.study_file import load_study
+from maglev.many.study_plan import plan_study
+from maglev.many.study_run import run_study
+from maglev.pages.grids import Grid, Origin, RigGrids, read_grids, write_grids
+from maglev.pages.operating_range import (
     ASTRAY,
     FILE,
     LIMITED,
@@ -25,11 +28,8 @@ from maglev.maps.operating_range import (
     maps_of,
     table,
 )
-from maglev.schema.loading import load_plan
-from maglev.studies.design import tried_values
-from maglev.studies.planning import plan_study
-from maglev.studies.running import run_study
-from maglev.studies.schema import load_study
+from maglev.runs.preparation import prepare
+from maglev.scenario.loading import load_plan
 from studies.laws import markdown_table, origin_of, write_picture
 from studies.operating_range import COLOURS, outcomes, read_outcomes
 

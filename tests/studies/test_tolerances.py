@@ -6,8 +6,9 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from maglev.maps.grids import read_grids, write_grids
-from maglev.maps.tolerances import (
+from maglev.descriptions.packaged import RIGS
+from maglev.pages.grids import read_grids, write_grids
+from maglev.pages.tolerances import (
     ASTRAY,
     FILE,
     HOLDS,
@@ -19,7 +20,6 @@ from maglev.maps.tolerances import (
     last_that_holds,
     table,
 )
-from maglev.rig.rigs import RIGS
 from studies.laws import LAWS, NAMES, markdown_table
 from studies.tolerances import SIZES, outcomes, study_of
 

@@ -4,7 +4,7 @@ import zipfile
 from collections.abc import Mapping
 from pathlib import Path
 
-from fmi_export.experiments.files import FOLDER
+from maglev.fmi.experiment_files import FOLDER
 
 HEAD = ('<fmiReferences xmlns:fmi-ls="http://fmi-standard.org/fmi-ls-manifest" '
         'fmi-ls:fmi-ls-name="org.fmi-standard.fmi-ls-ref" fmi-ls:fmi-ls-version="1.0.0-alpha.1">')

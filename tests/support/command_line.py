@@ -10,7 +10,7 @@ from typer.main import get_command
 from typer.testing import CliRunner, Result
 
 from maglev.cli.app import app
-from maglev.schema.layers import PACKAGED
+from maglev.scenario.layers import PACKAGED
 
 SCRIPTS = PACKAGED / "scripts"
 COMMAND = get_command(app)   # which typer makes anew at each call, in a third of the time of most

@@ -6,10 +6,10 @@ from typing import Any
 import numpy as np
 from scipy.integrate import solve_ivp
 
-from fmi_export.definition import ContinuousModel, put, read, write
-from fmi_export.language.blocks import derivative
-from maglev.linear.blocks.tangent import numbers_of
-from maglev.own_fmus import definition
+from maglev.descriptions.own_fmus import definition
+from maglev.fmi.definition import ContinuousModel, put, read, write
+from maglev.language.blocks import derivative
+from maglev.linear.tangent import numbers_of
 
 
 def zeros(block: Any) -> Any:

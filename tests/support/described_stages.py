@@ -2,7 +2,7 @@
 
 from pathlib import Path
 
-from maglev.own_stage.new import new_stage
+from maglev.user.new_stage import new_stage
 
 # A motor with a gap of 3 mm, as makers sell them, whose data sheet has rms values and no normal force by currents.
 SMALL = {"sample_time = 0.0005": "sample_time = 0.0001", "mass = 4.35 ": "mass = 12 ",

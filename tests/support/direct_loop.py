@@ -5,7 +5,7 @@ from typing import Any
 
 import numpy as np
 
-from maglev.rig.rigs import RIGS
+from maglev.descriptions.packaged import RIGS
 
 RIG_2DOF = RIGS["2dof"]
 RIG_3DOF = RIGS["3dof"]

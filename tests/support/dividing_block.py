@@ -2,7 +2,7 @@
 
 from math import sqrt
 
-from fmi_export.definition import DefaultExperiment, FmuDefinition, real_input, real_output
+from maglev.fmi.definition import DefaultExperiment, FmuDefinition, real_input, real_output
 
 
 class Divider:

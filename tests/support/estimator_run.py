@@ -6,8 +6,8 @@ import numpy as np
 from direct_loop import RIGS
 from named_controllers import Estimator2DOF, Estimator3DOF
 
-from fmi_export.definition import reader, write
-from maglev.own_fmus import definition
+from maglev.descriptions.own_fmus import definition
+from maglev.fmi.definition import reader, write
 
 # Constants of the controllers' model, which an ideal stage has.
 TRUTH = {2: np.array([14.20, 796.99, 31.04, 0.07]), 3: np.array([0.6135, 0.8224, 327.50, 8.48, 0.0070])}

@@ -7,9 +7,9 @@ from pathlib import Path
 from example_builds import EXAMPLES, require_compiler, script
 
 from maglev.cosim.port_map import read_port_maps
-from maglev.experiment.ports.replacement import Replacement
-from maglev.experiment.preparation import Experiment, prepare
-from maglev.schema.loading import load_plan
+from maglev.runs.preparation import Experiment, prepare
+from maglev.runs.replacement import Replacement
+from maglev.scenario.loading import load_plan
 
 AT = 0.1   # s, time of the step in which the fault shows
 

@@ -11,7 +11,7 @@ from direct_loop import RIGS, idealise
 from named_controllers import PID2DOF, PID3DOF
 from named_stage import Stage2DOF, Stage3DOF
 
-from maglev.identification import rigs
+from maglev.identification import regressors as rigs
 from maglev.identification.recording import MotionRecording
 
 RAMP = 2.0   # s, in which the excitation comes in by 3 s² − 2 s³

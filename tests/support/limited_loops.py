@@ -6,8 +6,8 @@ import numpy as np
 from motor import MOTOR
 from named_controllers import Regulator3DOF
 
-from maglev.arrays import Array
-from maglev.stability.axis_loop import AxisLoop
+from maglev.analysis.axis_loop import AxisLoop
+from maglev.files.arrays import Array
 from pmlsm.gap_functions import gap_functions
 
 THESIS = np.full(3, 1.1e-4)   # Ecx (5.15)

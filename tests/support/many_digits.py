@@ -17,10 +17,10 @@ NAMED: dict[str, Callable[..., Any]] = {name: getattr(mp, name) for name in (
 
 @contextmanager
 def many_digits(functions: Iterable[Callable[..., Any]]) -> Iterator[None]:
-    """Let functions call mpmath's functions in place of those of `math` and of `pmlsm.elementary`."""
+    """Let functions call mpmath's functions in place of those of `math` and of `pmlsm`."""
     modules = {id(function.__globals__): function.__globals__ for function in functions}
     before = [(names, name, value) for names in modules.values() for name, value in names.items()
-              if name in NAMED and callable(value) and not names["__name__"].startswith("pmlsm.elementary")]
+              if name in NAMED and callable(value) and not names["__name__"].startswith("pmlsm")]
     try:
         for names, name, _ in before:
             names[name] = NAMED[name]

@@ -5,14 +5,14 @@ from typing import Any
 from named_controllers import Adaptive, Controller, Rows
 from named_stage import NamedStage
 
-from closed_loop_fmu.closed_loop import AdaptiveLoop, ClosedLoop
+from controller_fmu.adaptive_regulator import AdaptiveRegulator
+from controller_fmu.estimator import Estimator
 from controller_fmu.pid import PID
 from controller_fmu.regulator import Regulator
-from estimator_fmu.adaptive_regulator import AdaptiveRegulator
-from estimator_fmu.estimator import Estimator
-from maglev.stages import STAGES, definitions
+from maglev.descriptions.closed_loop import AdaptiveLoop, ClosedLoop
+from maglev.descriptions.registry import STAGES, definitions
 from plant_fmu.stage import Stage
-from pmlsm.rig import Rig
+from pmlsm.stage_description import Rig
 
 
 class NamedLoop:

@@ -4,18 +4,18 @@ from collections.abc import Sequence
 from copy import deepcopy
 from typing import Any
 
+from controller_fmu.adaptive_regulator import AdaptiveRegulator
 from controller_fmu.commutation import Commutation
+from controller_fmu.estimator import Estimator
 from controller_fmu.gain_point import GainPoint
 from controller_fmu.motor_command import MotorCommand
 from controller_fmu.pid import PID
 from controller_fmu.places import constant_place
 from controller_fmu.regulator import Regulator
 from controller_fmu.status import NONLINEAR
-from estimator_fmu.adaptive_regulator import AdaptiveRegulator
-from estimator_fmu.estimator import Estimator
-from fmi_export.definition import read, write
-from maglev.rig.rigs import RIGS
-from pmlsm.rig import Rig, RigAxis
+from maglev.descriptions.packaged import RIGS
+from maglev.fmi.definition import read, write
+from pmlsm.stage_description import Rig, RigAxis
 
 
 class Named:

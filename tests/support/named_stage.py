@@ -2,11 +2,11 @@
 
 from typing import Any
 
-from fmi_export.definition import slot
-from maglev.rig.rigs import RIGS
+from maglev.descriptions.packaged import RIGS
+from maglev.fmi.definition import slot
 from plant_fmu.places import MAGNETICS, constant_place
 from plant_fmu.stage import Stage
-from pmlsm.rig import Rig
+from pmlsm.stage_description import Rig
 
 
 class NamedStage:

@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from maglev.arrays import Array
+from maglev.files.arrays import Array
 
 
 def unpack(packed: Mapping[str, Any]) -> dict[str, tuple[Array, Array]]:

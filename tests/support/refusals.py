@@ -13,20 +13,20 @@ from typing import Any
 import numpy as np
 
 from maglev.analysis.pair import read_values
-from maglev.api.many.studying import varied
+from maglev.api.studying import varied
 from maglev.cosim.open import read_description
-from maglev.errors import MaglevError
-from maglev.experiment.ports.parameter_file import parameter_values
-from maglev.experiment.preparation import prepare
-from maglev.fmu_experiments.carried import File
-from maglev.fmu_experiments.tables import given_starts as carried_values
-from maglev.gym.draws import Draw, Parameters
+from maglev.files.errors import MaglevError
 from maglev.linear.parameters import block_of
-from maglev.own_stage.new import new_stage
-from maglev.own_stage.reading import read_own
-from maglev.schema.loading import load_plan
-from maglev.schema.settings import start_values
-from maglev.studies.targets import target_values, targets_of
+from maglev.many.episode_draws import Draw, Parameters
+from maglev.many.study_targets import target_values, targets_of
+from maglev.runs.carried_experiments import File
+from maglev.runs.experiment_tables import given_starts as carried_values
+from maglev.runs.parameter_file import parameter_values
+from maglev.runs.preparation import prepare
+from maglev.scenario.loading import load_plan
+from maglev.scenario.settings import start_values
+from maglev.user.new_stage import new_stage
+from maglev.user.reading import read_own
 
 ANSWERS = Path(__file__).parents[1] / "maglev/refusals.txt"
 SCENARIO = "2dof-setpoints"

@@ -2,9 +2,9 @@
 
 from math import inf
 
-from maglev.procedures.outcome import Chart, Curve, Outcome, Panel, ProcedureValue, ValueTable
-from maglev.schema.judged.claims import ProcedureClaim
-from maglev.schema.judged.procedure import ProcedureSettings
+from maglev.runs.procedure_outcome import Chart, Curve, Outcome, Panel, ProcedureValue, ValueTable
+from maglev.scenario.claims import ProcedureClaim
+from maglev.scenario.procedure import ProcedureSettings
 
 HOSTILE = '</script><script>alert("1 & 2")</script> [red]x[/red] [/] %{y}'
 

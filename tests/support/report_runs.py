@@ -10,18 +10,18 @@ from typing import Any
 import numpy as np
 
 from maglev.cosim.master import Recording
-from maglev.experiment.execution import RunResult
-from maglev.judging.metrics import Metrics
-from maglev.judging.verdicts import MET_OR_NOT, ClaimResult, Judgements, Verdict
-from maglev.procedures.evaluate import judge_procedure
-from maglev.procedures.outcome import Outcome
-from maglev.report.page import report_page
-from maglev.report.what_if import NOTHING, Again
-from maglev.schema.judged.claims import RunClaim
-from maglev.schema.judged.procedure import ProcedureSettings
-from maglev.schema.layers import packaged_runs
-from maglev.schema.loading import load_plans
-from maglev.schema.run_plan import RunPlan
+from maglev.pages.report_page import report_page
+from maglev.pages.what_if import NOTHING, Again
+from maglev.runs.execution import RunResult
+from maglev.runs.metrics import Metrics
+from maglev.runs.procedure_outcome import Outcome
+from maglev.runs.procedures import judge_procedure
+from maglev.runs.verdicts import MET_OR_NOT, ClaimResult, Judgements, Verdict
+from maglev.scenario.claims import RunClaim
+from maglev.scenario.layers import packaged_runs
+from maglev.scenario.loading import load_plans
+from maglev.scenario.procedure import ProcedureSettings
+from maglev.scenario.run_plan import RunPlan
 
 STEP = 1e-3   # s
 SPEED = 0.01  # m/s, of every axis; the reference is 1 mm ahead

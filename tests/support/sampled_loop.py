@@ -7,10 +7,10 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from fmi_export.definition import Variable
 from maglev.cosim import Order
-from maglev.own_fmus import definition
-from maglev.schema.run_plan import RunPlan
+from maglev.descriptions.own_fmus import definition
+from maglev.fmi.definition import Variable
+from maglev.scenario.run_plan import RunPlan
 
 PHASES = ("i_a_cmd", "i_b_cmd", "i_c_cmd")
 

@@ -6,12 +6,12 @@ from typing import Any
 
 from faulty_fmus import faulty, faulty_run
 
-from maglev.arrays import Array
-from maglev.experiment.preparation import Experiment, prepare
-from maglev.schema.loading import load_plan
-from maglev.studies.batch.samples import BatchResult, Job, gathered, run_samples
-from maglev.studies.planning import PlannedStudy, plan_study
-from maglev.studies.schema import StudyFile, read_study
+from maglev.files.arrays import Array
+from maglev.many.samples import BatchResult, Job, gathered, run_samples
+from maglev.many.study_file import StudyFile, read_study
+from maglev.many.study_plan import PlannedStudy, plan_study
+from maglev.runs.preparation import Experiment, prepare
+from maglev.scenario.loading import load_plan
 
 SCENARIO = """\
 extends = ["loops/2dof.toml", "gains/2dof.toml"]

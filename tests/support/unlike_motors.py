@@ -8,10 +8,10 @@ import numpy as np
 import pytest
 from named_blocks import named_block
 
-from maglev.own_stage.loop import setpoints
-from maglev.user_controllers.new import new_controller, new_plant
-from maglev.user_controllers.source import load
-from pmlsm.rig import Rig
+from maglev.user.new_controller import new_controller, new_plant
+from maglev.user.scenario_loop import setpoints
+from maglev.user.source import load
+from pmlsm.stage_description import Rig
 
 THOROUGH = [pytest.param(law, marks=pytest.mark.thorough) for law in ("Linear", "PID")]
 

@@ -9,7 +9,7 @@ import fmpy
 import numpy as np
 from wasmtime import Engine, Instance, Module, Store
 
-from maglev.schema.run_plan import RunPlan
+from maglev.scenario.run_plan import RunPlan
 
 OK, CO_SIMULATION = 0, 1
 

@@ -8,7 +8,7 @@ import sysconfig
 from importlib.metadata import PackageNotFoundError, version
 from pathlib import Path
 
-from maglev.packages import OURS
+from maglev.files.packages import OURS
 
 ROOT = Path(__file__).parents[2]
 NOT_SHIPPED = shutil.ignore_patterns("__pycache__")

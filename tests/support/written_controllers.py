@@ -128,7 +128,7 @@ def line_of(path: Path, part: str) -> int:
 # The plant of this project as a class of the user's: of parts that the FMU has, without the FMU around them.
 PLANT = '''"""The 2-DOF stage as a Python file."""
 
-from maglev.rig.rigs import RIGS
+from maglev.descriptions.packaged import RIGS
 from plant_fmu.stage import Stage as OneStage
 
 

@@ -1,6 +1,6 @@
 /* The run of host.c on the Cortex-M7 of QEMU's machine mps2-an500: a digest onto its standard output, by semihosting.
 
-   What starts, links and talks is as in fmi_export/target/c/qemu, which is of controllers. */
+   What starts, links and talks is as in maglev/fmi/target/qemu, which is of controllers. */
 
 enum { OPEN = 1, WRITE = 5, EXIT = 24, TO_WRITE = 5, DONE = 0x20026, FAULT = 0x20023 };
 

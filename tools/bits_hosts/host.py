@@ -17,8 +17,8 @@ PRIME = 1099511628211
 
 def digest(run: dict[str, Any]) -> int:
     """FNV-1a, 64 bits, of the numbers of a run; 0 if it was refused."""
-    sine_of_turns = import_module("pmlsm.elementary.sine_cosine").sine_of_turns
-    of_blocks = import_module("fmi_export.definition")
+    sine_of_turns = import_module("pmlsm.sine_cosine").sine_of_turns
+    of_blocks = import_module("maglev.fmi.definition")
     names: dict[str, Any] = {}
     exec(run["definition"], names)
     loop = names["DEFINITION"].new_block()

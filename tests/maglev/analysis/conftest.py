@@ -6,7 +6,7 @@ from pathlib import Path
 import pytest
 from written_controllers import controller
 
-from maglev.user_controllers.source import load
+from maglev.user.source import load
 
 MakePD = Callable[..., type]
 

@@ -7,11 +7,11 @@ from threading import Lock
 import numpy as np
 import pytest
 
-from maglev.analysis.differences.derivatives import Derivative, derivative
-from maglev.analysis.differences.participant import Participant
+from maglev.analysis.derivatives import Derivative, derivative
+from maglev.analysis.participant import Participant
 from maglev.cosim.master import FmuSetup
-from maglev.errors import LinearModelError
-from maglev.user_controllers.source import path_of
+from maglev.files.errors import LinearModelError
+from maglev.user.source import path_of
 
 REST = 1e-3   # m
 

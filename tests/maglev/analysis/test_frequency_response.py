@@ -13,7 +13,7 @@ from command_line import error_line, maglev
 from maglev.analysis.frequency_response import frequency_response
 from maglev.analysis.multisine import crest_factor, make_grid, multisine
 from maglev.analysis.response import FrequencyResponse, untold
-from maglev.errors import LinearModelError
+from maglev.files.errors import LinearModelError
 from maglev.linear.margins import Margins, margins_between
 
 STEP = 0.2e-3    # m, of the rounding

@@ -11,9 +11,9 @@ from written_controllers import controller
 
 from maglev.analysis.numerical import NumericalLoop, linearise_numerically
 from maglev.analysis.pair import AskedPair, make_pair
-from maglev.catalogue.for_runs import fmus_named
-from maglev.errors import LinearModelError
+from maglev.files.errors import LinearModelError
 from maglev.linear.loop import linearise_loop
+from maglev.scenario.fmus_for_runs import fmus_named
 
 WITHIN = 2e-4   # of a margin: the loop that runs rests within some nanometres of where the equations do
 

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from scipy.linalg import block_diag
 
-from maglev.analysis.differences.realisation import realise
+from maglev.analysis.realisation import realise
 
 STEP = 0.2e-3
 

@@ -11,12 +11,12 @@ import numpy as np
 import pytest
 
 import maglev
-from fmi_export.errors import ExportError
-from maglev.api.many.studying import plain
-from maglev.cosim.blocks import block_loop
-from maglev.studies.batch import batches
-from maglev.studies.batch.measuring import Meter
-from maglev.studies.batch.samples import Batch
+from maglev.api.studying import plain
+from maglev.cosim import block_loop
+from maglev.language.errors import ExportError
+from maglev.many import batches
+from maglev.many.measuring import Meter
+from maglev.many.samples import Batch
 
 RUN = "2dof-step-1-nonlinear"
 MASSES = np.array([4.0, 4.35, 9.0])
@@ -28,7 +28,7 @@ def only(way: str, patch: pytest.MonkeyPatch) -> None:
     patch.setattr(batches, "WORTH_COMPILING", 1 if way == "threads" else np.inf)
     patch.setattr(batches, "side_by_side" if way == "threads" else "run_in_threads", None)
     # Whether a loop was kept of another test does not count.
-    patch.setattr("maglev.cosim.blocks.block_loop.kept", lambda *_: None)
+    patch.setattr("maglev.cosim.block_loop.kept", lambda *_: None)
 
 
 @pytest.fixture(scope="module", params=WAYS)
@@ -72,7 +72,7 @@ def test_a_loop_that_cannot_be_compiled_is_said(native_fmus: Path, monkeypatch: 
 
 def of_ten(monkeypatch: pytest.MonkeyPatch) -> dict[str, Any]:
     """What is run, 40 samples, in batches of ten."""
-    monkeypatch.setattr("maglev.studies.planning.batches_of", lambda _job, count, *_: [
+    monkeypatch.setattr("maglev.many.study_plan.batches_of", lambda _job, count, *_: [
         Batch(first // 10, first, first + 10) for first in range(0, count, 10)])
     return {"scenario": RUN, "values": {"plant.v.mass": np.linspace(4.0, 5.0, 40)}, "metrics": ["rms error of v"],
             "jobs": 2}

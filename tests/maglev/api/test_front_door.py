@@ -15,7 +15,7 @@ import pytest
 
 import maglev
 from maglev.cosim.master import RunFailed
-from maglev.schema.layers import packaged_runs
+from maglev.scenario.layers import packaged_runs
 
 MODULES = sorted({"maglev", *maglev.PLACES.values()})
 
@@ -83,7 +83,7 @@ def test_what_is_said_is_said_at_the_line_of_the_caller(fastest_fmus: Path) -> N
 
 
 def test_every_error_has_one_root() -> None:
-    errors = import_module("maglev.errors")
+    errors = import_module("maglev.files.errors")
     found = [each for each in vars(errors).values() if isinstance(each, type) and issubclass(each, Exception)]
     assert len(found) > 8
     assert all(issubclass(each, maglev.MaglevError) for each in [*found, RunFailed])
@@ -98,7 +98,7 @@ def test_importing_is_light() -> None:
 
 @pytest.mark.usefixtures("slow")
 @pytest.mark.parametrize("module", [
-    pytest.param(name, marks=pytest.mark.thorough) if name == "maglev.stability.analysis" else name   # it takes seconds
+    pytest.param(name, marks=pytest.mark.thorough) if name == "maglev.analysis.region" else name   # it takes seconds
     for name in MODULES])
 def test_examples(module: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.chdir(tmp_path)

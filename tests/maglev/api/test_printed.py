@@ -10,8 +10,8 @@ from rich.console import Console
 
 import maglev
 from maglev.cosim.master import Recording
-from maglev.experiment.execution import RunResult
-from maglev.report.text import REPORT_WIDTH, Verdicts
+from maglev.pages.run_text import REPORT_WIDTH, Verdicts
+from maglev.runs.execution import RunResult
 
 NAME = "2dof-setpoints"
 

@@ -9,7 +9,7 @@ import pytest
 from command_line import error_line, maglev
 
 import maglev as tool
-from maglev.errors import MaglevError
+from maglev.files.errors import MaglevError
 
 FILES = (".github/workflows/maglev.yml", ".gitlab-ci.yml", "README.md")
 

@@ -11,14 +11,14 @@ from report_runs import Page, judged, recorded, with_columns
 from written_controllers import controller
 
 from maglev.api.running import run_all
-from maglev.errors import MeasurementError
-from maglev.experiment.execution import judge_all
-from maglev.judging.verdicts import specification
-from maglev.report.page import report_page
-from maglev.report.plots.figures import shown_figures
-from maglev.report.plots.picture import figure_of
-from maglev.report.text import claims_markdown, study_tables
-from maglev.schema.loading import load_plan
+from maglev.files.errors import MeasurementError
+from maglev.pages.figures import shown_figures
+from maglev.pages.picture import figure_of
+from maglev.pages.report_page import report_page
+from maglev.pages.run_text import claims_markdown, study_tables
+from maglev.runs.execution import judge_all
+from maglev.runs.verdicts import specification
+from maglev.scenario.loading import load_plan
 
 SCENARIO = """
 extends = "loops/2dof.toml"

@@ -3,8 +3,8 @@
 from pathlib import Path
 
 import maglev
-from maglev.judging.measures import measures_of
-from maglev.quantities import printed
+from maglev.runs.measures import measures_of
+from maglev.scenario.quantities import printed
 
 NOTHING = {f"plant.{axis}.friction.{kind}": 0.0 for axis in "vh" for kind in ("coulomb", "viscous")}
 

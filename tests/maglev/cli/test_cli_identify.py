@@ -8,9 +8,9 @@ import pytest
 from command_line import error_line, maglev
 from identification_data import record
 
-from maglev.errors import IdentificationError, MaglevError
+from maglev.descriptions.packaged import RIGS
+from maglev.files.errors import IdentificationError, MaglevError
 from maglev.identification.model_file import model_settings
-from maglev.rig.rigs import RIGS
 
 
 @pytest.fixture(scope="module")

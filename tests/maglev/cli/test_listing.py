@@ -6,9 +6,9 @@ import pytest
 from command_line import error_line, maglev
 
 import maglev as tool
-from maglev.catalogue import HOST
-from maglev.catalogue.for_runs import fmu_key
-from maglev_files.cache import PLACE, keep
+from maglev.files.cache import PLACE, keep
+from maglev.scenario.catalogue import HOST
+from maglev.scenario.fmus_for_runs import fmu_key
 
 
 @pytest.fixture(autouse=True)

@@ -17,10 +17,10 @@ from left_processes import AT_ONCE, ended, processes_with, require_none
 from native_builds import require_native_tools
 from psutil import NoSuchProcess, Process
 
-from maglev.baselines.update import update_all
-from maglev.errors import Interrupted
-from maglev.experiment.selection import prepare_all
-from maglev.schema.loading import load_plan
+from maglev.files.errors import Interrupted
+from maglev.runs.baseline_update import update_all
+from maglev.runs.selection import prepare_all
+from maglev.scenario.loading import load_plan
 
 LONG = '\nextends = "{base}"\nname = "{name}"\ntitle = "A long hold"\nstop_time = "{seconds} s"\n'
 CODES = [(signal.SIGINT, 130, "interrupted"), (signal.SIGTERM, 143, "terminated")]

@@ -13,12 +13,12 @@ import pytest
 from command_line import error_line, maglev
 from faulty_fmus import faulty, faulty_run
 
-from maglev.catalogue import build
 from maglev.cosim.master import RunFailed
-from maglev.experiment.execution import execute
-from maglev.schema.loading import load_plan
-from maglev.tables.table import read_table
-from maglev_files.whole_file import whole_file, whole_files, write_whole
+from maglev.files.table import read_table
+from maglev.files.whole_file import whole_file, whole_files, write_whole
+from maglev.runs.execution import execute
+from maglev.scenario.catalogue import build
+from maglev.scenario.loading import load_plan
 
 SHORT = '\nextends = "{base}"\nname = "short"\ntitle = "A short hold"\nstop_time = "{seconds} s"\n'
 
@@ -61,7 +61,7 @@ def test_a_full_disk_is_told_with_the_name_of_the_file(tmp_path: Path) -> None:
 
 def test_a_full_disk_does_not_hide_what_the_fmu_said(fmus: Path, tmp_path: Path,
                                                      monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr("maglev.experiment.results.csv.writer", full_disk)
+    monkeypatch.setattr("maglev.runs.results.csv.writer", full_disk)
     with pytest.raises(RunFailed) as failure:
         execute(faulty_run(faulty("negative", tmp_path), fmus), tmp_path)
     assert str(failure.value).startswith(
@@ -139,7 +139,7 @@ def test_a_pipe_is_written_into(tmp_path: Path) -> None:
 def test_standard_output_as_a_file(tmp_path: Path, file: bool) -> None:
     """A pipe, or the file that a shell has opened for it: what was printed before stays."""
     (tmp_path / "printed").write_text("before\n")
-    command = [sys.executable, "-c", "from maglev_files.whole_file import write_whole; from pathlib import Path; "
+    command = [sys.executable, "-c", "from maglev.files.whole_file import write_whole; from pathlib import Path; "
                "print('here', flush=True); write_whole(Path('/dev/fd/1'), 'text')"]
     with (tmp_path / "printed").open("a") as opened:
         done = subprocess.run(command, stdout=opened if file else subprocess.PIPE, text=True, check=True)

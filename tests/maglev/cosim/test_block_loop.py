@@ -7,12 +7,12 @@ from typing import Any
 import numpy as np
 import pytest
 
-from maglev.cosim.blocks import block_loop
+from maglev.cosim import block_loop
 from maglev.cosim.master import Observer
-from maglev.experiment.preparation import prepare
-from maglev.schema.loading import load_plan
-from maglev.studies.batch.measuring import Measuring
-from maglev.studies.batch.repeated_run import RepeatedRun
+from maglev.many.measuring import Measuring
+from maglev.many.repeated_run import RepeatedRun
+from maglev.runs.preparation import prepare
+from maglev.scenario.loading import load_plan
 
 ARENA = 10_000_000
 

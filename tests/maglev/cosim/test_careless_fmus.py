@@ -9,7 +9,7 @@ from small_fmus import small_fmu
 
 from maglev.cosim.master import FmuSetup, Master, Recording, RunFailed
 from maglev.cosim.step_loop import build_loop
-from maglev.errors import FmuError
+from maglev.files.errors import FmuError
 
 STEP, END = 0.05, 0.3   # s
 

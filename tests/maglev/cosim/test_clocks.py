@@ -18,11 +18,11 @@ from fmpy.model_description import ModelDescription, ModelVariable
 from native_builds import FMI_HEADERS
 from small_fmus import absent_functions
 
+from maglev.cosim.clocks import Ticking
 from maglev.cosim.master import FmuSetup, Master
 from maglev.cosim.port_map import read_port_maps
-from maglev.cosim.versions.clocks import Ticking
-from maglev.experiment.ports.replacement import Replacement, fit
-from maglev.schema.loading import load_plan
+from maglev.runs.replacement import Replacement, fit
+from maglev.scenario.loading import load_plan
 
 SAMPLE = 2e-4   # s
 WIRES = [*((f"plant.{axis}.encoder", f"controller.{axis}.measured") for axis in "yxz"),

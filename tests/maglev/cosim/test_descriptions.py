@@ -7,10 +7,10 @@ from pathlib import Path
 import fmpy
 import pytest
 
-from fmi_export.model_description import model_description
 from maglev.cosim.fmu import Fmu, flaw_note, read_description, unpack
-from maglev.errors import FmuError
-from maglev.own_fmus import definition
+from maglev.descriptions.own_fmus import definition
+from maglev.files.errors import FmuError
+from maglev.fmi.model_description import model_description
 
 
 def described(folder: Path, old: str, new: str) -> Path:

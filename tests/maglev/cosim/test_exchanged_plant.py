@@ -9,7 +9,7 @@ from exchange_alone import for_exchange_alone
 from fmpy.model_description import ModelDescription
 
 from maglev.cosim.master import FmuSetup, Master
-from maglev.cosim.versions.exchange import FAILED, Integration
+from maglev.cosim.model_exchange import FAILED, Integration
 
 STEP = 2e-4   # s
 CONNECTIONS = [*((f"controller.{motor}.i_{phase}_cmd", f"plant.{motor}.i_{phase}_cmd")

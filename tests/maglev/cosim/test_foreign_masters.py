@@ -10,10 +10,10 @@ import pytest
 from interop.loops import foreign, loop, ours, ours_from_zero, ours_in_nanoseconds, with_start
 from native_builds import built_once
 
-from maglev.catalogue import PYTHON, build_systems
-from maglev.catalogue.scenario_system import build_scenario
-from maglev.own_fmus import SYSTEMS
-from maglev.schema.loading import load_plan
+from maglev.descriptions.own_fmus import SYSTEMS
+from maglev.scenario.catalogue import PYTHON, build_systems
+from maglev.scenario.loading import load_plan
+from maglev.scenario.scenario_system import build_scenario
 
 STOP_TIME = 1.5   # s, with a step of the references at 1 s
 SMOOTH = {"plant.encoder.resolution": 0.0}

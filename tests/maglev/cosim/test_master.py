@@ -11,10 +11,10 @@ from sampled_loop import PHASES, sampled_loop
 
 from maglev.cosim import Order
 from maglev.cosim.master import FmuSetup, Master, RunFailed, RunInterrupted
-from maglev.errors import ControllerError, FmuError
-from maglev.experiment.preparation import prepare
-from maglev.rig.rigs import RIGS
-from maglev.schema.loading import load_plan
+from maglev.descriptions.packaged import RIGS
+from maglev.files.errors import ControllerError, FmuError
+from maglev.runs.preparation import prepare
+from maglev.scenario.loading import load_plan
 
 RIG_3DOF = RIGS["3dof"]
 

@@ -19,9 +19,9 @@ from left_processes import require_none
 from psutil import Process
 from small_fmus import small_fmu
 
+from maglev.cosim.fmi_versions import OWN_TOOL
 from maglev.cosim.fmu import FATAL, Fmu, read_description
-from maglev.cosim.master import FmuSetup, Recording, RunFailed, RunInterrupted
-from maglev.cosim.other_process.run import (
+from maglev.cosim.isolated_run import (
     COUNTER,
     Failed,
     Finished,
@@ -32,12 +32,12 @@ from maglev.cosim.other_process.run import (
     Wired,
     run_apart,
 )
-from maglev.cosim.versions.fmi import OWN_TOOL
-from maglev.errors import FmuError
-from maglev.experiment.execution import execute
-from maglev.processes.beside import Beside, Said, said_in
-from maglev.processes.plain import line_of
-from maglev_files.scratch import remove_leftovers
+from maglev.cosim.master import FmuSetup, Recording, RunFailed, RunInterrupted
+from maglev.files.beside import Beside, Said, said_in
+from maglev.files.errors import FmuError
+from maglev.files.json_lines import line_of
+from maglev.files.scratch import remove_leftovers
+from maglev.runs.execution import execute
 
 ROWS = round(AT / 5e-4) + 1   # until the fault, with the first one
 
@@ -76,7 +76,7 @@ def require_beginning(recording: Recording, healthy: Recording, rows: int) -> No
 def test_a_run_apart_is_the_run_here(fmus: Path, healthy: Recording, tmp_path: Path,
                                      monkeypatch: pytest.MonkeyPatch) -> None:
     """Bit for bit, with the same columns in the same order."""
-    monkeypatch.setattr("maglev.experiment.preparation.is_foreign", lambda *_: False)
+    monkeypatch.setattr("maglev.runs.preparation.is_foreign", lambda *_: False)
     require_beginning(healthy, faulty_run(faulty("none", tmp_path), fmus).run(), 601)
     assert np.ptp(healthy.columns["plant.v.position"]) > 0.0
 
@@ -296,7 +296,7 @@ def told(folder: Path, *reports: object, track: str | None = "track0.float64") -
 
 STARTED = """
 from pathlib import Path
-from maglev.processes.beside import Beside
+from maglev.files.beside import Beside
 beside = Beside()
 print(Path(f"/proc/{beside.process.pid}/status").read_text())
 beside.end()

@@ -14,17 +14,17 @@ import pytest
 from sampled_loop import PHASES
 
 import maglev
-from fmi_export.native.build import host_platform
-from fmi_export.native.compiler import library
 from maglev.cosim import Order, step_loop
 from maglev.cosim.master import FmuSetup, Master, Recording, RunFailed, RunInterrupted
 from maglev.cosim.port_map import PortMap, Scale
 from maglev.cosim.step_loop import LIBRARY, SOURCE, build_loop, keep_loop, own_loop, source, step_function, version
-from maglev.cosim.wires.wiring import Call
-from maglev.errors import FmuError
-from maglev.experiment.preparation import prepare
-from maglev.schema.loading import load_plan
-from maglev_files.cache import Kept
+from maglev.cosim.wiring import Call
+from maglev.files.cache import Kept
+from maglev.files.errors import FmuError
+from maglev.fmi.compiler import library
+from maglev.fmi.native_build import host_platform
+from maglev.runs.preparation import prepare
+from maglev.scenario.loading import load_plan
 
 MOTORS = ("alpha", "beta")
 CONNECTIONS = [(f"controller.{motor}.{phase}", f"plant.{motor}.{phase}") for motor in MOTORS for phase in PHASES] + [
@@ -43,7 +43,7 @@ def no_loop() -> Iterator[None]:
     """A user who has built no native FMU."""
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr("maglev.cosim.master.own_loop", lambda: None)
-        patch.setattr("maglev.experiment.preparation.own_loop", lambda: None)
+        patch.setattr("maglev.runs.preparation.own_loop", lambda: None)
         yield
 
 

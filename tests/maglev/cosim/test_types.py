@@ -12,9 +12,9 @@ from small_fmus import built_fmu
 from maglev.cosim.fmu import read_description
 from maglev.cosim.master import FmuSetup, Master, Recording
 from maglev.cosim.port_map import PortMap
-from maglev.errors import FmuError, ScenarioError
-from maglev.experiment.ports.port_check import PortCheck
-from maglev.experiment.preparation import beyond_ranges
+from maglev.files.errors import FmuError, ScenarioError
+from maglev.runs.port_check import PortCheck
+from maglev.runs.preparation import beyond_ranges
 
 SOURCE = Path(__file__).parents[2] / "support" / "typed_fmu.c"
 STEP, END = 0.1, 0.3   # s

@@ -11,8 +11,8 @@ from written_controllers import controller
 import maglev
 from maglev.cosim import fmu as module
 from maglev.cosim.fmu import HERE, Fmu, read_description, runs_python, unpack, unpacking_folder
-from maglev.errors import FmuError
-from maglev_files.scratch import remove_scratch
+from maglev.files.errors import FmuError
+from maglev.files.scratch import remove_scratch
 
 FOLDERS = ["o'brien", "Dropbox (ACME)", "R&D", "50 %", "a+b", "#1", "ünï", "a,b", "a;b", "x=1", "[a]", "a@b", "$(a)"]
 

@@ -7,9 +7,9 @@ from typing import Any
 
 import pytest
 
+from maglev.cosim.fmi_versions import WARNING, Step3
 from maglev.cosim.step_loop import StepFailed, Stepper, own_loop
-from maglev.cosim.versions.fmi import WARNING, Step3
-from maglev.cosim.wires.wiring import Call
+from maglev.cosim.wiring import Call
 
 DO_STEP = CFUNCTYPE(c_uint32, c_void_p, c_double, c_double, c_bool, c_void_p, c_void_p, c_void_p, c_void_p)
 

@@ -9,7 +9,7 @@ from identification_data import Data, record, trial
 
 from maglev.identification.identify import Identification, identify
 from maglev.identification.recording import MotionRecording
-from maglev.identification.rigs import regressors
+from maglev.identification.regressors import regressors
 
 pytestmark = pytest.mark.usefixtures("slow")
 

@@ -8,9 +8,9 @@ import pytest
 from identification_data import Data, record, trial
 from scipy.integrate import solve_ivp
 
-from maglev.errors import IdentificationError
+from maglev.files.errors import IdentificationError
 from maglev.identification.estimators import Samples, fsdi, largest_squares, mean_behind_lag, run_estimator
-from maglev.identification.rigs import RIGS, ConstantRow, RowData, regressors
+from maglev.identification.regressors import RIGS, ConstantRow, RowData, regressors
 
 pytestmark = pytest.mark.usefixtures("slow")   # it searches for long
 

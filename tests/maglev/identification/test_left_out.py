@@ -13,10 +13,10 @@ from scipy.integrate import solve_ivp
 from maglev.identification.effects import friction, ripple
 from maglev.identification.identify import Identification, identify
 from maglev.identification.recording import MotionRecording
-from maglev.identification.rigs import RIGS, estimated_rig
+from maglev.identification.regressors import RIGS, estimated_rig
 from plant_fmu.guide import GuideFriction
 from plant_fmu.ripple import Ripple
-from pmlsm.rig import Rig
+from pmlsm.stage_description import Rig
 
 pytestmark = pytest.mark.usefixtures("slow")
 

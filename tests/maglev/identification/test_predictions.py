@@ -12,7 +12,7 @@ from named_stage import Stage2DOF, Stage3DOF
 from scipy.optimize import brentq
 
 from controller_fmu.feedback_linearisation import equilibrium_current
-from maglev.identification.rigs import (
+from maglev.identification.regressors import (
     RIGS,
     accelerations,
     attraction_force,

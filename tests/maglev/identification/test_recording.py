@@ -8,10 +8,10 @@ import numpy as np
 import pytest
 from motor import MOTOR
 
-from maglev.errors import MaglevError
+from maglev.files.errors import MaglevError
+from maglev.files.table import given_table
 from maglev.identification.identify import identify
 from maglev.identification.recording import read_recording
-from maglev.tables.table import given_table
 from pmlsm.dq_transform import phase_currents
 
 N, DT = 4001, 0.5e-3

@@ -10,7 +10,7 @@ from motor import MOTOR
 
 from controller_fmu.velocity_observer import ObserverFilter, VelocityObserver
 from maglev.identification.identify import matched, observed
-from maglev.identification.rigs import RIGS, accelerations, regressors, shape_functions
+from maglev.identification.regressors import RIGS, accelerations, regressors, shape_functions
 from pmlsm.gap_functions import gap_functions
 
 

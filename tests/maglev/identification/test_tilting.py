@@ -9,10 +9,10 @@ from reference_5dof import NOMINAL, Reference5DOF
 from reference_stage import G, park_matrix
 
 import maglev
-from maglev.errors import IdentificationError, MaglevError
+from maglev.files.errors import IdentificationError, MaglevError
 from maglev.identification.identify import Identification, identify
 from maglev.identification.recording import read_recording
-from maglev.identification.rigs import RIGS, accelerations, regressors
+from maglev.identification.regressors import RIGS, accelerations, regressors
 
 RIG = RIGS["5dof"]
 TRUTH = {"C1": 0.6135, "C2": 0.8224, "C3": 334.52, "C4": 8.71, "C5": 0.0045}

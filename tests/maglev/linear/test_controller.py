@@ -11,13 +11,13 @@ from named_blocks import named
 from scipy.linalg import expm
 from scipy.optimize import least_squares
 
-from maglev.errors import LinearModelError
+from maglev.descriptions.registry import STAGES
+from maglev.files.errors import LinearModelError
+from maglev.fmi.parameter import Parameter
 from maglev.linear.linearise import Currents, linearise
 from maglev.linear.loop import linearise_loop
 from maglev.linear.model import LinearModel
 from maglev.linear.parameters import block_of, linear_rig
-from maglev.parameter import Parameter
-from maglev.stages import STAGES
 
 pytestmark = pytest.mark.usefixtures("slow")   # it searches for long
 

@@ -8,7 +8,7 @@ import pytest
 from linear_blocks import jacobian, measure, plant_state, read_all, read_plant, rest, set_all, smooth_stage, step_both
 from named_blocks import named
 
-from maglev.errors import LinearModelError
+from maglev.files.errors import LinearModelError
 from maglev.linear.linearise import linearise
 from maglev.linear.loop import Loop, linearise_loop
 from maglev.linear.parameters import block_of, linear_rig

@@ -7,7 +7,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from maglev.errors import LinearModelError
+from maglev.files.errors import LinearModelError
 from maglev.linear.loop import Loop, linearise_loop
 from maglev.linear.margins import Margins
 from maglev.linear.model import LinearModel

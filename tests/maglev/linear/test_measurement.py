@@ -7,10 +7,10 @@ import numpy as np
 import pytest
 from command_line import maglev
 
-from maglev.errors import LinearModelError
+from maglev.descriptions.own_fmus import definition
+from maglev.files.errors import LinearModelError
 from maglev.linear.linearise import linearise
 from maglev.linear.loop import linearise_loop
-from maglev.own_fmus import definition
 
 STEP = 0.2e-3   # s
 

@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 from command_line import maglev
 
-from maglev.errors import LinearModelError
+from maglev.files.errors import LinearModelError
 from maglev.linear.linearise import linearise
 
 

@@ -7,8 +7,8 @@ from types import ModuleType
 import numpy as np
 import pytest
 
+from maglev.files.marked import with_part
 from maglev.linear.design import regulator_polynomial
-from maglev_files.marked import with_part
 
 ROOT = Path(__file__).parents[3]
 OMEGA0 = 1.5 * np.pi

@@ -5,7 +5,7 @@ from typing import Any
 import pytest
 from command_line import error_line, maglev
 
-from maglev.errors import LinearModelError
+from maglev.files.errors import LinearModelError
 from maglev.linear.equilibrium import equilibrium
 from maglev.linear.linearise import linearise
 

@@ -10,7 +10,7 @@ from reference_5dof import ARM, ATTRACTION, COILS, DISPLACEMENTS, GAPS, IRON, NO
 from reference_stage import LAG, T1, TAU, G
 
 from maglev.cosim.fmu import Fmu
-from maglev.errors import LinearModelError
+from maglev.files.errors import LinearModelError
 from maglev.linear.design import regulator_polynomial
 from maglev.linear.equilibrium import equilibrium
 from maglev.linear.linearise import Currents, linearise

@@ -19,11 +19,11 @@ from sampled_loop import sampled_loop
 
 from maglev.cosim import Order
 from maglev.cosim.master import FmuSetup, Master
-from maglev.cosim.wires.wiring import Wiring, wire
-from maglev.experiment.preparation import prepare
-from maglev.own_fmus import SYSTEMS
-from maglev.schema.loading import load_plan
-from maglev.schema.run_plan import RunPlan, StartValue
+from maglev.cosim.wiring import Wiring, wire
+from maglev.descriptions.own_fmus import SYSTEMS
+from maglev.runs.preparation import prepare
+from maglev.scenario.loading import load_plan
+from maglev.scenario.run_plan import RunPlan, StartValue
 
 PACKAGES = {"fmpy.ssp": "fmpy", "ecos": "ecospy", "libcosim": "libcosimpy"}
 LONGEST_RUN = 300.0   # s, of a foreign master's process

@@ -1,1 +1,0 @@
-"""Stage and controller as one block, which steps one and then the other."""

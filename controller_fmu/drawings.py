@@ -1,0 +1,10 @@
+"""What the controllers' FMUs show of themselves: icons and block diagrams, by the names of their modules."""
+
+from maglev.fmi.definition import Drawing
+
+ICONS = "controller_fmu.icons"
+DIAGRAMS = "controller_fmu.block_diagrams"
+
+# Of a class that somebody has written in a Python file.
+WRITTEN_ICON = Drawing(ICONS, "controller", ("written",))
+WRITTEN_SKETCH = Drawing(DIAGRAMS, "own_class")

@@ -1,1 +1,0 @@
-"""How a block becomes an FMU: variable table, pythonfmu slave, model description, documentation, build."""

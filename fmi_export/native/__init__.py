@@ -1,1 +1,0 @@
-"""A block as C: translation, FMI layer, binaries for several platforms."""

@@ -1,1 +1,0 @@
-"""A block on a microcontroller: freestanding C, and a board in an emulator that runs it."""

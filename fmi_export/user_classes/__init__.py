@@ -1,1 +1,0 @@
-"""Classes that users write as FMUs: what a class declares, its steps at its samples, its slave."""

@@ -1,0 +1,149 @@
+"""Tuning: parameters of a controller searched for the least of what is measured on many plants."""
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from functools import partial
+from pathlib import Path
+from typing import Any, Unpack
+
+from maglev.api.studying import made_ready
+from maglev.descriptions.writer import render
+from maglev.files.errors import ScenarioError, key_path, option
+from maglev.files.processes import processors
+from maglev.files.side_by_side import Say, Watch, unwatched, warn
+from maglev.files.whole_file import write_whole
+from maglev.linear.parameters import controllers
+from maglev.many.batches import runners
+from maglev.many.study_parts import Parts
+from maglev.many.tuning_file import load_tuning
+from maglev.many.tuning_plan import PlannedTuning, plan_tuning
+from maglev.many.tuning_search import SearchResult, gains_toml, search, show_result
+from maglev.scenario.loading import load_plan
+from maglev.scenario.options import RunOptions, takes_run_options
+from maglev.user.new_stage import seen_from, toml_file, write_new
+from maglev.user.source import load
+
+
+@dataclass(frozen=True)
+class Tuned:
+    """What a tuning found.
+
+    Attributes
+    ----------
+    parameters : mapping of str to float
+        By `fmu.variable`, SI: `maglev.run(name, set=tuned.parameters)` takes them.
+    path : Path
+        The same as a file that a scenario extends.
+    found : SearchResult
+        Costs, and metrics on every plant before and after.
+    planned : PlannedTuning
+        What was searched; the columns of the metrics.
+    """
+
+    parameters: Mapping[str, float]
+    path: Path
+    found: SearchResult
+    planned: PlannedTuning
+
+    def __repr__(self) -> str:
+        found = ", ".join(f"{name} = {value:g}" for name, value in self.parameters.items())
+        return f"<Tuned {self.planned.tuning.name}: {found}, in {self.path}>"
+
+    def show(self, console: Any) -> None:
+        """Print it on a console of rich."""
+        show_result(console, self.planned.tuning, self.planned.cost, self.found)
+
+
+def new_tuning(path: str | Path, scenario: str | Path, controller: str | Path | None = None) -> Path:
+    """Write a tuning file that runs, to begin with; nothing is overwritten. Returns the file.
+
+    Parameters
+    ----------
+    path : path
+        The file, NAME or NAME.toml; its result is named after it.
+    scenario : str or path
+        What it runs: a run of the package by its name, or a scenario of yours, without variants.
+    controller : path, optional
+        A Python file with a controller of yours, whose parameters are searched; otherwise the poles of the scenario's
+        regulator are.
+
+    Raises
+    ------
+    MaglevError
+        If the file is there already, its name is none, there is no such scenario or controller, or nothing to search.
+
+    Examples
+    --------
+    >>> import maglev
+    >>> maglev.new_tuning("quicker.toml", "3dof-setpoints").name
+    'quicker.toml'
+    """
+    file, plan = toml_file(path), load_plan(scenario)
+    if plan.rig is None or not {"plant", "controller"} <= plan.fmus.keys():
+        raise ScenarioError(f"{scenario}: fmus = {key_path(list(plan.fmus))}: expected a scenario with plant and "
+                            "controller of a stage")
+    searched = [] if controller is None else searched_of(Path(controller))
+    model = plan.fmus["controller"].model
+    if controller is None and (model not in controllers() or "Regulator" not in model):
+        raise ScenarioError(f"{scenario}: controller = {model or plan.fmus['controller'].file}: expected an output "
+                            f"regulator, whose poles are searched, or {option('controller', 'FILE')}, a Python file")
+    name = seen_from(file, scenario) if str(scenario).endswith(".toml") else str(scenario)
+    write_new(file, render("new/tuning.toml.j2", plan.rig, file=file.name, name=file.stem, scenario=name,
+                           controller=controller and seen_from(file, controller), searched=searched))
+    return file
+
+
+def searched_of(controller: Path) -> list[tuple[str, float, float]]:
+    """Parameters of a controller in Python with half and twice the value that each begins with."""
+    definition = load(controller).definition
+    starts = {variable.name: definition.start_value(variable) for variable in definition.variables
+              if variable.causality == "parameter" and variable.name != "sample_time"}
+    found = [(name, min(0.5 * start, 2.0 * start), max(0.5 * start, 2.0 * start)) for name, start in starts.items()
+             if isinstance(start, float) and start != 0.0]
+    if not found:
+        raise ScenarioError(f"{controller}: parameters = {', '.join(starts) or 'none'}: expected one that is a number "
+                            "other than 0, to be searched")
+    return found
+
+
+@takes_run_options("timeout", "parameters")
+def tune(file: str | Path, *, out: str | Path = "results", jobs: int | None = None, scheduler: str | None = None,
+         resume: bool = False, watch: Watch | None = None, say: Say | None = None,
+         **options: Unpack[RunOptions]) -> Tuned:
+    """Search the parameters that a tuning file asks for, and write them as a file that a scenario extends.
+
+    Parameters
+    ----------
+    file : str or Path
+        A tuning file of the package by its name, or a TOML file (docs/studies.md).
+    out : path
+        Folder for NAME.toml.
+    jobs, scheduler : optional
+        As of `study`.
+    resume : bool
+        Go on with what an interrupted search has done, also with more `generations`.
+    watch, say : callable, optional
+        As of `run_all`.
+    **options
+        As of `run`.
+
+    Returns
+    -------
+    Tuned
+        The same, bit for bit, whoever ran it.
+
+    Raises
+    ------
+    MaglevError
+        If something in it cannot be used: before the first run.
+    """
+    tuning, path = load_tuning(file)
+    with made_ready(tuning, path, options, scheduler, say or warn, watch or unwatched) as (experiment, _):
+        planned = plan_tuning(tuning, experiment, str(path))
+        with (watch or unwatched)([tuning.name]) as watcher:
+            found = search(planned, Parts(Path(out) / f"{tuning.name}.parts", planned.job.key),
+                           partial(runners, scheduler, processors(jobs)), resume,
+                           partial(watcher, tuning.name), say or warn)
+    written = Path(out) / f"{tuning.name}.toml"
+    write_whole(written, gains_toml(tuning, found))
+    return Tuned(found.parameters, written, found, planned)

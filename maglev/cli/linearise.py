@@ -1,0 +1,268 @@
+"""The command `maglev linearise`: models from equations, by differences, or from what is measured."""
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from math import degrees
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated, Any
+
+import typer
+
+import maglev
+from maglev.cli.options import VALUE, AsJson, Debug, Out, RigFile, option_value, pairs, with_more, with_run_options
+from maglev.cli.terminal import one_line_errors, write_json
+from maglev.files.errors import LinearModelError, option
+from maglev.files.pictures import require_matplotlib, write_figure
+from maglev.files.units import number_or_text, positive_time
+
+if TYPE_CHECKING:
+    from maglev.linear.loop import Loop
+    from maglev.linear.margins import Margins
+    from maglev.linear.parameters import Quantity
+
+Blocks = Annotated[list[str], typer.Argument(
+    metavar="PLANT [[MEASUREMENT] CONTROLLER]", show_default=False, help="A plant, a controller, or a plant and a "
+    "controller for their loop, perhaps with a measurement between. In a loop of two each may be anybody's: the path "
+    "of an FMU or a Python file.")]
+At = Annotated[list[str], typer.Option(
+    "--at", metavar="AXIS=POSITION", help="Where to linearise, m, rad or with a unit: the gap `v` or `y`, and other "
+    "axes that are not at 0.", show_default=False)]
+Measure = Annotated[bool, typer.Option("--measure", help="Measure the loop as it runs, by injection.")]
+Parameters = Annotated[list[str] | None, typer.Option(
+    "--set", metavar="plant.variable=value", help="Parameter of `plant`, `controller` or `measurement`; may carry a "
+    "unit and may be repeated.", show_default=False)]
+Openings = Annotated[list[str] | None, typer.Option(
+    "--open", metavar="SIGNAL", help="Where to open the loop: an axis or `y.measured`, with all that takes the "
+    "measurement, or `alpha.i_q_cmd`; a tilt is opened in the gaps at all motors, `alpha1.gap_measured` alone; every "
+    "axis if not given.", show_default=False)]
+Plot = Annotated[bool, typer.Option("--plot", help="Pictures of the loop (needs matplotlib).")]
+Settle = Annotated[str, typer.Option(metavar="TIME", help="Longest time that a loop runs to its rest before it is "
+                                     "looked at.")]
+SampleTime = Annotated[str | None, typer.Option(
+    "--sample-time", metavar="TIME", help="Sample time of a controller that is given as a file; its parameter "
+    "sample_time, or the step in --map, if not given.", show_default=False)]
+
+
+def grouped(kind: Any, group: str, *flag: str, **more: Any) -> Any:
+    return Annotated[kind, typer.Option(*flag, rich_help_panel=group, **more)]
+
+
+# Options of one way only, by the names that what it calls has for them, with their defaults.
+ALONE, MEASURED = "The model of a plant", "A response that is measured"
+MODEL: dict[str, tuple[Any, Any]] = {
+    "currents": (grouped(str, ALONE, help="Inputs of a plant, outputs of a controller: `dq` or `phases`."), "dq"),
+    "hold": (grouped(str | None, ALONE, metavar="TIME", help="Sample time of a plant whose inputs are held."), None),
+    "forces": (grouped(bool, ALONE, "--forces", help="External forces are inputs of the plant, too."), False)}
+INJECTION: dict[str, tuple[Any, Any]] = {
+    "amplitude": (grouped(str, MEASURED, help="Peak of what is added to the measurement, in m, rad or with a unit."),
+                  "100 um"),
+    "lowest": (grouped(float, MEASURED, "--from", help="Lowest frequency, rad/s: a period takes 2π over it."), 1.0),
+    "highest": (grouped(float, MEASURED, "--to", help="Highest frequency, rad/s."), 2000.0),
+    "lines": (grouped(int, MEASURED, help="Frequencies, evenly over the logarithm as far as they are harmonics."), 48),
+    "realisations": (grouped(int, MEASURED, help="Multisines of other phases, by which the error is estimated."), 3),
+    "periods": (grouped(int, MEASURED, help="Periods that are recorded of each."), 2),
+    "smooth": (grouped(bool, MEASURED, "--smooth", help="Without Coulomb friction and rounding of the encoders, as the "
+                       "linear model has it."), False),
+    "linear": (grouped(bool, MEASURED, "--linear/--no-linear", help="With or without the linear loop beside it."),
+               True)}
+
+
+@dataclass(frozen=True)
+class Asked:
+    """What a command is about, read."""
+
+    names: Sequence[str]                         # a plant, a controller, or both
+    at: Mapping[str, "Quantity"]                 # positions by axis
+    parameters: Mapping[str, dict[str, Any]]     # of "plant", "controller" and "measurement"
+    openings: Sequence[str]                      # signals; every axis if there are none
+    how: Mapping[str, Any]                       # anybody's FMU is run: rig, settle, sample_time, options of runs
+    pictures: Path | None                        # folder, where they are asked for
+    json: Path | None                            # file, where it is asked for
+
+    @property
+    def both(self) -> dict[str, Any]:
+        """Parameters as arguments of what takes a plant and a controller."""
+        return {f"{part}_parameters": values for part, values in self.parameters.items() if part != "measurement"}
+
+    def write(self, data: Mapping[str, object]) -> None:
+        if self.json is not None:
+            write_json(self.json, data)
+
+
+@with_run_options("ports", "timeout", "fmus", "kind", "fmi")
+@with_more(MODEL | INJECTION)
+def linearise(names: Blocks, at: At, openings: Openings = None, measure: Measure = False, settings: Parameters = None,
+              plot: Plot = False, amplifier: Annotated[bool, typer.Option(
+                  "--amplifier/--no-amplifier", help="With or without the amplifiers' lag.")] = True,
+              rig: RigFile = None, sample_time: SampleTime = None, settle: Settle = "10 s",
+              out: Out = Path("results"), as_json: AsJson = None, debug: Debug = False, **options: Any) -> None:
+    """Linear model, poles and margins of a plant, a controller or a loop.
+
+    The plants and controllers of this project are linearised from their equations; an FMU or a Python file by
+    differences of what it does where its loop rests, with an estimate of the error, and the sentence that it has no
+    derivative where it has none.
+
+    With `--measure` multisines are added to a measurement between plant and controller: the response of the loop that
+    is opened there, with all in it that is not linear, coherence, margins with their standard errors, and the linear
+    loop beside them where there is one.
+
+    **Examples:**
+
+    `maglev linearise Plant3DOF --at y=25mm` prints A, B, C, D, the currents of the equilibrium and the poles
+
+    `maglev linearise Plant3DOF --at y=25mm --currents phases --no-amplifier --hold 0.2ms --set plant.y.mass=7.2kg`
+
+    `maglev linearise PlantMine RegulatorMine --at y=25mm --stage mine.toml` of your own stage
+
+    `maglev linearise Plant3DOF Regulator3DOF --at y=25mm --open y --open alpha.i_q --plot` prints poles and margins
+
+    `maglev linearise Plant5DOF Regulator5DOF --at y=25mm --at roll=3mrad --open roll --open alpha1.gap_measured`
+
+    `maglev linearise Plant3DOF Measurement3DOF Regulator3DOF --at y=25mm --set measurement.delay=0.4ms`
+
+    `maglev linearise Plant3DOF mine.py --at y=25mm --plot` of a controller of yours, a Python file or an FMU
+
+    `maglev linearise Plant3DOF mine.py --at y=25mm --measure --amplitude 0.3mm --from 3 --to 600`
+    """
+    with one_line_errors(debug):
+        from maglev.linear.parameters import by_part
+
+        if rig is not None:
+            maglev.know_stage(rig)
+        if plot:
+            require_matplotlib()   # what would fail after a run fails before it
+        model, injection = ({name: options.pop(name) for name in table} for table in (MODEL, INJECTION))
+        files = any(name.endswith((".fmu", ".py")) or ".py:" in name for name in names)
+        require_defaults("--measure", {} if measure else injection, INJECTION)
+        require_defaults("one model", {} if len(names) == 1 else model, MODEL)
+        if len(names) not in (1, 2, 3) or (len(names) == 3 and (files or measure)):
+            raise LinearModelError(f"{len(names)} names, expected a plant, a controller, or a plant and a controller, "
+                                   "between which a measurement of this project may stand")
+        if len(names) == 1 and (openings or plot or measure):
+            raise LinearModelError("--open, --measure and --plot are for loops, expected a plant and a controller")
+        if not amplifier and (files or measure):
+            raise LinearModelError("--no-amplifier: expected neither a file nor --measure with it, whose loop runs as "
+                                   "it is")
+        how = {**options, "stage": rig, "sample_time": None if sample_time is None else number_or_text(sample_time),
+               **{name: positive_time(text, LinearModelError, option(name, text))
+                  for name, text in (("settle", settle), ("timeout", options["timeout"]))}}
+        positions = {axis: number_or_text(value) for axis, value in pairs("--at", at, VALUE, LinearModelError)}
+        given = {name: option_value(value) for name, value in pairs("--set", settings, VALUE, LinearModelError)}
+        parameters = by_part(given, LinearModelError, "measurement")
+        if parameters["measurement"] and len(names) == 2:
+            raise LinearModelError(f"--set measurement.{next(iter(parameters['measurement']))}: expected a measurement "
+                                   "between plant and controller")
+        asked = Asked(names, positions, parameters, openings or (), how, out if plot else None, as_json)
+        if measure:
+            print_measured(asked, **injection)
+        elif files:
+            by_differences(asked)
+        elif len(names) > 1:
+            of_loop(asked, amplifier)
+        else:
+            of_one(asked, amplifier=amplifier, **model)
+
+
+def require_defaults(what: str, given: Mapping[str, Any], table: Mapping[str, tuple[Any, Any]]) -> None:
+    """Refuse options that say nothing here: they are for something else."""
+    for name, value in given.items():
+        kind, default = table[name]
+        if value != default:
+            flag = next((flag for flag in kind.__metadata__[0].param_decls), f"--{name}")
+            raise LinearModelError(f"{flag.partition('/')[2] or flag}: is for {what}, expected none without it")
+
+
+def of_one(asked: Asked, hold: str | None, **model: Any) -> None:
+    """Print the linear model of a plant or a controller."""
+    from maglev.linear.parameters import controllers, measurements
+
+    name, = asked.names
+    # No option says what is in the model of a controller: those of a plant are refused by `linearise`.
+    own = "controller" if name in controllers() else "measurement" if name in measurements() else "plant"
+    for other, given in asked.parameters.items():
+        if given and other != own:
+            raise LinearModelError(f"--set {other}.{next(iter(given))}: expected {own}.… with {name}")
+    linear = maglev.linearise(name, asked.at, hold=None if hold is None else number_or_text(hold),
+                              parameters=asked.parameters[own], **model)
+    typer.echo(str(linear), nl=False)
+    asked.write(linear.as_data())
+
+
+def of_loop(asked: Asked, amplifier: bool) -> None:
+    """Print poles and margins of a loop of this project's plants and controllers, from their equations."""
+    from maglev.linear.loop import opening_among, openings_of
+    from maglev.linear.parameters import plants
+
+    plant, *between, controller = asked.names
+    for name in asked.openings if plant in plants() else ():
+        opening_among(name, openings_of(plants()[plant], "phases" if between else "dq"), f"{plant} with {controller}")
+    asked.write(print_loop(asked, maglev.linearise_loop(
+        plant, controller, asked.at, amplifier=amplifier, **asked.both, measurement=next(iter(between), None),
+        measurement_parameters=asked.parameters["measurement"])))
+
+
+def by_differences(asked: Asked) -> None:
+    """Print poles and margins of the loop of anybody's plant or controller, by differences of what it does."""
+    plant, controller = asked.names
+    numerical = maglev.linearise_numerically(plant, controller, asked.at, openings=asked.openings, **asked.both,
+                                             **asked.how)
+    if numerical.loop is None:
+        typer.echo(f"{numerical.pair.name}\n\n{numerical}")
+        asked.write({"name": numerical.pair.name, **numerical.as_data()})
+        numerical.linear()   # says that there is none
+        return
+    data = print_loop(asked, numerical.loop)
+    typer.echo(f"\n{numerical}")
+    asked.write({**data, **numerical.as_data(),
+                 "errors": {signal: numerical.errors(signal) for signal in data["margins"]}})
+
+
+def print_measured(asked: Asked, amplitude: str, **injection: Any) -> None:
+    """Print the frequency responses and margins of a loop, measured by injection."""
+    plant, controller = asked.names
+    responses = maglev.frequency_response(plant, controller, asked.at, asked.openings,
+                                          amplitude=number_or_text(amplitude), **injection, **asked.both, **asked.how)
+    typer.echo("\n".join(map(str, responses.values())), nl=False)
+    data: dict[str, Any] = {signal: response.as_data() for signal, response in responses.items()}
+    for signal, response in responses.items() if asked.pictures is not None else ():
+        picture = Path(str(asked.pictures)) / f"{Path(plant).stem}-{Path(controller).stem}-{signal}.response.png"
+        write_figure(picture, response.plot())
+        data[signal]["picture"] = str(picture)
+        typer.echo(f"picture: {picture}")
+    asked.write(data)
+
+
+def print_loop(asked: Asked, loop: "Loop") -> dict[str, Any]:
+    """Print the poles and margins of a loop, write its pictures, and return them as data."""
+    from maglev.files.text_columns import aligned, poles_text
+
+    signals = tuple(loop.opening(name) for name in asked.openings or loop.measured)
+    typer.echo(f"{loop.closed.name}, sampled every {1e3 * (loop.plant.sample_time or 0.0):g} ms, about "
+               f"{loop.plant.equilibrium}\n\npoles, as rates ln(z)/Ts\n{poles_text(loop.rates)}\n")
+    of_signals = {signal: loop.margins(signal) for signal in signals}
+    typer.echo(aligned([["opened at", "gain", "phase", "at", "delay", "Ms", "disk", "gain with phase"],
+                        ["", "factor", "°", "rad/s", "ms", "", "", "factor, °"],
+                        *(margin_cells(margins) for margins in of_signals.values())]))
+    data = {"name": loop.closed.name, "sample_time": loop.plant.sample_time,
+            "poles": [[pole.real, pole.imag] for pole in loop.poles.tolist()],
+            "margins": {signal: vars(margins) for signal, margins in of_signals.items()}}
+    return data if asked.pictures is None else {**data, "pictures": write_pictures(asked.pictures, loop, signals)}
+
+
+def margin_cells(margins: "Margins") -> list[str]:
+    low, high = margins.disk_gain
+    return [margins.at, f"{margins.gain_down:.3g}…{margins.gain_up:.3g}", f"{degrees(margins.phase):.1f}",
+            f"{margins.phase_frequency:.4g}", f"{1e3 * margins.delay:.3g}", f"{margins.sensitivity_peak:.3g}",
+            f"{margins.disk:.3g}", f"{low:.2f}…{high:.2f}, {degrees(margins.disk_phase):.0f}°"]
+
+
+def write_pictures(out: Path, loop: "Loop", signals: tuple[str, ...]) -> list[str]:
+    """Write Bode and Nyquist pictures, and return their paths."""
+    from maglev.linear.pictures import write_bode, write_nyquist
+
+    stem = f"{loop.plant.name}-{loop.controller.name}"
+    bode, nyquist = out / f"{stem}.bode.png", out / f"{stem}.nyquist.png"
+    write_bode(bode, loop, signals)
+    write_nyquist(nyquist, loop, signals)
+    typer.echo(f"pictures: {bode}, {nyquist}")
+    return [str(bode), str(nyquist)]

@@ -1,1 +1,0 @@
-"""Commands about loops: linear models, measured responses, regions of stability."""

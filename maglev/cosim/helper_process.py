@@ -1,0 +1,130 @@
+"""The process that runs what is not ours: it reads Python files of users, and does one run, study, check or analysis.
+
+Whatever such a file does when it is imported (it ends the process, or hangs) happens there. The process that has read
+it waits, for what follows. This is the one way to third-party code, and it is kept by hand: a pool of processes, such
+as those of `concurrent.futures`, unpickles what its processes say, loses all of them when one dies, and leaves alive
+what they have started.
+"""
+
+import atexit
+import os
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+from functools import partial
+from pathlib import Path
+from typing import Any
+
+from maglev.cosim.fmu import unpacking_folder
+from maglev.cosim.user_class import description_text
+from maglev.files.beside import SERVING, Beside, Forged, Gone, Said, Send, Silent, Task
+from maglev.files.errors import ControllerError, FmuError
+from maglev.files.interrupts import held_interrupts
+from maglev.files.json_lines import fits
+from maglev.files.scratch import remove_scratch
+from maglev.user.source import digests, file_of
+
+STARTED_WITHIN = 60.0   # s, at least, until the first report: no FMU is to blame for a machine that takes its time
+
+WAITING: dict[int, Beside] = {}                     # of the process with that number, which alone can end it
+DESCRIPTIONS: dict[tuple[Path, str], bytes] = {}    # of Python files, by path and digest of everything that is read
+
+
+@contextmanager
+def other_process(keep: bool = False) -> Iterator[tuple[Beside, Path]]:
+    """The process that waits, or a new one, and the folder in which it unpacks; both go with the block.
+
+    With `keep` it waits for another task, unless the block fails. Interrupts are held back but where it is listened to.
+    """
+    with held_interrupts() as let_through:
+        beside = WAITING.pop(os.getpid(), None)
+        if beside is None or beside.process.poll() is not None:
+            removed(beside)
+            beside = Beside(folder_for_any())
+        assert beside.folder is not None
+        beside.let_through = let_through
+        try:
+            yield beside, beside.folder
+        except BaseException:
+            keep = False
+            raise
+        finally:
+            if keep:
+                WAITING[os.getpid()] = beside
+            else:
+                removed(beside)
+
+
+def folder_for_any() -> Path:
+    """Folder for whatever is unpacked in it; where none is for FMUs that run Python, these say so themselves."""
+    try:
+        return unpacking_folder()
+    except FmuError:
+        return unpacking_folder(python=False)
+
+
+def removed(beside: Beside | None) -> None:
+    if beside is not None and beside.folder is not None:
+        beside.end()
+        remove_scratch(beside.folder)
+
+
+@atexit.register
+def end_waiting() -> None:
+    removed(WAITING.pop(os.getpid(), None))
+
+
+def called_apart(task: Task, names: str, limit: float, kind: Any,
+                 progress: Callable[[int, int], None] = lambda done, steps: None) -> Any:
+    """Return the result of a task, done in another process, where it sends the steps done and the steps in all.
+
+    FmuError, which begins with the names of what runs, if the process dies, says nothing for longer than `limit` (s),
+    before the first report longer than `STARTED_WITHIN`, or says what is no report, or no result of the type `kind`.
+    """
+    with other_process() as (beside, _):
+        beside.ask(task)
+        patience = max(limit, STARTED_WITHIN)
+        try:
+            while not (said := beside.next(patience)).last:
+                done, steps = checked(said, tuple[int, int])
+                if not 0 <= done <= steps:
+                    raise Forged
+                progress(done, steps)
+                patience = limit
+            return checked(said, kind)
+        except Gone as gone:
+            raise FmuError(f"{names} {gone}") from None
+
+
+def checked(said: Said, kind: Any) -> Any:
+    """Return what a process that is not trusted has said; Forged if it is not of a type."""
+    if not fits(said.what, kind):
+        raise Forged
+    return said.what
+
+
+def read_apart(path: Path, timeout: float = 0.0) -> bytes:
+    """Model description of the class that the path of a Python file names, which is imported in another process.
+
+    ControllerError also if the process ends, or takes longer than `STARTED_WITHIN` and `timeout`, s.
+    """
+    key = (path.absolute(), str(digests(path)))
+    if key in DESCRIPTIONS:
+        return DESCRIPTIONS[key]
+    if any(SERVING):
+        return description_text(path)
+    limit = max(timeout, STARTED_WITHIN)
+    with other_process(keep=True) as (beside, _):
+        beside.ask(partial(describe, path))
+        try:
+            text: bytes = checked(beside.next(limit), bytes)
+        except Gone as gone:
+            what = (f"ended the process that reads it with {gone.how}" if gone.how else
+                    f"was not read within {limit:g} s" if isinstance(gone, Silent) else str(gone))
+            raise ControllerError(f"{file_of(path)[0].name}: {what}, expected a file that can be imported, and a class "
+                                  "of which an object can be made") from None
+    DESCRIPTIONS[key] = text
+    return text
+
+
+def describe(path: Path, _send: Send) -> bytes:
+    return description_text(path)

@@ -1,0 +1,329 @@
+"""Co-simulation in a process of its own: an FMU that crashes, exits or hangs there takes nothing with it.
+
+The process records into files that it maps into memory, counts its calls of FMUs there, too, and reports. So whatever
+happens, this side has the recording until then, and knows which call was the last.
+"""
+
+import mmap
+import os
+import sys
+from collections.abc import Callable, Sequence
+from contextlib import suppress
+from functools import partial
+from pathlib import Path
+from traceback import format_exc
+from typing import Any, NamedTuple
+
+import numpy as np
+import numpy.typing as npt
+
+from maglev.cosim import Order
+from maglev.cosim.fmi_versions import FMI2, FMI3
+from maglev.cosim.helper_process import checked, other_process
+from maglev.cosim.master import PROGRESS_STEPS, FmuSetup, Master, Observer, Recording, RunFailed, countable, ended
+from maglev.cosim.wiring import Call, Drives, Wiring
+from maglev.descriptions.own_fmus import built_here
+from maglev.files.beside import PATIENCE, Beside, Forged, Gone, Send, Silent
+from maglev.files.cache import Kept
+from maglev.files.errors import FmuError, Interrupted, ended_by, signal_of
+from maglev.files.regular_file import regular
+from maglev.files.side_by_side import Progress
+from maglev.files.time_grid import whole_steps
+from maglev.user.source import is_written
+
+TIMEOUT = 60.0   # s, after which an FMU that says nothing is taken to hang
+COUNTER = "calls"   # file with the number of calls that were begun
+TRACK = "track"     # files of the arrays, TRACK0.float64 and so on
+
+Complete = Callable[[Recording], None]   # told of a recording
+
+
+class Job(NamedTuple):
+    """A run, as of `Master`."""
+
+    setups: Sequence[FmuSetup]
+    connections: Sequence[tuple[str, str]]
+    step: float
+    order: Order
+    stop_time: float
+    drives: Drives
+    loop: Kept | None = None
+    columns: frozenset[str] = frozenset()   # which have to be recorded, at least
+
+
+class Stage(NamedTuple):
+    """A call of an FMU, by its name; as a report: what is done with it now, while no calls are counted."""
+
+    fmu: str
+    doing: str
+
+
+STARTING = Stage("the process of the run", "its start")
+ENDING = Stage("the process of the run", "its end")
+
+KINDS = [np.dtype(kind.item).name for kind in (*FMI2.types.values(), *FMI3.types.values())]   # of recorded arrays
+
+
+class Wired(NamedTuple):
+    """Report: the calls before the first step, of each phase, and after the last step; the columns of each array."""
+
+    initial: list[Stage]
+    phases: list[list[Stage]]
+    final: list[Stage]
+    columns: list[list[str]]
+
+
+class Stepped(NamedTuple):
+    done: int
+    steps: int
+
+
+class Finished(NamedTuple):
+    """Report: the recording is complete; notes as of `Recording`."""
+
+    notes: tuple[str, ...]
+
+
+class Failed(NamedTuple):
+    """Report: an FMU refused a call, after so many rows; with the traceback of that."""
+
+    message: str
+    rows: int
+    traceback: str
+
+
+Report = Stage | Wired | Stepped | Finished | Failed
+
+
+class Reporter(Observer):
+    """The observer in the other process: sends reports, allocates and counts calls in files."""
+
+    whole = True
+
+    def __init__(self, folder: Path, send: Send):
+        self.folder = folder
+        self.send = send
+        self.arrays: list[npt.NDArray[Any]] = []
+        with (folder / COUNTER).open("r+b") as file:
+            self.counter = memoryview(mmap.mmap(file.fileno(), 8)).cast("q")
+
+    def stage(self, fmu: str, doing: str) -> None:
+        self.send(Stage(fmu, doing))
+
+    def allocate(self, shape: tuple[int, int], kind: type) -> npt.NDArray[Any]:
+        path = self.folder / f"{TRACK}{len(self.arrays)}.{np.dtype(kind).name}"
+        size = shape[0] * shape[1] * np.dtype(kind).itemsize
+        with path.open("wb") as file:
+            if hasattr(os, "posix_fallocate"):   # a disk that is full only later would end this process
+                try:
+                    os.posix_fallocate(file.fileno(), 0, size)
+                except OSError as error:
+                    what = f"{error.strerror} for a recording of {size} bytes"
+                    raise OSError(error.errno, what, str(path)) from error
+            file.truncate(size)
+        self.arrays.append(np.memmap(path, kind, "r+", shape=shape))
+        return self.arrays[-1]
+
+    def wired(self, wiring: Wiring) -> None:
+        def named(calls: Sequence[Call]) -> list[Stage]:
+            return [Stage(fmu.name, what) for fmu, what in (call.what for call in calls)]
+
+        names = {id(track.array): track.names for track in wiring.tracks}
+        self.send(Wired(named(wiring.initial), [*map(named, wiring.phases)], named(wiring.final),
+                        [names[id(array)] for array in self.arrays]))
+
+
+def run_and_report(folder: Path, job: Job, send: Send) -> None:
+    """Do a run in this process, recorded into a folder, and send reports."""
+    observer = Reporter(folder, send)
+    try:
+        with Master(job.setups, job.connections, job.step, job.order, observer, job.loop) as master:
+            master.require_memory(job.stop_time)
+            recording = master.run(job.stop_time, job.drives, lambda *steps: send(Stepped(*steps)))
+            send(Finished(recording.notes))   # whatever happens in the calls that are left
+            for name, fmu in master.fmus.items():
+                observer.stage(name, f"{fmu.fmi.prefix}FreeInstance")
+                fmu.close()
+        send(ENDING)
+    except RunFailed as error:
+        send(Failed(str(error), len(error.recording.time), format_exc()))
+
+
+def run_apart(job: Job, progress: Progress | None = None, timeout: float = TIMEOUT,
+              complete: Complete = lambda _: None) -> Recording:
+    """Do in another process what a `Master` does in this one; errors as of it, RunFailed also if the process dies.
+
+    A call of an FMU that gives no sign of life for longer than `timeout`, s, ends the run. `complete` is called with
+    the recording as soon as that is complete: the process then has `PATIENCE`, or the timeout if that is shorter, to
+    end, and is ended with what it has started after that; a note says so. Interrupted after Ctrl-C or SIGTERM as it
+    ends.
+    """
+    with other_process() as (beside, folder):
+        (folder / COUNTER).write_bytes(bytes(8))
+        beside.ask(partial(run_and_report, folder, job))
+        return Follower(job, folder, beside, timeout).follow(progress, complete)
+
+
+class Follower:
+    """What is known here about a run in another process."""
+
+    def __init__(self, job: Job, folder: Path, process: Beside, timeout: float):
+        self.job = job
+        self.folder = folder
+        self.process = process
+        self.timeout = timeout
+        self.stage = STARTING
+        self.wired = Wired([], [], [], [])   # until it is told, before the first call
+        self.counted = 0
+        self.cut = False   # whether somebody has cut the file with the number of calls
+
+    def follow(self, progress: Progress | None, complete: Complete) -> Recording:
+        while True:
+            try:
+                # No FMU is to blame for a machine that takes its time to start a process.
+                limit = max(self.timeout, TIMEOUT) if self.stage == STARTING else self.timeout
+                report = self.next(limit)
+            except KeyboardInterrupt as error:
+                with suppress(Gone):
+                    while self.calls() and not self.wired.phases:   # what was told is still in the pipe
+                        self.next(PATIENCE)
+                if not self.begun():
+                    raise
+                raise self.early(error) from None
+            except Gone as gone:
+                raise self.early(self.blame(gone)) from None
+            if isinstance(report, Stage):
+                self.stage = report
+            elif isinstance(report, Stepped) and progress is not None:
+                progress(*report)
+            elif isinstance(report, Failed):
+                failure = RunFailed(report.message, self.recording(report.rows))
+                failure.add_note(report.traceback)
+                raise failure
+            elif isinstance(report, Finished):
+                rows = whole_steps(self.job.stop_time, self.job.step) + 1
+                recording = self.recording(rows, report.notes)
+                if len(recording.time) < rows:
+                    raise self.early(FmuError(f"{self.foreign()} has cut the file of the recording"))
+                complete(recording)
+                note = self.end()
+                return Recording(recording.time, recording.columns, (*recording.notes, note)) if note else recording
+
+    def next(self, limit: float) -> Report:
+        """Return the next report, and keep which calls will be made; Forged if it is none of a run."""
+        said = self.process.next(limit, self.calls)
+        report: Report = checked(said, Report)
+        if said.last or isinstance(report, Wired if self.wired.phases else Stepped | Finished):
+            raise Forged   # what is wired is told once, before the steps
+        if isinstance(report, Stepped) and not 0 <= report.done <= report.steps:
+            raise Forged
+        if isinstance(report, Wired):
+            columns = {name for names in report.columns for name in names}
+            if not (any(report.phases) and report.final and columns >= self.job.columns):
+                raise Forged
+            self.wired = report
+        return report
+
+    def end(self) -> str:
+        """Let the process end after a complete run, if it does so soon; what is to be said if it does not end well."""
+        self.stage, patience = ENDING, min(PATIENCE, self.timeout)
+        try:
+            for _ in range(len(self.job.setups) + 3):   # each is freed, the task ends, and so does the process
+                if (said := self.process.next(patience)).last:
+                    self.process.ask(None)
+                elif isinstance(said.what, Stage):
+                    self.stage = said.what
+        except KeyboardInterrupt as error:
+            raise Interrupted(f"{ended_by(error)} after the end of the run", signal_of(error)) from None
+        except Gone as gone:
+            self.process.end()
+            if self.stage != ENDING or gone.how not in ("exit code 0", ""):
+                return f"{self.name(self.stage.fmu)} {gone} in {self.stage.doing}, after the end of the run"
+            if not gone.how:
+                return (f"the process of {self.foreign()} had not ended {patience:g} s after the run, and was ended "
+                        "with what it had started")
+        return (f"the process of {self.foreign()} has left what it had started, which was ended after the run"
+                if self.process.left else "")
+
+    def calls(self) -> int:
+        # Read as a file, not mapped: what runs could cut it, and this process would end by SIGBUS.
+        with regular(self.folder / COUNTER).open("rb") as file:
+            count = file.read(8)
+        self.cut = len(count) < 8
+        if not self.cut:
+            self.counted = int.from_bytes(count, sys.byteorder)
+        return self.counted
+
+    def begun(self) -> bool:
+        """Whether a call of the run was begun, and it is known which."""
+        return self.calls() > 0 and bool(self.wired.phases)
+
+    def last(self) -> tuple[int, Stage]:
+        """Communication step and name of the last call that was begun."""
+        initial, phases, final, _ = self.wired
+        number = self.calls() - 1
+        if number < len(initial):
+            return 0, initial[number]
+        number -= len(initial)
+        cycle = [(phase, call) for phase, calls in enumerate(phases) for call in calls]
+        steps = whole_steps(self.job.stop_time, self.job.step)
+        cycles, rest = divmod(steps, len(phases))
+        stepping = cycles * len(cycle) + sum(map(len, phases[:rest]))
+        if number >= stepping:
+            return steps, final[min(number - stepping, len(final) - 1)]
+        cycles, number = divmod(number, len(cycle))
+        phase, call = cycle[number]
+        return cycles * len(phases) + phase, call
+
+    def blame(self, gone: Gone) -> FmuError:
+        """Error of the FMU that was called last, which did this."""
+        begun = self.begun()
+        if self.cut or not (gone.how or isinstance(gone, Silent)):   # others were called since
+            return FmuError(f"{self.foreign()} {gone}{', after the count of calls was cut' if self.cut else ''}")
+        fmu, doing = self.last()[1] if begun else self.stage
+        return FmuError(f"{self.name(fmu)} {gone} in {doing}")
+
+    def early(self, reason: BaseException) -> BaseException:
+        """Error for the end of the run, with what was recorded until then, if anything was."""
+        if not self.begun():
+            return reason
+        step, _ = self.last()
+        self.process.end()   # before its memory is read
+        return ended(reason, step * self.job.step, self.recording(step + 1))
+
+    def recording(self, rows: int, notes: tuple[str, ...] = ()) -> Recording:
+        """Copy of the first rows of what was recorded, or of as many as there are."""
+        columns: dict[str, Any] = {}
+        rows = max(0, min(rows, whole_steps(self.job.stop_time, self.job.step) + 1))
+        for number, names in enumerate(self.wired.columns):
+            kind = next((kind for kind in KINDS if (self.folder / f"{TRACK}{number}.{kind}").is_file()), None)
+            if kind is None:
+                return Recording(np.zeros(0), {})
+            table, rows = read_track(self.folder / f"{TRACK}{number}.{kind}", len(names), rows)
+            columns.update(zip(names, table, strict=True))
+        return Recording(self.job.step * np.arange(rows, dtype=np.float64),
+                         {name: column[:rows] for name, column in columns.items()}, notes)
+
+    def foreign(self) -> str:
+        """Names of what runs that is not of this project."""
+        return " or ".join(self.name(setup.name) for setup in self.job.setups
+                           if is_written(setup.path) or not built_here(setup.path)) or STARTING.fmu
+
+    def name(self, fmu: str) -> str:
+        return next((f"{fmu} ({setup.path.name})" for setup in self.job.setups if setup.name == fmu), fmu)
+
+
+def read_track(path: Path, names: int, rows: int) -> tuple[npt.NDArray[Any], int]:
+    """Rows of an array in a file, each column as one piece of memory, shape (names, rows), and how many there are."""
+    kind = np.dtype(path.suffix[1:])
+    rows = min(rows, path.stat().st_size // (kind.itemsize * max(1, names)))   # whatever was said of it
+    table = np.empty((names, rows), countable(kind))
+    with regular(path).open("rb") as file:
+        for first in range(0, rows, PROGRESS_STEPS):
+            wanted = min(PROGRESS_STEPS, rows - first)
+            part = np.fromfile(file, kind, wanted * names)
+            part = part[:len(part) // names * names].reshape(-1, names)
+            table[:, first:first + len(part)] = part.T
+            if len(part) < wanted:
+                return table, first + len(part)
+    return table, rows

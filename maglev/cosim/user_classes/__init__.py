@@ -1,1 +1,0 @@
-"""Classes that users write, with the face of an FMU."""

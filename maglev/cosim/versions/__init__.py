@@ -1,1 +1,0 @@
-"""Versions of FMI: what differs between FMUs of one and the other."""

@@ -1,0 +1,1 @@
+"""Stages as data: their descriptions, their FMUs, and their closed loops."""

@@ -1,0 +1,27 @@
+"""The FMUs of stage and controller in one."""
+
+from controller_fmu.adaptive_regulator import AdaptiveRegulator
+from maglev.descriptions.closed_loop import AdaptiveLoop, ClosedLoop
+from maglev.descriptions.closed_loop_variables import loop_refusals, loop_variables
+from maglev.fmi.definition import DefaultExperiment, Drawing, FmuDefinition
+from pmlsm.stage_description import Rig
+
+# Whole samples, whichever the stage, and at most 1000: fmpy doubles a shorter step until there are no more.
+EXPERIMENT = DefaultExperiment(stop_time=26.0, step=40.0e-3)
+
+
+def closed_loop(rig: Rig, controller: FmuDefinition, plant: FmuDefinition) -> FmuDefinition:
+    """Definition of a loop of a rig, from those of its parts; its icon has the controller's law."""
+    word = controller.name.removesuffix(rig.suffix).removesuffix("Regulator")
+    return FmuDefinition(
+        name=f"ClosedLoop{word}{rig.suffix}",
+        block=AdaptiveLoop if controller.block is AdaptiveRegulator else ClosedLoop,
+        arguments=(controller.block, controller.arguments, plant.block, plant.arguments),
+        description=f"Closed loop of {controller.name} and {plant.name}, stepped in sequence, controller first",
+        variables=loop_variables(controller, plant),
+        refusals=loop_refusals(controller, plant),
+        experiment=EXPERIMENT,
+        documentation=tuple(dict.fromkeys((("maglev.descriptions", "closed_loop.html"), *controller.documentation,
+                                           *plant.documentation))),
+        icon=Drawing("maglev.descriptions.closed_loop_drawings", "icon", () if controller.icon is None else controller.icon.arguments),
+        sketch=Drawing("maglev.descriptions.closed_loop_drawings", "loop", (controller.name, plant.name)))

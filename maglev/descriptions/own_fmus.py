@@ -1,0 +1,197 @@
+"""The FMUs of this project: where they are described, and whether a file is one that this installation makes."""
+
+import re
+import zlib
+from functools import lru_cache
+from importlib.metadata import version
+from io import BytesIO
+from pathlib import Path
+from typing import NamedTuple
+from zipfile import BadZipFile, ZipFile
+
+from maglev.descriptions.packaged import RIGS
+from maglev.descriptions.registry import STAGES, definitions_of, system_of
+from maglev.files.cache import digest_at
+from maglev.files.copies import original
+from maglev.files.errors import BuildError, FmuError, ScenarioError, nearest, option, or_of_own_stage
+from maglev.files.packages import PACKAGES
+from maglev.fmi.build import Maker, licence_of
+from maglev.fmi.definition import FmuDefinition
+from maglev.fmi.native_build import made_of
+from maglev.fmi.recognition import is_native_build, is_python_build
+from pmlsm.description_text import to_text
+
+DEFINITIONS = definitions_of(RIGS.values())
+
+# Controller and plant as an SSP file: the loop of a scenario, whose start values are those that the FMUs have anyway,
+# so that tools that leave out the start values in it run the same.
+SYSTEMS = {system_of(rig): rig.experiment for rig in RIGS.values() if rig.experiment}
+
+SYSTEM_STOP = 5.0   # s, of that of a stage of the user's
+
+KINDS = {"native": "--kind native", "fmi3": "--kind native --fmi 3", "clocked": "--kind native --fmi 3 --clocked",
+         "wasm": "--kind native --target wasm"}   # options that build those of a folder, by its name
+
+PYTHON_KIND = "resources/slavemodule.txt"   # in every FMU that runs Python inside
+NAME = re.compile(rb'modelName="(\w+)"')
+MOST = 50_000_000   # bytes, more than any of them unpacks to
+
+
+def own_fmu(name: str, folder: Path) -> Path:
+    """File of an FMU of this project, or of a stage of the user's, in a folder with such.
+
+    Whoever runs one asks here where it is, and asks `stale` whether it is what the sources make now.
+    """
+    return folder / f"{name}.fmu"
+
+
+def current_fmu(name: str, folder: Path) -> Path:
+    """The same file, for what describes the sources as they are: FmuError if it is not what these make now."""
+    path = own_fmu(name, folder)
+    if old := stale(name, path):
+        raise FmuError(old)
+    return path
+
+
+def stale(name: str, path: Path) -> str:
+    """That a file is not the FMU, system or module of a name as this installation builds it now: a sentence.
+
+    Empty if it is; also if it is not there, which is refused in other words where it is needed.
+    """
+    same = {".ssp": is_own_system, ".wasm": is_own_module}.get(path.suffix, is_own_fmu)
+    if not path.is_file() or same(name, path):
+        return ""
+    path = original(path)
+    return (f"{from_here(path)} is not the {name} that this installation builds now: `{build_command(name, path)}` "
+            "builds it anew")
+
+
+def build_command(name: str, path: Path) -> str:
+    """The command that builds an FMU, system or module into the folder of a path."""
+    kind = KINDS.get(path.parent.name)
+    folder = from_here(path.parent if kind is None else path.parent.parent)
+    known = STAGES.own_of(name)
+    return " ".join(["maglev build", *([] if known is None else [f"--stage {from_here(known.file)}"]),
+                     *([] if kind is None else [kind]), *([] if folder == Path("fmus") else [f"--fmus {folder}"])])
+
+
+def from_here(path: Path) -> Path:
+    """A path as one types it in the current folder."""
+    here = Path.cwd()
+    return path.relative_to(here) if path.is_relative_to(here) else path
+
+
+def kind_folder(fmus: Path, native: bool, fmi: int = 2, clocked: bool = False) -> Path:
+    """Folder of a kind of FMUs below a folder: the Python kind is in this one itself.
+
+    ScenarioError for a version of FMI that there is not, or clocks in another than FMI 3.0.
+    """
+    if clocked and fmi != 3:
+        raise ScenarioError(f"{option('clocked', True)}: expected {option('kind', 'native')} and {option('fmi', 3)} "
+                            "with it")
+    if fmi not in (2, 3) or (fmi == 3 and not native):
+        raise ScenarioError(f"{option('fmi', fmi)}: expected 2, or 3 and {option('kind', 'native')} with it")
+    return fmus / ("clocked" if clocked else "fmi3" if fmi == 3 else "native") if native else fmus
+
+
+def definition(name: str) -> FmuDefinition:
+    """Definition of an FMU by its name; BuildError with the nearest name if there is none."""
+    if name not in STAGES.definitions():
+        if name.endswith(".toml"):
+            raise BuildError(f"{name}: expected the name of an FMU; those of your own stage: {option('stage', name)}")
+        known = [*STAGES.definitions(), *STAGES.systems()]
+        raise BuildError(f"there is no FMU {name}, {nearest(name, known, '.py')}, expected one "
+                         f"that `maglev list` lists, {or_of_own_stage()}")
+    return STAGES.definition(name)
+
+
+def installed() -> Maker:
+    """This installation as what makes FMUs, without its licence text, which nothing is known by."""
+    return Maker(version("maglev-fmus"), "", PACKAGES)
+
+
+def project() -> Maker:
+    return installed()._replace(licence=licence_of("maglev-fmus"))
+
+
+def built_here(path: Path) -> bool:
+    """Whether an FMU is one that the installed version builds of its own sources, whatever it says of itself.
+
+    Its code is compared with what this installation makes: all of it in one that runs Python; of a native one see
+    `is_native_build`, which says what remains trusted. So neither another project's FMU with our name in it, nor one
+    that somebody changed, nor one of another version of the sources is; its file's name, the date of the build and the
+    machine that built it do not matter. False also of a user's class as an FMU, and of what is no FMU at all.
+    """
+    return own_build(path) is not None
+
+
+class OwnBuild(NamedTuple):
+    """An FMU of this installation: its name, and "Python" or "native"."""
+
+    name: str
+    kind: str
+
+
+def own_build(path: Path) -> OwnBuild | None:
+    """What a file is, if it was built here; None of what was not."""
+    sha256 = digest_at(path)
+    return build_of_file(path, sha256, tuple(to_text(own.rig) for own in STAGES.own.values())) if sha256 else None
+
+
+UNREADABLE = (OSError, BadZipFile, zlib.error, KeyError, ValueError, EOFError, RuntimeError, ImportError)
+
+
+@lru_cache(maxsize=64)
+def build_of_file(path: Path, _sha256: str, _stages: tuple[str, ...]) -> OwnBuild | None:
+    """What a file is, looked at once for each content and for the stages that are known."""
+    try:
+        return build_of(path)
+    except UNREADABLE:
+        return None   # whatever is wrong with it, loading it will say
+
+
+def build_of(file: Path | BytesIO) -> OwnBuild | None:
+    """What an archive is, if it was built here; one of UNREADABLE of what is no FMU at all."""
+    contents = files_in(file)
+    match = NAME.search(contents["modelDescription.xml"])
+    name = match[1].decode("ascii") if match else ""
+    if name not in STAGES.definitions():
+        return None
+    if PYTHON_KIND in contents:
+        same = is_python_build(contents, definition(name), STAGES.definitions()[name].text(), installed())
+        return OwnBuild(name, "Python") if same else None
+    same = is_native_build(contents, definition(name), installed())
+    return OwnBuild(name, "native") if same else None
+
+
+def is_own_fmu(name: str, path: Path) -> bool:
+    build = own_build(path)
+    return build is not None and build.name == name
+
+
+def is_own_module(name: str, path: Path) -> bool:
+    """Whether a WebAssembly module, and the description beside it, are those of a name, built here."""
+    try:
+        made = made_of(definition(name), path.read_bytes(), installed())
+        return path.with_suffix(".xml").read_bytes().endswith(b"\n" + made)
+    except OSError:
+        return False
+
+
+def is_own_system(name: str, path: Path) -> bool:
+    """Whether all FMUs in a system are of this installation."""
+    try:
+        fmus = {file: data for file, data in files_in(path).items() if file.endswith(".fmu")}
+        return (name in STAGES.systems() and bool(fmus)
+                and all(build_of(BytesIO(data)) is not None for data in fmus.values()))
+    except UNREADABLE:
+        return False
+
+
+def files_in(path: Path | BytesIO) -> dict[str, bytes]:
+    """Files of an archive by name; ValueError if it is none of ours: too large, or two files of one name."""
+    with ZipFile(path) as archive:
+        entries = archive.infolist()
+        if sum(entry.file_size for entry in entries) > MOST or len(entries) > len(set(archive.namelist())):
+            raise ValueError(f"{path}: not an FMU of this project")
+        return {entry.filename: archive.read(entry) for entry in entries}

@@ -1,0 +1,142 @@
+"""The stages that FMUs are of: those of this project, and those of the user's that this process knows."""
+
+from collections.abc import Iterable
+from importlib import import_module
+from pathlib import Path
+from typing import Any, NamedTuple
+
+from maglev.descriptions.packaged import RIGS
+from maglev.fmi.definition import FmuDefinition
+from pmlsm.description_text import from_text, to_text
+from pmlsm.stage_description import Rig
+
+
+class OwnStage(NamedTuple):
+    """A stage of the user's: its description, the folder with the pages that are written from it, and its file."""
+
+    rig: Rig
+    folder: Path
+    file: Path
+
+
+class Stages:
+    """The stages that a process knows by their names, the user's from `add` to `forget`."""
+
+    def __init__(self) -> None:
+        self.own: dict[str, OwnStage] = {}
+        self.made: dict[str, FmuDefinition] = {}
+
+    def add(self, stage: OwnStage) -> None:
+        """Know a stage, in place of one of that name."""
+        self.forget(stage.rig.name)
+        self.own[stage.rig.name] = stage
+
+    def forget(self, *names: str) -> None:
+        """Take back what is known of stages of the user's; those of this project stay."""
+        for name in names:
+            if (stage := self.own.pop(name, None)) is not None:
+                self.made = {fmu: made for fmu, made in self.made.items() if fmu not in definitions(stage.rig)}
+
+    @property
+    def rigs(self) -> dict[str, Rig]:
+        """Rigs by name, ours first."""
+        return RIGS | {name: stage.rig for name, stage in self.own.items()}
+
+    def own_of(self, name: str) -> OwnStage | None:
+        """The stage of the user's that an FMU or a system is of, if it is of one."""
+        return next((own for own in self.own.values() if name in (*definitions(own.rig), system_of(own.rig))), None)
+
+    def definitions(self) -> dict[str, "Made"]:
+        """How the definition of every FMU that can be built is made, by its name."""
+        return definitions_of(self.rigs.values())
+
+    def definition(self, name: str) -> FmuDefinition:
+        """Definition of an FMU by its name; KeyError if there is none."""
+        if name not in self.made:
+            self.made[name] = self.definitions()[name].value()
+        return self.made[name]
+
+    def systems(self) -> dict[str, Rig]:
+        """Rig of every system that can be built, by its name."""
+        return {system_of(rig): rig for rig in self.rigs.values() if rig.experiment or rig.name in self.own}
+
+
+class Made(NamedTuple):
+    """How a definition is made: a function, a description, and more arguments, by where they stand or made likewise."""
+
+    function: str   # as "plant_fmu.definition.plant"
+    rig: Rig
+    arguments: tuple["str | Made", ...]
+
+    def value(self) -> Any:
+        return imported(self.function)(self.rig, *(
+            argument.value() if isinstance(argument, Made) else imported(argument) for argument in self.arguments))
+
+    def text(self) -> str:
+        """The same as Python, which an FMU runs to have its DEFINITION."""
+        paths = {*self.paths(), f"{from_text.__module__}.{from_text.__name__}"}
+        imports = sorted("from {} import {}\n".format(*path.rsplit(".", 1)) for path in paths)
+        lines = (f"    {line!r}\n" for line in to_text(self.rig).splitlines(keepends=True))
+        return f"{''.join(imports)}\nRIG = from_text(\n{''.join(lines)})\n\nDEFINITION = {self.call()}\n"
+
+    def call(self) -> str:
+        arguments = (argument.call() if isinstance(argument, Made) else last(argument) for argument in self.arguments)
+        return f"{last(self.function)}({', '.join(('RIG', *arguments))})"
+
+    def paths(self) -> list[str]:
+        """Where all that it takes stands."""
+        return [self.function, *(path for argument in self.arguments for path in (
+            argument.paths() if isinstance(argument, Made) else [argument]))]
+
+
+def last(path: str) -> str:
+    """Name of what stands at a path, as "plant" of "plant_fmu.definition.plant"."""
+    return path.rpartition(".")[2]
+
+
+def imported(path: str) -> Any:
+    return getattr(import_module(path.rpartition(".")[0]), last(path))
+
+
+def definitions(rig: Rig) -> dict[str, Made]:
+    """How the definition of every FMU of a rig is made, by its name."""
+    name, suffix = rig.name, rig.suffix
+
+    def made(function: str, block: str, *arguments: str | Made) -> Made:
+        return Made(function, rig, (block.format(name, suffix), *arguments))
+
+    def described(function: str, *arguments: str | Made) -> Made:
+        return Made(function, rig, arguments)
+
+    designed = {"Scheduled": rig.design.schedule, "Interpolated": rig.design.table}
+    laws = ("", "Linear", *(law for law, design in designed.items() if design is not None))
+    regulators = {law: described("controller_fmu.definitions.regulator",
+                                 f"controller_fmu.status.{law.upper() or 'NONLINEAR'}") for law in laws}
+    plant = described("plant_fmu.definition.plant")
+    pid = described("controller_fmu.definitions.pid")
+    estimator = described("controller_fmu.estimator_definitions.estimator")
+    adaptive = described("controller_fmu.estimator_definitions.adaptive_regulator", regulators[""], estimator)
+    loops = {**regulators, "PID": pid, "Adaptive": adaptive}
+    return {
+        f"Plant{suffix}": plant,
+        **{f"{law}Regulator{suffix}": regulator for law, regulator in regulators.items()},
+        f"PID{suffix}": pid,
+        f"Commutation{suffix}": described("controller_fmu.definitions.commutation"),
+        f"Estimator{suffix}": estimator,
+        f"AdaptiveRegulator{suffix}": adaptive,
+        f"Measurement{suffix}": described("controller_fmu.measurement_definition.measurement"),
+        **{f"ClosedLoop{word}{suffix}": described("maglev.descriptions.closed_loop_definition.closed_loop", controller, plant)
+            for word, controller in loops.items()}}
+
+
+def definitions_of(rigs: Iterable[Rig]) -> dict[str, Made]:
+    """How the definition of every FMU of rigs is made, by its name."""
+    return {name: made for rig in rigs for name, made in definitions(rig).items()}
+
+
+def system_of(rig: Rig) -> str:
+    """Name of the system of a rig: controller and plant as an SSP file."""
+    return f"Stage{rig.suffix}"
+
+
+STAGES = Stages()

@@ -1,1 +1,0 @@
-"""What runs in the place of something else: ports, settings, units."""

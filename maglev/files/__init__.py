@@ -1,0 +1,1 @@
+"""Files, processes, units, tables and errors: what everything else stands on."""

@@ -1,0 +1,260 @@
+"""Processes beside this one: each does one task after the other, says what comes of it, and does not outlive this one.
+
+They start anew, for a fork would share the FMUs' libraries and threads in the middle of something, and Ctrl-C does not
+reach them. They are no children as multiprocessing starts them: a daemonic process, such as a worker of a cluster, may
+have none of these.
+"""
+
+import os
+import pickle
+import shutil
+import signal
+import subprocess
+import sys
+import tempfile
+import time
+from collections.abc import Callable
+from contextlib import suppress
+from functools import partial
+from pathlib import Path
+from queue import Empty, SimpleQueue
+from threading import Thread
+from traceback import format_exc
+from typing import Any, Literal, NamedTuple
+
+from maglev.files.errors import FAILURES, in_one_line, spelling
+from maglev.files.interrupts import held_interrupts, interrupts_blocked, terminate
+from maglev.files.json_lines import line_of, value_of
+from maglev.files.programs import end_with_children
+
+PATIENCE = 10.0   # s, for a process that is asked to end
+POLL = 0.05       # s, between two looks at a process
+LONGEST = 1 << 30   # bytes of a line that is read of what is not ours
+PROGRAM = "import sys; sys.path[:] = {path!r}; from maglev.files.beside import serve; serve({folder!r})"
+
+Send = Callable[[object], None]   # what a task calls with its reports
+Task = Callable[[Send], Any]      # can be pickled, as can its reports and its result
+
+SERVING: list[str | None] = []    # in a process beside another: the folder that it was given, if any
+
+
+Kind = Literal["report", "result", "error", "interrupt"]
+
+
+class Said(NamedTuple):
+    """What a process says: a "report" of its task; at the end the "result", an "error", or what an "interrupt" left."""
+
+    kind: Kind
+    what: Any
+
+    @property
+    def last(self) -> bool:
+        """Whether nothing more comes of the task."""
+        return self.kind != "report"
+
+
+class Gone(Exception):
+    """A process is not to be heard any more; what it did, as the end of a sentence.
+
+    `how` is the signal or exit code of one that has ended.
+    """
+
+    def __init__(self, what: str, how: str = ""):
+        super().__init__(what)
+        self.how = how
+
+
+class Forged(Gone):
+    """A process has said what no task of this project says."""
+
+    def __init__(self) -> None:
+        super().__init__("has written into the pipe of its process")
+
+
+class Silent(Gone):
+    """A process has said nothing for too long."""
+
+
+class Beside:
+    """A process beside this one.
+
+    With a folder to unpack in it is for what is not ours: it is ended from here alone, with all that it has started,
+    and the folder goes with it; what comes from it is not trusted. Without one it takes SIGTERM, and the end of this
+    process, as Ctrl-C, and says what it leaves. What it says arrives in the inbox, of this process and perhaps of
+    others; None when it has ended.
+    """
+
+    def __init__(self, folder: Path | None = None, inbox: "Inbox | None" = None):
+        self.folder = folder
+        self.inbox: Inbox = inbox or SimpleQueue()
+        self.let_through: Callable[[], None] = lambda: None   # lets interrupts through that are held back
+        self.left = False   # whether it has ended itself and left something that it has started
+        program = PROGRAM.format(path=sys.path, folder=None if folder is None else str(folder))
+        with interrupts_blocked():
+            self.process = subprocess.Popen([sys.executable, "-c", program], stdin=subprocess.PIPE,
+                                            stdout=subprocess.PIPE, start_new_session=folder is not None)
+        Thread(target=self.receive, daemon=True).start()
+        self.send(sys.argv)   # not in the program: an argument has a largest length
+
+    def receive(self) -> None:
+        """Pass on what the process sends, and at last that it has ended."""
+        assert self.process.stdout is not None
+        with self.process.stdout as pipe, suppress(EOFError, pickle.UnpicklingError):   # in the middle of a report
+            while frame := pickle.load(pipe) if self.folder is None else pipe.readline(LONGEST):
+                self.inbox.put((self, frame))   # the one that is its own by then
+        self.inbox.put((self, None))
+
+    def ask(self, task: Task | None) -> None:
+        """Have a task done in the folder of this process, whose messages spell options as here; None asks it to end."""
+        self.send(pickle.dumps(task and (os.getcwd(), spelling.get(), task)))
+
+    def send(self, frame: object) -> None:
+        assert self.process.stdin is not None
+        try:
+            pickle.dump(frame, self.process.stdin)
+            self.process.stdin.flush()
+        except OSError:   # it has ended
+            self.inbox.put((self, None))
+
+    def next(self, limit: float, sign: Callable[[], object] = lambda: None) -> Said:
+        """What it says next: a report or the result; what the task has raised is raised.
+
+        What `sign` returns changes as long as the process lives. Gone if it has ended or closed its pipe, or something
+        else than reports has come; Silent if that has taken longer than the limit (s).
+        """
+        silent, ended, before = 0.0, 0.0, sign()
+        while True:
+            self.let_through()
+            try:
+                _, frame = self.inbox.get(timeout=POLL)
+                break
+            except Empty:
+                now = sign()
+            if self.process.poll() is not None:   # what it has started holds the pipe
+                self.end()
+                ended += POLL
+            if ended > PATIENCE:
+                raise self.gone()
+            # Looks are counted, not time: a machine that sleeps is no silence.
+            silent, before = (silent + POLL, before) if now == before else (0.0, now)
+            if silent > limit:
+                raise Silent(f"has been silent for {limit:g} s")
+        if frame is None:
+            raise self.gone()
+        try:
+            said: Said = pickle.loads(frame) if self.folder is None else said_in(frame)
+        except ValueError:
+            raise Forged from None
+        if said.kind == "error":
+            raise said.what
+        return said
+
+    def gone(self) -> Gone:
+        """What is known of a process from which nothing more comes."""
+        for _ in range(round(PATIENCE / POLL)):
+            self.let_through()
+            with suppress(subprocess.TimeoutExpired):
+                self.process.wait(POLL)
+                return Gone(f"ended its process with {self.how_it_ended()}", self.how_it_ended())
+        return Gone("has closed the pipe of its process")
+
+    def how_it_ended(self) -> str:
+        """Signal or exit code of the process, which has ended."""
+        code = self.process.returncode
+        with suppress(ValueError):
+            return signal.Signals(-code).name if code < 0 else f"exit code {code}"
+        return f"signal {-code}"
+
+    def end(self) -> None:
+        """End it, whatever it does, with what it has started if it is not ours, and wait for that."""
+        if self.folder is None:
+            self.process.kill()
+            with suppress(subprocess.TimeoutExpired):   # where the system itself does not come back
+                self.process.wait(PATIENCE)
+        elif end_with_children(self.process):
+            self.left = True
+        assert self.process.stdin is not None
+        with suppress(OSError):
+            self.process.stdin.close()
+
+
+def said_in(line: bytes) -> Said:
+    """What a line says; ValueError where that is nothing that `serve` writes."""
+    said = value_of(line)
+    if (not isinstance(said, Said) or (said.kind == "error") != isinstance(said.what, Exception)
+            or said.kind == "interrupt"):   # only a process of ours is asked to end in order
+        raise ValueError(f"{said!r}")
+    return said
+
+
+Inbox = SimpleQueue[tuple[Beside, bytes | None]]
+
+
+def serve(folder: str | None) -> None:
+    """Do tasks in this process as they are asked for; see `Beside`."""
+    signal.signal(signal.SIGINT, signal.SIG_IGN)   # the first process handles it for all
+    if folder:
+        signal.signal(signal.SIGTERM, signal.SIG_IGN)   # else it ends without a word until a task begins
+    SERVING.append(folder)
+    if folder:
+        tempfile.tempdir = folder   # what is unpacked goes with it, however this process ends
+    given, said = os.fdopen(os.dup(0), "rb"), os.fdopen(os.dup(1), "wb")
+    os.dup2(os.open(os.devnull, os.O_RDONLY), 0)
+    os.dup2(2, 1)   # what is printed here is no result
+    sys.stdout = sys.stderr
+    try:
+        sys.argv[:] = pickle.load(given)
+    except (EOFError, pickle.UnpicklingError):   # who asked for this process ended before it was there
+        if folder:
+            shutil.rmtree(folder, ignore_errors=True)
+        return
+    tasks: SimpleQueue[bytes] = SimpleQueue()
+    own = os.getpid()
+
+    def receive() -> None:
+        with suppress(EOFError, pickle.UnpicklingError):
+            while True:
+                tasks.put(pickle.load(given))
+        if folder:
+            shutil.rmtree(folder, ignore_errors=True)
+            if hasattr(os, "killpg"):
+                os.killpg(own, signal.SIGKILL)
+        else:
+            os.kill(os.getpid(), signal.SIGTERM)   # the task removes what it has unpacked
+            time.sleep(PATIENCE)
+        os._exit(1)
+
+    def send(kind: Kind, what: object) -> None:
+        if os.getpid() != own:   # a copy of this process that a task has made
+            os._exit(0)
+        frame = line_of(Said(kind, what)) if folder else pickle.dumps(pickle.dumps(Said(kind, what)))
+        with held_interrupts():   # half of it could not be read
+            try:
+                said.write(frame)
+                said.flush()
+            except OSError as error:
+                while not isinstance(error, ConnectionError):   # the task has closed the pipe: the other side ends it
+                    time.sleep(PATIENCE)
+                raise
+
+    Thread(target=receive, daemon=True).start()
+    asked = () if folder else (KeyboardInterrupt,)
+    caught = (Exception,) if folder else ()   # of a task of ours it is a bug, which ends the process
+    with suppress(ConnectionError, *asked):   # nobody wants to know, or more
+        while (task := pickle.loads(tasks.get())) is not None:
+            folder_here, spelled, work = task
+            os.chdir(folder_here)
+            spelling.set(spelled)
+            if not folder:
+                signal.signal(signal.SIGTERM, terminate)
+            try:
+                result = work(partial(send, "report"))
+            except asked as error:
+                send("interrupt", in_one_line(error))
+                break
+            except caught as error:
+                error.add_note(format_exc())
+                send("error", error if isinstance(error, FAILURES) else RuntimeError(format_exc()))
+            else:
+                send("result", result)
+        signal.signal(signal.SIGTERM, signal.SIG_IGN)   # it ends

@@ -1,0 +1,142 @@
+"""The cache of this user: what takes long to make, kept for the next time and known by its content.
+
+A file in it is named after its own digest, in a folder that is named after what it is made of. It is found for as long
+as its content has that digest, and nobody else can write there.
+"""
+
+import atexit
+import errno
+import hashlib
+import os
+import shutil
+from collections.abc import Mapping
+from pathlib import Path
+from typing import NamedTuple
+
+from maglev.files.regular_file import regular
+from maglev.files.scratch import remove_scratch, scratch_folder
+from maglev.files.whole_file import whole_file
+
+PLACE = "MAGLEV_CACHE"   # environment variable with the folder, in place of the system's
+FOLDERS = FMUS, STEP_LOOP, BLOCK_LOOPS = "fmus", "step_loop", "block_loops"   # in it
+
+
+class Kept(NamedTuple):
+    """A file, and the SHA-256 of its content."""
+
+    path: Path
+    sha256: str
+
+    @property
+    def intact(self) -> bool:
+        return digest_at(self.path) == self.sha256
+
+
+HERE: dict[tuple[str, str], Kept] = {}   # what this process alone keeps, by key and name
+
+
+def cache_folder() -> Path:
+    """Folder of the cache, which need not be there."""
+    place = os.environ.get(PLACE)
+    if place:
+        return Path(place).absolute()
+    from platformdirs import user_cache_path
+
+    try:
+        return user_cache_path("maglev-fmus", appauthor=False)
+    except RuntimeError:
+        return Path("~/.cache/maglev-fmus")   # there is no home folder, and nothing is kept
+
+
+def key_of(folder: str, *made_of: object) -> str:
+    """Key, in a folder of the cache, of what is made of these: their texts tell it from all else."""
+    return f"{folder}/{hashlib.sha256(repr(made_of).encode('utf-8')).hexdigest()[:32]}"
+
+
+def kept(key: str, name: str) -> Kept | None:
+    """What was kept under a key, a path in the cache, and a file name; None if there is nothing, or it was changed."""
+    if (key, name) in HERE:
+        return HERE[key, name]
+    folder = cache_folder() / key
+    for path in sorted(folder.glob(f"*-{name}")) if folder.is_absolute() and is_private(folder) else ():
+        entry = Kept(path, path.name.removesuffix(f"-{name}"))
+        if is_private(path) and entry.intact:
+            return entry
+    return None
+
+
+def keep(key: str, name: str, content: bytes) -> Kept:
+    """Keep a content under a key and a file name, in place of what was there; OSError if it cannot be written."""
+    folder = cache_folder() / key
+    if not folder.is_absolute():   # where this user has no home folder
+        raise OSError(errno.ENOENT, "there is no home folder", str(folder))
+    folder.mkdir(parents=True, exist_ok=True)
+    folder.chmod(0o700)
+    digest = hashlib.sha256(content).hexdigest()
+    path = folder / f"{digest}-{name}"
+    if not path.is_file():   # a pipe would be written into
+        path.unlink(missing_ok=True)
+    with whole_file(path) as unfinished:
+        unfinished.write_bytes(content)
+        unfinished.chmod(0o700)
+    for other in folder.glob(f"*-{name}"):
+        if other != path:
+            other.unlink(missing_ok=True)
+    return Kept(path, digest)
+
+
+def keep_here(key: str, name: str, content: bytes) -> Kept:
+    """The same; where it cannot be written, in a temporary folder for as long as this process lives."""
+    try:
+        return keep(key, name, content)
+    except OSError:
+        folder = scratch_folder()
+        atexit.register(remove_scratch, folder)
+        entry = HERE[key, name] = Kept(folder / name, hashlib.sha256(content).hexdigest())
+        entry.path.write_bytes(content)
+        entry.path.chmod(0o700)
+        return entry
+
+
+def sizes() -> list[int]:
+    return [path.stat().st_size for part in FOLDERS for path in (cache_folder() / part).rglob("*-*")
+            if path.is_file()]
+
+
+def clear() -> None:
+    """Remove all that is kept, and nothing else that lies there; OSError if it cannot be removed."""
+    for part in FOLDERS:
+        if (cache_folder() / part).exists():
+            shutil.rmtree(cache_folder() / part)
+
+
+def digest_at(path: Path) -> str:
+    """SHA-256 of a file, by which it is known to be the one that it was; empty text if it cannot be read, or is none.
+
+    Size and time do not tell: an edit in place can leave both.
+    """
+    try:
+        if not path.is_file():   # a pipe would wait for ever
+            return ""
+        with regular(path).open("rb") as file:
+            return hashlib.file_digest(file, "sha256").hexdigest()
+    except OSError:
+        return ""
+
+
+def digest_of_all(files: Mapping[str, bytes]) -> str:
+    """SHA-256 of files, of their names and what is in them."""
+    hashed = hashlib.sha256()
+    for name, content in sorted(files.items()):
+        hashed.update(f"{name}\0{len(content)}\0".encode("utf-8", "surrogateescape"))
+        hashed.update(content)
+    return hashed.hexdigest()
+
+
+def is_private(path: Path) -> bool:
+    """Whether only this user, or the system's, can change a file or a folder; where owners are unknown, it is."""
+    try:
+        status = path.stat()
+    except OSError:
+        return False
+    return not hasattr(os, "geteuid") or (status.st_uid in (0, os.geteuid()) and not status.st_mode & 0o022)

@@ -1,0 +1,30 @@
+"""The packages of this project beside `maglev`, and that no others go before them where Python imports."""
+
+from functools import cache
+from importlib import import_module
+from importlib.util import find_spec
+from pathlib import Path
+
+from maglev.files.errors import MaglevError
+
+# Packages of ours whose modules an FMU can carry.
+PACKAGES = ("pmlsm", "plant_fmu", "controller_fmu", "controller_fmu", "controller_fmu", "maglev.descriptions")
+OURS = (*PACKAGES, "maglev.fmi", "maglev.files", "maglev")
+
+HERE = Path(__file__).resolve().parents[2]
+
+
+@cache
+def require_own_packages() -> None:
+    """Import our packages, so that none which is found later takes their place; MaglevError if one does already.
+
+    Their names go into FMUs as they are, and others who follow the layout of pythonfmu may have the same in a folder.
+    """
+    for name in OURS:
+        spec = find_spec(name)
+        file = None if spec is None else spec.origin or next(iter(spec.submodule_search_locations or ()), None)
+        if file is None or HERE not in Path(file).resolve().parents:
+            raise MaglevError(f"import {name}: finds {file or 'nothing'}, expected the package of maglev-fmus in "
+                              f"{HERE / name}: give the other one another name, or leave its folder out of Python's "
+                              "path (`maglev` in place of `python -m maglev`, or `python -P`)")
+        import_module(name)

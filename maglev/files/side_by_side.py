@@ -1,0 +1,158 @@
+"""Tasks side by side in processes, each of which does one after the other: a task that dies leaves the others alone."""
+
+import math
+import pickle
+import sys
+import time
+import warnings
+from collections import deque
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from contextlib import AbstractContextManager, contextmanager, nullcontext
+from functools import partial
+from queue import Empty, SimpleQueue
+from typing import Any, TypeVar
+
+from maglev.files.beside import PATIENCE, POLL, Beside, Inbox, Said, Send
+from maglev.files.errors import Interrupted, ended_by, signal_of
+
+T = TypeVar("T")
+
+REPORT_EVERY = 0.1   # s, at least, between two reports of progress
+OURS = ("maglev", "contextlib")   # modules, with those below them, at whose lines a caller is not told anything
+
+Progress = Callable[[int, int], None]       # steps done, steps in all
+Task = Callable[[Progress], T]              # can be pickled, as can its result; reports its progress
+Watcher = Callable[[str, int, int], None]   # name of a task, steps done, steps in all
+Idle = list[Beside]                         # processes that wait for tasks
+Say = Callable[[str], None]                 # told, in sentences, what goes on
+Watch = Callable[[Sequence[str]], AbstractContextManager[Watcher]]   # from the names of tasks to what is told of them
+
+
+class Stopped(Interrupted):
+    """Ctrl-C or SIGTERM ended tasks: the results of those that were done, and what others left, by name."""
+
+    def __init__(self, number: int, what: str, results: Mapping[str, Any], left: Mapping[str, str]):
+        super().__init__(what, number)
+        self.what = what
+        self.results = results
+        self.left = left
+
+
+@contextmanager
+def kept_processes() -> Iterator[Idle]:
+    """Processes that one `side_by_side` leaves to the next; they end with the block."""
+    idle: Idle = []
+    try:
+        yield idle
+    finally:
+        for process in idle:
+            process.end()
+
+
+def side_by_side(tasks: Mapping[str, Task[T]], jobs: int, died: Callable[[str, str], T], watch: Watcher,
+                 idle: Idle, take: Callable[[str, T], None] | None = None) -> dict[str, T]:
+    """Do the tasks, by name, in at most so many processes at a time; their results are in the order of the tasks.
+
+    A task says itself what becomes of its errors; `died` makes, of its name and a message, the result of one whose
+    process ended without one. Processes that are idle, as of `kept_processes`, are taken before others are started, and
+    left there. With `take` each result goes there as it comes, and is not kept. Stopped after Ctrl-C or SIGTERM: the
+    tasks that were under way have ended.
+
+    What these processes say is unpickled: tasks run what is of this project alone, and the rest in `other_process`.
+    They have no limit of time, for each call of the rest has one. `concurrent.futures` would lose all tasks with one
+    that dies, and those under way after Ctrl-C.
+    """
+    waiting, inbox = deque(tasks), SimpleQueue[tuple[Beside, bytes | None]]()
+    running: dict[Beside, str] = {}
+    ended: dict[Beside, float] = {}   # since when a process has ended, whose pipe something else has
+    results: dict[str, T] = {}
+    try:
+        while waiting or running:
+            while waiting and len(running) < jobs:
+                process = idle.pop() if idle else Beside(inbox=inbox)
+                process.inbox = inbox
+                running[process] = waiting.popleft()
+                process.ask(partial(watched, tasks[running[process]]))
+            heard, said = next_of(inbox)
+            now = time.monotonic()
+            for process, name in list(running.items()):
+                if process is heard and said is not None and not said.last:
+                    watch(name, *said.what)
+                    continue
+                if process is not heard and (process.process.poll() is None
+                                             or now < ended.setdefault(process, now) + PATIENCE):
+                    continue
+                if process is not heard or said is None:
+                    gone = process.gone()
+                    what = f"ended with {gone.how}" if gone.how else f"{gone}"
+                    result = died(name, f"the process {what}, expected a result before that")
+                    process.end()
+                elif said.kind == "interrupt":
+                    result = died(name, said.what)
+                else:
+                    result = said.what
+                    idle.append(process)
+                del running[process]
+                if take is None:
+                    results[name] = result
+                else:
+                    take(name, result)
+                watch(name, 1, 1)
+    except KeyboardInterrupt as error:
+        left = asked_to_end(running, inbox, results)
+        raise Stopped(signal_of(error), ended_by(error), results, left) from None
+    finally:
+        for process in running:
+            process.end()
+    return {name: results[name] for name in tasks if name in results}
+
+
+def next_of(inbox: Inbox) -> tuple[Beside | None, Said | None]:
+    """Who says what next, if anybody does soon; None in place of it from one that has ended."""
+    try:
+        process, frame = inbox.get(timeout=POLL)
+    except Empty:
+        return None, None
+    return process, None if frame is None else pickle.loads(frame)
+
+
+def asked_to_end(running: Mapping[Beside, str], inbox: Inbox, results: dict[str, Any]) -> dict[str, str]:
+    """Ask processes to end, wait a while for it, keep late results, and return what others say that they leave."""
+    for process in running:
+        process.process.terminate()
+    left: dict[str, str] = {}
+    until, waiting = time.monotonic() + PATIENCE, dict(running)
+    while waiting and time.monotonic() < until:
+        heard, said = next_of(inbox)
+        if heard in waiting and said is None:
+            del waiting[heard]
+        elif heard in waiting and said is not None and said.last:
+            # Nothing else comes: one that has handed over what it had done waits for another task.
+            (left if said.kind == "interrupt" else results)[waiting.pop(heard)] = said.what
+    return left
+
+
+def watched(task: Task[T], send: Send) -> T:
+    """Do a task in another process, and send how far it is now and then; the result is more than the last of these."""
+    latest = -math.inf
+
+    def progress(done: int, steps: int) -> None:
+        nonlocal latest
+        now = time.monotonic()
+        if done < steps and now - latest > REPORT_EVERY:
+            latest = now
+            send((done, steps))
+
+    return task(progress)
+
+
+def warn(sentence: str) -> None:
+    """Say a sentence as Python does, at the line of who called this package."""
+    frame, level = sys._getframe(), 1
+    while frame.f_back is not None and frame.f_globals["__name__"].partition(".")[0] in OURS:
+        frame, level = frame.f_back, level + 1
+    warnings.warn(sentence, stacklevel=level)
+
+
+def unwatched(_names: Sequence[str]) -> AbstractContextManager[Watcher]:
+    return nullcontext(lambda _name, _done, _steps: None)

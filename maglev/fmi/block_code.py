@@ -1,0 +1,95 @@
+"""The block of an FMU as C: one header with structs, functions, start values, and what it may fail at."""
+
+import re
+from collections.abc import Collection
+from pathlib import Path
+from typing import NamedTuple
+
+from maglev.fmi.definition import FmuDefinition
+from maglev.fmi.escapes import c_string
+from maglev.fmi.templates import filled
+from maglev.language.blocks import BlockText, block_text
+from maglev.language.names import identifier
+from maglev.language.program import Function
+
+TEMPLATES = Path(__file__).with_name("templates")   # C files with places for what follows from a block, or with none
+BLOCK = "block.h"         # in the sources of an FMU
+FIRST_FAILURE = 1_000_000        # status: this and the number of the place that failed; one of the C layer, too
+
+# What the functions around a block take and give, and how they call its own.
+WRAPPED = {"start": ("int64_t start_block(void *block)", ""),
+           "step": ("int64_t step_block(void *block, double time, double size)", ", time, size"),
+           "derive": ("int64_t derive_block(void *block)", ""),
+           "settle": ("bool settle_block(void *block)", ""),
+           "differentiate": ("int64_t differentiate_block(void *block, void *direction)", ", direction"),
+           "differentiate_start": ("int64_t differentiate_start_block(void *block, void *direction)", ", direction"),
+           "differentiate_measurement": ("void differentiate_measurement_block(void *block, void *direction)",
+                                         ", direction")}
+
+# Names that a header which is written here defines: of structs, and of all else at the beginning of a line.
+STRUCT = re.compile(r"^struct (\w+) \{", re.MULTILINE)
+DEFINED = re.compile(r"^(?:typedef struct \w+ (\w+);|enum \{ (\w+)|static [\w *]*?\b(\w+)(?=\(| =|\[))", re.MULTILINE)
+
+
+def c_path(place: str) -> str:
+    """An attribute path, such as "motors[0].i_a", in C."""
+    return ".".join(re.sub(r"^[^\[]+", lambda name: identifier(name[0]), part) for part in place.split("."))
+
+
+class BlockCode(NamedTuple):
+    """Text of the header BLOCK, and whether every step comes to an end, whatever the values."""
+
+    text: str
+    ends: bool
+
+
+def block_code(definition: FmuDefinition, careful: Collection[str],
+               reserved: frozenset[str] = frozenset()) -> BlockCode:
+    """The header BLOCK for a definition.
+
+    Untranslatable, with file and line, if the block is not of the language. `careful` are
+    packages whose code looks before it divides, `reserved` names of the C around it.
+    """
+    text = block_text(definition.new_block(), definition.continuous is not None, careful=careful, reserved=reserved)
+    functions = "\n".join(wrapper(definition, name, function) for name, function in text.methods.items())
+    return BlockCode(filled(TEMPLATES / BLOCK, {
+        "NAME": definition.name, "STRUCT": text.struct, "STRUCTS": text.structs, "FUNCTIONS": text.functions,
+        "INITIAL": text.initial, "WRAPPERS": functions, "FAILURES": failures(text)}), text.ends)
+
+
+def failures(text: BlockText) -> str:
+    return "\n".join(f"    {c_string(site.text)}," for site in text.sites) or "    0"
+
+
+def wrapper(definition: FmuDefinition, name: str, function: Function) -> str:
+    """A function of the C layer's over one of the block's; what fails in it is its status."""
+    head, given = WRAPPED[name]
+    failing = ", &failure" if function.fails else ""
+    call = f"{function.name}(block{given}{failing})"
+    kind = head.partition(" ")[0]
+    lines = [f"static {head}", "{"]
+    if function.fails:
+        lines.append("    int64_t failure = 0;")
+    if kind == "void":
+        lines += [f"    {call};"]
+    else:
+        lines += [f"    {'const int64_t status' if kind == 'int64_t' else 'const bool jumps'} = {call};"]
+        result = "status" if kind == "int64_t" else "jumps"
+        if function.fails and kind == "int64_t":
+            lines += ["    if (failure != 0) {", "        return FIRST_FAILURE + failure;", "    }"]
+        if kind == "int64_t" and definition.finite and name in ("start", "step"):
+            lines.append("    const Block *const law = block;")
+            for status, place in definition.finite:
+                lines += [f"    if (status == 0 && !isfinite(law->{c_path(place)})) {{", f"        return {status};",
+                          "    }"]
+        lines.append(f"    return {result};")
+    return "\n".join([*lines, "}", ""])
+
+
+def prefixed(code: str, prefix: str) -> str:
+    """The text of a header BLOCK with a prefix for all names that it defines, for a program with several blocks."""
+    structs = "|".join(STRUCT.findall(code))
+    names = "|".join(name for found in DEFINED.findall(code) for name in found if name)
+    code = re.sub(rf"\bstruct ({structs})\b", rf"struct {prefix}\1", code)
+    code = re.sub(rf"(?<![.\w>])\b({names})\b", rf"{prefix}\1", code)
+    return code.replace("BLOCK_H", f"{prefix}BLOCK_H".upper())

@@ -1,0 +1,107 @@
+"""Libraries for several platforms from one machine, by zig's C compiler."""
+
+import os
+import sys
+import tempfile
+from collections.abc import Iterator, Mapping
+from contextlib import contextmanager
+from pathlib import Path
+from typing import NamedTuple
+
+from maglev.files.cache import is_private
+from maglev.files.extras import lacking
+from maglev.files.programs import output_of, python_environment
+from maglev.files.scratch import scratch
+from maglev.fmi.mach_o import universal
+from maglev.language.errors import ExportError
+
+# No contraction of a product and a sum into one rounding: Python does not do it either. A square root is the
+# processor's, which sets no errno. Nothing but FMI's functions is visible, under their own names. Debug information has
+# paths in it, which would make the bytes depend on the machine.
+FLAGS = ("-std=c99", "-O2", "-ffp-contract=off", "-fno-math-errno", "-DBLOCKS_IN_ONE_UNIT", "-fvisibility=hidden",
+         "-fno-sanitize=all", "-g0", "-s", "-DFMI2_OVERRIDE_FUNCTION_PREFIX",
+         "-DFMI3_OVERRIDE_FUNCTION_PREFIX")
+
+UNIT = "{}_in_one.c"   # a name of its own: zig locks what it keeps of a file by its name
+
+
+class Platform(NamedTuple):
+    """A platform: zig's targets (several make a universal binary), the file's ending, further flags."""
+
+    targets: tuple[str, ...]
+    ending: str
+    flags: tuple[str, ...]
+
+
+# By the names that FMI 3.0 has for them. Those of Linux are linked against the oldest C library that zig has for both
+# processors; newer ones run it.
+PLATFORMS = {
+    "x86_64-linux": Platform(("x86_64-linux-gnu.2.17",), ".so", ("-shared", "-fPIC")),
+    "aarch64-linux": Platform(("aarch64-linux-gnu.2.17",), ".so", ("-shared", "-fPIC")),
+    "x86_64-windows": Platform(("x86_64-windows-gnu",), ".dll", ("-shared",)),
+    "aarch64-windows": Platform(("aarch64-windows-gnu",), ".dll", ("-shared",)),
+    "x86_64-darwin": Platform(("x86_64-macos.11.0",), ".dylib", ("-shared", "-fPIC")),
+    "aarch64-darwin": Platform(("aarch64-macos.11.0",), ".dylib", ("-shared", "-fPIC"))}
+MACOS = PLATFORMS["x86_64-darwin"]._replace(targets=("x86_64-macos.11.0", "aarch64-macos.11.0"))
+
+# One module with the C library in it that asks its host for nothing: whoever reserves memory in it needs its malloc. It
+# travels in pages: functions stay functions, which takes two thirds of the room.
+WEBASSEMBLY = Platform(("wasm32-wasi",), ".wasm", (
+    "-UBLOCKS_IN_ONE_UNIT", "-mexec-model=reactor", "-Wl,--export-dynamic", "-Wl,--export=malloc", "-Wl,--export=free"))
+
+
+def require_zig() -> None:
+    """Raise ExportError if ziglang, an extra of this project, is not installed."""
+    if missing := lacking("ziglang", "native", "a native FMU"):
+        raise ExportError(missing)
+
+
+def library(sources: Mapping[str, str], name: str, platform: Platform) -> bytes:
+    """Library of C files by name, and their headers, for a platform; `name` is its file name's stem.
+
+    They are compiled as one translation unit: the step of a block, its parts and the functions of FMI over it lie in
+    different files, and calls between them are inlined. Each operation stays what it is, so that no bit differs.
+    ExportError if the compiler refuses the sources.
+    """
+    with in_one_unit(sources, name) as root:
+        made = []
+        for target in platform.targets:
+            output = root / target / f"{name}{platform.ending}"
+            output.parent.mkdir()
+            compiled(root, [*FLAGS, *platform.flags, "-target", target, "-o",
+                            str(output.relative_to(root)), UNIT.format(name)])
+            made.append(output.read_bytes())
+    return made[0] if len(made) == 1 else universal(made)
+
+
+@contextmanager
+def in_one_unit(sources: Mapping[str, str], name: str) -> Iterator[Path]:
+    """Folder with C files, and with one that includes all of them but headers; ExportError without a compiler."""
+    require_zig()
+    with scratch() as root:
+        for file, text in sources.items():
+            (root / file).write_text(text, encoding="utf-8", newline="\n")
+        unit = "".join(f'#include "{file}"\n' for file in sorted(sources) if file.endswith(".c"))
+        (root / UNIT.format(name)).write_text(unit, encoding="utf-8", newline="\n")
+        yield root
+
+
+def kept_at_home() -> bool:
+    """Whether zig can keep what it has compiled of the C libraries in this user's home, which not every service has."""
+    home = os.environ.get("XDG_CACHE_HOME") or os.environ.get("HOME")
+    if not home:
+        return False
+    folder = Path(home).absolute() / ("zig" if os.environ.get("XDG_CACHE_HOME") else ".cache/zig")
+    return os.access(next(place for place in (folder, *folder.parents) if place.exists()), os.W_OK)
+
+
+def compiled(root: Path, arguments: list[str]) -> None:
+    place = {}
+    if not kept_at_home():
+        shared = Path(tempfile.gettempdir()) / "maglev_zig"
+        shared.mkdir(mode=0o700, exist_ok=True)
+        place["ZIG_GLOBAL_CACHE_DIR"] = str(shared if is_private(shared) else root / "zig")   # of another user
+    code, printed = output_of([sys.executable, "-m", "ziglang", "cc", *arguments], root,
+                              {**place, **python_environment(), "SOURCE_DATE_EPOCH": "0"})
+    if code != 0:
+        raise ExportError(f"the C compiler refuses the sources: {' '.join(printed.split())[-1000:]}")

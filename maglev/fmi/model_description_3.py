@@ -1,0 +1,114 @@
+"""The XML of an FMU of FMI 3.0: modelDescription, buildDescription, terminalsAndIcons."""
+
+from collections.abc import Sequence
+from xml.etree.ElementTree import Element, SubElement
+
+import maglev.fmi.model_description as fmi2
+from maglev.fmi.definition import SAMPLE_TIME, FmuDefinition, Variable
+from maglev.fmi.parameter_set import xml_file
+from maglev.language.errors import ExportError
+
+FMI = "3.0"
+
+TIME = Variable("time", "independent", "continuous", "Time", "s")
+CLOCK = "clock"   # its name
+
+# What FMI 3.0 calls the unknowns in an element of FMI 2.0.
+ELEMENTS = {"Outputs": "Output", "Derivatives": "ContinuousStateDerivative", "InitialUnknowns": "InitialUnknown"}
+
+SCALE = 0.1   # mm in a unit of the plane of the icon, in which FMI has it from -100 to 100
+
+
+def model_description_3(definition: FmuDefinition, token: str, version: str, date: int) -> bytes:
+    """Model description as UTF-8 XML, with the instantiation token; other parameters as of `model_description`.
+
+    Variables and value references are those of FMI 2.0; after them comes the time. ExportError if its name is taken.
+    """
+    root = Element("fmiModelDescription", fmi2.attributes(definition, FMI, "instantiationToken", token, version, date,
+                                                     "ziglang"))
+    continuous = definition.continuous
+    common = {"modelIdentifier": definition.name, "needsExecutionTool": "false",
+              "canBeInstantiatedOnlyOncePerProcess": "false", "canGetAndSetFMUState": "true",
+              "canSerializeFMUState": "true"}
+    if continuous:
+        SubElement(root, "ModelExchange", common | {
+            "providesDirectionalDerivatives": "true", "providesAdjointDerivatives": "true",
+            "needsCompletedIntegratorStep": "true"})
+    clocked = definition.sampled and definition.clocked
+    events = {"hasEventMode": "true"} | ({} if clocked else {"mightReturnEarlyFromDoStep": "true"})
+    SubElement(root, "CoSimulation", common | {
+        "canHandleVariableCommunicationStepSize": fmi2.xml_boolean(clocked or definition.variable_step),
+    } | (events if definition.sampled else {}))
+    for variable in definition.native_variables:
+        if variable.name == TIME.name or (clocked and variable.name == CLOCK):
+            raise ExportError(f"{definition.name}: FMI 3.0 has a variable {variable.name} of its own, expected another "
+                              "name")
+    table = (*definition.native_variables, TIME)
+    fmi2.add_common(root, definition, table, fmi2.LOG_CATEGORIES)
+    variables = SubElement(root, "ModelVariables")
+    reference = {v.name: number for number, v in enumerate(table)}
+    ticking = {"variability": "discrete", "clocks": str(len(table))} if clocked else {}
+    for variable in table:
+        SubElement(variables, "Boolean" if variable.boolean else "Float64",
+                   fmi2.common_attributes(variable, reference[variable.name])
+                   | fmi2.typed_attributes(definition, variable)
+                   | fmi2.state_attributes(continuous, variable.name, reference)
+                   | (ticking if variable.causality in ("input", "output") else {}))
+    if clocked:
+        reference[""] = len(table)
+        SubElement(variables, "Clock", {
+            "name": CLOCK, "valueReference": str(reference[""]),
+            "description": f"Ticks every {SAMPLE_TIME}, first at the start time",
+            "causality": "input", "variability": "discrete", "intervalVariability": "fixed"})
+    structure = SubElement(root, "ModelStructure")
+    for element, unknowns in fmi2.structure_of(definition, continuous).items():
+        if clocked and element == "InitialUnknowns":   # fmpy takes none that are of a clock
+            continue
+        for name, knowns in unknowns.items():
+            known = fmi2.dependencies((*knowns, "") if clocked else knowns, reference)
+            SubElement(structure, ELEMENTS[element], {"valueReference": str(reference[name])} | known)
+    for name in continuous.indicators if continuous else ():
+        SubElement(structure, "EventIndicator", {"valueReference": str(reference[name])})
+    return xml_file(root)
+
+
+def build_description(name: str, units: Sequence[str]) -> str:
+    """How the C files of an FMU are compiled, as XML."""
+    root = Element("fmiBuildDescription", {"fmiVersion": FMI})
+    configuration = SubElement(root, "BuildConfiguration", {
+        "modelIdentifier": name, "description": "-ffp-contract=off gives the bits of the binaries, -ffast-math not"})
+    files = SubElement(configuration, "SourceFileSet", {"language": "C99"})
+    for unit in units:
+        SubElement(files, "SourceFile", {"name": unit})
+    SubElement(files, "PreprocessorDefinition", {
+        "name": "FMI3_OVERRIDE_FUNCTION_PREFIX", "optional": "true",
+        "description": "For a shared library: the functions of FMI under their own names"})
+    SubElement(configuration, "Library", {
+        "name": "m", "external": "true", "description": "For square roots alone, where a compiler sets errno by them"})
+    return xml_file(root).decode("utf-8")
+
+
+def terminals_and_icons(definition: FmuDefinition) -> bytes:
+    """The icon, and the inputs and outputs of each axis and motor as a terminal.
+
+    A terminal is a bus: members of the same names belong together, such as the currents that a controller commands
+    and a plant takes.
+    """
+    root = Element("fmiTerminalsAndIcons", {"fmiVersion": FMI})
+    picture = SubElement(root, "GraphicalRepresentation")
+    place = {"x1": "-100", "y1": "-100", "x2": "100", "y2": "100"}
+    SubElement(picture, "CoordinateSystem", place | {"suggestedScalingFactorTo_mm": repr(SCALE)})
+    SubElement(picture, "Icon", place)
+    groups: dict[str, list[Variable]] = {}   # by the part of the block
+    for variable in definition.variables:
+        if variable.causality in ("input", "output") and "." in variable.name:
+            groups.setdefault(variable.name.rpartition(".")[0], []).append(variable)
+    if groups:
+        terminals = SubElement(root, "Terminals")
+        for name, members in groups.items():
+            terminal = SubElement(terminals, "Terminal", {"name": name, "matchingRule": "bus"})
+            for member in members:
+                SubElement(terminal, "TerminalMemberVariable", {
+                    "variableName": member.name, "memberName": member.name.rpartition(".")[2],
+                    "variableKind": "signal"})
+    return xml_file(root)

@@ -1,0 +1,61 @@
+"""Blocks that step a user's object in a native FMU: what `SampledBlock` does, in the language of blocks.
+
+What an output must be is looked at by the C around it, see `FmuDefinition.finite`.
+"""
+
+from typing import Any
+
+from maglev.fmi.sampled_block import STEP_MISFIT, STEPPED
+
+
+class SteppedLaw:
+    """An object that is stepped at each communication step."""
+
+    def __init__(self, written: type, clock: type):
+        self.law: Any = written()
+        self.clock: Any = clock()
+
+    def start(self) -> int:
+        """Begin; the object computes nothing."""
+        return STEPPED
+
+    def step(self, t: float, dt: float) -> int:
+        """Step the object from t to t + dt (s)."""
+        self.law.step(t, dt)
+        return STEPPED
+
+
+class SampledLaw(SteppedLaw):
+    """An object that is stepped where its sampling grid has a point."""
+
+    def step(self, t: float, dt: float) -> int:
+        """Step the object if the grid has a point at t; its outputs hold over t to t + dt (s)."""
+        if not self.clock.fits(dt, self.law.sample_time):
+            return STEP_MISFIT
+        if self.clock.due(dt, self.law.sample_time):
+            self.law.step(t)
+        return STEPPED
+
+
+class StartedSteppedLaw(SteppedLaw):
+    """The same of an object that computes something from its parameters."""
+
+    def start(self) -> int:
+        """Let the object compute what follows from its parameters."""
+        self.law.start()
+        return STEPPED
+
+
+class StartedSampledLaw(SampledLaw):
+    """The same of an object with samples."""
+
+    def start(self) -> int:
+        """Let the object compute what follows from its parameters."""
+        self.law.start()
+        return STEPPED
+
+
+def native_law(written: type, clock: type, sampled: bool) -> SteppedLaw:
+    """Block of a class, for a native FMU."""
+    plain, starting = (SampledLaw, StartedSampledLaw) if sampled else (SteppedLaw, StartedSteppedLaw)
+    return (starting if hasattr(written, "start") else plain)(written, clock)

@@ -1,0 +1,80 @@
+"""The slave of a user's class, which may raise, and may hold anything."""
+
+import sys
+from copy import deepcopy
+from numbers import Real
+from pathlib import Path
+from typing import Any
+
+from maglev.fmi.definition import FmuDefinition, Slot
+from maglev.fmi.plain_state import NotPlain, read_state, written_state
+from maglev.fmi.slave import BlockSlave, Refused
+from maglev.fmi.trouble import RAISED, error_text
+
+
+class WrittenSlave(BlockSlave):
+    """Executes a `SampledBlock`; what the user's class raises is a refusal that says where."""
+
+    raised = RAISED
+
+    def __init__(self, definition: FmuDefinition, **kwargs: Any):
+        super().__init__(definition, **kwargs)
+        self.written = type(self.block.law)
+
+    def slots(self) -> list[Slot]:
+        return []   # the state is copied as it is
+
+    def failed(self, error: BaseException, time: float | None = None) -> Refused:
+        """Refusal with the line of the class that failed."""
+        what = "start failed" if time is None else f"step failed at t = {time} s"
+        return self.refused(f"{what}: {error_text(error, self.written)}")
+
+    def get_boolean(self, vrs: list[int]) -> list[bool]:
+        """Booleans, those of other packages too; 0 and 1 are such."""
+        values = super().get_boolean(vrs)
+        for vr, value in zip(vrs, values, strict=True):
+            if getattr(value, "shape", ()) != () or value not in (False, True):
+                raise self.refused(f"{self.variables[vr].name} = {value!r}, expected True or False from "
+                                   f"{self.written.__name__}")
+        return [bool(value) for value in values]
+
+    def refuse(self, status: int, time: float = 0.0, step: float = 0.0) -> None:
+        """Raise the definition's text for a status; numbers of other packages are shown as plain ones."""
+        if status:
+            for v in self.variables:
+                value = v.read(self.block)
+                if type(value) not in (bool, float) and isinstance(value, Real):
+                    v.write(self.block, float(value))
+        super().refuse(status, time, step)
+
+    def _get_fmu_state(self) -> dict[str, Any]:
+        try:
+            return super()._get_fmu_state() | {"block": deepcopy((vars(self.block.law), vars(self.block.clock)))}
+        except Exception as error:
+            raise self.refused(f"the state cannot be saved: {error_text(error, self.written)}") from error
+
+    def _set_fmu_state(self, state: dict[str, Any]) -> None:
+        saved = state.get("block")
+        if isinstance(saved, tuple):
+            saved = deepcopy(saved)
+        else:   # it was serialized
+            try:
+                saved = read_state(saved, self.folder())
+                for part, values in zip((self.block.law, self.block.clock), saved, strict=True):
+                    if not isinstance(values, dict) or not all(isinstance(name, str) for name in values):
+                        raise NotPlain(f"the attributes of a {type(part).__name__} are {values!r}")
+            except ValueError as error:
+                raise self.refused(f"serialized state: {error}, expected one that this FMU has written") from error
+        super()._set_fmu_state(state | {"block": []})
+        for part, values in zip((self.block.law, self.block.clock), saved, strict=True):
+            vars(part).clear()
+            vars(part).update(values)
+
+    def folder(self) -> Path | None:
+        """Folder of the user's files, whose classes a state may hold objects of."""
+        file = getattr(sys.modules.get(self.written.__module__), "__file__", None)
+        return None if file is None else Path(file).parent
+
+    @staticmethod
+    def _fmu_state_to_bytes(state: dict[str, Any]) -> bytes:
+        return BlockSlave._fmu_state_to_bytes(state | {"block": written_state(state["block"], "vars(self)")})

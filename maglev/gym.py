@@ -1,0 +1,22 @@
+"""Gymnasium environments of the stages, registered as this module is imported.
+
+>>> import gymnasium
+>>> import maglev.gym
+>>> sorted(name for name in gymnasium.registry if name.startswith("maglev/"))
+['maglev/Stage-v0', 'maglev/Stage2DOF-v0', 'maglev/Stage3DOF-v0', 'maglev/Stage5DOF-v0']
+
+The first is of any stage: `gymnasium.make("maglev/Stage-v0", stage="mine.toml")`.
+"""
+
+from gymnasium.envs.registration import register
+
+from maglev.files.packages import require_own_packages
+
+require_own_packages()
+
+from maglev.descriptions.packaged import RIGS  # noqa: E402  # ours, as is known now
+
+# The environments end their episodes themselves, by a time in seconds. What the checker looks at, tests look at.
+for suffix, given in (("", {}), *((rig.suffix, {"stage": rig.name}) for rig in RIGS.values())):
+    register(f"maglev/Stage{suffix}-v0", entry_point="maglev.many.environment:Stage",
+             vector_entry_point="maglev.many.vector_environment:Stages", kwargs=given)

@@ -1,0 +1,1 @@
+"""The language of blocks: a block as a typed program, its C, and its derivative."""

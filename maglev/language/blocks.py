@@ -1,0 +1,90 @@
+"""What is made of a block: its C, and its derivative in Python."""
+
+from collections.abc import Callable, Collection, Sequence
+from functools import lru_cache
+from typing import Any, NamedTuple
+
+from maglev.language.c_text import CText
+from maglev.language.derivative import Derivatives
+from maglev.language.program import FLOAT, Function, Site, Type, ends
+from maglev.language.python_text import executable
+from maglev.language.statements import Program
+
+METHODS: dict[str, tuple[Type, ...]] = {"start": (), "step": (FLOAT, FLOAT)}
+CONTINUOUS_METHODS: dict[str, tuple[Type, ...]] = {"derive": (), "settle": ()}
+# Methods that have derivatives, by what these are called.
+DIFFERENTIATED = {"differentiate": "derive", "differentiate_start": "start", "differentiate_measurement": "measure"}
+
+
+class BlockText(NamedTuple):
+    """A block as C: structs, functions, the values that it starts with as INITIAL, and the functions of its methods."""
+
+    struct: str                       # name of the block's struct
+    structs: str
+    functions: str                    # with constants and helpers before them
+    initial: str
+    methods: dict[str, Function]      # by their names, and those that `DIFFERENTIATED` names
+    sites: tuple[Site, ...]           # what can fail in them
+    library: frozenset[str]           # functions of <math.h> that they call
+    ends: bool                        # whether every call comes to an end, whatever the values
+
+
+def block_text(block: Any, continuous: bool = False, prefix: str = "", careful: Collection[str] = (),
+               reserved: Collection[str] = ()) -> BlockText:
+    """The C of a block with `start` and `step`, and of a continuous one with `derive`, `settle` and derivatives.
+
+    Structs have `prefix` before their names. `careful` and `reserved` as of `Program`, and so are the errors.
+    """
+    program = Program(block, careful, reserved, prefix)
+    methods = {name: program.method(name, types)
+               for name, types in (METHODS | (CONTINUOUS_METHODS if continuous else {})).items()}
+    if continuous:
+        derivatives = Derivatives(rules(program))
+        methods |= {name: derivatives.of(program.method(method, ())) for name, method in DIFFERENTIATED.items()}
+    text = CText(program.layout, list(methods.values()))
+    return BlockText(program.layout.root.name, text.structs(), text.functions_text(), text.initial(block, "INITIAL"),
+                     methods, tuple(program.sites), frozenset(text.library), ends(text.functions))
+
+
+def rules(program: Program) -> dict[str, Function]:
+    """Functions of the program, by their names, which rules of derivatives may call."""
+    return {function.source.__name__: function for function in program.functions.values()
+            if "." not in function.source.__qualname__}
+
+
+def shape(block: Any) -> tuple[Any, ...]:
+    """What the program of a block depends on: its class and the types of its attributes, and of those of its parts."""
+    layout = Program(block).layout
+    return layout.root, *((layout.classes[name], *fields.items()) for name, fields in layout.fields.items())
+
+
+class Shaped:
+    """A block that is equal to others of its shape."""
+
+    def __init__(self, block: Any):
+        self.block = block
+        self.key = shape(block)
+
+    def __eq__(self, other: object) -> bool:
+        return isinstance(other, Shaped) and self.key == other.key
+
+    def __hash__(self) -> int:
+        return hash(self.key)
+
+
+def derivative(block: Any, method: str, arguments: Sequence[Type] = ()) -> Callable[..., Any]:
+    """The function that does what a method does, to a block and to a second one with its derivatives along a direction.
+
+    It takes both blocks, and after each argument its derivative. Untranslatable if the method is not of the language,
+    or has no derivative.
+    """
+    return derivative_of(Shaped(block), method, tuple(arguments))
+
+
+@lru_cache(maxsize=64)
+def derivative_of(shaped: Shaped, method: str, arguments: tuple[Type, ...]) -> Callable[..., Any]:
+    program = Program(shaped.block)
+    function = program.method(method, arguments)
+    made = Derivatives(rules(program))
+    root = made.of(function)
+    return executable(root, {id(function) for function in made.made.values()})

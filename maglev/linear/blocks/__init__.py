@@ -1,1 +1,0 @@
-"""Linear models of blocks, by their derivatives."""

@@ -1,0 +1,132 @@
+"""Linear models of the controllers, sampled: derivatives of one sample of their blocks."""
+
+from collections.abc import Iterable
+from copy import deepcopy
+from dataclasses import replace
+from typing import Any
+
+import numpy as np
+
+from controller_fmu.places import axis_number, place
+from maglev.descriptions.registry import STAGES
+from maglev.files.errors import LinearModelError
+from maglev.fmi.definition import read, write
+from maglev.linear.model import Equilibrium, LinearModel
+from maglev.linear.parameters import prepare_fixed, regulator_in
+from maglev.linear.places import MotorPlaces
+from maglev.linear.plant_model import BALANCED, moved
+from maglev.linear.tangent import derivatives
+from pmlsm.stage_description import Rig
+
+# States of an axis, with their units on a translation, where its law has them: of the observer, then of the internal
+# model, or of pre-filter and integral.
+STATES = {"observer.position": "m", "observer.velocity": "m/s", "model.xi1": "m.s3", "model.xi2": "m.s2",
+          "model.xi3": "m.s", "filter.position": "m", "filter.rate": "m/s", "integral": "m.s"}
+
+ITERATIONS = 60   # more than Newton's method takes where there is a solution
+SELDOM = 1e-6     # weight of what is moved only where no integral holds a current
+SETTLED = 1e-10   # A, last step of the currents; the one after it would be of the size of its square
+
+
+def linear_controller(name: str, rig: Rig, block: Any, at: Equilibrium, phases: bool) -> LinearModel:
+    """Linearise a controller about an equilibrium; see `maglev.linear.linearise.linearise`.
+
+    LinearModelError if its parameters are refused, or at this equilibrium no direct current changes the levitation.
+    """
+    prepare_fixed(name, block)
+    states = states_of(rig, block)
+    inputs = [variable for variable in STAGES.definition(regulator_in(name)).variables if variable.causality == "input"]
+    commands = tuple(f"{current}_cmd" for current in (rig.phase_names if phases else rig.dq_names))
+    come_to_rest(name, rig, block, at, [state for state in states if ".observer." not in state])
+    n = len(states)
+    places = places_of(rig, states)
+    slopes = derivatives(block, {"sample": ()}, [*places, *(entry.place for entry in inputs)],
+                         [*places, *places_of(rig, commands)])
+    (a, b), (c, d) = (np.hsplit(rows, [n]) for rows in np.vsplit(slopes, [n]))
+    return LinearModel(name, tuple(states), tuple(entry.name for entry in inputs), commands, a, b, c, d,
+                       {**states, **{entry.name: entry.unit for entry in inputs}, **dict.fromkeys(commands, "A")},
+                       block.sample_time, at)
+
+
+def states_of(rig: Rig, block: Any) -> dict[str, str]:
+    return {f"{axis.name}.{state}": f"rad{unit[1:]}" if axis.rotation else unit
+            for axis in rig.axes for state, unit in STATES.items()
+            if has(block.axes[axis_number(rig, axis.name)], state)}
+
+
+def places_of(rig: Rig, names: Iterable[str]) -> list[str]:
+    """Paths of states and variables of a controller, by their names."""
+    return [place(rig, name) for name in names]
+
+
+def commanded(name: str, rig: Rig, block: Any, stage: Any, at: Equilibrium) -> Equilibrium:
+    """Equilibrium of a stage at rest without tilt whose motors are unlike each other, to which a controller comes.
+
+    Where that is in between them follows from its law: its integrals move until no axis accelerates.
+    """
+    prepare_fixed(name, block)
+    measure(rig, block, at)
+    integrals = places_of(rig, [state for state in states_of(rig, block) if state.endswith((".xi1", ".integral"))])
+    commands = places_of(rig, [f"{current}_cmd" for current in rig.dq_names])
+    for _ in range(ITERATIONS):
+        ahead = deepcopy(block)
+        ahead.sample()
+        currents = [read(ahead, command) for command in commands]
+        rates, by_current = moved(rig, stage, currents)
+        if np.abs(rates).max() < BALANCED:
+            return replace(at, i_d=tuple(currents[0::2]), i_q=tuple(currents[1::2]))
+        change = np.linalg.solve(by_current @ derivatives(block, {"sample": ()}, integrals, commands), rates)
+        for path, step in zip(integrals, change.tolist(), strict=True):
+            write(block, path, read(block, path) - step)
+    raise LinearModelError(f"{name} at {at}: comes to no rest, expected a larger gap or other constants")
+
+
+def has(axis: Any, state: str) -> bool:
+    """Whether the law of an axis has a state; a pre-filter without a corner passes its input through."""
+    part = state.partition(".")[0]
+    return hasattr(axis, part) and not (part == "filter" and axis.prefilter == 0.0)
+
+
+def measure(rig: Rig, block: Any, at: Equilibrium) -> None:
+    """Let a controller without limits measure an equilibrium for the first time."""
+    for limit in ("current_limit", "trip_error", "trip_tilt"):
+        if hasattr(block, limit):
+            setattr(block, limit, 0.0)
+    positions = list(at.positions.values())
+    for axis, position in at.positions.items():
+        part = block.axes[axis_number(rig, axis)]
+        part.reference = part.measured = position
+    if rig.rotations:
+        gaps = (MotorPlaces.of(rig, block).gaps @ positions).tolist()
+        for motor, gap in zip(block.platform.places, gaps, strict=True):
+            motor.gap_measured = gap
+    block.sample()   # observers begin at the measurement
+
+
+def come_to_rest(name: str, rig: Rig, block: Any, at: Equilibrium, states: list[str]) -> None:
+    """Let a controller without limits measure an equilibrium, and move states until it commands its currents.
+
+    As nearly as it can, where its law cannot command them. At rest the integrals do it alone; other states and the
+    references move with them only where a law has none.
+    """
+    measure(rig, block, at)
+    variables = places_of(rig, [*states, *(f"{axis}.reference" for axis in rig.axis_names)])
+    commands = places_of(rig, [f"{current}_cmd" for current in rig.dq_names])
+    start = np.array([read(block, path) for path in variables])
+    change = np.zeros(len(variables))
+    weights = np.array([1.0 if path.endswith((".xi1", ".integral")) else SELDOM for path in variables])
+    for _ in range(ITERATIONS):
+        for path, value in zip(variables, (start + change).tolist(), strict=True):
+            write(block, path, value)
+        ahead = deepcopy(block)
+        ahead.sample()
+        if not ahead.feasible:   # a step too far: in its model no current makes what the law demands there
+            change /= 2.0
+            continue
+        slopes = derivatives(block, {"sample": ()}, variables, commands)
+        missing = at.dq - [read(ahead, command) for command in commands]
+        start, change = start + change, weights * np.linalg.lstsq(slopes * weights, missing, rcond=None)[0]
+        if np.abs(slopes @ change).max() < SETTLED:
+            return
+    raise LinearModelError(f"{name} at {at}: in its model more direct current no longer lifts, expected an "
+                           "equilibrium with less current")

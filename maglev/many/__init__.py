@@ -1,0 +1,1 @@
+"""Many runs: batches, studies, tuning, and Gymnasium environments."""

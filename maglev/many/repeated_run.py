@@ -1,0 +1,176 @@
+"""One scenario run again and again in one process: loaded and wired once, reset between, arrays used again."""
+
+from collections.abc import Collection, Mapping
+from ctypes import c_int64
+from dataclasses import replace
+from typing import Self
+
+import numpy as np
+
+from maglev.cosim.block_loop import DONE, ENDED, BlockLoop, block_loop
+from maglev.cosim.master import Columns, Master
+from maglev.files.arrays import Array
+from maglev.many.measuring import Found, Measuring, Meter
+from maglev.runs.metrics import phase_resistances
+from maglev.runs.preparation import Experiment, is_foreign
+from maglev.scenario.settings import REFERENCE, start_values, with_references
+from maglev.user.blocks import Variables
+
+Changes = Mapping[str, float | bool]   # start values `fmu.variable`, and references `reference.AXIS.amplitude`
+
+
+class RepeatedRun:
+    """An experiment to be run many times with other start values; a context manager that frees its FMUs.
+
+    Of what is recorded the columns `wanted` are kept, all without it. What is to be measured, `measuring`, can be so
+    without a recording where there is a loop with the FMUs' blocks for it, `written` ones by name among them. As
+    soon as `ended` is no longer 0 such a run ends.
+
+    Each run gives, bit for bit, what the experiment gives that is prepared with the same values: FMUs of this
+    project, and written ones, are as new after fmi2Reset. Those of others, and all after a refusal, are loaded anew.
+    """
+
+    def __init__(self, experiment: Experiment, wanted: Collection[str] | None = None,
+                 measuring: Measuring | None = None, ended: c_int64 | None = None,
+                 written: Mapping[str, Variables] | None = None):
+        self.experiment = experiment
+        self.wanted = wanted
+        self.measuring = measuring
+        self.ended = c_int64() if ended is None else ended   # one of 0 counts as false
+        self.written = written
+        self.loop: BlockLoop | None = None
+        self.meter: Meter | None = None   # of the references as they are now
+        self.resettable = not any(is_foreign(path) for name, path in experiment.files.items()
+                                  if name not in (written or {}))
+        self.descriptions = experiment.check()
+        self.drives = self.driven = experiment.drives(self.descriptions)   # of the experiment, and as they are now
+        self.resistances = phase_resistances(experiment.plan)   # of phases by motor, ohm, for changes
+        self.master: Master | None = None
+        self.columns: Columns | None = None   # of the runs of one master, all in the same memory
+        self.asked: Changes = {}   # what the references as they are were asked to be
+
+    def __enter__(self) -> Self:
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        self.close()
+
+    def close(self) -> None:
+        """Free the FMUs; the next run loads them again."""
+        if self.master is not None:
+            self.master.__exit__()
+        self.master = None
+
+    def load(self, build: bool = False) -> Master:
+        """FMUs and calls, loaded and wired if they are not yet.
+
+        There is a loop with the FMUs' blocks if it was compiled before, or is compiled now, where `build` asks for it.
+        """
+        if self.master is None:
+            experiment = self.experiment
+            self.master = Master(experiment.setups(), experiment.connections, experiment.step, experiment.order,
+                                 loop=experiment.loop)
+            self.master.wire(self.experiment.plan.stop_time, self.drives)
+            assert self.master.wiring is not None
+            self.driven = self.drives
+            self.columns = self.meter = self.loop = None
+            signals = {name for track in self.master.wiring.tracks if track.signals is not None for name in track.names}
+            axes = experiment.plan.axes.values()
+            if self.measuring is not None and all(axis.reference in signals for axis in axes):
+                seen = self.measuring.seen({name for track in self.master.wiring.tracks for name in track.names})
+                self.loop = block_loop(self.master.wiring, self.measuring.source(), seen, build, self.written)
+            self.asked = {}
+        return self.master
+
+    def run(self, changes: Changes) -> tuple[Array, Mapping[str, Array]]:
+        """Run with other values.
+
+        Time (s) and columns by name as of a `Recording`, shape (n,) each, which the next run overwrites. MaglevError
+        if an FMU refuses a value or a step; the message says when.
+        """
+        try:
+            master = self.load()
+            self.drive(master, changes)
+            assert master.wiring is not None
+            if self.columns is None:
+                self.columns = Columns(master.wiring.tracks, master.steps + 1, np.float64, self.wanted)
+            recording = master.run_again(self.start(changes), columns=self.columns)
+        except BaseException:
+            self.close()
+            raise
+        if not self.resettable:
+            self.close()
+        return recording.time, recording.columns
+
+    def measure(self, changes: Changes) -> Found | None:
+        """What is found on a run with other values, without a recording; errors as of `run`.
+
+        None where there is no loop for it, something is refused, or is no number: `run` says what. KeyboardInterrupt
+        where `ended` is no longer 0.
+        """
+        if not self.begin(changes):
+            return None
+        assert self.loop is not None
+        meter = self.metering()
+        try:
+            ending = meter.run(self.loop, self.resistances(changes), self.ended)
+        except BaseException:
+            self.close()
+            raise
+        if ending == ENDED:
+            raise KeyboardInterrupt
+        return meter.found() if ending == DONE else None
+
+    def begin(self, changes: Changes) -> bool:
+        """Make ready a run with other values, for the loop; False where there is none. Errors as of `run`."""
+        try:
+            master = self.load()
+            if self.loop is not None:
+                self.drive(master, changes)
+                master.initialise(self.start(changes))
+                master.begin()
+        except BaseException:
+            self.close()
+            raise
+        return self.loop is not None
+
+    def metering(self) -> Meter:
+        """What measures runs with the references as they are now; there is a loop for them."""
+        if self.meter is None:
+            assert self.master is not None and self.master.wiring is not None and self.measuring is not None
+            given = {name: row for track in self.master.wiring.tracks if track.signals is not None
+                     for name, row in zip(track.names, track.signals, strict=True)}
+            self.meter = Meter(self.measuring, {name: given[axis.reference]
+                                                for name, axis in self.experiment.plan.axes.items()})
+        return self.meter
+
+    def start(self, changes: Changes) -> dict[str, dict[str, float | bool]]:
+        by_fmu: dict[str, dict[str, float | bool]] = {}
+        following = self.experiment.following
+        for full, value in {**(following.settings(changes) if following else {}), **changes}.items():
+            name, _, variable = full.partition(".")
+            by_fmu.setdefault(name, {})[variable] = value
+        return by_fmu
+
+    def drive(self, master: Master, changes: Changes) -> None:
+        """Put the references of a run into the rows that the FMUs read."""
+        asked = {name: value for name, value in changes.items()
+                 if name.startswith(f"{REFERENCE}.") or name in self.drives}
+        if asked != self.asked:
+            # Those that a study varies go where it asks: a stop that is touched is what it finds.
+            known = self.experiment.plan.signals, self.drives
+            drives = self.with_changes(asked).references(self.descriptions, known) if asked else self.drives
+            others = {name: values for name, values in drives.items() if values is not self.driven[name]}
+            master.drive(others)
+            self.driven = drives
+            if any(axis.reference in others for axis in self.experiment.plan.axes.values()):
+                self.meter = None
+            self.asked = asked
+
+    def with_changes(self, changes: Changes) -> Experiment:
+        plan, about_fmus, _ = with_references(self.experiment.plan, start_values(changes))
+        fmus = dict(plan.fmus)
+        for full, value in about_fmus.items():
+            name, _, variable = full.partition(".")
+            fmus[name] = fmus[name].model_copy(update={"start": {**fmus[name].start, variable: value}})
+        return replace(self.experiment, plan=plan.model_copy(update={"fmus": fmus}))

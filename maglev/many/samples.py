@@ -1,0 +1,236 @@
+"""Samples of a study run one after the other, on one instance of each FMU: in this process, or in one beside it."""
+
+from collections.abc import Callable, Collection, Iterable, Iterator, Mapping, Sequence
+from contextlib import suppress
+from ctypes import c_int64
+from dataclasses import dataclass, field
+from functools import partial
+from importlib.metadata import version
+from math import nan
+from typing import NamedTuple
+
+import numpy as np
+
+from maglev.cosim.helper_process import STARTED_WITHIN, checked, other_process
+from maglev.cosim.step_loop import LIBRARY
+from maglev.files.arrays import Array
+from maglev.files.beside import Forged, Gone, Said, Send, Silent
+from maglev.files.errors import MaglevError, in_one_line
+from maglev.files.installed import code
+from maglev.many.measuring import Found, Measuring, Meter
+from maglev.many.repeated_run import RepeatedRun
+from maglev.many.study_columns import Column, named_values
+from maglev.many.study_targets import Target
+from maglev.runs.endings import ABORTED, ending, endings
+from maglev.runs.metrics import ManyMetrics, Metrics, columns_needed, run_metrics
+from maglev.runs.preparation import Experiment
+from maglev.user.blocks import Variables
+
+LONGEST_OF_DEADLY = 3600.0   # s, of a sample in a batch whose process died, where samples have no limit
+ATTEMPTS = 2            # of a sample whose process dies: the first time it may be want of memory
+
+
+def code_of_package() -> str:
+    """Version of this package and SHA-256 of its modules: two of one version may differ before a release."""
+    return f"{version('maglev-fmus')} ({code()[:12]})"
+
+
+def worker_files(experiment: Experiment) -> dict[str, bytes]:
+    """FMUs of an experiment, and the library that steps them, by their paths on a worker."""
+    paths = {f"{name}/{path.name}": path for name, path in experiment.files.items()}
+    paths |= {} if experiment.loop is None else {LIBRARY: experiment.loop.path}
+    return {place: path.read_bytes() for place, path in paths.items()}
+
+
+@dataclass(frozen=True)
+class Job:
+    """What every batch of a study has in common."""
+
+    key: str                     # of the study: SHA-256 of all that its result depends on
+    code: str                    # of the package that plans it, see `code_of_package`
+    experiment: Experiment       # its files are those of the machine that plans the study
+    targets: tuple[Target, ...]
+    columns: tuple[Column, ...]
+    kept: tuple[str, ...] = ()   # signals whose trajectories are kept
+    every: int = 1               # communication steps between two rows of these
+    # Longest wall time of a sample, s, each then being run in a process beside the worker.
+    limit: float | None = None
+    written: Mapping[str, Variables] = field(default_factory=dict)   # of users' classes, by name of the FMU
+    native: bool = True            # whether all FMUs are, which takes less time
+
+    def changes(self, sample: Sequence[float]) -> dict[str, float | bool]:
+        return {target.name: bool(value) if target.boolean else value
+                for target, value in zip(self.targets, sample, strict=True)}
+
+    def repeated_run(self, wanted: Collection[str] | None = None, ended: c_int64 | None = None) -> RepeatedRun:
+        """What runs samples in this process, see `RepeatedRun`."""
+        measuring = Measuring(self.experiment.plan, self.experiment.times, self.kept, self.every)
+        return RepeatedRun(self.experiment, wanted, measuring, ended, self.written)
+
+
+@dataclass(frozen=True)
+class BatchResult:
+    """A batch that was run."""
+
+    first: int                          # number of its first sample
+    # Metrics, SI, shape (samples, columns); NaN where a sample was not completed, or has no such metric.
+    values: Array
+    failures: tuple[str | None, ...]    # why a sample was not completed
+    endings: tuple[str, ...] = ()       # how each ended, in words
+    trajectories: Array | None = None   # shape (samples, rows, signals)
+
+
+class Batch(NamedTuple):
+    """Samples that are run together: the number of the batch, its first sample and the one after its last."""
+
+    number: int
+    first: int
+    last: int
+
+    @property
+    def samples(self) -> range:
+        return range(self.first, self.last)
+
+    def is_whole(self, result: BatchResult) -> bool:
+        """Whether all samples were run."""
+        return len(result.failures) == len(self.samples)
+
+
+# What is done with a batch; after Ctrl-C there may be but its first samples, those that were done.
+Store = Callable[[BatchResult], None]
+
+
+class Sample(NamedTuple):
+    """One sample that was run."""
+
+    values: Array                        # metrics, shape (columns,)
+    ending: str                          # in words
+    failure: str | None = None           # why it was not completed
+    trajectories: Array | None = None    # shape (rows, signals)
+
+
+def failed_sample(job: Job, why: str) -> Sample:
+    return Sample(np.full(len(job.columns), nan), f"{ABORTED}: {why}", why)
+
+
+def run_samples(job: Job, values: Array, loaded: Callable[[], None] | None = None,
+               ended: c_int64 | None = None) -> Iterator[Sample | Found]:
+    """Run samples in this process, with values of the targets, shape (samples, targets); `sampled` has their metrics.
+
+    `loaded` is called when the FMUs are loaded. KeyboardInterrupt as soon as `ended` is not 0, where there is a loop
+    with the FMUs' blocks.
+    """
+    plan = job.experiment.plan
+    with job.repeated_run(columns_needed(plan) | set(job.kept), ended) as repeated:
+        repeated.load()   # what fails here is no sample's fault
+        if loaded is not None:
+            loaded()
+        for sample in values.tolist():
+            changes = job.changes(sample)
+            try:
+                found = repeated.measure(changes)
+                if found is None:
+                    time, columns = repeated.run(changes)
+                    metrics = run_metrics(plan, time, columns, repeated.resistances(changes))
+                    kept = np.column_stack([columns[name][::job.every] for name in job.kept]) if job.kept else None
+            except MaglevError as error:
+                yield failed_sample(job, in_one_line(error))
+                continue
+            yield found or Sample(metric_rows(job, metrics)[0], ending(plan, metrics), None, kept)
+
+
+def sampled_in_order(job: Job, ran: Sequence[Sample | Found]) -> list[Sample]:
+    """Samples that were run, in their order; what was found by the same meter becomes metrics at once."""
+    together: dict[Meter, list[Found]] = {}
+    for one in ran:
+        if isinstance(one, Found):
+            together.setdefault(one.meter, []).append(one)
+    many = {meter: meter.metrics(*map(np.concatenate, [*zip(*found, strict=True)][1:4]))
+            for meter, found in together.items()}
+    plan = job.experiment.plan
+    rows = {meter: zip(metric_rows(job, metrics), endings(plan, metrics), strict=True)
+            for meter, metrics in many.items()}
+    return [Sample(*next(rows[one.meter]), None, one.kept) if isinstance(one, Found) else one for one in ran]
+
+
+def metric_rows(job: Job, metrics: Metrics | ManyMetrics) -> Array:
+    """Metrics of runs, or of one, shape (runs, columns); NaN where there is none."""
+    named = named_values(job.experiment.plan, metrics)
+    columns = [np.asarray(named.get(column.name, (nan, ""))[0], np.float64) for column in job.columns]
+    return np.column_stack(np.broadcast_arrays(*columns)) if columns else np.empty((np.size(metrics.failed), 0))
+
+
+def gathered(job: Job, first: int, samples: Iterable[Sample | Found]) -> BatchResult:
+    """A batch of samples from the number `first` on; a sample that fails has a row that says why."""
+    done = sampled_in_order(job, list(samples))
+    rows = np.array([sample.values for sample in done]).reshape(len(done), len(job.columns))
+    given = {row: sample.trajectories for row, sample in enumerate(done) if sample.trajectories is not None}
+    kept = None
+    if given:
+        kept = np.full((len(done), *next(iter(given.values())).shape), nan)
+        for row, trajectories in given.items():
+            kept[row] = trajectories
+    return BatchResult(first, rows, tuple(sample.failure for sample in done),
+                       tuple(sample.ending for sample in done), kept)
+
+
+def run_batch(job: Job, first: int, values: Array, ended: c_int64 | None = None) -> BatchResult:
+    """Run a batch here, or beside this process where samples have a limit of time; MaglevError if it cannot begin.
+
+    After Ctrl-C or SIGTERM, and where `ended` is not 0, it is the first samples, those that were done.
+    """
+    def until_interrupted() -> Iterator[Sample | Found]:
+        with suppress(KeyboardInterrupt):
+            yield from (run_samples(job, values, ended=ended) if job.limit is None else
+                        run_samples_apart(job, values, job.limit))
+
+    return gathered(job, first, until_interrupted())
+
+
+def run_samples_apart(job: Job, values: Array, limit: float) -> Iterator[Sample]:
+    """Run samples in a process beside this one, and in another after each that takes longer than `limit`, s.
+
+    MaglevError if the FMUs cannot be loaded.
+    """
+    done, deaths, patience = 0, 0, max(limit, STARTED_WITHIN)
+    while done < len(values):
+        loaded = False
+        with other_process() as (beside, _):
+            beside.ask(partial(send_samples, job, values[done:]))
+            try:
+                checked(beside.next(patience), None)
+                loaded = True
+                while not (said := beside.next(limit)).last:
+                    yield sample_of(job, said, len(values) - done)
+                    done, deaths = done + 1, 0
+                if done < len(values):
+                    raise Forged
+            except Gone as gone:
+                deaths += bool(gone.how)
+                if gone.how and deaths < ATTEMPTS:
+                    continue
+                why = (f"took longer than {limit:g} s" if isinstance(gone, Silent) else
+                       f"the process that ran it ended ({gone.how})" if gone.how else f"what ran {gone}")
+                if not loaded:
+                    raise MaglevError(f"the FMUs were not loaded within {patience:g} s" if isinstance(gone, Silent) else
+                                      f"the FMUs cannot be loaded: {why}") from None
+                yield failed_sample(job, why)
+                done, deaths = done + 1, 0
+
+
+def sample_of(job: Job, said: Said, most: int) -> Sample:
+    """Return the sample that a process beside this one reports, one of at most so many; Forged if it is none."""
+    sample: Sample = checked(said, Sample)
+    rows = len(job.experiment.times[::job.every])
+    kept = None if sample.trajectories is None else (sample.trajectories.dtype.kind, sample.trajectories.shape)
+    if (most < 1 or type(sample.ending) is not str
+            or (sample.values.dtype.kind, sample.values.shape) != ("f", (len(job.columns),))
+            or kept not in (None, ("f", (rows, len(job.kept))))):
+        raise Forged
+    return sample
+
+
+def send_samples(job: Job, values: Array, send: Send) -> None:
+    """Run samples in this process, and send first that the FMUs are loaded, then each sample."""
+    for one in run_samples(job, values, partial(send, None)):
+        send(sampled_in_order(job, [one])[0])

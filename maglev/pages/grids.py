@@ -1,0 +1,65 @@
+"""Outcomes of runs on grids, as files that come with the package, and what they rest on."""
+
+import json
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from maglev.files.arrays import Array
+from maglev.files.whole_file import write_whole
+from maglev.pages.law_map import Outcomes
+
+
+@dataclass(frozen=True)
+class Origin:
+    """What runs rest on: version and commit that ran them, the FMUs' GUIDs by model, where they are kept."""
+
+    version: str
+    commit: str | None
+    guids: Mapping[str, str] = field(default_factory=dict)
+
+
+@dataclass(frozen=True)
+class Grid:
+    """Outcomes of laws at every combination of what varies."""
+
+    varied: Mapping[str, Array]     # values by name
+    laws: Mapping[str, Outcomes]    # by law, shape (values of the first, values of the second, …)
+
+
+@dataclass(frozen=True)
+class RigGrids:
+    """Grids of a rig by what was asked, and what they rest on."""
+
+    grids: Mapping[str, Grid]
+    origin: Origin
+
+
+def read_grids(path: Path) -> dict[str, RigGrids]:
+    """Grids by rig, as `write_grids` wrote them."""
+    return {rig: RigGrids({name: Grid({what: np.array(values) for what, values in grid["varied"].items()},
+                                      {law: cells_of(texts) for law, texts in grid["laws"].items()})
+                           for name, grid in data["grids"].items()},
+                          Origin(data["version"], data["commit"], data["guids"]))
+            for rig, data in json.loads(path.read_text(encoding="utf-8"))["rigs"].items()}
+
+
+def write_grids(path: Path, outcomes: Sequence[str], rigs: Mapping[str, RigGrids]) -> None:
+    """Write grids as JSON: of each law texts of digits, indices of the outcomes, along what varies last."""
+    data = {rig: {**vars(of.origin), "grids": {name: {
+        "varied": {what: values.tolist() for what, values in grid.varied.items()},
+        "laws": {law: texts_of(cells) for law, cells in grid.laws.items()}} for name, grid in of.grids.items()}}
+        for rig, of in rigs.items()}
+    write_whole(path, json.dumps({"outcomes": outcomes, "rigs": data}, indent=1) + "\n")
+
+
+def texts_of(cells: Outcomes) -> Any:
+    """An array as nested lists of texts, in which the last dimension is digits."""
+    return "".join(map(str, cells.tolist())) if cells.ndim == 1 else [texts_of(part) for part in cells]
+
+
+def cells_of(texts: Any) -> Outcomes:
+    return np.array([*map(int, texts)] if isinstance(texts, str) else [*map(cells_of, texts)], np.uint8)

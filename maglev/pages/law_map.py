@@ -1,0 +1,51 @@
+"""A map of what became of runs over two of what varies, for a script of pages and for pictures: one for each law."""
+
+from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import dataclass, field
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from maglev.pages.shell import packed_text
+from maglev.scenario.quantities import shown_in
+
+Outcomes = NDArray[np.uint8]   # indices of the words of a kind of maps
+
+
+@dataclass(frozen=True)
+class Factor:
+    """What varies along a side of a map, or from one layer to the next: its values, and what a run sets by each."""
+
+    name: str
+    unit: str                  # SI, or that of texts
+    values: NDArray[Any]       # numbers or texts, shape (n,)
+    sets: Mapping[str, NDArray[Any]] = field(default_factory=dict)   # by what is set, shape (n,)
+
+    def shown(self) -> dict[str, Any]:
+        """What the page's script needs of it; None of what is set to the values themselves."""
+        unit, scale = shown_in(self.values.tolist(), self.unit) if self.values.dtype.kind == "f" else (self.unit, 1.0)
+        return {"name": self.name, "unit": unit, "values": self.values.tolist(), "scale": scale, "sets": {
+            target: None if values.dtype != bool and np.array_equal(values, self.values) else values.tolist()
+            for target, values in self.sets.items()}}
+
+
+@dataclass(frozen=True)
+class LawMap:
+    """Outcomes of a law: the first factor upwards, the second to the right, a layer for each value of others."""
+
+    name: str
+    command: str                     # of a run, without what the factors set; empty if there is none
+    factors: Sequence[Factor]
+    cells: Outcomes                  # shape (layers, values of the first, values of the second)
+
+
+def maps_data(maps: Sequence[LawMap], words: Sequence[str]) -> dict[str, Any]:
+    """What the script draws of maps over the same values."""
+    return {"factors": [factor.shown() for factor in maps[0].factors], "outcomes": words,
+            "laws": [{"name": law.name, "command": law.command, "packed": packed_text(law.cells.tobytes())}
+                     for law in maps]}
+
+
+def seen(maps: Iterable[Outcomes]) -> list[int]:
+    return sorted({int(outcome) for cells in maps for outcome in np.unique(cells)})

@@ -1,0 +1,60 @@
+"""The map of a study's outcomes over two of what varies, for the script of its page."""
+
+from collections.abc import Mapping
+from typing import Any
+
+import numpy as np
+import pyarrow as pa
+
+from maglev.pages.law_map import Factor, LawMap, Outcomes
+from maglev.pages.sample_commands import command_of, row_options
+from maglev.pages.study_text import numbers, units_of
+
+PASSES, TOUCHED, ASTRAY, TRIPPED, STOPPED, BROKEN = range(6)
+OUTCOMES = ("passes", "passes after it touched a stop", "is beyond a limit", "trips", "ends at a stop",
+            "is not run to its end")
+
+TIMES = ("trip time", "stop contact time")   # columns of what is lost; a stage without a trip has no such time
+LEAST_CELLS = 100   # of a map; fewer have their numbers in them
+
+
+def outcomes_of(table: pa.Table) -> Outcomes:
+    """Outcomes of a study's samples, shape (samples,)."""
+    passed = np.array(table["passed"].to_pylist(), bool)
+    early = np.array([why is not None for why in table["failure"].to_pylist()])
+    tripped, touched = (np.isfinite(numbers(table, name)) if name in table.column_names else np.zeros(len(passed), bool)
+                        for name in TIMES)
+    # A trip lets the mover fall on a stop: the first cause counts.
+    return np.select([early, tripped, passed & ~touched, passed, touched],
+                     [BROKEN, TRIPPED, PASSES, TOUCHED, STOPPED], ASTRAY).astype(np.uint8)
+
+
+def grid_of(table: pa.Table, about: Mapping[str, Any]) -> list[Factor]:
+    """What varies in a full grid, in its order; samples of a grid stand in it."""
+    units, factors = units_of(table), []
+    for parameter in about["vary"]:
+        values, first = np.unique(numbers(table, parameter["name"]), return_index=True)
+        order = np.argsort(first, kind="stable")   # of a list its own
+        rows = [table.slice(int(k), 1).to_pylist()[0] for k in first[order]]
+        runs = [row_options(about, row)["set"] for row in rows]
+        factors.append(Factor(parameter["name"], units[parameter["name"]], values[order],
+                              {target: np.array([run[target] for run in runs]) for target in parameter["set"]}))
+    return factors
+
+
+def map_of(table: pa.Table, about: Mapping[str, Any]) -> LawMap | None:
+    """Map of a study: of a grid whose cells are too many to have numbers, and of which not all have one outcome."""
+    if about["design"]["kind"] != "grid" or len(about["vary"]) < 2:
+        return None
+    grid = grid_of(table, about)
+    sides = [len(factor.values) for factor in grid]
+    # The two with most values are the sides of the map.
+    order = sorted(range(len(grid)), key=lambda i: (-sides[i], i))
+    down, across, *others = order
+    if sides[down] * sides[across] < LEAST_CELLS or sides[across] < 2:
+        return None
+    outcomes = outcomes_of(table)
+    if (outcomes == outcomes[0]).all():
+        return None
+    cells = outcomes.reshape(sides).transpose([*others, down, across]).reshape(-1, sides[down], sides[across])
+    return LawMap("", command_of(about, None), [grid[i] for i in order], cells)

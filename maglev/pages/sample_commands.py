@@ -1,0 +1,74 @@
+"""What a sample of a study runs, as a full run: its command, and its address in the live page, or why it has none."""
+
+import shlex
+from collections.abc import Mapping
+from typing import Any
+
+from maglev.descriptions.own_fmus import DEFINITIONS, definition
+from maglev.files.errors import ScenarioError
+from maglev.pages.live_content import can_run_live, live_address
+from maglev.scenario.layers import scenario_of
+from maglev.scenario.loading import load_plan
+from maglev.scenario.options import OPTIONS
+
+
+def dataset_run(about: Mapping[str, Any]) -> Mapping[str, Any]:
+    """What a dataset says of its run; ScenarioError if of a version that had only its words."""
+    run = about["run"]
+    if not isinstance(run, Mapping):
+        raise ScenarioError(f"{about['name']}: run = {shlex.join(run)!r} of an earlier version, expected a dataset of "
+                            "this one: run the study again")
+    options = dict(run["options"])
+    return {**run, "options": options | ({"kind": "native"} if options.pop("native", False) else {})}
+
+
+def settings_of_sample(about: Mapping[str, Any], row: Mapping[str, Any]) -> dict[str, Any]:
+    """What the run of a row of the dataset sets: values, SI, by `fmu.variable` or reference."""
+    columns = {target: parameter["name"] for parameter in about["vary"] for target in parameter["set"]}
+    return {**dataset_run(about)["set"], **{target: row[target] if target in row else row[columns[target]]
+                                      for target in about["targets"]}}
+
+
+def row_options(about: Mapping[str, Any], row: Mapping[str, Any]) -> dict[str, Any]:
+    """Arguments of `maglev.run` for a row of the dataset."""
+    run = dataset_run(about)
+    options = {key: int(value) if key == "fmi" else value for key, value in run["options"].items()}
+    return {"name": run["scenario"], **options, "set": settings_of_sample(about, row)}
+
+
+def command_of(about: Mapping[str, Any], row: Mapping[str, Any] | None) -> str:
+    """Command for a row of the dataset, its numbers the same bits; without a row, with what all of them set."""
+    run = dataset_run(about)
+    words = ["maglev", "run", run["scenario"]]
+    for key, value in run["options"].items():
+        words += [OPTIONS[key].flag] if value is True else [OPTIONS[key].flag, value]
+    for target, value in (run["set"] if row is None else settings_of_sample(about, row)).items():
+        words += ["--set", f"{target}={str(value).lower() if isinstance(value, bool) else repr(value)}"]
+    return shlex.join(words)
+
+
+def why_no_replay(about: Mapping[str, Any]) -> str:
+    """Why the live page cannot run the samples of a study as they were run; empty if it can."""
+    name, run = about["scenario"], dataset_run(about)
+    if run["scenario"] != name or scenario_of(name) is None:
+        return f"it has the packaged runs alone, and {name} is none of these"
+    plan = load_plan(name)
+    if not can_run_live(plan):
+        return f"it does not have {name}"
+    for key in run["options"]:
+        if not OPTIONS[key].same_results:
+            return ("it has its own plants and controllers and their steps, and this study was run with "
+                    f"{OPTIONS[key].flag}")
+    for target in [*about["targets"], *run["set"]]:
+        fmu, _, variable = target.partition(".")
+        model = plan.fmus[fmu].model if fmu in plan.fmus else None
+        known = {v.name for v in definition(model).variables if v.causality == "parameter"} \
+            if model in DEFINITIONS else set()
+        if variable not in known:
+            return f"it sets parameters of the plant and the controller alone, and the samples differ in {target}"
+    return ""
+
+
+def row_link(about: Mapping[str, Any], row: Mapping[str, Any]) -> str:
+    """Address that opens a row of the dataset in the live page."""
+    return live_address(about["scenario"], settings_of_sample(about, row))

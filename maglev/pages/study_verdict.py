@@ -1,0 +1,165 @@
+"""Where a study's scenario holds and where it breaks: by what it fails, and from which values on."""
+
+from collections.abc import Mapping, Sequence
+from html import escape
+from typing import Any, NamedTuple
+
+import numpy as np
+import pyarrow as pa
+from scipy.stats import binomtest, chi2_contingency
+
+from maglev.files.arrays import Bools
+from maglev.many.study_file import LISTED
+from maglev.pages.findings import html_table, typeset
+from maglev.pages.study_text import beyond_limits, numbers, passing_text, units_of
+from maglev.pages.varied import Varied, varied_of
+from maglev.runs.endings import cause
+from maglev.scenario.quantities import metric_text
+
+
+def failing(table: pa.Table, about: Mapping[str, Any]) -> list[tuple[str, str, Bools]]:
+    """Reasons, most first: metric with a limit or none, words, and which samples fail by it, shape (samples,)."""
+    units = units_of(table)
+    reasons = [(name, reason(about, name, units[name]), beyond_limits(numbers(table, name), about, name))
+               for name in about["limits"]]
+    if not about["limits"]:
+        causes = [*map(cause, table["ending"].to_pylist())]
+        reasons += [("", words, np.array([each == words for each in causes])) for words in sorted({*causes} - {""})]
+    else:
+        reasons.append(("", "not completed", np.array([why is not None for why in table["failure"].to_pylist()])))
+    return sorted((item for item in reasons if item[2].any()), key=lambda item: -item[2].sum())
+
+
+def reason(about: Mapping[str, Any], name: str, unit: str) -> str:
+    """Why a sample fails by a metric with limits: "overshoot of v above its limit 0.25"."""
+    low, high = (None if value is None else metric_text(name, value, unit)
+                 for value in (about["limits"][name].get(key) for key in ("min", "max")))
+    if low and high:
+        return f"{name} outside its limits {low} to {high}"
+    return f"{name} below its limit {low}" if low else f"{name} above its limit {high}"
+
+
+def decisive_metric(table: pa.Table, about: Mapping[str, Any]) -> str:
+    """Metric with a limit that most samples are beyond or, where all pass, that comes nearest to it; empty if none."""
+    reasons = failing(table, about)
+    return next((name for name, _, _ in reasons if name), "") if reasons else nearest_to_limit(table, about)[1]
+
+
+def nearest_to_limit(table: pa.Table, about: Mapping[str, Any]) -> tuple[float, str]:
+    """Largest share of an upper limit that a metric comes to, and the metric; 0 and empty without such limits."""
+    shares = [(max((value for value in table[name].to_pylist() if value is not None), default=0.0) / limits["max"],
+               name) for name, limits in about["limits"].items() if (limits.get("max") or 0.0) > 0.0]
+    return max(shares, default=(0.0, ""))
+
+
+def telling(table: pa.Table, about: Mapping[str, Any]) -> list[str]:
+    """What varies, that first by which samples that pass and that fail differ most, in standard deviations."""
+    passed = np.array(table["passed"].to_pylist())
+
+    def apart(name: str) -> float:
+        values = numbers(table, name)
+        if passed.all() or not passed.any() or not values.std():
+            return 0.0
+        return float(abs(values[passed].mean() - values[~passed].mean()) / values.std())
+
+    return sorted((parameter["name"] for parameter in about["vary"]), key=lambda name: -apart(name))
+
+
+def question(table: pa.Table, about: Mapping[str, Any]) -> str:
+    """What a study asks: whether a run holds for what varies, each from its least to its largest value."""
+    varied = []
+    for each in varied_of(table, about)[:MOST_NAMED]:
+        tried = each.text(each.values.min(), each.values.max(), digits=3 if each.signed else 4)
+        label = each.label.replace(", change", " changed")
+        varied.append(f"{label}{' by ' if each.signed else ' from ' if ' to ' in tried else ' = '}{tried}")
+    more = [f"{len(about['vary']) - MOST_NAMED} more"] if len(about["vary"]) > MOST_NAMED else []
+    wanted = "stay within its limits" if about["limits"] else "keep the stage in the air"
+    return f"Does {about['scenario']} {wanted} with {' and '.join([*varied, *more])}?"
+
+
+def study_verdict(table: pa.Table, about: Mapping[str, Any]) -> str:
+    """What was asked and how many samples pass, and by what others fail; HTML."""
+    passed, reasons = np.array(table["passed"].to_pylist()), failing(table, about)
+    share, name = nearest_to_limit(table, about)
+    said = (f": the others fail by{f' {escape(reasons[0][1])}.' if len(reasons) == 1 else ''}" if reasons else
+            f"; {escape(name)} comes nearest to its limit: {100.0 * share:.0f} % of it." if name else ".")
+    parts = "".join(f"<li>{failed.sum()} by {escape(why)}</li>" for _, why, failed in reasons)
+    return (f'<p class="message">{typeset(question(table, about))} <strong>{passing_text(passed.sum(), len(passed))}'
+            f"</strong>{said}</p>" + (f"<ul>{parts}</ul>" if len(reasons) > 1 else ""))
+
+
+def where(table: pa.Table, about: Mapping[str, Any]) -> str:
+    """How the share of samples that pass goes with what varies, if some pass and some do not; HTML.
+
+    Of a grid at which values all pass and all fail; of values at random the share in each part of them, with its
+    uncertainty, and what has no clear influence.
+    """
+    passed = np.array(table["passed"].to_pylist())
+    if passed.all() or not passed.any():
+        return ""
+    order = telling(table, about)
+    varied = sorted(varied_of(table, about), key=lambda each: order.index(each.name))
+    if about["design"]["kind"] in LISTED:
+        rows = [(escape(each.label), *map(typeset, edges(each, passed))) for each in varied]
+        told = [row for row in rows if row[2:] != (NOWHERE, NOWHERE)]
+        return html_table(("what varies", "simulated", "all pass", "all fail"), told) if told else ""
+    shares = {each.label: passing_shares(each, passed) for each in varied}
+    clear = {label: parts for label, parts in shares.items() if has_influence(parts, SURE / len(varied))}
+    rows = [(escape(label), typeset(part.values), f'<span class="share" style="--share: {100.0 * part.share:.0f}%">'
+             f"{100.0 * part.share:.0f} %</span>", f"{100.0 * part.low:.0f} to {100.0 * part.high:.0f} %",
+             f"{part.passing} of {part.samples}") for label, parts in clear.items() for part in parts]
+    unclear = [escape(label) for label in shares if label not in clear]
+    listed = html_table(("what varies", "values", "pass", "95 % sure", "samples"), rows, look="cards") if rows else ""
+    return listed + (
+        f"<p>No clear influence on what passes: {', '.join(unclear)}.</p>" if unclear else "")
+
+
+class Part(NamedTuple):
+    """Samples whose values are next to each other: how many there are and pass, and the share with its limits."""
+
+    values: str
+    samples: int
+    passing: int
+    low: float    # of the share that passes, by Wilson's interval of 95 %
+    high: float
+
+    @property
+    def share(self) -> float:
+        return self.passing / self.samples
+
+
+def passing_shares(varied: Varied, passed: Bools) -> list[Part]:
+    """The samples in up to five parts as large as each other, in the order of their values."""
+    order = np.argsort(varied.values, kind="stable")
+    parts = []
+    for chosen in np.array_split(order, max(1, min(MOST_PARTS, len(order) // LEAST_OF_A_PART))):
+        samples, passing = len(chosen), int(passed[chosen].sum())
+        low, high = binomtest(passing, samples).proportion_ci(0.95, "wilson")
+        parts.append(Part(varied.text(varied.values[chosen[0]], varied.values[chosen[-1]], digits=3), samples, passing,
+                          low, high))
+    return parts
+
+
+def has_influence(parts: Sequence[Part], level: float) -> bool:
+    """Whether shares differ by more than by chance: Pearson's test of homogeneity, below a level."""
+    counts = np.array([[part.passing, part.samples - part.passing] for part in parts])
+    return len(parts) > 1 and bool(chi2_contingency(counts, correction=False).pvalue < level)
+
+
+def edges(varied: Varied, passed: Bools) -> tuple[str, str, str]:
+    """Range of values that were run, at which values all samples pass, and at which all fail; in one unit."""
+    tested, place, samples = np.unique(varied.values, return_inverse=True, return_counts=True)
+    passing = np.bincount(place[passed], minlength=len(tested))
+
+    def runs(inside: Bools) -> str:
+        ends = np.flatnonzero(np.diff(inside, prepend=False, append=False)).reshape(-1, 2)
+        return ", ".join(varied.text(tested[start], tested[end - 1]) for start, end in ends.tolist()) or NOWHERE
+
+    return varied.text(tested[0], tested[-1]), runs(passing == samples), runs(passing == 0)
+
+
+NOWHERE = "nowhere"
+MOST_NAMED = 3        # quantities that the question names
+MOST_PARTS = 5        # of the samples, by one quantity
+LEAST_OF_A_PART = 8   # samples
+SURE = 0.05           # level of all tests together (Bonferroni)

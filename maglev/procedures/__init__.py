@@ -1,1 +1,0 @@
-"""The Procedures of the thesis: what several runs together say about the model, its tables and figures."""

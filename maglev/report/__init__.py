@@ -1,1 +1,0 @@
-"""One self-contained HTML page about a study: claims with their verdicts, figures of the runs, a moving picture."""

@@ -1,0 +1,1 @@
+"""One run: prepared, executed, measured, judged, and compared with its baseline."""

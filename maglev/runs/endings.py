@@ -1,0 +1,76 @@
+"""How runs ended, in the same words everywhere: failed by a stop or a trip, when and on which axis, or off target."""
+
+import re
+from collections.abc import Mapping
+from math import inf
+from typing import NamedTuple
+
+from maglev.runs.metrics import ManyMetrics, Metrics
+from maglev.scenario.quantities import printed
+from maglev.scenario.run_plan import RunPlan
+
+COMPLETED = "completed"
+ABORTED = "did not complete"
+
+# Causes by how endings in words begin, the worst first; what follows is the axis.
+CAUSES = {ABORTED: "an abort", "failed: touched an end stop": "an end stop", "failed: the controller tripped": "a trip",
+          "ended": "an end off target"}
+AXIS = re.compile(r" on (\w+)")
+
+
+class Event(NamedTuple):
+    """What ended the flight of a run: when (s), in words, and in one word where there is no room; on which axis."""
+
+    time: float
+    words: str
+    word: str
+    axis: str = ""
+
+    def text(self, brief: bool = False) -> str:
+        """What happened, on which axis, and when."""
+        return f"{self.word if brief else self.words}{f' on {self.axis}' if self.axis else ''} at {self.time:.3f} s"
+
+
+def events(metrics: Metrics | None) -> list[Event]:
+    """What a run failed by, in order of time; nothing of a run that did not complete."""
+    if metrics is None:
+        return []
+    happened = ((metrics.stop_contact, "touched an end stop", "stop", metrics.stop_axis),
+                (metrics.tripped, "the controller tripped", "trip", metrics.trip_axis))
+    return sorted(Event(time, words, word, axis) for time, words, word, axis in happened if time is not None)
+
+
+def off_text(plan: RunPlan, errors: Mapping[str, float]) -> str:
+    """How far off a run ended, such as "1.04 mm off on z", by error (m, rad) and axis; empty if it is on target."""
+    return ", ".join(f"{printed(error, plan.axes[axis].unit)} off on {axis}" for axis, error in errors.items())
+
+
+def ending(plan: RunPlan, metrics: Metrics, brief: bool = False) -> str:
+    """Say how a run ended: "failed: …" of a stop or a trip, "ended … off on z", or "completed"."""
+    if happened := events(metrics):
+        return "failed: " + (happened[0].text(brief) if brief else ", ".join(event.text() for event in happened))
+    return f"ended {off_text(plan, metrics.ended_off)}" if metrics.ended_off else COMPLETED
+
+
+def endings(plan: RunPlan, many: ManyMetrics) -> list[str]:
+    """Say the same of each of many runs."""
+    said = [COMPLETED] * len(many.failed)
+    for k in (many.failed | many.ended_off).nonzero()[0].tolist():
+        off = {axis: float(errors[k]) for axis, errors in many.end_errors.items()
+               if errors[k] > plan.metrics.fail_error_of(plan.axes[axis])}
+        stop, trip = (float(times[k]) if times[k] < inf else None for times in (many.stop_contact_time, many.trip_time))
+        said[k] = ending(plan, Metrics((), (), (), {}, stop, trip, bool(many.failed[k]), ended_off=off,
+                                       stop_axis=str(many.stop_axis[k]), trip_axis=str(many.trip_axis[k])))
+    return said
+
+
+def severity(said: str) -> int:
+    """Place of an ending in words among all, 0 of an abort, the largest of a run that completed."""
+    return next((k for k, begin in enumerate(CAUSES) if said.startswith(begin)), len(CAUSES))
+
+
+def cause(said: str) -> str:
+    """What made a run fail, or end off target, and on which axis, by its ending in words; empty if it completed."""
+    begin = next(filter(said.startswith, CAUSES), "")
+    axis = AXIS.search(said) if begin != ABORTED else None
+    return (CAUSES[begin] + (axis[0] if axis else "")) if begin else ""

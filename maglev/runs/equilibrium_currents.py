@@ -1,0 +1,68 @@
+"""Procedure 2: equilibrium currents, measured and predicted by estimated constants (sections 4.4.2, 5.4.2)."""
+
+from typing import NamedTuple
+
+import numpy as np
+
+from maglev.files.arrays import Array
+from maglev.identification.regressors import Rig, equilibrium_currents
+from maglev.identification.settings import EPSILON
+from maglev.runs.execution import RunResult
+from maglev.runs.metrics import step_samples
+from maglev.runs.procedure_data import Runs, column, constants_of, entry, estimate, position_of, rig_of
+from maglev.runs.procedure_outcome import Chart, Curve, Outcome, Panel, ProcedureValue
+from maglev.scenario.procedure import ProcedureSettings
+
+SETTLED = 1.0 / 3.0   # of the time at an air gap, at its end
+
+
+class Measured(NamedTuple):
+    """Equilibria, shape (n,): air gaps asked for, their measured means (m), and mean direct currents (A)."""
+
+    asked: Array
+    gaps: Array
+    currents: Array
+
+
+def find_equilibria(result: RunResult, rig: Rig) -> Measured:
+    """Equilibria of a run that holds one air gap after the other, ascending."""
+    axis = rig.axes[0]
+    reference = column(result, entry(result.plan.axes, axis, result).reference)
+    position = position_of(result, rig, axis)
+    current = np.mean([column(result, f"plant.{motor}.i_d") for motor in rig.motors], axis=0)
+    starts = [0, *step_samples(reference)]
+    ends = [*starts[1:], len(reference)]
+    windows = [slice(end - max(1, round(SETTLED * (end - start))), end)
+               for start, end in zip(starts, ends, strict=True)]
+    rows = sorted((float(reference[window][0]), float(position[window].mean()), float(current[window].mean()))
+                  for window in windows)
+    return Measured(*np.array(rows).T)
+
+
+def beside_each_other(seen: Measured, theory: Array, margin: Array | None = None) -> Panel:
+    """Measured equilibrium currents, and those predicted (A), shape (n,), at the same air gaps, perhaps with a band."""
+    return Panel("air gap (mm)", "i_d (A)", (Curve("measured", 1e3 * seen.gaps, seen.currents, marked=True),
+                                             Curve("predicted", 1e3 * seen.gaps, theory, margin=margin)))
+
+
+def evaluate(settings: ProcedureSettings, runs: Runs) -> Outcome:
+    """Outcome of Procedure 2 on the runs that completed: `currents` and `excitation`."""
+    currents, excitation = (runs.get(settings.runs[part]) for part in ("currents", "excitation"))
+    names = tuple(run.plan.name for run in (currents, excitation) if run is not None)
+    if excitation is None:
+        return Outcome(settings, names)
+    rig = rig_of(excitation.plan)
+    constants = rig.rows[0].constants
+    values, table = constants_of(settings, excitation, constants)
+    if currents is None:
+        return Outcome(settings, names, tuple(values), (table,))
+    seen = find_equilibria(currents, rig)
+    theory = equilibrium_currents(rig, seen.gaps, estimate(excitation, constants))
+    values += [ProcedureValue("equilibrium_current", here, gap=asked) for asked, here
+               in zip(seen.asked.tolist(), seen.currents.tolist(), strict=True)]
+    values += [ProcedureValue("equilibrium_deviation", abs(there - here), gap=asked) for asked, here, there
+               in zip(seen.asked.tolist(), seen.currents.tolist(), theory.tolist(), strict=True)]
+    chart = Chart(settings.figures.get("currents"),
+                  f"Equilibrium currents: measured, and predicted by the constants with ε = {EPSILON:g}.",
+                  (beside_each_other(seen, theory),))
+    return Outcome(settings, names, tuple(values), (table,), (chart,))

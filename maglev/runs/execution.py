@@ -1,0 +1,270 @@
+"""Runs, one or many at once, and what each of them gives."""
+
+import json
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, field, replace
+from functools import partial
+from pathlib import Path
+from traceback import format_exception
+from typing import Any, TypeVar
+
+import numpy as np
+from numpy.typing import NDArray
+
+from maglev.cosim.master import Recording, RunFailed, RunInterrupted
+from maglev.files.belonging import KEY, digests_of
+from maglev.files.errors import FAILURES, Interrupted, MeasurementError, ScenarioError, in_one_line
+from maglev.files.side_by_side import Progress, Watcher
+from maglev.files.whole_file import whole_file, write_whole
+from maglev.runs import run_claims
+from maglev.runs.chain import Ended, Ends, chained, ends_of, started
+from maglev.runs.endings import ABORTED, COMPLETED, ending
+from maglev.runs.measures import measures_data, measures_of
+from maglev.runs.metrics import Metrics, metrics_data, phase_resistances, run_metrics
+from maglev.runs.preparation import Experiment
+from maglev.runs.provenance import Provenance
+from maglev.runs.results import ResultFiles, write_csv, write_parquet
+from maglev.runs.verdicts import Judgements, of_modified_runs
+from maglev.scenario.options import Format
+from maglev.scenario.run_plan import RunPlan
+
+T = TypeVar("T", bound=Ended)
+
+
+@dataclass(frozen=True)
+class RunResult:
+    plan: RunPlan
+    # every output interval of the plan; of a run that did not complete nothing, or what was until then
+    recording: Recording = field(default_factory=lambda: Recording(np.zeros(0), {}))
+    metrics: Metrics | None = None   # what was measured; None if nothing was, or the run did not complete
+    failure: str | None = None   # why the run did not complete
+    traceback: str = ""   # of that, for who looks for a bug; empty if the run completed
+    # every output at the end; empty if the run did not complete
+    ends: Mapping[str, float] = field(default_factory=dict)
+    # every Real parameter that the run started with; empty if it did not complete
+    parameters: Mapping[str, float] = field(default_factory=dict)
+    provenance: Provenance | None = None   # what it rests on; None if it was refused before anything was looked at
+
+    def __repr__(self) -> str:
+        return f"<RunResult {self.plan.name}: {self.failure or f'{len(self.time)} rows'}>"
+
+    @property
+    def outcome(self) -> str:
+        """Return "did not complete" of a run that was aborted, "failed" if the stage touched a stop or tripped.
+
+        Of others that end beyond `metrics.fail_error` "ended off target", else "completed".
+        """
+        if self.failure is not None or self.metrics is None:
+            return ABORTED
+        return "failed" if self.metrics.failed else "ended off target" if self.metrics.ended_off else COMPLETED
+
+    @property
+    def ending(self) -> str:
+        """How the run ended: the outcome with its reason, when it was and on which axis."""
+        if self.failure is not None or self.metrics is None:
+            return ABORTED + (f": {self.failure}" if self.failure else "")
+        return ending(self.plan, self.metrics)
+
+    @property
+    def time(self) -> NDArray[np.float64]:
+        """Times of the rows, s, shape (n,)."""
+        return self.recording.time
+
+    @property
+    def columns(self) -> Mapping[str, NDArray[Any]]:
+        """By name, `fmu.variable`, SI, shape (n,); Booleans as 0 and 1."""
+        return self.recording.columns
+
+    @property
+    def modified(self) -> bool:
+        """Whether it is another run than its plan says."""
+        return self.provenance is not None and self.provenance.modified
+
+
+def simulate(experiment: Experiment, progress: Progress | None = None) -> RunResult:
+    """Run an experiment and measure it; errors as of `execute`, and no files."""
+    recording = experiment.run(progress)
+    return replace(completed_run(experiment, recording), metrics=whole_metrics(experiment.plan, recording))
+
+
+def execute(experiment: Experiment, out: Path, form: Format = "csv", progress: Progress | None = None) -> RunResult:
+    """Run an experiment, write its columns, and measure it.
+
+    RunFailed if an FMU ends the run, RunInterrupted after Ctrl-C or SIGTERM: what was recorded until then is in
+    `NAME.partial.csv`. MaglevError or OSError if it cannot run, be measured or be written.
+    """
+    every, files = experiment.output_every(), ResultFiles(out, experiment.plan.name)
+    results = []
+
+    def complete(recording: Recording) -> None:
+        """Write what the run gave, whatever its FMUs do after it."""
+        try:
+            metrics = whole_metrics(experiment.plan, recording)
+        except MeasurementError as error:
+            raise MeasurementError(f"{error}; {keep_recording(files, recording, every)}") from error
+        result = replace(completed_run(experiment, recording), metrics=metrics)
+        write_result(files, form, result, experiment.units(recording.columns), recording, every)
+        results.append(result)
+
+    try:
+        recording = experiment.run(progress, complete)
+    except RunFailed as error:
+        raise RunFailed(f"{error}; {keep_recording(files, error.recording, every)}", error.recording) from error
+    except RunInterrupted as error:
+        message = f"{error}; {keep_recording(files, error.recording, every)}"
+        files.set_aside()   # what an earlier run has left must not pass for what this one gave
+        raise RunInterrupted(message, error.recording, error.number) from error
+    except Interrupted as error:
+        if not results:
+            raise
+        raise Interrupted(f"{error}; its results are in {files.file(form)}", error.number) from error
+    return replace(results[0], recording=replace(results[0].recording, notes=recording.notes))
+
+
+def write_result(files: ResultFiles, form: Format, result: RunResult, units: Mapping[str, str], recording: Recording,
+                 every: int = 1) -> None:
+    """Write the columns of a run, and what is known about it with their digest; parameters as of `write_columns`.
+
+    Files of an earlier run stay as they were until both are complete, and go then.
+    """
+    with whole_file(files.file(form)) as columns, whole_file(files.file("json")) as record:
+        write_columns(columns, form, result, units, recording, every)
+        write_whole(record, json_text({**run_as_json(result), KEY: digests_of([columns])}))
+    files.forget_others(form)
+
+
+def write_columns(path: Path, form: Format, result: RunResult, units: Mapping[str, str], recording: Recording,
+                  every: int = 1) -> None:
+    """Write every n-th communication point of the recording of a run; `units` of the columns go to Parquet."""
+    if form == "csv":
+        write_csv(path, recording, every)
+    else:
+        about = {key: value for key, value in run_as_json(result).items() if key in ("name", "title", "provenance")}
+        write_parquet(path, recording, units, about, every)
+
+
+def keep_recording(files: ResultFiles, recording: Recording, every: int) -> str:
+    """Write what was recorded of a run that ended early; says where it is, or why it is not."""
+    try:
+        write_csv(files.file("partial.csv"), recording, every)
+    except OSError as error:
+        return f"what was recorded until then cannot be written: {in_one_line(error)}"
+    return f"what was recorded until then is in {files.file('partial.csv')}"
+
+
+def whole_metrics(plan: RunPlan, recording: Recording) -> Metrics:
+    """What is measured on a run that was recorded to its end, on all of it."""
+    return run_metrics(plan, recording.time, recording.columns, phase_resistances(plan)({}))
+
+
+def expected(experiment: Experiment) -> Metrics:
+    """Metrics of a run that follows its references exactly: what can be measured, before it is run."""
+    plan, time, drives = experiment.plan, experiment.times, experiment.drives(experiment.check())
+    rest = np.zeros(len(time))
+    columns = {name: rest for motor in plan.motors.values() for name in (*motor.currents, *motor.commands)}
+    columns |= {flag: rest for flag in (plan.stop_flag, plan.trip_flag) if flag is not None}
+    for axis in plan.axes.values():
+        columns[axis.position] = columns[axis.reference] = drives.get(axis.reference, rest)
+    return run_metrics(plan, time, columns, phase_resistances(plan)({}))
+
+
+def require_judgeable(experiments: Sequence[Experiment]) -> None:
+    """Refuse a claim of a user's scenario for which nothing will be measured, and references that are out of reach.
+
+    ScenarioError names the file. Not of a run whose references come from another FMU: what these will be is not known
+    before.
+    """
+    by_name = {experiment.plan.name: experiment for experiment in experiments}
+    for experiment in experiments:
+        plan = experiment.plan
+        if not (plan.own or experiment.changes) or not experiment.fits():   # of another, its run says why
+            continue
+        drives = experiment.drives(experiment.check())   # refuses what the stage cannot reach
+        if not (plan.own and plan.claims):
+            continue
+        if all(axis.reference in drives for axis in plan.axes.values()):
+            others = {name: expected(by_name[name]) for claim in plan.claims for name in claim.other_runs
+                      if name in by_name}
+            try:
+                run_claims.require_sides(plan.claims, expected(experiment), others)
+            except MeasurementError as error:
+                raise ScenarioError(f"{plan.path}: {error}") from None
+
+
+def completed_run(experiment: Experiment, recording: Recording) -> RunResult:
+    """Result of a run that was recorded to its end: every output interval of it; nothing is measured yet."""
+    return RunResult(experiment.plan, thinned(recording, experiment.output_every()), ends=ends_of(recording),
+                     parameters=experiment.parameters(), provenance=experiment.provenance())
+
+
+def run_as_json(result: RunResult) -> dict[str, Any]:
+    """What is known about a run beside its columns, as JSON has it; what never happened or is not finite is None."""
+    return {"name": result.plan.name, "title": result.plan.title, "outcome": result.outcome, "ending": result.ending,
+            "failure": result.failure,
+            "provenance": None if result.provenance is None else result.provenance.as_data(),
+            "metrics": None if result.metrics is None else metrics_data(result.metrics),
+            "measures": [] if result.metrics is None else measures_data(measures_of(result.plan, result.metrics))}
+
+
+def json_text(data: Mapping[str, Any]) -> str:
+    """JSON with a line for each entry."""
+    return json.dumps(data, indent=1, ensure_ascii=False, allow_nan=False) + "\n"
+
+
+def thinned(recording: Recording, every: int) -> Recording:
+    """Copy every n-th communication point of a recording."""
+    return Recording(recording.time[::every].copy(),
+                     {name: values[::every].copy() for name, values in recording.columns.items()}, recording.notes)
+
+
+def run_each(experiments: Sequence[Experiment], job: Callable[[Experiment, Ends, Progress], T],
+             died: Callable[[Experiment, str], T], jobs: int, watch: Watcher, here: bool = False) -> list[T]:
+    """Do a job with each experiment and the ends of the runs that it starts from, which go before it; as of `chained`.
+
+    In other processes, at most `jobs` at a time; `here`, and with a class that was given, in this one.
+    """
+    by_name = {experiment.plan.name: experiment for experiment in experiments}
+    return list(chained({name: experiment.plan.needs for name, experiment in by_name.items()},
+                        lambda name, ends: partial(job, by_name[name], ends), jobs,
+                        lambda name, message: died(by_name[name], message), watch,
+                        here=here or any(experiment.here for experiment in experiments)).values())
+
+
+def execute_all(experiments: Sequence[Experiment], out: Path, form: Format, jobs: int, watch: Watcher,
+                here: bool = False) -> list[RunResult]:
+    """Run experiments as of `run_each`; one that fails, or whose process dies, has a result that says why."""
+    return run_each(experiments, partial(execute_or_fail, out, form), failed_run, jobs, watch, here)
+
+
+def execute_or_fail(out: Path, form: Format, experiment: Experiment, ends: Ends, progress: Progress) -> RunResult:
+    """Run an experiment that starts from the ends of others; what users can put right is a result, too."""
+    try:
+        return execute(replace(experiment, plan=started(experiment.plan, ends)), out, form, progress)
+    except FAILURES as error:
+        # What an earlier run has left must not pass for what this one gave.
+        ResultFiles(out, experiment.plan.name).set_aside()
+        return failed_run(experiment, in_one_line(error), "".join(format_exception(error)))
+
+
+def failed_run(experiment: Experiment, message: str, traceback: str = "") -> RunResult:
+    return RunResult(experiment.plan, failure=message, traceback=traceback)
+
+
+def judge_all(results: Sequence[RunResult]) -> Judgements:
+    """Judge the claims of every run, by name, comparative ones against the other runs.
+
+    The thesis's claims are about its runs: those of a modified run, or of one that a user's file makes of it, have no
+    verdict on the thesis, nor has a comparison with one. A user's own are judged whatever runs. Another reading of an
+    experiment does not count.
+    """
+    metrics = {result.plan.name: result.metrics for result in results}
+    modified = {result.plan.name for result in results if result.modified or result.plan.own}
+    judged = {}
+    for result in results:
+        name = result.plan.name
+        claims = [replace(claim, counts=not result.plan.another_reading)
+                  for claim in run_claims.judge_run(result.plan.claims, result.metrics, metrics)]
+        others = [{name, *claim.other_runs} & modified for claim in result.plan.claims]
+        judged[name] = [verdict for claim, other in zip(claims, others, strict=True)
+                        for verdict in (of_modified_runs([claim]) if other else [claim])]
+    return judged

@@ -1,0 +1,183 @@
+"""Check of the names, causalities, types and units in a run against the FMUs it runs."""
+
+from collections.abc import Mapping
+from pathlib import Path
+
+from maglev.files.errors import ScenarioError, key_path, nearest, option, shortened
+from maglev.files.units import known_unit, measures
+from maglev.fmi.parameter import REALS, Described, expected_of
+from maglev.scenario.run_plan import RunPlan
+from maglev.scenario.signals import Steps
+from maglev.user.source import declared_in, is_written
+
+Descriptions = Mapping[str, Mapping[str, Described]]
+
+
+class PortCheck:
+    """The check of one scenario; refusals name its file."""
+
+    def __init__(self, plan: RunPlan, descriptions: Descriptions, files: Mapping[str, Path]):
+        self.plan = plan
+        self.files = files
+        self.descriptions = descriptions
+        self.fed: dict[str, str] = {}   # input: key that feeds it
+        self.origin = ""                # of the value that is looked at, if it is not the file
+
+    def refuse(self, key: str, value: object, expectation: str) -> ScenarioError:
+        if self.origin:
+            return ScenarioError(f"{self.origin}: {expectation}")
+        return ScenarioError(f"{self.plan.path}: {key} = {shortened(value)}: {expectation}")
+
+    def variable(self, key: str, port: str, *causalities: str) -> Described:
+        """Return the variable of "fmu.variable"; refuse it if it does not exist or has another causality."""
+        fmu, _, name = port.partition(".")
+        if fmu not in self.plan.fmus:
+            raise self.refuse(key, port, f"there is no FMU {fmu!r}; {nearest(fmu, self.plan.fmus)}")
+        return self.variable_of(key, port, fmu, name, *causalities)
+
+    def variable_of(self, key: str, value: object, fmu: str, name: str, *causalities: str) -> Described:
+        """Return a variable of an FMU; `value` is what the file says at the key."""
+        variables = self.descriptions[fmu]
+        wanted = " or ".join(causalities)
+        if name not in variables:
+            fitting = [known for known, variable in variables.items() if variable.causality in causalities]
+            raise self.refuse(key, value, f"missing port: {fmu} has no {wanted} {name!r}; {nearest(name, fitting)}")
+        variable = variables[name]
+        if variable.causality not in causalities:
+            raise self.refuse(key, value, f"{name!r} is of causality {variable.causality}, expected {wanted}")
+        return variable
+
+    def settable(self, key: str, value: object, fmu: str, name: str) -> Described:
+        """Return a parameter, an input, or another variable whose start value an FMU takes as it is (exact)."""
+        variable = self.descriptions[fmu].get(name)
+        if variable is not None and variable.initial == "exact" and variable.variability != "constant":
+            return variable
+        return self.variable_of(key, value, fmu, name, "parameter", "input")
+
+    def feed(self, key: str, port: str, *causalities: str) -> Described:
+        """Return the input, or a variable of another causality; refuse it if it is fed already."""
+        variable = self.variable(key, port, "input", *causalities)
+        if port in self.fed:
+            raise self.refuse(key, port, f"the input is fed by {self.fed[port]} already, expected one source")
+        if variable.causality == "parameter" and variable.variability != "tunable":
+            raise self.refuse(key, port, f"{variable.name!r} is a {variable.variability} parameter, expected an "
+                                         "input or a tunable parameter")
+        self.fed[port] = key
+        return variable
+
+    def connections(self) -> None:
+        """Check that connections run from outputs to inputs, or tunable parameters, of the same type and unit."""
+        for key, (start, end) in self.plan.wires.items():
+            ends = (f"{key}[0]", f"{key}[1]") if key.startswith("connections") else (key, key)
+            output = self.variable(ends[0], start, "output")
+            target = self.feed(ends[1], end, "parameter")
+            if output.type != target.type and not {output.type, target.type} <= {*REALS}:
+                raise self.refuse(key, [start, end], f"connects {output.type} to {target.type}, expected the same type"
+                                                     f"{self.declared(start, end)}")
+            if output.unit and target.unit and not compatible(output.unit, target.unit):
+                raise self.refuse(key, [start, end], f"connects {output.unit} to {target.unit}, expected the same unit"
+                                                     f"{self.declared(start, end)}")
+
+    def declared(self, *ports: str) -> str:
+        """Where ports of users' files are declared, and what may say otherwise."""
+        said = ""
+        for port in ports:
+            fmu, _, name = port.partition(".")
+            path, variable = self.files.get(fmu), self.descriptions.get(fmu, {}).get(name)
+            if path is not None and is_written(path):
+                said += f"; {name} stands in {declared_in(path, name)}"
+            elif path is not None and variable is not None and path.stem != self.plan.fmus[fmu].model:
+                unit = f" in {variable.unit}" if variable.unit else ""
+                said += (f"; {name} is {variable.type}{unit} in {path.name}, of which {option('ports')} can name "
+                         "another port or unit")
+        return said
+
+    def signals(self) -> None:
+        """Check that signals feed inputs of their type and dimension."""
+        for i, signal in enumerate(self.plan.signals):
+            key = f"signals[{i}].to"
+            target = self.feed(key, signal.to, "parameter")
+            values = signal.values if isinstance(signal, Steps) else []
+            if target.type == "Boolean" and signal.rate_to is None and signal.unit is None:
+                if not values or not {*values} <= {False, True}:
+                    raise self.refuse(key, signal.to, f"{target.name!r} is Boolean, expected steps of true and false")
+            elif any(isinstance(value, bool) for value in values):
+                raise self.refuse(key, signal.to, f"{target.name!r} is {target.type}, expected numbers as values")
+            else:
+                self.real(key, signal.to, target)
+            if signal.unit is not None:
+                self.dimension(key, signal.to, signal.unit, target)
+            if signal.rate_to is not None:
+                key = f"signals[{i}].rate_to"
+                self.real(key, signal.rate_to, self.feed(key, signal.rate_to))
+
+    def real(self, key: str, port: str, variable: Described) -> None:
+        if variable.type not in REALS:
+            raise self.refuse(key, port, f"{variable.name!r} is {variable.type}, expected Real{self.declared(port)}")
+
+    def dimension(self, key: str, value: object, unit: str, variable: Described) -> None:
+        """Refuse a unit of another dimension than the variable's."""
+        own = variable.unit or "1"
+        if not measures(unit, own):
+            raise self.refuse(key, value, f"{unit} given, expected a quantity in {own}{self.declared(str(value))}")
+        # The value has been converted to SI, which this FMU does not use.
+        known = known_unit(own)
+        if known is not None and known.factor != 1.0:
+            raise self.refuse(key, value, f"the FMU uses {own}, expected a plain number of {own} without a unit")
+
+    def start_values(self) -> None:
+        """Check that start values are of parameters or inputs, and of their type and dimension."""
+        for fmu, entry in self.plan.fmus.items():
+            for name, start in entry.start.items():
+                key = key_path(["fmus", fmu, "start", name])
+                self.origin = start.origin
+                variable = self.settable(key, start.written, fmu, name)
+                if start.origin and variable.causality == "input" and f"{fmu}.{name}" in self.fed:
+                    raise self.refuse(key, start.written, f"{name!r} is fed by {self.fed[f'{fmu}.{name}']} from "
+                                      "the start, expected a parameter, an input that nothing feeds, or "
+                                      "reference.AXIS.amplitude, .start or .end")
+                if expected := expected_of(variable.type, start.given):
+                    raise self.refuse(key, start.written, f"{name!r} is {variable.type}, expected {expected}")
+                if start.unit is not None:
+                    self.dimension(key, start.written, start.unit, variable)
+            self.origin = ""
+            for name, source in entry.start_from.items():
+                key = key_path(["fmus", fmu, "start_from", name])
+                self.real(key, name, self.variable_of(key, source.output, fmu, name, "parameter", "input"))
+
+    def recorded(self) -> None:
+        """Check the variables that metrics are computed from."""
+        numbers = {f"axes.{name}.{what}": getattr(axis, what) for name, axis in self.plan.axes.items()
+                   for what in ("position", "reference")}
+        numbers |= {f"motors.{name}.{what}[{i}]": port for name, motor in self.plan.motors.items()
+                    for what in ("currents", "commands") for i, port in enumerate(getattr(motor, what))}
+        for key, port in numbers.items():
+            self.real(key, port, self.variable(key, port, "output", "local", "input"))
+        for key, flag in (("stop_flag", self.plan.stop_flag), ("trip_flag", self.plan.trip_flag)):
+            if flag is not None and self.variable(key, flag, "output", "local").type != "Boolean":
+                raise self.refuse(key, flag, "expected a Boolean variable")
+
+    def checked(self) -> None:
+        """Check the signals that are compared with a baseline."""
+        for signal, tolerance in self.plan.check.signals.items():
+            key, allowed = key_path(["check", "signals", signal]), tolerance.allowed
+            variable = self.variable(key, signal, "output", "local", "input")
+            if allowed.unit is not None:
+                self.dimension(f"{key}.absolute", allowed.written, allowed.unit, variable)
+
+
+def compatible(one: str, other: str) -> bool:
+    """Whether numbers in two units are the same numbers."""
+    known, and_known = known_unit(one), known_unit(other)
+    return one == other or (known is not None and and_known is not None
+                            and (known.dimension, known.factor) == (and_known.dimension, and_known.factor))
+
+
+def check_names(plan: RunPlan, descriptions: Descriptions, files: Mapping[str, Path]) -> None:
+    """Check a run against the variables, by FMU and name, and the files of its FMUs; ScenarioError of what misfits."""
+    check = PortCheck(plan, descriptions, files)
+    check.connections()
+    check.signals()
+    check.start_values()
+    check.recorded()
+    check.checked()

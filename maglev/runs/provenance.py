@@ -1,0 +1,152 @@
+"""What a result rests on: version, command, FMUs, and every value that is not the plan's."""
+
+import hashlib
+import platform
+import shlex
+import subprocess
+import sys
+from collections.abc import Collection, Iterable, Iterator, Mapping
+from dataclasses import asdict, dataclass, field
+from functools import cache, lru_cache
+from importlib.metadata import packages_distributions, version
+from pathlib import Path
+from typing import Any
+from zipfile import ZipFile
+
+from fmpy.model_description import ModelDescription
+
+from maglev.cosim.fmu import HERE
+from maglev.descriptions.own_fmus import built_here, own_build, stale
+from maglev.files.cache import digest_at
+from maglev.files.installed import code, edited
+from maglev.scenario.layers import scenario_of
+from maglev.scenario.run_plan import RunPlan
+from maglev.user.source import digests, is_class, is_written, requirements
+
+DIGITS = 12   # of a digest that are shown; NAME.json has all
+
+
+def typed() -> str:
+    """What was typed, if it was the command `maglev`."""
+    name = Path(sys.argv[0]).name if sys.argv else ""
+    called = name == "maglev" or sys.argv[:1] == [str(Path(__file__).parents[1] / "__main__.py")]
+    return shlex.join(["maglev", *sys.argv[1:]]) if called else "Python"
+
+
+@cache
+def checked_out() -> str | None:
+    """Commit of the checkout that holds this file, None where git knows none."""
+    root = Path(__file__).parents[2]
+    if not (root / ".git").exists():
+        return None
+    try:
+        done = subprocess.run(["git", "describe", "--always", "--dirty", "--abbrev=12"], cwd=root, capture_output=True,
+                              text=True, timeout=10)
+    except (OSError, subprocess.TimeoutExpired):
+        return None
+    return done.stdout.strip() or None
+
+
+@dataclass(frozen=True)
+class UsedFmu:
+    name: str   # in the run, such as "plant"
+    file: str   # its name
+    model: str   # as its model description says, like the next two
+    guid: str
+    tool: str
+    # "Python" or "native" of this project's, "Python file" or "Python class" of a user's, "foreign" otherwise
+    kind: str
+    put_in: bool   # whether it takes the place of the plan's
+    built_here: bool = False   # whether its content is what this installation builds
+    # every start value that it was given, SI, by variable; the others are its own
+    start: dict[str, float | int | bool | str] = field(default_factory=dict)
+    left_out: dict[str, str] = field(default_factory=dict)   # why others of the plan were not given to it
+    # of an FMU; of a user's Python file and of the modules beside it, by file name; of a class's text
+    sha256: dict[str, str] = field(default_factory=dict)
+    # SHA-256 of the library of this machine in an FMU; versions of what a user's Python file imports, and no FMU
+    # carries
+    libraries: dict[str, str] = field(default_factory=dict)
+
+    @classmethod
+    def of(cls, name: str, path: Path, description: ModelDescription, **given: Any) -> "UsedFmu":
+        """That of a file; what a run does with it is `given`."""
+        written = is_written(path)
+        sha256 = dict(digests(path)) if written else {path.name: digest_at(path)}
+        return cls(name, path.name, description.modelName or "", description.guid or "",
+                   description.generationTool or "", kind(path), built_here=built_here(path), sha256=sha256,
+                   libraries=versions(requirements(path)) if written else libraries_in(path, sha256[path.name]),
+                   **given)
+
+    @property
+    def shown(self) -> str:
+        """Its file; of one that is not this project's also what it is, and the beginning of its digest."""
+        digest = "" if self.built_here else next(iter(self.sha256.values()), "")
+        return f"{self.file} ({self.kind}, sha256 {digest[:DIGITS]}…)" if digest else self.file
+
+
+@dataclass(frozen=True, kw_only=True)
+class Provenance:
+    """Where a result comes from: what is not given is what holds here and now."""
+
+    version: str = field(default_factory=cache(lambda: version("maglev-fmus")))   # of this package
+    # of the checkout that it runs from, "…-dirty" with changes that are not committed; None where there is none
+    commit: str | None = field(default_factory=checked_out)
+    command: str = field(default_factory=typed)   # as it was typed; "Python" for a function call
+    python: str = f"{platform.python_version()} on {platform.system()} {platform.machine()}"   # version, and machine
+    fmus: tuple[UsedFmu, ...]   # in the order of stepping
+    # every value that differs from the plan's, "plant.y.mass = 8 instead of 6.9", and a step or order of its own
+    changes: tuple[str, ...]
+    scenario: str   # SHA-256 of the scenario with what it extends
+    departures: tuple[str, ...]   # why it is not the package's experiment although nobody asked for another one
+    code: str = field(default_factory=code)   # SHA-256 of the Python modules of this package
+    libraries: dict[str, str]   # SHA-256 of what makes the steps, if it is compiled
+    parameter_sets: dict[str, str]   # SHA-256 of files with start values, by path
+
+    @property
+    def modified(self) -> bool:
+        """Whether the run is another one than its plan says."""
+        return bool(self.differences)
+
+    @property
+    def differences(self) -> tuple[str, ...]:
+        """What is different from the plan: FMUs that were put in, values; and from what the package has for it."""
+        return (*(f"{fmu.name} is {fmu.shown}" for fmu in self.fmus if fmu.put_in), *self.changes, *self.departures)
+
+    def as_data(self) -> dict[str, Any]:
+        return {**asdict(self), "modified": self.modified}
+
+
+def departures_of(plan: RunPlan, files: Mapping[str, Path], put_in: Iterable[str]) -> Iterator[str]:
+    """Why a run of the package's name, or with our FMUs' names, is not the package's: one phrase each.
+
+    A scenario of the user's own is its own, whatever it extends; and an FMU that is not there is refused later.
+    """
+    for name, fmu in plan.fmus.items():
+        if name not in put_in and fmu.model is not None and stale(fmu.model, files[name]):
+            yield f"{name} is a {fmu.model}.fmu that this installation did not build"
+    if plan.own and scenario_of(plan.name) is not None:
+        yield f"the scenario is {plan.path}, not the package's {plan.name}"
+    for changed in edited():
+        yield f"{changed} is not as it was installed"
+
+
+def kind(path: Path) -> str:
+    """Kind of an FMU, or of what ran in its place."""
+    if is_written(path):
+        return "Python class" if is_class(path) else "Python file"
+    build = own_build(path)
+    return "foreign" if build is None else build.kind
+
+
+@lru_cache(maxsize=64)
+def libraries_in(path: Path, _sha256: str) -> dict[str, str]:
+    """SHA-256 of the libraries of this machine in an FMU, by name; looked at once while its own stays the same."""
+    with ZipFile(path) as archive:
+        return {entry.filename: hashlib.file_digest(archive.open(entry), "sha256").hexdigest()   # type: ignore[arg-type]
+                for entry in archive.infolist() if entry.filename.startswith(HERE) and not entry.is_dir()}
+
+
+def versions(packages: Collection[str]) -> dict[str, str]:
+    """Versions of packages that can be imported, by name; empty text of what has none."""
+    known = packages_distributions() if packages else {}   # which reads them all
+    return {name: ", ".join(version(package) for package in known.get(name, ())) for name in packages}

@@ -1,0 +1,61 @@
+"""References that a stage cannot follow, for its stops are in the way: refused before a run."""
+
+from collections.abc import Callable, Mapping
+from dataclasses import replace
+
+import numpy as np
+
+from maglev.files.arrays import Array
+from maglev.files.errors import ScenarioError
+from maglev.linear.places import MotorPlaces
+from maglev.scenario.run_plan import RunPlan
+from pmlsm.stage_description import Rig
+
+Start = Callable[[str], float | None]   # start value of a variable `fmu.variable`; None where there is none
+
+
+def require_reachable(plan: RunPlan, times: Array, references: Mapping[str, Array], start: Start) -> None:
+    """Refuse references that are known before the run, (n,), SI, beyond the end stops of what they are followed by.
+
+    `start` has where a plant begins, and where its stops are. ScenarioError with the file, the reference, its first
+    value that is out of reach and its time, the stops, and where it begins.
+    """
+    known = {axis.position: references[axis.reference] for axis in plan.axes.values() if axis.reference in references}
+    vertical = next((axis.position for axis in plan.axes.values() if axis.vertical), None)
+    begin = None if vertical is None else start(f"{vertical.rpartition('.')[0]}.position_start")
+    gap = "" if begin is None else f", for a stage that begins with a gap of {in_mm(begin)}"
+    for name, axis in plan.axes.items():
+        if axis.position in known:
+            place = axis.position.rpartition(".")[0]
+            require_between(f"{plan.path}: reference of {name}", times, known[axis.position], place, start, gap)
+    rig = plan.rig
+    if rig is not None and rig.rotations and f"plant.{rig.vertical.name}.position" in known:
+        # Where tilts are not known, the platform is level: leaning, one of its motors would only be further out.
+        positions = np.array([known.get(f"plant.{axis}.position", np.zeros(len(times))) for axis in rig.axis_names])
+        for motor, gaps in zip(rig.motor_names, gaps_of(rig, start) @ positions, strict=True):
+            require_between(f"{plan.path}: gap at {motor} by the references", times, gaps, f"plant.{motor}", start, gap)
+
+
+def gaps_of(rig: Rig, start: Start) -> Array:
+    """Derivatives of the motors' gaps with respect to the positions, shape (motors, axes), with motors as in a run."""
+    spots = []
+    for motor in rig.motors:
+        x, z = start(f"plant.{motor.name}.x"), start(f"plant.{motor.name}.z")
+        spots.append(replace(motor, x=motor.x if x is None else x, z=motor.z if z is None else z))
+    return MotorPlaces.at(rig, spots, rig.height).gaps
+
+
+def require_between(what: str, times: Array, values: Array, place: str, start: Start, gap: str) -> None:
+    """Refuse values (m) beyond the stops that a plant has at a place, `fmu.place`."""
+    lower, upper = start(f"{place}.stop.lower"), start(f"{place}.stop.upper")
+    if lower is None or upper is None:
+        return
+    beyond = np.flatnonzero((values < lower) | (values > upper))
+    if len(beyond):
+        k = int(beyond[0])
+        raise ScenarioError(f"{what} = {in_mm(float(values[k]))} at t = {times[k]:g} s: out of reach, expected "
+                            f"between the stops at {in_mm(lower)} and {in_mm(upper)}{gap}")
+
+
+def in_mm(value: float) -> str:
+    return f"{1e3 * value:g} mm"

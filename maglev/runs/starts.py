@@ -1,0 +1,198 @@
+"""What the FMUs of a run start with: the plan's values, and over these what is asked for, or follows from others."""
+
+from collections.abc import Callable, Collection, Iterable, Mapping
+from dataclasses import dataclass
+from pathlib import Path
+
+from maglev.cosim.open import read_description
+from maglev.cosim.port_map import declared_units
+from maglev.descriptions.own_fmus import definition
+from maglev.files.errors import ScenarioError, key_path, one_of, option
+from maglev.files.units import UNITS, Unit, known_unit, like
+from maglev.fmi.parameter import Parameter
+from maglev.runs.parameter_file import of_type
+from maglev.runs.replacement import Replacement, given_and_left_out
+from maglev.scenario.run_plan import RunOutput, RunPlan, StartValue
+from maglev.user.source import is_written
+from pmlsm.stage_description import Rig
+
+Own = Callable[[str], float | None]   # what a variable of an FMU is that runs, or None if it has none
+
+
+@dataclass(frozen=True)
+class Following:
+    """What a controller's model has at the nominal masses, and the plant's parameters that are about its mass."""
+
+    rig: Rig
+    # constants, and of a platform that tilts masses and inertias, by the names of the controller
+    model: Mapping[str, float]
+    masses: Mapping[str, float]   # parameters of the plant, SI
+
+    def settings(self, changes: Mapping[str, float | bool]) -> dict[str, float]:
+        """Values `controller.C1` … at the plant's masses, with other values `plant.y.mass` … of some.
+
+        The constants are accelerations at the nominal masses: the same forces make them, times nominal over present
+        mass. What that is, payload included, the plant's own block says.
+        """
+        plant = definition(f"Plant{self.rig.suffix}")
+        block = plant.new_block()
+        for variable in plant.variables:
+            if variable.name in self.masses:
+                value = changes.get(full := f"plant.{variable.name}", self.masses[variable.name])
+                variable.write(block, Parameter.of(variable).read(value, full, ScenarioError))
+        block.start()
+        block.step(0.0, self.rig.sample_time)
+        axes = {axis.name: block.axes[self.rig.axis_number(axis.name)] for axis in self.rig.axes}
+        rows = {constant.name: constant.axis for constant in self.rig.constants}
+        return {f"controller.{name}": value * axes[rows[name]].mass_ratio if name in rows else
+                axes[name.partition(".")[0]].present_mass for name, value in self.model.items()}
+
+
+def following(rig: Rig | None, plant: Own, controller: Own, asked: Collection[str]) -> Following:
+    """How a controller's model follows its plant, but for what was asked for; ScenarioError if they have none."""
+    if rig is None:
+        raise ScenarioError(f"{option('model', 'plant')}: expected runs of a stage that is described, by whose "
+                            "nominal masses it follows")
+    variables = definition(f"Plant{rig.suffix}").variables
+    axes = {axis.name: f"{axis.name}.{'inertia' if axis.rotation else 'mass'}" for axis in rig.axes}
+    masses = [*axes.values(), *(variable.name for variable in variables if variable.name.startswith("payload."))]
+    model = [*(constant.name for constant in rig.constants), *(axes.values() if rig.rotations else ())]
+    model = [name for name in model if f"controller.{name}" not in asked]
+    return Following(rig, values("controller", controller, model), values("plant", plant, masses))
+
+
+def values(fmu: str, own: Own, names: list[str]) -> dict[str, float]:
+    own_values = {name: own(name) for name in names}
+    lacking = [name for name, value in own_values.items() if value is None]
+    if lacking:
+        raise ScenarioError(f"{option('model', 'plant')}: the {fmu} has no {', '.join(lacking)}, expected one with "
+                            "masses, or a model, as this project's have")
+    return {name: value for name, value in own_values.items() if value is not None}
+
+
+@dataclass
+class Starts:
+    """Start values of the FMUs of a run, by their names in it."""
+
+    given: dict[str, dict[str, StartValue]]
+    taken: dict[str, dict[str, RunOutput]]   # those that other runs come to
+    # why others of the plan, `fmu.variable`, are not given to the FMU that takes the place of the plan's
+    left_out: dict[str, str]
+
+    @classmethod
+    def planned(cls, plan: RunPlan, replaced: Mapping[str, Replacement], put_in: Iterable[str]) -> "Starts":
+        """The plan's, as far as they are given to FMUs in the place of others; of these, `put_in` are the user's."""
+        starts = cls({name: {**fmu.inherited, **fmu.start} for name, fmu in plan.fmus.items()},
+                     {name: dict(fmu.start_from) for name, fmu in plan.fmus.items()}, {})
+        for name, replacement in replaced.items():
+            starts.given[name], why = given_and_left_out(plan, name, replacement, name in put_in)
+            starts.taken[name] = {variable: source for variable, source in starts.taken[name].items()
+                                  if variable not in why}
+            starts.left_out |= {f"{name}.{variable}": reason for variable, reason in why.items()}
+        return starts
+
+    def ask(self, plan: RunPlan, settings: Mapping[str, StartValue]) -> list[str]:
+        """Take what is asked for, `fmu.variable`; returns a sentence for each value that another run would come to."""
+        overruled = []
+        for full, value in settings.items():
+            name, _, variable = full.partition(".")
+            known_participant(plan, value.origin, name)
+            self.give(full, value)
+            source = self.taken[name].pop(variable, None)
+            if source is not None:
+                overruled.append(f"{plan.name}: {full} is as {value.file or option('set')} says, not what "
+                                 f"{source.run} comes to")
+        return overruled
+
+    def give(self, full: str, value: StartValue) -> None:
+        """Give a value, also where the plan's was left out."""
+        name, _, variable = full.partition(".")
+        self.given[name][variable] = value
+        self.left_out.pop(full, None)
+
+    def follow(self, plan: RunPlan, files: Mapping[str, Path], asked: set[str]) -> Following:
+        """Let the controller's model follow the plant, but for what is asked for, to which its constants are added."""
+        origin = option("model", "plant")
+
+        def own(name: str) -> Own:
+            known_participant(plan, origin, name)
+            return lambda variable: (float(self.given[name][variable].value) if variable in self.given[name] else
+                                     known_start(name, files[name], variable))
+
+        followed = following(plan.rig, own("plant"), own("controller"), asked)
+        for full, value in followed.settings({}).items():
+            source = self.taken["controller"].get(full.removeprefix("controller."))
+            if source is not None:
+                raise ScenarioError(f"{origin}: {plan.name} takes {full} from {source.run}, expected only runs that "
+                                    "take no constants from others")
+            self.give(full, StartValue(value, None, repr(value), origin))
+            asked.add(full)
+        return followed
+
+    def of(self, plan: RunPlan) -> RunPlan:
+        return plan.model_copy(update={"fmus": {
+            name: fmu.model_copy(update={"start": self.given[name], "start_from": self.taken[name], "inherited": {}})
+            for name, fmu in plan.fmus.items()}})
+
+
+def known_start(name: str, file: Path, variable: str) -> float | None:
+    """Start value that an FMU itself has for a variable; None where it has none, or cannot be read yet."""
+    if not (file.is_file() or is_written(file)):
+        return None
+    text = next((v.start for v in read_description(name, file).modelVariables if v.name == variable), None)
+    try:
+        return {"true": 1.0, "false": 0.0}.get(str(text)) if text in ("true", "false") else float(str(text))
+    except ValueError:
+        return None
+
+
+def known_participant(plan: RunPlan, key: str, name: str) -> None:
+    if name not in plan.fmus:
+        raise ScenarioError(f"{key}: scenario {plan.name} has no FMU {name}, expected "
+                            f"{one_of(name, plan.fmus)}")
+
+
+def of_declared_types(plan: RunPlan, start: Mapping[str, Mapping[str, StartValue]],
+                      files: Mapping[str, Path]) -> dict[str, dict[str, StartValue]]:
+    """Start values by FMU and variable: of String variables the text, of an Enumeration the number of its item.
+
+    ScenarioError of a text for a variable that takes none; of one that is not there check_names says so.
+    """
+    typed = {name: dict(values) for name, values in start.items()}
+    for name, values in start.items():
+        texts = {variable: value for variable, value in values.items() if isinstance(value.written, str)}
+        known = files[name].is_file() or is_written(files[name])
+        variables = {variable.name: variable for variable in
+                     read_description(name, files[name]).modelVariables} if texts and known else {}
+        for variable, value in texts.items():
+            place = value.origin or (f"{plan.path}: {key_path(['fmus', name, 'start', variable])} = {value.written!r}")
+            if variable in variables or not known:
+                typed[name][variable] = of_type(variables.get(variable), value, place)
+    return typed
+
+
+def in_declared_units(plan: RunPlan, start: Mapping[str, Mapping[str, StartValue]],
+                      files: Mapping[str, Path]) -> tuple[RunPlan, dict[str, dict[str, StartValue]]]:
+    """Plan with signals in SI, and start values by FMU and variable in SI, of FMUs with files by name.
+
+    ScenarioError if one is in a unit that neither is known nor declared by its FMU.
+    """
+    def declared(unit: str, name: str, where: str) -> Unit:
+        """Unit that an FMU declares, none of one that is not there, which is refused later."""
+        units = declared_units(read_description(name, files[name])) if files[name].is_file() else {}
+        if unit not in units:
+            raise ScenarioError(f"{where}: unknown unit {unit!r}, which {name} does not declare by SI base units "
+                                f"either; {like(unit, [*UNITS, *units])}")
+        return units[unit]
+
+    converted = {name: dict(values) for name, values in start.items()}
+    for name, values in start.items():
+        for variable, value in values.items():
+            if value.unit is not None and known_unit(value.unit) is None:
+                place = f"{plan.path}: {key_path(['fmus', name, 'start', variable])} = {value.written!r}"
+                unit = declared(value.unit, name, value.origin or place)
+                converted[name][variable] = value._replace(value=value.value * unit.factor, unit=unit.si)
+    signals = [signal if signal.unit is None or known_unit(signal.unit) is not None else signal.in_si(
+        declared(signal.unit, signal.to.partition(".")[0], f"{plan.path}: signals[{i}].unit = {signal.unit!r}"))
+        for i, signal in enumerate(plan.signals)]
+    return plan.model_copy(update={"signals": signals}), converted

@@ -1,0 +1,256 @@
+"""Verdicts on claims, from what was measured for them."""
+
+import math
+from collections import Counter
+from collections.abc import Callable, Iterable, Mapping, Sequence
+from dataclasses import dataclass, replace
+from typing import Literal, NamedTuple, TypeVar, get_args
+
+from maglev.files.errors import MeasurementError
+from maglev.scenario.claims import CLAIM_KINDS, Claim
+
+Verdict = Literal["reproduced", "within 10 %", "no difference", "not reproduced", "not testable", "not run",
+                  "modified run", "met", "not met"]
+VERDICTS: tuple[Verdict, ...] = get_args(Verdict)
+
+# Of bounds by the axis of a figure and of a user's own specification; the others are on the thesis's sentences.
+MET_OR_NOT: tuple[Verdict, ...] = ("met", "not met")
+
+ROUNDING = 1e-9   # m, A, or share of a limit or figure: what an encoder shows is a whole number of its steps up to this
+
+REPRODUCED = 0.05   # share of a figure within which it is reproduced: two significant digits round by no more
+CLOSE = 0.1         # share of the target within which a missed claim is "within 10 %"
+DIFFERENCE = 1.05   # ratio of two measured values from which on one of them is the larger one
+MISSED: tuple[Verdict, ...] = ("within 10 %", "no difference", "not reproduced", "not met")
+
+T = TypeVar("T")
+
+Place = tuple[str, float]         # axis or motor, and time of the step (s), 0 where there is none
+EVERYWHERE: Place = ("", 0.0)     # of a value that belongs to the whole run, or to all places together
+
+
+class MeasuredValue(NamedTuple):
+    """A measured value, SI or whether something happened, and where it was measured."""
+
+    value: float | bool
+    place: Place = EVERYWHERE
+
+
+@dataclass(frozen=True)
+class ClaimResult:
+    """A claim, the measured value that decides it, and the verdict."""
+
+    claim: Claim
+    measured: float | bool | None   # None if the claim is not testable or a run is missing
+    verdict: Verdict
+    against: float | None = None   # what a comparative claim compares the measured value with
+    # the same of runs without what the claim's reason blames; None if these were not run
+    without: "ClaimResult | None" = None
+    # whether it is one of the thesis's claims; not if the run is another reading of an experiment that has one
+    counts: bool = True
+
+    def __repr__(self) -> str:
+        return f"<ClaimResult {self.verdict}: {self.claim.text}>"
+
+    @property
+    def measured_text(self) -> str:
+        """The measured value with its unit, "not settled" where a band was not reached."""
+        own = self.claim.printed(self.measured)
+        return own if self.against is None else f"{own} against {self.claim.printed(self.against)}"
+
+    @property
+    def note(self) -> str:
+        """Why the claim is not reproduced or not testable, and a remark; empty if nothing is known or needed."""
+        if self.verdict == "not run":
+            return ""
+        why = {"not testable": self.claim.not_testable, "no difference": self.claim.reason,
+               "not reproduced": self.claim.reason, "not met": self.claim.reason}.get(self.verdict)
+        by = f"{'it' if self.claim.figure is None else 'this figure'} was used to choose"
+        chosen = f"no independent evidence: {by} {self.claim.chose}" if self.claim.chose else None
+        given = f"decided by what the plant was given: {self.claim.given}" if self.claim.given else None
+        other = None if self.counts else "another reading of the experiment, not counted"
+        return "; ".join(part for part in (why, self.claim.remark, given, chosen, other) if part)
+
+
+def blames(claims: Iterable[ClaimResult], what: str) -> list[ClaimResult]:
+    """Claims that were missed and whose reason blames something that is assumed of the plant, such as "friction"."""
+    return [result for result in claims if result.claim.because == what and result.verdict in MISSED]
+
+
+# What is measured for a claim and, if it is comparative, for its other side.
+Sides = tuple[Sequence[MeasuredValue] | None, Sequence[MeasuredValue] | None]
+Judgements = Mapping[str, Sequence[ClaimResult]]   # claims with their verdicts, by name of the run or the procedure
+
+
+def count_verdicts(claims: Iterable[ClaimResult]) -> dict[Verdict, int]:
+    """Numbers of claims by verdict, also those that are 0."""
+    counts = Counter(claim.verdict for claim in claims)
+    return {verdict: counts[verdict] for verdict in VERDICTS}
+
+
+def those_that_count(claims: Iterable[ClaimResult]) -> list[ClaimResult]:
+    """Claims without those of other readings, which would count an experiment twice."""
+    return [claim for claim in claims if claim.counts]
+
+
+def specification(claims: Iterable[ClaimResult]) -> list[ClaimResult]:
+    """Claims of a user's own: what a run should do, whichever controller runs."""
+    return [claim for claim in claims if claim.claim.own]
+
+
+def sentences(claims: Iterable[ClaimResult]) -> list[ClaimResult]:
+    """Claims that the thesis makes in words."""
+    return [claim for claim in claims if claim.claim.figure is None and not claim.claim.own]
+
+
+def bound_claims(claims: Iterable[ClaimResult]) -> list[ClaimResult]:
+    """Claims that the axis of a figure of the thesis makes."""
+    return [claim for claim in claims if claim.claim.figure is not None and not claim.claim.own]
+
+
+def by_kind(claims: Iterable[ClaimResult]) -> dict[str, list[ClaimResult]]:
+    """Claims that the thesis makes in words, by what they state, in words: printed numbers first."""
+    words = sentences(claims)
+    kinds = {name: [claim for claim in words if claim.claim.kind == kind] for kind, name in CLAIM_KINDS.items()}
+    return {name: of_kind for name, of_kind in kinds.items() if of_kind}
+
+
+def met_of(claims: Iterable[ClaimResult]) -> str:
+    """How many of the claims that are met or not met are met, such as "5 of 7"; empty if none was judged so."""
+    counts = count_verdicts(claims)
+    total = sum(counts[verdict] for verdict in MET_OR_NOT)
+    return f"{counts['met']} of {total}" if total else ""
+
+
+def bounds_met(claims: Iterable[ClaimResult]) -> str:
+    """How many of the figure bounds that were judged are met, such as "5 of 7"; empty if none was."""
+    return met_of(bound_claims(claims))
+
+
+def bounds_in_words(claims: Iterable[ClaimResult]) -> str:
+    """The same in words, with how many of those met are no independent evidence; empty if none was judged."""
+    judged = bound_claims(claims)
+    if not met_of(judged):
+        return ""
+    chose = sum(claim.claim.chose is not None and claim.verdict == "met" for claim in judged)
+    return f"{met_of(judged)} bounds by the axes of figures are met" + (
+        f", {chose} of them no independent evidence: something in the run was chosen from that figure" if chose else "")
+
+
+def judge(claim: Claim, here: Sequence[MeasuredValue] | None,
+          there: Sequence[MeasuredValue] | None = None) -> ClaimResult:
+    """Judge a claim on what was measured for it, and on what it compares with; None of what was not run.
+
+    Of several measured values the one that decides is reported: with `over` "all" the one that meets the claim worst,
+    with "any" the one that meets it best; with "mean" it is their mean, with "median" the middle one or two of them.
+    One rule of rounding holds for all figures, however many digits they are printed with: "about" a figure is what
+    differs from it by at most 5 %. A claim that is missed by at most 10 % of its figure, the target or the factor, is
+    "within 10 %", unless that figure is assumed. One rule holds for all orderings without a factor: more or less is
+    what differs by more than 5 %; what does not has "no difference". The bound of a figure, and a claim of a user's
+    own, is met or not, by the value as it is.
+
+    Values to compare with stand under the place whose value is their counterpart; MeasurementError if none has one.
+    """
+    if claim.quantity is None:
+        return ClaimResult(claim, None, "not testable")
+    if here is None or (claim.comparative and there is None):
+        return ClaimResult(claim, None, "not run")
+    if there is None:
+        values, target = [value for value, _ in here], claim.target or 0.0
+        if isinstance(target, tuple):
+            return within(claim, values, target)
+        measured = decisive(claim, values, mean, lambda value: miss(claim, value, target), float)
+        return ClaimResult(claim, measured, figure_verdict(claim, meets(claim, measured, target), measured, target))
+    counterparts = {place: value for value, place in there}
+    pairs = [(value, counterparts[place]) for value, place in here if place in counterparts]
+    if not pairs:
+        raise MeasurementError(f"claim {claim.text!r}: {claim.elsewhere} has no {claim.quantity} at the same place")
+    return against_each_other(claim, pairs)
+
+
+def of_modified_runs(results: Iterable[ClaimResult]) -> list[ClaimResult]:
+    """Results without verdicts on the thesis, for runs that are not the thesis's; a user's own claims keep theirs."""
+    return [result if result.claim.own or result.verdict in ("not testable", "not run")
+            else replace(result, verdict="modified run") for result in results]
+
+
+def within(claim: Claim, values: Sequence[float], limits: tuple[float, float]) -> ClaimResult:
+    """Judge the bound of a figure on measured values.
+
+    Automatic limits are the last ticks that hold the data: of an extreme the limit on the side of the data is excluded,
+    for an axis could have ended there.
+    """
+    low, high = limits
+    measured = decisive(claim, values, mean, lambda value: max(low - value, value - high), float)
+    inner = {"lowest": high, "highest": low, "largest": low}.get(str(claim.quantity), math.inf)
+    at_inner = math.isclose(measured, inner, rel_tol=ROUNDING, abs_tol=ROUNDING)
+    return ClaimResult(claim, measured, "met" if low <= measured <= high and not at_inner else "not met")
+
+
+def against_each_other(claim: Claim, pairs: Sequence[tuple[float, float]]) -> ClaimResult:
+    """Judge a comparative claim on pairs of what was measured here and there."""
+    measured, against = decisive(
+        claim, pairs, lambda all_pairs: (mean([own for own, _ in all_pairs]), mean([other for _, other in all_pairs])),
+        lambda pair: miss(claim, ratio(*pair), claim.factor), lambda pair: ratio(*pair))
+    share = ratio(measured, against)
+    met = miss(claim, share, least_ratio(claim)) < 0.0
+    return ClaimResult(claim, measured, figure_verdict(claim, met, share, claim.factor), against)
+
+
+def least_ratio(claim: Claim) -> float:
+    """What the ratio of two measured values has to pass: the factor of the claim, or more than the same."""
+    if claim.own or claim.factor != 1.0:
+        return claim.factor
+    return DIFFERENCE if claim.relation == ">" else 1.0 / DIFFERENCE
+
+
+def figure_verdict(claim: Claim, met: bool, value: float, figure: float) -> Verdict:
+    """Verdict on a claim about a figure, a target or a factor, that a value meets or misses."""
+    if claim.own:
+        return "met" if met else "not met"
+    if claim.claims_a_difference and 1.0 / DIFFERENCE < value < DIFFERENCE:
+        return "no difference"
+    if met:
+        return "reproduced"
+    # "More" and "less" name no figure that could be missed by little, nor does what is assumed.
+    named = not claim.assumed and claim.relation != "is" and not (claim.comparative and figure == 1.0)
+    return "within 10 %" if named and abs(value - figure) <= CLOSE * abs(figure) else "not reproduced"
+
+
+def decisive(claim: Claim, items: Sequence[T], average: Callable[[Sequence[T]], T],
+             missed_by: Callable[[T], float], size: Callable[[T], float]) -> T:
+    if claim.over == "mean":
+        return average(items)
+    if claim.over == "median":
+        ordered = sorted(items, key=size)
+        return average(ordered[(len(ordered) - 1) // 2:len(ordered) // 2 + 1])
+    return (min if claim.over == "any" else max)(items, key=missed_by)
+
+
+def mean(values: Sequence[float]) -> float:
+    return sum(values) / len(values)
+
+
+def ratio(value: float, other: float) -> float:
+    """Return value / other; 1 if both are 0 or both infinite."""
+    if value == other:
+        return 1.0
+    return value / other if other != 0.0 else math.inf
+
+
+def miss(claim: Claim, value: float, target: float) -> float:
+    """Return how far the value is on the wrong side of the target; the larger, the worse."""
+    if claim.relation == "<":
+        return value - target
+    if claim.relation == ">":
+        return target - value
+    return abs(value - target)
+
+
+def meets(claim: Claim, value: float, target: float) -> bool:
+    if claim.relation == "is":
+        return value == target
+    if claim.relation == "about":
+        # The factor lets a value exactly at the edge count in spite of binary rounding.
+        return abs(value - target) <= REPRODUCED * abs(target) * (1.0 + ROUNDING)
+    return miss(claim, value, target) < 0.0

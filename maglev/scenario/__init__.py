@@ -1,0 +1,1 @@
+"""Scenario files: TOML, signals, claims, and the FMUs that they need."""

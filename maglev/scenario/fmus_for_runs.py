@@ -1,0 +1,207 @@
+"""FMUs that runs need: those of a folder that is named, or built when they are missing and kept in the user's cache.
+
+What is kept is known by all that it is made of, so that every folder and every version finds its own. The wheel of a
+release brings native FMUs for all platforms, and modules: what it has is taken from there, and needs no compiler.
+"""
+
+import platform
+from collections.abc import Collection, Iterable
+from contextlib import suppress
+from functools import cache, partial
+from importlib.metadata import PackageNotFoundError, version
+from importlib.util import find_spec
+from pathlib import Path
+from typing import get_args
+
+from maglev.descriptions.own_fmus import definition, kind_folder, stale
+from maglev.descriptions.packaged import RIGS
+from maglev.descriptions.registry import STAGES
+from maglev.files.cache import FMUS, cache_folder, keep, kept, key_of
+from maglev.files.copies import copied
+from maglev.files.environment import DATE, number_in
+from maglev.files.errors import BuildError, ScenarioError, few, option
+from maglev.files.installed import HERE, files_digest
+from maglev.files.packages import PACKAGES
+from maglev.files.scratch import scratch
+from maglev.files.side_by_side import Say, Watch, unwatched, warn
+from maglev.language.errors import ExportError
+from maglev.scenario.catalogue import PYTHON, Kind, build, build_step_loop, uncacheable
+from maglev.scenario.options import KindName
+from maglev.scenario.shipped import take_native
+from maglev.user.adoption import know_stage
+from pmlsm.description_text import to_text
+
+SHIPPED = HERE / "maglev" / "shipped"          # only in the wheel of a release
+COMPILER = ("ziglang",)                         # what native FMUs are made with
+TOOLS = ("fmpy", "pythonfmu", *COMPILER)        # parts of what is built are theirs
+
+
+def fmus_for_runs(names: Iterable[str], fmus: str | Path | None = None, kind: str | None = None, fmi: int = 2, *,
+                  everywhere: bool = False, say: Say = warn, watch: Watch = unwatched) -> Path:
+    """Folder with FMUs of this project, or of stages of the user's that this process knows.
+
+    `fmus` is the folder that a user names: what is in it runs, nothing is built; native ones are in its folder
+    `native`, those of FMI 3.0 in `fmi3`. Without a `kind` what is built is native where there is a compiler, for this
+    machine or `everywhere`, and a folder is taken as it is. ScenarioError or BuildError if there is no such kind or
+    FMU, or what is asked for by `kind` or `fmi` cannot be built.
+    """
+    if kind not in (None, *get_args(KindName)):
+        raise ScenarioError(f"{option('kind', kind)}: expected python or native")
+    asked = kind == "native" or (kind is None and fmi != 2)
+    if fmus is not None:
+        folder = kind_folder(Path(fmus), asked, fmi)
+        if asked and folder.is_dir():
+            step_in_c()
+        return folder
+    kind_folder(Path(), asked, fmi)   # refuses a version of FMI
+    needed = list(dict.fromkeys(names))
+    for name in needed:
+        definition(name)   # refuses one that there is not
+    native = Kind(True, "all" if everywhere else "host", fmi)
+    if asked or compiles(kind) or (kind is None and all(is_shipped(name, native) for name in needed)):
+        try:
+            return built(needed, native, say, watch)
+        except BuildError as error:
+            if asked:
+                raise
+            say(f"{error}; FMUs that run Python take their place: the same results, slower")
+    return built(needed, PYTHON, say, watch)
+
+
+def fmus_named(given: Iterable[object], rig: str | Path | None, fmus: str | Path | None = None,
+               kind: str | None = None, fmi: int = 2) -> Path:
+    """Folder with those that are given by name, among files and classes; also of the stage of a description."""
+    if rig is not None:
+        know_stage(rig)
+    return fmus_for_runs([str(name) for name in given if str(name) in STAGES.definitions()], fmus, kind, fmi)
+
+
+def compiles(kind: str | None) -> bool:
+    """Whether what is built, of a kind or of none that is asked for, is native."""
+    return kind == "native" or (kind is None and has_compiler())
+
+
+def has_compiler() -> bool:
+    """Whether what native FMUs are made with is installed."""
+    return all(find_spec(name) is not None for name in COMPILER)
+
+
+def step_in_c() -> None:
+    """Have the loop that steps native FMUs where it can be built: FMUs that are kept, or are named, may lack it."""
+    if has_compiler():
+        with suppress(ExportError):
+            build_step_loop()
+
+
+def built(names: Collection[str], kind: Kind, say: Say, watch: Watch) -> Path:
+    """Folder with FMUs of a kind, or modules; those that the cache has not are taken from a release, or built.
+
+    They are copies: whatever becomes of the cache, a run has what it was made ready with. BuildError as of `build` and
+    `take_native`.
+    """
+    ready: dict[str, bytes] = {}
+    for name in names:
+        ready |= kept_files(name, kind)
+    shipped = [name for name in names if file_names(name, kind)[0] not in ready and is_shipped(name, kind)]
+    if shipped:
+        contents = shipped_files(shipped, kind)
+        ready |= contents
+        keep_files(shipped, kind, contents, say)
+    missing = [name for name in names if file_names(name, kind)[0] not in ready]
+    if missing:
+        for stage in {stage.file: stage for stage in map(STAGES.own_of, missing) if stage is not None}:
+            require_runnable(stage, say)
+        what = "WebAssembly modules" if kind.target == "wasm" else f"{'native' if kind.native else 'Python'} FMUs"
+        say(f"{few(missing)}: {what} are built, once for all runs")
+        with scratch() as folder, watch(["FMUs"]) as watcher:
+            build(missing, folder, kind, partial(watcher, "FMUs"))
+            ready |= {file: (folder / file).read_bytes() for name in missing for file in file_names(name, kind)}
+        keep_files(missing, kind, ready, say)
+    elif kind.native and kind.target != "wasm":
+        step_in_c()
+    return copied(ready, cache_folder() / FMUS)
+
+
+def is_shipped(name: str, kind: Kind) -> bool:
+    """Whether the installed wheel brings an FMU, or a module, of a kind."""
+    folder = SHIPPED / "wasm" if kind.target == "wasm" else kind_folder(SHIPPED, kind.native, kind.fmi)
+    return kind.native and (folder / file_names(name, kind)[0]).is_file()
+
+
+def shipped_files(names: Collection[str], kind: Kind) -> dict[str, bytes]:
+    """What the wheel brings; BuildError if the installed sources make something else."""
+    with scratch() as folder:
+        if kind.target != "wasm":
+            return {path.name: path.read_bytes() for path in take_native(names, SHIPPED, folder, kind.fmi)}
+    for name in names:
+        if old := stale(name, SHIPPED / "wasm" / f"{name}.wasm"):
+            raise BuildError(old)
+    return {file: (SHIPPED / "wasm" / file).read_bytes() for name in names for file in file_names(name, kind)}
+
+
+def file_names(name: str, kind: Kind) -> tuple[str, ...]:
+    return (f"{name}.wasm", f"{name}.xml") if kind.target == "wasm" else (f"{name}.fmu",)
+
+
+def kept_files(name: str, kind: Kind) -> dict[str, bytes]:
+    """Files that the cache has of one, all or none."""
+    entries = [kept(fmu_key(name, kind), file) for file in file_names(name, kind)]
+    try:
+        return {file: entry.path.read_bytes() for file, entry in zip(file_names(name, kind), entries, strict=True)
+                if entry is not None and None not in entries}
+    except OSError:   # cleared by another process
+        return {}
+
+
+def is_kept(name: str, kind: str) -> bool:
+    """Whether the cache has an FMU as the sources make it now, "Python", "native" or "FMI 3.0"."""
+    form = PYTHON if kind == "Python" else Kind(True, "host", 3 if kind == "FMI 3.0" else 2)
+    return kept(fmu_key(name, form), f"{name}.fmu") is not None
+
+
+def keep_files(names: Iterable[str], kind: Kind, contents: dict[str, bytes], say: Say) -> None:
+    """Put files into the cache; where it cannot be written, one sentence says so."""
+    try:
+        for name in names:
+            for file in file_names(name, kind):
+                keep(fmu_key(name, kind), file, contents[file])
+        lost = any(not kept_files(name, kind) for name in names)
+    except OSError:
+        lost = True
+    if lost:
+        say(uncacheable("what is built", "it is for this command alone"))
+
+
+def fmu_key(name: str, kind: Kind) -> str:
+    """Place in the cache, by what it is made of: sources, tools, kind; of an own stage its description and pages."""
+    stage = STAGES.own_of(name)
+    described = []
+    if stage is not None:
+        pages = stage.folder.glob("*/**/*.*")
+        described = [to_text(stage.rig), files_digest(stage.folder, pages)]
+    return key_of(FMUS, dependencies(), tuple(kind), number_in(DATE), described)
+
+
+def require_runnable(description: Path, say: Say) -> None:
+    """Refuse a stage that cannot run, as of `runnable`, and say what keeps it from running well."""
+    from maglev.user.consequences import stage  # linear models: scipy takes its time to load
+
+    for warning in stage(description).warnings:
+        say(f"{description}: {warning}")
+
+
+@cache
+def dependencies() -> tuple[str, ...]:
+    """What every FMU depends on: sources, descriptions, versions of tools, this machine."""
+    folders = [HERE / package for package in (*PACKAGES, "maglev.fmi", "maglev/scenario")]
+    return (files_digest(HERE, (path for folder in folders for path in folder.rglob("*.*"))),
+            *map(to_text, RIGS.values()), *map(version_of, ("maglev-fmus", *TOOLS)),
+            platform.system(), platform.machine())
+
+
+def version_of(package: str) -> str:
+    """Version of a package; empty text if it is not installed."""
+    try:
+        return version(package)
+    except PackageNotFoundError:
+        return ""

@@ -1,0 +1,144 @@
+"""Options of runs, one record: command line, signatures, what runs a study's sample again, and live links follow it."""
+
+from collections.abc import Callable, Iterable, Mapping
+from dataclasses import dataclass
+from functools import wraps
+from inspect import Parameter, Signature, signature
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated, Any, Literal, ParamSpec, TypeAlias, TypedDict, TypeVar, cast, get_args
+
+from maglev.cosim import Order
+from maglev.files.errors import ScenarioError, nearest, one_of, option
+from maglev.files.units import positive_time
+
+if TYPE_CHECKING:
+    from maglev.scenario.settings import Settings
+    from maglev.user.source import Given
+
+Format = Literal["csv", "parquet"]       # in which the columns of a run are written
+KindName = Literal["python", "native"]   # of FMUs of this project, whose results have the same bits
+ParameterFiles: TypeAlias = str | Path | Mapping[str, str | Path] | Iterable[str | Path] | None
+
+P = ParamSpec("P")
+T = TypeVar("T")
+
+# Of options that are not of runs, where they are not Python's names.
+OTHER_FLAGS = {"source": "from", "units": "unit", "columns": "column"}
+REPLACED, NUMERICS, FMUS = "The stage and its controller", "Time and order", "FMUs"   # groups in the help
+
+
+@dataclass(frozen=True)
+class Option:
+    """An option of runs, on the command line and in Python."""
+
+    flag: str                         # on the command line
+    typed: Any                        # as what the command line reads it
+    help: str
+    default: Any = None
+    group: str = ""                   # in the help; empty for those that matter first
+    metavar: str | None = None        # how the help writes a value
+    without: str | None = None        # what holds without one
+    choices: tuple[Any, ...] = ()     # what it can be, if that is not free
+    time: bool = False                # s, or text with a unit
+    same_results: bool = False        # bit for bit, whatever it is
+
+
+class RunOptions(TypedDict, total=False):
+    """How runs differ from their plans; see `maglev.run`."""
+
+    controller: Annotated["Given | None", Option(
+        "--controller", Path, "Another controller: the name of an FMU of this project, an FMU with the same ports or "
+        "a --map, or a Python file with a class (docs/controllers.md).", metavar="CONTROLLER")]
+    plant: Annotated["Given | None", Option("--plant", Path, "Another plant, as --controller.", metavar="PLANT")]
+    set: Annotated["Settings", Option(
+        "--set", list[str], "Start value in place of the scenario's, in SI or with a unit. May be repeated.",
+        metavar="FMU.variable=value")]
+    step: Annotated[float | str | None, Option("--step", str, "Communication step, in s or with a unit.",
+                                               metavar="TIME", time=True)]
+    ports: Annotated[str | Path | None, Option(
+        "--map", Path, "What the other FMUs call their ports, their units and steps (docs/importing.md).",
+        group=REPLACED, metavar="TOML")]
+    keep_settings: Annotated[bool, Option(
+        "--keep-settings", bool, "Give a controller of yours the scenario's gains and limits, where it has "
+        "parameters of these names; otherwise it keeps its own.", False, REPLACED)]
+    model: Annotated[str | Path | None, Option(
+        "--model", Path, "Constants of plant and controller, as `maglev identify` writes them; or `plant`: the "
+        "controller's model follows the masses of the plant. --set overrides them.", group=REPLACED, metavar="TOML")]
+    parameters: Annotated[ParameterFiles, Option(
+        "--parameters", list[str], "Start values from a parameter set (SSV), of one FMU, or of several with their "
+        "names before each. They override the scenario and --model; --set overrides them.", group=REPLACED,
+        metavar="[FMU=]SSV")]
+    order: Annotated[Order, Option(
+        "--order", Order, "Order of the FMUs in a step: one after the other (sequential), or in parallel (jacobi), "
+        "which delays the loop by a step.", "sequential", NUMERICS, choices=get_args(Order))]
+    timeout: Annotated[float | str, Option(
+        "--timeout", str, "Longest time that a call of a third-party FMU may take, in s or with a unit.", "60 s",
+        NUMERICS, "TIME", time=True)]
+    fmus: Annotated[str | Path | None, Option(
+        "--fmus", Path, "Folder with FMUs to use as they are; without it a run builds what it needs, and keeps it for "
+        "all runs (`maglev cache`).", group=FMUS, metavar="FOLDER", same_results=True)]
+    kind: Annotated[KindName | None, Option(
+        "--kind", KindName, "`native` FMUs of this project, which need no Python, or `python` ones; the results are "
+        "the same. With --fmus native ones are in its subfolder native.", group=FMUS,
+        without="native where there is a compiler", choices=get_args(KindName), same_results=True)]
+    fmi: Annotated[int, Option("--fmi", int, "3 for native FMUs of FMI 3.0; with --fmus in its subfolder fmi3.", 2,
+                               FMUS, choices=(2, 3), same_results=True)]
+
+
+OPTIONS: Mapping[str, Option] = {name: kind.__metadata__[0] for name, kind in RunOptions.__annotations__.items()}
+
+
+def completed_options(options: RunOptions) -> RunOptions:
+    """Options with the defaults of the others, times in s; ScenarioError if one cannot be used."""
+    given = {name: value for name, value in options.items() if value is not None}
+    for name, value in given.items():
+        choices = OPTIONS[name].choices
+        if choices and value not in choices:
+            raise ScenarioError(f"{option(name, value)}: expected {one_of(str(value), list(map(str, choices)))}")
+    every: dict[str, Any] = {name: given.get(name, option.default) for name, option in OPTIONS.items()}
+    return cast("RunOptions", every | {name: seconds(name, every[name]) for name, option in OPTIONS.items()
+                                       if option.time})
+
+
+def seconds(name: str, value: float | str | None) -> float | None:
+    """An option that is a time (s), a number or text with a unit."""
+    return None if value is None else positive_time(value, ScenarioError, option(name, value))
+
+
+def with_options(called: Signature, more: Mapping[str, tuple[Any, object]]) -> Signature:
+    """Signature with options, annotation and default by name, in place of **options."""
+    own = [parameter for parameter in called.parameters.values() if parameter.kind is not Parameter.VAR_KEYWORD]
+    return called.replace(parameters=[*own, *(
+        Parameter(name, Parameter.KEYWORD_ONLY, default=default, annotation=annotation)
+        for name, (annotation, default) in more.items())])
+
+
+def takes_run_options(*left_out: str) -> Callable[[Callable[P, T]], Callable[P, T]]:
+    """Show and take, as **options of a function, the options of runs but for some."""
+    types = {name: get_args(annotation)[0] for name, annotation in RunOptions.__annotations__.items()}
+    names = {name: (getattr(types[name], "__forward_arg__", types[name]), option.default)
+             for name, option in OPTIONS.items() if name not in left_out}
+
+    def extended(function: Callable[P, T]) -> Callable[P, T]:
+        shown = with_options(signature(function), names)
+
+        @wraps(function)
+        def called(*arguments: P.args, **options: P.kwargs) -> T:
+            for name in options.keys() - shown.parameters.keys():
+                raise ScenarioError(f"{option(name, options[name])}: expected none with {function.__name__}"
+                                    if name in OPTIONS else
+                                    f"{name}: unknown option, {nearest(name, shown.parameters)}")
+            for name, value in options.items():
+                if shown.parameters[name].annotation is bool and value not in (None, False, True):
+                    raise ScenarioError(f"{option(name, value)}: expected True or False")
+            return function(*arguments, **options)
+        called.__signature__ = shown   # type: ignore[attr-defined]  # where inspect, help and editors look
+        return called
+    return extended
+
+
+def as_flag(name: str, value: object) -> str:
+    """An option as the command line has it: messages of what it calls speak so."""
+    flag = OPTIONS[name].flag if name in OPTIONS else f"--{OTHER_FLAGS.get(name, name.replace('_', '-'))}"
+    value = ",".join(f"{key}={entry}" for key, entry in value.items()) if isinstance(value, dict) else value
+    return flag if value is None or isinstance(value, bool) else f"{flag} {value}"

@@ -1,0 +1,160 @@
+"""What is measured and claimed: the one table of quantities with their names and units, and how values are printed."""
+
+import math
+from collections.abc import Iterable
+from typing import Literal, NamedTuple
+
+from maglev.files.units import known_unit, si_factor, to_unit
+
+# Units that people read, by the SI unit, and what a small value has in place of them.
+PRINTED_UNITS = {"1": "%", "m": "mm", "rad": "mrad", "m/s": "mm/s", "rad/s": "mrad/s", "m.s": "mm s", "rad.s": "mrad s"}
+SMALL_UNITS = {"mm": "µm", "mrad": "µrad", "s": "ms", "mm s": "µm s", "mrad s": "µrad s"}
+SMALL = 0.1   # of the unit, below which it has another one
+
+# What a quantity is measured on, and the keys with which a claim may pick some of its values.
+MeasuredOn = Literal["axis", "tracking", "step", "motor", "event", "effort", "column", "run", "procedure"]
+PICKED_BY: dict[MeasuredOn, tuple[str, ...]] = {
+    "axis": ("axes",), "tracking": ("axes",), "step": ("axes",), "motor": ("motors",), "event": ("axes", "event"),
+    "effort": ("motors", "event"), "column": ("together_with",), "run": (), "procedure": ("epsilon", "axes", "gaps")}
+OF_LENGTHS = ("m", "m.s")   # units that on a rotation have rad in place of m
+
+
+def printed(value: float, unit: str, wanted: str | None = None) -> str:
+    """Print a finite SI value with its unit: the one rule for tables, verdicts and pages.
+
+    Lengths, angles and times are in mm, mrad and s, or below a tenth of these in µm, µrad and ms; shares ("1") in per
+    cent; all else as it is: three significant digits, of more than 100 all before the point. Four digits have values in
+    a unit that somebody `wanted`, and plain numbers.
+    """
+    if wanted or not unit:
+        return f"{to_unit(value, wanted) if wanted else value:.4g} {wanted or ''}".rstrip()
+    shown = PRINTED_UNITS.get(unit, unit)
+    if value != 0.0 and abs(to_unit(value, shown)) < SMALL:
+        shown = SMALL_UNITS.get(shown, shown)
+    number = to_unit(value, shown)
+    return f"{number:.0f} {shown}" if abs(number) >= 100.0 else f"{number:.3g} {shown}"
+
+
+def common_unit(values: Iterable[float], unit: str) -> str:
+    """Unit in which all of some SI values of a quantity are printed or drawn: that of the largest of them."""
+    shown = PRINTED_UNITS.get(unit, unit)
+    largest = max((abs(value) for value in values if math.isfinite(value)), default=0.0)
+    return SMALL_UNITS.get(shown, shown) if largest > 0.0 and known_unit(shown) and to_unit(largest, shown) < SMALL \
+        else shown
+
+
+def shown_in(values: Iterable[float], unit: str) -> tuple[str, float]:
+    """That unit, and how many of it are one SI unit; 1 where it is not known here."""
+    shown = common_unit(values, unit)
+    return shown, 1.0 / si_factor(shown) if known_unit(shown) else 1.0
+
+
+def metric_text(name: str, value: float, unit: str) -> str:
+    """Print a value of a metric whose name begins as in the table, such as "settling time to 10 µm of x"."""
+    if math.isinf(value):
+        return next((metric.infinite for metric in METRICS.values() if name.startswith(metric.words)), "inf")
+    return printed(value, unit)
+
+
+class MeasuredQuantity(NamedTuple):
+    """A measured quantity: what it is measured on, in what unit, and what a claim about it must give.
+
+    What is in m is in rad on a rotation. That of a constant depends on it; a claim about a column gives its own. An
+    "event" is what an axis does after one of the scenario's, an "effort" what a motor does.
+    """
+
+    words: str                 # its name everywhere; a file and Python have an underscore for each space or hyphen
+    on: MeasuredOn
+    unit: str | None = None    # SI, also of plain numbers as targets, "1" of shares; None: a plain number
+    needs: str | None = None   # key without which a claim does not say what it is about
+    recorded: str = ""         # what a run must have recorded for it: currents, commands, trip, stop contact
+    infinite: str = "inf"      # words for an infinite value
+    yes_no: tuple[str, str] | None = None   # words for that it happened and that it did not; None of a number
+
+    @property
+    def of_axes(self) -> bool:
+        """Whether each axis of a run has values of its own."""
+        return self.on in ("axis", "tracking", "step", "event")
+
+    @property
+    def of_motors(self) -> bool:
+        """Whether each motor of a run has values of its own."""
+        return self.on in ("motor", "effort")
+
+    def unit_on(self, axis_unit: str) -> str:
+        """SI unit on an axis in m or rad; empty of a plain number."""
+        return axis_unit + (self.unit or "")[1:] if self.unit in OF_LENGTHS else self.unit or ""
+
+    def printed(self, value: float | bool, axis_unit: str = "m") -> str:
+        """Print a value with its unit; of an axis in rad its lengths are angles."""
+        if self.yes_no:
+            return self.yes_no[0] if value else self.yes_no[1]
+        if math.isinf(value):
+            return self.infinite
+        return printed(value, self.unit_on(axis_unit))
+
+
+def by_name(*quantities: MeasuredQuantity) -> dict[str, MeasuredQuantity]:
+    return {quantity.words.replace("-", " ").replace(" ", "_"): quantity for quantity in quantities}
+
+
+METRICS = by_name(
+    MeasuredQuantity("failed", "run", recorded="stop contact", yes_no=("lost the stage", "kept the stage in the air")),
+    MeasuredQuantity("ended off", "run", yes_no=("ended off target", "ended on target")),
+    MeasuredQuantity("trip time", "run", "s", recorded="trip", infinite="never"),
+    MeasuredQuantity("stop contact time", "run", "s", recorded="stop contact", infinite="never"),
+    MeasuredQuantity("lost setpoints", "run", recorded="stop contact"),
+    MeasuredQuantity("tripped", "run", recorded="trip", yes_no=("tripped", "did not trip")),
+    MeasuredQuantity("stop contact", "run", recorded="stop contact",
+                     yes_no=("touched an end stop", "touched no end stop")),
+    MeasuredQuantity("rms error", "axis", "m"),                # over the whole run
+    MeasuredQuantity("end error", "axis", "m"),
+    MeasuredQuantity("mean tracking error", "tracking", "m"),
+    MeasuredQuantity("peak tracking error", "tracking", "m"),
+    MeasuredQuantity("tracking transient", "tracking", "s"),
+    MeasuredQuantity("peak current", "motor", "A", recorded="currents"),
+    MeasuredQuantity("mean current", "motor", "A", recorded="currents"),
+    MeasuredQuantity("peak command", "motor", "A", recorded="commands"),
+    MeasuredQuantity("mean command", "motor", "A", recorded="commands"),
+    MeasuredQuantity("settling time", "step", "s", needs="band", infinite="not settled"),
+    MeasuredQuantity("overshoot", "step", "1"),                # share of the step
+    MeasuredQuantity("steady-state error", "step", "m"),
+    MeasuredQuantity("peak deviation", "event", "m"),          # largest |e| in the window of the event
+    MeasuredQuantity("recovery time", "event", "s", needs="band", infinite="not back"),
+    MeasuredQuantity("integral absolute error", "event", "m.s"),
+    MeasuredQuantity("rms current", "effort", "A", recorded="currents"),      # of a phase
+    MeasuredQuantity("ohmic loss", "effort", "J", recorded="currents"),          # of all phases
+    MeasuredQuantity("command noise", "effort", "A", recorded="commands"),
+    MeasuredQuantity("lowest", "column", needs="columns"),     # value over the run
+    MeasuredQuantity("highest", "column", needs="columns"),
+    MeasuredQuantity("largest", "column", needs="columns"))    # absolute value
+
+# Deviations are shares of what they are from, but that of the equilibrium current. L is the thrust per current.
+PROCEDURE_VALUES = by_name(
+    MeasuredQuantity("constant", "procedure", needs="constant"),           # estimate
+    MeasuredQuantity("average constant", "procedure", needs="constant"),   # mean over the air gaps
+    MeasuredQuantity("thrust", "procedure"),                        # L at an air gap, by parabola fit, m/(s² A)
+    MeasuredQuantity("estimated thrust", "procedure"),              # L at an air gap, by the estimator
+    MeasuredQuantity("estimator deviation", "procedure", "1"),      # of L by the estimator from L by parabola fit
+    MeasuredQuantity("simultaneous deviation", "procedure", "1"),   # of L with both axes moving from L with one
+    MeasuredQuantity("equilibrium current", "procedure", "A"),      # measured
+    MeasuredQuantity("equilibrium deviation", "procedure", "A"),    # of the predicted current from the measured one
+    MeasuredQuantity("cogging force", "procedure", "N"),            # peak
+    MeasuredQuantity("position deviation", "procedure", "1"),       # RMS of model - rig over RMS of the rig's motion
+    MeasuredQuantity("speed deviation", "procedure", "1"))
+
+
+def in_words(column: str) -> str:
+    """A recorded column in words, such as "speed of z" of "plant.z.velocity"; one with no part by its name."""
+    _, *parts, last = column.split(".")
+    known = {"velocity": "speed", "encoder": "encoder reading"}
+    return f"{known.get(last, last.replace('_cmd', ' command'))} of {'.'.join(parts)}" if parts else column
+
+
+def place_words(epsilon: float | None, gaps: tuple[float, float] | None) -> str:
+    """Words for where a procedure's value is looked for: at ε (s), in a range of air gaps (m)."""
+    words = "" if epsilon is None else f", ε = {epsilon:g} s"
+    if gaps is not None:
+        low, high = (to_unit(gap, "mm") for gap in gaps)
+        words += f", gap {low:g} mm" if low == high else f", gap {low:g} to {high:g} mm"
+    return words

@@ -1,0 +1,432 @@
+"""The plan of a run: which FMUs run together, on which references, and what is measured and claimed."""
+
+from math import nan
+from pathlib import Path
+from typing import Annotated, Any, NamedTuple
+
+from pydantic import BeforeValidator, Field, PlainValidator, PrivateAttr, StrictBool, field_validator, model_validator
+
+from maglev.descriptions.packaged import best_rig
+from maglev.files.errors import QuantityError, key_path, nearest
+from maglev.files.time_grid import ON_GRID, whole_steps
+from maglev.files.units import known_unit, own_number, parse_quantity, read_quantity, split_text
+from maglev.scenario.claims import RunClaim
+from maglev.scenario.layers import entries
+from maglev.scenario.procedure import ProcedureSettings
+from maglev.scenario.signals import Csv, Signal, Steps
+from maglev.scenario.toml_table import Metres, Radians, Seconds, Table, ValueKind, key_refused
+from maglev.user.reading import read_own
+from pmlsm.stage_description import Rig
+
+
+class StartValue(NamedTuple):
+    """A start value in SI, the unit it was written in (None for a plain number or a Boolean), and the text.
+
+    `origin` is where it was written if not in the scenario file, such as "--set plant.y.mass=7". `file` is that of a
+    parameter set, whose values are not for inputs that something feeds. `text` is that of a String variable, or the
+    name of an item of an Enumeration; the value is NaN then.
+    """
+
+    value: float | int | bool
+    unit: str | None
+    written: float | int | bool | str
+    origin: str = ""
+    file: str = ""
+    text: str | None = None
+
+    @property
+    def given(self) -> float | int | bool | str:
+        """What the FMU is given."""
+        return self.value if self.text is None else self.text
+
+
+def read_start_value(value: Any) -> StartValue:
+    """Read a Boolean, a number, or text with a unit."""
+    value = own_number(value)
+    if isinstance(value, bool):
+        return StartValue(value, None, value)
+    si, unit = read_quantity(value)   # refuses what no float can hold
+    return StartValue(value if isinstance(value, int) else si, unit, value)
+
+
+def read_allowed(value: Any) -> StartValue:
+    """Read a deviation that is let pass: a quantity of 0 or more."""
+    start = StartValue(*read_quantity(value), value)
+    if start.value < 0.0:
+        raise ValueError("expected 0 or more")
+    return start
+
+
+def read_open_value(value: Any) -> StartValue:
+    """The same, but leave what an FMU may know: a text in a unit that is unknown here, or that is no quantity."""
+    if isinstance(value, str):
+        try:
+            number, unit = split_text(value)
+        except QuantityError:
+            return StartValue(nan, None, value, text=value)
+        if known_unit(unit) is None:
+            return StartValue(number, unit, value)
+    return read_start_value(value)
+
+
+Start = Annotated[StartValue, PlainValidator(read_open_value), ValueKind("quantity")]
+
+
+class RunOutput(Table):
+    """What an output, `fmu.variable`, of another run is at the end of that run."""
+
+    PLACE = "[fmus.NAME.start_from]"
+
+    run: str = Field(description="name of the other run, of this file or of the package")
+    output: str = Field(description="output of that run, `fmu.variable`")
+
+
+class FmuTable(Table):
+    """One FMU: a model that this project builds, or a file."""
+
+    PLACE = "[fmus.NAME]"
+
+    model: str | None = Field(default=None, description="an FMU that `maglev build` makes, by its name; or `file`")
+    file: str | None = Field(default=None, description="path of another FMU, or of a Python file with a class, from "
+                             "the folder of the scenario; it takes the place of the model of a file below")
+    start: dict[str, Start] = Field(default={}, description="start values of parameters and inputs, by variable")
+    inherited: dict[str, Start] = {}   # start values of what it takes the place of in a file that extends another
+    start_from: dict[str, RunOutput] = Field(default={}, description="start values that are results of other runs, by "
+                                             "variable")
+    inputs: dict[str, str] = Field(default={}, description="what feeds inputs: an output `fmu.variable` by the name of "
+                                   "the input, empty for nothing; goes before what feeds it in a file below")
+    before: str | None = Field(default=None, description="name of an FMU that is stepped after this one; without it "
+                               "the order is that of the table")
+
+    @model_validator(mode="after")
+    def one_source(self) -> "FmuTable":
+        """Refuse an FMU that is neither or both."""
+        if (self.model is None) == (self.file is None):
+            raise ValueError("expected either model, the name of an FMU of this project, or file, the path of an FMU")
+        if self.model is not None and self.model.endswith((".fmu", ".py")):
+            raise key_refused("model", self.model, "expected the name of an FMU of this project; of a path the key is "
+                              "file")
+        for name, start in self.start.items() if self.model is not None else ():
+            try:
+                parse_quantity(start.written) if isinstance(start.written, str) else None
+            except QuantityError as error:
+                raise key_refused(name, start.written, str(error), "start") from None
+        return self
+
+
+class Axis(Table):
+    """Names of the recorded variables of an axis, and whether it points along gravity or is a rotation."""
+
+    PLACE = "[axes.NAME]"
+
+    position: str = Field(description="output `fmu.variable` that is measured")
+    reference: str = Field(description="input or output `fmu.variable` that it is measured against")
+    vertical: StrictBool = Field(default=False, description="it points along gravity: the report draws it so")
+    rotation: StrictBool = Field(default=False, description="it is a rotation, in rad")
+
+    @property
+    def unit(self) -> str:
+        """SI unit of its position."""
+        return "rad" if self.rotation else "m"
+
+
+class Motor(Table):
+    """Names of the recorded currents of a motor."""
+
+    PLACE = "[motors.NAME]"
+
+    currents: list[str] = Field(default=[], description="delivered currents, outputs `fmu.variable`: for the peak and "
+                                "the mean current")
+    commands: list[str] = Field(default=[], description="commanded currents, likewise: for the peak and the mean "
+                                "command")
+
+
+class MetricSettings(Table):
+    """What is measured: settling bands, the start of steady tracking, and the end error that is let pass."""
+
+    PLACE = "[metrics]"
+
+    bands: list[Annotated[Metres, Field(gt=0.0)]] = Field(
+        default=[], description="bands about a setpoint: the time until the error stays within is measured for each")
+    tilt_bands: list[Annotated[Radians, Field(gt=0.0)]] = Field(default=[], description="the same of rotations")
+    tracking_from: Seconds | None = Field(default=None, description="time from which a moving reference is tracked "
+                                          "steadily: tracking errors count from there")
+    fail_error: Metres = Field(default=1e-3, gt=0.0, description="error at the end beyond which a run ended off target")
+    fail_tilt: Radians = Field(   # 1 mm at the motors of the 5-DOF stage, 200 mm from the centre
+        default=5e-3, gt=0.0, description="the same of rotations")
+
+    def bands_of(self, axis: Axis) -> list[float]:
+        """Settling bands of an axis, m or rad."""
+        return self.tilt_bands if axis.rotation else self.bands
+
+    def fail_error_of(self, axis: Axis) -> float:
+        """Error (m or rad) of an axis beyond which a run ends off target."""
+        return self.fail_tilt if axis.rotation else self.fail_error
+
+
+class Event(Table):
+    """Something that happens to a run, such as a push: what is measured in the window from its time to its end."""
+
+    PLACE = "[[events]]"
+
+    name: str = Field(min_length=1, description="name of the event, such as push of x")
+    time: Seconds = Field(ge=0.0, description="when it happens, and its window begins")
+    end: Seconds | None = Field(default=None, description="end of its window; without it the next event, the next step "
+                                "of a reference, or the end of the run")
+
+
+class SignalTolerance(Table):
+    """What a signal may differ from its baseline: absolute (SI) plus relative times the expected value."""
+
+    PLACE = "[check.signals]"
+
+    allowed: Annotated[StartValue, BeforeValidator(read_allowed), ValueKind("quantity")] = Field(
+        default=StartValue(0.0, None, 0.0), alias="absolute",
+        description="deviation from the baseline that is let pass, in the unit of the signal")
+    relative: float = Field(default=0.0, ge=0.0, description="share of the expected value that is let pass besides")
+
+    @property
+    def absolute(self) -> float:
+        """The same in SI."""
+        return float(self.allowed.value)
+
+
+class CheckSettings(Table):
+    """Which signals a baseline holds, how often, and how closely a run must follow them."""
+
+    PLACE = "[check]"
+
+    interval: Seconds = Field(default=0.05, gt=0.0, description="time between two samples of the baseline")
+    through_contact: StrictBool = Field(default=False, description="the baseline goes on where a stop is touched or "
+                                        "the controller trips")
+    signals: dict[str, SignalTolerance] = Field(default={}, description="tolerances of what is compared, by "
+                                                "`fmu.variable`")
+
+
+class RunPlan(Table):
+    """One run of a scenario file: the scenario itself, or one of its variants merged over it.
+
+    The FMUs are stepped in the order of `fmus`. All quantities are SI.
+    """
+
+    PLACE = "the file itself"
+
+    rig_file: str | None = Field(default=None, alias="stage", description="path of the description of your own stage, "
+                                 "whose loop stands under the file")
+    name: str = Field(pattern=r"^\w[\w.+-]*$", description="name of the run, after which its results are named: "
+                      "letters, digits, and _ . + -")   # it is no path
+    title: str = Field(description="what it is, in a few words")
+    description: str = Field(default="", description="what it is, in a sentence or two")
+    figures: list[str] = Field(default=[], description="numbers of the figures of the thesis that it shows again")
+    check_only: StrictBool = Field(default=False, description="it is no experiment: it runs by name, and in "
+                                   "`maglev check` of everything")
+    another_reading: StrictBool = Field(default=False, description="an alternative reading of an experiment that "
+                                        "already has its run: its claims are judged, and not counted")
+    chose: str | None = Field(default=None, description="what was chosen by the sentences about it, which are no "
+                              "independent evidence: of every claim that gives no `chose` of its own")
+    stop_time: Seconds = Field(gt=0.0, description="end of the run, a multiple of `step`")
+    step: Seconds = Field(gt=0.0, description="communication step: FMUs exchange values once in it")
+    output_interval: Seconds = Field(gt=0.0, description="time between two rows of the results, a multiple of `step`. "
+                                     "Metrics are measured at every step")
+    fmus: dict[str, FmuTable] = Field(min_length=1, description="what is simulated, by names of yours, in the order of "
+                                      "stepping")
+    connections: list[tuple[str, str]] = Field(default=[], description="pairs of an output and the input that it "
+                                               "feeds, `fmu.variable`; see also `inputs` of an FMU")
+    signals: list[Signal] = Field(default=[], description="what feeds inputs over time: references, disturbances, "
+                                  "tunable parameters")
+    axes: dict[str, Axis] = Field(default={}, description="what is measured, by name of the axis")
+    motors: dict[str, Motor] = Field(default={}, description="whose currents are measured, by name of the motor")
+    stop_flag: str | None = Field(default=None, description="Boolean output `fmu.variable`: true where a stop is "
+                                  "touched, which is a failure")
+    trip_flag: str | None = Field(default=None, description="Boolean output `fmu.variable`: true once the controller "
+                                  "has switched off, which is a failure")
+    metrics: MetricSettings = Field(default=MetricSettings(), description="how it is measured")
+    events: list[Event] = Field(default=[], description="what happens, in whose windows disturbances are measured")
+    check: CheckSettings = Field(default=CheckSettings(), description="what a baseline holds, and how closely")
+    claims: list[RunClaim] = Field(default=[], description="what is claimed of the run")
+    procedure: ProcedureSettings | None = Field(default=None, description="the procedure that the runs belong to")
+    _path: Path = PrivateAttr(default=Path("scenario"))
+    _own: bool = PrivateAttr(default=False)
+    _sha256: str = PrivateAttr(default="")
+
+    @model_validator(mode="before")
+    @classmethod
+    def completed(cls, table: Any) -> Any:
+        """Record every communication step without `output_interval`; give sentences of the run what they chose.
+
+        Signals to what is no FMU of this project may be in units that it declares.
+        """
+        if not isinstance(table, dict):
+            return table
+        table = {"output_interval": table["step"], **table} if "step" in table else dict(table)
+        if "chose" in table and isinstance(table.get("claims"), list):
+            table["claims"] = [{"chose": table["chose"], **claim} if isinstance(claim, dict)
+                               and not {"figure", "not_testable", "own"} & {*claim} else claim
+                               for claim in table["claims"]]
+        files = {name for name, fmu in entries(table.get("fmus")).items() if isinstance(fmu, dict) and "file" in fmu}
+        if files and isinstance(table.get("signals"), list):
+            table["signals"] = [{**signal, "open_unit": True} if isinstance(signal, dict)
+                                and str(signal.get("to")).partition(".")[0] in files else signal
+                                for signal in table["signals"]]
+        return table
+
+    @field_validator("fmus")
+    @classmethod
+    def in_order(cls, fmus: dict[str, FmuTable]) -> dict[str, FmuTable]:
+        """Put FMUs that are to be stepped `before` others in front of these; without it the order is the table's."""
+        order = list(fmus)
+        later = {name: fmu.before for name, fmu in fmus.items() if fmu.before is not None}
+        for name, other in later.items():
+            if other not in fmus or other == name:
+                raise key_refused("before", other, "expected another FMU of this scenario, "
+                                  f"{nearest(other, [fmu for fmu in fmus if fmu != name])}", name)
+        for _ in fmus:
+            for name, other in later.items():
+                if order.index(name) > order.index(other):
+                    order.remove(name)
+                    order.insert(order.index(other), name)
+        for name, other in later.items():
+            if order.index(name) > order.index(other):
+                raise key_refused("before", other, "expected no FMUs that are to be stepped before each other", name)
+        return {name: fmus[name] for name in order}
+
+    @model_validator(mode="after")
+    def times_that_fit(self) -> "RunPlan":
+        """Refuse times that are not whole steps, tables beside the run, and tracking from after the end on."""
+        for key in ("output_interval", "stop_time"):
+            try:
+                whole_steps(getattr(self, key), self.step)
+            except QuantityError as error:
+                raise key_refused(key, getattr(self, key), str(error)) from None
+        for i, signal in enumerate(self.signals):
+            if isinstance(signal, Csv) and (why := signal.misfit(self.stop_time)):
+                raise key_refused("file", signal.file, why, "signals", i)
+        begin = self.metrics.tracking_from
+        if begin is not None and begin > self.stop_time:
+            raise key_refused("tracking_from", begin, f"expected stop_time = {self.stop_time} s at most", "metrics")
+        return self
+
+    @model_validator(mode="after")
+    def events_in_order(self) -> "RunPlan":
+        """Refuse events that have the name of another, do not ascend, or have a window that is not of the run."""
+        for i, (event, end) in enumerate(zip(self.events, self.event_ends, strict=True)):
+            before = self.events[:i]
+            if event.name in [earlier.name for earlier in before]:
+                raise key_refused("name", event.name, "expected another name than an earlier event has", "events", i)
+            if before and event.time <= before[-1].time:
+                raise key_refused("time", event.time, f"expected ascending times, {before[-1].name} is at "
+                                                      f"{before[-1].time} s", "events", i)
+            if event.time >= self.stop_time:
+                raise key_refused("time", event.time, f"expected before stop_time = {self.stop_time} s", "events", i)
+            if event.end is not None and not event.time < end <= self.stop_time:
+                raise key_refused("end", end, f"expected a time after {event.time} s, and stop_time = "
+                                              f"{self.stop_time} s at most", "events", i)
+        return self
+
+    @model_validator(mode="after")
+    def judgeable_claims(self) -> "RunPlan":
+        """Refuse a claim about an axis, motor, event or band that is not measured."""
+        for i, claim in enumerate(self.claims):
+            for key, names, known in (("axes", claim.axes, self.axes), ("motors", claim.motors, self.motors)):
+                for name in names or ():
+                    if name not in known:
+                        raise key_refused(key, name, f"not in [{key}], {nearest(name, known)}", "claims", i)
+            events = [event.name for event in self.events]
+            if claim.measured is not None and claim.measured.on in ("event", "effort") and not events:
+                raise key_refused("metric", claim.quantity, "expected [[events]] to be given", "claims", i)
+            if claim.event is not None and claim.event not in events:
+                raise key_refused("event", claim.event, f"not in [[events]], {nearest(claim.event, events)}",
+                                  "claims", i)
+            for name in (claim.axes or self.axes) if claim.of_one_unit else ():
+                if self.axes[name].unit != claim.axis_unit:
+                    raise key_refused("axes", claim.axes, f"{name} is in {self.axes[name].unit}, expected axes in "
+                                                          f"{claim.axis_unit} alone, as the claim is", "claims", i)
+            bands = self.metrics.bands if claim.axis_unit == "m" else self.metrics.tilt_bands
+            if claim.band is not None and claim.band not in bands:
+                key = "bands" if claim.axis_unit == "m" else "tilt_bands"
+                raise key_refused("band", claim.band, f"expected one of metrics.{key}, {bands} {claim.axis_unit}",
+                                  "claims", i)
+            if claim.measured is not None and claim.measured.on == "tracking" and self.metrics.tracking_from is None:
+                raise key_refused("metric", claim.quantity, "expected metrics.tracking_from to be given", "claims", i)
+            if claim.than is None and claim.than_axis is not None and claim.than_axis not in self.axes:
+                raise key_refused("than_axis", claim.than_axis,
+                                  f"not in [axes], {nearest(claim.than_axis, self.axes)}", "claims", i)
+        return self
+
+    @property
+    def wires(self) -> dict[str, tuple[str, str]]:
+        """Connections from an output to an input, by their keys in the file: those in `connections` come first."""
+        own = {key_path(["fmus", name, "inputs", variable]): (source, f"{name}.{variable}")
+               for name, fmu in self.fmus.items() for variable, source in fmu.inputs.items() if source}
+        return {f"connections[{i}]": pair for i, pair in enumerate(self.connections)} | own
+
+    @property
+    def axis_names(self) -> set[str]:
+        """Names of the axes that are measured or that have start values: a run may measure none."""
+        return {*self.axes, *(variable.partition(".")[0] for fmu in self.fmus.values() for variable in fmu.start)}
+
+    @property
+    def rig(self) -> Rig | None:
+        """The rig that it is about: as described, or by its FMUs or else by its axes; None if it is about none."""
+        if self.rig_file is not None:
+            return read_own(Path(self.rig_file))
+        return best_rig((fmu.model for fmu in self.fmus.values() if fmu.model), self.axis_names)
+
+    @property
+    def plants(self) -> set[str]:
+        """FMUs whose positions are measured: their parameters are conditions of the experiment, as inputs are.
+
+        Parameters of the others, such as gains and limits, are settings of a design, and mean something to that design.
+        """
+        return {"plant", *(axis.position.partition(".")[0] for axis in self.axes.values())}
+
+    @property
+    def needs(self) -> set[str]:
+        """Names of the runs whose results this one starts from."""
+        return {source.run for fmu in self.fmus.values() for source in fmu.start_from.values()}
+
+    @property
+    def path(self) -> Path:
+        return self._path
+
+    @property
+    def own(self) -> bool:
+        """Whether it is of a user's file, not of the package's."""
+        return self._own
+
+    @property
+    def sha256(self) -> str:
+        """SHA-256 of what the file and those that it extends say of this run; empty if it was read from none."""
+        return self._sha256
+
+    @property
+    def steps(self) -> int:
+        return whole_steps(self.stop_time, self.step)
+
+    @property
+    def event_ends(self) -> list[float]:
+        """Ends of the windows of its events, s: as given, or where the next event or step of a reference begins."""
+        begins = sorted({*(event.time for event in self.events), *(time for time, _ in self.jumps(references=True))})
+        return [next((time for time in begins if time > event.time + ON_GRID * self.step), self.stop_time)
+                if event.end is None else event.end for event in self.events]
+
+    @property
+    def disturbances(self) -> list[tuple[float, str]]:
+        """What ends the windows of steps: times (s) of events and of jumps of inputs that are no references, and names.
+
+        The name is that of the event, or of the input.
+        """
+        return [*((event.time, event.name) for event in self.events), *self.jumps(references=False)]
+
+    def jumps(self, references: bool) -> list[tuple[float, str]]:
+        """Times (s) at which signals jump from one value to another, and the inputs that they feed."""
+        measured = {axis.reference for axis in self.axes.values()}
+        return [(time, signal.to) for signal in self.signals
+                if isinstance(signal, Steps) and (signal.to in measured) == references
+                for time, before, after in zip(signal.times[1:], signal.values, signal.values[1:], strict=False)
+                if before != after]
+
+    @property
+    def windows(self) -> list[tuple[str, float, float]]:
+        """Names of its events with their windows: from when to when, s."""
+        return [(event.name, event.time, end) for event, end in zip(self.events, self.event_ends, strict=True)]

@@ -1,1 +1,0 @@
-"""The TOML files: scenarios, signals, claims, procedures."""

@@ -1,1 +1,0 @@
-"""What an experiment is judged by: claims, and the procedures that evaluate several runs."""

@@ -1,1 +1,0 @@
-"""Signals of a scenario: what feeds inputs over time."""

@@ -1,1 +1,0 @@
-"""What a study found: on a page, in the terminal, and the commands that run samples again."""

@@ -1,0 +1,1 @@
+"""Stages, controllers and plants of the user's."""

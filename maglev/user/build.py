@@ -1,0 +1,98 @@
+"""FMUs of a user's class: the file and the modules beside it, under names of their own, and what goes around them."""
+
+import sys
+from collections.abc import Iterator, Mapping
+from contextlib import contextmanager
+from dataclasses import dataclass, replace
+from importlib import invalidate_caches
+from pathlib import Path
+
+from maglev.descriptions.writer import environment
+from maglev.files.errors import BuildError
+from maglev.files.packages import PACKAGES
+from maglev.files.scratch import scratch
+from maglev.fmi.declaration import WrittenDefinition
+from maglev.fmi.definition import FmuDefinition
+from maglev.fmi.native_build import own_code
+from maglev.fmi.native_law import native_law
+from maglev.fmi.sampled_block import FIRST_PORT
+from maglev.fmi.trouble import OWN
+from maglev.language.program import Untranslatable
+from maglev.user.own_modules import own_name
+from maglev.user.source import file_of, load, read_modules
+
+FMU = OWN + "fmu"       # module that has the definition in an FMU
+
+@dataclass(frozen=True)
+class Buildable:
+    """A user's class ready to be built, for as long as its modules can be imported; or an FMU of this project."""
+
+    definition: FmuDefinition   # with a block in the language of blocks, if it is to be native
+    texts: Mapping[str, str]    # of the user's modules, and of what is written around them, by their names in the FMU
+
+
+@contextmanager
+def buildable(path: Path, native: bool) -> Iterator[Buildable]:
+    """Make the class that a path names ready to be built, as C if `native`.
+
+    The path is that of a Python file, perhaps with the name of a class in it. ControllerError if there is no such file
+    or class, or it does not fit; BuildError if an FMU cannot have what is in it; with file and line.
+    """
+    file, definition = file_of(path)[0], load(path).definition
+    name, modules = definition.name, read_modules(file)
+    for problem in modules.problems:
+        raise BuildError(problem)
+    texts = {module: own.renamed for module, own in modules.modules.items()}
+    if native:
+        yield Buildable(native_definition(definition, file), texts)
+        return
+    texts[FMU] = environment().get_template("written/definition.py.j2").render(
+        name=name, module=own_name(file.stem), requires=modules.requires)
+    with importable(texts):
+        yield Buildable(replace(definition, requires=modules.requires), texts)
+
+
+@contextmanager
+def importable(texts: Mapping[str, str]) -> Iterator[Path]:
+    with scratch() as folder:
+        for module, text in texts.items():
+            (folder / f"{module}.py").write_text(text, encoding="utf-8", newline="\n")
+        sys.path.insert(0, str(folder))
+        invalidate_caches()
+        try:
+            yield folder
+        finally:
+            sys.path.remove(str(folder))
+            for module in texts:
+                sys.modules.pop(module, None)
+
+
+def native_definition(definition: WrittenDefinition, file: Path) -> WrittenDefinition:
+    """Definition of a class for a native FMU; BuildError, with the line, if it is not of the language of blocks."""
+    require_floats(definition, file)
+    written, clock, _, sampled = definition.arguments
+    ports = tuple(v.place for v in definition.variables if v.causality == "output" and not v.boolean)
+    native = replace(definition, block=native_law, arguments=(written, clock, sampled),   # type: ignore[arg-type]
+                     finite=tuple(enumerate(ports, FIRST_PORT)))
+    with language_errors():
+        own_code(native, PACKAGES)
+    return native
+
+
+@contextmanager
+def language_errors() -> Iterator[None]:
+    """Say of what is not of the language of blocks that an FMU that runs Python can have it."""
+    try:
+        yield
+    except Untranslatable as error:
+        raise BuildError(f"{error}; only native FMUs need this") from error
+
+
+def require_floats(definition: WrittenDefinition, file: Path) -> None:
+    """Refuse whole numbers where an FMU has Reals: C keeps the type that an attribute begins with."""
+    law = definition.new_block()
+    for v in definition.variables:
+        value = v.read(law)
+        if not v.boolean and type(value) is not float:
+            raise BuildError(f"{file.name}: {v.name} starts as {value!r}, a native FMU needs a float: expected "
+                             f"{float(value)!r}")

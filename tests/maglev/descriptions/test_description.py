@@ -1,0 +1,84 @@
+"""Descriptions of rigs: what they may say, and how a mistake in one is refused."""
+
+import re
+from pathlib import Path
+
+import pytest
+
+from maglev.descriptions.description_file import PACKAGED, read_rig
+from maglev.files.errors import RigError
+
+TEXT = (PACKAGED / "3dof.toml").read_text(encoding="utf-8")
+
+
+@pytest.mark.parametrize(("old", "new", "message"), [
+    ('mass = "6.9 kg"', 'mass = "6.9 m"', "axes.y.mass: '6.9 m' is in m, expected a quantity in kg"),
+    ('mass = "6.9 kg"', 'mass = 0', "axes.y.mass = 0 kg, expected a number from 0.001 to 1e+06 kg"),
+    ('mass = "6.9 kg"', 'mass = nan', "axes.y.mass: nan is not a quantity, expected a finite number"),
+    ('mass = "6.9 kg"', '', "axes.y.mass: missing"),
+    ('mass = "6.9 kg"', 'maas = "6.9 kg"', "axes.y.maas: no such key; nearest is 'mass'"),
+    ('drives = "z"', 'drives = "w"', "motors.beta.drives: 'w', expected one of x, z"),
+    ('drives = "z"', 'drives = "x"', "axes.z: no motor drives it, expected one of the motors to"),
+    ('start = "25 mm"', 'start = "5 mm"', "axes.y.start: 0.005 m, expected a place between its stops at 0.0185 and "
+                                          "0.032 m"),
+    ("pid = [-7.0, -10.0, 42.0]", "pid = [-7.0]", "axes.y.design.pid: [-7.0], expected a list of 3 numbers"),
+    ("thrust = { x = 0.6135, z = 0.8224 }\nattraction = 334.52", "thrust = { x = 0.6135 }\nattraction = 334.52",
+     "stage.thrust: of x, expected of x, z"),
+    ("antiwindup = true", 'antiwindup = "yes"', "design.antiwindup: 'yes', expected true or false"),
+    ('name = "3dof"', 'name = "3 dof"', "name: '3 dof', expected letters, digits and _"),
+    ("[design]", "[geometry]\npole_pich = 0.06\n\n[design]",
+     "geometry.pole_pich: no such key; nearest is 'pole_pitch'"),
+    ("[design]", "[geometry]\nslot_pitch = 0\n\n[design]",
+     "geometry.slot_pitch = 0 m, expected a number from 0.0001 to 1 m"),
+    ("[design]", '[geometry]\npole_pitch = "57 g"\n\n[design]',
+     "geometry.pole_pitch: '57 g' is in g, expected a quantity in m"),
+    ("sharing = 2", "sharing = 1.5", "sharing: 1.5, expected a whole number of motors"),
+    ('spacing = "1 mm"', 'spacing = "2 mm"', "design.table: 0.018 to 0.046 m, expected fifteen gaps within 0.008 to "
+                                             "0.04 m, where the field is known"),
+    ("[stage]", '[motor_stop]\nlower = "18 mm"\nupper = "32 mm"\n\n[stage]',
+     "motor_stop: expected only where the platform tilts"),
+    *(("[motors.beta]", f"[motors.{name}]", f"motors.{name}: '{name}', expected another name: blocks have something "
+       "called so") for name in ("gamma", "lambda", "double", "z", "time")),
+    ('title = "3-DOF stage"', "title = 'the \"fast\" stage'", "title: 'the \"fast\" stage', expected words on one line "
+                                                                "without \", \\, /* and */"),
+    ('equation = "(5.3)"', 'equation = """(5.3)\nimport os"""', "equation: '(5.3)\\nimport os', expected words on one "
+                                                                "line without \", \\, /* and */"),
+    ("[axes.y]", "[axes.Y]", "axes: 'Y', expected a name of small letters, digits and _, a letter first")])
+def test_a_mistake_is_refused_in_one_line(tmp_path: Path, old: str, new: str, message: str) -> None:
+    assert old in TEXT
+    path = tmp_path / "mine.toml"
+    path.write_text(TEXT.replace(old, new, 1), encoding="utf-8")
+    with pytest.raises(RigError, match=f"^{re.escape(f'{path}: {message}')}$"):
+        read_rig(path)
+
+
+def test_a_platform_that_tilts_has_no_gain_schedule(tmp_path: Path) -> None:
+    path = tmp_path / "mine.toml"
+    path.write_text((PACKAGED / "5dof.toml").read_text(encoding="utf-8") + "\n[design.schedule]\n"
+                    "bounds = [0.026, 0.024, 0.022]\nsetpoints = [0.027, 0.025, 0.023, 0.021]\n", encoding="utf-8")
+    with pytest.raises(RigError, match="design.schedule: expected none where the platform tilts$"):
+        read_rig(path)
+
+
+def test_every_value_has_a_source() -> None:
+    """Of those that do not name one, it is an assumption."""
+    rig = read_rig(PACKAGED / "3dof.toml")
+    assert rig.source("axes.y.mass") == "stated, Table 5.1"
+    assert rig.source("axes.y.friction.coulomb").startswith("estimated")
+    assert rig.source("axes.y.friction.viscous") == "assumed"
+    assert rig.source("motors.alpha.amplifier.peak") == rig.source("motors.alpha.amplifier")
+
+
+@pytest.mark.parametrize(("start", "end", "message"), [
+    ("[motor_stop]", "# Half", "motor_stop: missing, expected stops at the motors of a platform that tilts"),
+    ("[axes.pitch]", "# Stops", "axes: y, x, z, roll, expected the air gap, one or two horizontal axes, and the tilts "
+                                "about them"),
+    ('stop = { lower = "-62', "\n", "axes.x.stop: missing")])
+def test_what_a_platform_that_tilts_needs(tmp_path: Path, start: str, end: str, message: str) -> None:
+    """Without one of its parts, which reaches from its start to an end."""
+    text = (PACKAGED / "5dof.toml").read_text(encoding="utf-8")
+    before, _, rest = text.partition(start)
+    path = tmp_path / "mine.toml"
+    path.write_text(before + end + rest.partition(end)[2], encoding="utf-8")
+    with pytest.raises(RigError, match=f"^{re.escape(f'{path}: {message}')}$"):
+        read_rig(path)

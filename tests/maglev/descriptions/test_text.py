@@ -1,0 +1,68 @@
+"""What templates do to text."""
+
+import ast
+
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from maglev.descriptions.template_text import (
+    LONGEST,
+    aligned_comments,
+    each,
+    factor,
+    fitted,
+    mean,
+    sorted_imports,
+    sum_text,
+)
+
+NAMES = st.lists(st.from_regex("[a-z]{1,12}", fullmatch=True), min_size=1, max_size=30)
+STATEMENTS = {"held = {}": " or ", "self.plant.held = {}": " and ", "return {}": " + ", "call({})": ", ",
+              "if {}:\n            pass": " or ", "if not ({}):\n            pass": " and ",
+              "torque = (height * thrust + {})": " - "}
+
+
+@pytest.mark.parametrize(("terms", "sums", "means"), [
+    (["a"], "f(a)", "f(a)"), (["a", "b"], "(f(a) + f(b))", "0.5 * (f(a) + f(b))")])
+def test_terms(terms: list[str], sums: str, means: str) -> None:
+    assert (sum_text(terms, "f({0})"), mean(terms, "f({0})")) == (sums, means)
+    assert each(terms, "{0}.i_d", " + ") == " + ".join(f"{term}.i_d" for term in terms)
+    assert factor(1.0) + sum_text(terms) == sum_text(terms)
+    assert factor(2.0) + "a" == "2.0 * a"
+
+
+def test_imports_are_in_order_and_together() -> None:
+    text = "from b.c_d import last, First, ALL\n\nfrom a import NO_ONE, NONE\nfrom b.c import x\nfrom a import A_B\n"
+    assert sorted_imports(text) == (
+        "from a import A_B, NO_ONE, NONE\nfrom b.c import x\nfrom b.c_d import ALL, First, last\n")
+    many = [f"member_{k:02}" for k in range(15)]
+    assert sorted_imports(f"from a import {', '.join(many)}\n") == (
+        "from a import (\n" + "".join(f"    {name},\n" for name in many) + ")\n")
+
+
+def test_comments_are_below_each_other() -> None:
+    assert aligned_comments("    a = 1  # m\n    longer = 22\n    b = 3  # s, parameter\n") == (
+        "    a = 1        # m\n    longer = 22\n    b = 3        # s, parameter\n")
+
+
+@given(names=NAMES, statement=st.sampled_from(sorted(STATEMENTS)))
+def test_lines_that_are_too_long_are_broken_and_say_the_same(names: list[str], statement: str) -> None:
+    between = STATEMENTS[statement]
+    text = "def f():\n        " + statement.format(between.join(f"{name}_.x(y, z)" for name in names)) + "\n"
+    shown = fitted(text)
+    assert ast.dump(ast.parse(shown)) == ast.dump(ast.parse(text))
+    assert all(len(line) <= LONGEST for line in shown.splitlines())
+    if all(len(line) <= LONGEST for line in text.splitlines()):
+        assert shown == text
+
+
+def test_a_comment_stays_behind_its_line() -> None:
+    long = " or ".join(["an_attribute.of_something"] * 5)
+    assert fitted(f"held = {long}   # by any, or none\n").endswith("of_something)   # by any, or none\n")
+
+
+def test_documentation_is_left_as_it_is() -> None:
+    words = "word, " * 40
+    text = f'def f():\n    """A {words}\n\n    (and {words}\n    """\n'
+    assert fitted(text) == text

@@ -1,0 +1,28 @@
+"""What is kept where nothing can be written."""
+
+from pathlib import Path
+
+import pytest
+
+from maglev.files import cache
+
+
+def test_what_the_cache_cannot_take_is_kept_for_this_process(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """As under a home folder / of a user without one."""
+    (tmp_path / "file").touch()
+    monkeypatch.setenv(cache.PLACE, str(tmp_path / "file" / "cache"))
+    monkeypatch.setattr(cache, "HERE", {})
+    monkeypatch.setattr("atexit.register", lambda *_: None)
+    with pytest.raises(OSError, match="file"):
+        cache.keep("loops/1", "loop.so", b"code")
+    assert cache.kept("loops/1", "loop.so") is None
+    entry = cache.keep_here("loops/1", "loop.so", b"code")
+    assert entry.intact and entry.path.read_bytes() == b"code" and entry.path.name == "loop.so"
+    assert cache.kept("loops/1", "loop.so") == entry
+    cache.remove_scratch(entry.path.parent)
+
+
+def test_what_the_cache_can_take_is_kept_there(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setenv(cache.PLACE, str(tmp_path))
+    entry = cache.keep_here("loops/1", "loop.so", b"code")
+    assert tmp_path in entry.path.parents and cache.kept("loops/1", "loop.so") == entry

@@ -1,0 +1,159 @@
+"""A law against the thesis's regulator: starters, results, errors at their line, links, a phone, the editor."""
+
+import re
+from collections.abc import Iterator
+from hashlib import sha256
+from pathlib import Path
+
+import pytest
+from live_homes import HOMES
+from report_tab import PHONE, WIDE, Tab, wait_until
+
+from maglev.pages.live_page import EDITOR
+
+STARTERS = ("pid", "feedback", "sliding")
+DONE = "beat.yours !== null && beat.thesis !== null"
+# Of the run that is seen, which has a row each 2 ms: largest error of the gap (m) between two times (s).
+SEEN = """([from, until]) => {
+    const rows = maglevLive.history, i = maglevLive.run.axes.indexOf(maglevLive.run.vertical);
+    let most = 0;
+    for (let row = rows.since(from + 1e-6); row < rows.since(until); row++) most = Math.max(most,
+        Math.abs(rows.at(row, columnOf.position(i)) - rows.at(row, columnOf.reference(i))));
+    return most; }"""
+
+
+@pytest.fixture
+def tab(browser, page: Path, request: pytest.FixtureRequest) -> Iterator[Tab]:
+    """The page in a window, with a fragment of its address."""
+    viewport, fragment = request.param
+    found = Tab(browser, page, viewport, fragment)
+    wait_until(found.page, "maglevLive.frames > 3")
+    yield found
+    problems = found.problems + found.evaluate("maglevLive.problems")
+    found.context.close()
+    assert problems == []
+
+
+@pytest.mark.few(1)
+@pytest.mark.parametrize("tab", [(WIDE, f"#run={name}") for name in HOMES], ids=HOMES, indirect=True)
+def test_every_starter_does_the_task_on_every_stage(tab: Tab) -> None:
+    texts = []
+    for starter in STARTERS:
+        tab.page.select_option("#starter", starter)
+        tab.evaluate("beat.yours = null")
+        tab.page.click("#run-law")
+        wait_until(tab.page, DONE)
+        result = tab.evaluate("beat.yours.values")
+        assert len(result) == 6 and all(value >= 0.0 for value in result), tab.page.inner_text("#law-said")
+        assert result[0] < 5e-3 and result[2] < 2.9, "it holds, and settles"
+        texts.append(tab.evaluate("lawText()"))
+    assert len({*texts}) == len(STARTERS)
+    assert re.fullmatch("It .* in [1-6] of 6 measures.", tab.page.inner_text("#result caption"))
+
+
+@pytest.mark.parametrize("tab", [(WIDE, "")], ids=[""], indirect=True)
+def test_what_differs_by_less_than_five_percent_is_as_good(tab: Tab) -> None:
+    """Or by less than is shown: 1 nm of overshoot is not worse than none."""
+    wait_until(tab.page, "beat.thesis !== null")
+    tab.evaluate("""() => { const result = (values) => ({ values, lost: 0 });
+        Object.assign(beat, { thesis: result([1e-3, 1, 2, 0, 2e-4, 0.1]),
+            yours: result([1.04e-3, 0.9, 2.2, 1e-9, 1e-4, 0.1]) });
+        showResult(); }""")
+    assert tab.page.inner_text("#result caption") == (
+        "It beats the thesis in 2, is as good (within 5 %) in 3, is worse in 1 of 6 measures.")
+    assert tab.page.locator("#result .best").all_inner_texts() == ["900 ms", "2000 ms", "0.10 mm"]
+
+
+@pytest.mark.thorough
+@pytest.mark.parametrize("tab", [(WIDE, "")], ids=[""], indirect=True)
+def test_a_result_is_that_of_the_run_that_is_seen_and_comes_with_the_link(tab: Tab, browser, page: Path) -> None:
+    tab.page.click("text=Run it")
+    wait_until(tab.page, f"{DONE} && maglevLive.state.story === 'beat'")
+    tab.evaluate("post({ type: 'speed', value: 4 })")
+    for _ in range(60):
+        if tab.evaluate("maglevLive.frame.time > 7.2"):
+            break
+        tab.page.wait_for_timeout(500)
+    result = tab.evaluate("beat.yours.values")
+    for measure, window in ((0, (1.0, 4.0)), (4, (4.0, 7.0))):
+        assert tab.evaluate(SEEN, window) == pytest.approx(result[measure], rel=0.02, abs=2e-6)
+    assert tab.page.inner_text("#moment") == tab.page.inner_text("#result caption") != ""
+    law, link, table = tab.evaluate("lawText()"), tab.evaluate("location.hash"), tab.page.inner_text("#result tbody")
+    again = Tab(browser, page, WIDE, link)
+    wait_until(again.page, "maglevLive.frames > 3 && beat.thesis !== null")
+    assert again.evaluate("lawText()") == law and again.page.inner_text("#result tbody") == table
+    assert again.page.inner_text("#result caption").endswith("This is what the link says: run it to check.")
+    assert again.evaluate("[maglevLive.state.controller, own.present]") == ["Regulator3DOF", False], "it runs by itself"
+    again.page.click("#run-law")
+    wait_until(again.page, f"{DONE} && !beat.sent")
+    assert again.evaluate("beat.yours.values") == result and again.evaluate("location.hash") == link
+    problems = again.problems
+    again.context.close()
+    assert problems == []
+
+
+@pytest.mark.parametrize("tab", [(WIDE, "")], ids=[""], indirect=True)
+def test_what_is_wrong_is_said_and_marked_at_its_line(tab: Tab) -> None:
+    wait_until(tab.page, "editor.view !== null")
+    law = tab.evaluate("lawText()")
+    for right, wrong, said in (("this.started = true;", "this.started = = true;", "SyntaxError"),
+                               ("  step(t) {", "  step(t) { nothing();", "nothing is not defined")):
+        line = law[:law.index(right)].count("\n") + 1
+        tab.evaluate("(text) => setLawText(text)", law.replace(right, wrong, 1))
+        tab.page.click("#run-law")
+        wait_until(tab.page, f"/{said}/.test(document.getElementById('law-said').textContent)")
+        assert f"line {line}: " in tab.page.inner_text("#law-said")
+        assert (tab.page.locator(".cm-bad").text_content() or "").strip() == wrong.strip()
+    tab.evaluate("(text) => setLawText(text)", law)
+    tab.page.locator("#law .cm-content").press("Control+Enter")
+    wait_until(tab.page, "beat.yours !== null")
+    assert tab.page.locator(".cm-bad").count() == 0
+
+
+@pytest.mark.parametrize("tab", [(WIDE, "")], ids=[""], indirect=True)
+def test_what_a_law_cannot_be_is_refused_by_name(tab: Tab) -> None:
+    wait_until(tab.page, "editor.view !== null")
+    law = tab.evaluate("lawText()")
+    for right, wrong, said in (('"limit": "A"', '"limmit": "A"', 'parameters has "limmit", expected an attribute'),
+                               ("step(t) {", "step(t) {\nthis.sample_time = NaN;", "_cmd = NaN at t = 0 s, expected"),
+                               ("step(t) {", "step(t) {\nwhile (t > 0) {}", "has not come back")):
+        assert right in law
+        tab.evaluate("(text) => setLawText(text)", law.replace(right, wrong, 1))
+        tab.page.click("#run-law")
+        wait_until(tab.page, f"/{said}/.test(document.getElementById('law-said').textContent)")
+
+
+@pytest.mark.parametrize("tab", [(PHONE, "")], ids=[""], indirect=True)
+def test_on_a_phone_gains_are_sliders(tab: Tab) -> None:
+    page = tab.page
+    assert not page.is_visible("#law") and page.locator("#law-gains input").count() == 6
+    law = tab.evaluate("lawText()")
+    page.locator("#gain-kp-true").fill("1.5")
+    page.locator("#gain-kp-true").dispatch_event("change")
+    wait_until(page, DONE)
+    gain = "this.y = new Axis\\(0.025, ([0-9.]+), "
+    before, after = (float(re.findall(gain, text)[0]) for text in (law, tab.evaluate("lawText()")))
+    assert after == pytest.approx(1.5 * before, rel=5e-3) and "law=" in tab.evaluate("location.hash")
+    # What has the focus is not under the picture, which stays at the top.
+    page.locator("#gain-kd-false").focus()
+    page.wait_for_timeout(300)
+    field, picture = (page.locator(name).bounding_box() for name in ("#gain-kd-false", ".canvas"))
+    assert field is not None and picture is not None and field["y"] >= picture["y"] + picture["height"]
+
+
+@pytest.mark.parametrize("tab", [(WIDE, "#result=1,2,<b>"), (WIDE, "#story=beat&law=x")], ids=["result", "law"],
+                         indirect=True)
+def test_a_link_that_cannot_be_read_is_refused_in_a_line(tab: Tab, request: pytest.FixtureRequest) -> None:
+    said = {"result": "result: expected 6 numbers",
+            "law": "The law of this link cannot be read: "}[request.node.callspec.id]
+    wait_until(tab.page, f"document.getElementById('status').textContent.startsWith('{said}')")
+    assert tab.evaluate("[beat.yours, own.present]") == [None, False]
+
+
+def test_the_editor_is_the_one_that_its_papers_name() -> None:
+    papers = EDITOR.with_name("README.md").read_text(encoding="utf-8")
+    assert sha256(EDITOR.read_bytes()).hexdigest() in papers
+    assert "Permission is hereby granted" in EDITOR.with_name("LICENSE").read_text(encoding="utf-8")
+    made = (Path(__file__).parents[3] / "tools" / "pages" / "editor" / "package.json").read_text(encoding="utf-8")
+    for name, version in re.findall(r'"([@\w/-]+)": "(\d[\d.]+)"', made):
+        assert name.rpartition("/")[2] in papers and version in papers

@@ -1,0 +1,13 @@
+"""What a test lets the process know of stages is forgotten after it."""
+
+from collections.abc import Iterator
+
+import pytest
+
+from maglev.descriptions.registry import STAGES
+
+
+@pytest.fixture(autouse=True)
+def forgotten() -> Iterator[None]:
+    yield
+    STAGES.forget(*STAGES.own)

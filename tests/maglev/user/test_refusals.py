@@ -1,0 +1,216 @@
+"""What is wrong with a user's controller, each in one line that says what to do; no FMU is needed to say it."""
+
+import shutil
+import zipfile
+from importlib.util import module_from_spec, spec_from_file_location
+from pathlib import Path
+
+import pytest
+from command_line import error_line, maglev
+from written_controllers import controller, line_of, trial
+
+import maglev as tool
+from maglev.runs.replacement import Replacement
+from maglev.scenario.loading import load_plan
+from maglev.user.source import CLASSES, load, path_of, read_modules
+
+DECLARED = {
+    "an attribute that is not there": (
+        ('"v.measured": "m", "h.measured"', '"v.mesured": "m", "h.measured"'),
+        "inputs has 'v.mesured', expected an attribute self.v.mesured or self.v_mesured that __init__ sets"),
+    "an unknown unit": (('{"bandwidth": "rad/s"', '{"bandwidth": "rpm"'), "'bandwidth' in 'rpm', expected one"),
+    "no text as a unit": (('{"bandwidth": "rad/s"', '{"bandwidth": None'), "'bandwidth' in None, expected one"),
+    "no table": (("    parameters = {", "    parameters = 3\n    unused = {"), "parameters = 3, expected a table"),
+    "a start that is no number": (("self.damping = 0.9", "self.damping = 'high'"), "damping starts as 'high', expec"),
+    "a start that is not finite": (("self.damping = 0.9", "self.damping = float('nan')"), "damping starts as nan"),
+    "one name twice": (('"damping": ""', '"v.measured": "m"'), "parameters has 'v.measured', expected a name that no"),
+    "one attribute twice": (('"v.measured": "m", "h.measured"', '"v.measured": "m", "v_measured": "m", "h.measured"'),
+                            "v.measured and v_measured are both self.v_measured, expected an attribute for each"),
+    "too many names": (('"v.measured": "m", "h.measured"',
+                        '**{f"u{i}": "m" for i in range(2000)}, "v.measured": "m", "h.measured"'),
+                       " inputs, outputs and parameters, expected at most 2000"),
+    "a sample time of 0": (("self.sample_time = 0.5e-3", "self.sample_time = 0.0"), "sample_time = 0.0 s, expected"),
+    "no sample time": (("self.sample_time = 0.5e-3", "self.time_of_sample = 0.5e-3"),
+                       "expected an attribute self.sample_time"),
+    "no step": (("def step(", "def stp("), "it has no step, expected a method step(self, t)"),
+    "a step of other arguments": (("def step(self, t: float)", "def step(self, t, dt, u)"),
+                                  "step(self, t, dt, u) -> None, expected step(self, t) or step(self, t, dt)"),
+    "a start with arguments": (("    def step(", "    def start(self, t):\n        pass\n\n    def step("),
+                               "start(self, t), expected start(self)"),
+    "an async step": (("    def step(", "    async def step("), "step has async or yield, so that a call of it comp"),
+    "a step that yields": (("        self.known = True", "        yield"), "step has async or yield, so that a call"),
+    "a start that yields": (("    def step(", "    def start(self):\n        yield\n\n    def step("),
+                            "start has async or yield"),
+    "a constructor with arguments": (("self.known = False", "self.known = False\n\n    def __new__(cls, gain): pass"),
+                                     "expected that it can be made without arguments"),
+}
+
+
+@pytest.mark.parametrize("case", DECLARED)
+def test_what_a_class_declares(tmp_path: Path, case: str) -> None:
+    change, message = DECLARED[case]
+    path = controller(tmp_path, change)
+    with pytest.raises(tool.ControllerError) as refusal:
+        load(path)
+    said, tables = str(refusal.value), {"no table": "parameters = 3", "one name twice": '"v.measured": "m", "h.meas',
+                                  "one attribute twice": '"v_measured": "m"'}
+    word = tables.get(case) or next((f'"{name}":' for name in ("v.mesured", "bandwidth", "damping") if name in said
+                                     and "sample_time" not in said), None)
+    assert said.startswith(f"pd.py, line {line_of(path, word)}: class PD: " if word else "pd.py: class PD: ")
+    assert message in said
+
+
+@pytest.mark.parametrize("other", ["second.py", "PID2DOF"])
+def test_two_classes_of_one_name_are_not_built_together(tmp_path: Path, monkeypatch: pytest.MonkeyPatch,
+                                                        other: str) -> None:
+    """The one would take the place of the other's file; some disks know no capital letters."""
+    monkeypatch.chdir(tmp_path)
+    controller(tmp_path, ("class PD:", "class PID2dof:"), name="first.py")
+    controller(tmp_path, ("class PD:", "class PID2DOF:"), name="second.py")
+    line = error_line(maglev("build", "first.py", other))
+    assert "has the name of" in line and "expected another one: the FMU is named after it" in line
+    assert not (tmp_path / "fmus").exists()
+
+
+@pytest.mark.parametrize(("beside", "line"), [("controller_fmu.py", "import controller_fmu\n"),
+                                              ("plant_fmu/__init__.py", "from plant_fmu import anything\n"),
+                                              ("pmlsm/motor.py", "from pmlsm.motor import constants\n")])
+def test_a_module_beside_it_has_a_name_of_ours(tmp_path: Path, beside: str, line: str) -> None:
+    """Python would take ours in some processes, theirs in others; one that is only there is in nobody's way."""
+    other = tmp_path / beside
+    other.parent.mkdir(exist_ok=True)
+    other.write_text("raise ImportError('executed')\n", encoding="utf-8")
+    path = controller(tmp_path)
+    assert load(path).file == path
+    path.write_text(line + path.read_text(encoding="utf-8"), encoding="utf-8")
+    with pytest.raises(tool.ControllerError) as refusal:
+        load(path)
+    module = beside.removesuffix(".py").removesuffix("/__init__").replace("/", ".")
+    assert str(refusal.value) == (f"{other}: {module} is imported of maglev-fmus, expected another name for what is "
+                                  "beside the controller")
+
+
+EXECUTED = {
+    "a syntax error": ("LARGEST = (6.0\n", "SyntaxError: '(' was never closed"),
+    "a module that is not there": ("import nowhere_at_all\n", "ModuleNotFoundError: No module named 'nowhere_at_all'"),
+    "a name that a module lacks": ("from math import tau_\n", "ImportError: cannot import name 'tau_' from 'math'"),
+    "a crash": ("LARGEST = 6.0 / 0\n", "ZeroDivisionError: "),
+}
+
+
+@pytest.mark.parametrize("case", EXECUTED)
+def test_a_file_that_cannot_be_executed(tmp_path: Path, case: str) -> None:
+    text, message = EXECUTED[case]
+    path = controller(tmp_path, ("LARGEST = 6.0\n", text))
+    with pytest.raises(tool.ControllerError) as refusal:
+        load(path)
+    assert str(refusal.value).startswith(f"pd.py, line 6: {message}")
+
+
+NESTED = {
+    "minus signs": "-" * 100_000 + "1", "a sum": "+".join(["1"] * 300_000), "attributes": "sys" + ".a" * 300_000,
+    "parentheses": "(" * 20_000 + "1" + ")" * 20_000}
+
+
+@pytest.mark.parametrize("case", NESTED)
+def test_an_expression_beyond_the_parser(tmp_path: Path, case: str) -> None:
+    """Each version of Python has other bounds, and other errors beyond them."""
+    path = controller(tmp_path, ("LARGEST = 6.0\n", f"LARGEST = 6.0\ndef unused():\n    return {NESTED[case]}\n"))
+    with pytest.raises(tool.ControllerError, match=r"pd\.py(: an expression is nested too deeply|, line 8: SyntaxErr)"):
+        load(path)
+
+
+def test_a_byte_order_mark(tmp_path: Path) -> None:
+    """As editors on Windows write it; the FMU of the file has none."""
+    path = controller(tmp_path)
+    path.write_text(path.read_text(), encoding="utf-8-sig")
+    assert load(path).definition.name == "PD"
+    assert next(iter(read_modules(path).modules.values())).renamed.startswith('"""PD')
+
+
+ARITHMETIC = {"1.0 / (t - t)": "ZeroDivisionError: ", "sin(1.0 / 1e-320)": "ValueError: ",
+              "int(self.known and 1e400)": "OverflowError: cannot convert"}
+
+
+@pytest.mark.parametrize("expression", ARITHMETIC)
+def test_arithmetic_that_fails_has_its_line(fastest_fmus: Path, tmp_path: Path, expression: str) -> None:
+    """The layer around the blocks of this project, which have no lines of a user's, catches it as well."""
+    path = controller(tmp_path, ("w = self.bandwidth", f"w = {expression}"))
+    with pytest.raises(tool.RunFailed) as failure:
+        tool.run(trial(tmp_path), controller=path, fmus=fastest_fmus)
+    assert f"pd.py, line {line_of(path, expression)}: {ARITHMETIC[expression]}" in str(failure.value)
+
+
+def test_an_object_that_cannot_be_made(tmp_path: Path) -> None:
+    path = controller(tmp_path, ("        self.known = False", "        self.known = [][0]"))
+    with pytest.raises(tool.ControllerError, match=r"^pd.py: PD\(\) failed: pd.py, line \d+: IndexError: list index"):
+        load(path)
+
+
+def test_which_class_is_meant(tmp_path: Path) -> None:
+    path = controller(tmp_path)
+    path.write_text(path.read_text() + "\n\nclass Other(PD):\n    pass\n")
+    with pytest.raises(tool.ControllerError, match=r"^pd.py: there are 2 classes with ports .*: pd.py:PD$"):
+        load(path)
+    assert load(Path(f"{path}:Other")).definition.name == "Other"
+    with pytest.raises(tool.ControllerError, match="^pd.py:Othr: there is no class Othr in it, nearest is 'Other'"):
+        load(Path(f"{path}:Othr"))
+    path.write_text("class Rate:\n    pass\n")
+    with pytest.raises(tool.ControllerError, match="^pd.py: there is no class with ports in it, expected one with"):
+        load(path)
+
+
+def test_a_file_that_is_not_there(tmp_path: Path) -> None:
+    controller(tmp_path)
+    line = error_line(maglev("run", trial(tmp_path), "--controller", tmp_path / "dp.py", "--fmus", tmp_path))
+    assert "dp.py, nearest is 'pd.py'; `maglev new controller" in line
+
+
+def test_a_port_that_is_missing(fastest_fmus: Path, tmp_path: Path) -> None:
+    path = controller(tmp_path, ('"motor.i_c_cmd": "A"', '"motor.i_c": "A"'),
+                      ("motor_i_c_cmd = 0.0", "motor_i_c = 0.0"), ("motor_i_c_cmd = cos", "motor_i_c = cos"))
+    line = error_line(maglev("run", trial(tmp_path), "--controller", path, "--fmus", fastest_fmus, "--out", tmp_path))
+    assert "controller (pd.py): missing port: output motor.i_c_cmd (nearest is 'motor.i_c')" in line
+
+
+def test_a_parameter_that_is_not_there(fastest_fmus: Path, tmp_path: Path) -> None:
+    result = maglev("run", trial(tmp_path), "--controller", controller(tmp_path), "--fmus", fastest_fmus,
+                    "--out", tmp_path, "--set", "controller.bandwith=3")
+    assert result.exit_code == 2
+    assert "controller has no parameter or input 'bandwith'; nearest is 'bandwidth'" in result.stderr
+
+
+def test_a_sample_time_that_does_not_fit(fastest_fmus: Path, tmp_path: Path) -> None:
+    path = controller(tmp_path, ("self.sample_time = 0.5e-3", "self.sample_time = 0.7e-3"))
+    with pytest.raises(tool.RunFailed, match=r"step = 0.0005 s, expected one that divides .*sample_time = 0.0007 s"), \
+            pytest.warns(UserWarning):
+        tool.run(trial(tmp_path), controller=path, fmus=fastest_fmus)
+
+
+def test_a_class_does_not_run_beside_an_fmu_that_is_not_ours(fastest_fmus: Path, tmp_path: Path) -> None:
+    """Such as one that an older version has built: it runs in another process, where the class is not."""
+    plan = load_plan(trial(tmp_path))
+    old = tmp_path / "old"
+    old.mkdir()
+    for fmu in plan.fmus.values():
+        shutil.copy(fastest_fmus / f"{fmu.model}.fmu", old)
+    with zipfile.ZipFile(old / f"{plan.fmus['plant'].model}.fmu", "a") as archive:
+        archive.writestr("sources/note.c", "another one")
+    spec = spec_from_file_location("pd_of_a_test", controller(tmp_path))
+    assert spec is not None and spec.loader is not None
+    module = module_from_spec(spec)
+    spec.loader.exec_module(module)
+    with pytest.raises(tool.ControllerError, match=r"class PD.*: .* but plant \(Plant2DOF\.fmu\) is not what this"), \
+            pytest.warns(UserWarning):
+        tool.run(trial(tmp_path), controller=module.PD, fmus=old)
+
+
+def test_a_class_is_of_its_process() -> None:
+    """Where it would run in another one, a sentence says so."""
+    class PD:
+        pass
+
+    given = path_of(PD)
+    del CLASSES[given]   # as it is in another process
+    with pytest.raises(tool.ControllerError, match=r"class PD( \(\d+\))?: it was given as a class, which only the "):
+        Replacement(given).description("controller")
