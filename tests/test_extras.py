@@ -7,7 +7,7 @@ from pathlib import Path
 import pytest
 
 from maglev.files.extras import lacking
-from maglev.files.packages import OURS
+from maglev.files.packages import PACKAGES
 
 ROOT = Path(__file__).parents[1]
 EXTRAS = tomllib.loads((ROOT / "pyproject.toml").read_text(encoding="utf-8"))["project"]["optional-dependencies"]
@@ -16,7 +16,7 @@ ASKS = ("extra", "lacking")
 
 def asked() -> set[tuple[str, str]]:
     """Modules and extras that the sources name when they ask whether one is installed."""
-    texts = [path.read_text(encoding="utf-8") for package in OURS for path in (ROOT / package).rglob("*.py")]
+    texts = [path.read_text(encoding="utf-8") for package in PACKAGES for path in (ROOT / package).rglob("*.py")]
     calls = [node for text in texts if any(f"{name}(" in text for name in ASKS)
              for node in ast.walk(ast.parse(text)) if isinstance(node, ast.Call)]
     return {(str(call.args[0].value), str(call.args[1].value)) for call in calls

@@ -1,63 +1,32 @@
 """Imports point down only: which package may know which other one."""
 
+import ast
 import re
 import tomllib
+from functools import cache
 from graphlib import TopologicalSorter
+from importlib.util import resolve_name
 from pathlib import Path
 
 import pytest
 
-from maglev.files.packages import OURS
+from maglev.files.packages import BLOCKS, PACKAGES
 from maglev.fmi.native_build import EXTERNAL, PARTS, SHELLS
-from tools.house_map import drawing, imported_lines, map_page, room_of
 
 ROOT = Path(__file__).parents[1]
 
-# What each package may import of the others. A plant and a controller share the motor's description, never each other.
-# The estimators run on the controller's real-time computer: same clock, same observer; it samples the measurements.
-BELOW: dict[str, set[str]] = {
-    "pmlsm": {"maglev.fmi"},
-    "maglev.files": set(),
-    "maglev.fmi": {"maglev.files"},
-    "plant_fmu": {"pmlsm", "maglev.fmi"},
-    "controller_fmu": {"pmlsm", "maglev.fmi"},
-    "controller_fmu": {"pmlsm", "controller_fmu", "maglev.fmi"},
-    "controller_fmu": {"pmlsm", "controller_fmu", "maglev.fmi"},
-    "maglev.descriptions": {"pmlsm", "plant_fmu", "controller_fmu", "controller_fmu", "maglev.fmi"},
-    "maglev": {"pmlsm", "maglev.fmi", "maglev.files"}}
+# The packages from the lowest to the highest: each knows some of those before it. CONTRIBUTING.md says what each is.
+FLOORS = ("maglev.language", "maglev.files", "maglev.fmi", "pmlsm", "plant_fmu", "controller_fmu", "maglev.descriptions",
+          "maglev.linear", "maglev.user", "maglev.identification", "maglev.cosim", "maglev.scenario", "maglev.runs",
+          "maglev.many", "maglev.pages", "maglev.analysis", "maglev.api", "maglev", "maglev.cli")
 
-# The tool runs FMU files; only these rooms of it reach what is below the FMUs.
-REACHES = {"maglev.identification": {"controller_fmu", "controller_fmu", "plant_fmu"},
-           "maglev.linear": {"plant_fmu", "controller_fmu", "controller_fmu"},
-           # An environment reads velocities by the controllers' observer.
-           "maglev.gym": {"controller_fmu"},
-           "maglev.user": {"controller_fmu"},
-           # What currents lose is a matter of the plant's windings.
-           "maglev.runs": {"plant_fmu"},
-           # All of them are imported before anything that could be called the same.
-           "maglev.files.packages": {"plant_fmu", "controller_fmu", "controller_fmu", "controller_fmu", "maglev.descriptions"},
-           # A controller of the user's can be made of any part.
-           "maglev.user": {"plant_fmu", "controller_fmu", "controller_fmu", "controller_fmu",
-                                       "maglev.descriptions"}}
-BLOCKS = ("plant_fmu", "controller_fmu", "controller_fmu", "controller_fmu", "maglev.descriptions")
-
-# The rooms of the tool, from the lowest to the highest: each knows those before it.
-ROOMS = ("errors", "packages", "arrays", "waves", "units", "processes", "copies", "parameter", "time_grid",
-         "quantities", "tables", "toml_file", "shown_figure", "pictures", "rig", "stages", "linear",
-         "own_stage", "identification", "user_controllers", "kinds", "own_fmus", "cosim", "schema", "catalogue", "gym",
-         "pages", "maps", "live", "judging", "experiment", "analysis", "baselines", "fmu_experiments", "procedures",
-         "report", "comparison", "studies", "stability", "tuning", "api", "microcontroller", "__init__", "cli",
-         "__main__")
-
-# Rooms that run, check, pack and compare anybody's FMU, and those that know what a stage is.
-GENERIC = ("processes", "cosim", "baselines", "fmu_experiments")
-OF_STAGES = ("rig", "stages", "rigs", "linear", "own_stage", "identification", "stability", "gym", "maps", "live")
+# A plant and a controller share the motor's description, never each other. The packages that run, check, pack and
+# compare any FMU know no part of a stage.
+APART = {("controller_fmu", "plant_fmu"), ("maglev.cosim", "pmlsm"), ("maglev.cosim", "plant_fmu"),
+         ("maglev.cosim", "controller_fmu"), ("maglev.cosim", "maglev.linear")}
 
 # Blocks are translated to C: only the modules that describe an FMU know what an FMU is.
-DESCRIBES = re.compile(r"\w*variables|continuous|drawings|definitions?|places")
-
-PACKAGE = re.compile(rf"({'|'.join(BELOW)})(\.\w+)*")
-
+DESCRIBES = re.compile(r"\w*variables|continuous|\w*drawings|block_diagrams|icons|\w*definitions?|places")
 
 C_LAYER = ROOT / "maglev/fmi/c"
 LOWEST = ("prefix", "model", "instance")   # headers that every C file of the layer may know
@@ -67,49 +36,44 @@ def sources(package: str) -> list[Path]:
     return sorted((ROOT / package).rglob("*.py"))
 
 
-@pytest.mark.parametrize("package", BELOW)
-def test_imports_point_down(package: str) -> None:
-    wrong = []
-    for path in sources(package):
-        module = ".".join(path.relative_to(ROOT).with_suffix("").parts)
-        reached = {name for room, names in REACHES.items() if module.startswith(room) for name in names}
-        # The table of the FMUs, and what writes blocks, names their modules as text.
-        reached |= set(BLOCKS) if module.startswith(("maglev.descriptions.registry", "maglev.descriptions.")) else set()
-        for line, name in imported_lines(path):
-            if PACKAGE.fullmatch(name) and name.split(".")[0] not in {package} | BELOW[package] | reached:
-                wrong.append(f"{path.relative_to(ROOT)}:{line}: {name}")
-    assert sources(package)
-    assert not wrong
-
-
-def room_arrows() -> dict[tuple[str, str], list[str]]:
-    """Imports from one room of the tool to another, with the places where they stand."""
-    found: dict[tuple[str, str], list[str]] = {}
-    for path in sources("maglev"):
-        room = room_of(".".join(path.relative_to(ROOT).with_suffix("").parts))
-        for line, name in imported_lines(path):
-            if name.split(".")[0] == "maglev" and room_of(name) != room:
-                found.setdefault((room, room_of(name)), []).append(f"{path.relative_to(ROOT)}:{line}")
+@cache
+def imported_lines(path: Path) -> list[tuple[int, str]]:
+    """Lines and names of the modules that a file imports: at the top, in functions, and by name as text."""
+    package, found = ".".join(path.relative_to(ROOT).parent.parts), []
+    for node in ast.walk(ast.parse(path.read_text(encoding="utf-8"))):
+        if isinstance(node, ast.Import):
+            found += [(node.lineno, alias.name) for alias in node.names]
+        elif isinstance(node, ast.ImportFrom):
+            module = resolve_name("." * node.level + (node.module or ""), package)
+            found += [(node.lineno, f"{module}.{alias.name}" if module == "maglev" else module) for alias in node.names]
+        elif isinstance(node, ast.Constant) and isinstance(node.value, str) and "_fmu" in node.value:
+            found.append((node.lineno, node.value))   # such as "plant_fmu.definition.plant" of the registry
     return found
 
 
-def test_rooms_point_down() -> None:
-    """An order of the rooms in which every arrow points down has no circle either."""
-    arrows = room_arrows()
-    assert {room for arrow in arrows for room in arrow} <= set(ROOMS)
-    up = {arrow: places for arrow, places in arrows.items() if ROOMS.index(arrow[0]) <= ROOMS.index(arrow[1])}
-    assert not up
+def package_of(module: str) -> str:
+    """Package of a module; "" of one that is not ours. Modules of maglev itself are of "maglev"."""
+    parts = module.split(".")
+    if parts[0] != "maglev":
+        return parts[0] if parts[0] in PACKAGES else ""
+    return "maglev.cli" if parts[1:] == ["__main__"] else ".".join(parts[:2]) if ".".join(parts[:2]) in FLOORS else "maglev"
 
 
-@pytest.mark.parametrize("room", GENERIC)
-def test_what_runs_any_fmu_knows_no_stage(room: str) -> None:
-    """Nor a motor, a rig or a law; of this project it may ask whether an FMU is one of it (`own_fmus`)."""
-    files = sources(f"maglev/{room}")
-    assert files
-    for path in files:
+def module_of(path: Path) -> str:
+    return ".".join(path.relative_to(ROOT).with_suffix("").parts)
+
+
+def test_imports_point_down() -> None:
+    """An order of the packages in which every arrow points down has no circle either."""
+    wrong = []
+    for path in (path for package in PACKAGES for path in sources(package)):
+        package = package_of(module_of(path))
         for line, name in imported_lines(path):
-            known = room_of(name) if name.startswith("maglev.") else name.split(".")[0]
-            assert known not in (*BLOCKS, "pmlsm", *OF_STAGES), f"{path.relative_to(ROOT)}:{line}: {name}"
+            other = package_of(name) if re.fullmatch(r"[\w.]+", name) else ""
+            up = other and other != package and FLOORS.index(other) > FLOORS.index(package)
+            if up or (package, other) in APART:
+                wrong.append(f"{path.relative_to(ROOT)}:{line}: {name}")
+    assert not wrong
 
 
 def test_the_master_reaches_nothing_that_writes_or_completes_a_stage() -> None:
@@ -117,22 +81,20 @@ def test_the_master_reaches_nothing_that_writes_or_completes_a_stage() -> None:
 
     Those come of the descriptions of this project's stages, which are read.
     """
-    files = {".".join(path.relative_to(ROOT).with_suffix("").parts).removesuffix(".__init__"): path
-             for path in sources("maglev")}
+    files = {module_of(path).removesuffix(".__init__"): path for path in sources("maglev")}
     reached, waiting = set(), [name for name in files if name.startswith("maglev.cosim.")]
     while waiting:
         if (name := waiting.pop()) not in reached:
             reached.add(name)
             waiting += [other for _, other in imported_lines(files[name]) if other in files]
     assert "maglev.descriptions.own_fmus" in reached
-    others = ("maglev.descriptions.writer", "maglev.descriptions.data_sheet", "maglev.user", "maglev.linear")
+    others = ("maglev.descriptions.writer", "maglev.descriptions.data_sheet", "maglev.user.gain", "maglev.linear")
     assert not {name for name in reached if name.startswith(others)}
 
 
 def test_modules_have_no_circles() -> None:
-    """Not within a room either, types and what is imported in functions included."""
-    files = {".".join(path.relative_to(ROOT).with_suffix("").parts): path for package in BELOW
-             for path in sources(package)}
+    """Not within a package either, types and what is imported in functions included."""
+    files = {module_of(path): path for package in PACKAGES for path in sources(package)}
     TopologicalSorter({module: {name for _, name in imported_lines(path)} & files.keys() - {module}
                        for module, path in files.items()}).prepare()   # CycleError has their names
 
@@ -170,30 +132,25 @@ def test_c_files_have_what_their_headers_declare() -> None:
 
 
 def test_files_stay_small() -> None:
-    """What is written from the description of a rig does not count."""
-    lines = {path: len(path.read_text(encoding="utf-8").splitlines()) for package in BELOW for path in sources(package)
-             if not re.search(r"_\ddof(_fmu)?$", path.stem)}
+    lines = {path: len(path.read_text(encoding="utf-8").splitlines()) for package in PACKAGES
+             for path in sources(package)}
     assert {path: n for path, n in lines.items() if n > 500} == {}
-
-
-def test_the_map_is_that_of_the_imports() -> None:
-    for name, made in (("map.svg", drawing()), ("map.md", map_page())):
-        assert (ROOT / "docs" / name).read_text(encoding="utf-8") == made, "`python tools/house_map.py` draws it anew"
 
 
 @pytest.mark.parametrize("package", BLOCKS)
 def test_blocks_know_no_fmu(package: str) -> None:
     wrong = [f"{path.relative_to(ROOT)}:{line}: {name}" for path in sources(package)
-             if not DESCRIBES.fullmatch(path.stem) and path.parent.name != "drawings"
-             for line, name in imported_lines(path) if name.split(".")[0] == "maglev.fmi"]
+             if not DESCRIBES.fullmatch(path.stem)
+             for line, name in imported_lines(path) if package_of(name).startswith("maglev")]
     assert not wrong
 
 
 def test_every_package_is_here() -> None:
     """What is installed has no name that a user's own module could have."""
     project = tomllib.loads((ROOT / "pyproject.toml").read_text(encoding="utf-8"))
-    folders = {file.parent.relative_to(ROOT) for name in BELOW for file in (ROOT / name).rglob("*.py")}
+    folders = {file.parent.relative_to(ROOT) for name in PACKAGES for file in (ROOT / name).rglob("*.py")}
     assert all((ROOT / folder / "__init__.py").exists() for folder in folders)
     listed = set(project["tool"]["setuptools"]["packages"])
     assert listed == {".".join(folder.parts) for folder in folders} | {"maglev.stages", "maglev.scenarios"}
-    assert {name.split(".")[0] for name in listed} == set(BELOW) == set(OURS)
+    assert set(FLOORS) == {".".join(folder.parts) for folder in folders}
+    assert {name.split(".")[0] for name in listed} == set(PACKAGES)

@@ -6,7 +6,7 @@ from pathlib import Path
 
 import pytest
 
-from maglev.files.packages import OURS
+from maglev.files.packages import PACKAGES
 
 ROOT = Path(__file__).parents[1]
 
@@ -61,7 +61,7 @@ def waits(tree: ast.AST) -> Iterator[str]:
 
 def test_what_waits_has_a_limit_or_a_reason() -> None:
     found: dict[str, set[str]] = {}
-    for package in OURS:
+    for package in PACKAGES:
         for path in sorted((ROOT / package).rglob("*.py")):
             if calls := set(waits(ast.parse(path.read_text(encoding="utf-8")))):
                 found[path.relative_to(ROOT).as_posix()] = calls

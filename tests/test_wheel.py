@@ -10,7 +10,7 @@ import pytest
 from native_builds import require_native_tools
 from wheel import ROOT, ran, said
 
-from maglev.files.packages import OURS
+from maglev.files.packages import PACKAGES
 
 # What users have in their folders; a name of ours that is one of these would run their code.
 COMMON_NAMES = ("messages", "sampling", "scenarios", "identification", "build", "units", "errors", "report", "study")
@@ -46,10 +46,10 @@ def test_contents(installed: Path) -> None:
         names = {name for name in archive.namelist() if not name.endswith("/")}
         information, = {name.split("/")[0] for name in names if ".dist-info/" in name}
         top_level = archive.read(f"{information}/top_level.txt").decode().split()
-    assert set(top_level) == {*OURS}
-    assert {name.split("/")[0] for name in names} == {*OURS, information}
+    assert set(top_level) == {*PACKAGES}
+    assert {name.split("/")[0] for name in names} == {*PACKAGES, information}
     source = installed / "source"
-    expected = {path.relative_to(source).as_posix() for package in [*OURS, "rigs", "scenarios"]
+    expected = {path.relative_to(source).as_posix() for package in [*PACKAGES, "rigs", "scenarios"]
                 for path in (source / package).rglob("*") if path.is_file()}
     assert {name for name in names if not name.startswith(information)} == {
         f"maglev/{name}" if name.startswith(("stages/", "scenarios/")) else name for name in expected}

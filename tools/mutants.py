@@ -22,7 +22,7 @@ from dataclasses import replace
 from pathlib import Path
 from typing import NamedTuple
 
-from maglev.files.packages import OURS
+from maglev.files.packages import PACKAGES
 from maglev.runs.baseline_check import check_run
 from maglev.runs.preparation import prepare
 from maglev.scenario.catalogue import HOST, build
@@ -32,7 +32,7 @@ from maglev.scenario.run_plan import RunPlan
 
 ROOT = Path(__file__).parents[1]
 LIST = Path(__file__).with_suffix(".toml")
-COPIED = (*OURS, "scenarios", "rigs")
+COPIED = (*PACKAGES, "scenarios", "rigs")
 TESTED = ("tests", "docs")   # and what tests read
 BUILD = """
 import sys

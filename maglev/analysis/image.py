@@ -40,7 +40,7 @@ def generated(controller: str | Path) -> tuple[FmuDefinition, dict[str, str]]:
         if not described.sampled:
             raise BuildError(f"{controller}: has no sample_time, expected a controller, or another block that samples")
         try:
-            return described, freestanding(described, (*PACKAGES, "maglev.fmi"), f"{OWN_TOOL} {version('maglev-fmus')}")
+            return described, freestanding(described, PACKAGES, f"{OWN_TOOL} {version('maglev-fmus')}")
         except ExportError as error:
             raise BuildError(f"{controller}: {error}") from None
 

@@ -9,6 +9,8 @@ from pmlsm.stage_description import Rig
 # Whole samples, whichever the stage, and at most 1000: fmpy doubles a shorter step until there are no more.
 EXPERIMENT = DefaultExperiment(stop_time=26.0, step=40.0e-3)
 
+DRAWINGS = "maglev.descriptions.closed_loop_drawings"
+
 
 def closed_loop(rig: Rig, controller: FmuDefinition, plant: FmuDefinition) -> FmuDefinition:
     """Definition of a loop of a rig, from those of its parts; its icon has the controller's law."""
@@ -23,5 +25,5 @@ def closed_loop(rig: Rig, controller: FmuDefinition, plant: FmuDefinition) -> Fm
         experiment=EXPERIMENT,
         documentation=tuple(dict.fromkeys((("maglev.descriptions", "closed_loop.html"), *controller.documentation,
                                            *plant.documentation))),
-        icon=Drawing("maglev.descriptions.closed_loop_drawings", "icon", () if controller.icon is None else controller.icon.arguments),
-        sketch=Drawing("maglev.descriptions.closed_loop_drawings", "loop", (controller.name, plant.name)))
+        icon=Drawing(DRAWINGS, "icon", () if controller.icon is None else controller.icon.arguments),
+        sketch=Drawing(DRAWINGS, "loop", (controller.name, plant.name)))

@@ -17,7 +17,7 @@ from pmlsm.variables import GEOMETRY
 
 # Those of the thesis are a folder beside the package in the repository, and in it where it is installed.
 HERE = Path(__file__).parents[1]
-PACKAGED = next(folder for folder in (HERE / "rigs", HERE.parent / "rigs") if folder.is_dir())
+PACKAGED = next(folder for folder in (HERE / "stages", HERE.parent / "stages") if folder.is_dir())
 
 LENGTHS = {"gains": 5, "pid": 3, "bounds": 3, "setpoints": 4}
 LIST_UNITS = {"bounds": "m", "setpoints": "m", "gaps": "m", "B": "T", "coefficients": "T"}

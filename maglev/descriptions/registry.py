@@ -100,10 +100,7 @@ def imported(path: str) -> Any:
 
 def definitions(rig: Rig) -> dict[str, Made]:
     """How the definition of every FMU of a rig is made, by its name."""
-    name, suffix = rig.name, rig.suffix
-
-    def made(function: str, block: str, *arguments: str | Made) -> Made:
-        return Made(function, rig, (block.format(name, suffix), *arguments))
+    suffix = rig.suffix
 
     def described(function: str, *arguments: str | Made) -> Made:
         return Made(function, rig, arguments)
@@ -125,8 +122,8 @@ def definitions(rig: Rig) -> dict[str, Made]:
         f"Estimator{suffix}": estimator,
         f"AdaptiveRegulator{suffix}": adaptive,
         f"Measurement{suffix}": described("controller_fmu.measurement_definition.measurement"),
-        **{f"ClosedLoop{word}{suffix}": described("maglev.descriptions.closed_loop_definition.closed_loop", controller, plant)
-            for word, controller in loops.items()}}
+        **{f"ClosedLoop{word}{suffix}": described(
+            "maglev.descriptions.closed_loop_definition.closed_loop", controller, plant) for word, controller in loops.items()}}
 
 
 def definitions_of(rigs: Iterable[Rig]) -> dict[str, Made]:

@@ -8,7 +8,7 @@ from importlib.metadata import distribution
 from pathlib import Path
 
 from maglev.files.cache import digest_of_all
-from maglev.files.packages import OURS
+from maglev.files.packages import PACKAGES
 
 HERE = Path(__file__).parents[2]
 COMPARED = (".py", ".c", ".h", ".toml", ".j2")   # endings of what executes, or says what is run
@@ -17,7 +17,7 @@ COMPARED = (".py", ".c", ".h", ".toml", ".j2")   # endings of what executes, or 
 @cache
 def code() -> str:
     """SHA-256 of all Python modules of this project that are installed."""
-    return files_digest(HERE, (path for package in OURS for path in (HERE / package).rglob("*.py")))
+    return files_digest(HERE, (path for package in PACKAGES for path in (HERE / package).rglob("*.py")))
 
 
 def files_digest(root: Path, files: Iterable[Path]) -> str:

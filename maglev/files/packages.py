@@ -1,4 +1,4 @@
-"""The packages of this project beside `maglev`, and that no others go before them where Python imports."""
+"""The packages of this project, and a check that Python finds no others under their names."""
 
 from functools import cache
 from importlib import import_module
@@ -7,9 +7,8 @@ from pathlib import Path
 
 from maglev.files.errors import MaglevError
 
-# Packages of ours whose modules an FMU can carry.
-PACKAGES = ("pmlsm", "plant_fmu", "controller_fmu", "controller_fmu", "controller_fmu", "maglev.descriptions")
-OURS = (*PACKAGES, "maglev.fmi", "maglev.files", "maglev")
+BLOCKS = ("pmlsm", "plant_fmu", "controller_fmu")   # packages of blocks and their parts
+PACKAGES = (*BLOCKS, "maglev")                        # all of ours: an FMU can carry modules of them
 
 HERE = Path(__file__).resolve().parents[2]
 
@@ -20,7 +19,7 @@ def require_own_packages() -> None:
 
     Their names go into FMUs as they are, and others who follow the layout of pythonfmu may have the same in a folder.
     """
-    for name in OURS:
+    for name in PACKAGES:
         spec = find_spec(name)
         file = None if spec is None else spec.origin or next(iter(spec.submodule_search_locations or ()), None)
         if file is None or HERE not in Path(file).resolve().parents:

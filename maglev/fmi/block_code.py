@@ -12,7 +12,8 @@ from maglev.language.blocks import BlockText, block_text
 from maglev.language.names import identifier
 from maglev.language.program import Function
 
-TEMPLATES = Path(__file__).with_name("templates")   # C files with places for what follows from a block, or with none
+# C files, in most of which there are places for text that follows from a block.
+TEMPLATES = Path(__file__).with_name("native_templates")
 BLOCK = "block.h"         # in the sources of an FMU
 FIRST_FAILURE = 1_000_000        # status: this and the number of the place that failed; one of the C layer, too
 

@@ -20,13 +20,13 @@ from maglev.fmi.model_description_3 import terminals_and_icons
 from maglev.language.errors import ExportError
 from maglev.language.sources import carried_modules, imported_modules, renamed
 
-CARRIED = ("maglev.fmi", "pythonfmu")   # packages of which every FMU carries modules
+CARRIED = ("maglev", "pythonfmu")   # packages of which every FMU carries modules
 
 EARLIEST_IN_ZIP = 315532800    # 1980-01-01, the first date that a zip archive can hold
 
 SLAVE = '''"""The slave of {name}, in a module that is imported once."""
 
-from {code}.fmi_export.slave import one_more_reference
+from {code}.maglev.fmi.slave import one_more_reference
 from {code}.{slave_module} import {slave}
 from {code}.definition import DEFINITION
 

@@ -15,7 +15,7 @@ from maglev.fmi.sketch import STYLE as SKETCH_STYLE
 from maglev.fmi.templates import filled
 from maglev.language.sources import module_path
 
-HERE = Path(__file__).parent
+HERE = Path(__file__).with_name("pages")
 
 LOOKS = ("name", "number", "unit", "number", "variability", "text", "text")   # of the columns of a table
 

@@ -20,7 +20,7 @@ from maglev.language.errors import ExportError
 # What is in arithmetic.h.
 KNOWN = {"fabs", "sqrt", "isfinite"}
 
-C_FILES = Path(__file__).with_name("c")
+C_FILES = Path(__file__).with_name("target")
 
 WIDTH = 120            # of a line
 REFUSED_VALUE = 1000   # status: this and the number of a variable that is no number within its range

@@ -125,7 +125,7 @@ class NativeSources(NamedTuple):
 
 def own_code(definition: FmuDefinition, packages: tuple[str, ...]) -> BlockCode:
     """The block of a definition as C that fits into the layer; the code of the packages is not a user's."""
-    return block_code(definition, (*packages, "maglev.fmi"), frozenset(layer_names()))
+    return block_code(definition, packages, frozenset(layer_names()))
 
 
 def native_sources(definition: FmuDefinition, texts: Mapping[str, str], code: str, version: str,

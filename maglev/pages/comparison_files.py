@@ -28,6 +28,7 @@ from maglev.runs.measures import measures_of
 from maglev.runs.results import ResultFiles, write_csv
 
 LONGEST_WAIT = 60.0   # s, for another comparison that is being written
+FOLDER = Path(__file__).with_name("comparison")
 BEST = "*"   # behind the best value of a row, where there is no colour
 
 Runs = Mapping[str, RunResult]   # by label, also those that failed
@@ -38,7 +39,7 @@ SHOWN = ("error", "position", "commands", "own")   # panels of the page, in this
 @cache
 def instructions() -> dict[str, float]:
     """Instructions a sample on a Cortex-M7 by the name of the FMU, of what `tools/write_costs.py` has measured."""
-    text = Path(__file__).with_name("costs.toml").read_text(encoding="utf-8")
+    text = (FOLDER / "costs.toml").read_text(encoding="utf-8")
     return {name: float(table["mean"]) for name, table in tomllib.loads(text).items()}
 
 
@@ -127,7 +128,7 @@ def comparison_page(name: str, title: str, runs: Mapping[str, RunResult], rows: 
     said = typeset(comparison_verdict(runs, summary(rows)))
     return shell.page(
         "compare", f"{escape(name)}: runs side by side", said, read("style.css"),
-        shell.read("comparison.html", Path(__file__).parent),
+        shell.read("comparison.html", FOLDER),
         name=escape(name), subject=escape(title), verdict=said,
         origins="\n".join(f"<li><strong>{escape(label)}</strong>: {escape(origin(run.provenance))}</li>"
                           for label, run in runs.items() if run.provenance is not None),

@@ -89,7 +89,7 @@ class Shown(NamedTuple):
 
 
 def read_figures() -> list[Figure]:
-    text = (Path(__file__).parent / "figures.toml").read_text(encoding="utf-8")
+    text = (Path(__file__).parent / "report/plots/figures.toml").read_text(encoding="utf-8")
     return [Figure.model_validate(table) for table in tomllib.loads(text)["figures"]]
 
 

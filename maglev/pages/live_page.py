@@ -19,7 +19,7 @@ from maglev.scenario.run_plan import RunPlan
 from maglev.user.reading import read_own
 from maglev.user.scenario_loop import loop_table
 
-FOLDER = Path(__file__).parent
+FOLDER = Path(__file__).with_name("live")
 EDITOR = FOLDER / "vendor" / "codemirror.js"   # not ours: see beside it
 WAVES = "from pmlsm.sine_cosine import sine_cosine"   # for references, as blocks compute them
 WORKER = ("fmu.js", "law.js", "signals.js", "simulation.js", "worker.js")                      # in the thread that runs

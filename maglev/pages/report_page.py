@@ -25,7 +25,7 @@ from maglev.runs.procedure_outcome import Outcome
 from maglev.runs.verdicts import Judgements
 from maglev.scenario.layers import packaged_runs, scenario_of
 
-read = partial(shell.read, folder=Path(__file__).parent)
+read = partial(shell.read, folder=Path(__file__).with_name("report"))
 # Heights: of a panel, of the buttons above, of its times, which one panel has, of the names of events above the first.
 PIXELS, TOOLS, TIMES, EVENTS = 204, 40, 28, 14
 PLOT_SCRIPTS = tuple(f"plots/{name}.js" for name in ("series", "plot", "plot_hands", "charts", "plots"))

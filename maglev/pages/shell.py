@@ -18,7 +18,7 @@ from urllib.parse import quote
 
 from maglev.files.whole_file import write_whole
 
-FOLDER = Path(__file__).parent
+FOLDER = Path(__file__).with_name("shell")
 TOKENS = "tokens.css"   # colours of all pages, light and dark, and the way to the others
 INDEX = "index.html"
 SCENE = ("camera.js", "scene.js", "space.js", "gap.js")

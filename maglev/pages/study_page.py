@@ -27,7 +27,7 @@ from maglev.pages.varied import varied_of
 from maglev.runs.endings import COMPLETED, cause, severity
 from maglev.scenario.quantities import metric_text, shown_in
 
-own_text = partial(shell.read, folder=Path(__file__).parent)
+own_text = partial(shell.read, folder=Path(__file__).with_name("study"))
 SCRIPTS = ("plots/series.js", "plots/map.js", "plots/plot.js")   # of the report
 OWN = ("study.html", "study.css", "parallel.js", "study.js")
 MOST_DRAWN = 5000   # samples that are drawn: a page of 10⁵ would be as large as its dataset

@@ -21,7 +21,7 @@ from maglev.files.copies import copied
 from maglev.files.environment import DATE, number_in
 from maglev.files.errors import BuildError, ScenarioError, few, option
 from maglev.files.installed import HERE, files_digest
-from maglev.files.packages import PACKAGES
+from maglev.files.packages import BLOCKS
 from maglev.files.scratch import scratch
 from maglev.files.side_by_side import Say, Watch, unwatched, warn
 from maglev.language.errors import ExportError
@@ -190,10 +190,13 @@ def require_runnable(description: Path, say: Say) -> None:
         say(f"{description}: {warning}")
 
 
+MAKING = ("language", "fmi", "descriptions", "scenario")   # packages whose code makes FMUs
+
+
 @cache
 def dependencies() -> tuple[str, ...]:
     """What every FMU depends on: sources, descriptions, versions of tools, this machine."""
-    folders = [HERE / package for package in (*PACKAGES, "maglev.fmi", "maglev/scenario")]
+    folders = [HERE / folder for folder in (*BLOCKS, *(f"maglev/{name}" for name in MAKING))]
     return (files_digest(HERE, (path for folder in folders for path in folder.rglob("*.*"))),
             *map(to_text, RIGS.values()), *map(version_of, ("maglev-fmus", *TOOLS)),
             platform.system(), platform.machine())

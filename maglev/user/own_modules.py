@@ -8,7 +8,7 @@ from pathlib import Path
 
 from maglev.files.cache import digest_at
 from maglev.files.errors import ControllerError
-from maglev.files.packages import HERE, OURS, PACKAGES
+from maglev.files.packages import BLOCKS, HERE, PACKAGES
 from maglev.fmi.trouble import OWN
 from maglev.language.sources import parsed
 
@@ -77,7 +77,7 @@ class Reader:
     def own(self, module: str) -> bool:
         """Whether a module is the user's; it is then to be read as well. ControllerError if it is called as ours."""
         path, top = self.path(module), module.split(".")[0]
-        if top in OURS:
+        if top in PACKAGES:
             if path is not None and HERE not in path.resolve().parents:
                 raise ControllerError(f"{path}: {module} is imported of maglev-fmus, expected another name for what is "
                                       "beside the controller")
@@ -141,8 +141,8 @@ class Reader:
     def elsewhere(self, module: str, place: str, parts: bool) -> None:
         """Note an import from elsewhere; ours can be carried only in the way in which our own modules have it."""
         top = module.split(".")[0]
-        if top in PACKAGES and not parts:
+        if top in BLOCKS and not parts:
             self.problems.append(f"{place}: import of {module}, expected from {top}.MODULE import ...: an FMU carries "
                                  "modules, not packages")
-        if top not in (*PACKAGES, *sys.stdlib_module_names):
+        if top not in (*BLOCKS, *sys.stdlib_module_names):
             self.requires.add(top)

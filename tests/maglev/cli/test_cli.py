@@ -19,7 +19,7 @@ from typer.main import get_command
 
 import maglev as tool
 from maglev.cli.app import app
-from maglev.files.packages import OURS
+from maglev.files.packages import PACKAGES
 from maglev.fmi.definition import reader
 
 SHORT = """
@@ -234,7 +234,7 @@ def test_help_imports_little() -> None:
     imported = set(done.stderr.split())
     assert {"maglev.cli.app", "typer.main"} <= imported
     assert {name.split(".")[0] for name in imported} - sys.stdlib_module_names <= {
-        *OURS, "typer", "click", "shellingham", "typing_extensions", "annotated_doc", "rich", "colorama"}
+        *PACKAGES, "typer", "click", "shellingham", "typing_extensions", "annotated_doc", "rich", "colorama"}
     assert not [name for name in imported if name.startswith("rich.")]
 
 
