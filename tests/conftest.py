@@ -24,10 +24,10 @@ from maglev.scenario.catalogue import HOST, WASM, build
 NAMES = tuple(DEFINITIONS)
 # Files that take longest, longest first: one that comes last keeps one processor busy, and the others wait. The first
 # builds the native FMUs, which those after it do not ask for at once.
-LONGEST = ("stability/test_region.py", "identification/test_accuracy.py", "cli/test_signals.py", "tests/test_wheel.py",
-           "controller_fmu/test_convergence.py", "studies/test_other_process.py", "report/test_every_page.py",
+LONGEST = ("analysis/test_region.py", "identification/test_accuracy.py", "cli/test_signals.py", "tests/test_wheel.py",
+           "controller_fmu/test_convergence.py", "many/test_other_process.py", "pages/test_every_page.py",
            "docs/test_site.py", "cosim/test_foreign_masters.py", "docs/test_printed_commands.py",
-           "report/test_index.py", "examples/test_worked_examples.py", "tuning/test_search.py")
+           "pages/test_index.py", "examples/test_worked_examples.py", "many/test_search.py")
 
 SIMULATED_LIVE = tuple(name for name in NAMES if name.startswith(("Plant", "PID", "Regulator", "Linear", "Scheduled",
                                                                 "Interpolated", "Adaptive", "Measurement")))
@@ -65,7 +65,7 @@ def interruptible() -> Iterator[None]:
 def one_at_a_time() -> Iterator[None]:
     """Runs, samples and checks in one process where a test does not say how many: each takes a second to start."""
     with pytest.MonkeyPatch.context() as patch:
-        for module in ("api.running", "api.checking", "api.many.studying", "api.many.tuning", "fmu_experiments.check"):
+        for module in ("api.running", "api.checking", "api.studying", "api.tuning", "runs.experiment_check"):
             patch.setattr(f"maglev.{module}.processors",
                           lambda asked=None, *name: 1 if asked is None else processors(asked, *name))
         yield

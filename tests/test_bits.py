@@ -34,8 +34,8 @@ def of_page() -> tuple[str, ...]:
 # Where the package calls a mathematical library, and for what: for no number of a run, or one with the digits that all
 # machines have. The rest of it may not; blocks are looked at by tests/maglev/fmi/test_native_sources.py.
 ELSEWHERE = {
-    "maglev/analysis": "figures of a run, by Fourier transforms",
-    "maglev/analysis/multisine.py": "the phases of an excitation are rounded, and its sines are of maglev/scenario/waves.py",
+    "maglev/analysis": "figures of a run, by Fourier transforms, and certified regions",
+    "maglev/analysis/multisine.py": "phases of an excitation are rounded, and its sines are of maglev.scenario.waves",
     "maglev/files/errors.py": "sizes in messages",
     "maglev/runs/experiment_check.py": "an FMU against its carried solution, within a tolerance",
     "maglev/identification": "estimates from a recording",
@@ -43,14 +43,13 @@ ELSEWHERE = {
     "maglev/descriptions/data_sheet.py": "constants of a stage, kept to twelve digits or a field of 1e-10 T",
     "maglev/user/consequences.py": "what `maglev stage` prints, which is in no stage",
     "maglev/user/gain_design.py": "gains of a stage, kept to twelve digits",
-    "maglev/analysis": "certified regions",
     # Values of what varies: docs/accuracy.md says that their last digits are a machine's.
     "maglev/many/study_design.py": "quantiles of normal distributions, and powers between the ends of wide ranges",
-    "maglev/pages/shell/study_verdict.py": "intervals of shares that pass, and tests of influence, on a page",
+    "maglev/pages/study_verdict.py": "intervals of shares that pass, and tests of influence, on a page",
     "maglev/files/table_times.py": "columns of a recording with uneven times, of which something is estimated",
     "maglev/many/tuning_search.py": "candidates of a search",
     "maglev/files/units.py": "powers of decimal numbers, which are exact",
-    "maglev/fmi/pages": "pictures"}
+    "maglev/fmi/icon.py": "pictures"}
 
 
 def place_of(file: Path) -> str | None:
@@ -62,7 +61,7 @@ def place_of(file: Path) -> str | None:
 @pytest.mark.usefixtures("slow")
 def test_what_is_recorded_calls_no_mathematical_library() -> None:
     """A library's functions are another machine's others: references, disturbances, noise and metrics have our own."""
-    files = [file for package in ("maglev", "maglev.files", "maglev.fmi") for file in (ROOT / package).rglob("*.py")]
+    files = [*(ROOT / "maglev").rglob("*.py")]
     found = {file: inexact(file.read_text(encoding="utf-8")) for file in files}
     assert len(files) > 300
     assert {file.relative_to(ROOT).as_posix(): names for file, names in found.items()

@@ -16,9 +16,10 @@ from maglev.fmi.native_build import EXTERNAL, PARTS, SHELLS
 ROOT = Path(__file__).parents[1]
 
 # The packages from the lowest to the highest: each knows some of those before it. CONTRIBUTING.md says what each is.
-FLOORS = ("maglev.language", "maglev.files", "maglev.fmi", "pmlsm", "plant_fmu", "controller_fmu", "maglev.descriptions",
-          "maglev.linear", "maglev.user", "maglev.identification", "maglev.cosim", "maglev.scenario", "maglev.runs",
-          "maglev.many", "maglev.pages", "maglev.analysis", "maglev.api", "maglev", "maglev.cli")
+FLOORS = ("maglev.language", "maglev.files", "maglev.fmi", "pmlsm", "plant_fmu", "controller_fmu",
+          "maglev.descriptions", "maglev.linear", "maglev.user", "maglev.identification", "maglev.cosim",
+          "maglev.scenario", "maglev.runs", "maglev.many", "maglev.pages", "maglev.analysis", "maglev.api", "maglev",
+          "maglev.cli")
 
 # A plant and a controller share the motor's description, never each other. The packages that run, check, pack and
 # compare any FMU know no part of a stage.
@@ -56,7 +57,8 @@ def package_of(module: str) -> str:
     parts = module.split(".")
     if parts[0] != "maglev":
         return parts[0] if parts[0] in PACKAGES else ""
-    return "maglev.cli" if parts[1:] == ["__main__"] else ".".join(parts[:2]) if ".".join(parts[:2]) in FLOORS else "maglev"
+    package = ".".join(parts[:2])
+    return "maglev.cli" if parts[1:] == ["__main__"] else package if package in FLOORS else "maglev"
 
 
 def module_of(path: Path) -> str:

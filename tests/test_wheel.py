@@ -49,7 +49,7 @@ def test_contents(installed: Path) -> None:
     assert set(top_level) == {*PACKAGES}
     assert {name.split("/")[0] for name in names} == {*PACKAGES, information}
     source = installed / "source"
-    expected = {path.relative_to(source).as_posix() for package in [*PACKAGES, "rigs", "scenarios"]
+    expected = {path.relative_to(source).as_posix() for package in [*PACKAGES, "stages", "scenarios"]
                 for path in (source / package).rglob("*") if path.is_file()}
     assert {name for name in names if not name.startswith(information)} == {
         f"maglev/{name}" if name.startswith(("stages/", "scenarios/")) else name for name in expected}

@@ -32,7 +32,7 @@ from maglev.scenario.run_plan import RunPlan
 
 ROOT = Path(__file__).parents[1]
 LIST = Path(__file__).with_suffix(".toml")
-COPIED = (*PACKAGES, "scenarios", "rigs")
+COPIED = (*PACKAGES, "scenarios", "stages")
 TESTED = ("tests", "docs")   # and what tests read
 BUILD = """
 import sys

@@ -2,7 +2,7 @@
 
     python tools/write_costs.py
 
-It writes `maglev/pages/shell/comparison/costs.toml`, and the table between the markers of docs/target.md.
+It writes `maglev/pages/comparison/costs.toml`, and the table between the markers of docs/target.md.
 """
 
 import json
@@ -18,7 +18,7 @@ from maglev.files.errors import ScenarioError
 from maglev.files.marked import with_part
 
 ROOT = Path(__file__).parents[1]
-COSTS = ROOT / "maglev" / "comparison" / "costs.toml"
+COSTS = ROOT / "maglev" / "pages" / "comparison" / "costs.toml"
 PAGE = ROOT / "docs" / "target.md"
 HEAD = "# Written by `python tools/write_costs.py`.\n"
 

@@ -10,7 +10,7 @@ from sphinx import addnodes
 
 from maglev.fmi.mathml import mathml
 
-COLOURS = Path(__file__).parents[2] / "maglev" / "pages" / "tokens.css"
+COLOURS = Path(__file__).parents[2] / "maglev" / "pages" / "shell" / "tokens.css"
 NUMBER = re.compile(r"\(([1-9]\.\d{1,2}[a-z]?)\)")
 CAPTION = '<p class="caption" role="heading">'
 MADE = {CAPTION: f'{CAPTION[:-1]} aria-level="2">',

@@ -10,6 +10,8 @@ from maglev.fmi.definition import FmuDefinition
 from pmlsm.description_text import from_text, to_text
 from pmlsm.stage_description import Rig
 
+LOOP = "maglev.descriptions.closed_loop_definition.closed_loop"
+
 
 class OwnStage(NamedTuple):
     """A stage of the user's: its description, the folder with the pages that are written from it, and its file."""
@@ -122,8 +124,7 @@ def definitions(rig: Rig) -> dict[str, Made]:
         f"Estimator{suffix}": estimator,
         f"AdaptiveRegulator{suffix}": adaptive,
         f"Measurement{suffix}": described("controller_fmu.measurement_definition.measurement"),
-        **{f"ClosedLoop{word}{suffix}": described(
-            "maglev.descriptions.closed_loop_definition.closed_loop", controller, plant) for word, controller in loops.items()}}
+        **{f"ClosedLoop{word}{suffix}": described(LOOP, controller, plant) for word, controller in loops.items()}}
 
 
 def definitions_of(rigs: Iterable[Rig]) -> dict[str, Made]:

@@ -25,8 +25,8 @@ SCRIPTS = sorted((ROOT / "benchmarks").glob("*.py"))
 every_page = pytest.mark.parametrize("path", PAGES, ids=lambda path: str(path.relative_to(ROOT)))
 
 # Folders of this repository; others that pages name are made by commands, or are the reader's.
-FOLDERS = ("benchmarks", "maglev.descriptions", "controller_fmu", "docs", "controller_fmu", "examples", "maglev.fmi",
-           "maglev", "maglev.files", "controller_fmu", "plant_fmu", "pmlsm", "scenarios", "studies", "tests", "tools")
+FOLDERS = ("benchmarks", "controller_fmu", "docs", "examples", "maglev", "plant_fmu", "pmlsm", "scenarios", "stages",
+           "studies", "tests", "tools")
 # What such a folder had, or a package was called, before.
 OTHERS = ("identification",)
 # Not installed with the tests: clusters.

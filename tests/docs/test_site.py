@@ -92,7 +92,7 @@ def test_an_equation_is_found_by_its_number(site: dict[Path, Page]) -> None:
 def test_colours_are_those_of_the_pages(site: dict[Path, Page]) -> None:
     """Light, and dark twice: as the system asks, and by the switch of the site."""
     found = next(path for path in site if path.name == "index.html").parent / "_static" / "tokens.css"
-    style = (DOCS.parent / "maglev" / "pages" / "tokens.css").read_text(encoding="utf-8")
+    style = (DOCS.parent / "maglev" / "pages" / "shell" / "tokens.css").read_text(encoding="utf-8")
     light, dark = re.findall(r"--phase-0: (#\w+);", style)
     text = found.read_text(encoding="utf-8")
     assert re.findall(r"--phase-0: (#\w+);", text) == [light, dark, dark]

@@ -13,7 +13,7 @@ from example_builds import EXAMPLES, script
 from scipy.integrate import solve_ivp
 from scipy.optimize import brentq
 
-import maglev
+import maglev.descriptions.own_fmus
 from controller_fmu.feedback_linearisation import demanded_current
 from pmlsm.dq_transform import phase_currents
 from pmlsm.gap_functions import gap_functions
@@ -97,7 +97,8 @@ def test_the_block_moves_so_by_these_currents(block: ContinuousBlock, name: str)
 
 def thrust(gap: float) -> tuple[float, float]:
     """Accelerations of x and z by 1 A at a gap, m/s²."""
-    f1 = gap_functions(maglev.descriptions.own_fmus.definition("Plant3DOF").new_block().magnetics.kinds[0].geometry, gap)[0]
+    plant = maglev.descriptions.own_fmus.definition("Plant3DOF").new_block()
+    f1 = gap_functions(plant.magnetics.kinds[0].geometry, gap)[0]
     return 2.0 * 0.6135 * f1, 2.0 * 0.8224 * f1
 
 

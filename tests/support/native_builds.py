@@ -19,7 +19,7 @@ import pytest
 from maglev.files.whole_file import whole_file
 from maglev.fmi.compiler import FLAGS, Platform, library
 
-HERE = Path(__file__).parents[1] / "maglev.fmi" / "c"   # C sources of the tests
+HERE = Path(__file__).parents[1] / "maglev" / "fmi" / "c"   # C sources of the tests
 
 STRICT = ("-std=c99", "-Wall", "-Wextra", "-Werror")
 FMI_HEADERS = ("-I", str(files("fmpy").joinpath("c-code")))   # an FMU leaves them to its importer

@@ -25,7 +25,7 @@ def setuptools_release() -> int:
 def install(folder: Path) -> None:
     """Build the wheel into a folder and install it there into an environment that has the dependencies behind it."""
     source = folder / "source"   # a copy, for setuptools leaves a folder build, from which it also ships what is old
-    for package in [*PACKAGES, "rigs", "scenarios"]:
+    for package in [*PACKAGES, "stages", "scenarios"]:
         shutil.copytree(ROOT / package, source / package, ignore=NOT_SHIPPED)
     for file in ("pyproject.toml", "README.md", "LICENSE"):
         shutil.copy(ROOT / file, source)

@@ -9,11 +9,10 @@ import pytest
 from maglev.descriptions.packaged import RIGS, best_rig
 from maglev.descriptions.registry import definitions
 from maglev.descriptions.writer import PAGES, TEMPLATES
+from maglev.files.packages import PACKAGES
 from maglev.scenario.layers import packaged_files, packaged_runs
 
 ROOT = Path(__file__).parents[3]
-PACKAGES = ("pmlsm", "maglev.fmi", "plant_fmu", "controller_fmu", "controller_fmu", "controller_fmu",
-            "maglev.descriptions", "maglev.files", "maglev")
 GENERATED = {ROOT / path.format(name) for path in PAGES for name in RIGS}
 NAMES = {name for rig in RIGS.values() for name in (rig.name, rig.suffix, *rig.motor_names, *definitions(rig))
          if name != "motor"}   # a word of its own, and the one motor of a rig

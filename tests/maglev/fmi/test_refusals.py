@@ -266,7 +266,7 @@ def test_what_a_block_raises_in_a_step_is_refused(tmp_path: Path, number: float,
     """In one line with the time, and without an end of the process, also once the instance is freed."""
     with pytest.raises((ZeroDivisionError, ValueError)) as raised:   # each version of Python has other words
         fails()
-    maker = Maker("1", "licence", ("dividing_block", "maglev.fmi", "pythonfmu"))
+    maker = Maker("1", "licence", ("dividing_block", "maglev", "pythonfmu"))
     path = build_fmu(DIVIDER, "from dividing_block import DIVIDER as DEFINITION", maker, tmp_path)
     for _ in range(2):
         component = Fmu("divider", path, read_description("divider", path))

@@ -84,7 +84,7 @@ def test_lines_stand_out_from_the_paper(scheme):
 
 
 def test_scripts_use_no_colour_that_the_style_lacks(scheme):
-    folder = Path(__file__).parents[3] / "maglev" / "report"
+    folder = Path(__file__).parents[3] / "maglev" / "pages" / "report"
     used = {name for path in folder.rglob("*.js") for name in re.findall(r"var\(--([a-z]+)\)", path.read_text())}
     assert used
     assert used <= scheme.keys()

@@ -78,8 +78,8 @@ def test_colours_are_those_of_the_light_pages() -> None:
 
 
 def test_every_template_has_a_place_for_the_way_and_its_page_says_what_it_is() -> None:
-    root = Path(__file__).parents[3] / "maglev"
-    for path in (root / "report/page.html", root / "comparison/comparison.html", root / "studies/page/study.html",
+    root = Path(__file__).parents[3] / "maglev/pages"
+    for path in (root / "report/page.html", root / "comparison/comparison.html", root / "study/study.html",
                  root / "live/page.html"):
         assert path.read_text(encoding="utf-8").count(PLACE) == 1
     for kind in KINDS:

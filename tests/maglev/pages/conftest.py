@@ -1,4 +1,4 @@
-"""The report of packaged runs in a browser without network; skipped where playwright or a Chromium is missing."""
+"""A report and a live page of packaged runs in a browser without network; skipped without playwright or a Chromium."""
 
 import re
 from collections.abc import Iterator
@@ -6,11 +6,13 @@ from dataclasses import replace
 from pathlib import Path
 
 import pytest
+from live_homes import HOMES
 from native_builds import built_once
 from report_outcomes import HOSTILE, chart, outcome
 from report_runs import all_recorded, failed, judged, packaged, recorded
 from report_tab import PHONE, Tab
 
+from maglev.pages.live_page import live_page
 from maglev.pages.report_page import write_report
 from maglev.pages.what_if import Again
 from maglev.runs.execution import RunResult
@@ -68,3 +70,11 @@ def phone(browser, report) -> Iterator[Tab]:
     tab = Tab(browser, report, PHONE)
     yield tab
     tab.close()
+
+
+@pytest.fixture(scope="session")
+def page(wasm_fmus: Path, tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """One live page of three stages."""
+    path = tmp_path_factory.mktemp("live") / "live.html"
+    path.write_text(live_page(wasm_fmus, [packaged(name) for name in HOMES]), encoding="utf-8")
+    return path
