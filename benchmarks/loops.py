@@ -39,7 +39,7 @@ FLAGS = ("-std=c99", "-O2", "-ffp-contract=off", "-fvisibility=hidden", "-fno-sa
 class Pair(NamedTuple):
     """A controller and a plant, and how they are connected."""
 
-    stage: str
+    title: str
     controller: str
     plant: str
     loop: str

@@ -103,20 +103,20 @@ def main() -> int:
             times = step_times(pair, folder, native, None if gate else Path(name) / "fmi3")
             for way, time in sorted(times.items(), key=lambda item: item[1]):
                 of_c = f"{time / times[FROZEN]:.2f}" if native else ""
-                table.add_row(pair.stage, way, f"{1e6 * time:.2f}", of_c, f"{time / times['bare Python loop']:.2f}",
+                table.add_row(pair.title, way, f"{1e6 * time:.2f}", of_c, f"{time / times['bare Python loop']:.2f}",
                               f"{pair.dt / time:.1f} ×")
             if asked.record and native:
-                record(STEP, {f"{pair.stage} native": times["native, master"] / times[FROZEN]})
-                record(PYTHON, {f"{pair.stage} Python": times["FMUs, master"] / times["bare Python loop"]})
-            too_slow += [f"{pair.stage}, {way}: {ratio:.2f}, expected at most {GATES[way]}"
+                record(STEP, {f"{pair.title} native": times["native, master"] / times[FROZEN]})
+                record(PYTHON, {f"{pair.title} Python": times["FMUs, master"] / times["bare Python loop"]})
+            too_slow += [f"{pair.title}, {way}: {ratio:.2f}, expected at most {GATES[way]}"
                          for way, ratio in too_large(times).items()]
         console.print(table)
         if native and not gate:
             for pair in PAIRS:
                 bytes_more = growth(pair, folder)
-                console.print(f"{pair.stage}: {bytes_more} bytes more after {MEMORY_STEPS:.0e} samples of the loop")
+                console.print(f"{pair.title}: {bytes_more} bytes more after {MEMORY_STEPS:.0e} samples of the loop")
                 if bytes_more > LARGEST_GROWTH:
-                    too_slow.append(f"{pair.stage}: memory grew by {bytes_more} bytes, expected at most "
+                    too_slow.append(f"{pair.title}: memory grew by {bytes_more} bytes, expected at most "
                                     f"{LARGEST_GROWTH}")
     for line in too_slow:
         console.print(line)

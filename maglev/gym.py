@@ -18,5 +18,5 @@ from maglev.descriptions.packaged import RIGS  # noqa: E402  # ours, as is known
 
 # The environments end their episodes themselves, by a time in seconds. What the checker looks at, tests look at.
 for suffix, given in (("", {}), *((rig.suffix, {"stage": rig.name}) for rig in RIGS.values())):
-    register(f"maglev/Stage{suffix}-v0", entry_point="maglev.many.environment:Stage",
-             vector_entry_point="maglev.many.vector_environment:Stages", kwargs=given)
+    register(f"maglev/Stage{suffix}-v0", entry_point="maglev.many.environment:StageEnv",
+             vector_entry_point="maglev.many.vector_environment:StageVectorEnv", kwargs=given)

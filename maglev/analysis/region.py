@@ -44,18 +44,18 @@ class StepRuns(RepeatedRun):
 
     def __init__(self, rig: str | Path, axis: str, gap: Quantity, controller: str, plant: Settings, settings: Settings,
                  fmus: Path, locked: bool = False):
-        self.rig, self.stage, _ = rig_and_regulators(rig)
+        self.rig, self.plant_name, _ = rig_and_regulators(rig)
         self.axis, self.vertical = axis, self.rig.vertical.name
         plant = {**plant, f"{self.vertical}.locked": True} if locked else plant
-        self.middle = read_positions(self.stage, {self.vertical: gap})
-        self.plant, dt = block_of(self.stage, plant), block_of(controller, settings).sample_time
+        self.middle = read_positions(self.plant_name, {self.vertical: gap})
+        self.plant, dt = block_of(self.plant_name, plant), block_of(controller, settings).sample_time
         self.centred = axis in [axis.name for axis in self.rig.horizontal]
         self.before, count = round(BEFORE / dt), round((BEFORE + SHOWN) / dt)
         self.command = f"controller.{currents_of(self.rig, axis)[0]}_cmd"
         table = loop_table(self.rig) | {
             "name": "region", "title": "Steps of one axis", "step": dt, "output_interval": dt, "stop_time": count * dt,
             "fmus": {"controller": {"model": controller, "start": settings},
-                     "plant": {"model": self.stage, "start": plant}},
+                     "plant": {"model": self.plant_name, "start": plant}},
             "signals": [{"to": f"controller.{name}.reference", "kind": "steps", "times": [0.0, self.before * dt],
                          "values": [position, position]} for name, position in self.middle.items()]}
         experiment = prepare(load_plan(table), fmus, {}, {})
@@ -97,7 +97,7 @@ class StepRuns(RepeatedRun):
         if not lower < start[self.axis] < upper:
             unit = self.rig.axis(self.axis).unit("m")
             size, begin, low, high = (printed(value, unit) for value in (step, start[self.axis], lower, upper))
-            raise StabilityError(f"{self.stage}: a step of {self.axis} by {size} begins at {begin}, expected a "
+            raise StabilityError(f"{self.plant_name}: a step of {self.axis} by {size} begins at {begin}, expected a "
                                  f"start from {low} to {high}")
         changes: dict[str, float | bool] = {f"controller.{name}": gain for name, gain in gains.items()}
         for axis in self.middle:

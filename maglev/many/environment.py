@@ -52,7 +52,7 @@ class State(NamedTuple):
     random: Mapping[str, Any]
 
 
-class Stage(gymnasium.Env[Array, Array]):
+class StageEnv(gymnasium.Env[Array, Array]):
     """Stage of a rig, as the FMU of its plant, sampled as the rig's controllers are.
 
     An action is held for a sample: direct and quadrature current of each motor (A), which the rig's commutation turns
@@ -121,15 +121,15 @@ class Stage(gymnasium.Env[Array, Array]):
         parts = [part for part, needed in asked.items() if needed]
         folder = fmus_for_runs([f"{part.title()}{self.rig.suffix}" for part in parts], fmus,
                                None if fmus is None else "native")
-        self.stage = CompiledStage(self.rig, folder, parts)
+        self.compiled = CompiledStage(self.rig, folder, parts)
         # An environment that nobody closed leaves no unpacked FMU behind.
-        self.freed = weakref.finalize(self, self.stage.close)
+        self.freed = weakref.finalize(self, self.compiled.close)
         # What acts on the plant beside the motors can be given like its parameters; the sample time is the rig's.
         currents = {f"{current}_cmd" for current in self.rig.phase_names}
-        of_plant = {name: variable for name, variable in self.stage.plant.variables.items()
+        of_plant = {name: variable for name, variable in self.compiled.plant.variables.items()
                     if variable.causality == "parameter" or (variable.causality == "input" and name not in currents)}
-        of_measurement = {} if self.stage.measurement is None else {
-            name: variable for name, variable in self.stage.measurement.variables.items()
+        of_measurement = {} if self.compiled.measurement is None else {
+            name: variable for name, variable in self.compiled.measurement.variables.items()
             if variable.causality == "parameter" and name != "sample_time"}
         self.parameters = Parameters("plant", of_plant, {} if parameters is None else parameters)
         self.measurement = Parameters("measurement", of_measurement, {} if measurement is None else measurement)
@@ -146,7 +146,7 @@ class Stage(gymnasium.Env[Array, Array]):
         peaks = [self.parameters.own(f"{motor}.amplifier.peak") for motor in self.rig.motor_names]
         self.peak = max(peaks)
         self.references = References(reference, low, high, self.last + 1, self.sample_time)
-        bound = np.repeat(peaks, self.stage.commands.size // len(peaks)).reshape(self.stage.commands.shape)
+        bound = np.repeat(peaks, self.compiled.commands.size // len(peaks)).reshape(self.compiled.commands.shape)
         self.action_space = gymnasium.spaces.Box(-bound, bound, dtype=np.float64)
         speeds = np.array([HIGHEST_SPEED / self.rig.arm if axis.rotation else HIGHEST_SPEED for axis in self.rig.axes])
         rounding = self.parameters.extremes("encoder.resolution")[1]   # beyond a stop, at most
@@ -167,7 +167,7 @@ class Stage(gymnasium.Env[Array, Array]):
         super().reset(seed=seed)
         given = settings_of(options or {})
         self.parameters.require_free(given["parameters"], "the options of reset")
-        stage = self.stage
+        stage = self.compiled
         drawn = {"parameters": self.parameters.draw(self.np_random, given["parameters"])}
         seed_of: dict[str, float | bool] = {}
         if stage.measurement is not None:
@@ -199,7 +199,7 @@ class Stage(gymnasium.Env[Array, Array]):
 
     def step(self, action: Array) -> tuple[Array, float, bool, bool, dict[str, Any]]:
         """Hold the currents (A) of an action for a sample."""
-        stage = self.stage
+        stage = self.compiled
         if np.shape(action) != stage.commands.shape:   # which numpy would broadcast
             raise ScenarioError(f"action of shape {np.shape(action)}, expected {stage.commands.shape}: a current (A) "
                                 "for each of the action space")
@@ -236,19 +236,19 @@ class Stage(gymnasium.Env[Array, Array]):
                 raise UnknownName(f"{name}: the stage has no such axis; {nearest(name, axes)}")
         for name, value in forces.items():
             described = Parameter.described(self.parameters.known[axes[name]])
-            self.stage.change("plant", axes[name], described.read(value, axes[name], ScenarioError))
+            self.compiled.change("plant", axes[name], described.read(value, axes[name], ScenarioError))
 
     def clone_state(self) -> State:
         """What it takes to go on from here later, with the random numbers too: `restore_state` does; can be pickled."""
         observers = tuple((observer.position, observer.velocity) for observer in self.observers)
-        return State(self.stage.save(), self.episode, tuple(self.due), self.sample, observers,
+        return State(self.compiled.save(), self.episode, tuple(self.due), self.sample, observers,
                      self.np_random.bit_generator.state)
 
     def restore_state(self, state: State) -> None:
         """Go back to a state of this environment, or of one made with the same options that has been reset."""
         if not isinstance(state, State):
             raise ScenarioError(f"state = {shortened(state)}, expected one of clone_state")
-        self.stage.restore(state.stage)
+        self.compiled.restore(state.stage)
         self.episode, self.due, self.sample = state.episode, [*state.due], state.sample
         for observer, (position, velocity) in zip(self.observers, state.observers, strict=True):
             observer.position, observer.velocity = position, velocity
@@ -260,7 +260,7 @@ class Stage(gymnasium.Env[Array, Array]):
             return None
         if self.picture is None:
             self.picture = StagePicture(self.rig, [self.travel(axis) for axis in self.rig.axes])
-        stage = self.stage
+        stage = self.compiled
         return self.picture.drawn(stage.positions, stage.references, self.sample * self.sample_time)
 
     def changing(self) -> Iterator[tuple[str, str]]:
@@ -270,7 +270,7 @@ class Stage(gymnasium.Env[Array, Array]):
 
     def measured(self) -> list[float]:
         """Measured positions of the axes, m and rad."""
-        return [float(position) for position in positions(self.measuring, self.stage.encoders)]
+        return [float(position) for position in positions(self.measuring, self.compiled.encoders)]
 
     def ends(self, place: str) -> tuple[float, float]:
         """Stops of an axis or at a motor, m."""

@@ -20,7 +20,7 @@ from maglev.files.units import whole_number
 from maglev.fmi.block_code import c_path
 from maglev.fmi.definition import Variable
 from maglev.many.compiled_stage import CompiledStage
-from maglev.many.environment import Due, Stage, positions
+from maglev.many.environment import Due, StageEnv, positions
 from maglev.many.reward import Seen
 
 FEWEST = 32   # environments for which a thread is worth its start
@@ -80,8 +80,8 @@ def stage_sources(stage: CompiledStage, changing: Sequence[tuple[str, str]]) -> 
     return {**files, "stages.c": filled_in(SOURCE, **made)}
 
 
-class Stages(VectorEnv[Array, Array, npt.NDArray[Any]]):
-    """Environments like `Stage`, with its options, side by side: the same episodes, bit for bit, in one step.
+class StageVectorEnv(VectorEnv[Array, Array, npt.NDArray[Any]]):
+    """Environments like `StageEnv`, with its options, side by side: the same episodes, bit for bit, in one step.
 
     Environment i has the seed `seed + i`, as in Gymnasium's own vectors. One that is done begins anew in the next step,
     whose action it ignores (`AutoresetMode.NEXT_STEP`).
@@ -90,7 +90,7 @@ class Stages(VectorEnv[Array, Array, npt.NDArray[Any]]):
     ----------
     num_envs : int
     rig, **options
-        As of `Stage`.
+        As of `StageEnv`.
     threads : int, optional
         As many as processors if not given.
 
@@ -104,13 +104,13 @@ class Stages(VectorEnv[Array, Array, npt.NDArray[Any]]):
 
     def __init__(self, num_envs: int, stage: str | Path, threads: int | None = None, **options: Any):
         num_envs = whole_number(num_envs, ScenarioError, "num_envs")
-        self.one = Stage(stage, **options)   # begins every episode
+        self.one = StageEnv(stage, **options)   # begins every episode
         self.num_envs = num_envs
         self.single_action_space: gymnasium.Space[Any] = self.one.action_space
         self.single_observation_space: gymnasium.Space[Any] = self.one.observation_space
         self.action_space = batch_space(self.one.action_space, num_envs)
         self.observation_space = batch_space(self.one.observation_space, num_envs)
-        compiled = self.one.stage
+        compiled = self.one.compiled
         changing = [*self.one.changing()]
         self.number_of = {place: number for number, place in enumerate(changing)}
         sources = stage_sources(compiled, changing)
@@ -177,7 +177,7 @@ class Stages(VectorEnv[Array, Array, npt.NDArray[Any]]):
 
     def begin(self, seeds: Mapping[int, int | None],
               options: dict[str, Any] | None = None) -> dict[int, dict[str, Any]]:
-        """Begin an episode of environments, by number; what `Stage.reset` tells of each."""
+        """Begin an episode of environments, by number; what `StageEnv.reset` tells of each."""
         one, infos = self.one, {}
         blocks = np.empty((len(seeds), self.size), np.int64)
         starts: list[tuple[Array, ...]] = []
@@ -188,7 +188,7 @@ class Stages(VectorEnv[Array, Array, npt.NDArray[Any]]):
             self.generators[i] = one.np_random
             self.c.maglev_take(self.instances, blocks[k].ctypes.data)
             points, amplitudes = one.episode
-            starts.append((one.stage.row.copy(), np.array([observer.position for observer in one.observers]),
+            starts.append((one.compiled.row.copy(), np.array([observer.position for observer in one.observers]),
                            amplitudes, points))
             self.due[i] = [*one.due]
             self.next_due[i] = self.due[i][-1].sample if self.due[i] else NEVER
@@ -245,8 +245,8 @@ class Stages(VectorEnv[Array, Array, npt.NDArray[Any]]):
         reward, terms = one.reward.of(Seen(self.positions.T, self.references.T, self.velocities.T, self.currents.T,
                                            crashed))
         rewards = np.where(taken, reward, 0.0)
-        self.clipped[:] = crashed if one.stage.measurement is None else taken
-        if one.stage.measurement is not None or crashed.any():
+        self.clipped[:] = crashed if one.compiled.measurement is None else taken
+        if one.compiled.measurement is not None or crashed.any():
             observations = np.where(self.clipped[:, None], np.clip(observations, one.lowest, one.highest),
                                     observations)
         terminated, truncated = crashed | refused, ~crashed & ~refused & (self.sample >= one.last)
@@ -284,7 +284,7 @@ class Stages(VectorEnv[Array, Array, npt.NDArray[Any]]):
 
     def why(self, action: Array) -> str:
         """What an FMU says of an action that is refused."""
-        stage = self.one.stage
+        stage = self.one.compiled
         stage.start({}, self.one.peak, {})
         stage.commands[:] = action
         return "" if stage.advance(1) else stage.said()

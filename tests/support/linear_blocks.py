@@ -52,7 +52,7 @@ def plant_state(name: str, stage: Any, state: Sequence[float]) -> None:
     for axis, position, velocity in zip(axes, state[:n], state[n:2 * n], strict=True):
         getattr(stage, axis).position, getattr(stage, axis).velocity = float(position), float(velocity)
     if name in TILTING:
-        block = stage.stage
+        block = stage.block
         block.mover.place(block.axes)
         places = [block.mover.displacement(block.axes, getattr(stage, motor).axis) for motor in motors]
     else:

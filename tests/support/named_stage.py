@@ -12,9 +12,9 @@ from pmlsm.stage_description import Rig
 class NamedStage:
     """A `Stage` with attributes such as y, alpha, alpha_mount, roll_guide, C1 and payload."""
 
-    def __init__(self, rig: Rig, stage: Stage | None = None):
-        self.__dict__.update(rig=rig, stage=stage or Stage(rig), parts={})
-        stage = self.stage
+    def __init__(self, rig: Rig, block: Stage | None = None):
+        self.__dict__.update(rig=rig, block=block or Stage(rig), parts={})
+        stage = self.block
         self.parts.update({name: stage.axes[rig.axis_number(name)] for name in rig.axis_names})
         self.parts.update(zip(rig.motor_names, stage.motors, strict=True))
         if rig.rotations:
@@ -24,8 +24,8 @@ class NamedStage:
     def slot(self, name: str) -> tuple[Any, str | int]:
         """Object or list that has an attribute of the stage, and what it calls it."""
         place = constant_place(self.rig, name) or (f"magnetics.{MAGNETICS[name]}" if name in MAGNETICS else name)
-        owner, key = slot(self.stage, place)
-        return (self.stage.mover, key) if isinstance(key, str) and not hasattr(owner, key) else (owner, key)
+        owner, key = slot(self.block, place)
+        return (self.block.mover, key) if isinstance(key, str) and not hasattr(owner, key) else (owner, key)
 
     def __getattr__(self, name: str) -> Any:
         if name in self.parts:

@@ -78,12 +78,12 @@ def test_regulator_runs_as_in_a_run(make: Make, folder: Path, tmp_path: Path, ri
                **{name.removeprefix("plant."): value for name, value in changed.items()})
     controller = Controller(of, f"Regulator{rig.upper()}", folder)
     observation, _ = env.reset()
-    positions = [env.stage.positions.copy()]
+    positions = [env.compiled.positions.copy()]
     truncated = False
     while not truncated:
         observation, _, terminated, truncated, _ = env.step(controller.action(observation, action == "phases"))
         assert not terminated
-        positions.append(env.stage.positions.copy())
+        positions.append(env.compiled.positions.copy())
     controller.fmu.close()
     expected = np.column_stack([run[f"plant.{axis}.position"] for axis in of.axis_names])
     assert same_bits(np.array(positions), np.ascontiguousarray(expected))

@@ -17,9 +17,9 @@ def test_reward_by_hand(make: Make) -> None:
     env.reset()
     for _ in range(10):
         _, reward, *_, info = env.step(np.array([1.0, 0.5, 0.0, -2.0]))
-    y, x, z = env.stage.positions
+    y, x, z = env.compiled.positions
     errors = [(26e-3 - y) / 13.5e-3, x / 124e-3, (2e-3 - z) / 124e-3]
-    currents = env.stage.currents / 5.0
+    currents = env.compiled.currents / 5.0
     assert reward == pytest.approx(1.0 - 3.0 * np.mean(np.square(errors)) - 0.5 * np.mean(np.square(currents)), 1e-12)
     assert abs(currents[3]) > 0.3
     assert info == {"reward_error": pytest.approx(-3.0 * np.mean(np.square(errors)), 1e-12),
@@ -44,8 +44,8 @@ def test_rewards_of_terms_and_functions_by_hand(make: Make) -> None:
         while not terminated:
             _, reward, terminated, *_ = env.step(np.array([0.0, 1.0, 0.0, -2.0]))
             rewards[-1].append(reward)
-    _, x, _ = env.stage.positions
-    speeds = env.stage.velocities / [13.5e-3, 124e-3, 124e-3]
+    _, x, _ = env.compiled.positions
+    speeds = env.compiled.velocities / [13.5e-3, 124e-3, 124e-3]
     assert rewards[0] == pytest.approx(rewards[1], rel=1e-12)
     assert rewards[0][-1] == pytest.approx(-2.0 * ((3e-3 - x) / 124e-3)**2 - 0.5 * np.mean(speeds**2) - 3.0, 1e-12)
 

@@ -18,7 +18,7 @@ import maglev
 import maglev.gym  # noqa: F401 - registers
 from maglev.descriptions.packaged import RIGS
 from maglev.files.errors import FmuError, MaglevError, ScenarioError, UnknownName
-from maglev.many.environment import Stage
+from maglev.many.environment import StageEnv
 
 Make = Callable[..., Any]
 
@@ -155,7 +155,7 @@ def test_a_change_acts_when_it_says(make: Make) -> None:
                 env.reset()
                 env.restore_state(state)
             env.step(np.zeros(4))
-            found.append(float(env.stage.positions[1]))
+            found.append(float(env.compiled.positions[1]))
         since = np.clip(0.2e-3 * np.arange(1, 101) - 0.004, 0.0, None)
         expected = 0.5 * np.minimum(since, 0.01)**2 + 0.01 * np.clip(since - 0.01, 0.0, None)
         assert np.allclose(found, expected, rtol=1e-9, atol=1e-15)
@@ -198,7 +198,7 @@ def test_drawn_parameters(make: Make) -> None:
     starts = [each["y.position_start"] for each in drawn]
     assert 23e-3 <= min(starts) < 24e-3 and 26e-3 < max(starts) <= 27e-3
     assert len({each["x.friction.coulomb"] for each in drawn}) == 50
-    assert env.stage.positions[0] == starts[-1]
+    assert env.compiled.positions[0] == starts[-1]
 
 
 @pytest.mark.parametrize("kind", ["hold", "setpoints", "sinusoids"])
@@ -286,7 +286,7 @@ def test_tilts_are_seen_in_the_gaps(make: Make) -> None:
     observation, _ = env.reset()
     assert observation[2:6] == pytest.approx([23e-3, 25e-3, 22.4e-3, 25.6e-3], abs=5.1e-6)
     assert env.measured() == pytest.approx([24e-3, 0.0, 0.0, 5e-3, -8e-3], abs=5e-5)
-    assert env.stage.positions.tolist() == [24e-3, 0.0, 0.0, 5e-3, -8e-3]
+    assert env.compiled.positions.tolist() == [24e-3, 0.0, 0.0, 5e-3, -8e-3]
     assert env.highest[-5:] == pytest.approx([32e-3, 62e-3, 62e-3, 33.75e-3, 33.75e-3])
     loaded = make("5dof", **{"payload.mass": "0.5 kg", "payload.x": "0.1 m"}, reference="hold")
     pushed, alone = (simulated(env, np.tile([-1.12, 0.0], (200, 4)))
@@ -354,7 +354,7 @@ def test_forces_act_and_are_those_that_are_asked_for(make: Make) -> None:
             env.push(x=force)
         for _ in range(50):
             env.step(np.zeros(4))
-        return float(env.stage.positions[1])
+        return float(env.compiled.positions[1])
 
     env = make("3dof", reference="hold", **off)
     expected = 0.5 * 0.01**2
@@ -404,7 +404,7 @@ def test_pictures(make: Make, rig: str) -> None:
     assert abs(rows[1] - rows[0]) > 2.0
     assert make(rig).render() is None
     with pytest.raises(ScenarioError, match="render_mode = 'ansi', expected None or 'rgb_array'"):
-        Stage(rig, render_mode="ansi")
+        StageEnv(rig, render_mode="ansi")
 
 
 def test_an_option_that_there_is_not(folder: Path) -> None:
