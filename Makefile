@@ -101,7 +101,7 @@ check-built: .venv/.test
 		else echo "left out: native FMUs, for the extra 'native' is not installed"; set -x; \
 		$(BIN)/maglev check --fmus .venv/fmus/python; fi
 
-# The pages of the stages, from their descriptions in the folder rigs.
+# The pages of the stages, from their descriptions in the folder stages.
 generate: .venv/.demo
 	$(BIN)/python -m maglev.descriptions
 

@@ -18,12 +18,12 @@ from typing import NamedTuple
 from maglev.analysis.participant import Participant
 from maglev.cosim.master import FmuSetup, Master
 from maglev.descriptions.own_fmus import definition
-from maglev.descriptions.packaged import RIGS
+from maglev.descriptions.packaged import PACKAGED_STAGES
 from maglev.fmi.compiler import compiled
 from maglev.fmi.definition import reader
 from maglev.fmi.native_build import host_platform
 from maglev.user.scenario_loop import loop_table
-from pmlsm.stage_description import Rig
+from pmlsm.stage_description import StageDescription
 
 ROUNDS = 7   # the fastest counts, which is the least disturbed
 ENOUGH = 3   # for the gate, if none of them has a ratio that is too large: then the fastest have none
@@ -43,27 +43,27 @@ class Pair(NamedTuple):
     controller: str
     plant: str
     loop: str
-    rig: Rig
+    stage: StageDescription
 
     @property
     def dt(self) -> float:
         """Communication step, s."""
-        return self.rig.sample_time
+        return self.stage.sample_time
 
     @property
     def starts(self) -> list[float]:
         """Start positions, which are the references, m."""
         block = definition(self.plant).new_block()
-        return [block.axes[self.rig.axis_number(axis)].position_start for axis in self.rig.axis_names]
+        return [block.axes[self.stage.axis_number(axis)].position_start for axis in self.stage.axis_names]
 
     @property
     def connections(self) -> list[tuple[str, str]]:
         """From outputs to inputs."""
-        return [(source, to) for source, to in loop_table(self.rig)["connections"]]
+        return [(source, to) for source, to in loop_table(self.stage)["connections"]]
 
 
-PAIRS = tuple(Pair(rig.suffix.replace("DOF", "-DOF"), f"Regulator{rig.suffix}", f"Plant{rig.suffix}",
-                   f"ClosedLoop{rig.suffix}", rig) for rig in RIGS.values())
+PAIRS = tuple(Pair(stage.suffix.replace("DOF", "-DOF"), f"Regulator{stage.suffix}", f"Plant{stage.suffix}",
+                   f"ClosedLoop{stage.suffix}", stage) for stage in PACKAGED_STAGES.values())
 
 
 def bare_loop(pair: Pair, steps: int) -> float:
@@ -84,7 +84,7 @@ def bare_loop(pair: Pair, steps: int) -> float:
 def master_loop(pair: Pair, folder: Path, steps: int, plant: Path | None = None) -> float:
     """The FMUs of a folder under our master, or another plant than that of the folder."""
     drives = {}
-    for axis, start in zip(pair.rig.axis_names, pair.starts, strict=True):
+    for axis, start in zip(pair.stage.axis_names, pair.starts, strict=True):
         drives[f"controller.{axis}.reference"] = [start] * (steps + 1)
         drives[f"controller.{axis}.reference_rate"] = [0.0] * (steps + 1)
     marks: list[tuple[int, float]] = []
@@ -98,7 +98,7 @@ def master_loop(pair: Pair, folder: Path, steps: int, plant: Path | None = None)
 
 def open_loop(pair: Pair, path: Path) -> Participant:
     """The closed loop in one FMU, initialised: each step is a second, and takes its references."""
-    axes = pair.rig.axis_names
+    axes = pair.stage.axis_names
     return Participant(FmuSetup("loop", path), [f"{axis}.reference" for axis in axes],
                        [f"plant.{axis}.position" for axis in axes], 1.0)
 
@@ -122,10 +122,10 @@ def reference_loop(pair: Pair, steps: int) -> Callable[[], float]:
     them, which does what a master does: references, which are constant, measurements, controller, currents, plant, and
     a record.
     """
-    text = lzma.decompress((FOLDER / f"{pair.rig.name}.c.xz").read_bytes()).decode("utf-8")
+    text = lzma.decompress((FOLDER / f"{pair.stage.name}.c.xz").read_bytes()).decode("utf-8")
     platform = next(iter(host_platform().values()))
     with tempfile.TemporaryDirectory() as folder:
-        name = f"{pair.rig.name}{platform.ending}"
+        name = f"{pair.stage.name}{platform.ending}"
         (Path(folder) / "loop.c").write_text(text, encoding="utf-8")
         compiled(Path(folder), [*FLAGS, "-target", platform.targets[0], "-o", name, "loop.c"])
         library = ctypes.CDLL(str(Path(folder) / name))

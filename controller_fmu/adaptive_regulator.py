@@ -4,7 +4,7 @@ from controller_fmu.adaptation import Adaptation, Travel, followed
 from controller_fmu.estimator import Estimator
 from controller_fmu.regulator import Regulator
 from controller_fmu.status import NONLINEAR, STEP_MISFIT, STEPPED
-from pmlsm.stage_description import Rig
+from pmlsm.stage_description import StageDescription
 
 
 class AdaptiveRegulator:
@@ -14,9 +14,9 @@ class AdaptiveRegulator:
     is too little.
     """
 
-    def __init__(self, rig: Rig):
-        self.regulator = Regulator(rig, NONLINEAR)
-        self.estimator = Estimator(rig)
+    def __init__(self, stage: StageDescription):
+        self.regulator = Regulator(stage, NONLINEAR)
+        self.estimator = Estimator(stage)
         self.estimator.forgetting = 0.2              # 1/s, parameter
         self.estimator.matched_filter = True         # parameter
         self.estimator.convergence.tolerance = 0.05  # parameter
@@ -26,13 +26,14 @@ class AdaptiveRegulator:
         # Parameters: the constants that the regulator begins with.
         for axis, thrust in zip(self.estimator.horizontal, self.regulator.model.thrust, strict=True):
             axis.thrust.guess = thrust
-        self.estimator.vertical.attraction.guess = rig.model.attraction
-        self.estimator.vertical.coils.guess = rig.model.coils
-        self.estimator.vertical.iron.guess = rig.model.iron
-        stops = [axis.stop for axis in (rig.vertical, *rig.horizontal, *rig.rotations)]
+        self.estimator.vertical.attraction.guess = stage.model.attraction
+        self.estimator.vertical.coils.guess = stage.model.coils
+        self.estimator.vertical.iron.guess = stage.model.iron
+        stops = [axis.stop for axis in (stage.vertical, *stage.horizontal, *stage.rotations)]
         self.stopped = [k for k, stop in enumerate(stops) if stop is not None]   # axes that have stops
         self.travels = [Travel(stop.lower, stop.upper) for stop in stops if stop is not None]
-        self.gap_travel = Travel(rig.gap_stop.lower, rig.gap_stop.upper)         # of every motor, where it has a gap
+        # of every motor, where it has a gap
+        self.gap_travel = Travel(stage.gap_stop.lower, stage.gap_stop.upper)
 
     def start(self) -> int:
         """Begin with the constants that are given, and the same measurement in both parts."""

@@ -5,54 +5,57 @@ from dataclasses import replace
 from controller_fmu.estimator_variables import estimated
 from controller_fmu.places import axis_number, constant_place
 from maglev.fmi.definition import FmuDefinition, Variable, flag, parameter, real_output, switch
-from pmlsm.stage_description import IRON, Rig, RigAxis, RigConstant, Stop
+from pmlsm.stage_description import IRON, StageAxis, StageConstant, StageDescription, Stop
 
 ASSUMED = "assumed"
 ESTIMATOR = "estimator."   # part of the block
 
 
-def adaptive_variables(rig: Rig, regulator: FmuDefinition, estimator: FmuDefinition) -> tuple[Variable, ...]:
+def adaptive_variables(stage: StageDescription, regulator: FmuDefinition, estimator: FmuDefinition) -> tuple[Variable,
+                                                                                                             ...]:
     """Variables of the regulator, whose constants are only where it begins; what the estimator finds; the adaptation.
 
     Both parts have one motor, one sample time and one observer; the estimator's inputs are within the block.
     """
-    own = {constant.name for constant in rig.constants}
+    own = {constant.name for constant in stage.constants}
     inputs = tuple(v.name for v in regulator.variables if v.causality == "input")
     shared = {v.name for v in regulator.variables}
-    held = {"held", *(f"{constant.name}_weight" for constant in rig.constants if constant.unit == IRON)}
-    starts = {f"{constant.name}_start" for constant in rig.constants}
+    held = {"held", *(f"{constant.name}_weight" for constant in stage.constants if constant.unit == IRON)}
+    starts = {f"{constant.name}_start" for constant in stage.constants}
     kept = [replace(v, path=f"regulator.{v.place}") for v in regulator.variables if v.name not in own]
     settings = [replace(v, path=f"estimator.{v.place}") for v in estimator.variables
                 if v.causality == "parameter" and v.name not in shared | held | starts]
     return (*(v for v in kept if v.causality != "parameter"),
-            *(v for constant in rig.constants for v in outcome(rig, constant, inputs)),
+            *(v for constant in stage.constants for v in outcome(stage, constant, inputs)),
             flag("adaptation.frozen", "the constants stay as they are: a command is or was just now at its limit, an "
                                       "axis at a stop, the controller has tripped, or adaptation.active is false",
                  inputs),
-            *(estimated(rig, constant, parameter(constant.name, constant.unit,
+            *(estimated(stage, constant, parameter(constant.name, constant.unit,
                                          f"constant of the {constant.meaning} in the controller's model, "
                                          f"{'not' if constant.unit == IRON else 'from which it is'} adapted",
-                                         rig.source("model"), 1e-9, 1e6, 1.0, fixed=True), "guess", ESTIMATOR)
-              for constant in rig.constants),
+                                         stage.source("model"), 1e-9, 1e6, 1.0, fixed=True), "guess", ESTIMATOR)
+              for constant in stage.constants),
             *adaptation_parameters(),
-            *(v for axis in rig.axes if axis.stop is not None
-              for v in travel(axis.name, axis.stop, travel_place(rig, axis))),
-            *(travel("gap", rig.motor_stop, "gap_travel") if rig.motor_stop is not None and rig.rotations else ()),
+            *(v for axis in stage.axes if axis.stop is not None
+              for v in travel(axis.name, axis.stop, travel_place(stage, axis))),
+            *(travel("gap", stage.motor_stop, "gap_travel")
+              if stage.motor_stop is not None and stage.rotations else ()),
             *settings,
             *(v for v in kept if v.causality == "parameter"))
 
 
-def outcome(rig: Rig, of: RigConstant, inputs: tuple[str, ...]) -> tuple[Variable, ...]:
+def outcome(stage: StageDescription, of: StageConstant, inputs: tuple[str, ...]) -> tuple[Variable, ...]:
     """Constant that the regulator has now, and the estimate that it follows; none of the one that is not adapted."""
     if of.unit == IRON:
         return ()
     name = of.name
     return (replace(real_output(f"adapted.{name}", of.unit, f"constant of the {of.meaning} that the regulator has",
                                 1.0, discrete=True, depends_on=inputs, starts_from=(name,)),
-                    path=f"regulator.{constant_place(rig, name)}"),
-            estimated(rig, of, real_output(f"estimated.{name}", of.unit, f"estimated constant of the {of.meaning}", 1.0,
+                    path=f"regulator.{constant_place(stage, name)}"),
+            estimated(stage, of,
+                      real_output(f"estimated.{name}", of.unit, f"estimated constant of the {of.meaning}", 1.0,
                                    discrete=True, depends_on=inputs, starts_from=(name,)), "value", ESTIMATOR),
-            estimated(rig, of, flag(f"{name}_converged", f"data decide {name}, and its estimate has stayed within "
+            estimated(stage, of, flag(f"{name}_converged", f"data decide {name}, and its estimate has stayed within "
                             "convergence.tolerance for convergence.time", inputs), "converged", ESTIMATOR))
 
 
@@ -74,7 +77,7 @@ def travel(name: str, stop: Stop, place: str) -> tuple[Variable, ...]:
                  for end in ("lower", "upper"))
 
 
-def travel_place(rig: Rig, axis: RigAxis) -> str:
+def travel_place(stage: StageDescription, axis: StageAxis) -> str:
     """Path of where an axis meets its stops."""
-    stopped = [axis_number(rig, each.name) for each in rig.axes if each.stop is not None]
-    return f"travels[{sorted(stopped).index(axis_number(rig, axis.name))}]"
+    stopped = [axis_number(stage, each.name) for each in stage.axes if each.stop is not None]
+    return f"travels[{sorted(stopped).index(axis_number(stage, axis.name))}]"

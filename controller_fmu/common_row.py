@@ -4,7 +4,7 @@ from controller_fmu.level_platform import LevelPlatform
 from controller_fmu.motor_current import MotorCurrent
 from controller_fmu.motor_layout import MotorLayout
 from pmlsm.gap_functions import gap_functions
-from pmlsm.stage_description import Rig
+from pmlsm.stage_description import StageDescription
 from pmlsm.velocity_rows import normal_terms, thrust_acceleration
 
 NONE = -0.0   # what a sum begins with that is to be its first term exactly, even where that is −0
@@ -13,12 +13,12 @@ NONE = -0.0   # what a sum begins with that is to be its first term exactly, eve
 class CommonRow:
     """The vertical row by the sums of all currents, and the column of each horizontal axis."""
 
-    def __init__(self, rig: Rig):
-        self.carrying = rig.carrying                      # motors that carry the mover
+    def __init__(self, stage: StageDescription):
+        self.carrying = stage.carrying                      # motors that carry the mover
         self.attraction = 0.0                             # columns of the vertical row
         self.coils = 0.0
         self.iron = 0.0
-        self.thrust = [0.0 for _ in rig.horizontal]       # and of the horizontal ones
+        self.thrust = [0.0 for _ in stage.horizontal]       # and of the horizontal ones
 
     def collect(self, layout: MotorLayout, motors: list[MotorCurrent], platform: LevelPlatform, gap: float) -> None:
         """Compute the columns at an air gap (m)."""

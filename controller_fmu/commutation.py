@@ -7,7 +7,7 @@ from controller_fmu.motor_layout import MotorLayout
 from controller_fmu.sample_clock import SampleClock
 from controller_fmu.sampled import Sampled
 from controller_fmu.status import BAD_GEOMETRY, BAD_PLACES, STEPPED
-from pmlsm.stage_description import Rig
+from pmlsm.stage_description import StageDescription
 
 
 class Commutation(Sampled):
@@ -17,13 +17,13 @@ class Commutation(Sampled):
     which the tilts move; they follow from the gaps at the motors.
     """
 
-    def __init__(self, rig: Rig):
-        self.sample_time = rig.sample_time   # s, parameter
+    def __init__(self, stage: StageDescription):
+        self.sample_time = stage.sample_time   # s, parameter
         self.current_limit = 0.0             # A, parameter, 0 = none
-        self.layout = MotorLayout(rig)
-        self.axes = [MeasuredDisplacement() for _ in rig.horizontal]
-        self.motors = [CommutatedMotor() for _ in rig.motors]
-        self.platform = platform_of(rig) if rig.rotations else LevelPlatform()
+        self.layout = MotorLayout(stage)
+        self.axes = [MeasuredDisplacement() for _ in stage.horizontal]
+        self.motors = [CommutatedMotor() for _ in stage.motors]
+        self.platform = platform_of(stage) if stage.rotations else LevelPlatform()
         self.clock = SampleClock()
         self.saturated = False   # output
 

@@ -15,31 +15,31 @@ from controller_fmu.sampled import Sampled
 from controller_fmu.status import BAD_GEOMETRY, BAD_PLACES, STEPPED
 from controller_fmu.velocity_model import EstimatorLaw
 from controller_fmu.velocity_observer import ObserverFilter
-from pmlsm.stage_description import Rig
+from pmlsm.stage_description import StageDescription
 from pmlsm.velocity_rows import GRAVITY
 
 
 class Estimator(Sampled):
     """Samples positions and delivered currents, estimates the constants by the reduced NPFSI estimator (3.8)."""
 
-    def __init__(self, rig: Rig):
-        guess = rig.estimator.guess
-        weight = rig.estimator.weight
+    def __init__(self, stage: StageDescription):
+        guess = stage.estimator.guess
+        weight = stage.estimator.weight
         self.epsilon = 0.01                  # s, parameter
         self.gamma = 1.1                     # parameter
         self.forgetting = 0.0                # 1/s, parameter, 0 = off
         self.matched_filter = False          # parameter
         self.held = False                    # parameter
-        self.sample_time = rig.sample_time   # s, parameter
-        self.layout = MotorLayout(rig)
+        self.sample_time = stage.sample_time   # s, parameter
+        self.layout = MotorLayout(stage)
         # Guesses of the constants of each row, and their weights, the diagonal of Q0.
-        self.vertical = NormalAxis(rig.vertical.start, guess.attraction, guess.coils, guess.iron, weight.attraction,
+        self.vertical = NormalAxis(stage.vertical.start, guess.attraction, guess.coils, guess.iron, weight.attraction,
                                    weight.coils, weight.iron)
-        self.horizontal = [ThrustAxis(guess.thrust[axis.name], weight.thrust[axis.name]) for axis in rig.horizontal]
-        self.motors = [MotorCurrent() for _ in rig.motors]
+        self.horizontal = [ThrustAxis(guess.thrust[axis.name], weight.thrust[axis.name]) for axis in stage.horizontal]
+        self.motors = [MotorCurrent() for _ in stage.motors]
         # Of any type: the rows below know which one they go with.
-        self.platform: Any = platform_of(rig) if rig.rotations else LevelPlatform()
-        self.rows = MotorRows(rig) if rig.rotations or rig.unlike else CommonRow(rig)
+        self.platform: Any = platform_of(stage) if stage.rotations else LevelPlatform()
+        self.rows = MotorRows(stage) if stage.rotations or stage.unlike else CommonRow(stage)
         self.observer = ObserverFilter()
         self.convergence = ConvergenceRule()
         self.law = EstimatorLaw()

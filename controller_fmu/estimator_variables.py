@@ -7,7 +7,7 @@ import controller_fmu.status as status
 import controller_fmu.variables as control
 from controller_fmu.places import axis_number, placed
 from maglev.fmi.definition import Variable, flag, parameter, real_input, real_output, switch
-from pmlsm.stage_description import ATTRACTION, COILS, IRON, THRUST, Rig, RigConstant
+from pmlsm.stage_description import ATTRACTION, COILS, IRON, THRUST, StageConstant, StageDescription
 from pmlsm.variables import CONSTANTS, bad_geometry, motor_geometry
 
 REFUSED_STEP = ("communication step = {step} s, expected one that divides the estimator's "
@@ -20,55 +20,55 @@ WEIGHT = {THRUST: "A2.s", ATTRACTION: "T4.s", COILS: "A2.T2.s", IRON: "A4.s"}
 PLACE = {THRUST: "thrust", ATTRACTION: "attraction", COILS: "coils", IRON: "iron"}
 
 
-def row_place(rig: Rig, axis: str) -> str:
+def row_place(stage: StageDescription, axis: str) -> str:
     """Path of the row of an axis."""
-    number = axis_number(rig, axis)
+    number = axis_number(stage, axis)
     return f"horizontal[{number - 1}]" if number else "vertical"
 
 
-def estimated(rig: Rig, of: RigConstant, variable: Variable, part: str, above: str = "") -> Variable:
+def estimated(stage: StageDescription, of: StageConstant, variable: Variable, part: str, above: str = "") -> Variable:
     """A variable of a constant, which lies in a part of its estimate."""
-    return replace(variable, path=f"{above}{row_place(rig, of.axis)}.{PLACE[of.unit]}.{part}")
+    return replace(variable, path=f"{above}{row_place(stage, of.axis)}.{PLACE[of.unit]}.{part}")
 
 
-def in_rows(rig: Rig, variables: Iterable[Variable]) -> tuple[Variable, ...]:
+def in_rows(stage: StageDescription, variables: Iterable[Variable]) -> tuple[Variable, ...]:
     """Variables with their paths in an estimator, whose axes are rows; those of constants have theirs."""
-    names = {axis.name: row_place(rig, axis.name) for axis in (rig.vertical, *rig.horizontal)}
+    names = {axis.name: row_place(stage, axis.name) for axis in (stage.vertical, *stage.horizontal)}
     return tuple(replace(v, path=f"{names[owner]}.{v.name.partition('.')[2]}") if owner in names else
-                 v if v.path and owner == v.name else placed(rig, (v,), "layout")[0]
+                 v if v.path and owner == v.name else placed(stage, (v,), "layout")[0]
                  for v in variables for owner in [v.name.partition(".")[0]])
 
 
-def refusals(rig: Rig) -> dict[int, str]:
+def refusals(stage: StageDescription) -> dict[int, str]:
     """Refusals of an estimator, by the status of the block."""
-    return {status.STEP_MISFIT: REFUSED_STEP, status.BAD_GEOMETRY: bad_geometry(rig),
-            **({status.BAD_PLACES: control.bad_places(rig)} if rig.rotations else {})}
+    return {status.STEP_MISFIT: REFUSED_STEP, status.BAD_GEOMETRY: bad_geometry(stage),
+            **({status.BAD_PLACES: control.bad_places(stage)} if stage.rotations else {})}
 
 
-def estimator_variables(rig: Rig) -> tuple[Variable, ...]:
+def estimator_variables(stage: StageDescription) -> tuple[Variable, ...]:
     """Variables of an estimator; the tilts have no row."""
-    rows = (rig.vertical, *rig.horizontal)
-    inputs = {axis.name: row_inputs(rig, axis.name) for axis in rows}
-    return in_rows(rig, (
-            *(control.measured_axis(axis) for axis in rows if not control.by_gaps(rig, axis.name)),
-            *control.gap_inputs(rig),
+    rows = (stage.vertical, *stage.horizontal)
+    inputs = {axis.name: row_inputs(stage, axis.name) for axis in rows}
+    return in_rows(stage, (
+            *(control.measured_axis(axis) for axis in rows if not control.by_gaps(stage, axis.name)),
+            *control.gap_inputs(stage),
             *(real_input(f"{motor}.i_{current}", "A", f"delivered {text} current", 1000.0, 1.0)
-              for motor in rig.motor_names for current, text in (("d", "direct"), ("q", "quadrature"))),
-            *(v for constant in rig.constants for v in estimate_variables(rig, constant, inputs[constant.axis])),
-            *(v for axis in inputs for v in axis_outputs(axis, control.measurements(rig, axis), inputs[axis])),
-            *(v for constant in rig.constants
-              for v in guess(rig, constant, rig.source("estimator.guess"), rig.source("estimator.weight"))),
-            *estimator_parameters(rig.source("sample_time")),
-            *control.place_parameters(rig),
-            *motor_geometry(rig, *CONSTANTS)))
+              for motor in stage.motor_names for current, text in (("d", "direct"), ("q", "quadrature"))),
+            *(v for constant in stage.constants for v in estimate_variables(stage, constant, inputs[constant.axis])),
+            *(v for axis in inputs for v in axis_outputs(axis, control.measurements(stage, axis), inputs[axis])),
+            *(v for constant in stage.constants
+              for v in guess(stage, constant, stage.source("estimator.guess"), stage.source("estimator.weight"))),
+            *estimator_parameters(stage.source("sample_time")),
+            *control.place_parameters(stage),
+            *motor_geometry(stage, *CONSTANTS)))
 
 
-def row_inputs(rig: Rig, axis: str) -> tuple[str, ...]:
+def row_inputs(stage: StageDescription, axis: str) -> tuple[str, ...]:
     """Inputs that the row of an axis takes in."""
-    gap = control.measurements(rig, rig.vertical.name)
-    if axis == rig.vertical.name:
-        return (*gap, *(f"{motor}.{current}" for motor in rig.motor_names for current in ("i_d", "i_q")))
-    return (f"{axis}.measured", *gap, *(f"{motor.name}.i_q" for motor in rig.motors if motor.drives == axis))
+    gap = control.measurements(stage, stage.vertical.name)
+    if axis == stage.vertical.name:
+        return (*gap, *(f"{motor}.{current}" for motor in stage.motor_names for current in ("i_d", "i_q")))
+    return (f"{axis}.measured", *gap, *(f"{motor.name}.i_q" for motor in stage.motors if motor.drives == axis))
 
 
 def axis_outputs(axis: str, measured: tuple[str, ...], inputs: tuple[str, ...]) -> tuple[Variable, ...]:
@@ -79,21 +79,22 @@ def axis_outputs(axis: str, measured: tuple[str, ...], inputs: tuple[str, ...]) 
                         " low-passed with time constant epsilon", 0.1, discrete=True, depends_on=inputs))
 
 
-def estimate_variables(rig: Rig, of: RigConstant, inputs: tuple[str, ...]) -> tuple[Variable, ...]:
+def estimate_variables(stage: StageDescription, of: StageConstant, inputs: tuple[str, ...]) -> tuple[Variable, ...]:
     """Estimate of a constant; `inputs` are those of its row."""
     name = of.name
-    return (estimated(rig, of, real_output(name, of.unit, f"estimated constant of the {of.meaning}", 1.0, discrete=True,
+    return (estimated(stage, of,
+                      real_output(name, of.unit, f"estimated constant of the {of.meaning}", 1.0, discrete=True,
                                            depends_on=inputs, starts_from=(f"{name}_start",)), "value"),
-            estimated(rig, of, flag(f"{name}_converged", f"data decide {name}, and it has stayed within "
+            estimated(stage, of, flag(f"{name}_converged", f"data decide {name}, and it has stayed within "
                                     "convergence.tolerance for convergence.time", inputs), "converged"))
 
 
-def guess(rig: Rig, of: RigConstant, source: str, weight_source: str) -> tuple[Variable, ...]:
+def guess(stage: StageDescription, of: StageConstant, source: str, weight_source: str) -> tuple[Variable, ...]:
     """Start value of a constant and its weight."""
     name = of.name
-    return (estimated(rig, of, parameter(f"{name}_start", of.unit, f"first guess of {name}", source, -1e6, 1e6, 1.0,
+    return (estimated(stage, of, parameter(f"{name}_start", of.unit, f"first guess of {name}", source, -1e6, 1e6, 1.0,
                                  fixed=True), "guess"),
-            estimated(rig, of, parameter(f"{name}_weight", WEIGHT[of.unit], "diagonal element of Q0 = Σ(0) in (3.8) "
+            estimated(stage, of, parameter(f"{name}_weight", WEIGHT[of.unit], "diagonal element of Q0 = Σ(0) in (3.8) "
                                          f"for {name}: how much data it takes to leave the first guess; a very large "
                                          "one holds it", weight_source, 1e-20, 1e20, of.weight, fixed=True), "weight"))
 

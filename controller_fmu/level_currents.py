@@ -5,15 +5,15 @@ from controller_fmu.level_platform import LevelPlatform
 from controller_fmu.linearisation import Linearisation
 from controller_fmu.motor_model import MotorModel
 from controller_fmu.pid_axis import PIDAxis
-from pmlsm.stage_description import Rig
+from pmlsm.stage_description import StageDescription
 
 
 class LevelCurrents:
     """The vertical axis alone moves with the direct currents."""
 
-    def __init__(self, rig: Rig):
+    def __init__(self, stage: StageDescription):
         # Motors of which means are taken: of motors that are alike one stands for all.
-        self.counted = list(range(len(rig.motors))) if rig.unlike else [0]
+        self.counted = list(range(len(stage.motors))) if stage.unlike else [0]
 
     def design(self, axes: list[PIDAxis], platform: LevelPlatform, stiffness: float, gain: float) -> None:
         """Design no other axis than the vertical one."""

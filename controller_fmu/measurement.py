@@ -4,21 +4,22 @@ from controller_fmu.measured_position import MeasuredPosition
 from controller_fmu.sample_clock import SampleClock
 from controller_fmu.sampled import Sampled
 from controller_fmu.sampling_instant import NO_SEED, STEPPED, TOO_LATE, SamplingInstant
-from pmlsm.stage_description import Rig
+from pmlsm.stage_description import StageDescription
 
 
 class Measurement(Sampled):
     """Samples encoders, and gives what the controller gets: later, with errors, or not at all."""
 
-    def __init__(self, rig: Rig):
-        gaps = [rig.vertical.start for _ in rig.motors if rig.rotations]   # where the platform tilts
-        starts = [axis.start for axis in rig.measured] + gaps
+    def __init__(self, stage: StageDescription):
+        gaps = [stage.vertical.start for _ in stage.motors if stage.rotations]   # where the platform tilts
+        starts = [axis.start for axis in stage.measured] + gaps
         self.seed = 0.0                      # parameter: a whole number
-        self.sample_time = rig.sample_time   # s, parameter
+        self.sample_time = stage.sample_time   # s, parameter
         self.instant = SamplingInstant()
         self.encoders = [MeasuredPosition(start, number) for number, start in enumerate(starts, 1)]
         # Which of them measure an air gap: that of the mover, or those of the motors.
-        self.gaps = [len(rig.measured) + number for number in range(len(gaps))] or [rig.measured.index(rig.vertical)]
+        self.gaps = [len(stage.measured) + number
+                     for number in range(len(gaps))] or [stage.measured.index(stage.vertical)]
         self.clock = SampleClock()
         self.key = 0           # the seed
         self.number = 0        # state: of the sample

@@ -6,7 +6,7 @@ from dataclasses import replace
 from controller_fmu.sampling_instant import LATEST, NO_SEED, STEP_MISFIT, TOO_LATE
 from controller_fmu.variables import gap_inputs, measured_axis
 from maglev.fmi.definition import Variable, parameter, real_output, switch
-from pmlsm.stage_description import Rig
+from pmlsm.stage_description import StageDescription
 
 NONE = "assumed: none"
 
@@ -18,17 +18,17 @@ REFUSALS = {
     NO_SEED: "seed = {seed}, expected a whole number"}
 
 
-def encoders(rig: Rig) -> Iterator[tuple[str, str, Variable]]:
+def encoders(stage: StageDescription) -> Iterator[tuple[str, str, Variable]]:
     """Of each encoder: whose it is, what a plant calls it, and the input of a controller that it is for."""
-    for axis in rig.measured:
+    for axis in stage.measured:
         yield axis.name, f"{axis.name}.encoder", measured_axis(axis)
-    for motor, gap in zip(rig.motor_names, gap_inputs(rig), strict=False):
+    for motor, gap in zip(stage.motor_names, gap_inputs(stage), strict=False):
         yield motor, f"{motor}.gap_encoder", gap
 
 
-def measurement_variables(rig: Rig) -> tuple[Variable, ...]:
+def measurement_variables(stage: StageDescription) -> tuple[Variable, ...]:
     """Variables of a measurement: inputs, outputs, then parameters."""
-    measured = list(encoders(rig))
+    measured = list(encoders(stage))
     inputs = [replace(of, name=encoder, path=f"encoders[{number}].encoder",
                       description=f"{of.description.replace('measured ', '', 1)}, as the encoder has it")
               for number, (_, encoder, of) in enumerate(measured)]
@@ -39,7 +39,7 @@ def measurement_variables(rig: Rig) -> tuple[Variable, ...]:
             parameter("seed", "", "seed of the noise, a whole number: another one, other noise", "assumed", 0.0,
                       4294967295.0, 1.0, fixed=True),
             parameter("sample_time", "s", "sample time, that of the controller; the communication step must divide it",
-                      rig.source("sample_time"), 1e-6, 1.0, 1e-3, fixed=True),
+                      stage.source("sample_time"), 1e-6, 1.0, 1e-3, fixed=True),
             *(replace(parameter(name, "s", f"{text}; together at most {LATEST} samples", NONE, 0.0, 1.0, 1e-3,
                                 fixed=True), path=f"instant.{name}")
               for name, text in (("delay", "age of a measurement when the controller gets it"),

@@ -1,21 +1,21 @@
 """The motors of a stage as controllers and estimators know them: their kinds, and the axis that each drives."""
 
 from pmlsm.motor_kind import motor_kinds
-from pmlsm.stage_description import Rig
+from pmlsm.stage_description import StageDescription
 
 
 class MotorLayout:
     """Which kind each motor is of, and which horizontal axis it drives; kind 0 is the one that the constants are of."""
 
-    def __init__(self, rig: Rig):
-        self.kinds = motor_kinds(rig)
-        unlike = [motor.name for motor in rig.unlike]
-        horizontal = [axis.name for axis in rig.horizontal]
-        self.kind = [1 + unlike.index(motor.name) if motor.name in unlike else 0 for motor in rig.motors]
-        self.drives = [horizontal.index(motor.drives) for motor in rig.motors]
+    def __init__(self, stage: StageDescription):
+        self.kinds = motor_kinds(stage)
+        unlike = [motor.name for motor in stage.unlike]
+        horizontal = [axis.name for axis in stage.horizontal]
+        self.kind = [1 + unlike.index(motor.name) if motor.name in unlike else 0 for motor in stage.motors]
+        self.drives = [horizontal.index(motor.drives) for motor in stage.motors]
         # Motors by the axes that they drive, the first axis first.
         self.by_axis = [k for axis in range(len(horizontal)) for k, drives in enumerate(self.drives) if drives == axis]
-        self.sharing = rig.sharing   # motors that share each current
+        self.sharing = stage.sharing   # motors that share each current
 
     def prepare(self) -> bool:
         """Compute what follows from the geometries; False where one is of no motor."""

@@ -6,18 +6,18 @@ from controller_fmu.motor_current import MotorCurrent
 from controller_fmu.motor_layout import MotorLayout
 from controller_fmu.tilting_platform import TiltingPlatform
 from pmlsm.gap_functions import gap_functions
-from pmlsm.stage_description import Rig
+from pmlsm.stage_description import StageDescription
 from pmlsm.velocity_rows import normal_terms, thrust_acceleration
 
 
 class MotorRows:
     """The vertical row as the sum over the motors, and the column of each horizontal axis."""
 
-    def __init__(self, rig: Rig):
+    def __init__(self, stage: StageDescription):
         self.attraction = 0.0                             # columns of the vertical row
         self.coils = 0.0
         self.iron = 0.0
-        self.thrust = [0.0 for _ in rig.horizontal]       # and of the horizontal ones
+        self.thrust = [0.0 for _ in stage.horizontal]       # and of the horizontal ones
 
     def collect(self, layout: MotorLayout, motors: list[MotorCurrent], platform: LevelPlatform | TiltingPlatform,
                 gap: float) -> None:

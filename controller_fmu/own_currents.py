@@ -5,18 +5,19 @@ from controller_fmu.motor_command import MotorCommand
 from controller_fmu.motor_model import MotorModel
 from controller_fmu.output_regulator import OutputRegulator
 from controller_fmu.vertical_law import VerticalLaw
-from pmlsm.stage_description import Rig
+from pmlsm.stage_description import StageDescription
 
 
 class OwnCurrents:
     """A vertical law for each motor. Under a nonlinear one all carry the same, else they share changes evenly."""
 
-    def __init__(self, rig: Rig, law: int):
-        self.laws = [VerticalLaw(law) for _ in rig.motors]
-        self.demands = [0.0 for _ in rig.axes]   # m/s², with which the axes begin
-        self.short = [0.0 for _ in rig.axes]     # A s: what the limit takes from the current of an axis
-        self.share = 1.0 / len(rig.motors)
-        self.shares = [1.0 / len(rig.motors_of(axis.name)) for axis in rig.horizontal]   # of one of an axis's motors
+    def __init__(self, stage: StageDescription, law: int):
+        self.laws = [VerticalLaw(law) for _ in stage.motors]
+        self.demands = [0.0 for _ in stage.axes]   # m/s², with which the axes begin
+        self.short = [0.0 for _ in stage.axes]     # A s: what the limit takes from the current of an axis
+        self.share = 1.0 / len(stage.motors)
+        # of one of an axis's motors
+        self.shares = [1.0 / len(stage.motors_of(axis.name)) for axis in stage.horizontal]
 
     def prepare(self) -> None:
         """Make ready for a start."""

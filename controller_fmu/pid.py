@@ -21,10 +21,10 @@ from controller_fmu.status import (
     STEPPED,
 )
 from controller_fmu.velocity_observer import ObserverFilter
-from pmlsm.stage_description import Rig, RigAxis
+from pmlsm.stage_description import StageAxis, StageDescription
 
 
-def axis_pid(axis: RigAxis) -> PIDAxis:
+def axis_pid(axis: StageAxis) -> PIDAxis:
     """Return the PID of an axis, by its design."""
     pole, pair_real, pair_imaginary = axis.design.pid
     pid = PIDAxis(pole, pair_real, pair_imaginary, axis.start)
@@ -40,13 +40,13 @@ class PID(Sampled):
     Motors that are unlike get the currents that make the forces which they would make in the others.
     """
 
-    def __init__(self, rig: Rig):
-        design = rig.design
-        rotations = len(rig.rotations)
-        horizontal = len(rig.horizontal)
-        self.model = MotorModel(rig)
-        self.sample_time = rig.sample_time                # s, parameter
-        self.setpoint = rig.vertical.start                # m, parameter: gap of the design
+    def __init__(self, stage: StageDescription):
+        design = stage.design
+        rotations = len(stage.rotations)
+        horizontal = len(stage.horizontal)
+        self.model = MotorModel(stage)
+        self.sample_time = stage.sample_time                # s, parameter
+        self.setpoint = stage.vertical.start                # m, parameter: gap of the design
         self.current_limit = design.pid_current_limit     # A, parameter, 0 = none
         self.antiwindup = False                           # parameter
         self.trip_error = 0.0                             # m, parameter, 0 = never
@@ -54,18 +54,18 @@ class PID(Sampled):
         self.observer = ObserverFilter(design.observer_time)
         self.clock = SampleClock()
         # The vertical axis, the horizontal ones, the tilts.
-        axes = (rig.vertical, *rig.horizontal, *rig.rotations)
+        axes = (stage.vertical, *stage.horizontal, *stage.rotations)
         self.axes = [axis_pid(axis) for axis in axes]
         self.tilted = [axis.rotation for axis in axes]   # whether an axis is a tilt
-        self.motors = [MotorCommand() for _ in rig.motors]
+        self.motors = [MotorCommand() for _ in stage.motors]
         self.linears = [Linearisation() for _ in self.model.layout.kinds]
         # Of any type: the currents below know which one they go with.
-        self.platform: Any = platform_of(rig) if rotations else LevelPlatform()
-        self.holding = PlatformCurrents(rig) if rotations else LevelCurrents(rig)
+        self.platform: Any = platform_of(stage) if rotations else LevelPlatform()
+        self.holding = PlatformCurrents(stage) if rotations else LevelCurrents(stage)
         # A or A/m, of y, x, z, roll, pitch; what guides hold stays 0.
         self.currents = [0.0, 0.0, 0.0, 0.0, 0.0]
         self.places = [*range(1 + horizontal), *range(3, 3 + rotations)]   # of each axis among them
-        self.held = [False for _ in rig.axes]   # whether the limit holds the integral of an axis
+        self.held = [False for _ in stage.axes]   # whether the limit holds the integral of an axis
         self.started = False    # state: a measurement has come in
         self.saturated = False  # output
         self.feasible = True    # output; a current is always commanded

@@ -4,59 +4,60 @@ from collections.abc import Iterable
 from dataclasses import replace
 
 from maglev.fmi.definition import Variable
-from pmlsm.stage_description import ATTRACTION, COILS, IRON, Rig
+from pmlsm.stage_description import ATTRACTION, COILS, IRON, StageDescription
 
 # Where a constant lies in a `MotorModel`, by its unit; the thrusts are a list.
 CONSTANTS = {ATTRACTION: "attraction", COILS: "coils", IRON: "iron"}
 
 
-def placed(rig: Rig, variables: Iterable[Variable], layout: str = "model.layout",
+def placed(stage: StageDescription, variables: Iterable[Variable], layout: str = "model.layout",
            allocation: str = "currents.allocation") -> tuple[Variable, ...]:
     """Variables with their paths in a block, in which a `MotorLayout` and a `ForceAllocation` have these paths."""
-    return tuple(replace(v, path=place(rig, v.name, layout, allocation)) for v in variables)
+    return tuple(replace(v, path=place(stage, v.name, layout, allocation)) for v in variables)
 
 
-def place(rig: Rig, name: str, layout: str = "model.layout", allocation: str = "currents.allocation") -> str:
+def place(stage: StageDescription, name: str, layout: str = "model.layout",
+          allocation: str = "currents.allocation") -> str:
     """Path of a variable."""
     owner, _, part = name.partition(".")
     if owner == "geometry":
         return f"{layout}.kinds[0].{name}"
     if name == "height":
         return f"platform.{name}"
-    if owner in rig.motor_names:
-        return of_motor(rig, owner, part, layout)
-    if owner in rig.axis_names:
-        return of_axis(rig, owner, part, allocation)
-    return constant_place(rig, name) or name
+    if owner in stage.motor_names:
+        return of_motor(stage, owner, part, layout)
+    if owner in stage.axis_names:
+        return of_axis(stage, owner, part, allocation)
+    return constant_place(stage, name) or name
 
 
-def constant_place(rig: Rig, name: str) -> str:
+def constant_place(stage: StageDescription, name: str) -> str:
     """Return the path of a constant of the model, or an empty text if there is no such constant."""
-    for number, constant in enumerate(rig.constants):
+    for number, constant in enumerate(stage.constants):
         if constant.name == name:
             return f"model.{CONSTANTS.get(constant.unit, f'thrust[{number}]')}"
     return ""
 
 
-def axis_number(rig: Rig, axis: str) -> int:
+def axis_number(stage: StageDescription, axis: str) -> int:
     """Number of an axis among the vertical one, the horizontal ones and the tilts, in that order."""
-    return [each.name for each in (rig.vertical, *rig.horizontal, *rig.rotations)].index(axis)
+    return [each.name for each in (stage.vertical, *stage.horizontal, *stage.rotations)].index(axis)
 
 
-def of_axis(rig: Rig, axis: str, part: str, allocation: str) -> str:
+def of_axis(stage: StageDescription, axis: str, part: str, allocation: str) -> str:
     """Path of what an axis has, such as "reference"."""
-    number = axis_number(rig, axis)
+    number = axis_number(stage, axis)
     if part in ("mass", "inertia"):
-        names = ("mass_y", *("mass_x", "mass_z")[:len(rig.horizontal)], "inertia_roll", "inertia_pitch")
+        names = ("mass_y", *("mass_x", "mass_z")[:len(stage.horizontal)], "inertia_roll", "inertia_pitch")
         return f"{allocation}.{names[number]}"
     return f"axes[{number}].{part}"
 
 
-def of_motor(rig: Rig, motor: str, part: str, layout: str) -> str:
+def of_motor(stage: StageDescription, motor: str, part: str, layout: str) -> str:
     """Path of what a motor has, such as "i_a_cmd"."""
-    number = rig.motor_names.index(motor)
+    number = stage.motor_names.index(motor)
     if part.startswith("geometry.") or part.endswith("_ratio"):
-        kind = f"{layout}.kinds[{1 + [each.name for each in rig.unlike].index(motor)}]"
+        kind = f"{layout}.kinds[{1 + [each.name for each in stage.unlike].index(motor)}]"
         return f"{kind}.{part}" if part.startswith("geometry.") else f"{kind}.ratio.{part.removesuffix('_ratio')}"
     if part in ("gap_measured", "x", "z"):
         return f"platform.places[{number}].{part}"

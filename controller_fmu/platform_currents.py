@@ -8,17 +8,17 @@ from controller_fmu.pid_axis import PIDAxis
 from controller_fmu.tilt_measurement import TiltMeasurement
 from controller_fmu.tilting_platform import TiltingPlatform
 from pmlsm.gap_functions import gap_functions
-from pmlsm.stage_description import Rig
+from pmlsm.stage_description import StageDescription
 
 
 class PlatformCurrents:
     """A current that all motors have in common moves the vertical axis, its slopes over the platform move the tilts."""
 
-    def __init__(self, rig: Rig):
-        self.allocation = allocation_of(rig)
-        self.unlike = len(rig.unlike) > 0
+    def __init__(self, stage: StageDescription):
+        self.allocation = allocation_of(stage)
+        self.unlike = len(stage.unlike) > 0
         # Motors of which means are taken: of motors that are alike one stands for all.
-        self.counted = list(range(len(rig.motors))) if rig.unlike else [0]
+        self.counted = list(range(len(stage.motors))) if stage.unlike else [0]
         self.held = TiltMeasurement()
 
     def design(self, axes: list[PIDAxis], platform: TiltingPlatform, stiffness: float, gain: float) -> None:

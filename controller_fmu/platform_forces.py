@@ -11,29 +11,30 @@ from controller_fmu.status import INTERPOLATED, NONLINEAR
 from controller_fmu.tilt_measurement import TiltMeasurement
 from controller_fmu.tilting_platform import TiltingPlatform
 from controller_fmu.vertical_law import VerticalLaw
-from pmlsm.stage_description import Rig
+from pmlsm.stage_description import StageDescription
 from pmlsm.velocity_rows import GRAVITY
 
 
 class PlatformForces:
     """A vertical law for each motor, and the allocation of the forces."""
 
-    def __init__(self, rig: Rig, law: int, gains: FixedGains | GainSchedule | GainTable):
+    def __init__(self, stage: StageDescription, law: int, gains: FixedGains | GainSchedule | GainTable):
         self.law = law
-        self.laws = [VerticalLaw(law) for _ in rig.motors]
+        self.laws = [VerticalLaw(law) for _ in stage.motors]
         self.centre = VerticalLaw(law)                    # of a motor at the centre of the platform
         self.gains = gains
-        self.allocation = allocation_of(rig)
-        self.unlike = len(rig.unlike) > 0
+        self.allocation = allocation_of(stage)
+        self.unlike = len(stage.unlike) > 0
         # Of y, x, z, roll, pitch; what guides hold stays 0.
-        self.places = [0, 1, 2, 3, 4] if len(rig.horizontal) == 2 else [0, 1, 3]   # of each axis among them
+        self.places = [0, 1, 2, 3, 4] if len(stage.horizontal) == 2 else [0, 1, 3]   # of each axis among them
         self.wanted = [0.0, 0.0, 0.0, 0.0, 0.0]           # m/s², rad/s², demands
         self.goal = [0.0, 0.0, 0.0, 0.0, 0.0]             # m, rad, references
         self.held = TiltMeasurement()
         self.missing = TiltMeasurement()                  # of the direct currents
-        self.demands = [0.0 for _ in rig.axes]            # m/s², rad/s², with which the axes begin
-        self.short = [0.0 for _ in rig.axes]              # A s: what the limit takes from the current of an axis
-        self.shares = [1.0 / len(rig.motors_of(axis.name)) for axis in rig.horizontal]   # of one of an axis's motors
+        self.demands = [0.0 for _ in stage.axes]            # m/s², rad/s², with which the axes begin
+        self.short = [0.0 for _ in stage.axes]              # A s: what the limit takes from the current of an axis
+        # of one of an axis's motors
+        self.shares = [1.0 / len(stage.motors_of(axis.name)) for axis in stage.horizontal]
 
     def prepare(self) -> None:
         """Make ready for a start: the demands of a law about an equilibrium are about it."""

@@ -29,10 +29,10 @@ from controller_fmu.status import (
     STEPPED,
 )
 from controller_fmu.velocity_observer import ObserverFilter
-from pmlsm.stage_description import Rig, RigAxis
+from pmlsm.stage_description import StageAxis, StageDescription
 
 
-def axis_regulator(axis: RigAxis) -> OutputRegulator:
+def axis_regulator(axis: StageAxis) -> OutputRegulator:
     """Return the output regulator of an axis, by its design."""
     k1, k2, k3, k4, k5 = axis.design.gains
     return OutputRegulator(k1, k2, k3, k4, k5, axis.design.antiwindup_gain, axis.start)
@@ -49,14 +49,14 @@ class Regulator(Sampled):
     Where the platform tilts, each motor has its own gap; the vertical axis and the tilts follow from the gaps.
     """
 
-    def __init__(self, rig: Rig, law: int = NONLINEAR):
-        design = rig.design
-        rotations = len(rig.rotations)
+    def __init__(self, stage: StageDescription, law: int = NONLINEAR):
+        design = stage.design
+        rotations = len(stage.rotations)
         self.law = law
-        self.model = MotorModel(rig)
-        self.sample_time = rig.sample_time            # s, parameter
+        self.model = MotorModel(stage)
+        self.sample_time = stage.sample_time            # s, parameter
         self.omega0 = 1.5 * pi                        # rad/s, parameter
-        self.setpoint = rig.vertical.start            # m, parameter of the linear law: gap of its linearisation
+        self.setpoint = stage.vertical.start            # m, parameter of the linear law: gap of its linearisation
         self.bumpless = True                          # parameter of the linear law
         self.current_limit = design.current_limit     # A, parameter, 0 = none
         self.antiwindup = design.antiwindup           # parameter
@@ -66,17 +66,17 @@ class Regulator(Sampled):
         self.oscillator = OscillatorStep()
         self.clock = SampleClock()
         # The vertical axis, the horizontal ones, the tilts.
-        axes = (rig.vertical, *rig.horizontal, *rig.rotations)
+        axes = (stage.vertical, *stage.horizontal, *stage.rotations)
         self.axes = [axis_regulator(axis) for axis in axes]
         self.tilted = [axis.rotation for axis in axes]                       # whether an axis is a tilt
-        self.by_gap = [axis.rotation or axis is rig.vertical for axis in axes]   # whether a normal force serves it
-        self.motors = [MotorCommand() for _ in rig.motors]
+        self.by_gap = [axis.rotation or axis is stage.vertical for axis in axes]   # whether a normal force serves it
+        self.motors = [MotorCommand() for _ in stage.motors]
         # Of any type: the currents below know which one they go with.
-        self.platform: Any = platform_of(rig) if rotations else LevelPlatform()
+        self.platform: Any = platform_of(stage) if rotations else LevelPlatform()
         gains = (GainSchedule(design.schedule) if law == SCHEDULED and design.schedule is not None else
                  GainTable(design.table) if law == INTERPOLATED and design.table is not None else FixedGains())
-        self.currents = (PlatformForces(rig, law, gains) if rotations else
-                         OwnCurrents(rig, law) if rig.unlike else SharedCurrent(rig, law, gains))
+        self.currents = (PlatformForces(stage, law, gains) if rotations else
+                         OwnCurrents(stage, law) if stage.unlike else SharedCurrent(stage, law, gains))
         self.started = False    # state: a measurement has come in
         self.saturated = False  # output
         self.feasible = True    # output

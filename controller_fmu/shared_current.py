@@ -8,22 +8,22 @@ from controller_fmu.motor_command import MotorCommand
 from controller_fmu.motor_model import MotorModel
 from controller_fmu.output_regulator import OutputRegulator
 from controller_fmu.vertical_law import VerticalLaw
-from pmlsm.stage_description import Rig
+from pmlsm.stage_description import StageDescription
 
 
 class SharedCurrent:
     """One vertical law for all motors, and the quadrature current of each axis for the motors that drive it."""
 
-    def __init__(self, rig: Rig, law: int, gains: FixedGains | GainSchedule | GainTable):
+    def __init__(self, stage: StageDescription, law: int, gains: FixedGains | GainSchedule | GainTable):
         self.vertical = VerticalLaw(law)
         self.gains = gains
-        self.i_q = [0.0 for _ in rig.horizontal]         # A, by axis
-        self.demands = [0.0 for _ in rig.axes]           # m/s², with which the axes begin
-        self.short = [0.0 for _ in rig.axes]             # A s: what the limit takes from the current of an axis
-        horizontal = [axis.name for axis in rig.horizontal]
-        motors = [motor.drives for motor in rig.motors]
+        self.i_q = [0.0 for _ in stage.horizontal]         # A, by axis
+        self.demands = [0.0 for _ in stage.axes]           # m/s², with which the axes begin
+        self.short = [0.0 for _ in stage.axes]             # A s: what the limit takes from the current of an axis
+        horizontal = [axis.name for axis in stage.horizontal]
+        motors = [motor.drives for motor in stage.motors]
         self.first = [motors.index(axis) for axis in horizontal]   # motor of each axis: the others do as it does
-        self.driven = [k for k, axis in enumerate(horizontal) for _ in rig.motors_of(axis)]   # axes, for each motor
+        self.driven = [k for k, axis in enumerate(horizontal) for _ in stage.motors_of(axis)]   # axes, for each motor
 
     def prepare(self) -> None:
         """Make ready for a start."""

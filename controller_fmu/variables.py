@@ -1,7 +1,7 @@
 """Variables that controllers share, part by part."""
 
 from maglev.fmi.definition import Variable, flag, parameter, real_input, real_output, switch
-from pmlsm.stage_description import Rig, RigAxis, RigConstant
+from pmlsm.stage_description import StageAxis, StageConstant, StageDescription
 
 ANY_GAIN = 1e15
 
@@ -14,94 +14,96 @@ REFUSED_STEP = ("communication step = {step} s, expected one that divides the co
                 "sample_time = {sample_time} s into a whole number of steps and does not step over a sample")
 
 
-def axis_inputs(rig: Rig, axis: RigAxis) -> tuple[Variable, ...]:
+def axis_inputs(stage: StageDescription, axis: StageAxis) -> tuple[Variable, ...]:
     """Inputs of one controlled axis."""
     return (real_input(f"{axis.name}.reference", axis.unit("m"), f"reference of the {axis.meaning}", 10.0, 0.01),
             real_input(f"{axis.name}.reference_rate", axis.unit("m/s"), f"rate of the reference of the {axis.meaning}",
                        1000.0, 0.1),
-            *(() if by_gaps(rig, axis.name) else (measured_axis(axis),)))
+            *(() if by_gaps(stage, axis.name) else (measured_axis(axis),)))
 
 
-def measured_axis(axis: RigAxis) -> Variable:
+def measured_axis(axis: StageAxis) -> Variable:
     """Measurement of one axis."""
     return real_input(f"{axis.name}.measured", "m", f"measured {axis.meaning}", 10.0, 0.01)
 
 
-def by_gaps(rig: Rig, axis: str) -> bool:
+def by_gaps(stage: StageDescription, axis: str) -> bool:
     """Whether an axis is measured by the gaps at the motors."""
-    return bool(rig.rotations) and axis not in [horizontal.name for horizontal in rig.horizontal]
+    return bool(stage.rotations) and axis not in [horizontal.name for horizontal in stage.horizontal]
 
 
-def gap_names(rig: Rig) -> tuple[str, ...]:
+def gap_names(stage: StageDescription) -> tuple[str, ...]:
     """Names of the gaps at the motors, where they are measured."""
-    return tuple(f"{motor}.gap_measured" for motor in rig.motor_names) if rig.rotations else ()
+    return tuple(f"{motor}.gap_measured" for motor in stage.motor_names) if stage.rotations else ()
 
 
-def gap_inputs(rig: Rig) -> tuple[Variable, ...]:
+def gap_inputs(stage: StageDescription) -> tuple[Variable, ...]:
     """Gaps at the motors, where they are measured."""
-    return tuple(real_input(name, "m", "measured air gap at the motor", 10.0, 0.01) for name in gap_names(rig))
+    return tuple(real_input(name, "m", "measured air gap at the motor", 10.0, 0.01) for name in gap_names(stage))
 
 
-def measurements(rig: Rig, axis: str) -> tuple[str, ...]:
+def measurements(stage: StageDescription, axis: str) -> tuple[str, ...]:
     """Names of the inputs that measure an axis."""
-    return gap_names(rig) if by_gaps(rig, axis) else (f"{axis}.measured",)
+    return gap_names(stage) if by_gaps(stage, axis) else (f"{axis}.measured",)
 
 
-def place_parameters(rig: Rig) -> tuple[Variable, ...]:
+def place_parameters(stage: StageDescription) -> tuple[Variable, ...]:
     """Places of the motors on a platform that tilts."""
-    first, *others = (axis.name for axis in rig.horizontal)
+    first, *others = (axis.name for axis in stage.horizontal)
     directions = {"x": first, "z": next(iter(others), f"the platform, across {first}")}
     return tuple(parameter(f"{motor}.{spot}", "m",
                            f"place of the motor along {directions[spot]}, from the centre of mass",
-                           rig.source(f"motors.{motor}.{spot}"), -10.0, 10.0, 0.1, fixed=True)
-                 for motor in rig.motor_names for spot in rig.spots if rig.rotations)
+                           stage.source(f"motors.{motor}.{spot}"), -10.0, 10.0, 0.1, fixed=True)
+                 for motor in stage.motor_names for spot in stage.spots if stage.rotations)
 
 
-def height(rig: Rig) -> Variable:
+def height(stage: StageDescription) -> Variable:
     """Lever of the thrusts."""
     return parameter("height", "m", "height of the magnets' faces against the centre of mass, downwards",
-                     rig.source("height"), -1.0, 1.0, 0.1)
+                     stage.source("height"), -1.0, 1.0, 0.1)
 
 
-def platform_parameters(rig: Rig) -> tuple[Variable, ...]:
+def platform_parameters(stage: StageDescription) -> tuple[Variable, ...]:
     """The controllers' model of a platform that tilts."""
-    if not rig.rotations:
+    if not stage.rotations:
         return ()
-    axes = (rig.vertical, *rig.horizontal, *rig.rotations)
+    axes = (stage.vertical, *stage.horizontal, *stage.rotations)
     inertias = [parameter(f"{axis.name}.inertia", "kg.m2", f"inertia of the {axis.meaning} in the controller's model",
-                          rig.source(f"axes.{axis.name}.mass"), 1e-3, 1e6, 1.0) if axis.rotation else
+                          stage.source(f"axes.{axis.name}.mass"), 1e-3, 1e6, 1.0) if axis.rotation else
                 parameter(f"{axis.name}.mass", "kg", f"mass that moves along {axis.name} in the controller's model, at "
-                          "which its constants are accelerations", rig.source(f"axes.{axis.name}.mass"), 1e-3, 1e6, 1.0)
+                          "which its constants are accelerations", stage.source(f"axes.{axis.name}.mass"), 1e-3, 1e6,
+                          1.0)
                 for axis in axes]
-    return (*inertias, height(rig), *place_parameters(rig))
+    return (*inertias, height(stage), *place_parameters(stage))
 
 
-def bad_places(rig: Rig) -> str:
+def bad_places(stage: StageDescription) -> str:
     """Refusal of motors that cannot make every force and torque."""
-    places = ", ".join(f"{motor}.{along} = {{{motor}.{along}}} m" for motor in rig.motor_names for along in rig.spots)
-    line = "one line" if rig.spots == "xz" else f"one line along {rig.horizontal[0].name}"
+    places = ", ".join(f"{motor}.{along} = {{{motor}.{along}}} m"
+                       for motor in stage.motor_names for along in stage.spots)
+    line = "one line" if stage.spots == "xz" else f"one line along {stage.horizontal[0].name}"
     return f"{places}, expected motors that are not all on {line}"
 
 
-def commutation_variables(rig: Rig) -> tuple[Variable, ...]:
+def commutation_variables(stage: StageDescription) -> tuple[Variable, ...]:
     """Variables of a commutation without a law, whose current references are inputs."""
     references = [real_input(f"{motor}.i_{current}_reference", "A", f"{text} current that is asked for", 1000.0, 1.0)
-                  for motor in rig.motor_names for current, text in (("d", "direct"), ("q", "quadrature"))]
-    return (*(measured_axis(axis) for axis in rig.horizontal),
-            *gap_inputs(rig),
+                  for motor in stage.motor_names for current, text in (("d", "direct"), ("q", "quadrature"))]
+    return (*(measured_axis(axis) for axis in stage.horizontal),
+            *gap_inputs(stage),
             *references,
-            *(v for motor in rig.motors
+            *(v for motor in stage.motors
               for v in motor_outputs(motor.name, (f"{motor.name}.i_d_reference",), (f"{motor.name}.i_q_reference",),
-                                     (f"{motor.drives}.measured", *gap_names(rig)))),
+                                     (f"{motor.drives}.measured", *gap_names(stage)))),
             flag("saturated", "a reference is beyond current_limit", tuple(v.name for v in references)),
-            *sampling_and_limit(rig.source("sample_time"), "assumed: none, the amplifiers have their own"),
-            *((height(rig), *place_parameters(rig)) if rig.rotations else ()))
+            *sampling_and_limit(stage.source("sample_time"), "assumed: none, the amplifiers have their own"),
+            *((height(stage), *place_parameters(stage)) if stage.rotations else ()))
 
 
-def input_names(rig: Rig, *axes: str) -> tuple[str, ...]:
+def input_names(stage: StageDescription, *axes: str) -> tuple[str, ...]:
     """Names of the inputs of axes."""
     return tuple(dict.fromkeys(name for axis in axes for name in (f"{axis}.reference", f"{axis}.reference_rate",
-                                                                  *measurements(rig, axis))))
+                                                                  *measurements(stage, axis))))
 
 
 def motor_outputs(motor: str, d_from: tuple[str, ...], q_from: tuple[str, ...], displacement: tuple[str, ...]
@@ -124,11 +126,11 @@ def flags(inputs: tuple[str, ...]) -> tuple[Variable, ...]:
             flag("tripped", "the safety trip has shut the controller down", inputs))
 
 
-def regulator_gains(rig: Rig, of: RigAxis) -> tuple[Variable, ...]:
+def regulator_gains(stage: StageDescription, of: StageAxis) -> tuple[Variable, ...]:
     """Gains of the output regulator of one axis; of a tilt, the command that serves it is a slope of the current."""
     axis = of.name
-    source = rig.source(f"axes.{axis}.design.gains")
-    antiwindup_source = rig.source(f"axes.{axis}.design.antiwindup_gain")
+    source = stage.source(f"axes.{axis}.design.gains")
+    antiwindup_source = stage.source(f"axes.{axis}.design.antiwindup_gain")
     gains = (("k1", "1/s2", "error"), ("k2", "1/s", "rate of the error"), ("k3", "1/s5", "internal-model state 1"),
              ("k4", "1/s4", "internal-model state 2"), ("k5", "1/s3", "internal-model state 3"))
     corrected = "rad.m" if of.rotation else "m"
@@ -142,50 +144,50 @@ def regulator_gains(rig: Rig, of: RigAxis) -> tuple[Variable, ...]:
                       100.0, 1.0))
 
 
-def ports(rig: Rig, by_all: bool = False, by_gap: bool = False) -> tuple[Variable, ...]:
+def ports(stage: StageDescription, by_all: bool = False, by_gap: bool = False) -> tuple[Variable, ...]:
     """Inputs and outputs of a controller.
 
     Parameters
     ----------
-    rig : Rig
+    stage : Stage
     by_all : bool
         Whether i_d follows from the inputs of all axes, not of the vertical one and the tilts alone.
     by_gap : bool
         Whether the quadrature currents follow from the measured gap too.
     """
-    vertical = rig.vertical.name
-    d_from = input_names(rig, *(rig.axis_names if by_all else (vertical, *(axis.name for axis in rig.rotations))))
-    gap = measurements(rig, vertical) if by_gap else ()
-    return (*(v for axis in rig.axes for v in axis_inputs(rig, axis)),
-            *gap_inputs(rig),
-            *(v for motor in rig.motors
-              for v in motor_outputs(motor.name, d_from, (*input_names(rig, motor.drives), *gap),
-                                     (f"{motor.drives}.measured", *gap_names(rig)))),
+    vertical = stage.vertical.name
+    d_from = input_names(stage, *(stage.axis_names if by_all else (vertical, *(axis.name for axis in stage.rotations))))
+    gap = measurements(stage, vertical) if by_gap else ()
+    return (*(v for axis in stage.axes for v in axis_inputs(stage, axis)),
+            *gap_inputs(stage),
+            *(v for motor in stage.motors
+              for v in motor_outputs(motor.name, d_from, (*input_names(stage, motor.drives), *gap),
+                                     (f"{motor.drives}.measured", *gap_names(stage)))),
             *(real_output(f"{axis.name}.error", axis.unit("m"), "tracking error, measured minus reference", 1e-3,
-                          discrete=True, depends_on=(f"{axis.name}.reference", *measurements(rig, axis.name)))
-              for axis in rig.axes),
-            *flags(input_names(rig, *rig.axis_names)))
+                          discrete=True, depends_on=(f"{axis.name}.reference", *measurements(stage, axis.name)))
+              for axis in stage.axes),
+            *flags(input_names(stage, *stage.axis_names)))
 
 
-def model_constants(rig: Rig) -> tuple[Variable, ...]:
+def model_constants(stage: StageDescription) -> tuple[Variable, ...]:
     """Constants of the controllers' model of a stage."""
-    return tuple(model_constant(entry, rig.source("model")) for entry in rig.constants)
+    return tuple(model_constant(entry, stage.source("model")) for entry in stage.constants)
 
 
-def model_constant(of: RigConstant, source: str) -> Variable:
+def model_constant(of: StageConstant, source: str) -> Variable:
     """Constant of the controller's motor model; it divides, so that 0 is no value."""
     return parameter(of.name, of.unit, f"constant of the {of.meaning} in the controller's model", source, 1e-9, 1e6,
                      1.0)
 
 
-def loop_parameters(rig: Rig, limit_source: str) -> tuple[Variable, ...]:
+def loop_parameters(stage: StageDescription, limit_source: str) -> tuple[Variable, ...]:
     """Parameters that every controller with a law has."""
-    return (*sampling_and_limit(rig.source("sample_time"), limit_source),
+    return (*sampling_and_limit(stage.source("sample_time"), limit_source),
             *observer_times(),
             parameter("trip_error", "m", "tracking error that trips the controller; 0 = never",
                       TRIP, 0.0, 1.0, 1e-3),
             *((parameter("trip_tilt", "rad", "error of a tilt that trips the controller; 0 = never", TRIP, 0.0, 1.0,
-                         1e-3),) if rig.rotations else ()))
+                         1e-3),) if stage.rotations else ()))
 
 
 def sampling_and_limit(sample_time_source: str, limit_source: str) -> tuple[Variable, ...]:
@@ -222,9 +224,9 @@ def integral_hold() -> Variable:
                   "assumed: the thesis uses none with the PID")
 
 
-def setpoint(rig: Rig, use: str, source: str) -> Variable:
+def setpoint(stage: StageDescription, use: str, source: str) -> Variable:
     """Air gap about which a controller takes the motor as linear."""
-    field = rig.motor().field
+    field = stage.motor().field
     return parameter("setpoint", "m", f"air gap about which {use}", source, field.lower, field.upper, 0.01, fixed=True)
 
 
@@ -235,7 +237,7 @@ def bumpless_start() -> Variable:
                   "assumed: the thesis does not say how its runs start", fixed=True)
 
 
-def pid_parameters(of: RigAxis) -> tuple[Variable, ...]:
+def pid_parameters(of: StageAxis) -> tuple[Variable, ...]:
     """Gains, design poles and pre-filter of the PID of one axis; that of a tilt commands a slope of the current."""
     axis = of.name
     units = ("A/(m.rad)", "A/(m.rad.s)", "A.s/(m.rad)") if of.rotation else ("A/m", "A/(m.s)", "A.s/m")

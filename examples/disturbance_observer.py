@@ -22,7 +22,7 @@ from controller_fmu.motor_model import MotorModel
 from controller_fmu.output_regulator import OutputRegulator
 from controller_fmu.regulator import Regulator
 from controller_fmu.shared_current import SharedCurrent
-from maglev.descriptions.packaged import RIGS
+from maglev.descriptions.packaged import PACKAGED_STAGES
 
 BANDWIDTH = 60.0   # rad/s: a faster observer follows friction more closely, and the steps of the encoder as well
 
@@ -98,10 +98,10 @@ class ObservedRegulator(Regulator):
                   for k, unit in enumerate(("1/s2", "1/s", "1/s5", "1/s4", "1/s3"), 1)}
 
     def __init__(self) -> None:
-        rig = RIGS["3dof"]
-        super().__init__(rig)
-        self.axes = [ObservedAxis(*axis.design.gains, axis.design.antiwindup_gain, axis.start) for axis in rig.axes]
-        self.currents = ObservedCurrents(rig, self.law, FixedGains())
+        stage = PACKAGED_STAGES["3dof"]
+        super().__init__(stage)
+        self.axes = [ObservedAxis(*axis.design.gains, axis.design.antiwindup_gain, axis.start) for axis in stage.axes]
+        self.currents = ObservedCurrents(stage, self.law, FixedGains())
         # By the names of the ports.
         self.y, self.x, self.z = self.axes
         self.alpha, self.beta = self.motors

@@ -20,7 +20,7 @@ from jinja2 import Template
 
 import maglev.gym  # noqa: F401 - registers the environments
 
-SAMPLE_TIME = 2e-3     # s, four samples of the rig
+SAMPLE_TIME = 2e-3     # s, four samples of the stage
 TRAINING = {"sample_time": SAMPLE_TIME, "duration": 1.0, "reference": "setpoints",
             "reward": {"alive": 1.0, "error": -10.0, "current": -0.1},
             "parameters": {"v.position_start": ("13 mm", "24 mm"), "h.position_start": ("-5 mm", "5 mm")}}
@@ -119,7 +119,7 @@ def controller_text(weights: np.ndarray, limit: float, name: str) -> str:
         taken[-1] -= taken[-2] * MIDDLE
         units.append((taken.tolist(), (OUTPUT_SCALE * unit[-2:]).tolist()))
     template = Template(CONTROLLER.read_text(encoding="utf-8"), trim_blocks=True, keep_trailing_newline=True)
-    return template.render(name=name, samples=4, sample_time=SAMPLE_TIME, rig_time=SAMPLE_TIME / 4, limit=limit, v=v,
+    return template.render(name=name, samples=4, sample_time=SAMPLE_TIME, stage_time=SAMPLE_TIME / 4, limit=limit, v=v,
                            h=h, units=units)
 
 

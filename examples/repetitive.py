@@ -21,7 +21,7 @@ from stage_3dof import INPUTS, OUTPUTS
 import maglev
 from controller_fmu.output_regulator import OutputRegulator
 from controller_fmu.regulator import Regulator
-from maglev.descriptions.packaged import RIGS
+from maglev.descriptions.packaged import PACKAGED_STAGES
 from maglev.linear.loop import linearise_loop
 
 GAINS = {"y": (-1487.0, -140.0, -50001.0, -560.0, -7836.0), "x": (-354.0, -41.0, -8945.0, 1201.0, -1472.0),
@@ -69,7 +69,7 @@ class RepetitiveRegulator(Regulator):
     parameters = {"gain": "", "begin": "s"}
 
     def __init__(self) -> None:
-        super().__init__(RIGS["3dof"])
+        super().__init__(PACKAGED_STAGES["3dof"])
         self.gain = 0.7     # of what is learnt from a period; 0 = nothing
         self.begin = 4.0    # s, of the first period: what the start has left is over
         self.current_limit, self.antiwindup = 0.0, False

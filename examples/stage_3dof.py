@@ -2,7 +2,7 @@
 
 from controller_fmu.feedback_linearisation import demanded_current
 from controller_fmu.motor_command import MotorCommand
-from maglev.descriptions.packaged import RIGS
+from maglev.descriptions.packaged import PACKAGED_STAGES
 from pmlsm.gap_functions import gap_functions
 from pmlsm.motor_geometry import MotorGeometry
 from pmlsm.saturation import saturate
@@ -16,7 +16,7 @@ LIMIT = 4.0            # A, of i_d and i_q, as of the thesis's regulator (sectio
 INPUTS = {f"{axis}.{port}": "m" for axis in ("y", "x", "z") for port in ("reference", "measured")}
 OUTPUTS = {f"{motor}.i_{current}_cmd": "A" for motor in ("alpha", "beta") for current in ("a", "b", "c", "d", "q")}
 
-KNOWN = RIGS["3dof"].model   # constants that the thesis's regulator knows, not those of the stage
+KNOWN = PACKAGED_STAGES["3dof"].model   # constants that the thesis's regulator knows, not those of the stage
 THRUST_X, THRUST_Z = 2.0 * KNOWN.thrust["x"], 2.0 * KNOWN.thrust["z"]               # m/(s² A)
 VERTICAL = (4.0 * KNOWN.attraction, 4.0 * KNOWN.coils, 4.0 * KNOWN.iron)   # of (5.7)
 

@@ -14,9 +14,9 @@ from maglev.files.packages import require_own_packages
 
 require_own_packages()
 
-from maglev.descriptions.packaged import RIGS  # noqa: E402  # ours, as is known now
+from maglev.descriptions.packaged import PACKAGED_STAGES  # noqa: E402  # ours, as is known now
 
 # The environments end their episodes themselves, by a time in seconds. What the checker looks at, tests look at.
-for suffix, given in (("", {}), *((rig.suffix, {"stage": rig.name}) for rig in RIGS.values())):
+for suffix, given in (("", {}), *((stage.suffix, {"stage": stage.name}) for stage in PACKAGED_STAGES.values())):
     register(f"maglev/Stage{suffix}-v0", entry_point="maglev.many.environment:StageEnv",
              vector_entry_point="maglev.many.vector_environment:StageVectorEnv", kwargs=given)

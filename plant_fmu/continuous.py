@@ -4,7 +4,7 @@ from dataclasses import dataclass
 
 from maglev.fmi.definition import ContinuousModel, State, Variable
 from plant_fmu.places import placed
-from pmlsm.stage_description import Rig, RigAxis, RigMotor
+from pmlsm.stage_description import StageAxis, StageDescription, StageMotor
 
 PHASES = ("a", "b", "c")
 
@@ -29,23 +29,23 @@ def rate(of: str, unit: str, nominal: float) -> Variable:
     return local(f"der({of})", unit, f"rate of {of}", nominal)
 
 
-def reach(rig: Rig, motor: RigMotor) -> Reach:
+def reach(stage: StageDescription, motor: StageMotor) -> Reach:
     """What of the motion a motor sees; where the platform tilts, its place on it counts."""
-    gap, along = [rig.vertical.name], [motor.drives]
-    if rig.rotations:
-        gap += [axis.name for axis in rig.rotations]
-        if len(rig.rotations) == 2:   # a lever of the magnets, along what the motor drives
-            along.append(gap[2] if motor.drives == rig.horizontal[0].name else gap[1])
+    gap, along = [stage.vertical.name], [motor.drives]
+    if stage.rotations:
+        gap += [axis.name for axis in stage.rotations]
+        if len(stage.rotations) == 2:   # a lever of the magnets, along what the motor drives
+            along.append(gap[2] if motor.drives == stage.horizontal[0].name else gap[1])
     return Reach(*(tuple(f"{axis}.{what}" for axis in axes) for axes, what in (
         (gap, "position"), (along, "position"), (gap, "velocity"), (along, "velocity"))))
 
 
-def currents(motor: RigMotor) -> tuple[str, ...]:
+def currents(motor: StageMotor) -> tuple[str, ...]:
     """Names of the phase currents."""
     return tuple(f"{motor.name}.i_{phase}" for phase in PHASES)
 
 
-def axis_states(rig: Rig, axis: RigAxis) -> tuple[tuple[State, ...], tuple[Variable, ...]]:
+def axis_states(stage: StageDescription, axis: StageAxis) -> tuple[tuple[State, ...], tuple[Variable, ...]]:
     """States of an axis, and the variables that only the continuous model has."""
     name, unit = axis.name, axis.unit
     position, velocity, deflection = f"{name}.position", f"{name}.velocity", f"{name}.friction.deflection"
@@ -59,7 +59,7 @@ def axis_states(rig: Rig, axis: RigAxis) -> tuple[tuple[State, ...], tuple[Varia
         local(swing_rate, unit("m/s"), "rate of the flexible mode's deflection", 10.0 * size),
         rate(swing_rate, unit("m/s2"), 1.0))
     shaken = () if axis.rotation else (f"{name}.floor_acceleration",)
-    swung = unique((position, velocity, deflection, swing, swing_rate, *pulled(rig, axis), axis.external))
+    swung = unique((position, velocity, deflection, swing, swing_rate, *pulled(stage, axis), axis.external))
     states = (
         State(position, velocity, (velocity,)),
         State(velocity, f"der({velocity})", (*swung, *shaken)),
@@ -69,21 +69,21 @@ def axis_states(rig: Rig, axis: RigAxis) -> tuple[tuple[State, ...], tuple[Varia
     return states, variables
 
 
-def pulled(rig: Rig, axis: RigAxis) -> tuple[str, ...]:
+def pulled(stage: StageDescription, axis: StageAxis) -> tuple[str, ...]:
     """What decides the acceleration of an axis by the motors, and by the stops at them."""
     names: list[str] = []
-    for motor in rig.motors:
-        seen = reach(rig, motor)
-        lifts = axis is rig.vertical or axis.rotation
+    for motor in stage.motors:
+        seen = reach(stage, motor)
+        lifts = axis is stage.vertical or axis.rotation
         if not lifts and motor.drives != axis.name:
             continue
         names += [*seen.gap, *seen.displacement, *currents(motor)]
         if lifts:   # beside the gap, where the stops are, or where the attraction changes
-            names += seen.gap_rate if rig.rotations else (f"{rig.horizontal[0].name}.position",)
+            names += seen.gap_rate if stage.rotations else (f"{stage.horizontal[0].name}.position",)
     return tuple(names)
 
 
-def motor_states(rig: Rig, motor: RigMotor) -> tuple[tuple[State, ...], tuple[Variable, ...]]:
+def motor_states(stage: StageDescription, motor: StageMotor) -> tuple[tuple[State, ...], tuple[Variable, ...]]:
     """States of a motor's supply, and the variables that only the continuous model has."""
     name, rise = motor.name, f"{motor.name}.winding.rise"
     states: list[State] = []
@@ -96,7 +96,7 @@ def motor_states(rig: Rig, motor: RigMotor) -> tuple[tuple[State, ...], tuple[Va
                       rate(heat, "A2/s", 1.0),
                       local(f"{part}.margin", "", "what the clamp (A) or the bus (V) leaves; an event where it gets "
                             "negative", 1.0)]
-        states += [State(current, f"der({current})", unique((current, heat, command, *induced(rig, motor))),
+        states += [State(current, f"der({current})", unique((current, heat, command, *induced(stage, motor))),
                          jumps=True),
                    State(heat, f"der({heat})", (heat, command, current))]
     variables.append(rate(rise, "K/s", 0.1))
@@ -104,9 +104,9 @@ def motor_states(rig: Rig, motor: RigMotor) -> tuple[tuple[State, ...], tuple[Va
     return tuple(states), tuple(variables)
 
 
-def induced(rig: Rig, motor: RigMotor) -> tuple[str, ...]:
+def induced(stage: StageDescription, motor: StageMotor) -> tuple[str, ...]:
     """What decides the voltages of a motor beside its commands."""
-    seen = reach(rig, motor)
+    seen = reach(stage, motor)
     return (*currents(motor), *seen.gap, *seen.displacement, *seen.gap_rate, *seen.rate, f"{motor.name}.winding.rise")
 
 
@@ -116,25 +116,25 @@ def stop_ways(owner: str) -> tuple[Variable, ...]:
                        0.01) for side in ("lower", "upper"))
 
 
-def output_dependencies(rig: Rig) -> dict[str, tuple[str, ...]]:
+def output_dependencies(stage: StageDescription) -> dict[str, tuple[str, ...]]:
     """States and inputs that decide each output."""
     depends: dict[str, tuple[str, ...]] = {}
-    motion = tuple(f"{axis.name}.{what}" for axis in rig.axes for what in ("position", "velocity"))
+    motion = tuple(f"{axis.name}.{what}" for axis in stage.axes for what in ("position", "velocity"))
     depends |= {name: (name,) for name in motion}
-    for axis in rig.measured:
+    for axis in stage.measured:
         depends[f"{axis.name}.encoder"] = (f"{axis.name}.position", f"{axis.name}.mode.deflection")
-    for motor in rig.motors:
-        seen, name = reach(rig, motor), motor.name
+    for motor in stage.motors:
+        seen, name = reach(stage, motor), motor.name
         depends |= {current: (current,) for current in (*currents(motor), f"{name}.winding.rise")}
         depends |= {f"{name}.i_{part}": (*currents(motor), *seen.displacement) for part in "dq"}
         heats = tuple(f"{name}.phase_{phase}.heat" for phase in PHASES)
         commands = tuple(f"{current}_cmd" for current in currents(motor))
-        depends |= {f"{name}.{what}": (*induced(rig, motor), *heats, *commands) for what in ("voltage", "saturated")}
-        if rig.rotations:
+        depends |= {f"{name}.{what}": (*induced(stage, motor), *heats, *commands) for what in ("voltage", "saturated")}
+        if stage.rotations:
             swings = tuple(place.replace(".position", ".mode.deflection") for place in seen.gap)
             depends |= {f"{name}.gap": seen.gap, f"{name}.gap_encoder": (*seen.gap, *swings)}
-    if rig.rotations:
-        depends["yaw_moment"] = unique(tuple(signal for motor in rig.motors for seen in [reach(rig, motor)]
+    if stage.rotations:
+        depends["yaw_moment"] = unique(tuple(signal for motor in stage.motors for seen in [reach(stage, motor)]
                                              for signal in (*seen.gap, *seen.displacement,
                                                             *currents(motor))))
     return depends | {"at_stop": motion}
@@ -145,13 +145,13 @@ def unique(names: tuple[str, ...]) -> tuple[str, ...]:
     return tuple(dict.fromkeys(names))
 
 
-def continuous_stage(rig: Rig) -> ContinuousModel:
+def continuous_stage(stage: StageDescription) -> ContinuousModel:
     """States, rates and event indicators of a stage."""
-    parts = [axis_states(rig, axis) for axis in rig.axes] + [motor_states(rig, motor) for motor in rig.motors]
-    ways = [way for axis in rig.axes if axis.stop is not None for way in stop_ways(axis.name)]
-    ways += [way for motor in rig.motors if rig.rotations for way in stop_ways(motor.name)]
-    variables = placed(rig, (*(v for _, more in parts for v in more), *ways))
+    parts = [axis_states(stage, axis) for axis in stage.axes] + [motor_states(stage, motor) for motor in stage.motors]
+    ways = [way for axis in stage.axes if axis.stop is not None for way in stop_ways(axis.name)]
+    ways += [way for motor in stage.motors if stage.rotations for way in stop_ways(motor.name)]
+    variables = placed(stage, (*(v for _, more in parts for v in more), *ways))
     margins = tuple(v.name for v in variables if v.name.endswith(".margin"))
     return ContinuousModel(
         states=tuple(state for states, _ in parts for state in states), variables=variables,
-        indicators=(*(way.name for way in ways), *margins), outputs=output_dependencies(rig))
+        indicators=(*(way.name for way in ways), *margins), outputs=output_dependencies(stage))

@@ -4,24 +4,24 @@ from maglev.fmi.definition import DefaultExperiment, Drawing, FmuDefinition
 from plant_fmu.continuous import continuous_stage
 from plant_fmu.stage import Stage
 from plant_fmu.variables import stage_refusals, stage_variables
-from pmlsm.stage_description import Rig
+from pmlsm.stage_description import StageDescription
 
 
-def plant(rig: Rig) -> FmuDefinition:
-    """Definition of the plant of a rig."""
+def plant(stage: StageDescription) -> FmuDefinition:
+    """Definition of the plant of a stage."""
     # A tilt about what is seen from the side is in no drawing.
-    drawn = rig.axis_names if len(rig.horizontal) == 2 else rig.axis_names[:2]
-    page = "stage_tilts.html" if rig.rotations else f"stage_{rig.name}.html"
+    drawn = stage.axis_names if len(stage.horizontal) == 2 else stage.axis_names[:2]
+    page = "stage_tilts.html" if stage.rotations else f"stage_{stage.name}.html"
     return FmuDefinition(
-        name=f"Plant{rig.suffix}",
+        name=f"Plant{stage.suffix}",
         block=Stage,
-        arguments=(rig,),
-        description=f"{rig.title} {rig.text}, with its amplifiers",
-        variables=stage_variables(rig),
-        refusals=stage_refusals(rig),
-        experiment=DefaultExperiment(stop_time=500 * rig.sample_time, step=rig.sample_time),
+        arguments=(stage,),
+        description=f"{stage.title} {stage.text}, with its amplifiers",
+        variables=stage_variables(stage),
+        refusals=stage_refusals(stage),
+        experiment=DefaultExperiment(stop_time=500 * stage.sample_time, step=stage.sample_time),
         variable_step=True,
-        continuous=continuous_stage(rig),
+        continuous=continuous_stage(stage),
         documentation=(("pmlsm", "motor.html"), ("plant_fmu", page), ("plant_fmu", "effects.html")),
         icon=Drawing("plant_fmu.drawings", "icon", (len(drawn),)),
-        sketch=Drawing("plant_fmu.drawings", "stage_sketch", (rig.title, *drawn)))
+        sketch=Drawing("plant_fmu.drawings", "stage_sketch", (stage.title, *drawn)))

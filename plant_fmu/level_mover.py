@@ -8,17 +8,17 @@ from plant_fmu.magnets import magnet_strength
 from plant_fmu.motor_mount import MotorMount
 from plant_fmu.motor_supply import MotorSupply
 from pmlsm.gap_functions import gap_functions
-from pmlsm.stage_description import Rig
+from pmlsm.stage_description import StageDescription
 from pmlsm.velocity_rows import GRAVITY, normal_acceleration, normal_terms, thrust_acceleration
 
 
 class LevelMover:
     """Accelerations of the axes by gravity and the motors, (4.3) and (5.3). See `TiltingMover` for one that tilts."""
 
-    def __init__(self, rig: Rig):
-        self.alike = not rig.unlike   # whether all motors are of one kind
-        self.accelerations = [0.0 for _ in rig.axes]   # m/s², by axis
-        self.driven = list(range(1, len(rig.axes)))    # numbers of the horizontal axes
+    def __init__(self, stage: StageDescription):
+        self.alike = not stage.unlike   # whether all motors are of one kind
+        self.accelerations = [0.0 for _ in stage.axes]   # m/s², by axis
+        self.driven = list(range(1, len(stage.axes)))    # numbers of the horizontal axes
         self.mounts: list[MotorMount] = []             # no motor has an air gap of its own
 
     def push(self, axes: list[Axis], motors: list[MotorSupply], magnetics: Magnetics) -> None:

@@ -2,14 +2,14 @@
 
 from plant_fmu.motor_group import MotorGroup
 from pmlsm.motor_kind import motor_kinds
-from pmlsm.stage_description import Rig
+from pmlsm.stage_description import StageDescription
 
 
-def motor_groups(rig: Rig) -> list[tuple[int, int]]:
+def motor_groups(stage: StageDescription) -> list[tuple[int, int]]:
     """Return the number of the kind of each motor, and that of the axis that it drives."""
-    unlike, horizontal = [motor.name for motor in rig.unlike], [axis.name for axis in rig.horizontal]
+    unlike, horizontal = [motor.name for motor in stage.unlike], [axis.name for axis in stage.horizontal]
     return [(1 + unlike.index(motor.name) if motor.name in unlike else 0, 1 + horizontal.index(motor.drives))
-            for motor in rig.motors]
+            for motor in stage.motors]
 
 
 class Magnetics:
@@ -18,18 +18,19 @@ class Magnetics:
     The constants are accelerations at the nominal masses of the axes.
     """
 
-    def __init__(self, rig: Rig):
-        of = rig.stage
-        self.thrust = [of.thrust[axis.name] for axis in rig.horizontal]   # m/(s² A), parameters: along each of the axes
+    def __init__(self, stage: StageDescription):
+        of = stage.stage
+        # m/(s² A), parameters: along each of the axes
+        self.thrust = [of.thrust[axis.name] for axis in stage.horizontal]
         self.attraction = of.attraction       # m/(s² T²), parameter: attraction between magnets and iron
         self.coils = of.coils                 # m/(s² A T), parameter: normal force between magnets and coils
         self.iron = of.iron                   # m/(s² A²), parameter: normal force between coils and iron
-        self.modulation = rig.modulation      # parameter: of the attraction along the slots
+        self.modulation = stage.modulation      # parameter: of the attraction along the slots
         self.magnet_rise = 0.0                # K, parameter: how warm the magnets are, above the constants' temperature
-        self.sharing = rig.sharing            # motors that share each current
-        self.carrying = rig.carrying          # motors that carry the mover
-        self.kinds = motor_kinds(rig)
-        self.groups = [MotorGroup(kind, axis) for kind, axis in dict.fromkeys(motor_groups(rig))]
+        self.sharing = stage.sharing            # motors that share each current
+        self.carrying = stage.carrying          # motors that carry the mover
+        self.kinds = motor_kinds(stage)
+        self.groups = [MotorGroup(kind, axis) for kind, axis in dict.fromkeys(motor_groups(stage))]
 
     def prepare(self) -> bool:
         """Compute what follows from the geometries; False where one is of no motor."""

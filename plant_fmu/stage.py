@@ -7,7 +7,7 @@ from plant_fmu.level_mover import LevelMover
 from plant_fmu.magnetics import Magnetics
 from plant_fmu.motor_supply import END, MIDDLE, START
 from plant_fmu.tilting_mover import TiltingMover
-from pmlsm.stage_description import Rig
+from pmlsm.stage_description import StageDescription
 
 STARTED = 0         # status of `start` and `step`; from 1 on the number of the stop that the mover is beyond
 RUN_AWAY = 1        # these are counted after the stops
@@ -34,20 +34,20 @@ class Stage:
     The integration is Runge–Kutta of the fourth order. A step that meets an end stop is divided there.
     """
 
-    def __init__(self, rig: Rig):
-        described = rig.ordered_axes
+    def __init__(self, stage: StageDescription):
+        described = stage.ordered_axes
         self.axes = [axis_of(axis) for axis in described]
-        self.motors = supplies_of(rig)
-        self.magnetics = Magnetics(rig)
-        self.mover = TiltingMover(rig) if rig.rotations else LevelMover(rig)
-        self.encoder = Encoder(rig.resolution)
+        self.motors = supplies_of(stage)
+        self.magnetics = Magnetics(stage)
+        self.mover = TiltingMover(stage) if stage.rotations else LevelMover(stage)
+        self.encoder = Encoder(stage.resolution)
         self.bus_voltage = 0.0                     # V, parameter: of the amplifiers' supply, 0 = any that is needed
-        self.roughness_seed = rig.roughness_seed   # parameter: a whole number
-        self.longest_step = rig.longest_step       # s, of an integration; docs/accuracy.md has the study behind it
+        self.roughness_seed = stage.roughness_seed   # parameter: a whole number
+        self.longest_step = stage.longest_step       # s, of an integration; docs/accuracy.md has the study behind it
         # Numbers of the axes that have an encoder, and of those that have stops; places of all in the description.
-        self.measured = [k for k, axis in enumerate(described) if axis in rig.measured]
+        self.measured = [k for k, axis in enumerate(described) if axis in stage.measured]
         self.stopped = [k for k, axis in enumerate(described) if axis.stop is not None]
-        self.tracks = [rig.axes.index(axis) for axis in described]
+        self.tracks = [stage.axes.index(axis) for axis in described]
         self.stops = len(self.stopped) + len(self.mover.mounts)   # of axes, then of motors
         self.at_stop = False                       # output
 

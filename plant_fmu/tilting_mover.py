@@ -10,7 +10,7 @@ from plant_fmu.motor_supply import MotorSupply
 from plant_fmu.payload import Payload
 from plant_fmu.tilt_guide import TiltGuide
 from pmlsm.gap_functions import gap_functions
-from pmlsm.stage_description import Rig
+from pmlsm.stage_description import StageDescription
 from pmlsm.velocity_rows import GRAVITY
 
 
@@ -27,19 +27,19 @@ class TiltingMover:
     and with the normal forces N and the thrusts T the torques are h Σ T_z − Σ z N and −h Σ T_x + Σ x N.
     """
 
-    def __init__(self, rig: Rig):
-        horizontal = [axis.name for axis in rig.horizontal]
-        self.height = rig.height   # h, m, parameter: of the magnets' faces against the centre of mass, downwards
+    def __init__(self, stage: StageDescription):
+        horizontal = [axis.name for axis in stage.horizontal]
+        self.height = stage.height   # h, m, parameter: of the magnets' faces against the centre of mass, downwards
         self.payload = Payload()
-        self.guides = [TiltGuide() for _ in rig.rotations]
-        self.mounts = [MotorMount(motor.x, motor.z, 1 + horizontal.index(motor.drives), rig.gap_stop)
-                       for motor in rig.motors]
-        self.accelerations = [0.0 for _ in rig.axes]   # m/s² or rad/s², by axis
-        self.thrusts = [0.0 for _ in rig.horizontal]   # N, along each of the axes
-        self.roll = 1 + len(rig.horizontal)            # number of the axis
-        self.pitch = len(rig.axes) - 1                 # likewise; that of roll where guides hold the pitch
+        self.guides = [TiltGuide() for _ in stage.rotations]
+        self.mounts = [MotorMount(motor.x, motor.z, 1 + horizontal.index(motor.drives), stage.gap_stop)
+                       for motor in stage.motors]
+        self.accelerations = [0.0 for _ in stage.axes]   # m/s² or rad/s², by axis
+        self.thrusts = [0.0 for _ in stage.horizontal]   # N, along each of the axes
+        self.roll = 1 + len(stage.horizontal)            # number of the axis
+        self.pitch = len(stage.axes) - 1                 # likewise; that of roll where guides hold the pitch
         # By horizontal axis: the tilt that moves the magnets along it, and its lever over the height.
-        both = len(rig.rotations) == 2
+        both = len(stage.rotations) == 2
         self.tilt = [self.pitch, self.roll] if both else [self.roll]
         self.lever = [-1.0, 1.0] if both else [0.0]
         self.yaw_moment = 0.0   # N m, output: about y, of the motors; the guides hold it

@@ -2,16 +2,17 @@
 
 from maglev.fmi.definition import Variable, flag, parameter, real_input, real_output, switch
 from plant_fmu.places import placed
-from pmlsm.stage_description import Rig, RigAxis, RigConstant
+from pmlsm.stage_description import StageAxis, StageConstant, StageDescription
 from pmlsm.variables import CONSTANTS, bad_geometry, motor_geometry
 
 NONE = "assumed: none"   # of payload and guides
 NO_FAULT = "off"
 
 
-def motor_variables(rig: Rig, motor: str) -> tuple[tuple[Variable, ...], tuple[Variable, ...], tuple[Variable, ...]]:
+def motor_variables(stage: StageDescription, motor: str) -> tuple[tuple[Variable, ...], tuple[Variable, ...],
+                                                                  tuple[Variable, ...]]:
     """Inputs, outputs and parameters of one motor's supply."""
-    source = rig.source(f"motors.{motor}.amplifier")
+    source = stage.source(f"motors.{motor}.amplifier")
     phases = ("a", "b", "c")
     inputs = tuple(real_input(f"{motor}.i_{phase}_cmd", "A", f"commanded current of phase {phase}", 1000.0, 1.0)
                    for phase in phases)
@@ -37,9 +38,9 @@ def motor_variables(rig: Rig, motor: str) -> tuple[tuple[Variable, ...], tuple[V
         *(switch(f"{motor}.phase_{phase}.open", f"fault: phase {phase} carries no current", NO_FAULT)
           for phase in phases),
         parameter(f"{winding}.resistance", "Ohm", "resistance of a phase, cold, as its amplifier sees it; counts where "
-                  "bus_voltage does", rig.source(f"motors.{winding}"), 1e-3, 1e4, 1.0),
+                  "bus_voltage does", stage.source(f"motors.{winding}"), 1e-3, 1e4, 1.0),
         parameter(f"{winding}.inductance", "H", "inductance of a phase, as its amplifier sees it; counts where "
-                  "bus_voltage does", rig.source(f"motors.{winding}"), 1e-6, 10.0, 1e-2),
+                  "bus_voltage does", stage.source(f"motors.{winding}"), 1e-6, 10.0, 1e-2),
         parameter(f"{winding}.thermal_resistance", "K/W", "by which the loss in the windings warms them; 0 = not",
                   "assumed: off", 0.0, 1e3, 1.0),
         parameter(f"{winding}.thermal_time", "s", "time constant by which the windings get warm", "assumed", 0.0, 1e5,
@@ -57,7 +58,8 @@ def stop_parameters(owner: str, source: str) -> tuple[Variable, ...]:
                            fixed=name in ("lower", "upper")) for name, unit, text, low, high, nominal in rows)
 
 
-def axis_variables(rig: Rig, of: RigAxis) -> tuple[tuple[Variable, ...], tuple[Variable, ...], tuple[Variable, ...]]:
+def axis_variables(stage: StageDescription, of: StageAxis) -> tuple[tuple[Variable, ...], tuple[Variable, ...],
+                                                                    tuple[Variable, ...]]:
     """Inputs, outputs and parameters of one axis."""
     axis, meaning, unit = of.name, of.meaning, of.unit
     start = f"{axis}.position_start"
@@ -73,7 +75,7 @@ def axis_variables(rig: Rig, of: RigAxis) -> tuple[tuple[Variable, ...], tuple[V
     outputs = [
         real_output(f"{axis}.position", unit("m"), f"true {meaning}", nominal, starts_from=(start,)),
         real_output(f"{axis}.velocity", unit("m/s"), f"rate of the {meaning}", 10.0 * nominal)]
-    if of in rig.measured:
+    if of in stage.measured:
         outputs.insert(0, real_output(f"{axis}.encoder", "m", f"measured {meaning}", nominal, discrete=True,
                                       starts_from=(start, "encoder.resolution")))
     rows = (
@@ -88,115 +90,116 @@ def axis_variables(rig: Rig, of: RigAxis) -> tuple[tuple[Variable, ...], tuple[V
          1e3, 0.1),
         ("roughness.correlation", "m", "correlation length of the roughness", 1e-5, 1.0, 1e-3))
     parameters = (
-        parameter(f"{axis}.{inertia}", unit("kg"), moved, rig.source(f"axes.{axis}.mass"), 1e-3, 1e6, 1.0),
-        *(parameter(f"{axis}.{name}", unit(of_way), text, rig.source(f"axes.{axis}.{name}"), low, high, size,
+        parameter(f"{axis}.{inertia}", unit("kg"), moved, stage.source(f"axes.{axis}.mass"), 1e-3, 1e6, 1.0),
+        *(parameter(f"{axis}.{name}", unit(of_way), text, stage.source(f"axes.{axis}.{name}"), low, high, size,
                     fixed=name == "roughness.correlation") for name, of_way, text, low, high, size in rows),
-        *(stop_parameters(axis, rig.source(f"axes.{axis}.stop")) if of.stop is not None else ()),
-        *mode_parameters(rig, of),
+        *(stop_parameters(axis, stage.source(f"axes.{axis}.stop")) if of.stop is not None else ()),
+        *mode_parameters(stage, of),
         parameter(start, unit("m"), f"initial {meaning}, at rest", "mid-range", -reach, reach, nominal, fixed=True),
         switch(f"{axis}.locked", f"whether brackets hold the {meaning} at its start", "off" if of.rotation else
                "off; stated, section 5.1.2", fixed=True))
     return tuple(inputs), tuple(outputs), parameters
 
 
-def mode_parameters(rig: Rig, of: RigAxis) -> tuple[Variable, ...]:
+def mode_parameters(stage: StageDescription, of: StageAxis) -> tuple[Variable, ...]:
     """Flexible mode of an axis; its frequency as far as a Runge–Kutta step of the stage follows it."""
     inertia = "inertia" if of.rotation else "mass"
-    rows = (("frequency", "Hz", "frequency of the flexible mode, of the free mover; 0 = rigid", 0.0, rig.largest_mode,
-             100.0, f"the integration step, {1e3 * rig.longest_step:g} ms, follows none that is faster"),
+    rows = (("frequency", "Hz", "frequency of the flexible mode, of the free mover; 0 = rigid", 0.0, stage.largest_mode,
+             100.0, f"the integration step, {1e3 * stage.longest_step:g} ms, follows none that is faster"),
             ("damping", "", "damping ratio of the flexible mode", 0.0, 1.0, 0.01, ""),
             ("mass_share", "", f"share of the {inertia} that swings in the flexible mode", 0.0, 0.8, 0.1, ""),
             ("encoder_share", "", "share of the mode's deflection that the encoder sees: 0 none, 1 all",
              -10.0, 10.0, 1.0, ""))
-    source = rig.source(f"axes.{of.name}.mode")
+    source = stage.source(f"axes.{of.name}.mode")
     return tuple(parameter(f"{of.name}.mode.{name}", unit, text, source, low, high, nominal, fixed=True, hint=hint)
                  for name, unit, text, low, high, nominal, hint in rows)
 
 
-def platform_place(rig: Rig, what: str, way: str, source: str, fixed: bool) -> Variable:
+def platform_place(stage: StageDescription, what: str, way: str, source: str, fixed: bool) -> Variable:
     """Place of something on a platform that tilts, along x or z."""
-    axes = [axis.name for axis in rig.horizontal]
+    axes = [axis.name for axis in stage.horizontal]
     along = f"across {axes[0]}" if len(axes) == 1 else f"along {axes['xz'.index(way)]}"
     return parameter(f"{what}.{way}", "m", f"place on the platform {along}, from its centre of mass",
                      source, -10.0, 10.0, 0.1, fixed)
 
 
-def mount_variables(rig: Rig, motor: str) -> tuple[tuple[Variable, ...], tuple[Variable, ...]]:
+def mount_variables(stage: StageDescription, motor: str) -> tuple[tuple[Variable, ...], tuple[Variable, ...]]:
     """Outputs and parameters of a motor at its place on a platform that tilts."""
-    decides = (*(f"{axis.name}.position_start" for axis in (rig.vertical, *rig.rotations)),
-               *(f"{motor}.{way}" for way in rig.spots))
+    decides = (*(f"{axis.name}.position_start" for axis in (stage.vertical, *stage.rotations)),
+               *(f"{motor}.{way}" for way in stage.spots))
     outputs = (
         real_output(f"{motor}.gap_encoder", "m", "measured air gap of the motor", 0.01, discrete=True,
                     starts_from=(*decides, "encoder.resolution")),
         real_output(f"{motor}.gap", "m", "true air gap of the motor", 0.01, starts_from=decides))
-    parameters = (platform_place(rig, motor, way, rig.source(f"motors.{motor}.{way}"), fixed=True) for way in rig.spots)
-    return outputs, (*parameters, *stop_parameters(motor, rig.source("motor_stop")))
+    parameters = (platform_place(stage, motor, way, stage.source(f"motors.{motor}.{way}"), fixed=True)
+                  for way in stage.spots)
+    return outputs, (*parameters, *stop_parameters(motor, stage.source("motor_stop")))
 
 
-def platform_variables(rig: Rig) -> tuple[Variable, ...]:
+def platform_variables(stage: StageDescription) -> tuple[Variable, ...]:
     """What a platform that tilts has beside axes and motors: an output, then parameters."""
-    yaw = f"moment of the motors about {rig.vertical.name}, which the guides hold"
-    guides = [v for axis in rig.rotations for v in (
+    yaw = f"moment of the motors about {stage.vertical.name}, which the guides hold"
+    guides = [v for axis in stage.rotations for v in (
         parameter(f"{axis.name}.guide.stiffness", "N.m/rad", f"stiffness of guides against {axis.name}; 0 = none", NONE,
                   0.0, 1e6, 1e3),
         parameter(f"{axis.name}.guide.play", "rad", f"{axis.meaning} to either side that the guides leave free", NONE,
                   0.0, 1.0, 1e-3))]
     return (real_output("yaw_moment", "N.m", yaw, 1.0),
             parameter("height", "m", "height of the magnets' faces against the centre of mass, downwards",
-                      rig.source("height"), -1.0, 1.0, 0.01, fixed=True),
+                      stage.source("height"), -1.0, 1.0, 0.01, fixed=True),
             parameter("payload.mass", "kg", "mass of a payload that lies on the platform", NONE, 0.0, 1e6, 1.0),
-            *(platform_place(rig, "payload", way, NONE, fixed=False) for way in rig.spots), *guides)
+            *(platform_place(stage, "payload", way, NONE, fixed=False) for way in stage.spots), *guides)
 
 
-def motion_constant(of: RigConstant, source: str) -> Variable:
+def motion_constant(of: StageConstant, source: str) -> Variable:
     """Constant of the motion's equations; positive, so that every motor keeps its sign."""
     return parameter(of.name, of.unit, f"constant of the {of.meaning}, at the nominal {of.axis}.mass", source, 0.0, 1e6,
                      1.0)
 
 
-def stage_variables(rig: Rig) -> tuple[Variable, ...]:
+def stage_variables(stage: StageDescription) -> tuple[Variable, ...]:
     """Variables of a stage: inputs, outputs, then parameters."""
-    parts = [motor_variables(rig, motor) for motor in rig.motor_names]
-    parts += [axis_variables(rig, axis) for axis in rig.axes]
-    tilted = platform_variables(rig) if rig.rotations else ()
-    parts += [((), *mount_variables(rig, motor)) for motor in rig.motor_names if rig.rotations]
+    parts = [motor_variables(stage, motor) for motor in stage.motor_names]
+    parts += [axis_variables(stage, axis) for axis in stage.axes]
+    tilted = platform_variables(stage) if stage.rotations else ()
+    parts += [((), *mount_variables(stage, motor)) for motor in stage.motor_names if stage.rotations]
     parts.append(((), tilted[:1], tilted[1:]))
     inputs = [v for part in parts for v in part[0]]
     outputs = [v for part in parts for v in part[1]]
     parameters = [v for part in parts for v in part[2]]
-    constants = [motion_constant(entry, rig.source("stage")) for entry in rig.constants]
-    stopped = "an axis or a motor" if rig.rotations else "an axis"
+    constants = [motion_constant(entry, stage.source("stage")) for entry in stage.constants]
+    stopped = "an axis or a motor" if stage.rotations else "an axis"
     at_stop = flag("at_stop", f"{stopped} was beyond an end stop during the step")
-    return placed(rig, (
+    return placed(stage, (
             *inputs, *outputs, at_stop, *constants,
             parameter("attraction_modulation", "", "modulation of the attraction along the slots; 0 = none",
-                      rig.source("modulation"), 0.0, 1.0, 0.01),
+                      stage.source("modulation"), 0.0, 1.0, 0.01),
             parameter("roughness_seed", "", "seed of the roughness of the guides, a whole number: another one, other "
-                      "tracks", rig.source("roughness_seed"), 0.0, 4294967295.0, 1.0, fixed=True),
+                      "tracks", stage.source("roughness_seed"), 0.0, 4294967295.0, 1.0, fixed=True),
             parameter("magnet_rise", "K", "temperature of the magnets above that at which the constants hold",
                       "assumed: none", -100.0, 200.0, 10.0),
             parameter("bus_voltage", "V", "voltage of the amplifiers' supply, which limits that of each phase; 0 = no "
                       "limit", "assumed: no limit", 0.0, 1e5, 10.0),
             parameter("encoder.resolution", "m", "resolution of the encoders; 0 = they measure exactly",
-                      rig.source("resolution"), 0.0, 1.0, 1e-5),
-            *parameters, *motor_geometry(rig, *CONSTANTS)))
+                      stage.source("resolution"), 0.0, 1.0, 1e-5),
+            *parameters, *motor_geometry(stage, *CONSTANTS)))
 
 
-def stage_refusals(rig: Rig) -> dict[int, str]:
+def stage_refusals(stage: StageDescription) -> dict[int, str]:
     """Messages of a stage by its status: one for each axis or motor that has a stop, then the others."""
     beyond = [f"{axis.name}.position_start = {{{axis.name}.position_start}} m, expected a place between the stops "
-              f"{stops(axis.name)}" for axis in rig.ordered_axes if axis.stop is not None]
+              f"{stops(axis.name)}" for axis in stage.ordered_axes if axis.stop is not None]
     beyond += [f"{motor}.gap = {{{motor}.gap}} m at the start, expected one between the stops {stops(motor)}"
-               for motor in rig.motor_names if rig.rotations]
+               for motor in stage.motor_names if stage.rotations]
     run_away, step_too_long, no_motor, no_seed = range(len(beyond) + 1, len(beyond) + 5)
-    places = ", ".join(f"{axis.name}.position = {{{axis.name}.position}} {axis.unit('m')}" for axis in rig.axes)
-    every = "both" if len(rig.axes) == 2 else "all"
-    bounds = "1000 m or rad and slower than 1e6 m/s or rad/s" if rig.rotations else "1000 m and slower than 1e6 m/s"
+    places = ", ".join(f"{axis.name}.position = {{{axis.name}.position}} {axis.unit('m')}" for axis in stage.axes)
+    every = "both" if len(stage.axes) == 2 else "all"
+    bounds = "1000 m or rad and slower than 1e6 m/s or rad/s" if stage.rotations else "1000 m and slower than 1e6 m/s"
     return {
         **dict(enumerate(beyond, 1)),
         run_away: f"the mover has run away in the step from {{time}} s: {places}, expected {every} within {bounds}",
         step_too_long: "communication step = {step} s, expected at most 1000 s",
-        no_motor: bad_geometry(rig),
+        no_motor: bad_geometry(stage),
         no_seed: "roughness_seed = {roughness_seed}, expected a whole number"}
 
 

@@ -5,17 +5,17 @@ from dataclasses import MISSING, fields, is_dataclass
 from types import NoneType, UnionType
 from typing import Any, Union, cast, get_args, get_origin, get_type_hints
 
-from pmlsm.stage_description import Rig
+from pmlsm.stage_description import StageDescription
 
 
-def to_text(rig: Rig) -> str:
+def to_text(stage: StageDescription) -> str:
     """Text of a description, without what is as it is by default."""
-    return json.dumps(as_data(rig), indent=1)
+    return json.dumps(as_data(stage), indent=1)
 
 
-def from_text(text: str) -> Rig:
+def from_text(text: str) -> StageDescription:
     """Description of a text that `to_text` has made."""
-    return cast(Rig, of_data(Rig, json.loads(text)))
+    return cast(StageDescription, of_data(StageDescription, json.loads(text)))
 
 
 def as_data(value: Any) -> Any:

@@ -6,7 +6,7 @@ from pmlsm.magnet_field import MagnetField
 
 
 class MotorGeometry:
-    """Slots, poles and magnets of the iron-cored PMLSM, stated for both rigs in Tables 4.1 and 5.1."""
+    """Slots, poles and magnets of the iron-cored PMLSM, stated for both stages in Tables 4.1 and 5.1."""
 
     def __init__(self) -> None:
         self.slot_width = 12.7e-3         # b0, m, parameter

@@ -2,7 +2,7 @@
 
 from pmlsm.motor_geometry import MotorGeometry
 from pmlsm.motor_ratio import MotorRatio
-from pmlsm.stage_description import Rig
+from pmlsm.stage_description import StageDescription
 
 
 class MotorKind:
@@ -13,8 +13,8 @@ class MotorKind:
         self.ratio = ratio
 
 
-def motor_kinds(rig: Rig) -> list[MotorKind]:
+def motor_kinds(stage: StageDescription) -> list[MotorKind]:
     """Return the kinds of motors of a stage: first that of its constants, then one for each motor that is unlike."""
-    return [MotorKind(rig.motor(), MotorRatio(1.0, 1.0, 1.0, 1.0, 1.0)),
-            *(MotorKind(rig.motor(motor), MotorRatio(*motor.ratios, motor.kind.limit))
-              for motor in rig.motors if motor.kind is not None)]
+    return [MotorKind(stage.motor(), MotorRatio(1.0, 1.0, 1.0, 1.0, 1.0)),
+            *(MotorKind(stage.motor(motor), MotorRatio(*motor.ratios, motor.kind.limit))
+              for motor in stage.motors if motor.kind is not None)]

@@ -1,4 +1,4 @@
-"""A rig as data: axes, motors, constants, design. It describes blocks; no block reads it."""
+"""A stage as data: axes, motors, constants, design. It describes blocks; no block reads it."""
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field
@@ -82,7 +82,7 @@ class AxisDesign:
 
 
 @dataclass(frozen=True)
-class RigAxis:
+class StageAxis:
     """Axis of motion."""
 
     name: str
@@ -130,7 +130,7 @@ class Winding:
 
 @dataclass(frozen=True)
 class MotorKind:
-    """Of a motor that is unlike the others of its rig: geometry as of `Rig`, and constants and limit by those of it."""
+    """Of a motor unlike the others of its stage: geometry, and constants and limit by those of the stage."""
 
     geometry: Mapping[str, float]
     thrust: float
@@ -141,11 +141,11 @@ class MotorKind:
 
 
 @dataclass(frozen=True)
-class RigMotor:
+class StageMotor:
     """Motor, or motors with one current, and the horizontal axis that it drives; all carry the vertical axis.
 
     Where the platform tilts, x and z (m) are its place on the platform, from the centre of mass along the two
-    horizontal axes. Its kind is None where geometry and constants of the rig are its own; no file says it.
+    horizontal axes. Its kind is None where geometry and constants of the stage are its own; no file says it.
     """
 
     name: str
@@ -158,7 +158,7 @@ class RigMotor:
 
     @property
     def ratios(self) -> tuple[float, float, float, float]:
-        """Thrust, attraction, coils and iron by those of the rig."""
+        """Thrust, attraction, coils and iron by those of the stage."""
         of = self.kind
         return (1.0, 1.0, 1.0, 1.0) if of is None else (of.thrust, of.attraction, of.coils, of.iron)
 
@@ -174,7 +174,7 @@ class Constants:
 
 
 @dataclass(frozen=True)
-class RigConstant:
+class StageConstant:
     """Constant as the FMUs have it."""
 
     name: str      # C1, C2, …
@@ -218,7 +218,7 @@ class Estimator:
 
 @dataclass(frozen=True)
 class Design:
-    """What the controllers of a rig have beside the gains of each axis."""
+    """What the controllers of a stage have beside the gains of each axis."""
 
     current_limit: float = quantity("A", 0.0, 1000.0)       # of the regulators; 0 = none
     pid_current_limit: float = quantity("A", 0.0, 1000.0)   # of the PID
@@ -230,14 +230,14 @@ class Design:
 
 
 @dataclass(frozen=True)
-class Rig:
-    """A rig, as a file of the folder `rigs` describes it."""
+class StageDescription:
+    """A stage, as a file of the folder `stages` describes it."""
 
     name: str                   # as in the names of experiments; its FMUs have it behind theirs, see `suffix`
     title: str                  # such as "3-DOF stage"
     text: str                   # what carries and drives it
-    axes: tuple[RigAxis, ...]   # the air gap first
-    motors: tuple[RigMotor, ...]
+    axes: tuple[StageAxis, ...]   # the air gap first
+    motors: tuple[StageMotor, ...]
     stage: Constants            # the true ones
     model: Constants            # those that the controllers take for them
     estimator: Estimator
@@ -263,17 +263,17 @@ class Rig:
         return self.name.upper() if self.name[0].isdigit() else self.name[0].upper() + self.name[1:]
 
     @property
-    def vertical(self) -> RigAxis:
+    def vertical(self) -> StageAxis:
         """The air gap."""
         return self.axes[0]
 
     @property
-    def horizontal(self) -> tuple[RigAxis, ...]:
+    def horizontal(self) -> tuple[StageAxis, ...]:
         """The axes that motors drive."""
         return tuple(axis for axis in self.axes[1:] if not axis.rotation)
 
     @property
-    def rotations(self) -> tuple[RigAxis, ...]:
+    def rotations(self) -> tuple[StageAxis, ...]:
         """The tilts of the platform: about the first horizontal axis, then about the second; none that guides hold."""
         return tuple(axis for axis in self.axes if axis.rotation)
 
@@ -295,7 +295,7 @@ class Rig:
         return max(max(abs(motor.x), abs(motor.z)) for motor in self.motors)
 
     @property
-    def measured(self) -> tuple[RigAxis, ...]:
+    def measured(self) -> tuple[StageAxis, ...]:
         """The axes that have an encoder; where the platform tilts, each motor has one of its air gap instead."""
         return self.horizontal if self.rotations else self.axes
 
@@ -311,7 +311,7 @@ class Rig:
         return tuple(axis.name for axis in self.axes)
 
     @property
-    def ordered_axes(self) -> tuple[RigAxis, ...]:
+    def ordered_axes(self) -> tuple[StageAxis, ...]:
         """All axes in the order that blocks have: the air gap, the horizontal axes, the tilts."""
         return (self.vertical, *self.horizontal, *self.rotations)
 
@@ -344,16 +344,16 @@ class Rig:
         """Motors that carry the mover."""
         return self.sharing * len(self.motors)
 
-    def axis(self, name: str) -> RigAxis:
+    def axis(self, name: str) -> StageAxis:
         """Axis of a name."""
         return self.axes[self.axis_names.index(name)]
 
-    def motors_of(self, axis: str) -> tuple[RigMotor, ...]:
+    def motors_of(self, axis: str) -> tuple[StageMotor, ...]:
         """Motors that drive a horizontal axis."""
         return tuple(motor for motor in self.motors if motor.drives == axis)
 
     @property
-    def constants(self) -> tuple[RigConstant, ...]:
+    def constants(self) -> tuple[StageConstant, ...]:
         """Constants, C1 first: the thrust of each horizontal axis, then attraction, coils, iron."""
         cited = f" {self.equation}" if self.equation else ""
         vertical = self.vertical.name
@@ -365,7 +365,7 @@ class Rig:
                   [motor.coils for motor in self.constant_sets]),
                  (vertical, IRON, f"normal force between coils and iron{cited}",
                   [motor.iron for motor in self.constant_sets])]
-        return tuple(RigConstant(f"C{k}", axis, unit, meaning, *values)
+        return tuple(StageConstant(f"C{k}", axis, unit, meaning, *values)
                      for k, (axis, unit, meaning, values) in enumerate(rows, 1))
 
     @property
@@ -374,12 +374,12 @@ class Rig:
         return self.stage, self.model, self.estimator.guess, self.estimator.weight
 
     @property
-    def unlike(self) -> tuple[RigMotor, ...]:
-        """Motors of another kind than the rig's geometry and constants are of."""
+    def unlike(self) -> tuple[StageMotor, ...]:
+        """Motors of another kind than the stage's geometry and constants are of."""
         return tuple(motor for motor in self.motors if motor.kind is not None)
 
-    def motor(self, of: RigMotor | None = None) -> MotorGeometry:
-        """Geometry of a motor of the rig, without one of those that are of no kind of their own."""
+    def motor(self, of: StageMotor | None = None) -> MotorGeometry:
+        """Geometry of a motor of the stage, without one of those that are of no kind of their own."""
         motor = MotorGeometry()
         geometry = self.geometry if of is None or of.kind is None else of.kind.geometry
         for path, value in geometry.items():

@@ -4,7 +4,7 @@ from collections.abc import Iterator, Mapping
 from dataclasses import replace
 
 from maglev.fmi.definition import Variable, parameter
-from pmlsm.stage_description import Rig
+from pmlsm.stage_description import StageDescription
 
 STATED = "stated, Tables 4.1 and 5.1"
 
@@ -33,33 +33,33 @@ GEOMETRY = {
                        "assumed: fitted to the thesis's figures", -10.0, 10.0) for k in range(13)}}
 
 
-def motor_geometry(rig: Rig, *ratios: str) -> tuple[Variable, ...]:
+def motor_geometry(stage: StageDescription, *ratios: str) -> tuple[Variable, ...]:
     """Geometry of the motors, and the field of their magnets over the air gap.
 
     Of a motor that is unlike the others its own, and some of the ratios of its constants to theirs.
     """
-    collected = [*geometry("", "", rig.geometry, rig)]
-    for motor in rig.unlike:
+    collected = [*geometry("", "", stage.geometry, stage)]
+    for motor in stage.unlike:
         name, of = motor.name, motor.kind.geometry if motor.kind is not None else {}
         collected += [replace(parameter(f"{name}.{ratio}_ratio", "", f"{RATIOS[ratio]} of {name}, by that of the "
-                                        "motors that are like each other", rig.source(f"motors.{name}"),
+                                        "motors that are like each other", stage.source(f"motors.{name}"),
                                         1e-6, 1e6, 1.0),
                               path=f"{name}_ratio.{ratio}") for ratio in ratios]
-        collected += geometry(f"{name}.", f"{name}_", of, rig)
+        collected += geometry(f"{name}.", f"{name}_", of, stage)
     return tuple(collected)
 
 
-def geometry(owner: str, path: str, given: Mapping[str, float], rig: Rig) -> Iterator[Variable]:
+def geometry(owner: str, path: str, given: Mapping[str, float], stage: StageDescription) -> Iterator[Variable]:
     """Parameters of a geometry with a word before their names, and before their paths in the block."""
     place = f"motors.{owner}geometry" if owner else "geometry"
     for name, (unit, text, source, low, high) in GEOMETRY.items():
         variable = parameter(f"{owner}geometry.{name}", unit, text,
-                             rig.source(f"{place}.{name}") if name in given else source, low, high, 1e-2, fixed=True)
+                             stage.source(f"{place}.{name}") if name in given else source, low, high, 1e-2, fixed=True)
         yield replace(variable, path=f"{path}geometry.{name}" if path else "")
 
 
-def bad_geometry(rig: Rig) -> str:
+def bad_geometry(stage: StageDescription) -> str:
     """Refusal of motors that are none."""
-    owners = ["", *(f"{motor.name}." for motor in rig.unlike)]
+    owners = ["", *(f"{motor.name}." for motor in stage.unlike)]
     given = ", ".join(f"{owner}geometry.{name} = {{{owner}geometry.{name}}} m" for owner in owners for name in BOUNDS)
     return f"{given}, expected slots narrower than their pitch, and gaps from a lower to an upper one"

@@ -14,7 +14,7 @@ from pathlib import Path
 
 from maglev.api.comparing import run_compared
 from maglev.api.options import experiments_of
-from maglev.descriptions.packaged import RIGS
+from maglev.descriptions.packaged import PACKAGED_STAGES
 from maglev.files.marked import with_part
 from maglev.files.side_by_side import unwatched
 from maglev.runs.execution import RunResult
@@ -174,12 +174,12 @@ def table_of(settings: Settings, rows: Sequence[WeightRow]) -> str:
 
 def as_assumed(name: str, settings: Settings) -> str:
     """TOML with what was assumed before one scale of it was estimated, for scenarios to extend."""
-    rig = RIGS[name]
-    lines = [f"# {rig.title}. Coulomb friction as it was assumed, before one scale of it was estimated "
+    stage = PACKAGED_STAGES[name]
+    lines = [f"# {stage.title}. Coulomb friction as it was assumed, before one scale of it was estimated "
              "(docs/estimation.md).", "# Made by `python -m studies.estimation`.", "", "[fmus.plant.start]"]
     lines += [f'"{variable}" = {value:.4g}' for model, _, variable, value in (
         (*variable.partition("."), value) for variable, value in settings.assumed.items())
-        if model == f"Plant{rig.suffix}"]
+        if model == f"Plant{stage.suffix}"]
     return "\n".join(lines) + "\n"
 
 

@@ -39,14 +39,14 @@ from controller_fmu.places import axis_number
 from controller_fmu.regulator import Regulator
 from controller_fmu.status import INTERPOLATED
 from maglev.analysis.certificate import TOLERANCES, solver
-from maglev.descriptions.packaged import RIGS
+from maglev.descriptions.packaged import PACKAGED_STAGES
 from maglev.files.whole_file import write_whole
 from maglev.scenario.layers import PACKAGED
 from pmlsm.motor_geometry import MotorGeometry
-from pmlsm.stage_description import Rig, RigAxis
+from pmlsm.stage_description import StageAxis, StageDescription
 from pmlsm.velocity_rows import GRAVITY
 
-RIG = RIGS["3dof"]
+DESCRIPTION = PACKAGED_STAGES["3dof"]
 
 LOWER, UPPER = 18.5e-3, 30.0e-3   # m: the stop, and the last gap at which 4 A hold the mover
 LAG = 0.4e-3                      # s: of the amplifiers, and half a sample for the hold
@@ -117,7 +117,7 @@ class Part(NamedTuple):
     rest: Any
 
 
-COILS, IRON = 4 * iv.mpf(RIG.stage.coils), 4 * iv.mpf(RIG.stage.iron)
+COILS, IRON = 4 * iv.mpf(DESCRIPTION.stage.coils), 4 * iv.mpf(DESCRIPTION.stage.iron)
 
 
 def slopes(regulator: Any, cell: int) -> tuple[Any, Any]:
@@ -135,9 +135,9 @@ def gap_parts(regulator: Any, cell: int, lower: float, upper: float) -> Iterator
     """
     low, _, gain_slope = regulator.currents.gains.points[cell], *slopes(regulator, cell)
     start = regulator.currents.gains.lower + cell * iv.mpf(regulator.currents.gains.spacing)
-    ripple = RIG.vertical.ripple
-    force = iv.mpf([-ripple.amplitude, ripple.amplitude]) + RIG.vertical.bias + GRAVITY
-    attraction = 4 * RIG.stage.attraction * iv.mpf([1 - RIG.modulation, 1])
+    ripple = DESCRIPTION.vertical.ripple
+    force = iv.mpf([-ripple.amplitude, ripple.amplitude]) + DESCRIPTION.vertical.bias + GRAVITY
+    attraction = 4 * DESCRIPTION.stage.attraction * iv.mpf([1 - DESCRIPTION.modulation, 1])
     for part in range(PARTS):
         g = lower + (iv.mpf([part, part + 1]) / PARTS) * (iv.mpf(upper) - lower)
         f2, f3, f4, *changes = shapes(regulator.model.layout.kinds[0].geometry, g)
@@ -151,7 +151,8 @@ def gap_parts(regulator: Any, cell: int, lower: float, upper: float) -> Iterator
 def gap_bounds(regulator: Any, cell: int, lower: float, upper: float) -> Box:
     """Bounds of μ, −β i*', σ and β'/β between two gaps (m) in a cell; the ripple's stiffness is any that it can be."""
     slope, gain_slope = slopes(regulator, cell)
-    waves, limit = RIG.vertical.ripple.amplitude * 2 * pi / RIG.vertical.ripple.period, regulator.current_limit
+    ripple, limit = DESCRIPTION.vertical.ripple, regulator.current_limit
+    waves = ripple.amplitude * 2 * pi / ripple.period
     intervals: dict[str, list[Any]] = {"mu": [], "alpha": [], "sigma": [], "growth": []}
     for gain, attraction, f3, f4, (slope2, slope3, slope4), root, rest in gap_parts(regulator, cell, lower, upper):
         stiffness = COILS * slope3 * rest - IRON * slope4 * rest**2 - attraction * slope2 + iv.mpf([-waves, waves])
@@ -181,13 +182,14 @@ def cells(loop: Loop, regulator: Any) -> list[tuple[float, float, Box]]:
 
 def vertical(regulator: Any, mu: Any, alpha: Any, sigma: Any, growth: Any, rate: Any) -> list[list[Any]]:
     """Matrix of the loop, see `matrix_of`."""
-    return matrix_of(regulator, RIG, RIG.vertical, mu, 0, 0, alpha + sigma, sigma, growth * rate)
+    return matrix_of(regulator, DESCRIPTION, DESCRIPTION.vertical, mu, 0, 0, alpha + sigma, sigma, growth * rate)
 
 
-def matrix_of(regulator: Any, rig: Rig, axis: RigAxis, mu: Any, nu: Any, eta: Any, crossing: Any, sigma: Any,
+def matrix_of(regulator: Any, stage: StageDescription, axis: StageAxis, mu: Any, nu: Any, eta: Any, crossing: Any,
+              sigma: Any,
               moved: Any) -> list[list[Any]]:
     """Matrix of the loop of an axis, of numbers of the kind of μ: floats or fractions; `crossing` leads from v to b."""
-    number, law = type(mu), regulator.axes[axis_number(rig, axis.name)]
+    number, law = type(mu), regulator.axes[axis_number(stage, axis.name)]
     k1, k2, k3, k4, k5 = (number(getattr(law, f"k{k}")) for k in range(1, 6))
     lag, time1, time2 = number(LAG), number(regulator.observer.time1), number(regulator.observer.time2)
     zero, one, drag = number(0), number(1), number(axis.friction.viscous) / number(axis.mass)
@@ -296,11 +298,11 @@ def run_group(number: int) -> tuple[float, Any]:
     values = {"plant.y.position_start": np.clip(before + random.uniform(-1e-3, 1e-3, GROUP), 18.7e-3, 29.8e-3),
               "plant.y.ripple.amplitude": random.uniform(0.0, 0.15, GROUP),
               "plant.y.friction.coulomb": random.uniform(0.0, 2.0, GROUP),
-              "plant.attraction_modulation": random.uniform(0.0, RIG.modulation, GROUP)}
+              "plant.attraction_modulation": random.uniform(0.0, DESCRIPTION.modulation, GROUP)}
     return after, maglev.batch(RUNS, values, set=common, kind="native", metrics=["stop contact time", "end error"])
 
 
-VERTICAL = Loop(PACKAGED / "studies" / "gap_certificate.json", partial(Regulator, RIG), vertical, gap_bounds,
+VERTICAL = Loop(PACKAGED / "studies" / "gap_certificate.json", partial(Regulator, DESCRIPTION), vertical, gap_bounds,
                 (1.0, 1300.0, 0.0, -70.0))
 
 

@@ -27,8 +27,8 @@ from maglev.pages.sample_commands import command_of
 from maglev.pages.study_page import write_maps
 from studies.laws import LAWS, NAMES, write_picture
 
-STUDY, RIG = "landing-3dof", "3dof"
-COMPARED = (*LAWS[RIG], "interpolated")
+STUDY, DESCRIPTION = "landing-3dof", "3dof"
+COMPARED = (*LAWS[DESCRIPTION], "interpolated")
 WORDS = ("lands", "lands after it touched a stop", "is not yet there after 2 s", "trips", "stays at a stop",
          "is not run to its end")
 COLOURS = ("#2a9d5c", "#a8d5a2", "#8fa7c4", "#8e6bb0", "#c8503c", "#000000")
@@ -66,7 +66,7 @@ def refined(classify: Callable[[Where], Outcomes], layers: int, rows: int, colum
 def map_law(law: str, options: argparse.Namespace) -> LawMap:
     """Map of a law; what was run for it is printed."""
     study, path = load_study(STUDY)
-    scenario = (path.parent / study.scenario).with_name(f"{RIG}-{law}.toml").resolve()
+    scenario = (path.parent / study.scenario).with_name(f"{DESCRIPTION}-{law}.toml").resolve()
     sides = study.vary
     commands: list[tuple[str, list[Factor]]] = []
 

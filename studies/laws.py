@@ -10,7 +10,7 @@ import maglev
 from maglev.files.pictures import new_figure
 from maglev.many.dataset import metadata_of
 from maglev.many.study_file import StudyFile
-from maglev.pages.grids import Origin, RigGrids, read_grids, write_grids
+from maglev.pages.grids import Origin, StageGrids, read_grids, write_grids
 from maglev.pages.law_map import LawMap, seen
 
 LAWS = {"2dof": ("nonlinear", "linear", "pid"), "3dof": ("nonlinear", "linear", "scheduled", "pid"),
@@ -23,14 +23,14 @@ RunStudy = Callable[[StudyFile], Path]   # a study to its dataset
 
 
 def map_laws(words: str, data: Path, outcomes: Sequence[str],
-             run_rig: Callable[[str, tuple[str, ...], RunStudy, argparse.Namespace], RigGrids]) -> None:
-    """Run rigs as the command line asks for, and write what was found; with --rig the others stay as they are.
+             run_stage: Callable[[str, tuple[str, ...], RunStudy, argparse.Namespace], StageGrids]) -> None:
+    """Run stages as the command line asks for, and write what was found; with --stage the others stay as they are.
 
-    `words` say what the command does, and grids stand in `data` if the command line names no file. `run_rig` runs the
-    laws of a rig and draws them: name of the rig, its laws, how to run a study, options.
+    `words` say what the command does, and grids stand in `data` if the command line names no file. `run_stage` runs the
+    laws of a stage and draws them: name of the stage, its laws, how to run a study, options.
     """
     parser = argparse.ArgumentParser(description=words, formatter_class=argparse.RawDescriptionHelpFormatter)
-    parser.add_argument("--rig", choices=LAWS)
+    parser.add_argument("--stage", choices=LAWS)
     parser.add_argument("--out", type=Path, default=Path("results"))
     parser.add_argument("--docs", type=Path, default=Path("docs"))
     parser.add_argument("--data", type=Path, default=data)
@@ -40,10 +40,10 @@ def map_laws(words: str, data: Path, outcomes: Sequence[str],
     def run_study(study: StudyFile) -> Path:
         return maglev.study(study, out=options.out, jobs=options.jobs, resume=True).path
 
-    rigs = read_grids(options.data) if options.rig else {}
-    for rig in [options.rig] if options.rig else LAWS:
-        rigs[rig] = run_rig(rig, LAWS[rig], run_study, options)
-    write_grids(options.data, outcomes, rigs)
+    stages = read_grids(options.data) if options.stage else {}
+    for stage in [options.stage] if options.stage else LAWS:
+        stages[stage] = run_stage(stage, LAWS[stage], run_study, options)
+    write_grids(options.data, outcomes, stages)
 
 
 def origin_of(paths: Iterable[Path]) -> Origin:

@@ -1,9 +1,9 @@
 """Run the studies of the operating range with every law; their maps are for docs/faults.md and the report.
 
-    python -m studies.operating_range [--rig 3dof] [--out results] [--docs docs] [--data FILE] [--jobs 2]
+    python -m studies.operating_range [--stage 3dof] [--out results] [--docs docs] [--data FILE] [--jobs 2]
 
 It draws the pictures of that page, prints its tables of shares, and writes the maps as the data that come with the
-package, which the report draws; with --rig those of one rig, and the others stay. It takes some twenty
+package, which the report draws; with --stage those of one stage, and the others stay. It takes some twenty
 minutes on two processors. A study that is done is not run again.
 """
 
@@ -15,12 +15,12 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from maglev.descriptions.packaged import RIGS
+from maglev.descriptions.packaged import PACKAGED_STAGES
 from maglev.files.arrays import Array, Bools
 from maglev.files.errors import MaglevError
 from maglev.many.dataset import read_dataset
 from maglev.many.study_file import StudyFile, load_study
-from maglev.pages.grids import Grid, RigGrids
+from maglev.pages.grids import Grid, StageGrids
 from maglev.pages.law_map import Outcomes
 from maglev.pages.operating_range import (
     ASTRAY,
@@ -78,26 +78,27 @@ def read_outcomes(path: Path) -> tuple[dict[str, Array], Outcomes]:
     return {name: varied[name] for name in (what, "constants", "initial gap", "target gap")}, ends.transpose(2, 3, 0, 1)
 
 
-def study_of(rig: str, law: str) -> StudyFile:
-    """The study of a rig, run with one of its laws; the linear regulator is linearised about each target."""
-    study, path = load_study(f"range-{rig}")
-    scenario = (path.parent / study.scenario).with_name(f"{rig}-{law}.toml").resolve()
+def study_of(stage: str, law: str) -> StudyFile:
+    """The study of a stage, run with one of its laws; the linear regulator is linearised about each target."""
+    study, path = load_study(f"range-{stage}")
+    scenario = (path.parent / study.scenario).with_name(f"{stage}-{law}.toml").resolve()
     vary = [varied.model_copy(update={"set": [*varied.set, "controller.setpoint"]})
             if law == "linear" and varied.column == "target gap" else varied for varied in study.vary]
     return study.model_copy(update={"name": f"{study.name}-{law}", "scenario": str(scenario), "vary": vary})
 
 
-def run_rig(rig: str, laws: tuple[str, ...], run_study: RunStudy, options: argparse.Namespace) -> RigGrids:
-    paths = {law: run_study(study_of(rig, law)) for law in laws}
+def run_stage(stage: str, laws: tuple[str, ...], run_study: RunStudy, options: argparse.Namespace) -> StageGrids:
+    paths = {law: run_study(study_of(stage, law)) for law in laws}
     read = {NAMES.get(law, law): read_outcomes(path) for law, path in paths.items()}
     varied = next(iter(read.values()))[0]
     grid = Grid(varied, {law: ends for law, (_, ends) in read.items()})
-    of_rig = RigGrids({"moves": grid}, origin_of(paths.values()))
-    write_picture(options.docs / f"range-{rig}.png", f"{RIGS[rig].title}: from one air gap to another", maps_of(of_rig),
+    of_stage = StageGrids({"moves": grid}, origin_of(paths.values()))
+    write_picture(options.docs / f"range-{stage}.png", f"{PACKAGED_STAGES[stage].title}: from one air gap to another",
+                  maps_of(of_stage),
                   OUTCOMES, COLOURS, SETTLED_NOMINAL)
-    print(f"\n{rig}\n\n{markdown_table(table(of_rig))}", flush=True)
-    return of_rig
+    print(f"\n{stage}\n\n{markdown_table(table(of_stage))}", flush=True)
+    return of_stage
 
 
 if __name__ == "__main__":
-    map_laws(__doc__, FILE, OUTCOMES, run_rig)
+    map_laws(__doc__, FILE, OUTCOMES, run_stage)

@@ -25,16 +25,16 @@ from mpmath import iv
 
 import maglev
 from controller_fmu.regulator import Regulator
-from maglev.descriptions.packaged import RIGS
+from maglev.descriptions.packaged import PACKAGED_STAGES
 from maglev.scenario.layers import PACKAGED
 from studies.gap_certificate import COILS, GROUP, IRON, Box, Loop, certify_loop, gap_parts, hulls, matrix_of, slopes
 
-RIG = RIGS["5dof"]
+DESCRIPTION = PACKAGED_STAGES["5dof"]
 ABOUT = 0.8   # A
 RUNS = Path(__file__).with_suffix(".toml")
-ROLL = next(axis for axis in RIG.axes if axis.name == "roll")   # pitch has the same constants
-MASS = next(axis.mass for axis in RIG.axes if axis.name == "y")
-LEVER = max(motor.z for motor in RIG.motors)                    # m
+ROLL = next(axis for axis in DESCRIPTION.axes if axis.name == "roll")   # pitch has the same constants
+MASS = next(axis.mass for axis in DESCRIPTION.axes if axis.name == "y")
+LEVER = max(motor.z for motor in DESCRIPTION.motors)                    # m
 SHARE = LEVER**2 * MASS / (2.0 * ROLL.mass)                     # κ l
 
 
@@ -54,10 +54,10 @@ def bounds(regulator: Any, cell: int, lower: float, upper: float) -> Box:
 
 def tilting(regulator: Any, mu: Any, nu: Any, eta: Any, growth: Any, rate: Any) -> list[list[Any]]:
     """Matrix of the loop of a tilt, see `matrix_of`."""
-    return matrix_of(regulator, RIG, ROLL, mu, nu, eta, 0, 0, growth * rate)
+    return matrix_of(regulator, DESCRIPTION, ROLL, mu, nu, eta, 0, 0, growth * rate)
 
 
-TILT = Loop(PACKAGED / "studies" / "tilt_certificate.json", partial(Regulator, RIG), tilting, bounds,
+TILT = Loop(PACKAGED / "studies" / "tilt_certificate.json", partial(Regulator, DESCRIPTION), tilting, bounds,
             (1.0, 900.0, -900.0, -70.0))
 
 
@@ -74,7 +74,7 @@ def run_group(number: int) -> tuple[float, Any]:
               "plant.pitch.position_start": random.uniform(-4e-3, 4e-3, GROUP),
               "plant.y.ripple.amplitude": random.uniform(0.0, 0.15, GROUP),
               "plant.y.friction.coulomb": random.uniform(0.0, 2.0, GROUP),
-              "plant.attraction_modulation": random.uniform(0.0, RIG.modulation, GROUP)}
+              "plant.attraction_modulation": random.uniform(0.0, DESCRIPTION.modulation, GROUP)}
     return after, maglev.batch(RUNS, values, set={"reference.y.start": before, "reference.y.end": after}, kind="native",
                                metrics=["stop contact time", "end error"])
 

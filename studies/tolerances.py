@@ -1,9 +1,9 @@
 """Run every law with noise and delay of its measurements, with lost samples and with a low bus voltage.
 
-    python -m studies.tolerances [--rig 3dof] [--out results] [--docs docs] [--data FILE] [--jobs 2]
+    python -m studies.tolerances [--stage 3dof] [--out results] [--docs docs] [--data FILE] [--jobs 2]
 
 It draws pictures of docs/faults.md, prints its tables, and writes what was found as data that come with the
-package, which the report draws; with --rig that of one rig, and the others stay. It takes some ten minutes on two
+package, which the report draws; with --stage that of one stage, and the others stay. It takes some ten minutes on two
 processors. A study that is done is not run again.
 """
 
@@ -15,11 +15,11 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from maglev.descriptions.packaged import RIGS
+from maglev.descriptions.packaged import PACKAGED_STAGES
 from maglev.files.errors import MaglevError
 from maglev.many.dataset import read_dataset
 from maglev.many.study_file import StudyFile, read_study
-from maglev.pages.grids import Grid, RigGrids
+from maglev.pages.grids import Grid, StageGrids
 from maglev.pages.law_map import Outcomes
 from maglev.pages.study_text import units_of
 from maglev.pages.tolerances import (
@@ -36,7 +36,7 @@ from maglev.pages.tolerances import (
     table,
 )
 from maglev.scenario.layers import PACKAGED
-from pmlsm.stage_description import Rig
+from pmlsm.stage_description import StageDescription
 from studies.laws import NAMES, RunStudy, map_laws, markdown_table, origin_of, write_picture
 
 FAR, TILTED = 1e-3, 5e-3   # m; rad of a tilt: as `fail_error` and `fail_tilt` of scenarios
@@ -48,7 +48,7 @@ COLOURS = ("#2a9d5c", "#f4c152", "#c8503c", "#8e6bb0")   # of the outcomes
 
 SCENARIO = """\
 extends = ["{steps}", "{measurement}"]
-name = "tolerance-{rig}-{law}"
+name = "tolerance-{stage}-{law}"
 title = "{title}: a step with measurements and a supply that are not ideal"
 stop_time = "5 s"
 """
@@ -79,40 +79,42 @@ def read_outcomes(path: Path, question: Question) -> Outcomes:
     return np.moveaxis(ends.reshape(*shape, -1), -1, 0)
 
 
-def study_of(rig: Rig, law: str, question: Question, folder: Path) -> StudyFile:
+def study_of(stage: StageDescription, law: str, question: Question, folder: Path) -> StudyFile:
     """Study of a question with a law; its scenario is written into a folder."""
-    scenario = folder / f"tolerance-{rig.name}-{law}.toml"
+    scenario = folder / f"tolerance-{stage.name}-{law}.toml"
     folder.mkdir(parents=True, exist_ok=True)
     scenario.write_text(SCENARIO.format(
-        steps=(PACKAGED / "steps" / f"{rig.name}-{law}.toml").as_posix(), title=rig.title, rig=rig.name, law=law,
-        measurement=(PACKAGED / "loops" / f"{rig.name}-measurement.toml").as_posix()), encoding="utf-8")
-    gap, start = rig.vertical.name, 1e3 * rig.vertical.start
-    measured = [encoder.rpartition(".")[0] for encoder in rig.encoders]
+        steps=(PACKAGED / "steps" / f"{stage.name}-{law}.toml").as_posix(), title=stage.title, stage=stage.name,
+        law=law,
+        measurement=(PACKAGED / "loops" / f"{stage.name}-measurement.toml").as_posix()), encoding="utf-8")
+    gap, start = stage.vertical.name, 1e3 * stage.vertical.start
+    measured = [encoder.rpartition(".")[0] for encoder in stage.encoders]
     vary = [{"name": side.name, "kind": "list", "values": [f"{value:g} {side.unit}" for value in side.values],
              "set": [side.sets.format(name) for name in measured] if "{}" in side.sets else [side.sets]}
             for side in (question.down, question.along)]
     steps = {"name": "target gap", "kind": "list", "values": [f"{start - size:g} mm" for size in SIZES],
              "set": [f"reference.{gap}.end", *(["controller.setpoint"] if law == "linear" else [])]}
-    beside = {f"reference.{axis.name}.end": BESIDE[bool(rig.rotations)] for axis in rig.rotations or rig.horizontal}
-    return read_study({"name": f"tolerance-{rig.name}-{law}-{question.name}", "scenario": str(scenario.resolve()),
+    beside = {f"reference.{axis.name}.end": BESIDE[bool(stage.rotations)]
+              for axis in stage.rotations or stage.horizontal}
+    return read_study({"name": f"tolerance-{stage.name}-{law}-{question.name}", "scenario": str(scenario.resolve()),
                        "vary": [*vary, steps], "set": beside, "metrics": ["end error"]}, scenario)
 
 
-def run_rig(name: str, laws: tuple[str, ...], run_study: RunStudy, options: argparse.Namespace) -> RigGrids:
-    rig, paths, grids = RIGS[name], list[Path](), dict[str, Grid]()
+def run_stage(name: str, laws: tuple[str, ...], run_study: RunStudy, options: argparse.Namespace) -> StageGrids:
+    stage, paths, grids = PACKAGED_STAGES[name], list[Path](), dict[str, Grid]()
     for question in QUESTIONS:
         outcomes_of_laws = {}
         for law in laws:
-            paths.append(run_study(study_of(rig, law, question, options.out / "tolerances")))
+            paths.append(run_study(study_of(stage, law, question, options.out / "tolerances")))
             outcomes_of_laws[NAMES.get(law, law)] = read_outcomes(paths[-1], question)
         sides = {f"{side.name}, {side.unit}": np.array(side.values) for side in (question.down, question.along)}
         grids[question.name] = Grid({STEP: np.array(SIZES), **sides}, outcomes_of_laws)
-    of_rig = RigGrids(grids, origin_of(paths))
-    write_picture(options.docs / f"tolerances-{name}.png", f"{rig.title}: what each law tolerates", maps_of(of_rig),
+    of_stage = StageGrids(grids, origin_of(paths))
+    write_picture(options.docs / f"tolerances-{name}.png", f"{stage.title}: what each law tolerates", maps_of(of_stage),
                   OUTCOMES, COLOURS)
-    print(f"\n{name}\n\n{markdown_table(table(of_rig))}", flush=True)
-    return of_rig
+    print(f"\n{name}\n\n{markdown_table(table(of_stage))}", flush=True)
+    return of_stage
 
 
 if __name__ == "__main__":
-    map_laws(__doc__, FILE, OUTCOMES, run_rig)
+    map_laws(__doc__, FILE, OUTCOMES, run_stage)

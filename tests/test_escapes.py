@@ -21,11 +21,11 @@ from report_runs import Page, judged, packaged, page_of, recorded
 from studied_grid import broken_at
 
 from maglev.api.studying import new_study
-from maglev.descriptions.description_file import PACKAGED, Reader, read_rig
+from maglev.descriptions.description_file import PACKAGED, Reader, read_stage
 from maglev.descriptions.registry import definitions
 from maglev.descriptions.writer import module_texts
 from maglev.files.console import plain_console
-from maglev.files.errors import RigError
+from maglev.files.errors import StageError
 from maglev.files.pictures import new_figure, write_figure
 from maglev.files.toml_file import read_toml
 from maglev.fmi.documentation import documentation
@@ -44,7 +44,7 @@ from maglev.scenario.loading import load_plan
 from maglev.scenario.run_plan import Event
 from maglev.user.new_controller import new_controller, new_plant
 from maglev.user.new_stage import new_scenario
-from pmlsm.stage_description import Rig
+from pmlsm.stage_description import StageDescription
 
 # What ends a comment, a string, an element, an equation, a row or a line in each language, and goes on with code.
 ATTACKS = {
@@ -62,7 +62,7 @@ ALL = "".join(ATTACKS.values())
 CONTROLS = re.compile("[\x00-\x08\x0b-\x1f\x7f-\x9f\u202a-\u202e\ud800-\udfff]")
 
 
-def hostile_rig(name: str) -> Rig:
+def hostile_stage(name: str) -> StageDescription:
     """A stage of the package in which every text has all that its reader lets pass."""
     path = PACKAGED / f"{name}.toml"
     table = read_toml(path)
@@ -72,14 +72,14 @@ def hostile_rig(name: str) -> Rig:
         put(tried, place, text)
         reader = Reader(Path("mine.toml"))
         try:
-            reader.check(cast(Rig, reader.read(Rig, tried, "")))
-        except RigError as error:
+            reader.check(cast(StageDescription, reader.read(StageDescription, tried, "")))
+        except StageError as error:
             assert not CONTROLS.search(str(error)), "a message in one line, and nothing in it that a terminal obeys"
             assert "\n" not in str(error)
             return False
         return True
 
-    places: list[tuple[str, ...]] = [(member.name,) for member in fields(Rig) if member.type is str]
+    places: list[tuple[str, ...]] = [(member.name,) for member in fields(StageDescription) if member.type is str]
     places += [("axes", axis, "meaning") for axis in table["axes"]]
     cited = (*table["sources"], "law", "linearisation", "equation", "constants", "stage")
     places += [("sources", key) for key in cited]
@@ -89,9 +89,9 @@ def hostile_rig(name: str) -> Rig:
         if text:
             put(table, place, text)
     reader = Reader(path)
-    rig = cast(Rig, reader.read(Rig, table, ""))
-    reader.check(rig)
-    return rig
+    stage = cast(StageDescription, reader.read(StageDescription, table, ""))
+    reader.check(stage)
+    return stage
 
 
 def put(table: dict[str, Any], place: tuple[str, ...], text: str) -> None:
@@ -127,14 +127,14 @@ def test_c_comments_and_strings_hold_any_text(text: str) -> None:
 
 @pytest.mark.parametrize("name", ["2dof", "5dof"])
 def test_texts_of_a_stage_are_no_code(name: str) -> None:
-    rig = hostile_rig(name)
-    for path, text in module_texts(rig).items():
+    stage = hostile_stage(name)
+    for path, text in module_texts(stage).items():
         if path.endswith(".py"):
             assert "pwned" not in names_in(text), path
         else:
             is_data(Page(typeset(f"<html>{text}</html>")))
     for made in ("Plant", "Regulator", "Estimator"):
-        definition = definitions(rig)[f"{made}{rig.suffix}"].value()
+        definition = definitions(stage)[f"{made}{stage.suffix}"].value()
         for described in (model_description(definition, "", "", 0), model_description_3(definition, "", "", 0)):
             assert "pwned" not in {element.tag for element in ElementTree.parse(BytesIO(described)).iter()}
         is_data(Page(documentation(definition, "1").replace("<wbr>", "")))
@@ -151,8 +151,8 @@ def test_refuses_a_title_that_ends_a_comment_or_a_string(tmp_path: Path, key: st
     path = tmp_path / "mine.toml"
     given = (PACKAGED / "2dof.toml").read_text(encoding="utf-8")
     path.write_text(re.sub(f"(?m)^{key} = .*$", lambda _: f"{key} = {json.dumps(text)}", given), encoding="utf-8")
-    with pytest.raises(RigError, match=f"^{re.escape(str(path))}: {key}: .*, expected words on one line without"):
-        read_rig(path)
+    with pytest.raises(StageError, match=f"^{re.escape(str(path))}: {key}: .*, expected words on one line without"):
+        read_stage(path)
 
 
 def test_files_to_begin_with_hold_titles_and_names_as_data(tmp_path: Path) -> None:
@@ -166,7 +166,7 @@ def test_files_to_begin_with_hold_titles_and_names_as_data(tmp_path: Path) -> No
                             stage.read_text(encoding="utf-8")), encoding="utf-8")
     scenario = new_scenario(tmp_path / "scenario.toml", stage)
     plan = load_plan(scenario)
-    assert plan.title == f"{title}: a sequence of setpoints" and plan.rig_file == str(stage)
+    assert plan.title == f"{title}: a sequence of setpoints" and plan.stage_file == str(stage)
     study = tomllib.loads(new_study(tmp_path / "study.toml", str(folder / "mine-setpoints.toml")).read_text("utf-8"))
     assert study["title"] == f"{title}: mass and friction"
     assert study["scenario"] == str(folder / "mine-setpoints.toml")

@@ -81,8 +81,9 @@ def loop_with(gain_set: GainSet, parameters: Mapping[str, float] | None = None) 
 def axis_rates(loop: Loop, axis: str) -> Array:
     """Rates (1/s) of the closed loop that belong to one axis, the slowest first, without bias."""
     closed = loop.closed
-    rig = loop.plant.equilibrium.rig
-    currents = {f"{motor.name}.i_q" for motor in rig.motors_of(axis)} or {f"{motor}.i_d" for motor in rig.motor_names}
+    stage = loop.plant.equilibrium.stage
+    currents = {f"{motor.name}.i_q"
+                for motor in stage.motors_of(axis)} or {f"{motor}.i_d" for motor in stage.motor_names}
     own = [k for k, name in enumerate(closed.states)
            if name.removeprefix("controller.").startswith(f"{axis}.") or name in currents]
     poles = np.linalg.eigvals(closed.A[np.ix_(own, own)]).astype(np.complex128)

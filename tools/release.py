@@ -124,7 +124,7 @@ def distributions(scratch: Path, out: Path, version: str, date: int) -> None:
     With them come the modules of the live page: from the wheel both need no compiler.
     """
     import maglev
-    from maglev.descriptions.packaged import RIGS
+    from maglev.descriptions.packaged import PACKAGED_STAGES
     from maglev.pages.live_content import modules_of
 
     source = scratch / "source"
@@ -143,7 +143,7 @@ def distributions(scratch: Path, out: Path, version: str, date: int) -> None:
         shipped = scratch / name / "maglev" / "shipped"
         shutil.copytree(scratch / "native" / "step_loop", shipped / "step_loop")
         shutil.copytree(scratch / "native" / "native", shipped / "native", ignore=shutil.ignore_patterns("*.ssp"))
-        modules = dict.fromkeys(name for rig in RIGS.values() for name in modules_of(rig))
+        modules = dict.fromkeys(name for stage in PACKAGED_STAGES.values() for name in modules_of(stage))
         maglev.build(modules, fmus=shipped, kind="native", target="wasm")
     subprocess.run([sys.executable, "-c", made.format("wheel", str(out))], cwd=scratch / name, check=True,
                    stdout=subprocess.DEVNULL)

@@ -8,13 +8,13 @@ from typing import Any
 import numpy as np
 
 from maglev.files.arrays import Array
-from maglev.files.errors import RigError, StabilityError, one_of
+from maglev.files.errors import StabilityError, StageError, one_of
 from maglev.linear.loop import Loop, linearise_loop
 from maglev.linear.model import equivalents, slowest_first
 from maglev.linear.parameters import Quantity, block_of, linear_names, regulator_in
 from maglev.linear.places import MotorPlaces
-from maglev.user.adoption import rig_named as own_or_ours
-from pmlsm.stage_description import Rig
+from maglev.user.adoption import stage_named as own_or_ours
+from pmlsm.stage_description import StageDescription
 
 INTERNAL_MODEL = ("model.xi1", "model.xi2", "model.xi3")
 ALIKE = 1e-7    # of the largest: what of a command, or of a push, is rounding
@@ -76,23 +76,24 @@ class AxisLoop:
                              if self.sample_time else poles)
 
 
-def rig_and_regulators(rig: str | Path) -> tuple[Rig, str, list[str]]:
-    """Description of a rig, and the names of its plant and of its output regulators, the nonlinear one first.
+def stage_and_regulators(stage: str | Path) -> tuple[StageDescription, str, list[str]]:
+    """Description of a stage, and the names of its plant and of its output regulators, the nonlinear one first.
 
-    StabilityError if there is no such rig.
+    StabilityError if there is no such stage.
     """
     try:
-        described = own_or_ours(rig if str(rig).endswith(".toml") else str(rig).lower())
-    except RigError as error:
+        described = own_or_ours(stage if str(stage).endswith(".toml") else str(stage).lower())
+    except StageError as error:
         raise StabilityError(str(error)) from None
     for motor in described.unlike:
-        raise StabilityError(f"{rig}: motors.{motor.name} has numbers of its own, expected motors that are alike, for "
+        raise StabilityError(f"{stage}: motors.{motor.name} has numbers of its own, expected motors that are alike, "
+                             f"for "
                              "what is computed is a limit that all motors reach at once")
     plant, *controllers = linear_names(described)
     return described, plant, [name for name in controllers if "Regulator" in name and regulator_in(name) == name]
 
 
-def axis_loop(rig: str | Path, axis: str, gap: Quantity, *, controller: str | None = None,
+def axis_loop(description: str | Path, axis: str, gap: Quantity, *, controller: str | None = None,
               plant_parameters: Mapping[str, Quantity | bool] | None = None,
               controller_parameters: Mapping[str, Quantity | bool] | None = None) -> AxisLoop:
     """Linear loop of one axis, all others at rest, with what limits it.
@@ -102,17 +103,18 @@ def axis_loop(rig: str | Path, axis: str, gap: Quantity, *, controller: str | No
     tilts, the loop is that without bias along the horizontal axes, so that level motors carry alike; what the bias
     takes of each current is taken from its limits.
 
-    Rig, axis, gap and controller are as of `maglev.region`, the parameters those of the FMUs that differ from their
-    start values. StabilityError if there is no such rig, axis or output regulator, its commands have no limit, or the
+    Stage, axis, gap and controller are as of `maglev.region`, the parameters those of the FMUs that differ from their
+    start values. StabilityError if there is no such stage, axis or output regulator, its commands have no limit, or the
     loop is not stable; LinearModelError if a parameter cannot be used, or the stage cannot rest at this gap.
     """
-    described, stage, regulators = rig_and_regulators(rig)
+    described, stage, regulators = stage_and_regulators(description)
     vertical = described.vertical.name
     if axis not in described.axis_names:
-        raise StabilityError(f"{rig}: axis = {axis!r}, expected one of {', '.join(described.axis_names)}")
+        raise StabilityError(f"{description}: axis = {axis!r}, expected one of {', '.join(described.axis_names)}")
     name = controller or regulators[0]
     if name not in regulators:
-        raise StabilityError(f"{rig}: controller = {name!r}, expected an output regulator, which has an anti-windup: "
+        raise StabilityError(f"{description}: controller = {name!r}, expected an output regulator, which has an "
+                             f"anti-windup: "
                              f"{one_of(name, regulators)}")
     settings = controller_parameters or {}
     block = block_of(name, settings)
@@ -136,22 +138,22 @@ def axis_loop(rig: str | Path, axis: str, gap: Quantity, *, controller: str | No
     return closed
 
 
-def currents_of(rig: Rig, axis: str) -> list[str]:
+def currents_of(stage: StageDescription, axis: str) -> list[str]:
     """Currents that move an axis: of the motors that drive it, or the direct ones of those that lift or tilt it."""
-    shares = MotorPlaces.of(rig).even[:, rig.axis_names.index(axis)]
-    return [current for current, share in zip(rig.dq_names, shares, strict=True) if share != 0.0]
+    shares = MotorPlaces.of(stage).even[:, stage.axis_names.index(axis)]
+    return [current for current, share in zip(stage.dq_names, shares, strict=True) if share != 0.0]
 
 
-def coupled(loop: Loop, rig: Rig, axis: str, commanded: Array) -> tuple[list[str], list[list[str]]]:
+def coupled(loop: Loop, stage: StageDescription, axis: str, commanded: Array) -> tuple[list[str], list[list[str]]]:
     """The axes that an axis and the limits of its currents move, itself first, and the commands that are always alike.
 
     A current that the limit cuts off moves what it would have moved, whoever asked for it; several that are alike in
     all these axes are cut off together.
     """
-    if not rig.rotations:
-        return [axis], [currents_of(rig, axis)]
+    if not stage.rotations:
+        return [axis], [currents_of(stage, axis)]
     closed, plant = loop.closed, loop.plant
-    pushed = plant.B[[plant.index("state", f"{axis}.velocity") for axis in rig.axis_names]]
+    pushed = plant.B[[plant.index("state", f"{axis}.velocity") for axis in stage.axis_names]]
     moving = [axis]
     while True:
         rows = commanded[:, [k for k, state in enumerate(closed.states)
@@ -165,21 +167,21 @@ def coupled(loop: Loop, rig: Rig, axis: str, commanded: Array) -> tuple[list[str
             else:
                 same.append(k)
         pushes = np.array([np.abs(pushed[:, group].sum(axis=1)) for group in alike]).max(axis=0)
-        more = [name for name, push in zip(rig.axis_names, pushes, strict=True)
+        more = [name for name, push in zip(stage.axis_names, pushes, strict=True)
                 if name not in moving and push > ALIKE * pushes.max()]
         if not more:
-            first = currents_of(rig, axis)[0]
+            first = currents_of(stage, axis)[0]
             sets = [[plant.inputs[k].removesuffix("_cmd") for k in group] for group in alike]
             return moving, sorted(sets, key=lambda group: first not in group)
         moving += more
 
 
-def close(name: str, rig: Rig, axis: str, loop: Loop, rest: Mapping[str, float], block: Any) -> AxisLoop:
+def close(name: str, stage: StageDescription, axis: str, loop: Loop, rest: Mapping[str, float], block: Any) -> AxisLoop:
     """Cut the loop of one axis, and of those that its limits move, out of a whole one with the currents at rest (A)."""
     closed, plant, dt = loop.closed, loop.plant, block.sample_time
     law = loop.controller.select(tuple(loop.signals), plant.inputs)
     commanded = np.hstack([law.D @ loop.sensed, law.C])
-    axes, sets = coupled(loop, rig, axis, commanded)
+    axes, sets = coupled(loop, stage, axis, commanded)
     if len(axes) > MOST_AXES:
         raise StabilityError(f"{name}: its limits move {', '.join(axes)}, expected motors that carry alike, so that at "
                              f"most {MOST_AXES} axes have to be certified at once")
@@ -199,11 +201,11 @@ def close(name: str, rig: Rig, axis: str, loop: Loop, rest: Mapping[str, float],
         [plant.B[:, [plant.inputs.index(f"{current}_cmd") for current in currents]].sum(axis=1) for currents in sets])
     by_reference = gathered @ closed.B[:, closed.index("input", f"{axis}.reference")]
     n, states = len(groups), tuple(group[0].removeprefix("controller.") for group in groups)
-    shares = np.linalg.pinv(MotorPlaces.of(rig, block).even)   # of what the limits cut off, by axis and current
+    shares = np.linalg.pinv(MotorPlaces.of(stage, block).even)   # of what the limits cut off, by axis and current
     gains, weights, inject = {}, {}, {}
     for moved in axes:
-        row, part = shares[rig.axis_names.index(moved)], block.axes[rig.axis_number(moved)]
-        weights[moved] = np.array([sum(row[rig.dq_names.index(current)] for current in alike) for alike in sets])
+        row, part = shares[stage.axis_names.index(moved)], block.axes[stage.axis_number(moved)]
+        weights[moved] = np.array([sum(row[stage.dq_names.index(current)] for current in alike) for alike in sets])
         weights[moved][np.abs(weights[moved]) < ALIKE * np.abs(weights[moved]).max()] = 0.0
         gains[moved] = np.array([part.ec1, part.ec2, part.ec3]) if block.antiwindup else np.zeros(3)
         inject[moved] = np.zeros((n, 3))
@@ -216,7 +218,7 @@ def close(name: str, rig: Rig, axis: str, loop: Loop, rest: Mapping[str, float],
     # At a constant speed the low-passed position is behind by Ts/a1 when the next measurement comes.
     in_motion[states.index(f"{axis}.observer.position")] = -dt / block.observer.share1
     at_step: Array = np.linalg.solve(np.eye(n) - full, by_reference).astype(np.float64)
-    return AxisLoop(name, axis, rig.axis(axis).unit("m"), tuple(axes), states,
+    return AxisLoop(name, axis, stage.axis(axis).unit("m"), tuple(axes), states,
                     tuple(tuple(currents) for currents in sets), (full - np.eye(n)) / dt,
                     np.asarray(drive / dt + others), inject[axis], weights[axis], k, at_step, in_motion, dt,
                     np.array([max(-block.current_limit - rest[group] for group in alike) for alike in sets]),

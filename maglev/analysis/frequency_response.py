@@ -93,7 +93,7 @@ def responses_here(asked: AskedPair, signals: tuple[str, ...], amplitude: Quanti
                    seeds: range, periods: int, settle: float, smooth: bool, linear: bool
                    ) -> dict[str, FrequencyResponse]:
     pair = make_pair(asked, smooth)
-    names = [pair.opening(signal) for signal in signals or pair.rig.axis_names]
+    names = [pair.opening(signal) for signal in signals or pair.stage.axis_names]
     grid = make_grid(*lines, pair.step)
     peaks = [read_amplitude(pair, name, amplitude) for name in names]
     loop, why_not = linear_loop_of(asked, settle) if linear else (None, "it was not asked for")
@@ -119,7 +119,7 @@ def measured_at(rest: Rest, name: str, peak: float, grid: Grid, seeds: range, pe
 
 def read_amplitude(pair: Pair, name: str, amplitude: Quantity) -> float:
     """Peak of what is added to a signal, m or rad."""
-    axis = next((known for known in pair.rig.axes if known.name == name.rpartition(".")[0]), None)
+    axis = next((known for known in pair.stage.axes if known.name == name.rpartition(".")[0]), None)
     with refused_as(LinearModelError, "amplitude"):
         size = parse_quantity(amplitude, "m" if axis is None else axis.unit("m"))
     if not 0.0 < size < 1.0:

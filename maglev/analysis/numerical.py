@@ -218,7 +218,7 @@ def stages_of(rest: Rest, parameters: Settings) -> tuple[list[tuple[LinearModel,
     if pair.own_plant is not None:
         block = block_of(pair.own_plant, parameters)
         check_amplifiers(pair.name, block, rest.equilibrium)
-        return [(linear_plant(pair.own_plant, pair.rig, block, rest.equilibrium, True, True, False, pair.step),
+        return [(linear_plant(pair.own_plant, pair.stage, block, rest.equilibrium, True, True, False, pair.step),
                  0.0)], ()
     samples = max(100, round(PLANT_SECONDS / pair.step))
     slopes = tuple(derivative(rest.plant, rest.commanded, number, CURRENT, samples)

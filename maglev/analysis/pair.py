@@ -37,7 +37,7 @@ from maglev.user.scenario_loop import loop_table
 from maglev.user.source import Given, is_class, is_written, name_of, path_of
 from pmlsm.dq_transform import clarke, park
 from pmlsm.sine_cosine import sine_cosine
-from pmlsm.stage_description import Rig
+from pmlsm.stage_description import StageDescription
 
 SETTLE = 10.0        # s, at most, that a loop runs before it is looked at
 LOOK = 0.5           # s, after each of which it is asked whether it rests
@@ -55,7 +55,7 @@ Found = TypeVar("Found")
 class Pair:
     """A plant and a controller with what connects them."""
 
-    rig: Rig
+    stage: StageDescription
     plant: FmuSetup
     controller: FmuSetup
     plant_name: str
@@ -83,13 +83,13 @@ class Pair:
         """
         names = tuple(self.signals)
         straight = {name: (row, row) for name, row in zip(names, np.eye(len(names)), strict=True)}
-        if not self.rig.rotations:
+        if not self.stage.rotations:
             return straight
-        owners = (*self.rig.axis_names, *self.rig.motor_names)
-        by_owner = np.vstack([np.eye(len(self.rig.axes)), MotorPlaces.of(self.rig).gaps])
+        owners = (*self.stage.axis_names, *self.stage.motor_names)
+        by_owner = np.vstack([np.eye(len(self.stage.axes)), MotorPlaces.of(self.stage).gaps])
         along = by_owner[[owners.index(name.rpartition(".")[0]) for name in names]]
         read = np.linalg.pinv(along)
-        axes = {f"{axis}.measured": (read[k], along[:, k]) for k, axis in enumerate(self.rig.axis_names)}
+        axes = {f"{axis}.measured": (read[k], along[:, k]) for k, axis in enumerate(self.stage.axis_names)}
         return {**axes, **{name: way for name, way in straight.items() if name not in axes}}
 
     def opening(self, at: str) -> str:
@@ -184,7 +184,7 @@ def make_pair(asked: AskedPair, smooth: bool = True) -> Pair:
     maps = {} if asked.ports is None else read_port_maps(Path(asked.ports))
     plant = part_of("plant", asked.plant, plants(), asked.fmus, maps)
     controller = part_of("controller", asked.controller, controllers(), asked.fmus, maps)
-    stage = plants().get(plant.name) or controllers().get(controller.name) or rig_with(plant.variables)
+    stage = plants().get(plant.name) or controllers().get(controller.name) or stage_with(plant.variables)
     positions = read_positions(f"Plant{stage.suffix}", asked.at)
     signals, commands = pair_wires(stage, {"plant": plant, "controller": controller})
     inputs = {name for name, variable in controller.variables.items() if variable.causality == "input"}
@@ -221,12 +221,12 @@ def require_names(asked: AskedPair, signals: Sequence[str], commands: bool) -> N
                                      (asked.controller, controllers(), asked.controller_parameters)):
         if given in known:
             block_of(str(given), parameters or {})
-    rig = plants().get(str(asked.plant)) or controllers().get(str(asked.controller))
-    if rig is None:
+    stage = plants().get(str(asked.plant)) or controllers().get(str(asked.controller))
+    if stage is None:
         return
-    read_positions(f"Plant{rig.suffix}", asked.at)
+    read_positions(f"Plant{stage.suffix}", asked.at)
     name = f"{name_of(asked.plant)} with {name_of(asked.controller)}"
-    openings = openings_of(rig, "phases")
+    openings = openings_of(stage, "phases")
     for signal in signals:
         if commands:
             opening_among(signal, openings, name)
@@ -248,7 +248,7 @@ def part_of(role: str, given: Given, known: Collection[str], fmus: Path, maps: M
     return Part(role, name, file, maps.get(role), description)
 
 
-def pair_wires(stage: Rig, parts: Mapping[str, Part]) -> tuple[dict[str, str], tuple[str, ...]]:
+def pair_wires(stage: StageDescription, parts: Mapping[str, Part]) -> tuple[dict[str, str], tuple[str, ...]]:
     """Outputs of the plant by the inputs of the controller that they go to, and the commands that it takes."""
     signals, commands = {}, []
     for ends in loop_table(stage)["connections"]:
@@ -265,13 +265,13 @@ def pair_wires(stage: Rig, parts: Mapping[str, Part]) -> tuple[dict[str, str], t
     return signals, tuple(commands)
 
 
-def rig_with(variables: Mapping[str, object]) -> Rig:
-    """The rig whose encoders a plant has as its outputs."""
-    for rig in STAGES.rigs.values():
-        ports = [port.partition(".") for ends in loop_table(rig)["connections"] for port in ends]
+def stage_with(variables: Mapping[str, object]) -> StageDescription:
+    """The stage whose encoders a plant has as its outputs."""
+    for stage in STAGES.stages.values():
+        ports = [port.partition(".") for ends in loop_table(stage)["connections"] for port in ends]
         if all(name in variables for role, _, name in ports if role == "plant"):
-            return rig
-    raise LinearModelError(f"the plant has the ports of none of the stages {', '.join(STAGES.rigs)}, expected "
+            return stage
+    raise LinearModelError(f"the plant has the ports of none of the stages {', '.join(STAGES.stages)}, expected "
                            f"encoders and commands as they have them; {option('ports')} says what it calls its ports")
 
 
@@ -286,7 +286,7 @@ def read_values(name: str, settings: Settings, description: ModelDescription) ->
     return {key: known[key].read(given, f"{name}: {key}", LinearModelError) for key, given in settings.items()}
 
 
-def sample_time_of(rig: Rig, name: str, variables: Mapping[str, object], setup: FmuSetup,
+def sample_time_of(stage: StageDescription, name: str, variables: Mapping[str, object], setup: FmuSetup,
                    given: Quantity | None) -> float:
     """Sample time of a controller, s."""
     if given is not None:
@@ -296,7 +296,7 @@ def sample_time_of(rig: Rig, name: str, variables: Mapping[str, object], setup: 
     elif "sample_time" in setup.start:
         sample_time = float(setup.start["sample_time"])
     else:
-        sample_time = float(getattr(variables.get("sample_time"), "start", None) or rig.sample_time)
+        sample_time = float(getattr(variables.get("sample_time"), "start", None) or stage.sample_time)
     if not 0.0 < sample_time < 1.0:
         raise LinearModelError(f"{name}: sample time = {sample_time!r} s, expected one between 0 and 1 s")
     return sample_time
@@ -326,7 +326,7 @@ def resting_pair(pair: Pair, settle: float = SETTLE, strict: bool = True) -> Ite
         last = np.array(measured)
         moving = float(np.ptp(rows[-look:], axis=0).max())
         openings = pair.openings
-        positions = {axis: round(float(openings[f"{axis}.measured"][0] @ last), 9) for axis in pair.rig.axis_names}
+        positions = {axis: round(float(openings[f"{axis}.measured"][0] @ last), 9) for axis in pair.stage.axis_names}
         far = {axis: position - pair.positions[axis] for axis, position in positions.items()}
         worst = max(far, key=lambda axis: abs(far[axis]))
         if abs(far[worst]) > NOT_THERE or (strict and moving > AT_REST):
@@ -341,13 +341,13 @@ def resting_pair(pair: Pair, settle: float = SETTLE, strict: bool = True) -> Ite
 
 def equilibrium_from(pair: Pair, positions: dict[str, float], commands: Array) -> Equilibrium:
     """The equilibrium in which a stage rests with phase currents (A) that are commanded."""
-    along = tuple((MotorPlaces.of(pair.rig).along @ list(positions.values())).tolist())
-    geometries = tuple(pair.rig.motor(motor) for motor in pair.rig.motors)
+    along = tuple((MotorPlaces.of(pair.stage).along @ list(positions.values())).tolist())
+    geometries = tuple(pair.stage.motor(motor) for motor in pair.stage.motors)
     by_name = dict(zip(pair.commands, commands.tolist(), strict=True))
     dq = [park(*clarke(*(by_name[f"{name}.i_{phase}_cmd"] for phase in "abc")),
                *sine_cosine(of.electrical_angle(place)))
-          for name, of, place in zip(pair.rig.motor_names, geometries, along, strict=True)]
-    return Equilibrium(positions, tuple(d for d, _ in dq), tuple(q for _, q in dq), pair.rig, along, geometries)
+          for name, of, place in zip(pair.stage.motor_names, geometries, along, strict=True)]
+    return Equilibrium(positions, tuple(d for d, _ in dq), tuple(q for _, q in dq), pair.stage, along, geometries)
 
 
 def apart(function: Callable[..., Found], files: Sequence[Path], timeout: float, *arguments: Any) -> Found:

@@ -6,7 +6,7 @@ from pathlib import Path
 
 import numpy as np
 
-from maglev.analysis.axis_loop import axis_loop, currents_of, rig_and_regulators
+from maglev.analysis.axis_loop import axis_loop, currents_of, stage_and_regulators
 from maglev.analysis.certificate import certify
 from maglev.analysis.certificate import synthesise as synthesised_gains
 from maglev.analysis.pair import Settings
@@ -42,17 +42,18 @@ class StepRuns(RepeatedRun):
     linear model of a horizontal axis has it. `plant` and `settings` are parameters of plant and controller.
     """
 
-    def __init__(self, rig: str | Path, axis: str, gap: Quantity, controller: str, plant: Settings, settings: Settings,
+    def __init__(self, stage: str | Path, axis: str, gap: Quantity, controller: str, plant: Settings,
+                 settings: Settings,
                  fmus: Path, locked: bool = False):
-        self.rig, self.plant_name, _ = rig_and_regulators(rig)
-        self.axis, self.vertical = axis, self.rig.vertical.name
+        self.stage, self.plant_name, _ = stage_and_regulators(stage)
+        self.axis, self.vertical = axis, self.stage.vertical.name
         plant = {**plant, f"{self.vertical}.locked": True} if locked else plant
         self.middle = read_positions(self.plant_name, {self.vertical: gap})
         self.plant, dt = block_of(self.plant_name, plant), block_of(controller, settings).sample_time
-        self.centred = axis in [axis.name for axis in self.rig.horizontal]
+        self.centred = axis in [axis.name for axis in self.stage.horizontal]
         self.before, count = round(BEFORE / dt), round((BEFORE + SHOWN) / dt)
-        self.command = f"controller.{currents_of(self.rig, axis)[0]}_cmd"
-        table = loop_table(self.rig) | {
+        self.command = f"controller.{currents_of(self.stage, axis)[0]}_cmd"
+        table = loop_table(self.stage) | {
             "name": "region", "title": "Steps of one axis", "step": dt, "output_interval": dt, "stop_time": count * dt,
             "fmus": {"controller": {"model": controller, "start": settings},
                      "plant": {"model": self.plant_name, "start": plant}},
@@ -60,16 +61,16 @@ class StepRuns(RepeatedRun):
                          "values": [position, position]} for name, position in self.middle.items()]}
         experiment = prepare(load_plan(table), fmus, {}, {})
         experiment.require_current()
-        super().__init__(experiment, {*(f"plant.{name}.position" for name in self.rig.axis_names), self.command,
+        super().__init__(experiment, {*(f"plant.{name}.position" for name in self.stage.axis_names), self.command,
                                       "plant.at_stop"})
 
     def stops(self) -> tuple[float, float, float]:
         """Where the axis meets its stops, at the motors where the platform tilts, and how near a run may begin."""
-        rig, plant, middle = self.rig, self.plant, self.middle[self.axis]
-        if self.centred or not rig.rotations:
-            stop = plant.axes[rig.axis_number(self.axis)].stop
+        stage, plant, middle = self.stage, self.plant, self.middle[self.axis]
+        if self.centred or not stage.rotations:
+            stop = plant.axes[stage.axis_number(self.axis)].stop
             return stop.lower, stop.upper, NEAR_STOP
-        shares = MotorPlaces.of(rig, plant).gaps[:, rig.axis_names.index(self.axis)]
+        shares = MotorPlaces.of(stage, plant).gaps[:, stage.axis_names.index(self.axis)]
         ways = [sorted((bound - self.middle[self.vertical]) / share for bound in (stop.lower, stop.upper))
                 for stop, share in zip((mount.stop for mount in plant.mover.mounts), shares, strict=True)
                 if share != 0.0]
@@ -95,7 +96,7 @@ class StepRuns(RepeatedRun):
             start[self.axis], end[self.axis] = -0.5 * step, 0.5 * step
         lower, upper, _ = self.stops()
         if not lower < start[self.axis] < upper:
-            unit = self.rig.axis(self.axis).unit("m")
+            unit = self.stage.axis(self.axis).unit("m")
             size, begin, low, high = (printed(value, unit) for value in (step, start[self.axis], lower, upper))
             raise StabilityError(f"{self.plant_name}: a step of {self.axis} by {size} begins at {begin}, expected a "
                                  f"start from {low} to {high}")
@@ -109,7 +110,7 @@ class StepRuns(RepeatedRun):
                             columns[f"plant.{self.axis}.position"][shown] - start[self.axis],
                             columns[self.command][shown].copy())
         ends = {axis.name: abs(columns[f"plant.{axis.name}.position"][-1] - end[axis.name])
-                * (self.rig.arm if axis.rotation else 1.0) for axis in self.rig.axes}
+                * (self.stage.arm if axis.rotation else 1.0) for axis in self.stage.axes}
         return response, bool(max(ends.values()) < HELD and not columns["plant.at_stop"].any())
 
     def largest(self, gains: Mapping[str, float | bool]) -> float:
@@ -198,7 +199,7 @@ def region(stage: str | Path, axis: str, gap: Quantity, *, controller: str | Non
     with ExitStack() as stack:
         runs: list[StepRuns] = []
         if run:
-            described, _, regulators = rig_and_regulators(stage)
+            described, _, regulators = stage_and_regulators(stage)
             name = controller or regulators[0]
             folder = fmus_for_runs([name, f"Plant{described.suffix}"], fmus, kind, fmi)
             # Where limits move other axes, too, the certificate is not of a loop at a frozen gap.

@@ -248,7 +248,7 @@ def jackknife(left_out: Any) -> Any:
 def head_text(response: FrequencyResponse) -> str:
     lines, grid = response.frequencies, response.grid
     axis = response.at.rpartition(".")[0]
-    unit = next((known.unit("m") for known in response.equilibrium.rig.axes if known.name == axis), "m")
+    unit = next((known.unit("m") for known in response.equilibrium.stage.axes if known.name == axis), "m")
     head = [f"{response.name}, opened at {response.at}, measured about {response.equilibrium}",
             f"{len(response.returned)} multisines with a peak of {1e6 * response.amplitude:g} µ{unit} and a crest "
             f"factor of {response.crest:.2f}: {len(lines)} lines from {lines[0]:.3g} to {lines[-1]:.4g} rad/s, "

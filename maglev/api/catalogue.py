@@ -153,8 +153,8 @@ def build(names: Iterable[Given] | Given = (), *, stage: str | Path | None = Non
             raise ScenarioError(f"{option('ssp', str(ssp))}: expected no names with it, and no {option('stage')}, "
                                 f"{option('source')}, {option('clocked')} or {option('target', 'wasm')}")
         plan = load_plan(ssp)
-        if plan.rig_file is not None:
-            know_stage(plan.rig_file)
+        if plan.stage_file is not None:
+            know_stage(plan.stage_file)
         return build_scenario(plan, folder, Kind(native, target, fmi))
     files = [Path(name) for name in given if is_written(Path(name))]
     chosen = [str(name) for name in given if not is_written(Path(name))]

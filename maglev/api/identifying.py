@@ -1,4 +1,4 @@
-"""Constants of a rig from a recording."""
+"""Constants of a stage from a recording."""
 
 from collections.abc import Mapping
 from pathlib import Path
@@ -67,13 +67,13 @@ def identify(data: Data, *, columns: Mapping[str, str] | None = None, units: Map
     path = data_path(data)
     table = read_table(path) if isinstance(data, str | Path) else given_table(str(path), data)
     recording = read_recording(table.renamed(columns or {}, units),
-                               stage or getattr(getattr(data, "plan", None), "rig_file", None), gaps)
+                               stage or getattr(getattr(data, "plan", None), "stage_file", None), gaps)
     if recording.said:
         warn(recording.said)
     with refused_as(IdentificationError, option("epsilon", epsilon)):
         seconds = parse_quantity(number_or_text(epsilon) if isinstance(epsilon, str) else epsilon, "s")
     start = {}
-    valid = recording.rig.constants
+    valid = recording.stage.constants
     for name, value in (guess or {}).items():
         asked = option("guess", {name: value})
         if name not in valid:

@@ -65,10 +65,10 @@ def starts(plans: Sequence[RunPlan], options: RunOptions) -> dict[str, StartValu
     if model is None or str(model) == "plant":   # which follows, see `following`
         return settings
     asked = option("model", str(model))
-    rigs = {plan.rig.name: plan.rig for plan in plans if plan.rig is not None}
-    if len(rigs) != 1:
-        raise ScenarioError(f"{asked}: expected runs of one stage, got {' and '.join(sorted(rigs)) or 'none'}")
-    constants = start_values(model_settings(Path(model), *rigs.values()))
+    stages = {plan.stage.name: plan.stage for plan in plans if plan.stage is not None}
+    if len(stages) != 1:
+        raise ScenarioError(f"{asked}: expected runs of one stage, got {' and '.join(sorted(stages)) or 'none'}")
+    constants = start_values(model_settings(Path(model), *stages.values()))
     for plan in plans:
         for name, fmu in plan.fmus.items():
             for variable, source in fmu.start_from.items():

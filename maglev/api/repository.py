@@ -8,10 +8,10 @@ from maglev.api.checking import update
 from maglev.descriptions.packaged import EXAMPLE
 from maglev.descriptions.registry import STAGES
 from maglev.descriptions.writer import render
-from maglev.files.errors import BaselineError, RigError
+from maglev.files.errors import BaselineError, StageError
 from maglev.files.installed import HERE
 from maglev.files.side_by_side import Say, Watch
-from maglev.user.adoption import rig_named
+from maglev.user.adoption import stage_named
 from maglev.user.new_controller import new_controller
 from maglev.user.new_stage import scenario_text, write_new
 
@@ -48,21 +48,22 @@ def new_repository(path: str | Path, stage: str | Path = EXAMPLE, *, watch: Watc
     """
     folder = Path(path)
     if folder.exists():
-        raise RigError(f"{folder}: it is there already, expected the name of a new folder")
+        raise StageError(f"{folder}: it is there already, expected the name of a new folder")
     if not folder.parent.is_dir():
-        raise RigError(f"{folder}: there is no folder {folder.parent}, expected one")
-    rig = rig_named(str(stage))
+        raise StageError(f"{folder}: there is no folder {folder.parent}, expected one")
+    description = stage_named(str(stage))
     with tempfile.TemporaryDirectory(dir=folder.parent, prefix=f".{folder.name}-") as scratch:
         made = Path(scratch) / folder.name
         for file in FILES.values():
             (made / file).parent.mkdir(parents=True, exist_ok=True)
-        own = Path(stage).name if rig.name in STAGES.own else None
+        own = Path(stage).name if description.name in STAGES.own else None
         if own is not None:
             shutil.copyfile(stage, made / own)
-        new_controller(made / "controller.py", rig.name if own is None else str(made / own))
-        write_new(made / EXPERIMENT, scenario_text(rig, made / EXPERIMENT, own, more=True, controller="controller.py"))
+        new_controller(made / "controller.py", description.name if own is None else str(made / own))
+        write_new(made / EXPERIMENT,
+                  scenario_text(description, made / EXPERIMENT, own, more=True, controller="controller.py"))
         for template, name in FILES.items():
-            write_new(made / name, render(f"new/repository/{template}.j2", rig, name=folder.name,
+            write_new(made / name, render(f"new/repository/{template}.j2", description, name=folder.name,
                                          clone=str(HERE) if (HERE / "pyproject.toml").is_file() else ""))
         result, = update(made / EXPERIMENT, baselines=made / "baselines", watch=watch, say=say)
         if result.status == "error":

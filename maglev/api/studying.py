@@ -233,7 +233,7 @@ def new_study(path: str | Path, scenario: str | Path) -> Path:
 
     Raises
     ------
-    RigError, ScenarioError
+    StageError, ScenarioError
         If the file is there already, its name is none, or there is no such scenario, or none about a stage.
 
     Examples
@@ -243,11 +243,11 @@ def new_study(path: str | Path, scenario: str | Path) -> Path:
     'robust.toml'
     """
     file, plan = toml_file(path), load_plan(scenario)
-    if plan.rig is None or "plant" not in plan.fmus:
+    if plan.stage is None or "plant" not in plan.fmus:
         raise ScenarioError(f"{scenario}: fmus = {key_path(list(plan.fmus))}: expected a scenario with the plant of a "
                             "stage")
     name = seen_from(file, scenario) if str(scenario).endswith(".toml") else str(scenario)
-    write_new(file, render("new/study.toml.j2", plan.rig, file=file.name, name=file.stem, scenario=name))
+    write_new(file, render("new/study.toml.j2", plan.stage, file=file.name, name=file.stem, scenario=name))
     return file
 
 

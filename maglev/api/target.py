@@ -9,7 +9,7 @@ from maglev.analysis.emulator import EmulatorError, require_emulator
 from maglev.analysis.image import generated
 from maglev.analysis.measured import Measured, on_target
 from maglev.api.comparing import put_in
-from maglev.descriptions.packaged import RIGS
+from maglev.descriptions.packaged import PACKAGED_STAGES
 from maglev.files.errors import BuildError, ScenarioError, option
 from maglev.files.scratch import scratch
 from maglev.files.side_by_side import Watch, unwatched
@@ -125,10 +125,11 @@ def usual_run(definition: FmuDefinition, stage: str | Path | None) -> str | Path
     if stage is not None:
         return Path(stage).with_name(f"{Path(stage).stem}-setpoints.toml")
     names = {v.name for v in definition.variables}
-    for rig in RIGS.values():
-        ports = {f"{current}_cmd" for current in rig.phase_names} | {f"{axis}.reference" for axis in rig.axis_names} | {
-            encoder.replace("encoder", "measured") for encoder in rig.encoders}
+    for description in PACKAGED_STAGES.values():
+        ports = {f"{current}_cmd"
+                 for current in description.phase_names} | {f"{axis}.reference" for axis in description.axis_names} | {
+            encoder.replace("encoder", "measured") for encoder in description.encoders}
         if ports <= names:
-            return f"{rig.name}-setpoints"
+            return f"{description.name}-setpoints"
     raise ScenarioError(f"{definition.name}: is of no stage of the project, expected {option('run')} with a run of its "
                         "own")

@@ -79,7 +79,7 @@ def new_tuning(path: str | Path, scenario: str | Path, controller: str | Path | 
     'quicker.toml'
     """
     file, plan = toml_file(path), load_plan(scenario)
-    if plan.rig is None or not {"plant", "controller"} <= plan.fmus.keys():
+    if plan.stage is None or not {"plant", "controller"} <= plan.fmus.keys():
         raise ScenarioError(f"{scenario}: fmus = {key_path(list(plan.fmus))}: expected a scenario with plant and "
                             "controller of a stage")
     searched = [] if controller is None else searched_of(Path(controller))
@@ -88,7 +88,7 @@ def new_tuning(path: str | Path, scenario: str | Path, controller: str | Path | 
         raise ScenarioError(f"{scenario}: controller = {model or plan.fmus['controller'].file}: expected an output "
                             f"regulator, whose poles are searched, or {option('controller', 'FILE')}, a Python file")
     name = seen_from(file, scenario) if str(scenario).endswith(".toml") else str(scenario)
-    write_new(file, render("new/tuning.toml.j2", plan.rig, file=file.name, name=file.stem, scenario=name,
+    write_new(file, render("new/tuning.toml.j2", plan.stage, file=file.name, name=file.stem, scenario=name,
                            controller=controller and seen_from(file, controller), searched=searched))
     return file
 

@@ -24,7 +24,7 @@ from maglev.cli.options import (
     Jobs,
     Names,
     Out,
-    RigFile,
+    StageFile,
     run_names,
     with_run_options,
 )
@@ -72,7 +72,7 @@ def main(_version: Annotated[bool, typer.Option("--version", callback=print_vers
 def build(names: Annotated[list[str] | None, typer.Argument(help="FMUs to build, all if none is named; or "
                                                             "Python files, each with your controller.",
                                                             show_default=False)] = None,
-          rig: RigFile = None, fmus: Built = Path("fmus"),
+          stage: StageFile = None, fmus: Built = Path("fmus"),
           kind: Annotated[KindName, typer.Option("--kind", help="`native`: FMUs that need no Python, into the "
                                                  "subfolder native; needs the extra `native`.")] = "python",
           fmi: Annotated[int, typer.Option("--fmi", min=2, max=3, help="Version of FMI, of native FMUs; those of "
@@ -114,7 +114,7 @@ def build(names: Annotated[list[str] | None, typer.Argument(help="FMUs to build,
     """
     with one_line_errors(debug):
         with progress_of(["FMUs"]) as watch:
-            paths = maglev.build(names or (), stage=rig, fmus=fmus, kind=kind, fmi=fmi, target=target,
+            paths = maglev.build(names or (), stage=stage, fmus=fmus, kind=kind, fmi=fmi, target=target,
                                  source=source, clocked=clocked, ssp=ssp, say=say, watch=partial(watch, "FMUs"))
         for path in paths:
             typer.echo(f"{path}  {path.stat().st_size / 1000:.0f} kB")

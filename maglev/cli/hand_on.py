@@ -6,7 +6,7 @@ from typing import Annotated, Any
 import typer
 
 import maglev
-from maglev.cli.options import Debug, RigFile, run_names, with_run_options
+from maglev.cli.options import Debug, StageFile, run_names, with_run_options
 from maglev.cli.terminal import one_line_errors, progress_of
 from maglev.files import cache as kept
 from maglev.files.units import number_or_text
@@ -22,7 +22,7 @@ Cycles = Annotated[float, typer.Option(help="Cycles of an instruction in the mea
 
 
 @with_run_options("fmus")
-def target(controller: ControllerName, run: OnRun = None, rig: RigFile = None, out: TargetFolder = Path("target"),
+def target(controller: ControllerName, run: OnRun = None, stage: StageFile = None, out: TargetFolder = Path("target"),
            clock: Clock = "216 MHz", cycles: Cycles = 1.5, debug: Debug = False, **options: Any) -> None:
     """Write a controller as C for a microcontroller.
 
@@ -42,7 +42,7 @@ def target(controller: ControllerName, run: OnRun = None, rig: RigFile = None, o
     `maglev target RegulatorMine --stage mine.toml --run mine-setpoints.toml`
     """
     with one_line_errors(debug):
-        made = maglev.target(controller, run, stage=rig, out=out, clock=number_or_text(clock), cycles=cycles,
+        made = maglev.target(controller, run, stage=stage, out=out, clock=number_or_text(clock), cycles=cycles,
                              watch=progress_of, **options)
         typer.echo(made.report if made.report is not None else f"{controller}: {made.left_out}\n", nl=False)
         typer.echo(f"{made.folder}: {', '.join(str(file.relative_to(made.folder)) for file in made.files)}")

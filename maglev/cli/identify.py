@@ -1,4 +1,4 @@
-"""The command `maglev identify`: constants of a rig from a person's own recording."""
+"""The command `maglev identify`: constants of a stage from a person's own recording."""
 
 from math import isfinite
 from pathlib import Path
@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Annotated, cast
 import typer
 
 import maglev
-from maglev.cli.options import RIG_NAMES, Debug, Out, pairs
+from maglev.cli.options import STAGE_NAMES, Debug, Out, pairs
 from maglev.cli.terminal import one_line_errors, report_console
 from maglev.files.errors import IdentificationError
 from maglev.identification.settings import EPSILON, GAMMA
@@ -23,8 +23,8 @@ ERRORS = ("The standard error is the scatter from one recording to another. The 
           "An estimate may be off by two standard errors and the bias at most.")
 
 Data = Annotated[Path, typer.Argument(metavar="DATA.csv", help="The recording.", show_default=False)]
-RigName = Annotated[str | None, typer.Option(
-    "--stage", help=f"{RIG_NAMES}, seen from the columns if not given; or a description of yours, `mine.toml`.",
+StageName = Annotated[str | None, typer.Option(
+    "--stage", help=f"{STAGE_NAMES}, seen from the columns if not given; or a description of yours, `mine.toml`.",
     show_default=False)]
 Method = Annotated[str, typer.Option(help="`reduced` (3.8), `full` (3.6) or `fsdi` (3.3).")]
 Epsilon = Annotated[str, typer.Option(help="Confidence level ε of the measurement, in s or with a unit.")]
@@ -41,7 +41,7 @@ Matched = Annotated[bool, typer.Option("--matched", help="Filter positions and c
                                        "velocity: more accurate thrust constants.")]
 
 
-def identify(data: Data, rig: RigName = None, column: Columns = None, unit: Units = None,
+def identify(data: Data, stage: StageName = None, column: Columns = None, unit: Units = None,
              gaps: GapsChoice = "refuse", method: Method = "reduced", epsilon: Epsilon = str(EPSILON),
              gamma: Gamma = GAMMA, guess: Guesses = None, matched: Matched = False, out: Out = Path("results"),
              debug: Debug = False) -> None:
@@ -61,7 +61,7 @@ def identify(data: Data, rig: RigName = None, column: Columns = None, unit: Unit
         guesses = dict(pairs("--guess", guess, "a constant and a value, such as C1=10", IdentificationError))
         columns = dict(pairs("--column", column, "a column and its name, such as v=gap", IdentificationError))
         units = dict(pairs("--unit", unit, "a column and its unit, such as v=mm", IdentificationError))
-        model = maglev.identify(data, stage=rig, columns=columns, units=units, gaps=cast("Gaps", gaps), method=method,
+        model = maglev.identify(data, stage=stage, columns=columns, units=units, gaps=cast("Gaps", gaps), method=method,
                                 epsilon=epsilon, gamma=gamma, guess=guesses, matched=matched)
         files = maglev.write_identification(model, data, out)
         show(report_console(), model)
@@ -75,7 +75,7 @@ def show(console: "Console", model: "Identification") -> None:
 
     recording, estimate = model.recording, model.estimate
     length = recording.time[-1] - recording.time[0]
-    console.print(f"{recording.rig.name}: {len(recording.time)} samples over {length:.3g} s, "
+    console.print(f"{recording.stage.name}: {len(recording.time)} samples over {length:.3g} s, "
                   f"{estimate.method} estimator, ε = {estimate.epsilon:g} s, γ = {estimate.gamma:g}"
                   f"{', matched filters' if model.matched else ''}")
     rows = []
@@ -90,7 +90,7 @@ def show(console: "Console", model: "Identification") -> None:
     console.print(result_table("", heads, rows))
     console.print(ERRORS)
     rows = []
-    axes = recording.rig.described.axes
+    axes = recording.stage.described.axes
     for axis, error, way in zip(axes, model.replay_error, model.replay_motion, strict=True):
         row, unit = model.diagnostics.get(axis.name), f"m{axis.unit('m')}"   # tilts have no row of constants
         known = ["–"] * 3 if row is None else [f"{row.excitation[-1]:.3g}", f"{row.residual:.3g} m/s²",

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 import typer
 
 import maglev
-from maglev.cli.options import VALUE, AsJson, Debug, Out, RigFile, option_value, pairs, with_more, with_run_options
+from maglev.cli.options import VALUE, AsJson, Debug, Out, StageFile, option_value, pairs, with_more, with_run_options
 from maglev.cli.terminal import one_line_errors, write_json
 from maglev.files.errors import LinearModelError, option
 from maglev.files.pictures import require_matplotlib, write_figure
@@ -75,7 +75,7 @@ class Asked:
     at: Mapping[str, "Quantity"]                 # positions by axis
     parameters: Mapping[str, dict[str, Any]]     # of "plant", "controller" and "measurement"
     openings: Sequence[str]                      # signals; every axis if there are none
-    how: Mapping[str, Any]                       # anybody's FMU is run: rig, settle, sample_time, options of runs
+    how: Mapping[str, Any]                       # anybody's FMU is run: stage, settle, sample_time, options of runs
     pictures: Path | None                        # folder, where they are asked for
     json: Path | None                            # file, where it is asked for
 
@@ -94,7 +94,7 @@ class Asked:
 def linearise(names: Blocks, at: At, openings: Openings = None, measure: Measure = False, settings: Parameters = None,
               plot: Plot = False, amplifier: Annotated[bool, typer.Option(
                   "--amplifier/--no-amplifier", help="With or without the amplifiers' lag.")] = True,
-              rig: RigFile = None, sample_time: SampleTime = None, settle: Settle = "10 s",
+              stage: StageFile = None, sample_time: SampleTime = None, settle: Settle = "10 s",
               out: Out = Path("results"), as_json: AsJson = None, debug: Debug = False, **options: Any) -> None:
     """Linear model, poles and margins of a plant, a controller or a loop.
 
@@ -127,8 +127,8 @@ def linearise(names: Blocks, at: At, openings: Openings = None, measure: Measure
     with one_line_errors(debug):
         from maglev.linear.parameters import by_part
 
-        if rig is not None:
-            maglev.know_stage(rig)
+        if stage is not None:
+            maglev.know_stage(stage)
         if plot:
             require_matplotlib()   # what would fail after a run fails before it
         model, injection = ({name: options.pop(name) for name in table} for table in (MODEL, INJECTION))
@@ -143,7 +143,7 @@ def linearise(names: Blocks, at: At, openings: Openings = None, measure: Measure
         if not amplifier and (files or measure):
             raise LinearModelError("--no-amplifier: expected neither a file nor --measure with it, whose loop runs as "
                                    "it is")
-        how = {**options, "stage": rig, "sample_time": None if sample_time is None else number_or_text(sample_time),
+        how = {**options, "stage": stage, "sample_time": None if sample_time is None else number_or_text(sample_time),
                **{name: positive_time(text, LinearModelError, option(name, text))
                   for name, text in (("settle", settle), ("timeout", options["timeout"]))}}
         positions = {axis: number_or_text(value) for axis, value in pairs("--at", at, VALUE, LinearModelError)}

@@ -8,9 +8,9 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 import maglev
-from maglev.cli.options import Built, Debug, RigFile
+from maglev.cli.options import Built, Debug, StageFile
 from maglev.cli.terminal import one_line_errors, report_console
-from maglev.descriptions.packaged import RIGS
+from maglev.descriptions.packaged import PACKAGED_STAGES
 from maglev.files.errors import ScenarioError
 
 if TYPE_CHECKING:
@@ -23,7 +23,7 @@ Words = Annotated[list[str] | None, typer.Argument(metavar="WORD", show_default=
                                                    "each FMU and run that has it, with all that there is to say.")]
 
 
-def list_all(words: Words = None, rig: RigFile = None, fmus: Built = Path("fmus"), debug: Debug = False) -> None:
+def list_all(words: Words = None, stage: StageFile = None, fmus: Built = Path("fmus"), debug: Debug = False) -> None:
     """List the scenarios and the FMUs, or the FMUs of your own stage.
 
     **Examples:**
@@ -37,14 +37,14 @@ def list_all(words: Words = None, rig: RigFile = None, fmus: Built = Path("fmus"
     `maglev list --stage mine.toml`
     """
     with one_line_errors(debug):
-        entries, runs = maglev.fmus(rig), [] if rig is not None else maglev.scenarios()
+        entries, runs = maglev.fmus(stage), [] if stage is not None else maglev.scenarios()
         for word in words or ():
             entries = [entry for entry in entries if word.lower() in entry.name.lower()]
             runs = [run for run in runs if word.lower() in run.name.lower()]
         if words and not entries and not runs:
             raise ScenarioError(f"{' '.join(words)}: no FMU and no run has this in its name; `maglev list` lists all")
         console = report_console()
-        if words or rig is not None:
+        if words or stage is not None:
             for table in ([fmu_table(entries, fmus)] if entries else []) + ([run_table(runs)] if runs else []):
                 console.print(table)
             return
@@ -86,7 +86,7 @@ def kind_table(entries: Sequence["FmuEntry"], fmus: Path) -> "ResultTable":
     """A row for each kind of FMU, with whether that of each stage is built."""
     from maglev.files.console import result_table
 
-    suffixes = {rig.suffix: rig.name for rig in RIGS.values()}
+    suffixes = {stage.suffix: stage.name for stage in PACKAGED_STAGES.values()}
     kinds: dict[str, dict[str, FmuEntry]] = {}
     for entry in entries:
         suffix = next(suffix for suffix in suffixes if entry.name.endswith(suffix))

@@ -7,9 +7,9 @@ from typing import Annotated
 import typer
 
 import maglev
-from maglev.cli.options import RIG_NAMES, AsJson, Debug, run_names
+from maglev.cli.options import STAGE_NAMES, AsJson, Debug, run_names
 from maglev.cli.terminal import one_line_errors, progress_of, say, write_json
-from maglev.descriptions.packaged import EXAMPLE, RIGS, SINGLE
+from maglev.descriptions.packaged import EXAMPLE, PACKAGED_STAGES, SINGLE
 from maglev.files.errors import visible
 
 MOTOR_KEYS = ("force_constant", "attraction", "attraction_gap", "pole_pitch", "peak", "currents", "at", "continuous",
@@ -17,7 +17,7 @@ MOTOR_KEYS = ("force_constant", "attraction", "attraction_gap", "pole_pitch", "p
 
 PythonFile = Annotated[Path, typer.Argument(metavar="NAME", help="The file, NAME.py; nothing is overwritten.")]
 TomlFile = Annotated[Path, typer.Argument(metavar="NAME", help="The file, NAME.toml; nothing is overwritten.")]
-OfStage = Annotated[str, typer.Option(help=f"{RIG_NAMES}, or the description of your own stage.")]
+OfStage = Annotated[str, typer.Option(help=f"{STAGE_NAMES}, or the description of your own stage.")]
 
 new = typer.Typer(no_args_is_help=True, rich_markup_mode="markdown",
                   help="Write a file to begin with: a controller, scenario, study, stage …")
@@ -135,7 +135,7 @@ def repository(path: Annotated[Path, typer.Argument(metavar="FOLDER", help="The 
 def stage_file(path: Annotated[Path, typer.Argument(metavar="NAME", help="The file, NAME.toml, with a name of small "
                                                     "letters and digits; nothing is overwritten.")],
                like: Annotated[str | None, typer.Option(help="Stage whose axes and motors it begins with: "
-                                                        f"{', '.join(RIGS)}, side-by-side: two motors under "
+                                                        f"{', '.join(PACKAGED_STAGES)}, side-by-side: two motors under "
                                                         "one axis, which tilt it.",
                                                         show_default=f"{EXAMPLE}, with --motor {SINGLE}")] = None,
                motor: Annotated[list[str] | None, typer.Option(

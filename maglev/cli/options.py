@@ -7,15 +7,15 @@ from typing import Annotated, Any, Literal
 
 import typer
 
-from maglev.descriptions.packaged import RIGS
+from maglev.descriptions.packaged import PACKAGED_STAGES
 from maglev.files.errors import MaglevError, ScenarioError
 from maglev.files.units import number_or_text
 from maglev.scenario.options import OPTIONS, Format, with_options
 
-RIG_NAMES = " or ".join(f"`{name}`" for name in RIGS)
+STAGE_NAMES = " or ".join(f"`{name}`" for name in PACKAGED_STAGES)
 VALUE = "a name, = and a value with its unit, such as y=25mm"
 MORE = "More"   # group in the help
-AXIS_NAMES = ", or ".join(", ".join(f"`{axis}`" for axis in rig.axis_names) for rig in RIGS.values())
+AXIS_NAMES = ", or ".join(", ".join(f"`{axis}`" for axis in stage.axis_names) for stage in PACKAGED_STAGES.values())
 
 
 def run_names(beginning: str) -> list[str]:
@@ -33,7 +33,7 @@ Names = Annotated[list[str] | None, typer.Argument(
 NamesOrFmus = Annotated[list[str] | None, typer.Argument(
     metavar="SCENARIO", help="Scenarios or variants (see `maglev list`), or TOML files; or FMUs, whose own experiments "
     "are run.", show_default=False, autocompletion=run_names)]
-RigFile = Annotated[Path | None, typer.Option("--stage", metavar="TOML", help="Description of your own stage "
+StageFile = Annotated[Path | None, typer.Option("--stage", metavar="TOML", help="Description of your own stage "
                                               "(docs/own_stage.md).", show_default=False)]
 All = Annotated[bool, typer.Option("--all", help="Every scenario of the package.")]
 AsJson = Annotated[Path | None, typer.Option("--json", metavar="FILE", help="Also write what was found as JSON.",

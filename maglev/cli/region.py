@@ -6,13 +6,14 @@ from typing import Annotated, Any
 import typer
 
 import maglev
-from maglev.cli.options import AXIS_NAMES, RIG_NAMES, VALUE, AsJson, Debug, Out, option_value, pairs, with_run_options
+from maglev.cli.options import AXIS_NAMES, STAGE_NAMES, VALUE, AsJson, Debug, Out, option_value, pairs, with_run_options
 from maglev.cli.terminal import one_line_errors, write_json
 from maglev.files.errors import LinearModelError
 from maglev.files.pictures import require_matplotlib, write_figure
 from maglev.files.units import number_or_text
 
-RigName = Annotated[str, typer.Argument(metavar="RIG", help=f"{RIG_NAMES}, or a TOML file.", show_default=False)]
+StageName = Annotated[str,
+                      typer.Argument(metavar="DESCRIPTION", help=f"{STAGE_NAMES}, or a TOML file.", show_default=False)]
 Axis = Annotated[str, typer.Argument(metavar="AXIS", help=f"{AXIS_NAMES}.", show_default=False)]
 Gap = Annotated[str, typer.Option(help="Air gap at which all else rests, in m or with a unit.", show_default=False)]
 Regulator = Annotated[str | None, typer.Option(help="An output regulator; the nonlinear one if not given.",
@@ -31,7 +32,7 @@ Plot = Annotated[bool, typer.Option("--plot", help="Picture of the region and th
 
 
 @with_run_options("fmus", "kind", "fmi")
-def region(rig: RigName, axis: Axis, gap: Gap, controller: Regulator = None, settings: Parameters = None,
+def region(stage: StageName, axis: Axis, gap: Gap, controller: Regulator = None, settings: Parameters = None,
            synthesise: Synthesise = False, decay: Decay = 1.0, step: Step = None, run: Run = True, plot: Plot = False,
            as_json: AsJson = None, out: Out = Path("results"), debug: Debug = False, **options: Any) -> None:
     """Find the largest step that an axis takes although currents are limited.
@@ -51,12 +52,12 @@ def region(rig: RigName, axis: Axis, gap: Gap, controller: Regulator = None, set
         if plot:
             require_matplotlib()
         given = {name: option_value(text) for name, text in pairs("--set", settings, VALUE, LinearModelError)}
-        computed = maglev.region(rig, axis, number_or_text(gap), controller=controller, set=given,
+        computed = maglev.region(stage, axis, number_or_text(gap), controller=controller, set=given,
                                  synthesise=synthesise, decay=decay,
                                  step=None if step is None else number_or_text(step), run=run, **options)
         typer.echo(str(computed), nl=False)
         if plot:
-            picture = out / f"region-{Path(rig).stem}-{axis}.png"
+            picture = out / f"region-{Path(stage).stem}-{axis}.png"
             write_figure(picture, computed.plot())
             typer.echo(f"picture: {picture}")
         if as_json is not None:

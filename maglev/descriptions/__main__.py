@@ -1,7 +1,7 @@
-"""Write the modules of the rigs in the folder `rigs`: `python -m maglev.descriptions`, from the repository."""
+"""Write the modules of the stages in the folder `stages`: `python -m maglev.descriptions`, from the repository."""
 
-from maglev.descriptions.description_file import PACKAGED, read_rig
+from maglev.descriptions.description_file import PACKAGED, read_stage
 from maglev.descriptions.writer import write
 
 for path in sorted(PACKAGED.glob("*.toml")):
-    write(read_rig(path), PACKAGED.parent)
+    write(read_stage(path), PACKAGED.parent)

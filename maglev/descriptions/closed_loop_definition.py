@@ -4,7 +4,7 @@ from controller_fmu.adaptive_regulator import AdaptiveRegulator
 from maglev.descriptions.closed_loop import AdaptiveLoop, ClosedLoop
 from maglev.descriptions.closed_loop_variables import loop_refusals, loop_variables
 from maglev.fmi.definition import DefaultExperiment, Drawing, FmuDefinition
-from pmlsm.stage_description import Rig
+from pmlsm.stage_description import StageDescription
 
 # Whole samples, whichever the stage, and at most 1000: fmpy doubles a shorter step until there are no more.
 EXPERIMENT = DefaultExperiment(stop_time=26.0, step=40.0e-3)
@@ -12,11 +12,11 @@ EXPERIMENT = DefaultExperiment(stop_time=26.0, step=40.0e-3)
 DRAWINGS = "maglev.descriptions.closed_loop_drawings"
 
 
-def closed_loop(rig: Rig, controller: FmuDefinition, plant: FmuDefinition) -> FmuDefinition:
-    """Definition of a loop of a rig, from those of its parts; its icon has the controller's law."""
-    word = controller.name.removesuffix(rig.suffix).removesuffix("Regulator")
+def closed_loop(stage: StageDescription, controller: FmuDefinition, plant: FmuDefinition) -> FmuDefinition:
+    """Definition of a loop of a stage, from those of its parts; its icon has the controller's law."""
+    word = controller.name.removesuffix(stage.suffix).removesuffix("Regulator")
     return FmuDefinition(
-        name=f"ClosedLoop{word}{rig.suffix}",
+        name=f"ClosedLoop{word}{stage.suffix}",
         block=AdaptiveLoop if controller.block is AdaptiveRegulator else ClosedLoop,
         arguments=(controller.block, controller.arguments, plant.block, plant.arguments),
         description=f"Closed loop of {controller.name} and {plant.name}, stepped in sequence, controller first",

@@ -7,10 +7,10 @@ from warnings import catch_warnings, simplefilter
 
 import numpy as np
 
-from maglev.files.errors import RigError
+from maglev.files.errors import StageError
 from pmlsm.gap_functions import gap_functions
 from pmlsm.motor_geometry import MotorGeometry
-from pmlsm.stage_description import Constants, Rig, quantity
+from pmlsm.stage_description import Constants, StageDescription, quantity
 
 MAGNETIC_CONSTANT = 4e-7 * pi   # µ0, V s/(A m)
 DEGREE = 12                     # of the polynomial of `MagnetField`
@@ -83,16 +83,16 @@ class Field:
 def field_geometry(place: str, of: Field) -> dict[str, float]:
     """Parameters of `pmlsm.magnet_field` that a field has, by path of the geometry.
 
-    RigError if it is not given in one way, is not positive, or no polynomial of the twelfth degree comes near it.
+    StageError if it is not given in one way, is not positive, or no polynomial of the twelfth degree comes near it.
     """
     ways = [of.B0 is not None and of.decay is not None, bool(of.gaps and of.B), bool(of.coefficients)]
     if sum(ways) != 1 or not of.lower < of.upper:
-        raise RigError(f"{place}: expected lower below upper, and one of B0 with decay, gaps with B, or coefficients")
+        raise StageError(f"{place}: expected lower below upper, and one of B0 with decay, gaps with B, or coefficients")
     centre, scale = 0.5 * (of.lower + of.upper), 0.5 * (of.upper - of.lower)
     if of.coefficients:
         coefficients = list(of.coefficients)
         if len(coefficients) > DEGREE + 1:
-            raise RigError(f"{place}.coefficients: {len(coefficients)} numbers, expected at most {DEGREE + 1}")
+            raise StageError(f"{place}.coefficients: {len(coefficients)} numbers, expected at most {DEGREE + 1}")
     else:
         gaps = np.linspace(of.lower, of.upper, 801)
         wanted = sampled_field(place, of, gaps)
@@ -103,7 +103,7 @@ def field_geometry(place: str, of: Field) -> dict[str, float]:
         misfits = np.abs(fitted(s) / wanted - 1.0)
         worst = int(misfits.argmax())
         if misfits[worst] > LARGEST_MISFIT:
-            raise RigError(f"{place}: a polynomial of degree {DEGREE} misses the field by {misfits[worst]:.1%} at "
+            raise StageError(f"{place}: a polynomial of degree {DEGREE} misses the field by {misfits[worst]:.1%} at "
                            f"{1e3 * gaps[worst]:.3g} mm, expected at most {LARGEST_MISFIT:.0%}: a smoother field or a "
                            "shorter range")
         # To 1e-10 T, far below the misfit: the last digits of a fit are another machine's others.
@@ -119,37 +119,38 @@ def sampled_field(place: str, of: Field, gaps: Any) -> Any:
         return of.B0 * np.exp(-gaps / of.decay)
     known, values = np.array(of.gaps), np.array(of.B)
     if len(known) != len(values) or len(known) < 2 or (np.diff(known) <= 0.0).any() or (values <= 0.0).any():
-        raise RigError(f"{place}: gaps = {list(of.gaps)} m, B = {list(of.B)} T, expected as many fields above 0 T as "
+        raise StageError(f"{place}: gaps = {list(of.gaps)} m, B = {list(of.B)} T, expected as many fields above 0 T as "
                        "ascending gaps, two or more")
     if known[0] > of.lower or known[-1] < of.upper:
-        raise RigError(f"{place}: gaps from {1e3 * known[0]:g} to {1e3 * known[-1]:g} mm, expected a table from "
+        raise StageError(f"{place}: gaps from {1e3 * known[0]:g} to {1e3 * known[-1]:g} mm, expected a table from "
                        f"lower = {1e3 * of.lower:g} mm to upper = {1e3 * of.upper:g} mm")
     from scipy.interpolate import PchipInterpolator  # a third of the start of every command, for what few stages have
 
     return np.exp(PchipInterpolator(known, np.log(values))(gaps))
 
 
-def catalogue_constants(place: str, sheet: Catalogue, rig: Rig) -> Constants:
-    """Constants of a rig whose motors have a data sheet.
+def catalogue_constants(place: str, sheet: Catalogue, stage: StageDescription) -> Constants:
+    """Constants of a stage whose motors have a data sheet.
 
     With peaks of the currents, F = Kf i_q and N at the gaps of the data sheet. What it leaves out of the normal force
     follows from it: i_d acts on the same flux as i_q, so that it gives Kf coth a by virtual work, and the fields of
-    magnets and coils add before they are squared, 4 C_attraction C_iron = C_coils². On the rigs of the thesis these two
+    magnets and coils add before they are squared, 4 C_attraction C_iron = C_coils². On the stages of the thesis these
+    two
     are 0.83 and 0.58 times, 2.5 and 13 times what was identified; with a winding the formulas stand in their place.
-    RigError if a number is missing that nothing can replace, or a gap is outside the field's range.
+    StageError if a number is missing that nothing can replace, or a gap is outside the field's range.
     """
     if sheet.currents not in ("rms", "peak"):
-        raise RigError(f"{place}.currents: {sheet.currents!r}, expected 'rms' or 'peak'")
-    motor, vertical = rig.motor(), rig.vertical
+        raise StageError(f"{place}.currents: {sheet.currents!r}, expected 'rms' or 'peak'")
+    motor, vertical = stage.motor(), stage.vertical
     at = vertical.start if sheet.at is None else sheet.at
     attraction_at = at if sheet.attraction_gap is None else sheet.attraction_gap
     for key, gap in (("at", at), ("attraction_gap", attraction_at)):
         if not motor.field.lower <= gap <= motor.field.upper:
-            raise RigError(f"{place}.{key}: {1e3 * gap:g} mm, expected a gap of {1e3 * motor.field.lower:g}…"
+            raise StageError(f"{place}.{key}: {1e3 * gap:g} mm, expected a gap of {1e3 * motor.field.lower:g}…"
                            f"{1e3 * motor.field.upper:g} mm, where the field is known")
     for key in ("force_constant", "attraction"):
         if getattr(sheet, key) is None and sheet.winding is None:
-            raise RigError(f"{place}.{key}: missing, expected it, or [catalogue.winding] for the formulas")
+            raise StageError(f"{place}.{key}: missing, expected it, or [catalogue.winding] for the formulas")
     f1, _, f3, f4 = gap_functions(motor, at)
     _, f2, _, _ = gap_functions(motor, attraction_at)
     per_peak = 1.0 / sheet.amplitude
@@ -169,7 +170,7 @@ def catalogue_constants(place: str, sheet: Catalogue, rig: Rig) -> Constants:
         iron = sheet.iron_attraction * per_peak**2 / f4
     elif iron is None:
         iron = coils**2 / (4.0 * attraction)
-    return Constants({axis.name: twelve_digits(thrust / axis.mass) for axis in rig.horizontal},
+    return Constants({axis.name: twelve_digits(thrust / axis.mass) for axis in stage.horizontal},
                      *(twelve_digits(constant / vertical.mass) for constant in (attraction, coils, iron)))
 
 

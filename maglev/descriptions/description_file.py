@@ -1,4 +1,4 @@
-"""Descriptions of rigs: TOML files, read into `pmlsm.stage_description.Rig` with one-line errors."""
+"""Descriptions of stages: TOML files, read into `pmlsm.stage_description.StageDescription` with one-line errors."""
 
 import re
 import types
@@ -9,10 +9,10 @@ from pathlib import Path
 from typing import Any, NoReturn, Union, cast, get_args, get_origin, get_type_hints
 
 from maglev.descriptions.names import own_names
-from maglev.files.errors import RigError, nearest
+from maglev.files.errors import StageError, nearest
 from maglev.files.toml_file import read_toml
 from maglev.fmi.parameter import Parameter
-from pmlsm.stage_description import ROTATION, Rig
+from pmlsm.stage_description import ROTATION, StageDescription
 from pmlsm.variables import GEOMETRY
 
 # Those of the thesis are a folder beside the package in the repository, and in it where it is installed.
@@ -23,16 +23,17 @@ LENGTHS = {"gains": 5, "pid": 3, "bounds": 3, "setpoints": 4}
 LIST_UNITS = {"bounds": "m", "setpoints": "m", "gaps": "m", "B": "T", "coefficients": "T"}
 
 
-def read_rig(path: Path) -> Rig:
+def read_stage(path: Path) -> StageDescription:
     """Read a description.
 
-    RigError, ScenarioError if the file cannot be read, or what it says is no rig; the message names the key, its value,
+    StageError, ScenarioError if the file cannot be read, or what it says is no stage; the message names the key, its
+    value,
     and what was expected.
     """
     reader = Reader(path)
-    rig = cast(Rig, reader.read(Rig, read_toml(path), ""))
-    reader.check(rig)
-    return rig
+    stage = cast(StageDescription, reader.read(StageDescription, read_toml(path), ""))
+    reader.check(stage)
+    return stage
 
 
 class Reader:
@@ -43,7 +44,7 @@ class Reader:
         self.rotation = False   # whether what is read is an axis in rad
 
     def refuse(self, key: str, message: str) -> NoReturn:
-        raise RigError(f"{self.path}: {key}: {message}" if key else f"{self.path}: {message}")
+        raise StageError(f"{self.path}: {key}: {message}" if key else f"{self.path}: {message}")
 
     def read(self, kind: type, table: Any, place: str, **known: Any) -> Any:
         """Dataclass of a table at a place of the file; `known` values are not in it."""
@@ -114,7 +115,7 @@ class Reader:
         """A quantity in SI, within its range."""
         own = ROTATION.get(unit or "", unit) if self.rotation else unit
         parameter = Parameter(own, low=-inf if low is None else low, high=inf if high is None else high)
-        return parameter.read(given, f"{self.path}: {key}", RigError)
+        return parameter.read(given, f"{self.path}: {key}", StageError)
 
     def geometry(self, place: str, given: Any) -> dict[str, float]:
         """Parameters of the geometry of a motor, by their paths."""
@@ -126,113 +127,114 @@ class Reader:
         return {name: self.number(value, f"{place}.{name}", GEOMETRY[name][0] or "1", *GEOMETRY[name][3:])
                 for name, value in given.items()}
 
-    def check(self, rig: Rig) -> None:
+    def check(self, stage: StageDescription) -> None:
         """Refuse what does not fit together."""
         for part in (of_words, of_platform, of_names, of_whole_numbers, of_motors, of_axes, of_constants):
-            for key, message in part(rig):
+            for key, message in part(stage):
                 self.refuse(key, message)
 
 
 Misfits = Iterator[tuple[str, str]]   # keys that do not fit with others, and what is wrong
 
 
-def of_words(rig: Rig) -> Misfits:
+def of_words(stage: StageDescription) -> Misfits:
     """Texts that could not stand in code."""
-    if not re.fullmatch(r"[A-Za-z0-9][A-Za-z0-9_]*", rig.name):
-        yield "name", f"{rig.name!r}, expected letters, digits and _"
-    for key, text in (("title", rig.title), ("equation", rig.equation)):
+    if not re.fullmatch(r"[A-Za-z0-9][A-Za-z0-9_]*", stage.name):
+        yield "name", f"{stage.name!r}, expected letters, digits and _"
+    for key, text in (("title", stage.title), ("equation", stage.equation)):
         if not text.isprintable() or set('"\\') & set(text) or "*/" in text or "/*" in text:
             yield key, f"{text!r}, expected words on one line without \", \\, /* and */"
 
 
-def of_platform(rig: Rig) -> Misfits:
+def of_platform(stage: StageDescription) -> Misfits:
     """Axes of no platform, and what is not for the one that they make."""
-    if len(rig.axes) < 2:
-        yield "axes", f"{', '.join(rig.axis_names)}, expected the air gap, then one or two horizontal axes"
-    field, table = rig.motor().field, rig.design.table
+    if len(stage.axes) < 2:
+        yield "axes", f"{', '.join(stage.axis_names)}, expected the air gap, then one or two horizontal axes"
+    field, table = stage.motor().field, stage.design.table
     if table is not None and not field.lower <= table.lower < table.gaps[-1] <= field.upper:
         yield "design.table", (f"{table.gaps[0]:g} to {table.gaps[-1]:g} m, expected fifteen gaps within "
                                f"{field.lower:g} to {field.upper:g} m, where the field is known")
-    if rig.rotations:
-        yield from of_tilting_platform(rig)
-    elif rig.motor_stop is not None:
+    if stage.rotations:
+        yield from of_tilting_platform(stage)
+    elif stage.motor_stop is not None:
         yield "motor_stop", "expected only where the platform tilts"
 
 
-def of_tilting_platform(rig: Rig) -> Misfits:
+def of_tilting_platform(stage: StageDescription) -> Misfits:
     """Axes, stops and places of motors by which no platform can tilt."""
-    if (len(rig.horizontal), len(rig.rotations)) not in ((1, 1), (2, 2)):
-        yield "axes", (f"{', '.join(rig.axis_names)}, expected the air gap, one or two horizontal axes, and the tilts "
+    if (len(stage.horizontal), len(stage.rotations)) not in ((1, 1), (2, 2)):
+        yield "axes", (f"{', '.join(stage.axis_names)}, expected the air gap, one or two horizontal axes, and the "
+                       f"tilts "
                        "about them")
-    if rig.design.schedule is not None:
+    if stage.design.schedule is not None:
         yield "design.schedule", "expected none where the platform tilts"
-    if rig.motor_stop is None:
+    if stage.motor_stop is None:
         yield "motor_stop", "missing, expected stops at the motors of a platform that tilts"
-    if rig.sharing != 1.0:
-        yield "sharing", f"{rig.sharing:g}, expected 1 where the platform tilts: each motor has a place"
-    first, *others = rig.motors
-    for motor in rig.motors if rig.spots == "z" else ():
+    if stage.sharing != 1.0:
+        yield "sharing", f"{stage.sharing:g}, expected 1 where the platform tilts: each motor has a place"
+    first, *others = stage.motors
+    for motor in stage.motors if stage.spots == "z" else ():
         if motor.x != 0.0:
             yield f"motors.{motor.name}.x", (f"{motor.x:g} m, expected 0 with one horizontal axis, along which guides "
                                              "hold the platform level: a place z across it")
-    if rig.spots == "z" and all(motor.z == first.z for motor in others):
+    if stage.spots == "z" and all(motor.z == first.z for motor in others):
         yield "motors", f"all at z = {first.z:g} m, expected places side by side"
-    if rig.spots == "xz" and not any(
+    if stage.spots == "xz" and not any(
             abs((a.x - first.x) * (b.z - first.z) - (a.z - first.z) * (b.x - first.x)) > 1e-9
             for a in others for b in others):
-        places = ", ".join(f"{motor.name} at x = {motor.x:g} m, z = {motor.z:g} m" for motor in rig.motors)
+        places = ", ".join(f"{motor.name} at x = {motor.x:g} m, z = {motor.z:g} m" for motor in stage.motors)
         yield "motors", f"{places}, expected motors that are not all on one line"
 
 
-def of_names(rig: Rig) -> Misfits:
+def of_names(stage: StageDescription) -> Misfits:
     """Names that blocks have for something else."""
-    for place, names in (("axes", rig.axis_names), ("motors", rig.motor_names)):
+    for place, names in (("axes", stage.axis_names), ("motors", stage.motor_names)):
         for name in names:
-            if name in own_names() or (name in rig.axis_names and place == "motors"):
+            if name in own_names() or (name in stage.axis_names and place == "motors"):
                 yield f"{place}.{name}", f"{name!r}, expected another name: blocks have something called so"
 
 
-def of_whole_numbers(rig: Rig) -> Misfits:
+def of_whole_numbers(stage: StageDescription) -> Misfits:
     """Numbers that count something."""
-    for key, value in (("sharing", rig.sharing), ("roughness_seed", rig.roughness_seed)):
+    for key, value in (("sharing", stage.sharing), ("roughness_seed", stage.roughness_seed)):
         if value != round(value):
             yield key, f"{value:g}, expected a whole number{' of motors' if key == 'sharing' else ''}"
 
 
-def of_motors(rig: Rig) -> Misfits:
+def of_motors(stage: StageDescription) -> Misfits:
     """Motors that drive nothing, and kinds of motors where they cannot be."""
-    horizontal = [axis.name for axis in rig.horizontal]
-    for motor in rig.unlike:
-        for key, given in (("schedule", rig.design.schedule), ("table", rig.design.table)):
+    horizontal = [axis.name for axis in stage.horizontal]
+    for motor in stage.unlike:
+        for key, given in (("schedule", stage.design.schedule), ("table", stage.design.table)):
             if given is not None:
                 yield f"design.{key}", f"expected none beside motors.{motor.name}, which has numbers of its own"
-    for motor in rig.motors:
+    for motor in stage.motors:
         if motor.drives not in horizontal:
             yield f"motors.{motor.name}.drives", f"{motor.drives!r}, expected one of {', '.join(horizontal)}"
 
 
-def of_axes(rig: Rig) -> Misfits:
+def of_axes(stage: StageDescription) -> Misfits:
     """Axes without stops or motors, a start outside the stops, modes that no step follows."""
-    for axis in rig.axes:
-        if axis.stop is None and (axis in rig.horizontal or not rig.rotations):
+    for axis in stage.axes:
+        if axis.stop is None and (axis in stage.horizontal or not stage.rotations):
             yield f"axes.{axis.name}.stop", "missing"
-        stop = axis.stop or (rig.motor_stop if axis is rig.vertical else None)
+        stop = axis.stop or (stage.motor_stop if axis is stage.vertical else None)
         if stop is not None and not stop.lower < axis.start < stop.upper:
             yield f"axes.{axis.name}.start", (f"{axis.start:g} m, expected a place between its stops at "
                                               f"{stop.lower:g} and {stop.upper:g} m")
-        if axis.mode.frequency > rig.largest_mode:
+        if axis.mode.frequency > stage.largest_mode:
             yield f"axes.{axis.name}.mode.frequency", (
-                f"{axis.mode.frequency:g} Hz, expected at most {rig.largest_mode:g} Hz, as far as longest_step = "
-                f"{rig.longest_step:g} s follows it")
-    for axis in rig.horizontal:
-        if not rig.motors_of(axis.name):
+                f"{axis.mode.frequency:g} Hz, expected at most {stage.largest_mode:g} Hz, as far as longest_step = "
+                f"{stage.longest_step:g} s follows it")
+    for axis in stage.horizontal:
+        if not stage.motors_of(axis.name):
             yield f"axes.{axis.name}", "no motor drives it, expected one of the motors to"
 
 
-def of_constants(rig: Rig) -> Misfits:
+def of_constants(stage: StageDescription) -> Misfits:
     """Constants of other axes than those that motors drive."""
-    horizontal = [axis.name for axis in rig.horizontal]
-    for place, constants in zip(("stage", "model", "estimator.guess", "estimator.weight"), rig.constant_sets,
+    horizontal = [axis.name for axis in stage.horizontal]
+    for place, constants in zip(("stage", "model", "estimator.guess", "estimator.weight"), stage.constant_sets,
                                 strict=True):
         if list(constants.thrust) != horizontal:
             yield f"{place}.thrust", (f"of {', '.join(constants.thrust) or 'no axis'}, expected of "

@@ -9,7 +9,7 @@ from pathlib import Path
 from typing import NamedTuple
 from zipfile import BadZipFile, ZipFile
 
-from maglev.descriptions.packaged import RIGS
+from maglev.descriptions.packaged import PACKAGED_STAGES
 from maglev.descriptions.registry import STAGES, definitions_of, system_of
 from maglev.files.cache import digest_at
 from maglev.files.copies import original
@@ -21,11 +21,11 @@ from maglev.fmi.native_build import made_of
 from maglev.fmi.recognition import is_native_build, is_python_build
 from pmlsm.description_text import to_text
 
-DEFINITIONS = definitions_of(RIGS.values())
+DEFINITIONS = definitions_of(PACKAGED_STAGES.values())
 
 # Controller and plant as an SSP file: the loop of a scenario, whose start values are those that the FMUs have anyway,
 # so that tools that leave out the start values in it run the same.
-SYSTEMS = {system_of(rig): rig.experiment for rig in RIGS.values() if rig.experiment}
+SYSTEMS = {system_of(stage): stage.experiment for stage in PACKAGED_STAGES.values() if stage.experiment}
 
 SYSTEM_STOP = 5.0   # s, of that of a stage of the user's
 
@@ -135,7 +135,7 @@ class OwnBuild(NamedTuple):
 def own_build(path: Path) -> OwnBuild | None:
     """What a file is, if it was built here; None of what was not."""
     sha256 = digest_at(path)
-    return build_of_file(path, sha256, tuple(to_text(own.rig) for own in STAGES.own.values())) if sha256 else None
+    return build_of_file(path, sha256, tuple(to_text(own.stage) for own in STAGES.own.values())) if sha256 else None
 
 
 UNREADABLE = (OSError, BadZipFile, zlib.error, KeyError, ValueError, EOFError, RuntimeError, ImportError)

@@ -1,27 +1,29 @@
-"""The rigs of this project, by their names in the names of experiments."""
+"""The stages of this project, by their names in the names of experiments."""
 
 from collections.abc import Collection, Iterable
 
 from maglev.descriptions.description_file import PACKAGED, Reader
 from maglev.files.toml_file import read_toml
-from pmlsm.stage_description import Rig
+from pmlsm.stage_description import StageDescription
 
 # That they fit together is for a test to check, not for every start of a command.
-RIGS: dict[str, Rig] = {path.stem: Reader(path).read(Rig, read_toml(path), "")
+PACKAGED_STAGES: dict[str, StageDescription] = {path.stem: Reader(path).read(StageDescription, read_toml(path), "")
                         for path in sorted(PACKAGED.glob("*.toml"))}
-SINGLE = next(name for name, rig in RIGS.items() if len(rig.motors) == 1)   # what one with a user's motor begins with
-EXAMPLE = next(name for name, rig in RIGS.items() if len(rig.motors) > 1)   # of what is for any rig, if none is named
+# what one with a user's motor begins with
+SINGLE = next(name for name, stage in PACKAGED_STAGES.items() if len(stage.motors) == 1)
+# of what is for any stage, if none is named
+EXAMPLE = next(name for name, stage in PACKAGED_STAGES.items() if len(stage.motors) > 1)
 
 
-def best_rig(models: Iterable[str], axes: Collection[str]) -> Rig | None:
-    """Rig of FMUs by their names, or otherwise the one that has most of the axes, air gap included; None if none.
+def best_stage(models: Iterable[str], axes: Collection[str]) -> StageDescription | None:
+    """Stage of FMUs by their names, or otherwise the one that has most of the axes, air gap included; None if none.
 
-    Of FMUs of several rigs, such as a controller that knows of no tilt on a plant that tilts, it is the one with most
+    Of FMUs of several stages, such as a controller that knows of no tilt on a plant that tilts, it is the one with most
     of the axes: the plant's.
     """
     models = tuple(models)
-    rigs = [rig for rig in RIGS.values() if any(model.endswith(rig.suffix) for model in models)]
-    if rigs:
-        return max(rigs, key=lambda rig: (len({*rig.axis_names} & {*axes}), len(rig.suffix)))
-    rigs = [rig for rig in RIGS.values() if rig.vertical.name in axes]
-    return max(rigs, key=lambda rig: (len({*rig.axis_names} & {*axes}), -len(rig.axes)), default=None)
+    stages = [stage for stage in PACKAGED_STAGES.values() if any(model.endswith(stage.suffix) for model in models)]
+    if stages:
+        return max(stages, key=lambda stage: (len({*stage.axis_names} & {*axes}), len(stage.suffix)))
+    stages = [stage for stage in PACKAGED_STAGES.values() if stage.vertical.name in axes]
+    return max(stages, key=lambda stage: (len({*stage.axis_names} & {*axes}), -len(stage.axes)), default=None)

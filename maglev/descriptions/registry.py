@@ -5,10 +5,10 @@ from importlib import import_module
 from pathlib import Path
 from typing import Any, NamedTuple
 
-from maglev.descriptions.packaged import RIGS
+from maglev.descriptions.packaged import PACKAGED_STAGES
 from maglev.fmi.definition import FmuDefinition
 from pmlsm.description_text import from_text, to_text
-from pmlsm.stage_description import Rig
+from pmlsm.stage_description import StageDescription
 
 LOOP = "maglev.descriptions.closed_loop_definition.closed_loop"
 
@@ -16,7 +16,7 @@ LOOP = "maglev.descriptions.closed_loop_definition.closed_loop"
 class OwnStage(NamedTuple):
     """A stage of the user's: its description, the folder with the pages that are written from it, and its file."""
 
-    rig: Rig
+    stage: StageDescription
     folder: Path
     file: Path
 
@@ -30,27 +30,27 @@ class Stages:
 
     def add(self, stage: OwnStage) -> None:
         """Know a stage, in place of one of that name."""
-        self.forget(stage.rig.name)
-        self.own[stage.rig.name] = stage
+        self.forget(stage.stage.name)
+        self.own[stage.stage.name] = stage
 
     def forget(self, *names: str) -> None:
         """Take back what is known of stages of the user's; those of this project stay."""
         for name in names:
             if (stage := self.own.pop(name, None)) is not None:
-                self.made = {fmu: made for fmu, made in self.made.items() if fmu not in definitions(stage.rig)}
+                self.made = {fmu: made for fmu, made in self.made.items() if fmu not in definitions(stage.stage)}
 
     @property
-    def rigs(self) -> dict[str, Rig]:
-        """Rigs by name, ours first."""
-        return RIGS | {name: stage.rig for name, stage in self.own.items()}
+    def stages(self) -> dict[str, StageDescription]:
+        """Stages by name, ours first."""
+        return PACKAGED_STAGES | {name: stage.stage for name, stage in self.own.items()}
 
     def own_of(self, name: str) -> OwnStage | None:
         """The stage of the user's that an FMU or a system is of, if it is of one."""
-        return next((own for own in self.own.values() if name in (*definitions(own.rig), system_of(own.rig))), None)
+        return next((own for own in self.own.values() if name in (*definitions(own.stage), system_of(own.stage))), None)
 
     def definitions(self) -> dict[str, "Made"]:
         """How the definition of every FMU that can be built is made, by its name."""
-        return definitions_of(self.rigs.values())
+        return definitions_of(self.stages.values())
 
     def definition(self, name: str) -> FmuDefinition:
         """Definition of an FMU by its name; KeyError if there is none."""
@@ -58,32 +58,32 @@ class Stages:
             self.made[name] = self.definitions()[name].value()
         return self.made[name]
 
-    def systems(self) -> dict[str, Rig]:
-        """Rig of every system that can be built, by its name."""
-        return {system_of(rig): rig for rig in self.rigs.values() if rig.experiment or rig.name in self.own}
+    def systems(self) -> dict[str, StageDescription]:
+        """Stage of every system that can be built, by its name."""
+        return {system_of(stage): stage for stage in self.stages.values() if stage.experiment or stage.name in self.own}
 
 
 class Made(NamedTuple):
     """How a definition is made: a function, a description, and more arguments, by where they stand or made likewise."""
 
     function: str   # as "plant_fmu.definition.plant"
-    rig: Rig
+    stage: StageDescription
     arguments: tuple["str | Made", ...]
 
     def value(self) -> Any:
-        return imported(self.function)(self.rig, *(
+        return imported(self.function)(self.stage, *(
             argument.value() if isinstance(argument, Made) else imported(argument) for argument in self.arguments))
 
     def text(self) -> str:
         """The same as Python, which an FMU runs to have its DEFINITION."""
         paths = {*self.paths(), f"{from_text.__module__}.{from_text.__name__}"}
         imports = sorted("from {} import {}\n".format(*path.rsplit(".", 1)) for path in paths)
-        lines = (f"    {line!r}\n" for line in to_text(self.rig).splitlines(keepends=True))
+        lines = (f"    {line!r}\n" for line in to_text(self.stage).splitlines(keepends=True))
         return f"{''.join(imports)}\nRIG = from_text(\n{''.join(lines)})\n\nDEFINITION = {self.call()}\n"
 
     def call(self) -> str:
         arguments = (argument.call() if isinstance(argument, Made) else last(argument) for argument in self.arguments)
-        return f"{last(self.function)}({', '.join(('RIG', *arguments))})"
+        return f"{last(self.function)}({', '.join(('DESCRIPTION', *arguments))})"
 
     def paths(self) -> list[str]:
         """Where all that it takes stands."""
@@ -100,14 +100,14 @@ def imported(path: str) -> Any:
     return getattr(import_module(path.rpartition(".")[0]), last(path))
 
 
-def definitions(rig: Rig) -> dict[str, Made]:
-    """How the definition of every FMU of a rig is made, by its name."""
-    suffix = rig.suffix
+def definitions(stage: StageDescription) -> dict[str, Made]:
+    """How the definition of every FMU of a stage is made, by its name."""
+    suffix = stage.suffix
 
     def described(function: str, *arguments: str | Made) -> Made:
-        return Made(function, rig, arguments)
+        return Made(function, stage, arguments)
 
-    designed = {"Scheduled": rig.design.schedule, "Interpolated": rig.design.table}
+    designed = {"Scheduled": stage.design.schedule, "Interpolated": stage.design.table}
     laws = ("", "Linear", *(law for law, design in designed.items() if design is not None))
     regulators = {law: described("controller_fmu.definitions.regulator",
                                  f"controller_fmu.status.{law.upper() or 'NONLINEAR'}") for law in laws}
@@ -127,14 +127,14 @@ def definitions(rig: Rig) -> dict[str, Made]:
         **{f"ClosedLoop{word}{suffix}": described(LOOP, controller, plant) for word, controller in loops.items()}}
 
 
-def definitions_of(rigs: Iterable[Rig]) -> dict[str, Made]:
-    """How the definition of every FMU of rigs is made, by its name."""
-    return {name: made for rig in rigs for name, made in definitions(rig).items()}
+def definitions_of(stages: Iterable[StageDescription]) -> dict[str, Made]:
+    """How the definition of every FMU of stages is made, by its name."""
+    return {name: made for stage in stages for name, made in definitions(stage).items()}
 
 
-def system_of(rig: Rig) -> str:
-    """Name of the system of a rig: controller and plant as an SSP file."""
-    return f"Stage{rig.suffix}"
+def system_of(stage: StageDescription) -> str:
+    """Name of the system of a stage: controller and plant as an SSP file."""
+    return f"Stage{stage.suffix}"
 
 
 STAGES = Stages()

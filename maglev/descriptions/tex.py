@@ -1,46 +1,47 @@
-r"""Names of a rig in the equations of its pages, as TeX between the marks of `mathml`."""
+r"""Names of a stage in the equations of its pages, as TeX between the marks of `mathml`."""
 
 from typing import Any
 
 from maglev.fmi.escapes import page_text
-from pmlsm.stage_description import Rig
+from pmlsm.stage_description import StageDescription
 
 GREEK = "alpha, beta, gamma, delta"   # letters of TeX
 GROUPS = {1.0: "motor", 2.0: "pair of motors", 3.0: "three motors"}   # with one current
 
 
-def tex(rig: Rig) -> dict[str, Any]:
+def tex(stage: StageDescription) -> dict[str, Any]:
     """What stands in the equations: axes, constants and currents by their names, and factors.
 
     `i_q` are the quadrature currents of each horizontal axis, `i_d` and `squares` the direct ones and the squares of
     all; `shared_squares` with one direct current in all motors and one quadrature current for each axis. `drivers` are
     the words for what drives an axis.
     """
-    horizontal = [axis.name for axis in rig.horizontal]
-    attraction, coils, iron = (constant_symbol(name) for name in rig.constants_of(rig.vertical.name))
-    i_q = {axis: [current(rig, "q", motor.name) for motor in rig.motors_of(axis)] for axis in horizontal}
-    alone = len(rig.motors) == 1
+    horizontal = [axis.name for axis in stage.horizontal]
+    attraction, coils, iron = (constant_symbol(name) for name in stage.constants_of(stage.vertical.name))
+    i_q = {axis: [current(stage, "q", motor.name) for motor in stage.motors_of(axis)] for axis in horizontal}
+    alone = len(stage.motors) == 1
     return {
-        "gap": axis(rig.vertical.name), "symbol": {name: axis(name) for name in rig.axis_names},
+        "gap": axis(stage.vertical.name), "symbol": {name: axis(name) for name in stage.axis_names},
         "attraction": attraction, "coils": coils, "iron": iron,
-        "thrust": {name: constant_symbol(rig.constants_of(name)[0]) for name in horizontal},
-        "n": factor_text(rig.sharing), "all": factor_text(rig.carrying), "twice": factor_text(2.0 * rig.carrying),
-        "i_q": i_q, "i_d": [current(rig, "d", motor) for motor in rig.motor_names],
-        "squares": " + ".join(f"{current(rig, component, motor)}^2" for motor in rig.motor_names for component in "qd"),
+        "thrust": {name: constant_symbol(stage.constants_of(name)[0]) for name in horizontal},
+        "n": factor_text(stage.sharing), "all": factor_text(stage.carrying), "twice": factor_text(2.0 * stage.carrying),
+        "i_q": i_q, "i_d": [current(stage, "d", motor) for motor in stage.motor_names],
+        "squares": " + ".join(f"{current(stage, component, motor)}^2"
+                              for motor in stage.motor_names for component in "qd"),
         "shared_squares": " + ".join([*(f"{factor_text(len(i_q[name]))}{i_q[name][0]}^2" for name in horizontal),
-                                      f"{factor_text(len(rig.motors))}i_d^2"]),
+                                      f"{factor_text(len(stage.motors))}i_d^2"]),
         "currents": r", \qquad ".join(
-            rf"{' = '.join(i_q[name])} = -\frac{{v_{axis(name)}}}{{{factor_text(rig.sharing * len(i_q[name]))}"
-            rf"{constant_symbol(rig.constants_of(name)[0])} f_1}}" for name in horizontal),
-        "alone": alone, "drivers": {name: drivers(rig, name) for name in horizontal}}
+            rf"{' = '.join(i_q[name])} = -\frac{{v_{axis(name)}}}{{{factor_text(stage.sharing * len(i_q[name]))}"
+            rf"{constant_symbol(stage.constants_of(name)[0])} f_1}}" for name in horizontal),
+        "alone": alone, "drivers": {name: drivers(stage, name) for name in horizontal}}
 
 
-def drivers(rig: Rig, name: str) -> str:
+def drivers(stage: StageDescription, name: str) -> str:
     """What drives an axis, such as "the pair of motors alpha"."""
-    group = GROUPS.get(rig.sharing, "motors")
-    if len(rig.motors) == 1:
-        return f"one {group}" if rig.sharing < 3.0 else group
-    return " and ".join(f"the {group} {motor.name}" for motor in rig.motors_of(name))
+    group = GROUPS.get(stage.sharing, "motors")
+    if len(stage.motors) == 1:
+        return f"one {group}" if stage.sharing < 3.0 else group
+    return " and ".join(f"the {group} {motor.name}" for motor in stage.motors_of(name))
 
 
 def factor_text(factor: float) -> str:
@@ -56,15 +57,15 @@ def constant_symbol(name: str) -> str:
     return f"C_{{{name[1:]}}}" if len(name) > 2 else f"C_{name[1:]}"
 
 
-def current(rig: Rig, component: str, motor: str) -> str:
-    if len(rig.motors) == 1:
+def current(stage: StageDescription, component: str, motor: str) -> str:
+    if len(stage.motors) == 1:
         return f"i_{component}"
     name = rf"\{motor}" if motor in GREEK.split(", ") else rf",\mathrm{{{motor.replace('_', '')}}}"
     return f"i_{{{component}{name}}}"
 
 
 def cited(source: str) -> str:
-    """Where an equation stands, as text goes on with it; nothing if the rig's description does not say."""
+    """Where an equation stands, as text goes on with it; nothing if the stage's description does not say."""
     text = page_text(source)
     return "" if text in ("", "assumed") else f" {text}" if text.startswith("(") else f" ({text})"
 

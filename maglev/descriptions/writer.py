@@ -1,4 +1,4 @@
-"""Writes modules and pages of a rig: templates that look like what they make, with the rig's names in them."""
+"""Writes modules and pages of a stage: templates that look like what they make, with the stage's names in them."""
 
 from functools import cache
 from pathlib import Path
@@ -9,12 +9,12 @@ from maglev.descriptions import tex
 from maglev.descriptions.names import HELD, TEMPLATES
 from maglev.files.errors import in_one_line, quoted
 from maglev.fmi.escapes import page_text
-from pmlsm.stage_description import Rig
+from pmlsm.stage_description import StageDescription
 
 if TYPE_CHECKING:
     from jinja2 import Environment
 
-# By path, in which {} is the name of the rig: equations, which are the same for all rigs whose platform tilts.
+# By path, in which {} is the name of the stage: equations, which are the same for all stages whose platform tilts.
 PAGES = (
     "plant_fmu/documentation/stage_{}.html",
     "controller_fmu/documentation/linearisation_{}.html",
@@ -37,14 +37,14 @@ def environment() -> "Environment":
     return made
 
 
-def render(template: str, rig: Rig, **more: Any) -> str:
+def render(template: str, stage: StageDescription, **more: Any) -> str:
     """Text by a template; in the equations of a page, the names are in TeX."""
     page = template.endswith(".html.j2")
-    return environment().get_template(template).render(template_values(rig) | (tex.tex(rig) if page else {}) | more)
+    return environment().get_template(template).render(template_values(stage) | (tex.tex(stage) if page else {}) | more)
 
 
-def template_values(rig: Rig) -> dict[str, Any]:
-    """What stands in the templates of a rig.
+def template_values(stage: StageDescription) -> dict[str, Any]:
+    """What stands in the templates of a stage.
 
     `y` is the name of the vertical axis, `x`, `z`, `roll` and `pitch` are those of the others where the platform tilts;
     with one horizontal axis there is no `z`, and guides hold `pitch` (`single`). `stopped` are those that have stops.
@@ -59,57 +59,58 @@ def template_values(rig: Rig) -> dict[str, Any]:
     `linears` the linearisation of each, `held_tilts` what tilts begin with where it is not 0, and `added` by axis how
     an estimator takes in its motors.
     """
-    horizontal = [axis.name for axis in rig.horizontal]
+    horizontal = [axis.name for axis in stage.horizontal]
     single = len(horizontal) == 1
-    tilts = [axis.name for axis in rig.rotations]
-    attraction, coils, iron = rig.constants_of(rig.vertical.name)
-    motors_of = {axis: [motor.name for motor in rig.motors_of(axis)] for axis in horizontal}
-    unlike = [motor.name for motor in rig.unlike]
+    tilts = [axis.name for axis in stage.rotations]
+    attraction, coils, iron = stage.constants_of(stage.vertical.name)
+    motors_of = {axis: [motor.name for motor in stage.motors_of(axis)] for axis in horizontal}
+    unlike = [motor.name for motor in stage.unlike]
     place = {axis: f"{names[0]}_mount.displacement" if tilts else f"{axis}.position"
              for axis, names in motors_of.items()}
     rows = {"attraction": attraction, "coils": coils, "iron": iron}
     return {
-        "rig": rig, "tilting": bool(tilts), "schedule": rig.design.schedule,
-        "table": rig.design.table,
-        "y": rig.vertical.name,
+        "stage": stage, "tilting": bool(tilts), "schedule": stage.design.schedule,
+        "table": stage.design.table,
+        "y": stage.vertical.name,
         **(dict(zip(("x", "z", "roll", "pitch"), [*horizontal, "", *tilts, HELD] if single else horizontal + tilts,
                     strict=True)) if tilts else {}),
         "single": single,
-        "axes": list(rig.axis_names), "horizontal": horizontal, "tilts": tilts,
+        "axes": list(stage.axis_names), "horizontal": horizontal, "tilts": tilts,
         # Of y, x, z, roll, pitch where the platform tilts; what guides hold has any.
-        "masses": [rig.vertical.mass, *(axis.mass for axis in rig.horizontal), *([1.0] if single else []),
-                   *(axis.mass for axis in rig.rotations), *([1.0] if single else [])],
-        "stopped": [axis.name for axis in rig.axes if axis.stop is not None],
-        "motors": list(rig.motor_names), "drives": [(motor.name, motor.drives) for motor in rig.motors],
+        "masses": [stage.vertical.mass, *(axis.mass for axis in stage.horizontal), *([1.0] if single else []),
+                   *(axis.mass for axis in stage.rotations), *([1.0] if single else [])],
+        "stopped": [axis.name for axis in stage.axes if axis.stop is not None],
+        "motors": list(stage.motor_names), "drives": [(motor.name, motor.drives) for motor in stage.motors],
         "place": place,
         "motors_of": motors_of,
-        "driving": {axis: text.factor(rig.sharing * len(names)) for axis, names in motors_of.items()},
+        "driving": {axis: text.factor(stage.sharing * len(names)) for axis, names in motors_of.items()},
         "driven": [axis for axis, names in motors_of.items() for _ in names],
-        "n": text.factor(rig.sharing), "all": text.factor(rig.carrying),
+        "n": text.factor(stage.sharing), "all": text.factor(stage.carrying),
         **rows,
-        "thrust": {axis: rig.constants_of(axis)[0] for axis in horizontal},
-        "carried": text.each(rows.values(), text.factor(rig.carrying) + "self.{0}"),
-        "carries": {motor: text.each(rows.items(), f"{text.factor(rig.carrying)}self.{motor}_ratio.{{0}} * self.{{1}}"
-                                     if motor in unlike else text.factor(rig.carrying) + "self.{1}")
-                    for motor in rig.motor_names},
+        "thrust": {axis: stage.constants_of(axis)[0] for axis in horizontal},
+        "carried": text.each(rows.values(), text.factor(stage.carrying) + "self.{0}"),
+        "carries": {motor: text.each(rows.items(), f"{text.factor(stage.carrying)}self.{motor}_ratio.{{0}} * self.{{1}}"
+                                     if motor in unlike else text.factor(stage.carrying) + "self.{1}")
+                    for motor in stage.motor_names},
         "unlike": unlike, "its": "geometry" if unlike else "self.geometry",
         "kinds": [(motor, f"self.{motor}_geometry" if motor in unlike else "self.geometry")
-                  for motor in rig.motor_names],
+                  for motor in stage.motor_names],
         "angles": [*((axis, "geometry", place[axis]) for axis in horizontal if not {*motors_of[axis]} <= {*unlike}),
-                   *((motor.name, f"self.{motor.name}_geometry", place[motor.drives]) for motor in rig.unlike)],
+                   *((motor.name, f"self.{motor.name}_geometry", place[motor.drives]) for motor in stage.unlike)],
         "held_tilts": dict(zip(tilts, ("tilts.roll", "tilts.pitch"), strict=False)) if unlike else {},
-        "linears": [f"self.{motor}_linear" if motor in unlike else "self.linear" for motor in rig.motor_names],
+        "linears": [f"self.{motor}_linear" if motor in unlike else "self.linear" for motor in stage.motor_names],
         "added": {axis: [f"rows.add_kind({motor}_geometry, {motor}_ratio, {gap}, self.{motor})"
                          if motor in unlike else f"rows.add(geometry, {gap}, self.{motor})"
                          for motor in names for gap in [f"self.{motor}_place.gap_measured" if tilts else
-                                                        f"{rig.vertical.name}.measured"]]
+                                                        f"{stage.vertical.name}.measured"]]
                   for axis, names in motors_of.items()},
-        "turning": [(motor.name, motor.name if motor.kind else motor.drives) for motor in rig.motors],
-        "meaning": {constant.name: constant.meaning.removesuffix(rig.equation).strip() for constant in rig.constants}}
+        "turning": [(motor.name, motor.name if motor.kind else motor.drives) for motor in stage.motors],
+        "meaning": {constant.name: constant.meaning.removesuffix(stage.equation).strip()
+                    for constant in stage.constants}}
 
 
-def paths(rig: Rig) -> tuple[str, ...]:
-    return () if rig.rotations else PAGES
+def paths(stage: StageDescription) -> tuple[str, ...]:
+    return () if stage.rotations else PAGES
 
 
 def module_template(path: str, tilting: bool) -> str:
@@ -118,23 +119,24 @@ def module_template(path: str, tilting: bool) -> str:
     return own if tilting and (TEMPLATES / own).is_file() else path.replace("_{}", "") + ".j2"
 
 
-def module(path: str, rig: Rig) -> str:
-    content = render(module_template(path, bool(rig.rotations)), rig)
+def module(path: str, stage: StageDescription) -> str:
+    content = render(module_template(path, bool(stage.rotations)), stage)
     return text.fitted(content) if path.endswith(".py") else content
 
 
-def written_class(kind: str, rig: Rig, name: str, file: str) -> str:
-    """Text of a "controller" or a "plant" for a user of a rig to begin with: a class of a name, in a file."""
-    return text.fitted(render(module_template(f"new/{kind}_{{}}.py", bool(rig.rotations)), rig, name=name, file=file))
+def written_class(kind: str, stage: StageDescription, name: str, file: str) -> str:
+    """Text of a "controller" or a "plant" for a user of a stage to begin with: a class of a name, in a file."""
+    return text.fitted(render(module_template(f"new/{kind}_{{}}.py", bool(stage.rotations)), stage, name=name,
+                              file=file))
 
 
-def module_texts(rig: Rig) -> dict[str, str]:
-    """Text of every module of a rig, by its path from the folder of the packages."""
-    return {path.format(rig.name): module(path, rig) for path in paths(rig)}
+def module_texts(stage: StageDescription) -> dict[str, str]:
+    """Text of every module of a stage, by its path from the folder of the packages."""
+    return {path.format(stage.name): module(path, stage) for path in paths(stage)}
 
 
-def write(rig: Rig, root: Path) -> None:
-    """Write the modules of a rig below a folder that holds the packages."""
-    for path, content in module_texts(rig).items():
+def write(stage: StageDescription, root: Path) -> None:
+    """Write the modules of a stage below a folder that holds the packages."""
+    for path, content in module_texts(stage).items():
         (root / path).parent.mkdir(parents=True, exist_ok=True)
         (root / path).write_text(content, encoding="utf-8")

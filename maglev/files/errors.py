@@ -2,7 +2,7 @@
 
     MaglevError
     ├── ScenarioError          a scenario file, a port map or an option cannot be used
-    ├── RigError               a description of a rig cannot be used
+    ├── StageError               a description of a stage cannot be used
     ├── QuantityError          a number, a unit or a dimension (also a ValueError: pydantic takes it for a refusal)
     ├── UnknownName            a column or entry that does not exist (also a KeyError)
     ├── FmuError               an FMU cannot be loaded, or refused a call
@@ -250,8 +250,8 @@ def quoted(key: str) -> str:
                    for letter in json.dumps(key, ensure_ascii=False))
 
 
-class RigError(MaglevError):
-    """A description of a rig that cannot be used; one line with file, key, value and what was expected."""
+class StageError(MaglevError):
+    """A description of a stage that cannot be used; one line with file, key, value and what was expected."""
 
 
 def extra(module: str, name: str, user: str = "this", error: type[MaglevError] = MaglevError) -> Any:

@@ -41,7 +41,7 @@ def write_convergence_picture(stem: Path, identified: Identification) -> Path | 
     names = identified.estimate.names
     figure = new_figure(10, 1.8 * (len(names) + 1))
     estimate = identified.estimate
-    figure.suptitle(f"{identified.recording.rig.name}: {estimate.method} estimator, ε = {estimate.epsilon:g} s")
+    figure.suptitle(f"{identified.recording.stage.name}: {estimate.method} estimator, ε = {estimate.epsilon:g} s")
     panels = figure.subplots(len(names) + 1, 1, sharex=True)
     for k, name in enumerate(names):
         value, error = rows[-1, 1 + k], identified.standard_error[name]

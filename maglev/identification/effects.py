@@ -15,7 +15,7 @@ from maglev.identification.estimators import Estimate
 from maglev.identification.recording import MotionRecording
 from maglev.identification.regressors import RowData, functions
 from plant_fmu.ripple import RIPPLE_PHASE, SHORTEST_RIPPLE
-from pmlsm.stage_description import RigAxis
+from pmlsm.stage_description import StageAxis
 
 SURE = 3.0     # standard errors by which a recording has to differ from the description; assumed
 OWN = 0.1      # share of an effect that constants and other effects must not be able to make up; assumed
@@ -44,7 +44,7 @@ def plain_effects(recording: MotionRecording, rows: Sequence[RowData],
     """Friction, bias and ripple, which add to b."""
     for effect in (friction, bias, ripple):
         added = np.stack([effect(axis, x, data.velocity) for axis, x, data in
-                          zip(recording.rig.described.axes, recording.positions.T, rows, strict=False)], axis=1)
+                          zip(recording.stage.described.axes, recording.positions.T, rows, strict=False)], axis=1)
         if added.any():
             parts = {data.row.axis: part for data, part in zip(rows, delayed(added).T, strict=True)}
             yield Effect(effect.__name__, [replace(data, b=data.b + parts[data.row.axis]) for data in rows], parts)
@@ -53,12 +53,12 @@ def plain_effects(recording: MotionRecording, rows: Sequence[RowData],
 def modulations(recording: MotionRecording, rows: Sequence[RowData], delayed: Callable[[Array], Array],
                 constants: Mapping[str, float]) -> Iterator[Effect]:
     """The attraction of each motor times 1 − k sin²(π d/t1), as of `plant_fmu.attraction`."""
-    rig, k = recording.rig, recording.rig.described.modulation
+    stage, k = recording.stage, recording.stage.described.modulation
     if not k:
         return
-    f = functions(rig, recording.positions)
-    pitches = np.array([of.slot_pitch for of in rig.geometries.values()])
-    factor = 1.0 - k * np.sin(pi * recording.positions @ rig.places.slots.T / pitches) ** 2
+    f = functions(stage, recording.positions)
+    pitches = np.array([of.slot_pitch for of in stage.geometries.values()])
+    factor = 1.0 - k * np.sin(pi * recording.positions @ stage.places.slots.T / pitches) ** 2
     with_slots = np.broadcast_to(f, (*f.shape[:2], factor.shape[1])).copy()
     with_slots[1] *= factor
     plain, changed = ([data.row.columns(of, recording.i_d, recording.i_q) for data in rows] for of in (f, with_slots))
@@ -69,7 +69,7 @@ def modulations(recording: MotionRecording, rows: Sequence[RowData], delayed: Ca
         for data, other in zip(rows, changed_rows, strict=True)})
 
 
-def friction(axis: RigAxis, x: Array, velocity: Array) -> Array:
+def friction(axis: StageAxis, x: Array, velocity: Array) -> Array:
     """Acceleration (m/s²) by the guide, as of `plant_fmu.guide`, at positions (m) and velocities (m/s)."""
     guide, deflection, path = axis.friction, 0.0, [0.0]
     on = guide.presliding > 0.0 and guide.coulomb > 0.0
@@ -81,12 +81,12 @@ def friction(axis: RigAxis, x: Array, velocity: Array) -> Array:
     return -(guide.coulomb * np.array(path) + guide.viscous * velocity) / axis.mass
 
 
-def bias(axis: RigAxis, x: Array, _velocity: Array) -> Array:
+def bias(axis: StageAxis, x: Array, _velocity: Array) -> Array:
     """Constant acceleration (m/s²) of an axis."""
     return np.full(len(x), axis.bias)
 
 
-def ripple(axis: RigAxis, x: Array, _velocity: Array) -> Array:
+def ripple(axis: StageAxis, x: Array, _velocity: Array) -> Array:
     """Periodic acceleration (m/s²) of an axis, as of `plant_fmu.ripple`."""
     if axis.ripple.amplitude == 0.0 or axis.ripple.period < SHORTEST_RIPPLE:
         return np.zeros(len(x))

@@ -119,7 +119,8 @@ def behind_lag(held: Array, dt: float, epsilon: float) -> Array:
 def mean_behind_lag(samples: Samples, epsilon: float) -> Samples:
     """Both sides of v' − b = a θ behind a lag of ε (s), as their means between samples.
 
-    (3.3) takes v' as available, which no sensor of the rigs measures. Assumed: a lag in front, which leaves θ as it is,
+    (3.3) takes v' as available, which no sensor of the stages measures. Assumed: a lag in front, which leaves θ as it
+    is,
     since it is linear, and makes v' known: lag(v)' = lag(v') = (v − lag(v))/ε with lag(v)(0) = v(0). Bare differences
     of an observed velocity are the noise of the encoders, and so are in part the currents that the controller answers
     with: together they bias the estimate.

@@ -43,7 +43,7 @@ class Identification:
 
     def __repr__(self) -> str:
         constants = ", ".join(f"{name} = {value:.6g}" for name, value in self.estimate.final.items())
-        return f"<Identification of {self.recording.rig.name}: {constants}; {len(self.warnings)} warnings>"
+        return f"<Identification of {self.recording.stage.name}: {constants}; {len(self.warnings)} warnings>"
 
     @property
     def uncertainty(self) -> dict[str, float]:
@@ -54,20 +54,20 @@ class Identification:
 def identify(recording: MotionRecording, method: str = "reduced", epsilon: float = EPSILON, gamma: float = GAMMA,
              guess: Mapping[str, float] | None = None, match: bool = False, velocities: Array | None = None,
              q0: float | None = None) -> Identification:
-    """Estimate the constants of a rig from a recording; see `run_estimator` for method, ε, γ and Q0.
+    """Estimate the constants of a stage from a recording; see `run_estimator` for method, ε, γ and Q0.
 
     A `guess` has initial values; those of the estimator FMU are for constants that it does not name. `match` puts
     positions and currents through the filters that the observer's velocity has gone through. `velocities` are in m/s,
     shape (n, axes), by default those of the high-gain observer. IdentificationError if no axis is excited, or as of
     `run_estimator`.
     """
-    rig, dt = recording.rig, recording.dt
-    start = {**rig.guess, **(guess or {})}
+    stage, dt = recording.stage, recording.dt
+    start = {**stage.guess, **(guess or {})}
     seen = observed(recording.positions, dt) if velocities is None else velocities
     positions, i_d, i_q = recording.positions, recording.i_d, recording.i_q
     if match:
         positions, i_d, i_q = (matched(signal, dt) for signal in (positions, i_d, i_q))
-    rows = regressors(rig, positions, i_d, i_q, seen)
+    rows = regressors(stage, positions, i_d, i_q, seen)
 
     def estimated(seen_rows: Sequence[RowData]) -> Estimate:
         return run_estimator(method, seen_rows, recording.time, start, epsilon, gamma, q0)
@@ -77,7 +77,7 @@ def identify(recording: MotionRecording, method: str = "reduced", epsilon: float
     diagnostics = {data.row.axis: diagnose(data, way, recording.time, estimates)
                    for data, way in zip(rows, travel, strict=False)}   # tilts have no row of constants
     if not any(diagnosis.excited for diagnosis in diagnostics.values()):
-        ways = ", ".join(f"{axis} {1e3 * way:.3g} mm" for axis, way in zip(rig.axes, travel, strict=True))
+        ways = ", ".join(f"{axis} {1e3 * way:.3g} mm" for axis, way in zip(stage.axes, travel, strict=True))
         raise IdentificationError(f"no axis is excited: they move over {ways}, expected motion on all axes, as with "
                                   "the excitation of sections 4.3.1 and 5.3, and currents that change")
     errors: dict[str, float] = {}
@@ -166,9 +166,9 @@ def replay(recording: MotionRecording, constants: Mapping[str, float]) -> tuple[
         at = starts + k
         i_d, i_q = recording.i_d[at], recording.i_q[at]
         middle_d, middle_q = 0.5 * (i_d + recording.i_d[at + 1]), 0.5 * (i_q + recording.i_q[at + 1])
-        half = accelerations(recording.rig, x, i_d, i_q, known)
+        half = accelerations(recording.stage, x, i_d, i_q, known)
         v_middle = v + 0.5 * dt * half
-        full = accelerations(recording.rig, x + 0.5 * dt * v, middle_d, middle_q, known)
+        full = accelerations(recording.stage, x + 0.5 * dt * v, middle_d, middle_q, known)
         x, v = x + dt * v_middle, v + dt * full
     there = positions[starts + steps]
     return rms(x - there), rms(there - positions[starts])

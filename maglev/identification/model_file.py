@@ -8,14 +8,14 @@ from maglev.files.errors import IdentificationError, in_one_line, nearest, one_o
 from maglev.files.regular_file import regular
 from maglev.files.toml_file import read_toml
 from maglev.files.whole_file import write_whole
-from maglev.identification.regressors import RIGS, estimated_rig
-from pmlsm.stage_description import Rig as RigDescription
+from maglev.identification.regressors import PACKAGED_STAGES, estimated_stage
+from pmlsm.stage_description import StageDescription as StageTable
 
 if TYPE_CHECKING:
     from maglev.identification.identify import Identification
 
 FMUS = ("plant", "controller")
-CONSTANTS = max((rig.constants for rig in RIGS.values()), key=len)   # of a file that names no rig
+CONSTANTS = max((stage.constants for stage in PACKAGED_STAGES.values()), key=len)   # of a file that names no stage
 BEGINNING = "# Identified by maglev identify"
 END = "# end of the constants"   # a number that was cut is a number, too
 SMALLEST = 1e-9   # the controllers divide by them
@@ -29,7 +29,8 @@ def write_model(path: Path, model: "Identification", source: Path) -> None:
              "# For maglev run SCENARIO --model FILE: it sets the constants of the plant and of the controller's model",
              "# Behind the values: the standard error, which is scatter from one recording to another, and a bound of",
              "# the bias that all of them have, by friction, bias, ripple and modulation, which the model leaves out.",
-             *(f"# {in_one_line(warning)}" for warning in model.warnings), "", f'rig = "{model.recording.rig.name}"']
+             *(f"# {in_one_line(warning)}" for warning in model.warnings), "",
+             f'stage = "{model.recording.stage.name}"']
     for fmu in FMUS:
         lines += ["", f"[{fmu}]"]
         for name, value in model.estimate.final.items():
@@ -40,13 +41,13 @@ def write_model(path: Path, model: "Identification", source: Path) -> None:
     write_whole(path, "\n".join([*lines, "", END]) + "\n")
 
 
-def model_settings(path: Path, rig: RigDescription | None = None) -> dict[str, float]:
+def model_settings(path: Path, stage: StageTable | None = None) -> dict[str, float]:
     """Values of a model file by `plant.C1`, ….
 
     The file has tables `[plant]` and `[controller]` with constants `C1`…`C5`; constants outside the tables go to both,
-    and those of a table go before them. `rig = "2dof"` may say which rig they belong to, by its name.
+    and those of a table go before them. `stage = "2dof"` may say which stage they belong to, by its name.
 
-    ScenarioError or IdentificationError if the file cannot be read, is for another rig than the scenario's, or has an
+    ScenarioError or IdentificationError if the file cannot be read, is for another stage than the scenario's, or has an
     unknown key or a value that is no number above 0.
     """
     table = read_toml(path)
@@ -54,16 +55,17 @@ def model_settings(path: Path, rig: RigDescription | None = None) -> dict[str, f
     if text.startswith(BEGINNING) and not text.rstrip().endswith(END):
         raise IdentificationError(f"{path}: ends with {shortened(text[-20:])}, expected the line {END!r}: the file was "
                                   "cut")
-    named = table.pop("rig", None)
-    known = {**RIGS, **({} if rig is None else {rig.name: estimated_rig(rig)})}
+    named = table.pop("stage", None)
+    known = {**PACKAGED_STAGES, **({} if stage is None else {stage.name: estimated_stage(stage)})}
     if named is not None and (not isinstance(named, str) or named not in known):
-        raise IdentificationError(f"{path}: rig = {named!r}: expected {one_of(str(named), known)}")
-    if named is not None and rig is not None and named != rig.name:
-        raise IdentificationError(f"{path}: rig = {named!r}: expected constants of the rig {rig.name}, the scenario's")
-    belongs = rig.name if named is None and rig is not None else named
+        raise IdentificationError(f"{path}: stage = {named!r}: expected {one_of(str(named), known)}")
+    if named is not None and stage is not None and named != stage.name:
+        raise IdentificationError(f"{path}: stage = {named!r}: expected constants of the stage {stage.name}, "
+                                  "the scenario's")
+    belongs = stage.name if named is None and stage is not None else named
     valid = CONSTANTS if belongs is None else known[belongs].constants
     tables = {name: table.pop(name, {}) for name in FMUS}
-    both = checked(path, "", table, valid, (*valid, *FMUS, "rig"))
+    both = checked(path, "", table, valid, (*valid, *FMUS, "stage"))
     settings: dict[str, float] = {}
     for fmu, own in tables.items():
         if not isinstance(own, dict):

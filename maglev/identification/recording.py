@@ -1,4 +1,4 @@
-"""Recorded data of a rig, read from CSV and checked before anything is computed from them."""
+"""Recorded data of a stage, read from CSV and checked before anything is computed from them."""
 
 import json
 from collections.abc import Mapping, Sequence
@@ -12,8 +12,8 @@ from maglev.files.errors import IdentificationError, nearest, option
 from maglev.files.regular_file import regular
 from maglev.files.table import DataTable, read_table
 from maglev.files.table_times import Even, Gaps, even, require_time, times_of
-from maglev.identification.regressors import RIGS, Rig, estimated_rig
-from maglev.user.adoption import rig_named
+from maglev.identification.regressors import PACKAGED_STAGES, StageDescription, estimated_stage
+from maglev.user.adoption import stage_named
 from pmlsm.dq_transform import clarke, park
 from pmlsm.sine_cosine import sine_cosine
 
@@ -26,9 +26,9 @@ PLANT = "plant."    # before the names in results of this project
 
 @dataclass(frozen=True)
 class MotionRecording:
-    """Positions and delivered currents of a rig at n evenly spaced times."""
+    """Positions and delivered currents of a stage at n evenly spaced times."""
 
-    rig: Rig
+    stage: StageDescription
     time: Array   # s; shape (n,)
     positions: Array   # m, or rad of tilts, measured; shape (n, axes)
     i_d: Array   # A, delivered; shape (n, motors)
@@ -41,7 +41,7 @@ class MotionRecording:
         return float(self.time[-1] - self.time[0]) / (len(self.time) - 1)
 
 
-def read_recording(given: Path | DataTable, rig_name: str | None = None, gaps: Gaps = "refuse") -> MotionRecording:
+def read_recording(given: Path | DataTable, stage_name: str | None = None, gaps: Gaps = "refuse") -> MotionRecording:
     """Read a recording.
 
     The columns are `time` (s), the positions `v`, `h` or `y`, `x`, `z` (m), of a stage that tilts `x`, `z` and the gaps
@@ -52,14 +52,14 @@ def read_recording(given: Path | DataTable, rig_name: str | None = None, gaps: G
     IdentificationError or CsvError, in one line, with file, column, row, value and what was expected.
     """
     table = read_table(given) if isinstance(given, Path) else given
-    rig = chosen_rig(table, rig_name)
+    stage = chosen_stage(table, stage_name)
     times = even_times(table, gaps)
-    positions = read_positions(table, rig, times)
-    along = positions @ rig.places.along.T
-    i_d, i_q = np.empty((len(times.time), len(rig.motors))), np.empty((len(times.time), len(rig.motors)))
-    for k, motor in enumerate(rig.motors):
-        i_d[:, k], i_q[:, k] = motor_currents(table, rig, motor, along[:, k], times)
-    return MotionRecording(rig, times.time, positions, i_d, i_q, table.said)
+    positions = read_positions(table, stage, times)
+    along = positions @ stage.places.along.T
+    i_d, i_q = np.empty((len(times.time), len(stage.motors))), np.empty((len(times.time), len(stage.motors)))
+    for k, motor in enumerate(stage.motors):
+        i_d[:, k], i_q[:, k] = motor_currents(table, stage, motor, along[:, k], times)
+    return MotionRecording(stage, times.time, positions, i_d, i_q, table.said)
 
 
 def axis_names(axis: str) -> list[str]:
@@ -73,32 +73,33 @@ def gap_columns(motor: str) -> list[str]:
     return [f"{prefix}{motor}.{name}" for name in ("gap_encoder", "gap_measured", "gap") for prefix in ("", PLANT)]
 
 
-def current_names(rig: Rig, motor: str, current: str) -> list[str]:
+def current_names(stage: StageDescription, motor: str, current: str) -> list[str]:
     """Columns that a current of a motor may be recorded in, the best first."""
-    bare = [current] if len(rig.motors) == 1 else []
+    bare = [current] if len(stage.motors) == 1 else []
     return [*bare, f"{motor}.{current}", f"{PLANT}{motor}.{current}"]
 
 
-def chosen_rig(table: DataTable, rig_name: str | None) -> Rig:
-    """The rig asked for, or the one whose positions are there."""
-    if rig_name is not None:
-        return estimated_rig(rig_named(rig_name))
+def chosen_stage(table: DataTable, stage_name: str | None) -> StageDescription:
+    """The stage asked for, or the one whose positions are there."""
+    if stage_name is not None:
+        return estimated_stage(stage_named(stage_name))
     if plant := own_plant(table.path):
         raise IdentificationError(f"{table.path}: is of a run of {plant}, expected {option('stage', 'mine.toml')}, the "
                                   "description of its stage, with it")
-    present = {rig.name: sum(has_axis(table, rig, axis) for axis in rig.axes) for rig in RIGS.values()}
-    best = max(present, key=lambda name: present[name] / len(RIGS[name].axes))
-    complete = [rig for rig in RIGS.values() if present[rig.name] == len(rig.axes)]
-    # What has the positions of all axes of a rig and tilts besides is of the rig that tilts.
-    whole = [rig.name for rig in complete if not any({*rig.axes} < {*other.axes} for other in complete)]
+    present = {stage.name: sum(has_axis(table, stage, axis) for axis in stage.axes)
+               for stage in PACKAGED_STAGES.values()}
+    best = max(present, key=lambda name: present[name] / len(PACKAGED_STAGES[name].axes))
+    complete = [stage for stage in PACKAGED_STAGES.values() if present[stage.name] == len(stage.axes)]
+    # What has the positions of all axes of a stage and tilts besides is of the stage that tilts.
+    whole = [stage.name for stage in complete if not any({*stage.axes} < {*other.axes} for other in complete)]
     if len(whole) > 1:
         raise IdentificationError(f"{table.path}: has the positions of {' and '.join(whole)}, expected "
                                   f"{' or '.join(option('stage', name) for name in whole)} with it")
     if present[best] == 0:
-        axes = " or ".join(f"{', '.join(rig.axes)} ({rig.name})" for rig in RIGS.values())
+        axes = " or ".join(f"{', '.join(stage.axes)} ({stage.name})" for stage in PACKAGED_STAGES.values())
         raise IdentificationError(f"{table.path}: no column of a position, expected {axes}; its columns are "
                                   f"{', '.join(table.names[:8])}{' …' if len(table.names) > 8 else ''}")
-    return RIGS[whole[0] if whole else best]
+    return PACKAGED_STAGES[whole[0] if whole else best]
 
 
 def own_plant(recording: Path) -> str | None:
@@ -108,35 +109,35 @@ def own_plant(recording: Path) -> str | None:
     """
     try:
         used = json.loads(regular(recording.with_suffix(".json")).read_text(encoding="utf-8"))["provenance"]["fmus"]
-        packaged = [f"Plant{rig.described.suffix}" for rig in RIGS.values()]
+        packaged = [f"Plant{stage.described.suffix}" for stage in PACKAGED_STAGES.values()]
         return next((fmu["model"] for fmu in used if f"{fmu['name']}." == PLANT and fmu["model"].startswith("Plant")
                      and fmu["kind"] in ("native", "Python") and fmu["model"] not in packaged), None)
     except (OSError, ValueError, KeyError, TypeError, AttributeError):
         return None
 
 
-def has_axis(table: DataTable, rig: Rig, axis: str) -> bool:
+def has_axis(table: DataTable, stage: StageDescription, axis: str) -> bool:
     """Whether a position is recorded, or follows from the gaps at the motors."""
     return table.find(*axis_names(axis)) is not None or (
-        has_gaps(table, rig) and axis not in (horizontal.name for horizontal in rig.described.horizontal))
+        has_gaps(table, stage) and axis not in (horizontal.name for horizontal in stage.described.horizontal))
 
 
-def has_gaps(table: DataTable, rig: Rig) -> bool:
+def has_gaps(table: DataTable, stage: StageDescription) -> bool:
     """Whether the gaps are recorded at all motors of a platform that tilts."""
-    return bool(rig.described.rotations) and all(table.find(*gap_columns(motor)) for motor in rig.motors)
+    return bool(stage.described.rotations) and all(table.find(*gap_columns(motor)) for motor in stage.motors)
 
 
-def read_positions(table: DataTable, rig: Rig, times: Even) -> Array:
+def read_positions(table: DataTable, stage: StageDescription, times: Even) -> Array:
     """Positions of all axes (m, rad), shape (n, axes); those that are in the gaps at the motors, from there."""
-    at_motors = has_gaps(table, rig)
-    axes = rig.described.measured if at_motors else rig.described.axes
+    at_motors = has_gaps(table, stage)
+    axes = stage.described.measured if at_motors else stage.described.axes
     units = {first_column(table, axis_names(axis.name)): axis.unit("m") for axis in axes}
-    units |= {first_column(table, gap_columns(motor)): "m" for motor in rig.motors if at_motors}
+    units |= {first_column(table, gap_columns(motor)): "m" for motor in stage.motors if at_motors}
     columns = np.stack([table.column(name, unit) for name, unit in units.items()], axis=1)
     gaps = range(len(axes), len(units)) if at_motors else range(1)
-    check_positions(table, rig, units, columns, gaps)
+    check_positions(table, stage, units, columns, gaps)
     columns = np.stack([times.resample(column) for column in columns.T], axis=1)
-    return columns @ rig.places.measuring(rig.described).T if at_motors else columns
+    return columns @ stage.places.measuring(stage.described).T if at_motors else columns
 
 
 def first_column(table: DataTable, names: Sequence[str]) -> str:
@@ -165,7 +166,8 @@ def even_times(table: DataTable, gaps: Gaps) -> Even:
     return found
 
 
-def check_positions(table: DataTable, rig: Rig, units: Mapping[str, str], positions: Array, gaps: range) -> None:
+def check_positions(table: DataTable, stage: StageDescription, units: Mapping[str, str], positions: Array,
+                    gaps: range) -> None:
     """Refuse positions in another unit than m or rad, and gaps, some of the columns, that the model does not know."""
     names = [*units]
     gap = float(np.median(positions[:, gaps[0]]))
@@ -174,7 +176,7 @@ def check_positions(table: DataTable, rig: Rig, units: Mapping[str, str], positi
             raise table.refusal(names[gaps[0]], 0, f"expected an air gap in m, such as 0.020: looks like {unit}, "
                                 f"which {option('units', {names[gaps[0]]: unit})} says")
     for k, (name, unit) in enumerate(units.items()):
-        field = rig.motor.field
+        field = stage.motor.field
         lower, upper = (field.lower, field.upper) if k in gaps else (-LARGEST_TRAVEL, LARGEST_TRAVEL)
         outside = np.flatnonzero((positions[:, k] < lower) | (positions[:, k] > upper))
         if len(outside):
@@ -183,14 +185,15 @@ def check_positions(table: DataTable, rig: Rig, units: Mapping[str, str], positi
             raise table.refusal(name, int(outside[0]), f"expected {lower} to {upper} {unit}{hint}")
 
 
-def motor_currents(table: DataTable, rig: Rig, motor: str, displacement: Array, times: Even) -> tuple[Array, Array]:
+def motor_currents(table: DataTable, stage: StageDescription, motor: str, displacement: Array,
+                   times: Even) -> tuple[Array, Array]:
     """i_d and i_q of a motor (A): recorded, or of three phases by (2.1) at the measured displacement (m)."""
-    direct = [table.find(*current_names(rig, motor, current)) for current in ("i_d", "i_q")]
-    phases = [table.find(*current_names(rig, motor, current)) for current in ("i_a", "i_b", "i_c")]
+    direct = [table.find(*current_names(stage, motor, current)) for current in ("i_d", "i_q")]
+    phases = [table.find(*current_names(stage, motor, current)) for current in ("i_a", "i_b", "i_c")]
     if None in direct and None in phases:
         missing = "i_q" if direct[0] is not None else "i_d" if phases == [None] * 3 else (
             "i_a", "i_b", "i_c")[phases.index(None)]
-        names = current_names(rig, motor, missing)
+        names = current_names(stage, motor, missing)
         raise IdentificationError(f"{table.path}: no column {names[0]}, expected i_d and i_q or i_a, i_b and i_c of "
                                   f"motor {motor}; {nearest(names[0], table.names)}")
     used = [name for name in (phases if None in direct else direct) if name is not None]
@@ -203,7 +206,7 @@ def motor_currents(table: DataTable, rig: Rig, motor: str, displacement: Array, 
     currents = [times.resample(current) for current in currents]
     if None not in direct:
         return currents[0], currents[1]
-    of = rig.geometries[motor]
+    of = stage.geometries[motor]
     dq = np.array([park(*clarke(a, b, c), *sine_cosine(of.electrical_angle(d)))
                    for a, b, c, d in zip(*(current.tolist() for current in currents), displacement.tolist(),
                                          strict=True)])

@@ -1,4 +1,4 @@
-"""The rigs as the estimators see them: x' = A(y, u) θ + b(y, u), equations (4.3) and (5.3).
+"""The stages as the estimators see them: x' = A(y, u) θ + b(y, u), equations (4.3) and (5.3).
 
 Only the velocity rows carry constants, and no constant is in two of them, those of tilts apart: the rows decouple.
 Where the platform tilts, each motor has a gap of its own. From constants they predict thrust and equilibrium currents.
@@ -11,13 +11,13 @@ from typing import cast
 import numpy as np
 
 from controller_fmu.feedback_linearisation import equilibrium_current
-from maglev.descriptions.packaged import RIGS as DESCRIPTIONS
+from maglev.descriptions.packaged import PACKAGED_STAGES as DESCRIPTIONS
 from maglev.files.arrays import Array
 from maglev.files.errors import IdentificationError
 from maglev.linear.places import MotorPlaces
 from pmlsm.gap_functions import gap_functions
 from pmlsm.motor_geometry import MotorGeometry
-from pmlsm.stage_description import Rig as RigDescription
+from pmlsm.stage_description import StageDescription as StageTable
 from pmlsm.velocity_rows import GRAVITY, normal_terms, thrust_acceleration
 
 # Shape functions (4, n, motors), or (4, n, 1) where all have the same gap, i_d and i_q (n, motors) to A (n, p).
@@ -39,13 +39,13 @@ class ConstantRow:
 
 
 @dataclass(frozen=True)
-class Rig:
-    """A rig with the rows of all its axes, the vertical one first, and the geometry of a motor.
+class StageDescription:
+    """A stage with the rows of all its axes, the vertical one first, and the geometry of a motor.
 
     `guess` has the first guess of each constant, C1 first.
     """
 
-    described: RigDescription
+    described: StageTable
     places: MotorPlaces
     motion: tuple[ConstantRow, ...]
     motor: MotorGeometry
@@ -108,8 +108,8 @@ def columns(normal: Array, thrust: Array, sharing: float) -> Columns:
     return of
 
 
-def row_of_axis(described: RigDescription, places: MotorPlaces, k: int) -> ConstantRow:
-    """Velocity row of an axis of a rig, by its number."""
+def row_of_axis(described: StageTable, places: MotorPlaces, k: int) -> ConstantRow:
+    """Velocity row of an axis of a stage, by its number."""
     normal, drive = places.effects[k, 0::2], places.effects[k, 1::2]
     by_axis = {axis.name: drive * [motor.drives == axis.name for motor in described.motors]
                for axis in described.horizontal}
@@ -121,15 +121,16 @@ def row_of_axis(described: RigDescription, places: MotorPlaces, k: int) -> Const
                        columns(normal, thrust, described.sharing))
 
 
-def estimated_rig(described: RigDescription) -> Rig:
-    """A rig as the estimators see it: the vertical row, then a row for each other axis."""
+def estimated_stage(described: StageTable) -> StageDescription:
+    """A stage as the estimators see it: the vertical row, then a row for each other axis."""
     places = MotorPlaces.of(described)
     guess = {constant.name: constant.guess for constant in described.constants}
-    return Rig(described, places, tuple(row_of_axis(described, places, k) for k in range(len(described.axes))),
+    return StageDescription(described, places,
+                            tuple(row_of_axis(described, places, k) for k in range(len(described.axes))),
                described.motor(), guess)
 
 
-RIGS = {name: estimated_rig(described) for name, described in DESCRIPTIONS.items()}
+PACKAGED_STAGES = {name: estimated_stage(described) for name, described in DESCRIPTIONS.items()}
 
 
 def shape_functions(motor: MotorGeometry, gaps: Array) -> Array:
@@ -140,42 +141,43 @@ def shape_functions(motor: MotorGeometry, gaps: Array) -> Array:
     return np.ascontiguousarray(values[inverse.reshape(-1)].T).reshape(4, *gaps.shape)
 
 
-def functions(rig: Rig, positions: Array) -> Array:
+def functions(stage: StageDescription, positions: Array) -> Array:
     """Shape functions at positions, shape (4, n, motors), or (4, n, 1) where all motors have the same gap.
 
     Of a motor that is unlike the others times the ratios of its constants, which the rows thus share.
     """
-    gaps = rig.gaps(positions)
-    if not rig.described.unlike:
-        return shape_functions(rig.motor, gaps)
-    motors = rig.described.motors
-    return np.stack([np.array(motor.ratios)[:, None] * shape_functions(rig.geometries[motor.name], gap)
+    gaps = stage.gaps(positions)
+    if not stage.described.unlike:
+        return shape_functions(stage.motor, gaps)
+    motors = stage.described.motors
+    return np.stack([np.array(motor.ratios)[:, None] * shape_functions(stage.geometries[motor.name], gap)
                      for motor, gap in zip(motors, np.broadcast_to(gaps, (len(gaps), len(motors))).T, strict=True)],
                     axis=2)
 
 
-def regressors(rig: Rig, positions: Array, i_d: Array, i_q: Array, velocities: Array) -> list[RowData]:
-    """Rows of a rig at positions and velocities (m, m/s), shape (n, axes), with delivered currents (A), (n, motors)."""
-    f = functions(rig, positions)
+def regressors(stage: StageDescription, positions: Array, i_d: Array, i_q: Array, velocities: Array) -> list[RowData]:
+    """Rows at positions and velocities (m, m/s), shape (n, axes), with delivered currents (A), (n, motors)."""
+    f = functions(stage, positions)
     return [RowData(row, row.columns(f, i_d, i_q), np.full(len(positions), row.offset), velocities[:, k])
-            for k, row in enumerate(rig.rows)]
+            for k, row in enumerate(stage.rows)]
 
 
-def accelerations(rig: Rig, positions: Array, i_d: Array, i_q: Array, constants: dict[str, float]) -> Array:
+def accelerations(stage: StageDescription, positions: Array, i_d: Array, i_q: Array,
+                  constants: dict[str, float]) -> Array:
     """Accelerations of the axes by the model (m/s²), shape (n, axes)."""
-    f = functions(rig, positions)
+    f = functions(stage, positions)
     rows: Sequence[Array] = [row.columns(f, i_d, i_q) @ np.array([constants[name] for name in row.constants])
-                             + row.offset for row in rig.motion]
+                             + row.offset for row in stage.motion]
     return np.stack(rows, axis=1)
 
 
-def row_of(rig: Rig, axis: str) -> ConstantRow:
-    return next(row for row in rig.motion if row.axis == axis)
+def row_of(stage: StageDescription, axis: str) -> ConstantRow:
+    return next(row for row in stage.motion if row.axis == axis)
 
 
-def thrust_shape(rig: Rig, gaps: Array) -> Array:
+def thrust_shape(stage: StageDescription, gaps: Array) -> Array:
     """L/C = f1 at air gaps (m), shape (n,); L is the thrust of one motor per current, m/(s² A), of (4.3) and (5.3)."""
-    return np.asarray(shape_functions(rig.motor, gaps)[0])
+    return np.asarray(shape_functions(stage.motor, gaps)[0])
 
 
 def fitted_parabola(time: Array, position: Array) -> tuple[float, float]:
@@ -185,7 +187,7 @@ def fitted_parabola(time: Array, position: Array) -> tuple[float, float]:
     return start, acceleration
 
 
-def thrust_of_parabola(rig: Rig, axis: str, time: Array, position: Array, i_q: float) -> float:
+def thrust_of_parabola(stage: StageDescription, axis: str, time: Array, position: Array, i_q: float) -> float:
     """L (m/(s² A)) by least squares of x(t) = x(0) − ½ n L i_q t², (4.6) and (5.5), n motors at the current i_q (A).
 
     `time` (s) from the start at rest, `position` (m), shape (n,) each. IdentificationError without a current.
@@ -193,19 +195,19 @@ def thrust_of_parabola(rig: Rig, axis: str, time: Array, position: Array, i_q: f
     if i_q == 0.0:
         raise IdentificationError(f"axis {axis}: i_q = 0 A, expected a current that drives it")
     _, acceleration = fitted_parabola(time, position)
-    return -acceleration / (rig.described.sharing * len(rig.described.motors_of(axis)) * i_q)
+    return -acceleration / (stage.described.sharing * len(stage.described.motors_of(axis)) * i_q)
 
 
-def equilibrium_currents(rig: Rig, gaps: Array, constants: Mapping[str, float]) -> Array:
+def equilibrium_currents(stage: StageDescription, gaps: Array, constants: Mapping[str, float]) -> Array:
     """Direct currents (A), the same in all motors, that hold air gaps (m), shape (n,), without quadrature current.
 
     The smaller root of the vertical row, (4.10) and its like in section 5.4.2; NaN where there is none.
     """
-    attraction, coils, iron = (rig.described.carrying * constants[name] for name in rig.rows[0].constants)
-    currents = [equilibrium_current(rig.motor, attraction, coils, iron, gap) for gap in gaps.tolist()]
+    attraction, coils, iron = (stage.described.carrying * constants[name] for name in stage.rows[0].constants)
+    currents = [equilibrium_current(stage.motor, attraction, coils, iron, gap) for gap in gaps.tolist()]
     return np.array([current if there else np.nan for current, there in currents])
 
 
-def attraction_force(rig: Rig, gaps: Array, constant: float, mass: float) -> Array:
+def attraction_force(stage: StageDescription, gaps: Array, constant: float, mass: float) -> Array:
     """Force (N) of one motor's attraction at air gaps (m): M C f2, with a constant or a difference of constants."""
-    return np.asarray(mass * constant * shape_functions(rig.motor, gaps)[1])
+    return np.asarray(mass * constant * shape_functions(stage.motor, gaps)[1])

@@ -16,7 +16,7 @@ from maglev.linear.parameters import prepare_fixed, regulator_in
 from maglev.linear.places import MotorPlaces
 from maglev.linear.plant_model import BALANCED, moved
 from maglev.linear.tangent import derivatives
-from pmlsm.stage_description import Rig
+from pmlsm.stage_description import StageDescription
 
 # States of an axis, with their units on a translation, where its law has them: of the observer, then of the internal
 # model, or of pre-filter and integral.
@@ -28,51 +28,52 @@ SELDOM = 1e-6     # weight of what is moved only where no integral holds a curre
 SETTLED = 1e-10   # A, last step of the currents; the one after it would be of the size of its square
 
 
-def linear_controller(name: str, rig: Rig, block: Any, at: Equilibrium, phases: bool) -> LinearModel:
+def linear_controller(name: str, stage: StageDescription, block: Any, at: Equilibrium, phases: bool) -> LinearModel:
     """Linearise a controller about an equilibrium; see `maglev.linear.linearise.linearise`.
 
     LinearModelError if its parameters are refused, or at this equilibrium no direct current changes the levitation.
     """
     prepare_fixed(name, block)
-    states = states_of(rig, block)
+    states = states_of(stage, block)
     inputs = [variable for variable in STAGES.definition(regulator_in(name)).variables if variable.causality == "input"]
-    commands = tuple(f"{current}_cmd" for current in (rig.phase_names if phases else rig.dq_names))
-    come_to_rest(name, rig, block, at, [state for state in states if ".observer." not in state])
+    commands = tuple(f"{current}_cmd" for current in (stage.phase_names if phases else stage.dq_names))
+    come_to_rest(name, stage, block, at, [state for state in states if ".observer." not in state])
     n = len(states)
-    places = places_of(rig, states)
+    places = places_of(stage, states)
     slopes = derivatives(block, {"sample": ()}, [*places, *(entry.place for entry in inputs)],
-                         [*places, *places_of(rig, commands)])
+                         [*places, *places_of(stage, commands)])
     (a, b), (c, d) = (np.hsplit(rows, [n]) for rows in np.vsplit(slopes, [n]))
     return LinearModel(name, tuple(states), tuple(entry.name for entry in inputs), commands, a, b, c, d,
                        {**states, **{entry.name: entry.unit for entry in inputs}, **dict.fromkeys(commands, "A")},
                        block.sample_time, at)
 
 
-def states_of(rig: Rig, block: Any) -> dict[str, str]:
+def states_of(stage: StageDescription, block: Any) -> dict[str, str]:
     return {f"{axis.name}.{state}": f"rad{unit[1:]}" if axis.rotation else unit
-            for axis in rig.axes for state, unit in STATES.items()
-            if has(block.axes[axis_number(rig, axis.name)], state)}
+            for axis in stage.axes for state, unit in STATES.items()
+            if has(block.axes[axis_number(stage, axis.name)], state)}
 
 
-def places_of(rig: Rig, names: Iterable[str]) -> list[str]:
+def places_of(stage: StageDescription, names: Iterable[str]) -> list[str]:
     """Paths of states and variables of a controller, by their names."""
-    return [place(rig, name) for name in names]
+    return [place(stage, name) for name in names]
 
 
-def commanded(name: str, rig: Rig, block: Any, stage: Any, at: Equilibrium) -> Equilibrium:
+def commanded(name: str, description: StageDescription, block: Any, stage: Any, at: Equilibrium) -> Equilibrium:
     """Equilibrium of a stage at rest without tilt whose motors are unlike each other, to which a controller comes.
 
     Where that is in between them follows from its law: its integrals move until no axis accelerates.
     """
     prepare_fixed(name, block)
-    measure(rig, block, at)
-    integrals = places_of(rig, [state for state in states_of(rig, block) if state.endswith((".xi1", ".integral"))])
-    commands = places_of(rig, [f"{current}_cmd" for current in rig.dq_names])
+    measure(description, block, at)
+    integrals = places_of(description,
+                          [state for state in states_of(description, block) if state.endswith((".xi1", ".integral"))])
+    commands = places_of(description, [f"{current}_cmd" for current in description.dq_names])
     for _ in range(ITERATIONS):
         ahead = deepcopy(block)
         ahead.sample()
         currents = [read(ahead, command) for command in commands]
-        rates, by_current = moved(rig, stage, currents)
+        rates, by_current = moved(description, stage, currents)
         if np.abs(rates).max() < BALANCED:
             return replace(at, i_d=tuple(currents[0::2]), i_q=tuple(currents[1::2]))
         change = np.linalg.solve(by_current @ derivatives(block, {"sample": ()}, integrals, commands), rates)
@@ -87,31 +88,31 @@ def has(axis: Any, state: str) -> bool:
     return hasattr(axis, part) and not (part == "filter" and axis.prefilter == 0.0)
 
 
-def measure(rig: Rig, block: Any, at: Equilibrium) -> None:
+def measure(stage: StageDescription, block: Any, at: Equilibrium) -> None:
     """Let a controller without limits measure an equilibrium for the first time."""
     for limit in ("current_limit", "trip_error", "trip_tilt"):
         if hasattr(block, limit):
             setattr(block, limit, 0.0)
     positions = list(at.positions.values())
     for axis, position in at.positions.items():
-        part = block.axes[axis_number(rig, axis)]
+        part = block.axes[axis_number(stage, axis)]
         part.reference = part.measured = position
-    if rig.rotations:
-        gaps = (MotorPlaces.of(rig, block).gaps @ positions).tolist()
+    if stage.rotations:
+        gaps = (MotorPlaces.of(stage, block).gaps @ positions).tolist()
         for motor, gap in zip(block.platform.places, gaps, strict=True):
             motor.gap_measured = gap
     block.sample()   # observers begin at the measurement
 
 
-def come_to_rest(name: str, rig: Rig, block: Any, at: Equilibrium, states: list[str]) -> None:
+def come_to_rest(name: str, stage: StageDescription, block: Any, at: Equilibrium, states: list[str]) -> None:
     """Let a controller without limits measure an equilibrium, and move states until it commands its currents.
 
     As nearly as it can, where its law cannot command them. At rest the integrals do it alone; other states and the
     references move with them only where a law has none.
     """
-    measure(rig, block, at)
-    variables = places_of(rig, [*states, *(f"{axis}.reference" for axis in rig.axis_names)])
-    commands = places_of(rig, [f"{current}_cmd" for current in rig.dq_names])
+    measure(stage, block, at)
+    variables = places_of(stage, [*states, *(f"{axis}.reference" for axis in stage.axis_names)])
+    commands = places_of(stage, [f"{current}_cmd" for current in stage.dq_names])
     start = np.array([read(block, path) for path in variables])
     change = np.zeros(len(variables))
     weights = np.array([1.0 if path.endswith((".xi1", ".integral")) else SELDOM for path in variables])

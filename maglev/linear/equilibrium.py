@@ -14,12 +14,12 @@ from maglev.files.arrays import Array
 from maglev.files.errors import LinearModelError, one_of, require_table
 from maglev.files.units import parse_quantity, refused_as
 from maglev.linear.model import Equilibrium
-from maglev.linear.parameters import Quantity, block_of, controllers, linear_names, linear_rig, regulator_in
+from maglev.linear.parameters import Quantity, block_of, controllers, linear_names, linear_stage, regulator_in
 from maglev.linear.places import MotorPlaces
 from maglev.linear.plant_model import BALANCED, at_rest, moved
 from plant_fmu.stage import Stage
 from pmlsm.motor_geometry import MotorGeometry
-from pmlsm.stage_description import Rig
+from pmlsm.stage_description import StageDescription
 
 ITERATIONS = 20              # more than Newton's method takes where there is one
 
@@ -47,36 +47,36 @@ def equilibrium_of(name: str, block: Any, positions: dict[str, float], split: An
     With a `split` that is a stage whose normal forces change evenly over a platform that tilts; without one the direct
     currents do.
     """
-    rig = linear_rig(name)
-    place = f"{name} at {', '.join(spelled(rig, positions, rig.vertical.name))}"
-    places = MotorPlaces.of(rig, block)
-    check_gaps(place, rig, block, places, positions)
+    stage = linear_stage(name)
+    place = f"{name} at {', '.join(spelled(stage, positions, stage.vertical.name))}"
+    places = MotorPlaces.of(stage, block)
+    check_gaps(place, stage, block, places, positions)
     if name in controllers():
-        equilibrium = solve(place, rig, modelled(rig, block), places, positions, split or model_of(name, block))
+        equilibrium = solve(place, stage, modelled(stage, block), places, positions, split or model_of(name, block))
         check_limit(place, block, equilibrium)
         return equilibrium
-    for (axis_name, position), text in zip(positions.items(), spelled(rig, positions, *positions), strict=True):
-        axis = block.axes[rig.axis_number(axis_name)]
+    for (axis_name, position), text in zip(positions.items(), spelled(stage, positions, *positions), strict=True):
+        axis = block.axes[stage.axis_number(axis_name)]
         if axis.locked:
             raise LinearModelError(f"{name}: {axis_name}.locked = true, expected an axis that is free to move")
         if axis.stop.touched(position):
             raise LinearModelError(f"{name} at {text}: beyond the end stops, expected "
                                    f"{axis_name} within {1e3 * axis.stop.lower:g}…{1e3 * axis.stop.upper:g} mm")
-    equilibrium = solve(place, rig, block, places, positions, split)
+    equilibrium = solve(place, stage, block, places, positions, split)
     check_amplifiers(place, block, equilibrium)
     return equilibrium
 
 
-def spelled(rig: Rig, positions: Mapping[str, float], *axes: str) -> list[str]:
+def spelled(stage: StageDescription, positions: Mapping[str, float], *axes: str) -> list[str]:
     """Positions of some axes as text; where the platform is tilted, of the tilts as well."""
-    tilts = [tilt.name for tilt in rig.rotations if positions[tilt.name] != 0.0 and tilt.name not in axes]
-    return [f"{axis} = {1e3 * positions[axis]:g} m{rig.axis(axis).unit('m')}"
+    tilts = [tilt.name for tilt in stage.rotations if positions[tilt.name] != 0.0 and tilt.name not in axes]
+    return [f"{axis} = {1e3 * positions[axis]:g} m{stage.axis(axis).unit('m')}"
             for axis in (*axes, *tilts)]
 
 
-def modelled(rig: Rig, controller: Any) -> Any:
+def modelled(description: StageDescription, controller: Any) -> Any:
     """The stage as a controller models it: with its constants, masses and places, and with nothing else."""
-    stage = STAGES.definition(linear_names(rig)[0]).new_block()
+    stage = STAGES.definition(linear_names(description)[0]).new_block()
     magnetics, mover, model = stage.magnetics, stage.mover, controller.model
     magnetics.kinds = model.layout.kinds
     magnetics.thrust = list(model.thrust)
@@ -84,13 +84,13 @@ def modelled(rig: Rig, controller: Any) -> Any:
     magnetics.modulation = magnetics.magnet_rise = 0.0
     for axis in stage.axes:
         axis.bias = axis.ripple.amplitude = 0.0
-    if rig.rotations:
+    if description.rotations:
         part: Any = controller.holding if isinstance(controller, PID) else controller.currents
         allocation = part.allocation
         mover.height, mover.payload.mass = controller.platform.height, 0.0
         masses = (allocation.mass_y, allocation.mass_x, allocation.mass_z, allocation.inertia_roll,
                   allocation.inertia_pitch)
-        for axis, mass in zip(stage.axes, masses if len(rig.horizontal) == 2 else (*masses[:2], masses[3]),
+        for axis, mass in zip(stage.axes, masses if len(description.horizontal) == 2 else (*masses[:2], masses[3]),
                               strict=True):
             axis.mass = axis.nominal_mass = mass
         for spot, mount in zip(controller.platform.places, mover.mounts, strict=True):
@@ -102,45 +102,47 @@ def modelled(rig: Rig, controller: Any) -> Any:
 
 def model_of(name: str, block: Any) -> Any:
     """The stage by which a controller makes the normal forces change evenly over a platform; None if currents do."""
-    rig = linear_rig(name)
-    return modelled(rig, block) if rig.rotations and regulator_in(name).startswith("Regulator") else None
+    stage = linear_stage(name)
+    return modelled(stage, block) if stage.rotations and regulator_in(name).startswith("Regulator") else None
 
 
-def check_gaps(place: str, rig: Rig, block: Any, places: MotorPlaces, positions: Mapping[str, float]) -> None:
+def check_gaps(place: str, stage: StageDescription, block: Any, places: MotorPlaces,
+               positions: Mapping[str, float]) -> None:
     """Refuse a tilt at which the gap of a motor is beyond the motor's field or a stop."""
-    if not rig.rotations:
+    if not stage.rotations:
         return
-    mounts = block.mover.mounts if isinstance(block, Stage) else [None] * len(rig.motors)
-    for motor, mount, gap in zip(rig.motor_names, mounts, (places.gaps @ list(positions.values())).tolist(),
+    mounts = block.mover.mounts if isinstance(block, Stage) else [None] * len(stage.motors)
+    for motor, mount, gap in zip(stage.motor_names, mounts, (places.gaps @ list(positions.values())).tolist(),
                                  strict=True):
-        field = geometry_at(rig, block, motor).field
+        field = geometry_at(stage, block, motor).field
         low, high = (field.lower, field.upper) if mount is None else (mount.stop.lower, mount.stop.upper)
         if not low <= gap <= high:
             raise LinearModelError(f"{place}: {motor}.gap = {1e3 * gap:.4g} mm, expected it within {1e3 * low:g}…"
                                    f"{1e3 * high:g} mm{'' if mount is None else ', its end stops'}")
 
 
-def solve(place: str, rig: Rig, block: Any, places: MotorPlaces, positions: dict[str, float],
+def solve(place: str, description: StageDescription, block: Any, places: MotorPlaces, positions: dict[str, float],
           split: Any) -> Equilibrium:
     """Currents under which no axis of a stage accelerates.
 
-    In closed form as though the axes had no effect on each other but by the iron, which is all on a rig without tilts;
+    In closed form as though the axes had no effect on each other but by the iron, which is all on a stage without
+    tilts;
     otherwise by Newton's method from there.
     """
-    stage = at_rest(rig, block, positions)
-    currents = np.zeros(2 * len(rig.motors))
-    rates, slopes = moved(rig, stage, currents)
-    for k, axis in enumerate(rig.driven):
-        thrust = sum(slopes[axis, 2 * j + 1] for j, driven in enumerate(rig.driven) if driven == axis)
+    stage = at_rest(description, block, positions)
+    currents = np.zeros(2 * len(description.motors))
+    rates, slopes = moved(description, stage, currents)
+    for k, axis in enumerate(description.driven):
+        thrust = sum(slopes[axis, 2 * j + 1] for j, driven in enumerate(description.driven) if driven == axis)
         needed = rates[axis]   # all that drive it have the same current
         if thrust == 0.0 and needed != 0.0:   # also of a constant that is nearly no number above 0
-            raise LinearModelError(f"{place}: no current holds {rig.axis_names[axis]} against {needed:g} m/s², "
+            raise LinearModelError(f"{place}: no current holds {description.axis_names[axis]} against {needed:g} m/s², "
                                    "expected a thrust constant above 0")
         currents[2 * k + 1] = -needed / thrust if needed else 0.0
     # a i_d² − b i_d + c = 0; the smaller root as 2 c / (b + √(b² − 4 a c)), which holds for a = 0 as well.
-    rates, slopes = moved(rig, stage, currents)
+    rates, slopes = moved(description, stage, currents)
     b, c = float(slopes[0, 0::2].sum()), -float(rates[0])
-    _, slopes = moved(rig, stage, currents + np.tile([1.0, 0.0], len(rig.motors)))
+    _, slopes = moved(description, stage, currents + np.tile([1.0, 0.0], len(description.motors)))
     a = 0.5 * (b - float(slopes[0, 0::2].sum()))
     discriminant = b * b - 4.0 * a * c
     if discriminant <= 0.0:
@@ -148,29 +150,31 @@ def solve(place: str, rig: Rig, block: Any, places: MotorPlaces, positions: dict
                                f"{b * b / (4.0 * a) if a else 0.0:.3g} m/s² and it is attracted by {c:.3g} m/s² more "
                                "than gravity, expected a larger gap or other constants")
     currents[0::2] = 2.0 * c / (b + sqrt(discriminant))
-    if rig.rotations:
-        split = None if split is None else at_rest(rig, split, positions)
-        currents = balanced(place, rig, stage, places, currents, split)
+    if description.rotations:
+        split = None if split is None else at_rest(description, split, positions)
+        currents = balanced(place, description, stage, places, currents, split)
     along = tuple((places.along @ list(positions.values())).tolist())
-    return Equilibrium(positions, tuple(currents[0::2].tolist()), tuple(currents[1::2].tolist()), rig, along,
-                       tuple(geometry_at(rig, block, motor) for motor in rig.motor_names))
+    return Equilibrium(positions, tuple(currents[0::2].tolist()), tuple(currents[1::2].tolist()), description, along,
+                       tuple(geometry_at(description, block, motor) for motor in description.motor_names))
 
 
-def geometry_at(rig: Rig, block: Any, motor: str) -> MotorGeometry:
+def geometry_at(stage: StageDescription, block: Any, motor: str) -> MotorGeometry:
     if isinstance(block, Stage):
-        group = block.magnetics.groups[block.motors[rig.motor_names.index(motor)].group]
+        group = block.magnetics.groups[block.motors[stage.motor_names.index(motor)].group]
         return block.magnetics.kinds[group.kind].geometry
     layout: MotorLayout = block.model.layout
-    return layout.kinds[layout.kind[rig.motor_names.index(motor)]].geometry
+    return layout.kinds[layout.kind[stage.motor_names.index(motor)]].geometry
 
 
-def balanced(place: str, rig: Rig, stage: Any, places: MotorPlaces, currents: Array, split: Any) -> Array:
+def balanced(place: str, description: StageDescription, stage: Any, places: MotorPlaces, currents: Array,
+             split: Any) -> Array:
     """Currents (A) from which no axis accelerates, and of which, or of whose forces, all is spread evenly."""
     uneven = null_space(places.even.T).T
-    forces = [f"{motor}.{force}" for motor in rig.motor_names for force in ("normal", "thrust")]
+    forces = [f"{motor}.{force}" for motor in description.motor_names for force in ("normal", "thrust")]
     for _ in range(ITERATIONS):
-        rates, by_current = moved(rig, stage, currents)
-        spread, by_spread = (currents, np.eye(len(currents))) if split is None else moved(rig, split, currents, forces)
+        rates, by_current = moved(description, stage, currents)
+        spread, by_spread = (currents, np.eye(len(currents))) if split is None else moved(description, split, currents,
+                                                                                          forces)
         miss = np.concatenate([rates, uneven @ spread])
         if np.abs(miss).max() < BALANCED:
             return currents
@@ -223,20 +227,20 @@ def check_limit(place: str, block: Any, equilibrium: Equilibrium) -> None:
 
 def read_positions(name: str, at: Mapping[str, Quantity]) -> dict[str, float]:
     """Positions of all axes (m) from what a user gives; see `equilibrium`."""
-    rig = linear_rig(name)
-    require_table(at, f"{name} at", LinearModelError, f"{{{rig.axis_names[0]!r}: '25 mm'}}")
-    positions = dict.fromkeys(rig.axis_names, 0.0)
+    stage = linear_stage(name)
+    require_table(at, f"{name} at", LinearModelError, f"{{{stage.axis_names[0]!r}: '25 mm'}}")
+    positions = dict.fromkeys(stage.axis_names, 0.0)
     for axis, given in at.items():
         if axis not in positions:
             raise LinearModelError(f"{name} at {axis} = {given}: no axis {axis!r}, expected "
-                                   f"{one_of(axis, rig.axis_names)}")
+                                   f"{one_of(axis, stage.axis_names)}")
         with refused_as(LinearModelError, f"{name} at {axis}"):
-            positions[axis] = parse_quantity(given, rig.axis(axis).unit("m"))
-    vertical = rig.vertical.name
+            positions[axis] = parse_quantity(given, stage.axis(axis).unit("m"))
+    vertical = stage.vertical.name
     if vertical not in at:
         raise LinearModelError(f"{name}: no {vertical}, expected the air gap to linearise at, such as "
                                f"{vertical} = 25 mm")
-    for field in (rig.motor(motor).field for motor in rig.motors):
+    for field in (stage.motor(motor).field for motor in stage.motors):
         if not field.lower <= positions[vertical] <= field.upper:
             raise LinearModelError(f"{name} at {vertical} = {positions[vertical]:g} m: expected an air gap of "
                                    f"{field.lower:g}…{field.upper:g} m, where the motor's field is known")

@@ -9,7 +9,7 @@ from maglev.linear.controller_model import linear_controller
 from maglev.linear.equilibrium import check_limit, equilibrium_of, read_positions
 from maglev.linear.measurement_model import linear_measurement
 from maglev.linear.model import Equilibrium, LinearModel
-from maglev.linear.parameters import Quantity, block_of, controllers, linear_names, linear_rig, measurements
+from maglev.linear.parameters import Quantity, block_of, controllers, linear_names, linear_stage, measurements
 from maglev.linear.plant_model import linear_plant
 
 Currents = Literal["dq", "phases"]
@@ -78,17 +78,17 @@ def linearise(name: str, at: Mapping[str, Quantity] | Equilibrium, *, currents: 
     >>> print(f"{max(plant.poles.real):.1f} /s")
     38.7 /s
     """
-    rig = linear_rig(name)
+    stage = linear_stage(name)
     if currents not in get_args(Currents):
         raise LinearModelError(f"currents = {currents!r}, expected {one_of(str(currents), get_args(Currents))}")
     block = block_of(name, parameters or {})
-    if hold is not None and name not in linear_names(rig)[:1]:
+    if hold is not None and name not in linear_names(stage)[:1]:
         raise LinearModelError(f"{name}: hold = {hold}, expected none: it is sampled at its sample_time")
     if name in measurements():
-        return linear_measurement(name, rig, block, resting(name, block, at))
+        return linear_measurement(name, stage, block, resting(name, block, at))
     if name in controllers():
-        return linear_controller(name, rig, block, resting(name, block, at), currents == "phases")
-    return linear_plant(name, rig, block, resting(name, block, at), currents == "phases", amplifier, forces,
+        return linear_controller(name, stage, block, resting(name, block, at), currents == "phases")
+    return linear_plant(name, stage, block, resting(name, block, at), currents == "phases", amplifier, forces,
                         None if hold is None else Parameter("s").read(hold, f"{name}: hold", LinearModelError))
 
 
@@ -96,12 +96,12 @@ def resting(name: str, block: Any, at: Mapping[str, Quantity] | Equilibrium) -> 
     """Equilibrium of a block: found at given positions, or given and checked."""
     if not isinstance(at, Equilibrium):
         if name in measurements():   # where the plant rests that is as it starts
-            plant = linear_names(linear_rig(name))[0]
+            plant = linear_names(linear_stage(name))[0]
             return equilibrium_of(plant, block_of(plant, {}), read_positions(name, at))
         return equilibrium_of(name, block, read_positions(name, at))
-    if at.motors != linear_rig(name).motor_names:
+    if at.motors != linear_stage(name).motor_names:
         raise LinearModelError(f"{name} at {at}: expected an equilibrium of its own stage, with "
-                               f"{', '.join(linear_rig(name).motor_names)}")
+                               f"{', '.join(linear_stage(name).motor_names)}")
     if name in controllers():
         check_limit(f"{name} at {at}", block, at)
     return at

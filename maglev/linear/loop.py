@@ -15,7 +15,7 @@ from maglev.linear.measurement_model import behind
 from maglev.linear.model import LinearModel
 from maglev.linear.parameters import Quantity, block_of, controllers, measurements, plants
 from maglev.linear.plant_model import at_rest
-from pmlsm.stage_description import Rig
+from pmlsm.stage_description import StageDescription
 
 
 @dataclass(frozen=True, eq=False)
@@ -182,12 +182,12 @@ def opening_among(at: str, openings: Sequence[str], loop: str) -> str:
     raise LinearModelError(f"{loop}: no signal {at!r} to open the loop at, expected {one_of(at, openings)}")
 
 
-def openings_of(rig: Rig, currents: Currents) -> tuple[str, ...]:
+def openings_of(stage: StageDescription, currents: Currents) -> tuple[str, ...]:
     """Where a loop of a stage can be opened whose commands are such currents, as `Loop.openings` has them."""
     phases = ("i_d", "i_q") if currents == "dq" else ("i_a", "i_b", "i_c")
-    return (*(f"{axis}.measured" for axis in rig.axis_names),
-            *(f"{motor}.gap_measured" for motor in rig.motor_names if rig.rotations),
-            *(f"{motor}.{phase}_cmd" for motor in rig.motor_names for phase in phases))
+    return (*(f"{axis}.measured" for axis in stage.axis_names),
+            *(f"{motor}.gap_measured" for motor in stage.motor_names if stage.rotations),
+            *(f"{motor}.{phase}_cmd" for motor in stage.motor_names for phase in phases))
 
 
 def measured_as(output: str) -> str:
@@ -248,9 +248,9 @@ def linearise_loop(plant: str, controller: str | LinearModel, at: Mapping[str, Q
     stage = block_of(plant, plant_parameters or {})
     rest = equilibrium_of(plant, stage, read_positions(plant, at), split)
     if isinstance(controller, str):
-        if rest.rig.unlike and not rest.rig.rotations:
-            rest = commanded(controller, rest.rig, block_of(controller, controller_parameters or {}),
-                             at_rest(rest.rig, stage, rest.positions), rest)
+        if rest.stage.unlike and not rest.stage.rotations:
+            rest = commanded(controller, rest.stage, block_of(controller, controller_parameters or {}),
+                             at_rest(rest.stage, stage, rest.positions), rest)
         controller = linearise(controller, rest, currents=currents, parameters=controller_parameters)
     elif controller_parameters:
         raise LinearModelError(f"{controller.name}: controller_parameters = {dict(controller_parameters)}, expected "

@@ -12,17 +12,17 @@ from maglev.files.errors import LinearModelError
 from maglev.linear.model import Equilibrium, LinearModel
 from maglev.linear.parameters import prepare_fixed
 from maglev.linear.places import MotorPlaces
-from pmlsm.stage_description import Rig
+from pmlsm.stage_description import StageDescription
 
 
-def linear_measurement(name: str, rig: Rig, block: Any, at: Equilibrium) -> LinearModel:
+def linear_measurement(name: str, stage: StageDescription, block: Any, at: Equilibrium) -> LinearModel:
     """Linearise a measurement: exact, with the samples that a delay needs as its states, from each encoder on.
 
     Measured is (1 − f) q[k − n] + f q[k − n − 1], times the slope of q + A sin(2π q/p), for a delay of n + f samples.
     Offset, drift and noise are added to it. LinearModelError of what is not linear: jitter, lost samples, one frozen.
     """
     prepare_fixed(name, block)
-    parts = list(encoders(rig))
+    parts = list(encoders(stage))
     faults = {"jitter": block.instant.jitter}
     for (owner, _, _), encoder in zip(parts, block.encoders, strict=True):
         faults |= {f"{owner}.lost": encoder.lost, f"{owner}.frozen": encoder.frozen}
@@ -34,8 +34,8 @@ def linear_measurement(name: str, rig: Rig, block: Any, at: Equilibrium) -> Line
         instant.advance(0, 0, block.sample_time)
         whole = (instant.newest - instant.slot) % SLOTS
     kept, many = whole + (instant.fraction > 0.0), len(parts)
-    positions = [*(at.positions[axis.name] for axis in rig.measured),
-                 *(MotorPlaces.of(rig).gaps @ list(at.positions.values()) if rig.rotations else ())]
+    positions = [*(at.positions[axis.name] for axis in stage.measured),
+                 *(MotorPlaces.of(stage).gaps @ list(at.positions.values()) if stage.rotations else ())]
     slopes = np.eye(many)
     for k, (encoder, position) in enumerate(zip(block.encoders, positions, strict=True)):
         error = encoder.interpolation

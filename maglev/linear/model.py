@@ -12,7 +12,7 @@ from maglev.files.errors import LinearModelError, extra, one_of
 from maglev.files.text_columns import matrix_text, numbered, poles_text
 from pmlsm.dq_transform import phase_currents
 from pmlsm.motor_geometry import MotorGeometry
-from pmlsm.stage_description import Rig
+from pmlsm.stage_description import StageDescription
 
 
 @dataclass(frozen=True)
@@ -22,13 +22,13 @@ class Equilibrium:
     positions: dict[str, float]   # of each axis, the vertical one first, m
     i_d: tuple[float, ...]   # of each motor, A; both motors of the 3-DOF stage have the same
     i_q: tuple[float, ...]   # of each motor, A
-    rig: Rig = field(repr=False)
+    stage: StageDescription = field(repr=False)
     along: tuple[float, ...]   # displacement of each motor, m
     geometries: tuple[MotorGeometry, ...] = field(repr=False)
 
     @property
     def motors(self) -> tuple[str, ...]:
-        return self.rig.motor_names
+        return self.stage.motor_names
 
     @property
     def dq(self) -> Array:
@@ -38,19 +38,19 @@ class Equilibrium:
     @property
     def currents(self) -> dict[str, float]:
         """Direct and quadrature current of each motor by name, such as "alpha.i_d", A."""
-        return dict(zip(self.rig.dq_names, chain(*zip(self.i_d, self.i_q, strict=True)), strict=True))
+        return dict(zip(self.stage.dq_names, chain(*zip(self.i_d, self.i_q, strict=True)), strict=True))
 
     @property
     def phases(self) -> dict[str, float]:
         """Phase currents of each motor by name, such as "alpha.i_a", A."""
         values = [phase_currents(d, q, of.electrical_angle(along)) for of, along, d, q in
                   zip(self.geometries, self.along, self.i_d, self.i_q, strict=True)]
-        return dict(zip(self.rig.phase_names, chain(*values), strict=True))
+        return dict(zip(self.stage.phase_names, chain(*values), strict=True))
 
     def __str__(self) -> str:
         """The equilibrium in one line."""
         places = ", ".join(f"{axis.name} = {1e3 * self.positions[axis.name]:g} m{axis.unit('m')}"
-                           for axis in self.rig.axes)
+                           for axis in self.stage.axes)
         return f"{places}; {', '.join(f'{name} = {value:.4g} A' for name, value in self.currents.items())}"
 
 

@@ -8,9 +8,9 @@ from maglev.descriptions.registry import STAGES, definitions
 from maglev.files.errors import LinearModelError, MaglevError, one_of, option, or_of_own_stage, require_table
 from maglev.fmi.definition import read
 from maglev.fmi.parameter import Parameter, require_parameter
-from pmlsm.stage_description import Rig
+from pmlsm.stage_description import StageDescription
 
-# What can be linearised of each rig: its plant, its output regulators, the nonlinear one first, its PID, and the
+# What can be linearised of each stage: its plant, its output regulators, the nonlinear one first, its PID, and the
 # regulator that adapts.
 KINDS = ("Plant", "Regulator", "LinearRegulator", "ScheduledRegulator", "InterpolatedRegulator", "PID",
          "AdaptiveRegulator")
@@ -18,26 +18,26 @@ KINDS = ("Plant", "Regulator", "LinearRegulator", "ScheduledRegulator", "Interpo
 Quantity = float | str   # SI, or text with a unit such as "25 mm"
 
 
-def linear_names(rig: Rig) -> list[str]:
-    """What can be linearised of a rig: its plant, then its controllers."""
-    made = definitions(rig)
-    return [name for name in (f"{kind}{rig.suffix}" for kind in KINDS) if name in made]
+def linear_names(stage: StageDescription) -> list[str]:
+    """What can be linearised of a stage: its plant, then its controllers."""
+    made = definitions(stage)
+    return [name for name in (f"{kind}{stage.suffix}" for kind in KINDS) if name in made]
 
 
-def plants() -> dict[str, Rig]:
-    return {linear_names(rig)[0]: rig for rig in STAGES.rigs.values()}
+def plants() -> dict[str, StageDescription]:
+    return {linear_names(stage)[0]: stage for stage in STAGES.stages.values()}
 
 
-def controllers() -> dict[str, Rig]:
-    return {name: rig for rig in STAGES.rigs.values() for name in linear_names(rig)[1:]}
+def controllers() -> dict[str, StageDescription]:
+    return {name: stage for stage in STAGES.stages.values() for name in linear_names(stage)[1:]}
 
 
-def measurements() -> dict[str, Rig]:
-    return {f"Measurement{rig.suffix}": rig for rig in STAGES.rigs.values()}
+def measurements() -> dict[str, StageDescription]:
+    return {f"Measurement{stage.suffix}": stage for stage in STAGES.stages.values()}
 
 
-def linear_rig(name: str) -> Rig:
-    """Rig of what can be linearised; LinearModelError if there is no linear model of an FMU of this name."""
+def linear_stage(name: str) -> StageDescription:
+    """Stage of what can be linearised; LinearModelError if there is no linear model of an FMU of this name."""
     known = plants() | controllers() | measurements()
     if name not in known:
         raise LinearModelError(f"{name!r} cannot be linearised, expected "
@@ -56,7 +56,7 @@ def block_of(name: str, parameters: Mapping[str, Quantity | bool]) -> Any:
     Of a regulator that adapts it is its law, with the constants that it begins with: no constant moves at rest.
     LinearModelError if the FMU has no such parameter or cannot take its value.
     """
-    linear_rig(name)
+    linear_stage(name)
     definition = STAGES.definition(name)
     known = {variable.name: variable for variable in definition.variables if variable.causality == "parameter"}
     block = definition.new_block()

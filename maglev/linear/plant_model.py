@@ -13,30 +13,31 @@ from maglev.linear.model import Equilibrium, LinearModel
 from maglev.linear.places import MotorPlaces
 from maglev.linear.tangent import derivatives
 from plant_fmu.places import place
-from pmlsm.stage_description import Rig
+from pmlsm.stage_description import StageDescription
 from pmlsm.velocity_rows import GRAVITY
 
 BALANCED = 1e-12 * GRAVITY   # m/s², what an equilibrium may leave
 
 
 @np.errstate(over="ignore", invalid="ignore")   # what is no number is refused as such
-def linear_plant(name: str, rig: Rig, block: Any, at: Equilibrium, phases: bool, amplifier: bool, forces: bool,
+def linear_plant(name: str, stage: StageDescription, block: Any, at: Equilibrium, phases: bool, amplifier: bool,
+                 forces: bool,
                  hold: float | None) -> LinearModel:
     """Linearise a stage about an equilibrium; see `maglev.linear.linearise.linearise` for arguments and contents."""
-    axes, motors = len(rig.axes), len(rig.motors)
-    flexible = [axis for axis in rig.axes if block.axes[rig.axis_number(axis.name)].mode.frequency > 0.0]
+    axes, motors = len(stage.axes), len(stage.motors)
+    flexible = [axis for axis in stage.axes if block.axes[stage.axis_number(axis.name)].mode.frequency > 0.0]
     modes = {f"{axis.name}.mode.{part}": axis.unit(unit) for axis in flexible
              for part, unit in (("deflection", "m"), ("rate", "m/s"))}
-    motion = {**{f"{axis.name}.position": axis.unit("m") for axis in rig.axes},
-              **{f"{axis.name}.velocity": axis.unit("m/s") for axis in rig.axes}, **modes}
+    motion = {**{f"{axis.name}.position": axis.unit("m") for axis in stage.axes},
+              **{f"{axis.name}.velocity": axis.unit("m/s") for axis in stage.axes}, **modes}
     n = len(motion)
-    resting = at_rest(rig, block, at.positions)
-    rotation, park = np.hsplit(seen_currents(rig, resting, at), [axes])
+    resting = at_rest(stage, block, at.positions)
+    rotation, park = np.hsplit(seen_currents(stage, resting, at), [axes])
     for name_of_current, current in at.currents.items():
-        write(resting, place(rig, name_of_current), current)
-    inputs = [*motion, *rig.dq_names, *(axis.external for axis in rig.axes)]
-    slopes = derivatives(resting, {**({"place_motors": ()} if rig.rotations else {}), "add_slope": (1.0, 0.0)},
-                         [place(rig, one) for one in inputs], [f"{place(rig, one)}_sum" for one in motion])
+        write(resting, place(stage, name_of_current), current)
+    inputs = [*motion, *stage.dq_names, *(axis.external for axis in stage.axes)]
+    slopes = derivatives(resting, {**({"place_motors": ()} if stage.rotations else {}), "add_slope": (1.0, 0.0)},
+                         [place(stage, one) for one in inputs], [f"{place(stage, one)}_sum" for one in motion])
     by_motion, by_current, by_force = np.split(slopes, [n, n + 2 * motors], axis=1)
     lags = [motor.amplifier.lag if amplifier else 0.0 for motor in block.motors for _ in "dq"]
     lagged = np.array([lag > 0.0 for lag in lags])
@@ -54,85 +55,88 @@ def linear_plant(name: str, rig: Rig, block: Any, at: Equilibrium, phases: bool,
         drive = drive @ park
     push = np.vstack([by_force, np.zeros((2 * motors, axes))])
 
-    units = {**motion, **dict.fromkeys(rig.dq_names, "A")}
+    units = {**motion, **dict.fromkeys(stage.dq_names, "A")}
     order = [*range(2 * axes), *(n + np.flatnonzero(lagged)), *range(2 * axes, n)]
     names = tuple(list(units)[k] for k in order)
-    commands = tuple(f"{current}_cmd" for current in (rig.phase_names if phases else rig.dq_names))
-    external = {axis.external: axis.unit("N") for axis in rig.axes}
-    rows = measured_rows(rig, resting, list(motion))
+    commands = tuple(f"{current}_cmd" for current in (stage.phase_names if phases else stage.dq_names))
+    external = {axis.external: axis.unit("N") for axis in stage.axes}
+    rows = measured_rows(stage, resting, list(motion))
     outputs = np.pad(np.array(list(rows.values())), ((0, 0), (0, 2 * motors)))[:, order]
     model = LinearModel(name, names, (*commands, *external), tuple(rows), moved[np.ix_(order, order)],
                         np.hstack([drive, push])[order], outputs, np.zeros((len(rows), len(commands) + axes)),
                         {**{name: units[name] for name in names}, **external,
                          **{row: "m" for row in rows if row not in units}, **dict.fromkeys(commands, "A")}, None, at)
     if hold is not None:
-        model = held_phases(model, rotation @ measuring(rig, MotorPlaces.of(rig, block), model.outputs), phases, hold)
+        model = held_phases(model, rotation @ measuring(stage, MotorPlaces.of(stage, block), model.outputs), phases,
+                            hold)
     return model if forces else model.select(commands, model.outputs)
 
 
-def moved(rig: Rig, stage: Any, currents: Sequence[float] | Array, wanted: Sequence[str] = ()) -> tuple[Array, Array]:
+def moved(description: StageDescription, stage: Any, currents: Sequence[float] | Array,
+          wanted: Sequence[str] = ()) -> tuple[Array, Array]:
     """What the motion of a stage at rest computes under i_d, i_q of each motor (A), and its derivatives by them.
 
     The accelerations of the axes, unless something else is wanted.
     """
-    wanted = wanted or [f"{axis}.acceleration" for axis in rig.axis_names]
-    for name, current in zip(rig.dq_names, currents, strict=True):
-        write(stage, place(rig, name), float(current))
+    wanted = wanted or [f"{axis}.acceleration" for axis in description.axis_names]
+    for name, current in zip(description.dq_names, currents, strict=True):
+        write(stage, place(description, name), float(current))
     stage.add_slope(1.0, 0.0)
-    paths = [place(rig, name) for name in wanted]
+    paths = [place(description, name) for name in wanted]
     return (np.array([read(stage, path) for path in paths]),
-            derivatives(stage, {"add_slope": (1.0, 0.0)}, [place(rig, name) for name in rig.dq_names], paths))
+            derivatives(stage, {"add_slope": (1.0, 0.0)}, [place(description, name) for name in description.dq_names],
+                        paths))
 
 
-def at_rest(rig: Rig, block: Any, positions: Mapping[str, float]) -> Any:
+def at_rest(stage: StageDescription, block: Any, positions: Mapping[str, float]) -> Any:
     """A copy of a stage at rest at positions of its axes (m), without currents and without what is not smooth."""
     block = deepcopy(block)
     block.encoder.resolution = 0.0
     for name, position in positions.items():
-        axis = block.axes[rig.axis_number(name)]
+        axis = block.axes[stage.axis_number(name)]
         axis.position, axis.friction.coulomb, axis.roughness.rms = position, 0.0, 0.0
         axis.flexible = axis.mode.start()
     block.derive()
     return block
 
 
-def measured_rows(rig: Rig, block: Any, motion: Sequence[str]) -> dict[str, Array]:
+def measured_rows(stage: StageDescription, block: Any, motion: Sequence[str]) -> dict[str, Array]:
     """Outputs by positions, velocities and modes: positions, gaps, and what encoders read where they see a mode.
 
     Where the platform tilts, its encoders are at the motors: if one of them sees a mode, all do.
     """
-    gaps = [f"{motor}.gap" for motor in rig.motor_names if rig.rotations]
-    names = [*(f"{axis}.position" for axis in rig.axis_names), *gaps, *rig.encoders]
-    slopes = derivatives(block, {"derive": (), "measure": ()}, [place(rig, name) for name in motion],
-                         [place(rig, name) for name in names])
+    gaps = [f"{motor}.gap" for motor in stage.motor_names if stage.rotations]
+    names = [*(f"{axis}.position" for axis in stage.axis_names), *gaps, *stage.encoders]
+    slopes = derivatives(block, {"derive": (), "measure": ()}, [place(stage, name) for name in motion],
+                         [place(stage, name) for name in names])
     rows = dict(zip(names, slopes, strict=True))
-    true = {name: rows[name.replace("gap_encoder", "gap").replace(".encoder", ".position")] for name in rig.encoders}
+    true = {name: rows[name.replace("gap_encoder", "gap").replace(".encoder", ".position")] for name in stage.encoders}
     alike = {name for name, row in true.items() if (row == rows[name]).all()}
     if not {f"{gap}_encoder" for gap in gaps} <= alike:
         alike -= {f"{gap}_encoder" for gap in gaps}
     return {name: row for name, row in rows.items() if name not in alike}
 
 
-def measuring(rig: Rig, places: MotorPlaces, outputs: Sequence[str]) -> Array:
+def measuring(stage: StageDescription, places: MotorPlaces, outputs: Sequence[str]) -> Array:
     """Positions that a controller commutates with by the outputs, (axes, outputs): by encoders, or what these show."""
     shown = [name if name in outputs else name.replace("gap_encoder", "gap").replace(".encoder", ".position")
-             for name in rig.encoders]
-    matrix = np.zeros((len(rig.axes), len(outputs)))
-    matrix[:, [outputs.index(name) for name in shown]] = places.measuring(rig)
+             for name in stage.encoders]
+    matrix = np.zeros((len(stage.axes), len(outputs)))
+    matrix[:, [outputs.index(name) for name in shown]] = places.measuring(stage)
     return matrix
 
 
-def seen_currents(rig: Rig, block: Any, at: Equilibrium) -> Array:
+def seen_currents(stage: StageDescription, block: Any, at: Equilibrium) -> Array:
     """Derivatives of all i_d, i_q by positions (A/m) and by phase currents, shape (2 motors, axes + 3 motors).
 
     By the positions while the phase currents stay: the mover turns under them. By these, the matrix of (2.1).
     """
     flowing = deepcopy(block)
     for name, current in at.phases.items():
-        write(flowing, place(rig, name), current)
-    known = [*(f"{axis}.position" for axis in rig.axis_names), *rig.phase_names]
-    return derivatives(flowing, {"derive": ()}, [place(rig, name) for name in known],
-                       [place(rig, name) for name in rig.dq_names])
+        write(flowing, place(stage, name), current)
+    known = [*(f"{axis}.position" for axis in stage.axis_names), *stage.phase_names]
+    return derivatives(flowing, {"derive": ()}, [place(stage, name) for name in known],
+                       [place(stage, name) for name in stage.dq_names])
 
 
 def held_phases(model: LinearModel, rotation: Array, phases: bool, hold: float) -> LinearModel:

@@ -24,7 +24,7 @@ from maglev.cosim.fmi_versions import WARNING
 from maglev.cosim.fmu import Buffer, Fmu, read_description
 from maglev.descriptions.own_fmus import own_fmu, stale
 from maglev.files.errors import FmuError
-from pmlsm.stage_description import Rig
+from pmlsm.stage_description import StageDescription
 
 Call = tuple[Any, tuple[Any, ...]]   # a C function and its arguments
 
@@ -42,28 +42,29 @@ class Exchange(NamedTuple):
     where: int | str
 
 
-def exchanges(rig: Rig, parts: Sequence[str], used: Sequence[str], ends: Sequence[int]) -> Iterator[Exchange]:
+def exchanges(stage: StageDescription, parts: Sequence[str], used: Sequence[str],
+              ends: Sequence[int]) -> Iterator[Exchange]:
     """What a sample does with the parts that there are, in its order; `ends` are those of what the row has."""
-    given = [f"{current}_cmd" for current in rig.phase_names]
-    outputs = [*(f"{axis}.position" for axis in rig.axis_names), *rig.dq_names]
+    given = [f"{current}_cmd" for current in stage.phase_names]
+    outputs = [*(f"{axis}.position" for axis in stage.axis_names), *stage.dq_names]
 
     def measured(encoders: Sequence[str]) -> list[str]:
         return [name.replace("encoder", "measured") for name in encoders]
 
     if "commutation" in parts:
-        asked = [*(f"{current}_reference" for current in rig.dq_names), *measured(used)]
+        asked = [*(f"{current}_reference" for current in stage.dq_names), *measured(used)]
         yield Exchange("Set", "commutation", asked, 0)
         yield Exchange("step", "commutation", (), "start")
     yield Exchange("Set", "plant", given, "commutation" if "commutation" in parts else 0)
     yield Exchange("step", "plant", (), "start")
     if "measurement" not in parts:
-        yield Exchange("Get", "plant", [*used, *outputs, *rig.encoders], ends[0])
+        yield Exchange("Get", "plant", [*used, *outputs, *stage.encoders], ends[0])
         return
     yield Exchange("Get", "plant", outputs, ends[1])
-    yield Exchange("Set", "measurement", rig.encoders, "plant")
+    yield Exchange("Set", "measurement", stage.encoders, "plant")
     yield Exchange("step", "measurement", (), "end")
     yield Exchange("Get", "measurement", measured(used), ends[0])
-    yield Exchange("Get", "measurement", measured(rig.encoders), ends[3])
+    yield Exchange("Get", "measurement", measured(stage.encoders), ends[3])
 
 
 class Saved(NamedTuple):
@@ -75,7 +76,7 @@ class Saved(NamedTuple):
 
 
 class CompiledStage:
-    """Plant of a rig, and unless the commands are phase currents, its commutation, with or without a measurement.
+    """Plant of a stage, and unless the commands are phase currents, its commutation, with or without a measurement.
 
     Views of one row, SI: `commands` are the currents to be commanded, motor by motor; `encoders` those of the axes, or
     where the platform tilts, of the horizontal axes, then of the gaps at the motors, or what the measurement makes of
@@ -84,25 +85,25 @@ class CompiledStage:
     velocities and references. FmuError if an FMU is missing, is not of this installation, or cannot be loaded.
     """
 
-    def __init__(self, rig: Rig, folder: Path, parts: Sequence[str]):
-        axes, motors = len(rig.axes), len(rig.motors)
-        seen = rig.encoders
-        used = seen if rig.rotations else seen[1:]   # the commutation needs the gap where each motor has its own
+    def __init__(self, stage: StageDescription, folder: Path, parts: Sequence[str]):
+        axes, motors = len(stage.axes), len(stage.motors)
+        seen = stage.encoders
+        used = seen if stage.rotations else seen[1:]   # the commutation needs the gap where each motor has its own
         widths = [(2 if "commutation" in parts else 3) * motors, len(used), axes, 2 * motors, len(seen), axes, axes]
         self.row = np.zeros(sum(widths))
         self.ends = np.cumsum(widths)[:-1].tolist()   # of what the row has, but the last
         (self.commands, _, self.positions, self.currents, self.encoders, self.velocities,
          self.references) = np.split(self.row, self.ends)
         self.observation = self.row[self.ends[3]:]
-        self.step = c_double(rig.sample_time)
+        self.step = c_double(stage.sample_time)
         self.time, self.ahead = c_double(), c_double()   # a measurement is of the end of a step of the plant
         self.samples = 0
         with ExitStack() as stack:
-            self.parts = {part: stack.enter_context(loaded(f"{part.title()}{rig.suffix}", folder)) for part in parts}
+            self.parts = {part: stack.enter_context(loaded(f"{part.title()}{stage.suffix}", folder)) for part in parts}
             self.stack = stack.pop_all()
         self.plant, self.measurement = self.parts["plant"], self.parts.get("measurement")
         self.stop = Buffer("Boolean", [self.plant.variable("at_stop")], self.plant.fmi)
-        self.exchanges = [*exchanges(rig, parts, used, self.ends)]
+        self.exchanges = [*exchanges(stage, parts, used, self.ends)]
         self.between: list[Any] = []   # memory for what goes from one FMU to another
         first = [exchange[:2] for exchange in self.exchanges].index(("step", "plant")) + 1
         self.outputs = [made for exchange in self.exchanges[first:] for made in self.calls_of(exchange)]
@@ -159,7 +160,7 @@ class CompiledStage:
         return Saved(tuple(states), self.row.tobytes(), self.samples)
 
     def restore(self, saved: Saved) -> None:
-        """Go back to a state; it must be one of a stage of the same rig and options that has been started."""
+        """Go back to a state; it must be one of a stage of the same stage and options that has been started."""
         if len(saved.fmus) != len(self.parts) or len(saved.row) != self.row.nbytes:
             raise FmuError("a state of another environment, expected one of the same stage and options")
         for fmu, content in zip(self.parts.values(), saved.fmus, strict=True):

@@ -23,8 +23,8 @@ from maglev.many.episode_draws import Drawn, Parameters, References, Setting, Se
 from maglev.many.episode_picture import StagePicture
 from maglev.many.reward import DEFAULT, Function, Reward, Seen, Weights
 from maglev.scenario.fmus_for_runs import fmus_for_runs
-from maglev.user.adoption import rig_named
-from pmlsm.stage_description import RigAxis
+from maglev.user.adoption import stage_named
+from pmlsm.stage_description import StageAxis
 
 HIGHEST_SPEED = 10.0   # m/s, more than twice what the amplifiers' peak current reaches between the stops
 
@@ -53,9 +53,9 @@ class State(NamedTuple):
 
 
 class StageEnv(gymnasium.Env[Array, Array]):
-    """Stage of a rig, as the FMU of its plant, sampled as the rig's controllers are.
+    """Stage of a stage, as the FMU of its plant, sampled as the stage's controllers are.
 
-    An action is held for a sample: direct and quadrature current of each motor (A), which the rig's commutation turns
+    An action is held for a sample: direct and quadrature current of each motor (A), which the stage's commutation turns
     into phase currents with the measured displacements, or the phase currents. They are limited to the peak current.
     An observation has what the encoders measure (m), the positions of all axes or, where the platform tilts, those of
     the horizontal axes and the gaps at the motors; then the velocities of all axes that the controllers' observer makes
@@ -74,7 +74,8 @@ class StageEnv(gymnasium.Env[Array, Array]):
     duration : float or str
         Longest episode, s or with a unit.
     sample_time : float or str, optional
-        Of the environment, s or with a unit: the rig's or a multiple, in which the commutation goes on with the rig's.
+        Of the environment, s or with a unit: the stage's or a multiple, in which the commutation goes on with the
+        stage's.
     reward : mapping of str to float, or callable, optional
         Weights of named terms, or a function of signals, see `Reward`.
     parameters : mapping, or callable, optional
@@ -110,22 +111,22 @@ class StageEnv(gymnasium.Env[Array, Array]):
             raise ScenarioError(f"action = {action!r}, expected 'dq' or 'phases'")
         if render_mode not in (None, *self.metadata["render_modes"]):
             raise ScenarioError(f"render_mode = {render_mode!r}, expected None or 'rgb_array'")
-        self.rig = rig_named(stage)
-        self.samples = whole_samples(sample_time, self.rig.sample_time)
-        self.sample_time = self.samples * self.rig.sample_time
+        self.stage = stage_named(stage)
+        self.samples = whole_samples(sample_time, self.stage.sample_time)
+        self.sample_time = self.samples * self.stage.sample_time
         self.last = round(positive_time(duration, ScenarioError, f"duration = {duration!r}") / self.sample_time)
         if not 1 <= self.last <= MOST_STEPS:
             raise ScenarioError(f"duration = {duration!r}, expected 1 to {MOST_STEPS:.0e} samples of "
                                 f"{self.sample_time} s")
         asked = {"plant": True, "commutation": action == "dq", "measurement": measurement is not None}
         parts = [part for part, needed in asked.items() if needed]
-        folder = fmus_for_runs([f"{part.title()}{self.rig.suffix}" for part in parts], fmus,
+        folder = fmus_for_runs([f"{part.title()}{self.stage.suffix}" for part in parts], fmus,
                                None if fmus is None else "native")
-        self.compiled = CompiledStage(self.rig, folder, parts)
+        self.compiled = CompiledStage(self.stage, folder, parts)
         # An environment that nobody closed leaves no unpacked FMU behind.
         self.freed = weakref.finalize(self, self.compiled.close)
-        # What acts on the plant beside the motors can be given like its parameters; the sample time is the rig's.
-        currents = {f"{current}_cmd" for current in self.rig.phase_names}
+        # What acts on the plant beside the motors can be given like its parameters; the sample time is the stage's.
+        currents = {f"{current}_cmd" for current in self.stage.phase_names}
         of_plant = {name: variable for name, variable in self.compiled.plant.variables.items()
                     if variable.causality == "parameter" or (variable.causality == "input" and name not in currents)}
         of_measurement = {} if self.compiled.measurement is None else {
@@ -137,24 +138,25 @@ class StageEnv(gymnasium.Env[Array, Array]):
         self.metadata = {**self.metadata, "render_fps": round(1.0 / self.sample_time)}
         self.picture: StagePicture | None = None
 
-        stops = [self.travel(axis) for axis in self.rig.axes]
+        stops = [self.travel(axis) for axis in self.stage.axes]
         low, high = (np.array(ends) for ends in zip(*stops, strict=True))
         # Tilts and the gap at the centre follow from the gaps at the motors.
-        self.measuring = MotorPlaces.of(self.rig).measuring(self.rig) if self.rig.rotations else None
-        seen = [self.ends(name.rpartition(".")[0]) for name in self.rig.encoders]
+        self.measuring = MotorPlaces.of(self.stage).measuring(self.stage) if self.stage.rotations else None
+        seen = [self.ends(name.rpartition(".")[0]) for name in self.stage.encoders]
         seen_low, seen_high = (np.array(ends) for ends in zip(*seen, strict=True))
-        peaks = [self.parameters.own(f"{motor}.amplifier.peak") for motor in self.rig.motor_names]
+        peaks = [self.parameters.own(f"{motor}.amplifier.peak") for motor in self.stage.motor_names]
         self.peak = max(peaks)
         self.references = References(reference, low, high, self.last + 1, self.sample_time)
         bound = np.repeat(peaks, self.compiled.commands.size // len(peaks)).reshape(self.compiled.commands.shape)
         self.action_space = gymnasium.spaces.Box(-bound, bound, dtype=np.float64)
-        speeds = np.array([HIGHEST_SPEED / self.rig.arm if axis.rotation else HIGHEST_SPEED for axis in self.rig.axes])
+        speeds = np.array([HIGHEST_SPEED / self.stage.arm
+                           if axis.rotation else HIGHEST_SPEED for axis in self.stage.axes])
         rounding = self.parameters.extremes("encoder.resolution")[1]   # beyond a stop, at most
         self.lowest = np.concatenate([seen_low - rounding, -speeds, low])
         self.highest = np.concatenate([seen_high + rounding, speeds, high])
         self.observation_space = gymnasium.spaces.Box(self.lowest, self.highest, dtype=np.float64)
 
-        self.reward = Reward(reward, self.rig, [upper - lower for lower, upper in stops], self.peak)
+        self.reward = Reward(reward, self.stage, [upper - lower for lower, upper in stops], self.peak)
         self.observer_filter = ObserverFilter()
         self.observer_filter.prepare(self.sample_time)
         self.observers = [VelocityObserver() for _ in stops]
@@ -230,7 +232,7 @@ class StageEnv(gymnasium.Env[Array, Array]):
         Forces along the axes (N), torques about those that are tilts (N m), or text with a unit. ScenarioError for an
         axis that there is not, or a force that cannot be used.
         """
-        axes = {axis.name: axis.external for axis in self.rig.axes}
+        axes = {axis.name: axis.external for axis in self.stage.axes}
         for name in forces:
             if name not in axes:
                 raise UnknownName(f"{name}: the stage has no such axis; {nearest(name, axes)}")
@@ -259,7 +261,7 @@ class StageEnv(gymnasium.Env[Array, Array]):
         if self.render_mode is None:
             return None
         if self.picture is None:
-            self.picture = StagePicture(self.rig, [self.travel(axis) for axis in self.rig.axes])
+            self.picture = StagePicture(self.stage, [self.travel(axis) for axis in self.stage.axes])
         stage = self.compiled
         return self.picture.drawn(stage.positions, stage.references, self.sample * self.sample_time)
 
@@ -276,15 +278,15 @@ class StageEnv(gymnasium.Env[Array, Array]):
         """Stops of an axis or at a motor, m."""
         return self.parameters.extremes(f"{place}.stop.lower")[0], self.parameters.extremes(f"{place}.stop.upper")[1]
 
-    def travel(self, axis: RigAxis) -> tuple[float, float]:
+    def travel(self, axis: StageAxis) -> tuple[float, float]:
         """Where an axis can be, m or rad: between its stops, or what those at the motors leave."""
         if axis.stop is not None:
             return self.ends(axis.name)
-        lower, upper = zip(*(self.ends(motor) for motor in self.rig.motor_names), strict=True)
+        lower, upper = zip(*(self.ends(motor) for motor in self.stage.motor_names), strict=True)
         if not axis.rotation:
             return min(lower), max(upper)
-        k = self.rig.axis_names.index(axis.name)
-        tilt = (max(upper) - min(lower)) / (2.0 * float(np.abs(MotorPlaces.of(self.rig).gaps[:, k]).max()))
+        k = self.stage.axis_names.index(axis.name)
+        tilt = (max(upper) - min(lower)) / (2.0 * float(np.abs(MotorPlaces.of(self.stage).gaps[:, k]).max()))
         return -tilt, tilt
 
     def close(self) -> None:
@@ -310,7 +312,7 @@ def settings_of(options: Mapping[str, Any]) -> dict[str, dict[str, Setting]]:
 
 
 def whole_samples(sample_time: float | str | None, own: float) -> int:
-    """Samples of the rig (s) in one of the environment; ScenarioError if they are not whole."""
+    """Samples of the stage (s) in one of the environment; ScenarioError if they are not whole."""
     if sample_time is None:
         return 1
     ratio = positive_time(sample_time, ScenarioError, f"sample_time = {sample_time!r}") / own

@@ -8,7 +8,7 @@ import numpy.typing as npt
 
 from maglev.files.arrays import Array
 from maglev.files.pictures import FAINT, new_figure
-from pmlsm.stage_description import Rig
+from pmlsm.stage_description import StageDescription
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -23,11 +23,11 @@ WANTED: dict[str, Any] = {"color": "tab:orange", "linewidth": 1.2, "linestyle": 
 class StagePicture:
     """Draws a stage; `travel` has the ends of each axis (m, rad). MaglevError without matplotlib."""
 
-    def __init__(self, rig: Rig, travel: Sequence[tuple[float, float]]):
-        self.rig = rig
-        names = rig.axis_names
-        self.gap, self.ways = names.index(rig.vertical.name), [names.index(axis.name) for axis in rig.horizontal]
-        self.tilts = [names.index(axis.name) for axis in rig.rotations[1:]]   # the pitch, which is about z
+    def __init__(self, stage: StageDescription, travel: Sequence[tuple[float, float]]):
+        self.stage = stage
+        names = stage.axis_names
+        self.gap, self.ways = names.index(stage.vertical.name), [names.index(axis.name) for axis in stage.horizontal]
+        self.tilts = [names.index(axis.name) for axis in stage.rotations[1:]]   # the pitch, which is about z
         self.figure = new_figure(SIZE[0] / DPI, SIZE[1] / DPI)
         self.figure.set_dpi(DPI)
         views = self.figure.subplots(1, 1 if len(self.ways) < 2 else 2, squeeze=False)[0]
@@ -44,12 +44,12 @@ class StagePicture:
         self.figure.suptitle(" ")
 
     def view(self, axes: "Axes", ends: Sequence[tuple[float, float]], shown: Sequence[int]) -> "Axes":
-        """A view on two axes of the rig, in mm, with their ends."""
+        """A view on two axes of the stage, in mm, with their ends."""
         for (low, high), line in zip(ends, (axes.axvline, axes.axhline), strict=True):
             line(1e3 * low, **FAINT)
             line(1e3 * high, **FAINT)
-        axes.set_xlabel(f"{self.rig.axis_names[shown[0]]}, mm")
-        axes.set_ylabel(f"{self.rig.axis_names[shown[1]]}, mm")
+        axes.set_xlabel(f"{self.stage.axis_names[shown[0]]}, mm")
+        axes.set_ylabel(f"{self.stage.axis_names[shown[1]]}, mm")
         return axes
 
     def drawn(self, positions: Array, references: Array, time: float) -> npt.NDArray[np.uint8]:

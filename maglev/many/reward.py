@@ -10,7 +10,7 @@ import numpy.typing as npt
 
 from maglev.files.arrays import Array
 from maglev.files.errors import ScenarioError, in_one_line, nearest
-from pmlsm.stage_description import Rig
+from pmlsm.stage_description import StageDescription
 
 Signals = Mapping[str, npt.NDArray[Any]]   # by name, shape (environments,)
 Weights = Mapping[str, float]
@@ -41,10 +41,10 @@ class Reward:
     ScenarioError if a term is unknown, a weight is no number, or the function gives none for an environment.
     """
 
-    def __init__(self, given: Weights | Function, rig: Rig, travels: Sequence[float], peak: float):
+    def __init__(self, given: Weights | Function, stage: StageDescription, travels: Sequence[float], peak: float):
         self.function = given if callable(given) else None
-        self.names = [f"{axis}.{what}" for what in ("position", "reference", "velocity") for axis in rig.axis_names]
-        self.names += rig.dq_names
+        self.names = [f"{axis}.{what}" for what in ("position", "reference", "velocity") for axis in stage.axis_names]
+        self.names += stage.dq_names
         self.alive = 0.0
         self.terms: list[tuple[str, Callable[[Seen], Any]]] = []   # by their names in `info`
         if self.function is not None:
@@ -53,7 +53,7 @@ class Reward:
             return
         if not isinstance(given, Mapping):
             raise ScenarioError(f"reward = {given!r}, expected weights by term, such as {dict(DEFAULT)}, or a function")
-        known = ["alive", "error", *(f"{axis}.error" for axis in rig.axis_names), "current", "speed", "stop"]
+        known = ["alive", "error", *(f"{axis}.error" for axis in stage.axis_names), "current", "speed", "stop"]
         for name, weight in given.items():
             if name not in known:
                 raise ScenarioError(f"reward: there is no term {name!r}; {nearest(str(name), known)}")
@@ -62,7 +62,7 @@ class Reward:
             if name == "alive":
                 self.alive = float(weight)
             else:
-                self.terms.append((f"reward_{name}", term(name, float(weight), rig, travels, peak)))
+                self.terms.append((f"reward_{name}", term(name, float(weight), stage, travels, peak)))
 
     def of(self, seen: Seen) -> tuple[Any, dict[str, Any]]:
         """Reward of a sample, and the terms in it with their weights, as `info` has them."""
@@ -105,14 +105,15 @@ class Named(dict[str, npt.NDArray[Any]]):
         raise ScenarioError(f"reward: there is no signal {name!r}; {nearest(str(name), self)}")
 
 
-def term(name: str, weight: float, rig: Rig, travels: Sequence[float], peak: float) -> Callable[[Seen], Any]:
+def term(name: str, weight: float, stage: StageDescription, travels: Sequence[float], peak: float) -> Callable[[Seen],
+                                                                                                               Any]:
     """A term with its weight; sums go in the order of axes and currents, for one environment as for many."""
     axes = slice(None)
     if name.endswith(".error"):
-        k = rig.axis_names.index(name.removesuffix(".error"))
+        k = stage.axis_names.index(name.removesuffix(".error"))
         axes = slice(k, k + 1)
     scales = [weight / len(travels[axes]) / travel**2 for travel in travels[axes]]
-    of_current = weight / len(rig.dq_names) / peak**2
+    of_current = weight / len(stage.dq_names) / peak**2
 
     def error(seen: Seen) -> Any:
         total = 0.0

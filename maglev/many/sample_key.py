@@ -24,7 +24,7 @@ LEFT_OUT: dict[type, frozenset[str]] = {
     Experiment: frozenset({"files", "loop", "left_out", "notes", "changes", "put_in", "departures", "not_compared",
                            "stale", "parameter_sets"}),
     RunPlan: frozenset({"title", "description", "figures", "check_only", "another_reading", "claims", "check",
-                        "procedure", "rig_file", "_path", "_own", "_sha256"}),
+                        "procedure", "stage_file", "_path", "_own", "_sha256"}),
     FmuTable: frozenset({"file"}),
     Csv: frozenset({"file", "_told", "_said"})}   # what was read of it is there
 
@@ -32,7 +32,8 @@ LEFT_OUT: dict[type, frozenset[str]] = {
 def study_key(job: Job, values: Array, *further: object) -> str:
     """SHA-256 of all that the results of a study depend on: job, values of the targets, and what else is stored."""
     experiment = job.experiment
-    said = [canonical(job), digest_of_all(worker_files(experiment)), canonical(experiment.plan.rig), canonical(values),
+    said = [canonical(job), digest_of_all(worker_files(experiment)), canonical(experiment.plan.stage),
+            canonical(values),
             canonical(further)]
     return hashlib.sha256(json.dumps(said).encode("utf-8")).hexdigest()
 

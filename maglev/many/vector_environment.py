@@ -89,7 +89,7 @@ class StageVectorEnv(VectorEnv[Array, Array, npt.NDArray[Any]]):
     Parameters
     ----------
     num_envs : int
-    rig, **options
+    stage, **options
         As of `StageEnv`.
     threads : int, optional
         As many as processors if not given.
@@ -122,7 +122,7 @@ class StageVectorEnv(VectorEnv[Array, Array, npt.NDArray[Any]]):
         self.c.maglev_advance.argtypes = [c_void_p, c_int64, c_int64]
         self.c.maglev_change.argtypes = [c_void_p]
         self.instances = (c_void_p * len(compiled.parts))(*(fmu.handle() for fmu in compiled.parts.values()))
-        axes = len(self.one.rig.axes)
+        axes = len(self.one.stage.axes)
         self.size = int(self.c.maglev_stage_size()) // 8
         points = {"table": 0, "setpoints": self.one.references.most}.get(self.one.references.kind, 1)   # of each
         self.blocks = np.zeros((num_envs, self.size), np.int64)   # aligned as doubles are
@@ -144,7 +144,7 @@ class StageVectorEnv(VectorEnv[Array, Array, npt.NDArray[Any]]):
         self.generators: list[np.random.Generator | None] = [None] * num_envs
         self.batch = Batch(
             self.blocks.ctypes.data, self.rows.ctypes.data, compiled.row.size, self.made.ctypes.data,
-            self.one.rig.sample_time, self.one.samples, self.refused.ctypes.data, self.at_stop.ctypes.data)
+            self.one.stage.sample_time, self.one.samples, self.refused.ctypes.data, self.at_stop.ctypes.data)
         count = max(1, min(processors(threads, "threads"), num_envs // FEWEST))
         self.shares = [(num_envs * i // count, num_envs * (i + 1) // count) for i in range(count)]
         self.pool = ThreadPoolExecutor(count) if count > 1 else None

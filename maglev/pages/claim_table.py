@@ -5,7 +5,7 @@ from collections.abc import Iterable, Sequence
 from html import escape
 
 from maglev.pages.charts import ShownChart
-from maglev.pages.figures import Shown, anchor, rig_name
+from maglev.pages.figures import Shown, anchor, stage_name
 from maglev.pages.findings import typeset
 from maglev.pages.marks import FIGURE_LIST, FIGURE_NUMBER, cited_figures
 from maglev.pages.run_text import counted, sentence
@@ -141,7 +141,7 @@ def run_group(result: RunResult, claims: Sequence[ClaimResult], shown: Sequence[
     status += "".join(f"<p>{typeset(said)}</p>" for said in [sentence(result, claims)] if said)
     figures = [figure for figure in shown if isinstance(figure, Shown) and figure.has(name)]
     return claim_group(anchor("run", name), name, result.plan.title, status, figure_links(figures),
-                       claim_rows(name, claims, [*figures, *shown]), rig_name(name, result.plan))
+                       claim_rows(name, claims, [*figures, *shown]), stage_name(name, result.plan))
 
 
 def procedure_group(outcome: Outcome, claims: Sequence[ClaimResult], shown: Sequence[Shown | ShownChart]) -> str:
@@ -151,14 +151,14 @@ def procedure_group(outcome: Outcome, claims: Sequence[ClaimResult], shown: Sequ
     if outcome.tables or outcome.notes:
         links.append(f'<a href="#{anchor("found", name)}">{"Tables" if outcome.tables else "Notes"}</a>')
     return claim_group(anchor("procedure", name), name, outcome.settings.title, "", links,
-                       claim_rows(name, claims, [*charts, *shown]), rig_name(name))
+                       claim_rows(name, claims, [*charts, *shown]), stage_name(name))
 
 
 def claim_group(identifier: str, name: str, title: str, status: str, links: Sequence[str],
-                rows: Sequence[str], rig: str) -> str:
+                rows: Sequence[str], stage: str) -> str:
     """Body of the table under a heading, with which stage it is about; status, links and rows are HTML."""
     where = f"<p>{', '.join(links)}</p>" if links else ""
-    return (f'<tbody id="{identifier}" data-rig="{rig}"><tr class="run"><th colspan="5" scope="rowgroup">'
+    return (f'<tbody id="{identifier}" data-stage="{stage}"><tr class="run"><th colspan="5" scope="rowgroup">'
             f"<strong>{escape(name)}</strong> {escape(title)}{status}{where}</th></tr>\n"
             + "\n".join(rows or ['<tr class="empty"><td colspan="5">no claims</td></tr>']) + "</tbody>")
 

@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 from pydantic import Field, field_validator
 
-from maglev.descriptions.packaged import RIGS
+from maglev.descriptions.packaged import PACKAGED_STAGES
 from maglev.descriptions.registry import STAGES
 from maglev.pages.live_content import LAW_COLOURS, LAWS
 from maglev.pages.panels import PANELS, panel_kinds
@@ -153,7 +153,7 @@ def controller_of(run: RunResult) -> str:
 
 def law_of(run: RunResult) -> str:
     """Law of the controller of this project that controlled a run, such as "linear"; empty of another controller."""
-    return LAWS.get(controller_of(run).removesuffix(run.plan.rig.suffix if run.plan.rig else ""), "")
+    return LAWS.get(controller_of(run).removesuffix(run.plan.stage.suffix if run.plan.stage else ""), "")
 
 
 def run_colours(runs: Mapping[str, RunResult]) -> dict[str, int]:
@@ -168,10 +168,11 @@ def run_colours(runs: Mapping[str, RunResult]) -> dict[str, int]:
     return numbers | {label: free[k % len(free)] for k, label in enumerate(others)}
 
 
-def rig_name(name: str, plan: RunPlan | None = None) -> str:
-    """Name of the rig that a run, or a procedure by its name, is about; empty if none."""
-    rig = plan.rig if plan else next((rig for rig in RIGS.values() if rig.name in name.lower()), None)
-    return rig.name if rig else ""
+def stage_name(name: str, plan: RunPlan | None = None) -> str:
+    """Name of the stage that a run, or a procedure by its name, is about; empty if none."""
+    stage = plan.stage if plan else next((stage for stage in PACKAGED_STAGES.values() if stage.name in name.lower()),
+                                         None)
+    return stage.name if stage else ""
 
 
 def moving_runs(results: Iterable[RunResult]) -> list[RunResult]:

@@ -6,7 +6,7 @@ from html import escape
 
 from maglev.files.text_columns import unbroken
 from maglev.fmi.documentation import breakable
-from maglev.pages.figures import anchor, rig_name
+from maglev.pages.figures import anchor, stage_name
 from maglev.runs.procedure_outcome import Outcome, ValueTable
 
 MINUS = re.compile(r"(?<![\w.)\]-])-(?=\.?\d)")   # before a number, not in a name
@@ -23,7 +23,7 @@ def findings_section(outcomes: Iterable[Outcome]) -> str:
     for outcome in outcomes:
         if outcome.tables or outcome.notes:
             name, notes = outcome.settings.name, "".join(f"<li>{typeset(note)}</li>" for note in outcome.notes)
-            articles.append(f'<article id="{anchor("found", name)}" data-rig="{rig_name(name)}">'
+            articles.append(f'<article id="{anchor("found", name)}" data-stage="{stage_name(name)}">'
                             f"<h3>{escape(outcome.settings.title)}</h3>"
                             f'<p class="origin"><a href="#{anchor("procedure", name)}">{escape(name)}</a></p>\n'
                             + "".join(map(value_table, outcome.tables))

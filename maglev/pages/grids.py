@@ -31,29 +31,29 @@ class Grid:
 
 
 @dataclass(frozen=True)
-class RigGrids:
-    """Grids of a rig by what was asked, and what they rest on."""
+class StageGrids:
+    """Grids of a stage by what was asked, and what they rest on."""
 
     grids: Mapping[str, Grid]
     origin: Origin
 
 
-def read_grids(path: Path) -> dict[str, RigGrids]:
-    """Grids by rig, as `write_grids` wrote them."""
-    return {rig: RigGrids({name: Grid({what: np.array(values) for what, values in grid["varied"].items()},
+def read_grids(path: Path) -> dict[str, StageGrids]:
+    """Grids by stage, as `write_grids` wrote them."""
+    return {stage: StageGrids({name: Grid({what: np.array(values) for what, values in grid["varied"].items()},
                                       {law: cells_of(texts) for law, texts in grid["laws"].items()})
                            for name, grid in data["grids"].items()},
                           Origin(data["version"], data["commit"], data["guids"]))
-            for rig, data in json.loads(path.read_text(encoding="utf-8"))["rigs"].items()}
+            for stage, data in json.loads(path.read_text(encoding="utf-8"))["stages"].items()}
 
 
-def write_grids(path: Path, outcomes: Sequence[str], rigs: Mapping[str, RigGrids]) -> None:
+def write_grids(path: Path, outcomes: Sequence[str], stages: Mapping[str, StageGrids]) -> None:
     """Write grids as JSON: of each law texts of digits, indices of the outcomes, along what varies last."""
-    data = {rig: {**vars(of.origin), "grids": {name: {
+    data = {stage: {**vars(of.origin), "grids": {name: {
         "varied": {what: values.tolist() for what, values in grid.varied.items()},
         "laws": {law: texts_of(cells) for law, cells in grid.laws.items()}} for name, grid in of.grids.items()}}
-        for rig, of in rigs.items()}
-    write_whole(path, json.dumps({"outcomes": outcomes, "rigs": data}, indent=1) + "\n")
+        for stage, of in stages.items()}
+    write_whole(path, json.dumps({"outcomes": outcomes, "stages": data}, indent=1) + "\n")
 
 
 def texts_of(cells: Outcomes) -> Any:

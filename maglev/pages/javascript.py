@@ -12,7 +12,7 @@ from pathlib import Path
 from maglev.descriptions.writer import written_class
 from maglev.files.errors import ControllerError
 from maglev.language.sources import parsed
-from pmlsm.stage_description import Rig
+from pmlsm.stage_description import StageDescription
 
 WIDTH = 118       # of a line
 INDENT = "  "
@@ -26,9 +26,9 @@ COMPARISON, UNARY, ATOM = 4, 7, 9
 NAMED = {"isfinite": "Number.isFinite", "int": "Math.trunc", "float": "Number"}
 
 
-def law_text(rig: Rig) -> str:
-    """The controller of `maglev new controller` for a rig, in JavaScript."""
-    text = python_law(rig)
+def law_text(stage: StageDescription) -> str:
+    """The controller of `maglev new controller` for a stage, in JavaScript."""
+    text = python_law(stage)
     head = (f"// {(ast.get_docstring(parsed(text)) or '').splitlines()[0]}\n//\n"
             "// All of it is yours to change. What has to stay: the tables of ports, and a step that gives the phase\n"
             "// currents. What it does not define itself are parts of the project's controllers, in JavaScript.\n")
@@ -54,9 +54,9 @@ def parts_text(texts: Iterable[str]) -> str:
     return "\n".join(modules.values())
 
 
-def python_law(rig: Rig) -> str:
-    """What a user of a rig begins with."""
-    return written_class("controller", rig, "Law", "law.py")
+def python_law(stage: StageDescription) -> str:
+    """What a user of a stage begins with."""
+    return written_class("controller", stage, "Law", "law.py")
 
 
 def module_in_javascript(source: str) -> str:

@@ -10,7 +10,7 @@ from fmpy.model_description import ScalarVariable
 
 from maglev.cosim.fmu import read_description
 from maglev.descriptions.own_fmus import stale
-from maglev.descriptions.packaged import RIGS
+from maglev.descriptions.packaged import PACKAGED_STAGES
 from maglev.files.errors import FmuError
 from maglev.linear.parameters import linear_names
 from maglev.pages.javascript import law_text, parts_text, python_law
@@ -21,7 +21,7 @@ from maglev.scenario.run_plan import RunPlan
 from maglev.user.adoption import know_stage
 from pmlsm.gap_functions import gap_functions
 from pmlsm.motor_geometry import MotorGeometry
-from pmlsm.stage_description import Rig
+from pmlsm.stage_description import StageDescription
 from pmlsm.velocity_rows import GRAVITY
 
 LAWS = {"Regulator": "nonlinear", "LinearRegulator": "linear", "ScheduledRegulator": "scheduled",
@@ -35,9 +35,9 @@ ARM = 3.5   # pole pitches from the middle of a platform to its motors, where no
 GAPS = 65   # of the table of shape functions
 
 
-def modules_of(rig: Rig) -> list[str]:
+def modules_of(stage: StageDescription) -> list[str]:
     """A plant, its controllers, and what lies between its encoders and a controller."""
-    return [*linear_names(rig), f"Measurement{rig.suffix}"]
+    return [*linear_names(stage), f"Measurement{stage.suffix}"]
 
 
 def can_run_live(plan: RunPlan) -> bool:
@@ -60,13 +60,14 @@ def not_live() -> dict[str, list[str]]:
 
 def why_not_live(plan: RunPlan) -> str:
     """Why no page can make a run; empty if one can."""
-    models, rig = {name: fmu.model for name, fmu in plan.fmus.items()}, plan.rig
-    plant, *controllers = linear_names(rig) if rig is not None else [""]
+    models, stage = {name: fmu.model for name, fmu in plan.fmus.items()}, plan.stage
+    plant, *controllers = linear_names(stage) if stage is not None else [""]
     between = models.pop("measurement", None)
     if (list(models) != ["controller", "plant"] or models["plant"] != plant or models["controller"] not in controllers
-            or rig is None or between not in (None, f"Measurement{rig.suffix}")):
-        others = next((f" (a law without references of {' and '.join(tilt.name for tilt in rig.rotations)})"
-                       for other in RIGS.values() if rig is not None and rig.rotations and not other.rotations
+            or stage is None or between not in (None, f"Measurement{stage.suffix}")):
+        others = next((f" (a law without references of {' and '.join(tilt.name for tilt in stage.rotations)})"
+                       for other in PACKAGED_STAGES.values()
+                       if stage is not None and stage.rotations and not other.rotations
                        and models.get("controller") in linear_names(other)), "")
         run = ", ".join(dict.fromkeys(map(str, (fmu.model for fmu in plan.fmus.values()))))
         return f"it runs {run}{others}, expected a controller and then the plant of one stage"
@@ -78,14 +79,14 @@ def why_not_live(plan: RunPlan) -> str:
                                      "references, to the plant or to measurements")
 
 
-def require_live(plan: RunPlan) -> Rig:
-    """Rig of a run that a page can run, whose stage this process knows from then on; FmuError of another run."""
+def require_live(plan: RunPlan) -> StageDescription:
+    """Stage of a run that a page can run, whose stage this process knows from then on; FmuError of another run."""
     why = why_not_live(plan)
-    if plan.rig is None or why:
+    if plan.stage is None or why:
         raise FmuError(f"{plan.name} cannot run in the live page: {why}")
-    if plan.rig_file is not None:
-        know_stage(plan.rig_file)
-    return plan.rig
+    if plan.stage_file is not None:
+        know_stage(plan.stage_file)
+    return plan.stage
 
 
 def live_runs() -> list[RunPlan]:
@@ -101,18 +102,18 @@ def live_address(run: str, settings: Mapping[str, float | bool] | None = None) -
 
 def page_data(fmus: Path, plans: Iterable[RunPlan]) -> dict[str, Any]:
     """Everything but the modules, for JSON; FmuError if a run cannot run in a page, or a module is unfit."""
-    data: dict[str, Any] = {"fmus": {}, "runs": {}, "gravity": GRAVITY, "colours": LAW_COLOURS, "rigs": {}}
-    rigs: list[Rig] = []
+    data: dict[str, Any] = {"fmus": {}, "runs": {}, "gravity": GRAVITY, "colours": LAW_COLOURS, "stages": {}}
+    stages: list[StageDescription] = []
     for plan in plans:
-        rig = require_live(plan)
-        if rig.name not in data["rigs"]:
-            own = f"--stage {shlex.quote(str(plan.rig_file))} " if plan.rig_file is not None else ""
+        stage = require_live(plan)
+        if stage.name not in data["stages"]:
+            own = f"--stage {shlex.quote(str(plan.stage_file))} " if plan.stage_file is not None else ""
             again = f"maglev build {own}--kind native --target wasm"
-            data["rigs"][rig.name] = {**live_rig(rig), "law": law_text(rig)}
-            rigs.append(rig)
-            data["fmus"] |= {name: module_data(fmus, name, again) for name in modules_of(rig)}
-        data["runs"][plan.name] = live_run(plan, rig)
-    return {**data, "parts": parts_text(map(python_law, rigs))}
+            data["stages"][stage.name] = {**live_stage(stage), "law": law_text(stage)}
+            stages.append(stage)
+            data["fmus"] |= {name: module_data(fmus, name, again) for name in modules_of(stage)}
+        data["runs"][plan.name] = live_run(plan, stage)
+    return {**data, "parts": parts_text(map(python_law, stages))}
 
 
 def module_data(fmus: Path, name: str, again: str) -> dict[str, Any]:
@@ -142,16 +143,16 @@ def variable_data(variable: ScalarVariable) -> dict[str, Any]:
     return data
 
 
-def live_run(plan: RunPlan, rig: Rig) -> dict[str, Any]:
+def live_run(plan: RunPlan, stage: StageDescription) -> dict[str, Any]:
     """A run's plan as the page runs it, SI."""
-    plant, *controllers = linear_names(rig)
+    plant, *controllers = linear_names(stage)
     command = shlex.quote(str(plan.path)) if plan.own else plan.name if is_packaged(plan.path) else ""
-    return {"title": plan.title, "plant": plant, "measurement": f"Measurement{rig.suffix}",
-            "step": plan.step, "stop": plan.stop_time, "axes": rig.axis_names, "vertical": rig.vertical.name,
-            "motors": rig.motor_names, "rotations": [axis.name for axis in rig.rotations],
-            "external": [axis.external for axis in rig.axes],
-            "drives": {motor.name: motor.drives for motor in rig.motors}, "rig": rig.name,
-            "laws": {name: LAWS[name.removesuffix(rig.suffix)] for name in controllers},
+    return {"title": plan.title, "plant": plant, "measurement": f"Measurement{stage.suffix}",
+            "step": plan.step, "stop": plan.stop_time, "axes": stage.axis_names, "vertical": stage.vertical.name,
+            "motors": stage.motor_names, "rotations": [axis.name for axis in stage.rotations],
+            "external": [axis.external for axis in stage.axes],
+            "drives": {motor.name: motor.drives for motor in stage.motors}, "stage": stage.name,
+            "laws": {name: LAWS[name.removesuffix(stage.suffix)] for name in controllers},
             "command": command,
             "fmus": {name: {"model": fmu.model, "start": {key: start.value for key, start in fmu.start.items()}}
                      for name, fmu in plan.fmus.items()},
@@ -159,61 +160,61 @@ def live_run(plan: RunPlan, rig: Rig) -> dict[str, Any]:
             "signals": [signal.model_dump() for signal in plan.signals]}
 
 
-def live_rig(rig: Rig) -> dict[str, Any]:
+def live_stage(stage: StageDescription) -> dict[str, Any]:
     """Its data sheet, how much room it takes, and what the forces in the picture are computed with."""
-    motor, place = rig.motor(), PANELS["position"]
+    motor, place = stage.motor(), PANELS["position"]
     sheet = {name: getattr(motor, name) for name in ("slot_pitch", "slot_width", "pole_pitch", "magnet_height")}
-    gap = rig.vertical.stop or rig.motor_stop
+    gap = stage.vertical.stop or stage.motor_stop
     assert gap is not None   # on the axis or at the motors
-    along = max(max(-axis.stop.lower, axis.stop.upper) for axis in rig.horizontal if axis.stop is not None)
-    return {"title": rig.title, "home": rig.experiment, "sheet": sheet, "gap": gap_table(motor),
-            "unlike": {motor.name: gap_table(rig.motor(motor), motor.ratios) for motor in rig.unlike},
-            "room": {"along": along, "ends": [gap.lower, gap.upper]}, "sharing": rig.sharing, "places": places(rig),
-            "mass": {axis.name: axis.mass for axis in rig.axes}, "tilts": visible_tilts(rig),
-            "vertical": rig.constants_of(rig.vertical.name),
-            "thrust": {axis.name: rig.constants_of(axis.name)[0] for axis in rig.horizontal},
-            "shown": {axis.name: {"name": place.words(axis.name, axis is rig.vertical),
-                                  **place.reading(axis.unit("m"))} for axis in rig.axes},
-            "strips": list(strips(rig))}
+    along = max(max(-axis.stop.lower, axis.stop.upper) for axis in stage.horizontal if axis.stop is not None)
+    return {"title": stage.title, "home": stage.experiment, "sheet": sheet, "gap": gap_table(motor),
+            "unlike": {motor.name: gap_table(stage.motor(motor), motor.ratios) for motor in stage.unlike},
+            "room": {"along": along, "ends": [gap.lower, gap.upper]}, "sharing": stage.sharing, "places": places(stage),
+            "mass": {axis.name: axis.mass for axis in stage.axes}, "tilts": visible_tilts(stage),
+            "vertical": stage.constants_of(stage.vertical.name),
+            "thrust": {axis.name: stage.constants_of(axis.name)[0] for axis in stage.horizontal},
+            "shown": {axis.name: {"name": place.words(axis.name, axis is stage.vertical),
+                                  **place.reading(axis.unit("m"))} for axis in stage.axes},
+            "strips": list(strips(stage))}
 
 
-def strips(rig: Rig) -> Iterator[dict[str, Any]]:
+def strips(stage: StageDescription) -> Iterator[dict[str, Any]]:
     """Panels that roll beside the stage: axes of a kind share one, and all motors."""
-    together = (("position", rig.vertical.name, [rig.vertical]), ("position", "displacement", rig.horizontal),
-                ("position", "tilt", rig.rotations), ("error", "axes", rig.axes))
+    together = (("position", stage.vertical.name, [stage.vertical]), ("position", "displacement", stage.horizontal),
+                ("position", "tilt", stage.rotations), ("error", "axes", stage.axes))
     for kind, shown, axes in together:
         if axes:
-            panel = PANELS[kind].data(shown, axes[0].unit("m"), axes[0] is rig.vertical and len(axes) == 1)
+            panel = PANELS[kind].data(shown, axes[0].unit("m"), axes[0] is stage.vertical and len(axes) == 1)
             yield {"kind": kind, "axes": [axis.name for axis in axes], **panel}
     yield {"kind": "currents", "axes": [], **PANELS["currents"].data("motor")}
 
 
-def visible_tilts(rig: Rig) -> dict[str, Any]:
+def visible_tilts(stage: StageDescription) -> dict[str, Any]:
     """By horizontal axis the tilt that is seen from its side, and what the plant calls the motors' places along it.
 
     With a tilt the gap grows along the axis (sign 1) or shrinks (−1), see `plant_fmu.motor_mount`.
     """
-    seen = zip(rig.horizontal, reversed(rig.rotations), (1, -1), ("x", "z"), strict=False)
+    seen = zip(stage.horizontal, reversed(stage.rotations), (1, -1), ("x", "z"), strict=False)
     return {along.name: {"axis": tilt.name, "sign": sign, "place": place} for along, tilt, sign, place in seen
-            if len(rig.horizontal) == 2}   # with one, the tilt is about what is seen from the side
+            if len(stage.horizontal) == 2}   # with one, the tilt is about what is seen from the side
 
 
-def places(rig: Rig) -> dict[str, list[tuple[float, float]]]:
+def places(stage: StageDescription) -> dict[str, list[tuple[float, float]]]:
     """By motor where the ones with its current are above the platform, along the horizontal axes from its middle, m.
 
     A stage whose guides hold the tilts has no places: there the motors that drive an axis lie evenly on both sides, as
     far out as lets those of the two axes pass each other, and a single one in the middle; drawn freely.
     """
-    if rig.rotations:
-        return {motor.name: [(motor.x, motor.z)] for motor in rig.motors}
-    arm, corners = ARM * rig.motor().pole_pitch, dict[str, list[tuple[float, float]]]()
-    for axis in rig.horizontal:
-        motors = rig.motors_of(axis.name)
-        count = int(rig.sharing) * len(motors)
-        alone = count == 1 and len(rig.horizontal) == 1
+    if stage.rotations:
+        return {motor.name: [(motor.x, motor.z)] for motor in stage.motors}
+    arm, corners = ARM * stage.motor().pole_pitch, dict[str, list[tuple[float, float]]]()
+    for axis in stage.horizontal:
+        motors = stage.motors_of(axis.name)
+        count = int(stage.sharing) * len(motors)
+        alone = count == 1 and len(stage.horizontal) == 1
         spread = [0.0] if alone else [arm * (1.0 - 2.0 * k / max(1, count - 1)) for k in range(count)]
         for k, motor in enumerate(motors):
-            corners[motor.name] = [(0.0, at) if axis is rig.horizontal[0] else (at, 0.0)
+            corners[motor.name] = [(0.0, at) if axis is stage.horizontal[0] else (at, 0.0)
                                    for at in spread[k::len(motors)]]
     return corners
 

@@ -64,7 +64,7 @@ def write_live(out: str | Path = "results", *, files: str | Path | Iterable[str 
     if fmus is None:
         for plan in plans:
             require_live(plan)
-        names = dict.fromkeys(name for plan in plans if plan.rig is not None for name in modules_of(plan.rig))
+        names = dict.fromkeys(name for plan in plans if plan.stage is not None for name in modules_of(plan.stage))
         folder = built(names, WASM, say, watch)
     else:
         folder = Path(fmus) / "wasm"
@@ -77,8 +77,8 @@ def plans_of(file: Path) -> list[RunPlan]:
     keys = read_toml(file) if file.suffix == ".toml" else {}
     if not keys or {"extends", "fmus"} & keys.keys() or isinstance(keys.get("stage"), str):
         return load_plans(file)   # in a description [stage] has constants
-    rig = read_own(file)
-    table = {**loop_table(rig), "stage": str(file), "name": rig.name, "title": f"{rig.title}, at rest"}
+    stage = read_own(file)
+    table = {**loop_table(stage), "stage": str(file), "name": stage.name, "title": f"{stage.title}, at rest"}
     return [RunPlan.model_validate({**table, "stop_time": 1e4 * table["output_interval"]})]
 
 

@@ -1,12 +1,12 @@
 """How far each law can go: outcomes over initial gap, target gap, what else steps and constants, as maps.
 
-Studies find them; those of the rigs come with the package, as data that `studies/operating_range` writes.
+Studies find them; those of the stages come with the package, as data that `studies/operating_range` writes.
 """
 
 import numpy as np
 
 from maglev.files.arrays import Bools
-from maglev.pages.grids import Grid, RigGrids
+from maglev.pages.grids import Grid, StageGrids
 from maglev.pages.law_map import Factor, LawMap, Outcomes, seen
 from maglev.scenario.layers import PACKAGED
 
@@ -39,8 +39,8 @@ def steps(grid: Grid) -> tuple[str, list[str]]:
     return what, [f"{1e3 * step:g} {STEPS[what]}" for step in grid.varied[what]]
 
 
-def about(of_rig: RigGrids) -> str:
-    grid, = of_rig.grids.values()
+def about(of_stage: StageGrids) -> str:
+    grid, = of_stage.grids.values()
     *others, last = (f"{value:g}" for value in grid.varied["constants"])
     factors = f"{', '.join(others)} and {last}" if others else last
     return f"""\
@@ -51,9 +51,9 @@ Each was run with all force constants of the plant times {factors}, of which the
 The maps show the constants as they are; dotted is what settles with these only."""
 
 
-def maps_of(of_rig: RigGrids) -> list[list[LawMap]]:
+def maps_of(of_stage: StageGrids) -> list[list[LawMap]]:
     """Of each law, a layer for each step beside the gap; marked, an outcome more, is what settles only nominally."""
-    grid, = of_rig.grids.values()
+    grid, = of_stage.grids.values()
     what, sizes = steps(grid)
     factors = [Factor(name, "mm", np.array([f"{1e3 * gap:g}" for gap in grid.varied[name]]))
                for name in ("initial gap", "target gap")]
@@ -64,9 +64,9 @@ def maps_of(of_rig: RigGrids) -> list[list[LawMap]]:
              for law in grid.laws]]
 
 
-def table(of_rig: RigGrids) -> list[tuple[str, ...]]:
+def table(of_stage: StageGrids) -> list[tuple[str, ...]]:
     """Shares of the maps of all laws as rows of texts, the heading first; of outcomes those that occur."""
-    grid, = of_rig.grids.values()
+    grid, = of_stage.grids.values()
     what, sizes = steps(grid)
     occurring = seen(nominal(grid, law) for law in grid.laws)
     rows = [("controller", what, *(OUTCOMES[outcome] for outcome in occurring), SETTLED_ALWAYS)]

@@ -5,10 +5,10 @@ from html import escape
 from pathlib import Path
 from typing import Any, NamedTuple
 
-from maglev.descriptions.packaged import RIGS
+from maglev.descriptions.packaged import PACKAGED_STAGES
 from maglev.pages import operating_range, tolerances
 from maglev.pages.findings import value_table
-from maglev.pages.grids import RigGrids, read_grids
+from maglev.pages.grids import StageGrids, read_grids
 from maglev.pages.law_map import LawMap, maps_data
 from maglev.runs.procedure_outcome import ValueTable
 
@@ -21,14 +21,14 @@ class Kind(NamedTuple):
 
     anchor: str
     heading: str
-    name: str                    # anchor of a rig's maps, before the rig
-    subject: str                 # after the rig's title
-    table: str                   # what a rig's table has
+    name: str                    # anchor of a stage's maps, before the stage
+    subject: str                 # after the stage's title
+    table: str                   # what a stage's table has
     tool: str                    # what runs them again
     file: Path
-    about: Callable[[RigGrids], str]
-    maps_of: Callable[[RigGrids], list[list[LawMap]]]         # of all laws, by the sides that they have
-    rows: Callable[[RigGrids], list[tuple[str, ...]]]         # of the table of a rig, the heading first
+    about: Callable[[StageGrids], str]
+    maps_of: Callable[[StageGrids], list[list[LawMap]]]         # of all laws, by the sides that they have
+    rows: Callable[[StageGrids], list[tuple[str, ...]]]         # of the table of a stage, the heading first
     outcomes: tuple[str, ...]
     looks: tuple[int, ...]       # of the outcomes, numbers of `LOOKS`; what means the same has the same in all kinds
     dots: str = ""               # what a mark means; empty if there is none
@@ -42,18 +42,18 @@ TOLERANCES = Kind("tolerances", "What each controller tolerates", "tolerance", "
                   tolerances.about, tolerances.maps_of, tolerances.table, tolerances.OUTCOMES, (0, 2, 4, 3))
 
 
-def of_rigs(kind: Kind, rigs: Collection[str]) -> dict[str, RigGrids]:
-    return {rig: of_rig for rig, of_rig in read_grids(kind.file).items() if rig in rigs}
+def of_stages(kind: Kind, stages: Collection[str]) -> dict[str, StageGrids]:
+    return {stage: of_stage for stage, of_stage in read_grids(kind.file).items() if stage in stages}
 
 
-def maps_section(kind: Kind, shown: Mapping[str, RigGrids]) -> str:
-    """Section of the page with the maps of rigs; empty if there are none."""
+def maps_section(kind: Kind, shown: Mapping[str, StageGrids]) -> str:
+    """Section of the page with the maps of stages; empty if there are none."""
     if not shown:
         return ""
     made_by = escape(" and ".join(dict.fromkeys(
         f"Maglev FMUs {origin.version}" + (f" ({origin.commit})" if origin.commit else "")
-        for origin in (of_rig.origin for of_rig in shown.values()))))
-    articles = "\n".join(article(kind, rig, of_rig) for rig, of_rig in shown.items())
+        for origin in (of_stage.origin for of_stage in shown.values()))))
+    articles = "\n".join(article(kind, stage, of_stage) for stage, of_stage in shown.items())
     return f"""
 
 <section id="{kind.anchor}">
@@ -65,17 +65,18 @@ native FMUs of {made_by}. <code>{kind.tool}</code>, in the repository, runs them
 </section>"""
 
 
-def article(kind: Kind, rig: str, of_rig: RigGrids) -> str:
-    title = RIGS[rig].title if rig in RIGS else rig
-    places = "\n".join(f'<div data-maps="{name}"></div>' for name in map_data(kind, rig, of_rig))
-    head, *body = kind.rows(of_rig)
+def article(kind: Kind, stage: str, of_stage: StageGrids) -> str:
+    title = PACKAGED_STAGES[stage].title if stage in PACKAGED_STAGES else stage
+    places = "\n".join(f'<div data-maps="{name}"></div>' for name in map_data(kind, stage, of_stage))
+    head, *body = kind.rows(of_stage)
     table = value_table(ValueTable(f"{title}: {kind.table}", head, tuple(body)))
-    return (f'<article id="{kind.name}-{rig}" data-rig="{rig}"><h3>{escape(title)}: {kind.subject}</h3>\n{places}\n'
+    return (f'<article id="{kind.name}-{stage}" data-stage="{stage}"><h3>{escape(title)}: {kind.subject}</h3>\n'
+            f'{places}\n'
             f"{table}</article>")
 
 
-def map_data(kind: Kind, rig: str, of_rig: RigGrids) -> dict[str, dict[str, Any]]:
-    """What the script draws of a rig, by place; what is marked is an outcome more."""
-    return {f"{kind.name}-{rig}-{number}": {**maps_data(maps, [*kind.outcomes, kind.dots]),
+def map_data(kind: Kind, stage: str, of_stage: StageGrids) -> dict[str, dict[str, Any]]:
+    """What the script draws of a stage, by place; what is marked is an outcome more."""
+    return {f"{kind.name}-{stage}-{number}": {**maps_data(maps, [*kind.outcomes, kind.dots]),
                                             "looks": [*kind.looks, MARKED]}
-            for number, maps in enumerate(kind.maps_of(of_rig))}
+            for number, maps in enumerate(kind.maps_of(of_stage))}

@@ -73,12 +73,12 @@ def moving(runs: Mapping[str, RunResult]) -> dict[str, Any]:
     """What the moving picture knows of runs, by label: their stage and colours; empty if one lacks what it needs."""
     first, colours = next(iter(runs.values())).plan, run_colours(runs)
     errors = {error_of(axis) for axis in first.axes.values()}
-    if first.rig is None or tuple(first.axes) != first.rig.axis_names or not all(
+    if first.stage is None or tuple(first.axes) != first.stage.axis_names or not all(
             len(run.time) > 1 and recorded_columns(run).keys() >= errors for run in runs.values()):
         return {}
-    run, rig = content.live_run(first, first.rig), content.live_rig(first.rig)
+    run, stage = content.live_run(first, first.stage), content.live_stage(first.stage)
     return {"stage": {**{key: run[key] for key in ("axes", "motors", "vertical", "drives", "rotations")},
-                      "rig": {key: rig[key] for key in ("sheet", "room", "places", "tilts")}},
+                      "stage": {key: stage[key] for key in ("sheet", "room", "places", "tilts")}},
             "runs": [{"run": run.plan.name, "label": label, "css": f"run-{colours[label]}"}
                         for label, run in runs.items()]}
 

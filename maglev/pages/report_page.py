@@ -9,11 +9,11 @@ from html import escape
 from pathlib import Path
 from time import time
 
-from maglev.descriptions.packaged import RIGS
+from maglev.descriptions.packaged import PACKAGED_STAGES
 from maglev.files.environment import DATE, number_in
 from maglev.pages import claim_table, findings, outcome_maps, shell
 from maglev.pages.charts import ShownChart, by_number, shown_charts
-from maglev.pages.figures import Shown, anchor, law_of, moving_runs, read_figures, rig_name, shown_figures
+from maglev.pages.figures import Shown, anchor, law_of, moving_runs, read_figures, shown_figures, stage_name
 from maglev.pages.findings import typeset
 from maglev.pages.live_content import NAME, can_run_live, live_address
 from maglev.pages.plot_data import figure_data, moving, runs_data
@@ -55,23 +55,24 @@ def report_page(results: Sequence[RunResult], judgements: Judgements, outcomes: 
     section = findings.findings_section(outcomes)
     theirs = [result for result in results if not (result.modified or result.plan.own)]   # the thesis's
     title = f"{results[0].plan.name}: {results[0].plan.title}" if len(results) == 1 else TITLE
-    rigs = {rig_name(result.plan.name, result.plan) for result in theirs}
-    maps = {kind: outcome_maps.of_rigs(kind, rigs) for kind in (outcome_maps.RANGE, outcome_maps.TOLERANCES)}
+    stages = {stage_name(result.plan.name, result.plan) for result in theirs}
+    maps = {kind: outcome_maps.of_stages(kind, stages) for kind in (outcome_maps.RANGE, outcome_maps.TOLERANCES)}
     parts = {"identification": "Identification"} if section else {}
-    parts |= {kind.anchor: kind.heading for kind, of_rigs in maps.items() if of_rigs}
+    parts |= {kind.anchor: kind.heading for kind, of_stages in maps.items() if of_stages}
     drawn = {figure.id: figure_data(figure, judgements, frictionless) for figure in shown}
     films = {run.plan.name: film for run in moving_runs(results) if (film := moving({law_of(run): run}))}
     data = {"runs": runs_data(results, figures, frictionless.runs), "figures": drawn,
-            "moving": films, "maps": {place: outcome_map for kind, of_rigs in maps.items()
-                                      for rig, of_rig in of_rigs.items()
-                                      for place, outcome_map in outcome_maps.map_data(kind, rig, of_rig).items()}}
+            "moving": films, "maps": {place: outcome_map for kind, of_stages in maps.items()
+                                      for stage, of_stage in of_stages.items()
+                                      for place, outcome_map in outcome_maps.map_data(kind, stage, of_stage).items()}}
     told = {run.plan.name for run in claim_table.summarised_runs(results, judgements)}
     message = claim_table.run_sentences(results, judgements) + claim_table.message(judgements)
     return shell.page(
         "report", escape(title), message, read("style.css"), read("page.html"),
         heading=escape(title),
         thesis=ABOUT if theirs else "",
-        rigs="".join(f'<option value="{rig.name}">{escape(rig.title)}</option>' for rig in RIGS.values()),
+        stages="".join(f'<option value="{stage.name}">{escape(stage.title)}</option>'
+                       for stage in PACKAGED_STAGES.values()),
         message=message, moving=PLAYER if films else "",
         unsearched="" if len(results) > 1 or any(judgements.values()) else " hidden",
         numbered="<p>Numbered as in the thesis.</p>\n" if any(figure.number for figure in shown) else "",
@@ -87,7 +88,7 @@ def report_page(results: Sequence[RunResult], judgements: Judgements, outcomes: 
                           for figure in shown)
         or f"<p>No {'figure shows these runs' if any(len(run.time) for run in results) else 'run was recorded'}.</p>",
 
-        ranges="".join(outcome_maps.maps_section(kind, of_rigs) for kind, of_rigs in maps.items()),
+        ranges="".join(outcome_maps.maps_section(kind, of_stages) for kind, of_stages in maps.items()),
         assumptions=read("assumptions.html"),
         descriptions="\n".join(
             f"<dt>{escape(result.plan.name)}: {escape(result.plan.title)}{live_link(result) if live else ''}</dt>"
@@ -123,12 +124,12 @@ def figure_element(shown: Shown | ShownChart, judgements: Judgements, live: bool
               "What if friction were zero?</button></p>\n" if frictionless else "")
     if isinstance(shown, ShownChart):
         name = shown.outcome.settings.name
-        rig = rig_name(name)
+        stage = stage_name(name)
         about = f'<li><a href="#{anchor("procedure", name)}">{escape(name)}</a></li>'
     else:
-        rig = " ".join(sorted({rig_name(run.plan.name, run.plan) for run in shown.runs}))
+        stage = " ".join(sorted({stage_name(run.plan.name, run.plan) for run in shown.runs}))
         about = "".join(f"<li>{run_about(run, judgements, live, run.plan.name in told)}</li>" for run in shown.runs)
-    return (f'<figure id="{shown.id}" data-rig="{rig}"><figcaption><h3>{escape(shown.title)}</h3>'
+    return (f'<figure id="{shown.id}" data-stage="{stage}"><figcaption><h3>{escape(shown.title)}</h3>'
             f'<p>{escape(shown.caption)}</p><ul class="runs">{about}</ul></figcaption>\n{switch}'
             f'<div class="beside"><div class="plot" data-figure="{shown.id}" style="min-height:{plot_height(shown)}px">'
             "</div>\n"

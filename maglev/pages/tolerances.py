@@ -1,13 +1,13 @@
 """What laws tolerate: outcomes of runs in which two things get worse at a time, as maps.
 
-Studies find them; those of the rigs come with the package, as data that `studies/tolerances` writes.
+Studies find them; those of the stages come with the package, as data that `studies/tolerances` writes.
 """
 
 from dataclasses import dataclass
 
 import numpy as np
 
-from maglev.pages.grids import RigGrids
+from maglev.pages.grids import StageGrids
 from maglev.pages.law_map import Factor, LawMap, Outcomes
 from maglev.scenario.layers import PACKAGED
 
@@ -61,7 +61,7 @@ QUESTIONS = (
              Worse("bus voltage", "V", (0, 48, 24, 18, 12, 9, 6, 4), VOLTAGE)))
 
 
-def about(_found: RigGrids) -> str:
+def about(_found: StageGrids) -> str:
     return """\
 Two things get worse at a time: measurements come late and are noisy; samples are lost and the bus has little
 voltage. Every controller makes a step of the air gap with them, and one of the horizontal axes or the tilts. A run
@@ -69,20 +69,20 @@ holds if no stop is touched, nothing trips, and every axis ends near its referen
 column of a map are without the one or the other."""
 
 
-def maps_of(of_rig: RigGrids) -> list[list[LawMap]]:
+def maps_of(of_stage: StageGrids) -> list[list[LawMap]]:
     """Of each question and law, a layer for each step of the gap."""
     maps = []
     for question in QUESTIONS:
-        grid, asked = of_rig.grids[question.name], f"{question.down.name.capitalize()} and {question.along.name}"
+        grid, asked = of_stage.grids[question.name], f"{question.down.name.capitalize()} and {question.along.name}"
         layers = Factor("with", "", np.array([f"{asked}, step of {size:g} mm" for size in grid.varied[STEP]]))
         factors = [question.down.factor, question.along.factor, layers]
         maps.append([LawMap(law, "", factors, cells) for law, cells in grid.laws.items()])
     return maps
 
 
-def table(of_rig: RigGrids) -> list[tuple[str, ...]]:
+def table(of_stage: StageGrids) -> list[tuple[str, ...]]:
     """Up to where each law holds along each side, the other being harmless, as rows of texts, the heading first."""
-    sides = [(of_rig.grids[question.name], side, harmless) for question in QUESTIONS
+    sides = [(of_stage.grids[question.name], side, harmless) for question in QUESTIONS
              for side, harmless in ((question.down, np.s_[:, 0]), (question.along, np.s_[0, :]))]
     first = sides[0][0]
     return [("controller", "step of the gap", *(side.name for _, side, _ in sides))] + [

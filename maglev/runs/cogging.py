@@ -7,7 +7,7 @@ from maglev.files.errors import ScenarioError
 from maglev.identification.regressors import attraction_force, equilibrium_currents
 from maglev.identification.settings import EPSILON
 from maglev.runs.equilibrium_currents import find_equilibria
-from maglev.runs.procedure_data import Runs, constants_of, estimate, rig_of
+from maglev.runs.procedure_data import Runs, constants_of, estimate, stage_of
 from maglev.runs.procedure_outcome import Chart, Curve, Outcome, Panel, ProcedureValue
 from maglev.scenario.procedure import ProcedureSettings
 
@@ -24,23 +24,23 @@ def evaluate(settings: ProcedureSettings, runs: Runs) -> Outcome:
     names = tuple(run.plan.name for run in (offset, excitation, currents) if run is not None)
     if offset is None or excitation is None or settings.gaps is None:
         return Outcome(settings, names)
-    rig = rig_of(offset.plan)
-    constants = rig.rows[0].constants
+    stage = stage_of(offset.plan)
+    constants = stage.rows[0].constants
     attraction = constants[0]
     at_zero, between = (estimate(run, constants) for run in (excitation, offset))
     low, high = settings.gaps
     gaps: Array = low + SPACING * np.arange(round((high - low) / SPACING) + 1.0)
-    mass = offset.parameters.get(f"plant.{rig.axes[0]}.mass")
+    mass = offset.parameters.get(f"plant.{stage.axes[0]}.mass")
     if mass is None:
-        raise ScenarioError(f"the plant has no parameter {rig.axes[0]}.mass, expected one for the force")
-    force = attraction_force(rig, gaps, at_zero[attraction] - between[attraction], mass)
+        raise ScenarioError(f"the plant has no parameter {stage.axes[0]}.mass, expected one for the force")
+    force = attraction_force(stage, gaps, at_zero[attraction] - between[attraction], mass)
     values = [ProcedureValue("constant", between[attraction], constant=attraction, epsilon=EPSILON)]
     values += [ProcedureValue("cogging_force", value, gap=gap)
                for gap, value in zip(gaps.tolist(), force.tolist(), strict=True)]
-    curves = [Curve("predicted, no offset", 1e3 * gaps, equilibrium_currents(rig, gaps, at_zero)),
-              Curve("predicted, between the slots", 1e3 * gaps, equilibrium_currents(rig, gaps, between))]
+    curves = [Curve("predicted, no offset", 1e3 * gaps, equilibrium_currents(stage, gaps, at_zero)),
+              Curve("predicted, between the slots", 1e3 * gaps, equilibrium_currents(stage, gaps, between))]
     if currents is not None:
-        seen = find_equilibria(currents, rig)
+        seen = find_equilibria(currents, stage)
         curves.insert(0, Curve("measured, no offset", 1e3 * seen.gaps, seen.currents, marked=True))
     charts = (Chart(settings.figures.get("force"), "Estimate of the peak cogging force of one motor over the air gap.",
                     (Panel("air gap (mm)", "force (N)", (Curve("estimate", 1e3 * gaps, force),)),)),

@@ -1,4 +1,4 @@
-"""Procedure 4: all constants at once, and the model with them beside the rig (sections 4.4.4, 5.4.4)."""
+"""Procedure 4: all constants at once, and the model with them beside the stage (sections 4.4.4, 5.4.4)."""
 
 import math
 from collections.abc import Mapping, Sequence
@@ -9,12 +9,12 @@ from maglev.files.arrays import Array
 from maglev.identification.estimators import run_estimator as estimate_offline
 from maglev.identification.identify import Identification, identify, observed
 from maglev.identification.recording import MotionRecording
-from maglev.identification.regressors import Rig, equilibrium_currents, regressors, row_of, thrust_shape
+from maglev.identification.regressors import StageDescription, equilibrium_currents, regressors, row_of, thrust_shape
 from maglev.identification.settings import EPSILON, METHODS
 from maglev.runs.equilibrium_currents import beside_each_other, find_equilibria
 from maglev.runs.execution import RunResult
 from maglev.runs.parabolas import Thrust, all_thrusts, over_gap
-from maglev.runs.procedure_data import Runs, column, constants_of, estimate, estimators, positions_of, rig_of
+from maglev.runs.procedure_data import Runs, column, constants_of, estimate, estimators, positions_of, stage_of
 from maglev.runs.procedure_outcome import Chart, Curve, Outcome, Panel, ProcedureValue, ValueTable
 from maglev.scenario.procedure import ProcedureSettings
 
@@ -26,40 +26,42 @@ BAND = f"The band is {ERRORS:g} standard errors wide to both sides; what frictio
 
 
 def evaluate(settings: ProcedureSettings, runs: Runs) -> Outcome:
-    """Outcome of Procedure 4 on the runs that completed: `rig`, `model`; for the figures `currents` and `parabolas`."""
-    rig_run, model = runs.get(settings.runs["rig"]), runs.get(settings.runs["model"])
-    if rig_run is None:
+    """Outcome of Procedure 4 on the completed runs `stage` and `model`; for the figures `currents`, `parabolas`."""
+    stage_run, model = runs.get(settings.runs["stage"]), runs.get(settings.runs["model"])
+    if stage_run is None:
         return Outcome(settings, ())
-    rig = rig_of(rig_run.plan)
-    values, table = constants_of(settings, rig_run, rig.constants)
+    stage = stage_of(stage_run.plan)
+    values, table = constants_of(settings, stage_run, stage.constants)
     if model is not None:
-        for axis in (row.axis for row in rig.rows):   # tilts are held, or small
-            values += [ProcedureValue(f"{name}_deviation", rms_deviation(rig_run, model, f"{axis}.{signal}"), axis=axis)
+        for axis in (row.axis for row in stage.rows):   # tilts are held, or small
+            values += [ProcedureValue(f"{name}_deviation", rms_deviation(stage_run, model, f"{axis}.{signal}"),
+                                      axis=axis)
                        for name, signal in (("position", "position"), ("speed", "velocity"))]
     held = [thrust for thrust in all_thrusts(settings.runs["parabolas"], runs) if thrust.alone]
     values += [ProcedureValue("thrust", thrust.by_parabola, axis=thrust.axis, gap=thrust.gap) for thrust in held]
-    i_d, i_q = (np.stack([column(rig_run, f"plant.{motor}.{current}") for motor in rig.motors], axis=1)
+    i_d, i_q = (np.stack([column(stage_run, f"plant.{motor}.{current}") for motor in stage.motors], axis=1)
                 for current in ("i_d", "i_q"))
-    identified = identify(MotionRecording(rig, rig_run.time, positions_of(rig_run, rig), i_d, i_q))
-    charts = [thrust_chart(settings, rig_run, held, identified), *current_charts(settings, rig_run, runs, identified),
-              convergence_chart(rig_run, rig)]
-    return Outcome(settings, tuple(run.plan.name for run in (rig_run, model) if run is not None), tuple(values),
+    identified = identify(MotionRecording(stage, stage_run.time, positions_of(stage_run, stage), i_d, i_q))
+    charts = [thrust_chart(settings, stage_run, held, identified),
+              *current_charts(settings, stage_run, runs, identified),
+              convergence_chart(stage_run, stage)]
+    return Outcome(settings, tuple(run.plan.name for run in (stage_run, model) if run is not None), tuple(values),
                    (table, offline_table(identified)), tuple(charts),
                    tuple(identified.warnings))
 
 
-def rms_deviation(rig_run: RunResult, model: RunResult, name: str) -> float:
-    """RMS of model − rig over the RMS of the rig's motion about its mean, for as long as both ran."""
-    rows = min(len(model.time), len(rig_run.time))
-    there, here = column(model, f"plant.{name}")[:rows], column(rig_run, f"plant.{name}")[:rows]
+def rms_deviation(stage_run: RunResult, model: RunResult, name: str) -> float:
+    """RMS of model − stage over the RMS of the stage's motion about its mean, for as long as both ran."""
+    rows = min(len(model.time), len(stage_run.time))
+    there, here = column(model, f"plant.{name}")[:rows], column(stage_run, f"plant.{name}")[:rows]
     motion = float(here.std())
     return float(np.sqrt(np.mean((there - here) ** 2))) / motion if motion > 0.0 else math.inf
 
 
 def offline_table(model: Identification) -> ValueTable:
     """Constants by the three estimators of chapter 3 on the recorded rows, with what is known about them."""
-    recording, rig = model.recording, model.recording.rig
-    rows = regressors(rig, recording.positions, recording.i_d, recording.i_q,
+    recording, stage = model.recording, model.recording.stage
+    rows = regressors(stage, recording.positions, recording.i_d, recording.i_q,
                       observed(recording.positions, recording.dt))
     by_method = {method: estimate_offline(method, rows, recording.time, model.guess, EPSILON).final
                  for method in METHODS}
@@ -67,20 +69,20 @@ def offline_table(model: Identification) -> ValueTable:
     return ValueTable(
         f"The same by the estimators offline, ε = {EPSILON:g}", header,
         tuple((name, *(f"{by_method[method][name]:.5g}" for method in METHODS), f"{model.standard_error[name]:.2g}",
-               f"{model.with_friction[name]:.5g}") for name in rig.constants))
+               f"{model.with_friction[name]:.5g}") for name in stage.constants))
 
 
-def thrust_chart(settings: ProcedureSettings, rig_run: RunResult, thrusts: Sequence[Thrust],
+def thrust_chart(settings: ProcedureSettings, stage_run: RunResult, thrusts: Sequence[Thrust],
                  model: Identification) -> Chart:
     """Thrust over the air gap, beside that of Procedure 1 where its runs are there."""
     gaps = np.linspace(*(settings.gaps or (0.015, 0.025)), POINTS)   # m
-    rig = model.recording.rig
-    constants = estimate(rig_run, rig.constants)
+    stage = model.recording.stage
+    constants = estimate(stage_run, stage.constants)
     panels = []
-    for axis in (axis.name for axis in rig.described.horizontal):
-        constant = row_of(rig, axis).constants[0]
-        margin = ERRORS * model.standard_error[constant] * thrust_shape(rig, gaps)
-        curves = [Curve("all constants at once", 1e3 * gaps, constants[constant] * thrust_shape(rig, gaps),
+    for axis in (axis.name for axis in stage.described.horizontal):
+        constant = row_of(stage, axis).constants[0]
+        margin = ERRORS * model.standard_error[constant] * thrust_shape(stage, gaps)
+        curves = [Curve("all constants at once", 1e3 * gaps, constants[constant] * thrust_shape(stage, gaps),
                         margin=margin)]
         held = [thrust for thrust in thrusts if thrust.axis == axis]
         if held:
@@ -92,15 +94,15 @@ def thrust_chart(settings: ProcedureSettings, rig_run: RunResult, thrusts: Seque
                  f"Thrust over the air gap, by all constants at once and at held air gaps. {BAND}", tuple(panels))
 
 
-def current_charts(settings: ProcedureSettings, rig_run: RunResult, runs: Runs, model: Identification) -> list[Chart]:
+def current_charts(settings: ProcedureSettings, stage_run: RunResult, runs: Runs, model: Identification) -> list[Chart]:
     """Predicted equilibrium currents beside those of Procedure 2, if its run is there."""
-    rig = model.recording.rig
+    stage = model.recording.stage
     currents = runs.get(settings.runs["currents"])
     if currents is None:
         return []
-    seen = find_equilibria(currents, rig)
-    constants = estimate(rig_run, rig.rows[0].constants)
-    theory = equilibrium_currents(rig, seen.gaps, constants)
+    seen = find_equilibria(currents, stage)
+    constants = estimate(stage_run, stage.rows[0].constants)
+    theory = equilibrium_currents(stage, seen.gaps, constants)
     margin = ERRORS * current_errors(model, seen.gaps, constants)
     return [Chart(settings.figures.get("currents"),
                   f"Equilibrium currents: measured, and predicted by all constants at once. {BAND}",
@@ -113,23 +115,24 @@ def current_errors(model: Identification, gaps: Array, constants: Mapping[str, f
     Linearised. The constants of the vertical row are strongly correlated: the currents are known much better than
     each of them.
     """
-    rig = model.recording.rig
-    names = rig.rows[0].constants
+    stage = model.recording.stage
+    names = stage.rows[0].constants
     slopes = np.empty((len(gaps), len(names)))
     for k, name in enumerate(names):
         step = DIFFERENCE * (abs(constants[name]) or 1.0)
         more, less = ({**constants, name: constants[name] + sign * step} for sign in (1.0, -1.0))
-        slopes[:, k] = (equilibrium_currents(rig, gaps, more) - equilibrium_currents(rig, gaps, less)) / (2.0 * step)
-    covariance = model.diagnostics[rig.axes[0]].covariance
+        slopes[:,
+               k] = (equilibrium_currents(stage, gaps, more) - equilibrium_currents(stage, gaps, less)) / (2.0 * step)
+    covariance = model.diagnostics[stage.axes[0]].covariance
     if not np.isfinite(covariance).all():
         return np.full(len(gaps), np.inf)
     return np.asarray(np.sqrt(np.maximum(np.einsum("nj,jk,nk->n", slopes, covariance, slopes), 0.0)))
 
 
-def convergence_chart(rig_run: RunResult, rig: Rig) -> Chart:
-    rows = np.unique(np.linspace(0, len(rig_run.time) - 1, CONVERGENCE).astype(int))
+def convergence_chart(stage_run: RunResult, stage: StageDescription) -> Chart:
+    rows = np.unique(np.linspace(0, len(stage_run.time) - 1, CONVERGENCE).astype(int))
     panels = tuple(Panel("time (s)", constant, tuple(
-        Curve(f"ε = {epsilon:g}", rig_run.time[rows], column(rig_run, f"{name}.{constant}")[rows])
-        for epsilon, name in estimators(rig_run).items())) for constant in rig.constants)
-    return Chart(None, f"{rig_run.plan.title}: the estimates over time, from half of the values of the thesis.",
+        Curve(f"ε = {epsilon:g}", stage_run.time[rows], column(stage_run, f"{name}.{constant}")[rows])
+        for epsilon, name in estimators(stage_run).items())) for constant in stage.constants)
+    return Chart(None, f"{stage_run.plan.title}: the estimates over time, from half of the values of the thesis.",
                  panels)

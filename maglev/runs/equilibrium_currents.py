@@ -5,11 +5,11 @@ from typing import NamedTuple
 import numpy as np
 
 from maglev.files.arrays import Array
-from maglev.identification.regressors import Rig, equilibrium_currents
+from maglev.identification.regressors import StageDescription, equilibrium_currents
 from maglev.identification.settings import EPSILON
 from maglev.runs.execution import RunResult
 from maglev.runs.metrics import step_samples
-from maglev.runs.procedure_data import Runs, column, constants_of, entry, estimate, position_of, rig_of
+from maglev.runs.procedure_data import Runs, column, constants_of, entry, estimate, position_of, stage_of
 from maglev.runs.procedure_outcome import Chart, Curve, Outcome, Panel, ProcedureValue
 from maglev.scenario.procedure import ProcedureSettings
 
@@ -24,12 +24,12 @@ class Measured(NamedTuple):
     currents: Array
 
 
-def find_equilibria(result: RunResult, rig: Rig) -> Measured:
+def find_equilibria(result: RunResult, stage: StageDescription) -> Measured:
     """Equilibria of a run that holds one air gap after the other, ascending."""
-    axis = rig.axes[0]
+    axis = stage.axes[0]
     reference = column(result, entry(result.plan.axes, axis, result).reference)
-    position = position_of(result, rig, axis)
-    current = np.mean([column(result, f"plant.{motor}.i_d") for motor in rig.motors], axis=0)
+    position = position_of(result, stage, axis)
+    current = np.mean([column(result, f"plant.{motor}.i_d") for motor in stage.motors], axis=0)
     starts = [0, *step_samples(reference)]
     ends = [*starts[1:], len(reference)]
     windows = [slice(end - max(1, round(SETTLED * (end - start))), end)
@@ -51,13 +51,13 @@ def evaluate(settings: ProcedureSettings, runs: Runs) -> Outcome:
     names = tuple(run.plan.name for run in (currents, excitation) if run is not None)
     if excitation is None:
         return Outcome(settings, names)
-    rig = rig_of(excitation.plan)
-    constants = rig.rows[0].constants
+    stage = stage_of(excitation.plan)
+    constants = stage.rows[0].constants
     values, table = constants_of(settings, excitation, constants)
     if currents is None:
         return Outcome(settings, names, tuple(values), (table,))
-    seen = find_equilibria(currents, rig)
-    theory = equilibrium_currents(rig, seen.gaps, estimate(excitation, constants))
+    seen = find_equilibria(currents, stage)
+    theory = equilibrium_currents(stage, seen.gaps, estimate(excitation, constants))
     values += [ProcedureValue("equilibrium_current", here, gap=asked) for asked, here
                in zip(seen.asked.tolist(), seen.currents.tolist(), strict=True)]
     values += [ProcedureValue("equilibrium_deviation", abs(there - here), gap=asked) for asked, here, there

@@ -39,7 +39,7 @@ def axes_at_stops(plan: RunPlan, positions: Array, errors: Array) -> Texts:
 
 def end_stops(plan: RunPlan) -> dict[str, tuple[float, float] | None]:
     """Ends of travel (m) by axis, as a run starts with or as the description of the stage has it; None if not known."""
-    described = {} if plan.rig is None else {axis.name: axis.stop for axis in plan.rig.axes}
+    described = {} if plan.stage is None else {axis.name: axis.stop for axis in plan.stage.axes}
 
     def ends(name: str, axis: Axis) -> tuple[float, float] | None:
         stop = described.get(name)

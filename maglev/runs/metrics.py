@@ -389,7 +389,7 @@ def phase_resistances(plan: RunPlan) -> Callable[[Mapping[str, Any]], dict[str, 
     That is by `fmu.variable`; what it does not set is as in the scenario's start values, or in the description of the
     stage. A plant that was put in and has no such parameter is taken for that stage.
     """
-    described = {motor.name: motor.winding.resistance for motor in plan.rig.motors} if plan.rig is not None else {}
+    described = {motor.name: motor.winding.resistance for motor in plan.stage.motors} if plan.stage is not None else {}
     known: dict[str, tuple[str, Any]] = {}   # by motor: what sets it, and its value without
     for name, motor in plan.motors.items():
         full = f"{winding_of(motor)}.resistance"

@@ -8,10 +8,10 @@ import numpy as np
 
 from maglev.files.arrays import Array
 from maglev.files.errors import ScenarioError
-from maglev.identification.regressors import Rig, fitted_parabola, row_of, thrust_of_parabola, thrust_shape
+from maglev.identification.regressors import StageDescription, fitted_parabola, row_of, thrust_of_parabola, thrust_shape
 from maglev.identification.settings import EPSILON
 from maglev.runs.execution import RunResult
-from maglev.runs.procedure_data import Runs, at_epsilon, column, entry, estimators, millimetres, positions_of, rig_of
+from maglev.runs.procedure_data import Runs, at_epsilon, column, entry, estimators, millimetres, positions_of, stage_of
 from maglev.runs.procedure_outcome import Chart, Curve, Outcome, Panel, ProcedureValue, ValueTable
 from maglev.scenario.loading import load_plans
 from maglev.scenario.procedure import ProcedureSettings
@@ -38,13 +38,13 @@ class Thrust(NamedTuple):
         return at_epsilon(self.by_estimator)
 
 
-def measured_thrust(result: RunResult, rig: Rig) -> list[Thrust]:
+def measured_thrust(result: RunResult, stage: StageDescription) -> list[Thrust]:
     """Thrust of every axis that moves in a run."""
-    positions = dict(zip(rig.axes, positions_of(result, rig).T, strict=True))
-    gap = float(positions[rig.axes[0]].mean())
-    shape = float(thrust_shape(rig, np.array([gap]))[0])
+    positions = dict(zip(stage.axes, positions_of(result, stage).T, strict=True))
+    gap = float(positions[stage.axes[0]].mean())
+    shape = float(thrust_shape(stage, np.array([gap]))[0])
     start = entry(result.plan.fmus, "plant", result).start
-    axes = [axis.name for axis in rig.described.horizontal
+    axes = [axis.name for axis in stage.described.horizontal
             if f"{axis.name}.locked" not in start or not start[f"{axis.name}.locked"].value]
     if not axes:
         return []
@@ -54,12 +54,12 @@ def measured_thrust(result: RunResult, rig: Rig) -> list[Thrust]:
     time = result.time[:end]
     thrusts = []
     for axis in axes:
-        constant = row_of(rig, axis).constants[0]
+        constant = row_of(stage, axis).constants[0]
         # The first row is what was there before the first command.
-        currents = [column(result, f"plant.{motor.name}.i_q") for motor in rig.described.motors_of(axis)]
+        currents = [column(result, f"plant.{motor.name}.i_q") for motor in stage.described.motors_of(axis)]
         i_q = float(np.mean(currents, axis=0)[1:end].mean())
         position = positions[axis][:end]
-        by_parabola = thrust_of_parabola(rig, axis, time, position, i_q)
+        by_parabola = thrust_of_parabola(stage, axis, time, position, i_q)
         by_estimator = {epsilon: shape * float(column(result, f"{name}.{constant}")[end - 1])
                         for epsilon, name in estimators(result).items()}
         thrusts.append(Thrust(result, axis, gap, len(axes) == 1, time, position, by_parabola, by_estimator))
@@ -76,7 +76,7 @@ def all_thrusts(procedure: str, runs: Runs) -> list[Thrust]:
     """Thrusts of the runs of a procedure, by ascending air gap."""
     mine = [run for run in runs.values() if run.plan.procedure is not None
             and run.plan.procedure.name == procedure]
-    thrusts = [thrust for run in mine for thrust in measured_thrust(run, rig_of(run.plan))]
+    thrusts = [thrust for run in mine for thrust in measured_thrust(run, stage_of(run.plan))]
     return sorted(thrusts, key=lambda thrust: thrust.gap)
 
 
@@ -84,15 +84,15 @@ def evaluate(settings: ProcedureSettings, runs: Runs) -> Outcome:
     thrusts = all_thrusts(settings.name, runs)
     if not thrusts:
         return Outcome(settings, ())
-    rig = rig_of(thrusts[0].run.plan)
+    stage = stage_of(thrusts[0].run.plan)
     held, together = ([thrust for thrust in thrusts if thrust.alone == alone] for alone in (True, False))
     alone = {axis: [thrust for thrust in held if thrust.axis == axis]
              for axis in dict.fromkeys(thrust.axis for thrust in held)}
     values = [value for thrust in held for value in thrust_values(thrust)]
     for axis, of_axis in alone.items():
-        shapes = thrust_shape(rig, np.array([thrust.gap for thrust in of_axis]))
+        shapes = thrust_shape(stage, np.array([thrust.gap for thrust in of_axis]))
         average = np.mean(np.array([thrust.by_parabola for thrust in of_axis]) / shapes)
-        values.append(ProcedureValue("average_constant", float(average), constant=row_of(rig, axis).constants[0],
+        values.append(ProcedureValue("average_constant", float(average), constant=row_of(stage, axis).constants[0],
                                      axis=axis))
     single = {(thrust.axis, millimetres(thrust.gap)): thrust for thrust in held}
     for thrust in together:

@@ -306,8 +306,8 @@ def in_place(plan: RunPlan, files: Mapping[str, Path], replaced: Mapping[str, Re
 
 def know_stage_of(plan: RunPlan) -> None:
     """Know the stage of a scenario that names a description, so that its FMUs are recognised."""
-    if plan.rig_file is not None:
-        know_stage(plan.rig_file)
+    if plan.stage_file is not None:
+        know_stage(plan.stage_file)
 
 
 def changes_of(experiment: Experiment, plan: RunPlan, asked: Iterable[str]) -> Iterator[str]:

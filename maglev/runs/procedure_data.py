@@ -1,4 +1,4 @@
-"""What the procedures need of a run: its rig, estimators, recorded columns, and the constants as values and a table."""
+"""What the procedures need of a run: stage, estimators, recorded columns, and constants as values and a table."""
 
 from collections.abc import Mapping, Sequence
 from typing import TypeVar
@@ -8,8 +8,8 @@ import numpy as np
 from maglev.files.arrays import Array
 from maglev.files.errors import ScenarioError, nearest
 from maglev.files.units import to_unit
-from maglev.identification.regressors import Rig
-from maglev.identification.regressors import estimated_rig as described
+from maglev.identification.regressors import StageDescription
+from maglev.identification.regressors import estimated_stage as described
 from maglev.identification.settings import EPSILON
 from maglev.runs.execution import RunResult
 from maglev.runs.procedure_outcome import ProcedureValue, ValueTable
@@ -21,11 +21,11 @@ T = TypeVar("T")
 Runs = Mapping[str, RunResult]   # runs that completed, by name
 
 
-def rig_of(plan: RunPlan) -> Rig:
-    """The rig of a scenario as the estimators see it; ScenarioError if it is of none."""
-    if plan.rig is None:
+def stage_of(plan: RunPlan) -> StageDescription:
+    """The stage of a scenario as the estimators see it; ScenarioError if it is of none."""
+    if plan.stage is None:
         raise ScenarioError(f"{plan.path}: expected an FMU or the air gap of a stage, by which a procedure knows it")
-    return described(plan.rig)
+    return described(plan.stage)
 
 
 def estimators(result: RunResult, parameter: str = "epsilon") -> dict[float, str]:
@@ -68,15 +68,15 @@ def column(result: RunResult, name: str) -> Array:
     return np.asarray(entry(result.columns, name, result), dtype=np.float64)
 
 
-def positions_of(result: RunResult, rig: Rig) -> Array:
+def positions_of(result: RunResult, stage: StageDescription) -> Array:
     """Positions by the encoders, shape (n, axes); where the platform tilts, y and tilts by the gaps at the motors."""
-    return np.stack([position_of(result, rig, axis) for axis in rig.axes], axis=1)
+    return np.stack([position_of(result, stage, axis) for axis in stage.axes], axis=1)
 
 
-def position_of(result: RunResult, rig: Rig, axis: str) -> Array:
+def position_of(result: RunResult, stage: StageDescription, axis: str) -> Array:
     """Position of one axis by the encoders that show it."""
-    described = rig.described
-    shares = zip(described.encoders, rig.places.measuring(described)[rig.axes.index(axis)], strict=True)
+    described = stage.described
+    shares = zip(described.encoders, stage.places.measuring(described)[stage.axes.index(axis)], strict=True)
     return np.asarray(sum(share * column(result, f"plant.{name}") for name, share in shares if share))
 
 

@@ -9,7 +9,7 @@ from maglev.files.arrays import Array
 from maglev.files.errors import ScenarioError
 from maglev.linear.places import MotorPlaces
 from maglev.scenario.run_plan import RunPlan
-from pmlsm.stage_description import Rig
+from pmlsm.stage_description import StageDescription
 
 Start = Callable[[str], float | None]   # start value of a variable `fmu.variable`; None where there is none
 
@@ -28,21 +28,21 @@ def require_reachable(plan: RunPlan, times: Array, references: Mapping[str, Arra
         if axis.position in known:
             place = axis.position.rpartition(".")[0]
             require_between(f"{plan.path}: reference of {name}", times, known[axis.position], place, start, gap)
-    rig = plan.rig
-    if rig is not None and rig.rotations and f"plant.{rig.vertical.name}.position" in known:
+    stage = plan.stage
+    if stage is not None and stage.rotations and f"plant.{stage.vertical.name}.position" in known:
         # Where tilts are not known, the platform is level: leaning, one of its motors would only be further out.
-        positions = np.array([known.get(f"plant.{axis}.position", np.zeros(len(times))) for axis in rig.axis_names])
-        for motor, gaps in zip(rig.motor_names, gaps_of(rig, start) @ positions, strict=True):
+        positions = np.array([known.get(f"plant.{axis}.position", np.zeros(len(times))) for axis in stage.axis_names])
+        for motor, gaps in zip(stage.motor_names, gaps_of(stage, start) @ positions, strict=True):
             require_between(f"{plan.path}: gap at {motor} by the references", times, gaps, f"plant.{motor}", start, gap)
 
 
-def gaps_of(rig: Rig, start: Start) -> Array:
+def gaps_of(stage: StageDescription, start: Start) -> Array:
     """Derivatives of the motors' gaps with respect to the positions, shape (motors, axes), with motors as in a run."""
     spots = []
-    for motor in rig.motors:
+    for motor in stage.motors:
         x, z = start(f"plant.{motor.name}.x"), start(f"plant.{motor.name}.z")
         spots.append(replace(motor, x=motor.x if x is None else x, z=motor.z if z is None else z))
-    return MotorPlaces.at(rig, spots, rig.height).gaps
+    return MotorPlaces.at(stage, spots, stage.height).gaps
 
 
 def require_between(what: str, times: Array, values: Array, place: str, start: Start, gap: str) -> None:

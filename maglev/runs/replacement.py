@@ -62,7 +62,7 @@ def named_or_path(role: str, given: Given, plans: Iterable[RunPlan]) -> str | Pa
             Path(given).exists()):
         return path_of(given)
     if str(given) not in STAGES.definitions():
-        suffixes = tuple(plan.rig.suffix for plan in plans if plan.rig is not None)
+        suffixes = tuple(plan.stage.suffix for plan in plans if plan.stage is not None)
         names = [name for name in STAGES.definitions() if name.endswith(suffixes)] or STAGES.definitions()
         raise UnknownName(f"{role} {given}: is no FMU of this project and no file, "
                           f"{nearest(given, names, '.py', '.fmu')}")

@@ -14,7 +14,7 @@ from maglev.runs.parameter_file import of_type
 from maglev.runs.replacement import Replacement, given_and_left_out
 from maglev.scenario.run_plan import RunOutput, RunPlan, StartValue
 from maglev.user.source import is_written
-from pmlsm.stage_description import Rig
+from pmlsm.stage_description import StageDescription
 
 Own = Callable[[str], float | None]   # what a variable of an FMU is that runs, or None if it has none
 
@@ -23,7 +23,7 @@ Own = Callable[[str], float | None]   # what a variable of an FMU is that runs, 
 class Following:
     """What a controller's model has at the nominal masses, and the plant's parameters that are about its mass."""
 
-    rig: Rig
+    stage: StageDescription
     # constants, and of a platform that tilts masses and inertias, by the names of the controller
     model: Mapping[str, float]
     masses: Mapping[str, float]   # parameters of the plant, SI
@@ -34,31 +34,31 @@ class Following:
         The constants are accelerations at the nominal masses: the same forces make them, times nominal over present
         mass. What that is, payload included, the plant's own block says.
         """
-        plant = definition(f"Plant{self.rig.suffix}")
+        plant = definition(f"Plant{self.stage.suffix}")
         block = plant.new_block()
         for variable in plant.variables:
             if variable.name in self.masses:
                 value = changes.get(full := f"plant.{variable.name}", self.masses[variable.name])
                 variable.write(block, Parameter.of(variable).read(value, full, ScenarioError))
         block.start()
-        block.step(0.0, self.rig.sample_time)
-        axes = {axis.name: block.axes[self.rig.axis_number(axis.name)] for axis in self.rig.axes}
-        rows = {constant.name: constant.axis for constant in self.rig.constants}
+        block.step(0.0, self.stage.sample_time)
+        axes = {axis.name: block.axes[self.stage.axis_number(axis.name)] for axis in self.stage.axes}
+        rows = {constant.name: constant.axis for constant in self.stage.constants}
         return {f"controller.{name}": value * axes[rows[name]].mass_ratio if name in rows else
                 axes[name.partition(".")[0]].present_mass for name, value in self.model.items()}
 
 
-def following(rig: Rig | None, plant: Own, controller: Own, asked: Collection[str]) -> Following:
+def following(stage: StageDescription | None, plant: Own, controller: Own, asked: Collection[str]) -> Following:
     """How a controller's model follows its plant, but for what was asked for; ScenarioError if they have none."""
-    if rig is None:
+    if stage is None:
         raise ScenarioError(f"{option('model', 'plant')}: expected runs of a stage that is described, by whose "
                             "nominal masses it follows")
-    variables = definition(f"Plant{rig.suffix}").variables
-    axes = {axis.name: f"{axis.name}.{'inertia' if axis.rotation else 'mass'}" for axis in rig.axes}
+    variables = definition(f"Plant{stage.suffix}").variables
+    axes = {axis.name: f"{axis.name}.{'inertia' if axis.rotation else 'mass'}" for axis in stage.axes}
     masses = [*axes.values(), *(variable.name for variable in variables if variable.name.startswith("payload."))]
-    model = [*(constant.name for constant in rig.constants), *(axes.values() if rig.rotations else ())]
+    model = [*(constant.name for constant in stage.constants), *(axes.values() if stage.rotations else ())]
     model = [name for name in model if f"controller.{name}" not in asked]
-    return Following(rig, values("controller", controller, model), values("plant", plant, masses))
+    return Following(stage, values("controller", controller, model), values("plant", plant, masses))
 
 
 def values(fmu: str, own: Own, names: list[str]) -> dict[str, float]:
@@ -119,7 +119,7 @@ class Starts:
             return lambda variable: (float(self.given[name][variable].value) if variable in self.given[name] else
                                      known_start(name, files[name], variable))
 
-        followed = following(plan.rig, own("plant"), own("controller"), asked)
+        followed = following(plan.stage, own("plant"), own("controller"), asked)
         for full, value in followed.settings({}).items():
             source = self.taken["controller"].get(full.removeprefix("controller."))
             if source is not None:

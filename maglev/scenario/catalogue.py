@@ -171,12 +171,12 @@ def system_loop(name: str) -> SystemLoop:
     """Loop of a system: that of an experiment, or of a stage of the user's the one that its scenarios have."""
     from maglev.scenario.loading import load_plan  # to list what there is takes no pydantic
 
-    rig = STAGES.systems()[name]
-    if not rig.experiment:
-        table = loop_table(rig)
+    stage = STAGES.systems()[name]
+    if not stage.experiment:
+        table = loop_table(stage)
         models = {part: fmu["model"] for part, fmu in table["fmus"].items()}
         return SystemLoop(models, [(source, target) for source, target in table["connections"]], SYSTEM_STOP)
-    plan = load_plan(rig.experiment)
+    plan = load_plan(stage.experiment)
     return SystemLoop({part: fmu.model or "" for part, fmu in plan.fmus.items()}, list(plan.wires.values()),
                       plan.stop_time)
 

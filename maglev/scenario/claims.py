@@ -7,7 +7,7 @@ from typing import Annotated, Any, ClassVar, Literal, Self
 from pydantic import AfterValidator, Field, StrictBool, ValidationInfo, field_validator, model_validator
 
 import maglev.scenario.quantities as quantities
-from maglev.descriptions.packaged import RIGS
+from maglev.descriptions.packaged import PACKAGED_STAGES
 from maglev.files.errors import QuantityError, similar
 from maglev.files.units import parse_quantity, read_quantity, si_unit
 from maglev.scenario.quantities import MeasuredQuantity, in_words, place_words, printed
@@ -28,8 +28,8 @@ GapRange = Annotated[tuple[Metres, Metres], AfterValidator(lambda gaps: ascendin
 
 
 def known_constant(name: str) -> str:
-    """Refuse a constant that no rig has."""
-    known = sorted({constant.name for rig in RIGS.values() for constant in rig.constants})
+    """Refuse a constant that no stage has."""
+    known = sorted({constant.name for stage in PACKAGED_STAGES.values() for constant in stage.constants})
     if name not in known:
         raise ValueError(f"expected one of {', '.join(known)}")
     return name

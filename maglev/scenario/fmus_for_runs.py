@@ -14,7 +14,7 @@ from pathlib import Path
 from typing import get_args
 
 from maglev.descriptions.own_fmus import definition, kind_folder, stale
-from maglev.descriptions.packaged import RIGS
+from maglev.descriptions.packaged import PACKAGED_STAGES
 from maglev.descriptions.registry import STAGES
 from maglev.files.cache import FMUS, cache_folder, keep, kept, key_of
 from maglev.files.copies import copied
@@ -68,11 +68,11 @@ def fmus_for_runs(names: Iterable[str], fmus: str | Path | None = None, kind: st
     return built(needed, PYTHON, say, watch)
 
 
-def fmus_named(given: Iterable[object], rig: str | Path | None, fmus: str | Path | None = None,
+def fmus_named(given: Iterable[object], stage: str | Path | None, fmus: str | Path | None = None,
                kind: str | None = None, fmi: int = 2) -> Path:
     """Folder with those that are given by name, among files and classes; also of the stage of a description."""
-    if rig is not None:
-        know_stage(rig)
+    if stage is not None:
+        know_stage(stage)
     return fmus_for_runs([str(name) for name in given if str(name) in STAGES.definitions()], fmus, kind, fmi)
 
 
@@ -178,7 +178,7 @@ def fmu_key(name: str, kind: Kind) -> str:
     described = []
     if stage is not None:
         pages = stage.folder.glob("*/**/*.*")
-        described = [to_text(stage.rig), files_digest(stage.folder, pages)]
+        described = [to_text(stage.stage), files_digest(stage.folder, pages)]
     return key_of(FMUS, dependencies(), tuple(kind), number_in(DATE), described)
 
 
@@ -198,7 +198,7 @@ def dependencies() -> tuple[str, ...]:
     """What every FMU depends on: sources, descriptions, versions of tools, this machine."""
     folders = [HERE / folder for folder in (*BLOCKS, *(f"maglev/{name}" for name in MAKING))]
     return (files_digest(HERE, (path for folder in folders for path in folder.rglob("*.*"))),
-            *map(to_text, RIGS.values()), *map(version_of, ("maglev-fmus", *TOOLS)),
+            *map(to_text, PACKAGED_STAGES.values()), *map(version_of, ("maglev-fmus", *TOOLS)),
             platform.system(), platform.machine())
 
 

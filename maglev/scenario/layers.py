@@ -11,14 +11,14 @@ from functools import cache, lru_cache
 from pathlib import Path
 from typing import Any, NamedTuple
 
-from maglev.descriptions.packaged import RIGS
+from maglev.descriptions.packaged import PACKAGED_STAGES
 from maglev.files.errors import ScenarioError, nearest, shortened
 from maglev.files.toml_file import read_toml, toml_text
 from maglev.user.reading import read_own
 from maglev.user.scenario_loop import loop_table, setpoint_signals
 
 # The experiments are a folder beside the package in the repository, and in it where it is installed; in it a folder
-# for each rig has the experiments themselves.
+# for each stage has the experiments themselves.
 HERE = Path(__file__).parents[1]
 PACKAGED = next(folder for folder in (HERE / "scenarios", HERE.parent / "scenarios") if folder.is_dir())
 
@@ -70,10 +70,10 @@ def extended(layer: Layer, extending: tuple[Path, ...] = ()) -> list[Layer]:
     if not isinstance(stage, str):
         raise ScenarioError(f'{path}: stage = {shortened(stage)}: expected the file of a description, "NAME.toml"')
     if "stage" in table:
-        rig = read_own(Path(table["stage"]))
-        layers = [Layer(Path(table["stage"]), loop_table(rig))]
+        description = read_own(Path(table["stage"]))
+        layers = [Layer(Path(table["stage"]), loop_table(description))]
         if table.get("signals") == SETPOINTS:
-            layer.table["signals"] = setpoint_signals(rig)
+            layer.table["signals"] = setpoint_signals(description)
     for base in bases:
         layers += read_layers(extended_file(path, base), (*extending, path))
         if len(layers) > MOST_LAYERS:
@@ -83,7 +83,7 @@ def extended(layer: Layer, extending: tuple[Path, ...] = ()) -> list[Layer]:
 
 def extended_file(path: Path, base: str) -> Path:
     """File that a file extends: beside it, or else among those of the package, such as "loops/3dof.toml"."""
-    folders = (PACKAGED, *(PACKAGED / rig for rig in RIGS))
+    folders = (PACKAGED, *(PACKAGED / stage for stage in PACKAGED_STAGES))
     for file in (folder / base for folder in (path.parent, *folders)):
         if file.is_file():
             return file.resolve()
@@ -249,8 +249,8 @@ def child(table: Any, key: str | int) -> Any:
 @cache
 def packaged_files() -> dict[str, Path]:
     """Files of the scenarios that come with the package, by name, in the order of these."""
-    return {path.stem: path for rig in RIGS
-            for path in sorted((PACKAGED / rig).glob("*.toml"), key=lambda p: p.stem)}
+    return {path.stem: path for stage in PACKAGED_STAGES
+            for path in sorted((PACKAGED / stage).glob("*.toml"), key=lambda p: p.stem)}
 
 
 @cache

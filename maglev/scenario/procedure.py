@@ -16,7 +16,7 @@ PARTS: dict[str, tuple[str, ...]] = {
     "parabolas": (),
     "equilibrium": ("currents", "excitation"),
     "cogging": ("offset", "excitation", "currents"),
-    "identification": ("rig", "model", "currents", "parabolas"),
+    "identification": ("stage", "model", "currents", "parabolas"),
     "forgetting": ("jump",),
 }
 

@@ -140,7 +140,8 @@ PROCEDURE_VALUES = by_name(
     MeasuredQuantity("equilibrium current", "procedure", "A"),      # measured
     MeasuredQuantity("equilibrium deviation", "procedure", "A"),    # of the predicted current from the measured one
     MeasuredQuantity("cogging force", "procedure", "N"),            # peak
-    MeasuredQuantity("position deviation", "procedure", "1"),       # RMS of model - rig over RMS of the rig's motion
+    # RMS of model - stage over RMS of the stage's motion
+    MeasuredQuantity("position deviation", "procedure", "1"),
     MeasuredQuantity("speed deviation", "procedure", "1"))
 
 

@@ -6,7 +6,7 @@ from typing import Annotated, Any, NamedTuple
 
 from pydantic import BeforeValidator, Field, PlainValidator, PrivateAttr, StrictBool, field_validator, model_validator
 
-from maglev.descriptions.packaged import best_rig
+from maglev.descriptions.packaged import best_stage
 from maglev.files.errors import QuantityError, key_path, nearest
 from maglev.files.time_grid import ON_GRID, whole_steps
 from maglev.files.units import known_unit, own_number, parse_quantity, read_quantity, split_text
@@ -16,7 +16,7 @@ from maglev.scenario.procedure import ProcedureSettings
 from maglev.scenario.signals import Csv, Signal, Steps
 from maglev.scenario.toml_table import Metres, Radians, Seconds, Table, ValueKind, key_refused
 from maglev.user.reading import read_own
-from pmlsm.stage_description import Rig
+from pmlsm.stage_description import StageDescription
 
 
 class StartValue(NamedTuple):
@@ -211,7 +211,8 @@ class RunPlan(Table):
 
     PLACE = "the file itself"
 
-    rig_file: str | None = Field(default=None, alias="stage", description="path of the description of your own stage, "
+    stage_file: str | None = Field(default=None, alias="stage",
+                                   description="path of the description of your own stage, "
                                  "whose loop stands under the file")
     name: str = Field(pattern=r"^\w[\w.+-]*$", description="name of the run, after which its results are named: "
                       "letters, digits, and _ . + -")   # it is no path
@@ -366,11 +367,11 @@ class RunPlan(Table):
         return {*self.axes, *(variable.partition(".")[0] for fmu in self.fmus.values() for variable in fmu.start)}
 
     @property
-    def rig(self) -> Rig | None:
-        """The rig that it is about: as described, or by its FMUs or else by its axes; None if it is about none."""
-        if self.rig_file is not None:
-            return read_own(Path(self.rig_file))
-        return best_rig((fmu.model for fmu in self.fmus.values() if fmu.model), self.axis_names)
+    def stage(self) -> StageDescription | None:
+        """The stage that it is about: as described, or by its FMUs or else by its axes; None if it is about none."""
+        if self.stage_file is not None:
+            return read_own(Path(self.stage_file))
+        return best_stage((fmu.model for fmu in self.fmus.values() if fmu.model), self.axis_names)
 
     @property
     def plants(self) -> set[str]:

@@ -3,16 +3,16 @@
 import re
 from pathlib import Path
 
-from maglev.descriptions.packaged import RIGS
+from maglev.descriptions.packaged import PACKAGED_STAGES
 from maglev.descriptions.registry import STAGES, OwnStage
 from maglev.descriptions.writer import module_texts
 from maglev.files.copies import copied
-from maglev.files.errors import RigError, one_of
+from maglev.files.errors import StageError, one_of
 from maglev.user.reading import read_own
-from pmlsm.stage_description import Rig
+from pmlsm.stage_description import StageDescription
 
 
-def know_stage(path: str | Path) -> Rig:
+def know_stage(path: str | Path) -> StageDescription:
     """Read the description of a stage, and let its FMUs be built, recognised and linearised in this process.
 
     Parameters
@@ -22,12 +22,12 @@ def know_stage(path: str | Path) -> Rig:
 
     Returns
     -------
-    Rig
+    Stage
         What it describes.
 
     Raises
     ------
-    RigError, ScenarioError
+    StageError, ScenarioError
         If the file is no description, or has the name of something else.
 
     Examples
@@ -40,33 +40,34 @@ def know_stage(path: str | Path) -> Rig:
     39
     """
     file = Path(path)
-    rig = read_own(file)
-    known = STAGES.own.get(rig.name)
-    if known is None or known.rig != rig:
-        require_free_name(file, rig.name)
-        texts = {place: text.encode("utf-8") for place, text in module_texts(rig).items()}
-        STAGES.add(OwnStage(rig, copied(texts, file.absolute().parent), file))
-    return rig
+    stage = read_own(file)
+    known = STAGES.own.get(stage.name)
+    if known is None or known.stage != stage:
+        require_free_name(file, stage.name)
+        texts = {place: text.encode("utf-8") for place, text in module_texts(stage).items()}
+        STAGES.add(OwnStage(stage, copied(texts, file.absolute().parent), file))
+    return stage
 
 
-def rig_named(rig: str | Path) -> Rig:
-    """A rig by its name, or a stage of the user's by the file of its description, NAME.toml.
+def stage_named(stage: str | Path) -> StageDescription:
+    """A stage by its name, or a stage of the user's by the file of its description, NAME.toml.
 
-    RigError if there is no such rig, or as of `know_stage`.
+    StageError if there is no such stage, or as of `know_stage`.
     """
-    if str(rig).endswith(".toml"):
-        return know_stage(rig)
-    known = STAGES.rigs
-    if rig not in known:
-        raise RigError(f"stage = {rig!r}, expected "
-                       f"{one_of(rig, known, 'or a description NAME.toml', '.toml')}")
-    return known[str(rig)]
+    if str(stage).endswith(".toml"):
+        return know_stage(stage)
+    known = STAGES.stages
+    if stage not in known:
+        raise StageError(f"stage = {stage!r}, expected "
+                       f"{one_of(stage, known, 'or a description NAME.toml', '.toml')}")
+    return known[str(stage)]
 
 
 def require_free_name(file: Path, name: str) -> None:
     """Refuse a name whose FMUs are others."""
     if not re.fullmatch("[a-z][a-z0-9]*", name):
-        raise RigError(f"{file}: name: {name!r}, expected small letters and digits, a letter first: the FMUs are named "
+        raise StageError(f"{file}: name: {name!r}, expected small letters and digits, a letter first: the FMUs are "
+                         f"named "
                        "after it")
-    if name in RIGS:
-        raise RigError(f"{file}: name: {name!r}, expected another one: a stage of this project is called so")
+    if name in PACKAGED_STAGES:
+        raise StageError(f"{file}: name: {name!r}, expected another one: a stage of this project is called so")

@@ -9,7 +9,7 @@ from typing import Any
 
 from maglev.descriptions.registry import STAGES
 from maglev.files.arrays import Array
-from maglev.files.errors import LinearModelError, RigError
+from maglev.files.errors import LinearModelError, StageError
 from maglev.files.text_columns import aligned, in_width
 from maglev.files.toml_file import read_toml
 from maglev.files.units import parse_quantity
@@ -21,7 +21,7 @@ from maglev.linear.parameters import linear_names
 from maglev.user import gain_design as design
 from maglev.user.adoption import know_stage
 from pmlsm.gap_functions import gap_functions
-from pmlsm.stage_description import Rig, RigAxis
+from pmlsm.stage_description import StageAxis, StageDescription
 from pmlsm.velocity_rows import GRAVITY
 
 LEAST_PHASE = 35.0   # degrees
@@ -61,7 +61,7 @@ class Consequences:
 
     Attributes
     ----------
-    rig : Rig
+    stage : Stage
     forces : dict of str to float
         At the start: of all motors, thrust per current by axis and normal force by i_d in N/A, attraction in N.
     limits : dict of str to float
@@ -78,7 +78,7 @@ class Consequences:
         What numbers of the data sheet for rms currents are for peak currents; empty if it states peaks.
     """
 
-    rig: Rig
+    stage: StageDescription
     forces: dict[str, float]
     limits: dict[str, float]
     fall: float
@@ -97,17 +97,17 @@ class Consequences:
 
     def most(self, current: str) -> tuple[float, float]:
         """The most (A) of a current by its name, and for good."""
-        motors = [motor for motor in self.rig.motors if current in ("i_d", f"{motor.name}.i_d")]
+        motors = [motor for motor in self.stage.motors if current in ("i_d", f"{motor.name}.i_d")]
         return (min(self.limits[motor.name] for motor in motors),
                 min(motor.amplifier.continuous or inf for motor in motors))
 
     @property
     def warnings(self) -> list[str]:
         """What keeps it from working well, each with what to change."""
-        rig, vertical = self.rig, self.rig.vertical.name
+        stage, vertical = self.stage, self.stage.vertical.name
         texts = []
-        if rig.sample_time > 2.0 * design.longest_sample_time(rig):
-            texts.append(f"sample_time: {1e3 * rig.sample_time:g} ms costs more than 10° of phase, expected "
+        if stage.sample_time > 2.0 * design.longest_sample_time(stage):
+            texts.append(f"sample_time: {1e3 * stage.sample_time:g} ms costs more than 10° of phase, expected "
                          f"{1e3 * self.wanted:g} ms or less")
         for place in self.places:
             at = f"{vertical} = {1e3 * place.gap:.4g} mm"
@@ -126,7 +126,7 @@ class Consequences:
                 texts.append(f"{at}: {beyond[0]} = {currents[beyond[0]]:.3g} A holds the mover, for good the "
                              f"amplifiers give {self.most(beyond[0])[1]:.3g} A: stops nearer to the start, or another "
                              "mass")
-        for axis in self.rig.axis_names:
+        for axis in self.stage.axis_names:
             met = [(min(margins[0] / LEAST_PHASE, margins[1] / LEAST_GAIN), *margins, place.gap)
                    for place in self.places if (margins := place.margins.get(axis)) is not None]
             share, phase, gain, gap = min(met, default=(1.0, inf, inf, 0.0))
@@ -139,12 +139,12 @@ class Consequences:
     @property
     def brief(self) -> str:
         """The most of it in one line."""
-        rig, start = self.rig, self.places[0]
+        stage, start = self.stage, self.places[0]
         margins = [margin for place in self.places for margin in place.margins.values()]
         least = f"{min(phase for phase, _ in margins):.0f}°, {min(gain for _, gain in margins):.1f} dB"
-        return (f"{rig.title}: {rig.vertical.mass:g} kg at {1e3 * start.gap:g} mm, {self.at_rest}, unstable pole "
+        return (f"{stage.title}: {stage.vertical.mass:g} kg at {1e3 * start.gap:g} mm, {self.at_rest}, unstable pole "
                 f"{self.rate:.3g} 1/s, sample time "
-                f"{1e3 * rig.sample_time:g} ms, margins {least} or more; `maglev stage` says more")
+                f"{1e3 * stage.sample_time:g} ms, margins {least} or more; `maglev stage` says more")
 
     @property
     def at_rest(self) -> str:
@@ -155,25 +155,25 @@ class Consequences:
 
     def __str__(self) -> str:
         """All of it within 80 columns: a subject a line, a table with a column for each place, and warnings."""
-        rig, start = self.rig, self.places[0]
+        stage, start = self.stage, self.places[0]
         forces = ", ".join(f"{name} {value:.4g} {'N' if name == 'attraction' else 'N/A'}"
                            for name, value in self.forces.items())
-        constants = ", ".join(f"{constant.name} = {constant.stage:.4g}" for constant in rig.constants)
+        constants = ", ".join(f"{constant.name} = {constant.stage:.4g}" for constant in stage.constants)
         subjects = {
             "constants": f"{constants} (docs/equations.md)",
             **{motor.name: f"{', '.join(f'{ratio:.4g}' for ratio in motor.ratios)} times these: thrust, attraction, "
-               "coils, iron" for motor in rig.unlike},
+               "coils, iron" for motor in stage.unlike},
             "motors": f"{forces}, at the start, a gap of {1e3 * start.gap:g} mm, per ampere of peak current",
             **({"data sheet": self.sheet} if self.sheet else {}),
             "current at rest": self.at_rest,
             "without current": "it is balanced" if self.fall == inf else
                                f"{1e3 * self.fall:.3g} ms from the start to a stop",
             "unstable pole": f"{self.rate:.3g} 1/s",
-            "sample time": f"{1e3 * rig.sample_time:g} ms, wanted {1e3 * self.wanted:g} ms or less",
-            "observers": f"{1e3 * rig.design.observer_time:g} ms",
-            **{f"gains of {axis.name}": ", ".join(f"{gain:.6g}" for gain in axis.design.gains) for axis in rig.axes}}
+            "sample time": f"{1e3 * stage.sample_time:g} ms, wanted {1e3 * self.wanted:g} ms or less",
+            "observers": f"{1e3 * stage.design.observer_time:g} ms",
+            **{f"gains of {axis.name}": ", ".join(f"{gain:.6g}" for gain in axis.design.gains) for axis in stage.axes}}
         return "\n".join([
-            f"{rig.title}: {rig.vertical.mass:g} kg at a gap of {1e3 * start.gap:g} mm",
+            f"{stage.title}: {stage.vertical.mass:g} kg at a gap of {1e3 * start.gap:g} mm",
             *(in_width(subject.ljust(HEAD), text) for subject, text in subjects.items()),
             "", aligned(self.table), *([""] if self.warnings else []),
             *(in_width("warning: ", warning) for warning in self.warnings)]) + "\n"
@@ -194,11 +194,12 @@ class Consequences:
 
     def as_data(self) -> dict[str, Any]:
         """All of it as JSON has it, SI."""
-        return {"stage": self.rig.name, "constants": {constant.name: constant.stage for constant in self.rig.constants},
+        return {"stage": self.stage.name,
+                "constants": {constant.name: constant.stage for constant in self.stage.constants},
                 "forces": self.forces, "limits": self.limits, "fall": None if self.fall == inf else self.fall,
-                "rate": self.rate, "sample_time": self.rig.sample_time, "wanted_sample_time": self.wanted,
-                "observer_time": self.rig.design.observer_time,
-                "gains": {axis.name: list(axis.design.gains) for axis in self.rig.axes},
+                "rate": self.rate, "sample_time": self.stage.sample_time, "wanted_sample_time": self.wanted,
+                "observer_time": self.stage.design.observer_time,
+                "gains": {axis.name: list(axis.design.gains) for axis in self.stage.axes},
                 "places": [asdict(place) for place in self.places], "warnings": self.warnings}
 
 
@@ -207,7 +208,7 @@ def stage(path: str | Path) -> Consequences:
 
     Raises
     ------
-    RigError, ScenarioError
+    StageError, ScenarioError
         If it is no description, or no stage that can work, with what to change.
 
     Examples
@@ -218,18 +219,19 @@ def stage(path: str | Path) -> Consequences:
     >>> found.places[0].margins["v"][0] > 35.0
     True
     """
-    rig = runnable(path)
-    gap, *ends = design.gap_travel(rig)
+    stage = runnable(path)
+    gap, *ends = design.gap_travel(stage)
     inward = 1e-6 * (ends[1] - ends[0])   # a stop itself is touched
-    forces = {f"thrust {axis.name}": axis.mass * rig.sharing * rig.model.thrust[axis.name] * sum(
-        motor.ratios[0] * gap_functions(rig.motor(motor), gap)[0] for motor in rig.motors_of(axis.name))
-        for axis in rig.horizontal}
+    forces = {f"thrust {axis.name}": axis.mass * stage.sharing * stage.model.thrust[axis.name] * sum(
+        motor.ratios[0] * gap_functions(stage.motor(motor), gap)[0] for motor in stage.motors_of(axis.name))
+        for axis in stage.horizontal}
     for name in ("coils", "attraction"):
-        forces["normal" if name == "coils" else name] = rig.vertical.mass * mean(
-            getattr(pull, name) for pull in design.pulls(rig, gap))
-    places = (place_at_gap(rig, gap), place_at_gap(rig, ends[0] + inward), place_at_gap(rig, ends[1] - inward))
-    return Consequences(rig, forces, dict(zip(rig.motor_names, design.current_limits(rig), strict=True)), fall(rig),
-                        design.unstable_rate(rig), design.wanted_sample_time(rig), places,
+        forces["normal" if name == "coils" else name] = stage.vertical.mass * mean(
+            getattr(pull, name) for pull in design.pulls(stage, gap))
+    places = (place_at_gap(stage, gap), place_at_gap(stage, ends[0] + inward), place_at_gap(stage, ends[1] - inward))
+    return Consequences(stage, forces, dict(zip(stage.motor_names, design.current_limits(stage), strict=True)),
+                        fall(stage),
+                        design.unstable_rate(stage), design.wanted_sample_time(stage), places,
                         peaks_of(read_toml(Path(path)), gap))
 
 
@@ -247,21 +249,22 @@ def peaks_of(description: Mapping[str, Any], start: float) -> str:
                                     f"peak current, of one motor at a gap of {1e3 * gap:g} mm"])])
 
 
-def place_at_gap(rig: Rig, gap: float) -> Place:
-    at = design.held(rig, gap)
-    closing, opening = (rig.vertical.mass * acceleration for acceleration in design.vertical_accelerations(rig, gap))
+def place_at_gap(stage: StageDescription, gap: float) -> Place:
+    at = design.held(stage, gap)
+    closing, opening = (stage.vertical.mass * acceleration
+                        for acceleration in design.vertical_accelerations(stage, gap))
     if at is None:
         return Place(gap, {}, closing, opening, {})
-    lifted = {f"{motor}.amplifier.{key}": value for motor in rig.motor_names
+    lifted = {f"{motor}.amplifier.{key}": value for motor in stage.motor_names
               for key, value in (("peak", 1e3), ("continuous", 0.0))}
     try:
-        loop = linearise_loop(f"Plant{rig.suffix}", f"Regulator{rig.suffix}", {rig.vertical.name: gap, **{
-            axis.name: axis.start for axis in rig.horizontal}}, plant_parameters=lifted,
+        loop = linearise_loop(f"Plant{stage.suffix}", f"Regulator{stage.suffix}", {stage.vertical.name: gap, **{
+            axis.name: axis.start for axis in stage.horizontal}}, plant_parameters=lifted,
             controller_parameters={"current_limit": 0.0})
     except LinearModelError:   # the stage itself is not held where its model is
         return Place(gap, {}, closing, opening, {})
-    currents = {motor: held.current for motor, held in zip(rig.motor_names, at, strict=True)}
-    return Place(gap, currents, closing, opening, {axis: margins_at(loop, axis) for axis in rig.axis_names})
+    currents = {motor: held.current for motor, held in zip(stage.motor_names, at, strict=True)}
+    return Place(gap, currents, closing, opening, {axis: margins_at(loop, axis) for axis in stage.axis_names})
 
 
 def margins_at(loop: Loop, axis: str) -> tuple[float, float]:
@@ -273,75 +276,78 @@ def margins_at(loop: Loop, axis: str) -> tuple[float, float]:
     return degrees(margins.phase), min(20.0 * log10(margins.gain_up), down)
 
 
-def fall(rig: Rig) -> float:
+def fall(stage: StageDescription) -> float:
     """Time (s) in which the mover without current goes from its start to a stop; inf if it takes very long."""
     from scipy.integrate import solve_ivp
 
-    stop = rig.gap_stop
+    stop = stage.gap_stop
     ends = [lambda t, state, end=end: state[0] - end for end in (stop.lower, stop.upper)]
     for event in ends:
         event.terminal = True   # type: ignore[attr-defined]  # where scipy looks
 
     def rates(_: float, state: Array) -> list[float]:
-        return [state[1], GRAVITY - mean(pull.attraction for pull in design.pulls(rig, state[0]))]
+        return [state[1], GRAVITY - mean(pull.attraction for pull in design.pulls(stage, state[0]))]
 
-    done = solve_ivp(rates, (0.0, LONGEST_FALL), [rig.vertical.start, 0.0], events=ends, rtol=1e-8, atol=1e-12)
+    done = solve_ivp(rates, (0.0, LONGEST_FALL), [stage.vertical.start, 0.0], events=ends, rtol=1e-8, atol=1e-12)
     return min((float(times[0]) for times in done.t_events or () if len(times)), default=inf)
 
 
-def runnable(path: str | Path) -> Rig:
+def runnable(path: str | Path) -> StageDescription:
     """Read a description and check that its stage can run.
 
-    RigError, ScenarioError if it is no description; if stops are outside the field's range, no current below the limits
+    StageError, ScenarioError if it is no description; if stops are outside the field's range, no current below the
+    limits
     holds the mover at its start, thrust does not overcome bias and friction, sampling is too slow for the unstable
     pole, or the loop of a regulator is unstable; with the numbers.
     """
-    rig = know_stage(path)
+    stage = know_stage(path)
     try:
-        require_field(rig)
-        require_within_ranges(rig)
-        start = {axis.name: axis.start for axis in rig.axes}
+        require_field(stage)
+        require_within_ranges(stage)
+        start = {axis.name: axis.start for axis in stage.axes}
         for kind in ("Plant", "Regulator"):
-            equilibrium(f"{kind}{rig.suffix}", start)
-        for axis in rig.horizontal:
-            require_thrust(rig, axis)
-        rate = design.unstable_rate(rig)
-        if rate * rig.sample_time > design.SLOWEST_SAMPLING:
-            raise RigError(f"sample_time: {1e3 * rig.sample_time:g} ms, expected at most "
+            equilibrium(f"{kind}{stage.suffix}", start)
+        for axis in stage.horizontal:
+            require_thrust(stage, axis)
+        rate = design.unstable_rate(stage)
+        if rate * stage.sample_time > design.SLOWEST_SAMPLING:
+            raise StageError(f"sample_time: {1e3 * stage.sample_time:g} ms, expected at most "
                            f"{1e3 * design.SLOWEST_SAMPLING / rate:.3g} ms: without control the mover leaves its start "
                            f"with exp({rate:.3g} t/s)")
-        loop = linearise_loop(f"Plant{rig.suffix}", f"Regulator{rig.suffix}", start)
+        loop = linearise_loop(f"Plant{stage.suffix}", f"Regulator{stage.suffix}", start)
         if not loop.stable:
-            raise RigError(f"design: with these gains the loop at the start grows with a pole of magnitude "
-                           f"{max(abs(loop.poles)):.4g} per sample of {1e3 * rig.sample_time:g} ms, expected all below "
+            raise StageError(f"design: with these gains the loop at the start grows with a pole of magnitude "
+                           f"{max(abs(loop.poles)):.4g} per sample of {1e3 * stage.sample_time:g} ms, expected all "
+                           f"below "
                            f"1: other gains or poles, or a shorter sample_time; without control the mover leaves with "
                            f"exp({rate:.3g} t/s)")
-    except (RigError, LinearModelError) as error:
-        raise RigError(f"{path}: {error}") from None
-    return rig
+    except (StageError, LinearModelError) as error:
+        raise StageError(f"{path}: {error}") from None
+    return stage
 
 
-def require_field(rig: Rig) -> None:
-    stop, fields = rig.gap_stop, [rig.motor(motor).field for motor in rig.motors]
+def require_field(stage: StageDescription) -> None:
+    stop, fields = stage.gap_stop, [stage.motor(motor).field for motor in stage.motors]
     lower, upper = max(field.lower for field in fields), min(field.upper for field in fields)
     if not lower <= stop.lower < stop.upper <= upper:
-        place = "motor_stop" if rig.rotations else f"axes.{rig.vertical.name}.stop"
-        raise RigError(f"{place}: from {1e3 * stop.lower:g} to {1e3 * stop.upper:g} mm, expected "
+        place = "motor_stop" if stage.rotations else f"axes.{stage.vertical.name}.stop"
+        raise StageError(f"{place}: from {1e3 * stop.lower:g} to {1e3 * stop.upper:g} mm, expected "
                        f"within {1e3 * lower:g}…{1e3 * upper:g} mm, where the field is known")
 
 
-def require_within_ranges(rig: Rig) -> None:
+def require_within_ranges(stage: StageDescription) -> None:
     """Refuse what no FMU takes as a start value."""
-    for definition in map(STAGES.definition, linear_names(rig)):
+    for definition in map(STAGES.definition, linear_names(stage)):
         block = definition.new_block()
         for variable in definition.variables:
             if variable.causality == "parameter" and not variable.boolean:
                 Parameter.of(variable).read(variable.read(block), f"{definition.name}: {variable.name}",
-                                            RigError)
+                                            StageError)
 
 
-def require_thrust(rig: Rig, axis: RigAxis) -> None:
-    needed, given = abs(axis.bias) + axis.friction.coulomb / axis.mass, design.strongest(rig, axis.name)
+def require_thrust(stage: StageDescription, axis: StageAxis) -> None:
+    needed, given = abs(axis.bias) + axis.friction.coulomb / axis.mass, design.strongest(stage, axis.name)
     if given <= needed:
-        raise RigError(f"axes.{axis.name}: its motors give {axis.mass * given:.3g} N at their limit and the start gap, "
+        raise StageError(f"axes.{axis.name}: its motors give {axis.mass * given:.3g} N at their limit and the start "
+                         f"gap, "
                        f"bias and friction take {axis.mass * needed:.3g} N, expected more thrust")

@@ -11,12 +11,12 @@ from controller_fmu.internal_model import OscillatorStep
 from controller_fmu.velocity_observer import ObserverFilter
 from maglev.descriptions.data_sheet import twelve_digits
 from maglev.files.arrays import Array, Complex
-from maglev.files.errors import RigError
+from maglev.files.errors import StageError
 from maglev.linear.design import gains_of
 from maglev.linear.places import MotorPlaces
 from pmlsm.gap_functions import gap_functions
 from pmlsm.gap_slopes import gap_slopes
-from pmlsm.stage_description import Rig, RigAxis, RigMotor
+from pmlsm.stage_description import StageAxis, StageDescription, StageMotor
 from pmlsm.velocity_rows import GRAVITY
 
 OMEGA0 = 1.5 * pi   # rad/s, of the internal models
@@ -45,7 +45,7 @@ WANTED_SAMPLING = 5.0 * pi / 180.0 / (1.5 * 4.2)
 def gains_of_poles(place: str, given: Any) -> list[float]:
     """Gains k1…k5 that place five poles: real ones as numbers, a pair as [real, imaginary part] (rad/s).
 
-    RigError if there are not five, or one is not on the left.
+    StageError if there are not five, or one is not on the left.
     """
     poles: list[complex] = []
     for entry in given if isinstance(given, list) else []:
@@ -55,7 +55,7 @@ def gains_of_poles(place: str, given: Any) -> list[float]:
             break
         poles += [pair[0]] if pair[1] is None else [complex(*pair), complex(pair[0], -pair[1])]
     if len(poles) != 5 or any(complex(pole).real >= 0.0 for pole in poles):
-        raise RigError(f"{place}: {given!r}, expected five poles with real parts below 0, such as "
+        raise StageError(f"{place}: {given!r}, expected five poles with real parts below 0, such as "
                        "[-90, [-4, 6], [-2, 2]]: a number, or real and imaginary part of a pair")
     return [twelve_digits(gain) for gain in gains_of(np.poly(np.array(poles)).real.tolist(), OMEGA0)]
 
@@ -83,27 +83,27 @@ class Pull(NamedTuple):
         return self.attraction - self.share * GRAVITY
 
 
-def pulls(rig: Rig, gap: float) -> list[Pull]:
+def pulls(stage: StageDescription, gap: float) -> list[Pull]:
     """Normal forces of the model's motors at a gap (m); each carries what keeps the mover level."""
-    of, places = rig.model, MotorPlaces.of(rig)
-    level = len(rig.motors) * np.linalg.pinv(places.gaps)[0] if rig.rotations else np.ones(len(rig.motors))
+    of, places = stage.model, MotorPlaces.of(stage)
+    level = len(stage.motors) * np.linalg.pinv(places.gaps)[0] if stage.rotations else np.ones(len(stage.motors))
     all_pulls = []
-    for motor, share in zip(rig.motors, level.tolist(), strict=True):
-        _, f2, f3, f4 = gap_functions(rig.motor(motor), gap)
-        attraction, coils, iron = constants = tuple(rig.carrying * constant * ratio for constant, ratio in zip(
+    for motor, share in zip(stage.motors, level.tolist(), strict=True):
+        _, f2, f3, f4 = gap_functions(stage.motor(motor), gap)
+        attraction, coils, iron = constants = tuple(stage.carrying * constant * ratio for constant, ratio in zip(
             (of.attraction, of.coils, of.iron), motor.ratios[1:], strict=True))
         all_pulls.append(Pull(share, attraction * f2, coils * f3, iron * f4, constants))
     return all_pulls
 
 
-def held(rig: Rig, gap: float) -> list[Held] | None:
+def held(stage: StageDescription, gap: float) -> list[Held] | None:
     """The motors as the model has them at a gap (m); None where no direct currents hold the mover."""
     currents = []
-    for motor, pull in zip(rig.motors, pulls(rig, gap), strict=True):
+    for motor, pull in zip(stage.motors, pulls(stage, gap), strict=True):
         current, there = smaller_root(pull.iron, pull.coils, pull.missing)
         if not there or pull.coils <= 2.0 * pull.iron * current:
             return None
-        geometry = rig.motor(motor)
+        geometry = stage.motor(motor)
         by_attraction, by_coils, by_iron = (constant * slope for constant, slope in zip(
             pull.constants, gap_slopes(geometry, gap), strict=True))
         currents.append(Held(current, by_coils * current - by_iron * current * current - by_attraction,
@@ -111,70 +111,70 @@ def held(rig: Rig, gap: float) -> list[Held] | None:
     return currents
 
 
-def gap_travel(rig: Rig) -> tuple[float, float, float]:
+def gap_travel(stage: StageDescription) -> tuple[float, float, float]:
     """Air gaps (m): the start, and both ends of what the stops leave."""
-    return rig.vertical.start, rig.gap_stop.lower, rig.gap_stop.upper
+    return stage.vertical.start, stage.gap_stop.lower, stage.gap_stop.upper
 
 
-def stiffness(rig: Rig, axis: str, at: list[Held]) -> float:
+def stiffness(stage: StageDescription, axis: str, at: list[Held]) -> float:
     """How an axis leaves its place while the currents stay as they are: δ'' = α δ, in 1/s², positive where it does.
 
     Horizontally the phase currents hold the field, and the mover with it where i_d is below 0 (2.1).
     """
-    places, k = MotorPlaces.of(rig), rig.axis_names.index(axis)
-    if rig.axis(axis) in rig.horizontal:
-        thrust = rig.sharing * rig.model.thrust[axis]
-        return sum(thrust * motor.ratios[0] * pull.f1 * rig.motor(motor).wave_number * pull.current
-                   for motor, pull in zip(rig.motors, at, strict=True) if motor.drives == axis)
+    places, k = MotorPlaces.of(stage), stage.axis_names.index(axis)
+    if stage.axis(axis) in stage.horizontal:
+        thrust = stage.sharing * stage.model.thrust[axis]
+        return sum(thrust * motor.ratios[0] * pull.f1 * stage.motor(motor).wave_number * pull.current
+                   for motor, pull in zip(stage.motors, at, strict=True) if motor.drives == axis)
     alphas = np.array([held.stiffness for held in at])
-    return float(places.effects[k, 0::2] * alphas @ places.gaps[:, k]) / len(rig.motors)
+    return float(places.effects[k, 0::2] * alphas @ places.gaps[:, k]) / len(stage.motors)
 
 
-def uncontrolled(rig: Rig) -> list[str]:
+def uncontrolled(stage: StageDescription) -> list[str]:
     """Axes along which the mover leaves its place if nothing controls it: the air gap, and tilts of it."""
-    return [rig.vertical.name, *(axis.name for axis in rig.rotations)]
+    return [stage.vertical.name, *(axis.name for axis in stage.rotations)]
 
 
-def unstable_rate(rig: Rig) -> float:
+def unstable_rate(stage: StageDescription) -> float:
     """Rate (1/s) with which the mover leaves its start, where the model's motors hold it, if nothing controls it.
 
-    RigError if no direct current holds it there.
+    StageError if no direct current holds it there.
     """
-    start = held(rig, rig.vertical.start)
+    start = held(stage, stage.vertical.start)
     if start is None:
-        gap, vertical = rig.vertical.start, rig.vertical
-        attracted = sum(pull.attraction for pull in pulls(rig, gap)) / len(rig.motors)
-        raise RigError(f"no direct current holds the mover of {vertical.mass:g} kg at {1e3 * gap:g} mm: without "
+        gap, vertical = stage.vertical.start, stage.vertical
+        attracted = sum(pull.attraction for pull in pulls(stage, gap)) / len(stage.motors)
+        raise StageError(f"no direct current holds the mover of {vertical.mass:g} kg at {1e3 * gap:g} mm: without "
                        f"one the motors attract it by {attracted:.3g} m/s², gravity takes 9.81 m/s², expected another "
                        "gap, mass or attraction")
-    return sqrt(max(1e-6, *(stiffness(rig, axis, start) for axis in uncontrolled(rig))))
+    return sqrt(max(1e-6, *(stiffness(stage, axis, start) for axis in uncontrolled(stage))))
 
 
-def strongest(rig: Rig, axis: str) -> float:
+def strongest(stage: StageDescription, axis: str) -> float:
     """Acceleration (m/s²) of a horizontal axis by its motors at the start gap and the current that they may have.
 
     All have the same thrust.
     """
-    motors = [motor for motor in rig.motors if motor.drives == axis]
-    by_motor = [motor.ratios[0] * gap_functions(rig.motor(motor), rig.vertical.start)[0] * min(
-        motor.amplifier.continuous or motor.amplifier.peak, limit_of(rig, motor)) for motor in motors]
-    return rig.sharing * rig.model.thrust[axis] * len(motors) * min(by_motor)
+    motors = [motor for motor in stage.motors if motor.drives == axis]
+    by_motor = [motor.ratios[0] * gap_functions(stage.motor(motor), stage.vertical.start)[0] * min(
+        motor.amplifier.continuous or motor.amplifier.peak, limit_of(stage, motor)) for motor in motors]
+    return stage.sharing * stage.model.thrust[axis] * len(motors) * min(by_motor)
 
 
-def limit_of(rig: Rig, motor: RigMotor) -> float:
+def limit_of(stage: StageDescription, motor: StageMotor) -> float:
     """Largest current (A) of a motor that the regulators command."""
-    return (rig.design.current_limit or inf) * (1.0 if motor.kind is None else motor.kind.limit)
+    return (stage.design.current_limit or inf) * (1.0 if motor.kind is None else motor.kind.limit)
 
 
-def current_limits(rig: Rig) -> list[float]:
+def current_limits(stage: StageDescription) -> list[float]:
     """Largest direct current (A) of each motor: of the regulators, and of the amplifiers for a short time."""
-    return [min(limit_of(rig, motor), motor.amplifier.peak) for motor in rig.motors]
+    return [min(limit_of(stage, motor), motor.amplifier.peak) for motor in stage.motors]
 
 
-def vertical_accelerations(rig: Rig, gap: float) -> tuple[float, float]:
+def vertical_accelerations(stage: StageDescription, gap: float) -> tuple[float, float]:
     """Largest accelerations (m/s²) that close a gap (m) and that open it, level, with direct currents up to a limit."""
     closing, opening = [], []
-    for pull, limit in zip(pulls(rig, gap), current_limits(rig), strict=True):
+    for pull, limit in zip(pulls(stage, gap), current_limits(stage), strict=True):
         most = min(limit, pull.coils / (2.0 * pull.iron))   # beyond, the iron is attracted by more than the coils push
         ends = sorted(force / pull.share for force in (
             -(pull.iron * limit * limit + pull.coils * limit + pull.missing),
@@ -184,28 +184,28 @@ def vertical_accelerations(rig: Rig, gap: float) -> tuple[float, float]:
     return min(closing), min(opening)
 
 
-def feasible_steps(rig: Rig) -> dict[str, float]:
+def feasible_steps(stage: StageDescription) -> dict[str, float]:
     """Step (m, rad) for which gains ask for half of the force left over at the start, horizontally for all of it."""
-    vertical = min(vertical_accelerations(rig, rig.vertical.start))
+    vertical = min(vertical_accelerations(stage, stage.vertical.start))
     errors = {}
-    for axis in rig.axes:
-        given = 2.0 * strongest(rig, axis.name) if axis in rig.horizontal else max(vertical, 0.0)
+    for axis in stage.axes:
+        given = 2.0 * strongest(stage, axis.name) if axis in stage.horizontal else max(vertical, 0.0)
         if axis.rotation:
-            given *= rig.vertical.mass * rig.arm / axis.mass / sqrt(len(rig.motors))
+            given *= stage.vertical.mass * stage.arm / axis.mass / sqrt(len(stage.motors))
         errors[axis.name] = 0.5 * given / max(abs(axis.design.gains[0]), 1e-9)
     return errors
 
 
-def longest_sample_time(rig: Rig) -> float:
-    """Sample time (s) by which sampling costs the fastest axis 5° of phase; RigError as of `unstable_rate`."""
-    alphas = [stiffness(rig, axis, at) for gap in gap_travel(rig) if (at := held(rig, gap)) is not None
-              for axis in uncontrolled(rig)]
-    return WANTED_SAMPLING / max(unstable_rate(rig), sqrt(max(0.0, *alphas)))
+def longest_sample_time(stage: StageDescription) -> float:
+    """Sample time (s) by which sampling costs the fastest axis 5° of phase; StageError as of `unstable_rate`."""
+    alphas = [stiffness(stage, axis, at) for gap in gap_travel(stage) if (at := held(stage, gap)) is not None
+              for axis in uncontrolled(stage)]
+    return WANTED_SAMPLING / max(unstable_rate(stage), sqrt(max(0.0, *alphas)))
 
 
-def wanted_sample_time(rig: Rig) -> float:
-    """The next shorter sample time (s) of 1, 2 or 5 times a power of ten; RigError as of `unstable_rate`."""
-    longest = longest_sample_time(rig)
+def wanted_sample_time(stage: StageDescription) -> float:
+    """The next shorter sample time (s) of 1, 2 or 5 times a power of ten; StageError as of `unstable_rate`."""
+    longest = longest_sample_time(stage)
     decade = 10.0 ** np.floor(np.log10(longest))
     return float(f"{max(step for step in (1.0, 2.0, 5.0) if step * decade <= longest) * decade:.3g}")
 
@@ -242,24 +242,24 @@ class DelayedAxis(NamedTuple):
         return best
 
 
-def delayed(rig: Rig, axis: RigAxis, z: Complex) -> DelayedAxis:
+def delayed(stage: StageDescription, axis: StageAxis, z: Complex) -> DelayedAxis:
     """An axis at frequencies exp(jωTs), with rates that come into question.
 
     A horizontal axis that nothing drives off its place is as fast as its motors can make it over a tenth of its way.
     """
-    alphas = [stiffness(rig, axis.name, at) for gap in gap_travel(rig) if (at := held(rig, gap)) is not None]
+    alphas = [stiffness(stage, axis.name, at) for gap in gap_travel(stage) if (at := held(stage, gap)) is not None]
     leaving = sqrt(max([*alphas, 1e-6]))
     rates = leaving * RATES
-    if axis in rig.horizontal:
+    if axis in stage.horizontal:
         assert axis.stop is not None   # as the reader of descriptions sees to
         way = max(0.1 * min(axis.start - axis.stop.lower, axis.stop.upper - axis.start), SHORTEST_WAY)
-        wanted = max(sqrt(strongest(rig, axis.name) / (2.0 * way)), rates[0])
+        wanted = max(sqrt(strongest(stage, axis.name) / (2.0 * way)), rates[0])
         rates = np.concatenate([wanted * SLOWER[SLOWER * wanted >= leaving], rates])
-    if leaving * rig.sample_time > SLOWEST_SAMPLING:
+    if leaving * stage.sample_time > SLOWEST_SAMPLING:
         return DelayedAxis(rates[:1], True, ())   # refused where it is to run
-    lag = max(motor.amplifier.lag for motor in rig.motors)
-    places = tuple((alpha, response(alpha, lag, rig.sample_time, z)) for alpha in alphas)
-    return DelayedAxis(rates, axis not in rig.horizontal, places)
+    lag = max(motor.amplifier.lag for motor in stage.motors)
+    places = tuple((alpha, response(alpha, lag, stage.sample_time, z)) for alpha in alphas)
+    return DelayedAxis(rates, axis not in stage.horizontal, places)
 
 
 def frequencies(sample_time: float) -> Complex:
@@ -315,30 +315,33 @@ def gains_at_rate(rate: float) -> tuple[float, ...]:
     return tuple(twelve_digits(gain) for gain in gains_of(np.poly(np.array(poles)).real.tolist(), OMEGA0))
 
 
-def axis_design(rig: Rig, axis: RigAxis, rate: float) -> dict[str, Any]:
+def axis_design(stage: StageDescription, axis: StageAxis, rate: float) -> dict[str, Any]:
     """What the design of an axis follows from the rate (rad/s) of its fast poles, by its names."""
     bandwidth = twelve_digits(BANDWIDTH * rate)
     # Steps of gap and tilts share the currents of the motors: without a pre-filter they end on the stops.
-    tilting = rig.rotations and axis not in rig.horizontal
+    tilting = stage.rotations and axis not in stage.horizontal
     return {"gains": gains_at_rate(rate), "bandwidth": bandwidth,
             "pid": (-SLOW * rate, -FAST[0] * rate, FAST[1] * rate),
-            "prefilter": min(bandwidth, 1.0 / rig.sample_time) if tilting else 0.0}
+            "prefilter": min(bandwidth, 1.0 / stage.sample_time) if tilting else 0.0}
 
 
 @np.errstate(all="ignore")   # what is no number is no margin
-def designed_rates(rig: Rig, axes: Sequence[str], observer_time: float | None) -> tuple[float, dict[str, float], float]:
+def designed_rates(stage: StageDescription, axes: Sequence[str], observer_time: float | None) -> tuple[float,
+                                                                                                       dict[str,
+                                                                                                            float],
+                                                                                                            float]:
     """What the gains of axes follow from, by the disk margin that they leave over the travel of the air gap.
 
     Time constant of the observers (s), a given one or the longest that leaves enough; rates (rad/s) of the fast poles
     by axis; the smallest disk margin.
     """
-    z = frequencies(rig.sample_time)
-    loops = {axis: delayed(rig, rig.axis(axis), z) for axis in axes}
+    z = frequencies(stage.sample_time)
+    loops = {axis: delayed(stage, stage.axis(axis), z) for axis in axes}
     best = (0.0, 0.0, {axis: twelve_digits(float(loop.rates[0])) for axis, loop in loops.items()})
     if not all(loop.places for loop in loops.values()):
         return (OBSERVER_TIMES[0] if observer_time is None else observer_time), best[2], 0.0
     for time in OBSERVER_TIMES if observer_time is None else (observer_time,):
-        terms = law_terms(time, rig.sample_time, z)
+        terms = law_terms(time, stage.sample_time, z)
         rates = {axis: loop.rate(terms) for axis, loop in loops.items()}
         margin = min(margin for _, margin in rates.values())
         if margin > best[0] or best[1] == 0.0:

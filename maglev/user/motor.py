@@ -7,12 +7,12 @@ from pathlib import Path
 
 from maglev.descriptions.data_sheet import Catalogue, Field, field_geometry, optional
 from maglev.descriptions.description_file import PACKAGED, Reader
-from maglev.descriptions.packaged import RIGS, SINGLE
-from maglev.files.errors import RigError, nearest, one_of
+from maglev.descriptions.packaged import PACKAGED_STAGES, SINGLE
+from maglev.files.errors import StageError, nearest, one_of
 from maglev.files.toml_file import read_toml
 from maglev.files.units import number_or_text
 from pmlsm.gap_functions import gap_functions
-from pmlsm.stage_description import Rig, quantity
+from pmlsm.stage_description import StageDescription, quantity
 from pmlsm.velocity_rows import GRAVITY
 
 MOTORS = {path.stem: path for path in (PACKAGED / "motors" / f"{size}.toml" for size in ("small", "medium", "large"))}
@@ -26,19 +26,22 @@ SURFACE_FIELD = 0.6   # T, at the magnets; forces are known at a gap, so that on
 RESOLUTION = 1e-6   # m, of the encoders beside a motor of such a gap
 
 
-def two_motors() -> Rig:
+def two_motors() -> StageDescription:
     """The 2-DOF stage on two of its motors, twice as heavy, with a platform that tilts about the horizontal axis."""
-    rig, roll = RIGS[SINGLE], next(rig.rotations[0] for rig in RIGS.values() if rig.rotations)
-    travelling = rig.horizontal[0]
-    motor, mass = rig.motors[0], 2.0 * rig.vertical.mass
+    description, roll = PACKAGED_STAGES[SINGLE], next(description.rotations[0]
+                                                      for description in PACKAGED_STAGES.values()
+                                                      if description.rotations)
+    travelling = description.horizontal[0]
+    motor, mass = description.motors[0], 2.0 * description.vertical.mass
     inertia = float(f"{mass * (0.5 * APART) ** 2:.3g}")   # as of masses at the motors
     stage, model = (replace(of, thrust={name: value / 2.0 for name, value in of.thrust.items()},
                             attraction=of.attraction / 2.0, coils=of.coils / 2.0, iron=of.iron / 2.0)
-                    for of in (rig.stage, rig.model))
+                    for of in (description.stage, description.model))
     return replace(
-        rig, title="2-DOF stage on two motors", motor_stop=rig.gap_stop, experiment="", equation="", stage=stage,
+        description, title="2-DOF stage on two motors", motor_stop=description.gap_stop, experiment="", equation="",
+        stage=stage,
         model=model,
-        axes=(replace(rig.vertical, mass=mass, stop=None), replace(travelling, mass=2.0 * travelling.mass),
+        axes=(replace(description.vertical, mass=mass, stop=None), replace(travelling, mass=2.0 * travelling.mass),
               replace(roll, meaning=f"tilt about {travelling.name}", mass=inertia)),
         motors=(replace(motor, name="left", z=-0.5 * APART), replace(motor, name="right", z=0.5 * APART)))
 
@@ -68,7 +71,7 @@ class Motor:
 def read_motor(given: Sequence[str]) -> Motor:
     """A motor by texts: the name of a packaged one, or KEY=VALUE, which go over its numbers.
 
-    RigError with name, value and what was expected.
+    StageError with name, value and what was expected.
     """
     table: dict[str, object] = {}
     known = [field.name for field in fields(Motor)]
@@ -76,20 +79,20 @@ def read_motor(given: Sequence[str]) -> Motor:
         key, equals, value = text.partition("=")
         if not equals:
             if text not in MOTORS:
-                raise RigError(f"--motor {text}: expected {one_of(text, MOTORS)}, or KEY=VALUE with one of "
+                raise StageError(f"--motor {text}: expected {one_of(text, MOTORS)}, or KEY=VALUE with one of "
                                f"{', '.join(known)}")
             table = {**read_toml(MOTORS[text]), **table}
         elif key not in known:
-            raise RigError(f"--motor {text}: no such key; {nearest(key, known)}")
+            raise StageError(f"--motor {text}: no such key; {nearest(key, known)}")
         else:
             table[key] = value if key == "currents" else number_or_text(value)
     lacking = [field.name for field in fields(Motor) if field.default is MISSING and field.name not in table]
     if lacking:
-        raise RigError(f"--motor: without {', '.join(lacking)}, expected KEY=VALUE of each, or to begin with one of "
+        raise StageError(f"--motor: without {', '.join(lacking)}, expected KEY=VALUE of each, or to begin with one of "
                        f"{', '.join(MOTORS)}")
     motor: Motor = Reader(Path("--motor")).read(Motor, table, "")
     if motor.currents not in ("rms", "peak"):
-        raise RigError(f"--motor currents={motor.currents}: expected rms or peak")
+        raise StageError(f"--motor currents={motor.currents}: expected rms or peak")
     return motor
 
 
@@ -123,29 +126,31 @@ def packaged_tables(name: str, gap: float) -> dict[str, dict[str, object]]:
     return {"geometry": dict(drawing_geometry(motor)), "catalogue": sheet, "field": field}
 
 
-def with_motor(rig: Rig, motor: Motor) -> tuple[Rig, Field]:
-    """A rig with other motors in its places: their geometry and field, and gap, mass and stops that go with them.
+def with_motor(stage: StageDescription, motor: Motor) -> tuple[StageDescription, Field]:
+    """A stage with other motors in its places: their geometry and field, and gap, mass and stops that go with them.
 
-    RigError where the slots are no slots, or the field cannot be met.
+    StageError where the slots are no slots, or the field cannot be met.
     """
     gap = motor.gap or float(f"{GAP * motor.pole_pitch:.2g}")
     if gap > motor.pole_pitch:
-        raise RigError(f"--motor gap={1e3 * gap:g}mm: expected at most pole_pitch = {1e3 * motor.pole_pitch:g} mm: "
+        raise StageError(f"--motor gap={1e3 * gap:g}mm: expected at most pole_pitch = {1e3 * motor.pole_pitch:g} mm: "
                        "further away next to nothing is left of the field")
     field, geometry = field_of(motor, gap), drawing_geometry(motor)
     if not geometry["slot_width"] < geometry["slot_pitch"]:
-        raise RigError(f"--motor slot_width={geometry['slot_width']:g}: expected less than slot_pitch = "
+        raise StageError(f"--motor slot_width={geometry['slot_width']:g}: expected less than slot_pitch = "
                        f"{geometry['slot_pitch']:g} m")
-    rig = replace(rig, geometry={**geometry, **field_geometry("--motor", field)}, resolution=RESOLUTION)
-    attracted = rig.carrying * motor.attraction * (gap_functions(rig.motor(), gap)[1]
-                                                   / gap_functions(rig.motor(), motor.attraction_gap)[1])
+    stage = replace(stage, geometry={**geometry, **field_geometry("--motor", field)}, resolution=RESOLUTION)
+    attracted = stage.carrying * motor.attraction * (gap_functions(stage.motor(), gap)[1]
+                                                   / gap_functions(stage.motor(), motor.attraction_gap)[1])
     mass = motor.mass or float(f"{attracted / GRAVITY:.3g}")
-    stop = replace(rig.gap_stop, lower=float(f"{(1.0 - TRAVEL) * gap:.3g}"), upper=float(f"{(1.0 + TRAVEL) * gap:.3g}"))
-    return replace(rig, axes=tuple(replace(
-        axis, mass=mass if not axis.rotation else float(f"{axis.mass * mass / rig.vertical.mass:.3g}"),
-        start=gap if axis is rig.vertical else axis.start,
-        stop=stop if axis is rig.vertical and axis.stop is not None else axis.stop,
+    stop = replace(stage.gap_stop, lower=float(f"{(1.0 - TRAVEL) * gap:.3g}"),
+                   upper=float(f"{(1.0 + TRAVEL) * gap:.3g}"))
+    return replace(stage, axes=tuple(replace(
+        axis, mass=mass if not axis.rotation else float(f"{axis.mass * mass / stage.vertical.mass:.3g}"),
+        start=gap if axis is stage.vertical else axis.start,
+        stop=stop if axis is stage.vertical and axis.stop is not None else axis.stop,
         ripple=replace(axis.ripple, amplitude=0.0, period=geometry["slot_pitch"]),
-        friction=replace(axis.friction, presliding=float(f"{axis.friction.presliding * gap / rig.vertical.start:.2g}"))
-        if axis not in rig.horizontal else axis.friction) for axis in rig.axes),
-        motor_stop=stop if rig.motor_stop is not None else None), field
+        friction=replace(axis.friction,
+                         presliding=float(f"{axis.friction.presliding * gap / stage.vertical.start:.2g}"))
+        if axis not in stage.horizontal else axis.friction) for axis in stage.axes),
+        motor_stop=stop if stage.motor_stop is not None else None), field

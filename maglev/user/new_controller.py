@@ -4,8 +4,8 @@ from pathlib import Path
 
 from maglev.descriptions.packaged import EXAMPLE
 from maglev.descriptions.writer import written_class
-from maglev.files.errors import ControllerError, RigError, option
-from maglev.user.adoption import rig_named
+from maglev.files.errors import ControllerError, StageError, option
+from maglev.user.adoption import stage_named
 from maglev.user.new_stage import file_named, write_new
 
 LONGEST_SHORT_NAME = 4   # letters, of names such as lqi and mpc, whose classes are LQI and MPC
@@ -60,8 +60,8 @@ def new_class(kind: str, path: str | Path, stage: str) -> Path:
     """Write a "controller" or a "plant"."""
     file = file_named(path, ".py")
     try:
-        rig = rig_named(stage)
-    except RigError as error:
+        description = stage_named(stage)
+    except StageError as error:
         raise ControllerError(f"{option('stage', str(stage))}: {error}") from None
     # LQI in lqi.py, MyRegulator in my_regulator.py
     name = file.stem.upper() if len(file.stem) <= LONGEST_SHORT_NAME and file.stem.isalpha() else "".join(
@@ -69,7 +69,7 @@ def new_class(kind: str, path: str | Path, stage: str) -> Path:
     if not (name.isidentifier() and name.isascii()):
         raise ControllerError(f"{file}: expected a name of ASCII letters, digits and underscores, a letter first: the "
                               "class in it is named after it")
-    text = written_class(kind, rig, name, file.name)
-    text = text.replace(f"{rig.name}-setpoints", f"{rig.name}-setpoints{Path(stage).suffix}")
+    text = written_class(kind, description, name, file.name)
+    text = text.replace(f"{description.name}-setpoints", f"{description.name}-setpoints{Path(stage).suffix}")
     write_new(file, text, ControllerError)
     return file

@@ -5,16 +5,16 @@ from contextlib import contextmanager
 from pathlib import Path
 
 from maglev.descriptions.data_sheet import Catalogue, Field
-from maglev.descriptions.packaged import EXAMPLE, RIGS, SINGLE
+from maglev.descriptions.packaged import EXAMPLE, PACKAGED_STAGES, SINGLE
 from maglev.descriptions.registry import STAGES
 from maglev.descriptions.writer import render
-from maglev.files.errors import MaglevError, RigError, one_of, option
-from maglev.user.adoption import require_free_name, rig_named
+from maglev.files.errors import MaglevError, StageError, one_of, option
+from maglev.user.adoption import require_free_name, stage_named
 from maglev.user.motor import SIDE_BY_SIDE, Motor, read_motor, sheet_of, two_motors, with_motor
 from maglev.user.reading import read_own
 from maglev.user.scenario_loop import TIMES, setpoints, settling_band
 from pmlsm.gap_functions import gap_functions
-from pmlsm.stage_description import Rig
+from pmlsm.stage_description import StageDescription
 
 
 def new_stage(path: str | Path, like: str | None = None, motor: Sequence[str] = ()) -> tuple[Path, Path]:
@@ -37,7 +37,7 @@ def new_stage(path: str | Path, like: str | None = None, motor: Sequence[str] = 
 
     Raises
     ------
-    RigError
+    StageError
         If a file is there already, or its name, the stage or the motor is unknown, or nothing works with it.
 
     Examples
@@ -48,12 +48,12 @@ def new_stage(path: str | Path, like: str | None = None, motor: Sequence[str] = 
     """
     file = file_named(path, ".toml")
     like = like or (SINGLE if motor else EXAMPLE)
-    if like not in (*RIGS, SIDE_BY_SIDE):
-        raise RigError(f"{option('like', like)}: expected {one_of(like, (*RIGS, SIDE_BY_SIDE))}")
-    rig = two_motors() if like == SIDE_BY_SIDE else RIGS[like]
+    if like not in (*PACKAGED_STAGES, SIDE_BY_SIDE):
+        raise StageError(f"{option('like', like)}: expected {one_of(like, (*PACKAGED_STAGES, SIDE_BY_SIDE))}")
+    stage = two_motors() if like == SIDE_BY_SIDE else PACKAGED_STAGES[like]
     scenario = file.with_name(f"{file.stem}-setpoints.toml")
     require_free_name(file, file.stem)
-    write_new(file, stage_text(rig, file, read_motor(motor) if motor else None))
+    write_new(file, stage_text(stage, file, read_motor(motor) if motor else None))
     with undone(file):
         write_new(scenario, scenario_text(read_own(file), scenario, file.name, more=False))
         if motor:
@@ -91,7 +91,7 @@ def new_scenario(path: str | Path, stage: str | Path = EXAMPLE) -> Path:
 
     Raises
     ------
-    RigError
+    StageError
         If the file is there already, or its name or the stage is no such thing.
 
     Examples
@@ -100,18 +100,18 @@ def new_scenario(path: str | Path, stage: str | Path = EXAMPLE) -> Path:
     >>> maglev.new_scenario("hold.toml", stage="2dof").name
     'hold.toml'
     """
-    rig = rig_named(str(stage))
+    description = stage_named(str(stage))
     file = toml_file(path)
-    own = seen_from(file, stage) if rig.name in STAGES.own else None
-    write_new(file, scenario_text(rig, file, own, more=True))
+    own = seen_from(file, stage) if description.name in STAGES.own else None
+    write_new(file, scenario_text(description, file, own, more=True))
     return file
 
 
 def toml_file(path: str | Path) -> Path:
-    """File NAME.toml by its path or by NAME; RigError of a name after which no run can be named."""
+    """File NAME.toml by its path or by NAME; StageError of a name after which no run can be named."""
     file = file_named(path, ".toml")
     if not file.stem.replace("-", "_").replace(".", "_").isidentifier() or not file.stem.isascii():
-        raise RigError(f"{file}: expected a name of letters, digits and - _ ., a letter first: results have it")
+        raise StageError(f"{file}: expected a name of letters, digits and - _ ., a letter first: results have it")
     return file
 
 
@@ -126,7 +126,7 @@ def file_named(path: str | Path, suffix: str) -> Path:
     return Path(path) if Path(path).suffix == suffix else Path(f"{path}{suffix}")
 
 
-def write_new(file: Path, text: str, error: type[MaglevError] = RigError) -> None:
+def write_new(file: Path, text: str, error: type[MaglevError] = StageError) -> None:
     """Write a new file; an error if it is there already, or has no folder."""
     if not file.parent.is_dir():
         raise error(f"{file}: there is no folder {file.parent}, expected one")
@@ -137,39 +137,40 @@ def write_new(file: Path, text: str, error: type[MaglevError] = RigError) -> Non
         raise error(f"{file}: it is there already, expected the name of a new file") from None
 
 
-def stage_text(rig: Rig, file: Path, motor: Motor | None = None) -> str:
-    """Text of a description that begins as a rig is, a first motor's numbers those of all; or with a given motor."""
+def stage_text(stage: StageDescription, file: Path, motor: Motor | None = None) -> str:
+    """Text of a description that begins as a stage is, a first motor's numbers those of all; or with a given motor."""
     if motor is None:
-        sheet, field = sheet_of_rig(rig), Field(rig.motor().field.lower, rig.motor().field.upper)
+        sheet, field = sheet_of_stage(stage), Field(stage.motor().field.lower, stage.motor().field.upper)
     else:
-        sheet, (rig, field) = sheet_of(motor), with_motor(rig, motor)
-    known = rig.motor().field
+        sheet, (stage, field) = sheet_of(motor), with_motor(stage, motor)
+    known = stage.motor().field
     gaps = [known.lower + k * (known.upper - known.lower) / 8.0 for k in range(9)]
-    return render("new/stage.toml.j2", rig, file=file.name, name=file.stem,
-                  suffix=file.stem[:1].upper() + file.stem[1:], sharing=f"{rig.sharing:g}", geometry=rig.motor(),
+    return render("new/stage.toml.j2", stage, file=file.name, name=file.stem,
+                  suffix=file.stem[:1].upper() + file.stem[1:], sharing=f"{stage.sharing:g}", geometry=stage.motor(),
                   sheet=sheet, field=field, gaps=[round(gap, 6) for gap in gaps],
                   B=[float(f"{known.value(gap):.5g}") for gap in gaps])
 
 
-def sheet_of_rig(rig: Rig) -> Catalogue:
-    """Data sheet from which the constants of a rig follow, of its first motor."""
-    first, vertical, stage, motor = rig.horizontal[0], rig.vertical, rig.stage, rig.motors[0]
-    f1, f2, f3, f4 = gap_functions(rig.motor(), vertical.start)
+def sheet_of_stage(description: StageDescription) -> Catalogue:
+    """Data sheet from which the constants of a stage follow, of its first motor."""
+    first, vertical = description.horizontal[0], description.vertical
+    stage, motor = description.stage, description.motors[0]
+    f1, f2, f3, f4 = gap_functions(description.motor(), vertical.start)
     printed = [float(f"{value:.4g}") for value in (
         stage.thrust[first.name] * first.mass * f1, stage.attraction * vertical.mass * f2,
         stage.coils * vertical.mass * f3, stage.iron * vertical.mass * f4)]
     return Catalogue("peak", printed[0], vertical.start, printed[1], vertical.start, printed[2], printed[3],
                      motor.amplifier.peak, motor.amplifier.continuous,
-                     resistance=round(rig.sharing * motor.winding.resistance, 6),
-                     inductance=round(rig.sharing * motor.winding.inductance, 6))
+                     resistance=round(description.sharing * motor.winding.resistance, 6),
+                     inductance=round(description.sharing * motor.winding.inductance, 6))
 
 
-def scenario_text(rig: Rig, scenario: Path, own: str | None, more: bool, controller: str = "") -> str:
+def scenario_text(stage: StageDescription, scenario: Path, own: str | None, more: bool, controller: str = "") -> str:
     """Text of a scenario of setpoints that the stage can follow.
 
     `own` is the description of a stage of the user's; with `more` it has the setpoints themselves, claims, and
     comments on what else there is, or in place of these the file of a `controller` and what a baseline keeps.
     """
-    return render("new/scenario.toml.j2", rig, own=own, name=scenario.stem, scenario=scenario.name,
-                  setpoints=setpoints(rig) if more else {}, times=list(TIMES),
-                  band=f"{1e3 * settling_band(rig):g} mm", more=more, controller=controller)
+    return render("new/scenario.toml.j2", stage, own=own, name=scenario.stem, scenario=scenario.name,
+                  setpoints=setpoints(stage) if more else {}, times=list(TIMES),
+                  band=f"{1e3 * settling_band(stage):g} mm", more=more, controller=controller)

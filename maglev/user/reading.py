@@ -7,34 +7,34 @@ from typing import Any
 
 from maglev.descriptions.data_sheet import Catalogue, Field, catalogue_constants, field_geometry, twelve_digits
 from maglev.descriptions.description_file import Reader
-from maglev.descriptions.packaged import EXAMPLE, RIGS
-from maglev.files.errors import RigError, one_of
+from maglev.descriptions.packaged import EXAMPLE, PACKAGED_STAGES
+from maglev.files.errors import StageError, one_of
 from maglev.files.toml_file import read_toml, toml_text
 from maglev.user.gain_design import axis_design, designed_rates, gains_of_poles, unstable_rate, wanted_sample_time
 from maglev.user.motor import MOTORS, packaged_tables
-from pmlsm.stage_description import Constants, Estimator, MotorKind, Rig, RigMotor
+from pmlsm.stage_description import Constants, Estimator, MotorKind, StageDescription, StageMotor
 
 Table = dict[str, Any]
 
 KIND = ("geometry", "catalogue", "field")   # tables that a motor can have for itself
 
 
-def read_own(path: Path) -> Rig:
+def read_own(path: Path) -> StageDescription:
     """Read a description, which may have a catalogue, a field and poles; what it leaves out of the design is designed.
 
-    RigError, ScenarioError as of `read_rig`.
+    StageError, ScenarioError as of `read_stage`.
     """
-    if str(path) in RIGS and not path.exists():
-        raise RigError(f"{path}: is a stage of the package, expected the description of one of yours, NAME.toml")
-    return rig_from_text(path, toml_text(path))
+    if str(path) in PACKAGED_STAGES and not path.exists():
+        raise StageError(f"{path}: is a stage of the package, expected the description of one of yours, NAME.toml")
+    return stage_from_text(path, toml_text(path))
 
 
 @lru_cache(maxsize=32)   # a run asks for its stage a dozen times, and the design takes its time
-def rig_from_text(path: Path, text: str) -> Rig:
+def stage_from_text(path: Path, text: str) -> StageDescription:
     """What the text of a description says; errors as of `read_own`."""
     table, reader = read_toml(path, text), Reader(path)
     if "extends" in table or isinstance(table.get("stage"), str):
-        raise RigError(f"{path}: is a scenario, expected the description of a stage")
+        raise StageError(f"{path}: is a scenario, expected the description of a stage")
     put_packaged_motors(reader, table)
     unlike = unlike_motors(table)
     sheet = reader.read(Catalogue, table.pop("catalogue"), "catalogue") if "catalogue" in table else None
@@ -44,37 +44,37 @@ def rig_from_text(path: Path, text: str) -> Rig:
     field = reader.read(Field, table.pop("field"), "field") if "field" in table else None
     with_model, with_estimator = "model" in table, "estimator" in table
     if (sheet is None) == ("stage" not in table):
-        raise RigError(f"{path}: stage: expected the constants there, or the numbers of a data sheet in [catalogue]"
+        raise StageError(f"{path}: stage: expected the constants there, or the numbers of a data sheet in [catalogue]"
                        + (", not both" if sheet is not None else ""))
     said = {"sample_time"} & {*table} | {*design_of(table)}
     open_designs = fill_in(path, table, sheet, sheets)
-    rig: Rig = reader.read(Rig, table, "")
+    stage: StageDescription = reader.read(StageDescription, table, "")
     if field is not None:
-        rig = replace(rig, geometry={**rig.geometry, **field_geometry(f"{path}: field", field)})
+        stage = replace(stage, geometry={**stage.geometry, **field_geometry(f"{path}: field", field)})
     if sheet is not None:
-        rig = replace(rig, stage=catalogue_constants(f"{path}: catalogue", sheet, rig),
-                      sources={"stage": "from the motor's data sheet", **rig.sources})
+        stage = replace(stage, stage=catalogue_constants(f"{path}: catalogue", sheet, stage),
+                      sources={"stage": "from the motor's data sheet", **stage.sources})
     # By it currents are limited, those of other motors in proportion to theirs.
-    peak = min(motor.amplifier.peak for motor in [motor for motor in rig.motors if motor.name not in unlike]
-               or rig.motors[:1])
-    rig = replace(rig, motors=tuple(
-        with_kind(reader, rig, motor, unlike[motor.name], sheets[motor.name], peak) if motor.name in unlike else motor
-        for motor in rig.motors))
+    peak = min(motor.amplifier.peak for motor in [motor for motor in stage.motors if motor.name not in unlike]
+               or stage.motors[:1])
+    stage = replace(stage, motors=tuple(
+        with_kind(reader, stage, motor, unlike[motor.name], sheets[motor.name], peak) if motor.name in unlike else motor
+        for motor in stage.motors))
     if not with_model:
-        rig = replace(rig, model=rig.stage)
+        stage = replace(stage, model=stage.stage)
     if not with_estimator:
-        rig = replace(rig, estimator=Estimator(scaled_constants(rig.model, 0.5), thesis_weights(rig)))
-    reader.check(rig)
-    limit = rig.design.current_limit if "current_limit" in said else peak
-    rig = replace(rig, design=replace(
-        rig.design, current_limit=limit,
-        pid_current_limit=rig.design.pid_current_limit if "pid_current_limit" in said else limit))
+        stage = replace(stage, estimator=Estimator(scaled_constants(stage.model, 0.5), thesis_weights(stage)))
+    reader.check(stage)
+    limit = stage.design.current_limit if "current_limit" in said else peak
+    stage = replace(stage, design=replace(
+        stage.design, current_limit=limit,
+        pid_current_limit=stage.design.pid_current_limit if "pid_current_limit" in said else limit))
     try:
         if "sample_time" not in said:
-            rig = replace(rig, sample_time=wanted_sample_time(rig))
-        return designed(rig, open_designs, "observer_time" in said)
-    except RigError as error:
-        raise RigError(f"{path}: {error}") from None
+            stage = replace(stage, sample_time=wanted_sample_time(stage))
+        return designed(stage, open_designs, "observer_time" in said)
+    except StageError as error:
+        raise StageError(f"{path}: {error}") from None
 
 
 def put_packaged_motors(reader: Reader, table: Table) -> None:
@@ -107,20 +107,21 @@ def unlike_motors(table: Table) -> dict[str, Table]:
     return {name: of for name, of in kinds.items() if of}
 
 
-def with_kind(reader: Reader, rig: Rig, motor: RigMotor, of: Table, sheet: Catalogue | None, peak: float) -> RigMotor:
-    """A motor of a rig with a geometry, a field and constants of its own, where others have a peak (A)."""
+def with_kind(reader: Reader, stage: StageDescription, motor: StageMotor, of: Table, sheet: Catalogue | None,
+              peak: float) -> StageMotor:
+    """A motor of a stage with a geometry, a field and constants of its own, where others have a peak (A)."""
     place = f"motors.{motor.name}"
-    geometry = dict(rig.geometry)
+    geometry = dict(stage.geometry)
     if "geometry" in of:
         geometry = {key: value for key, value in geometry.items() if key.startswith("field.")}
         geometry |= reader.geometry(f"{place}.geometry", of["geometry"])
     if "field" in of:
         geometry |= field_geometry(f"{reader.path}: {place}.field", reader.read(Field, of["field"], f"{place}.field"))
-    own, common, axis = rig.stage, rig.stage, motor.drives
+    own, common, axis = stage.stage, stage.stage, motor.drives
     if axis not in own.thrust:
         return motor   # refused as such
     if sheet is not None:
-        own = catalogue_constants(f"{reader.path}: {place}.catalogue", sheet, replace(rig, geometry=geometry))
+        own = catalogue_constants(f"{reader.path}: {place}.catalogue", sheet, replace(stage, geometry=geometry))
     ratios = ((own.thrust[axis], common.thrust[axis]), (own.attraction, common.attraction), (own.coils, common.coils),
               (own.iron, common.iron), (motor.amplifier.peak, peak))
     return replace(motor, kind=MotorKind(geometry, *(twelve_digits(one / other) for one, other in ratios)))
@@ -164,7 +165,7 @@ def fill_in(path: Path, table: Table, sheet: Catalogue | None, own: dict[str, Ca
             continue
         if "poles" in design:
             if "gains" in design:
-                raise RigError(f"{path}: axes.{axis}.design.poles: expected poles or gains, not both")
+                raise StageError(f"{path}: axes.{axis}.design.poles: expected poles or gains, not both")
             design["gains"] = gains_of_poles(f"{path}: axes.{axis}.design.poles", design.pop("poles"))
         missing[axis] = {key for key in ("gains", "pid", "bandwidth", "prefilter") if key not in design}
         for key, value in (("gains", [0.0] * 5), ("pid", [-1.0, -1.0, 0.0]), ("bandwidth", 1.0)):
@@ -189,20 +190,20 @@ def scaled_constants(of: Constants, factor: float) -> Constants:
                      factor * of.coils, factor * of.iron)
 
 
-def thesis_weights(rig: Rig) -> Constants:
+def thesis_weights(stage: StageDescription) -> Constants:
     """Weights of the 3-DOF stage, whichever the axes."""
-    of = RIGS[EXAMPLE].estimator.weight
-    return replace(of, thrust={axis.name: max(of.thrust.values()) for axis in rig.horizontal})
+    of = PACKAGED_STAGES[EXAMPLE].estimator.weight
+    return replace(of, thrust={axis.name: max(of.thrust.values()) for axis in stage.horizontal})
 
 
-def designed(rig: Rig, missing: dict[str, set[str]], observer_time: bool) -> Rig:
-    """Rig with what is missing of its design: on its linear model, over the travel of the air gap."""
+def designed(stage: StageDescription, missing: dict[str, set[str]], observer_time: bool) -> StageDescription:
+    """Stage with what is missing of its design: on its linear model, over the travel of the air gap."""
     if not any(missing.values()):
-        return rig
-    unstable_rate(rig)   # refuses a mover that nothing holds at its start
-    given = rig.design.observer_time if observer_time else None
-    time, rates, _ = designed_rates(rig, [axis for axis, keys in missing.items() if keys], given)
-    found = {name: axis_design(rig, rig.axis(name), rate) for name, rate in rates.items()}
+        return stage
+    unstable_rate(stage)   # refuses a mover that nothing holds at its start
+    given = stage.design.observer_time if observer_time else None
+    time, rates, _ = designed_rates(stage, [axis for axis, keys in missing.items() if keys], given)
+    found = {name: axis_design(stage, stage.axis(name), rate) for name, rate in rates.items()}
     axes = tuple(replace(axis, design=replace(axis.design, **{
-        key: found[axis.name][key] for key in missing[axis.name]})) for axis in rig.axes)
-    return replace(rig, axes=axes, design=replace(rig.design, observer_time=time))
+        key: found[axis.name][key] for key in missing[axis.name]})) for axis in stage.axes)
+    return replace(stage, axes=axes, design=replace(stage.design, observer_time=time))

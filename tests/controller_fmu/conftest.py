@@ -17,12 +17,12 @@ def trial(slow: None, tmp_path_factory: pytest.TempPathFactory) -> Callable[...,
     folder = tmp_path_factory.getbasetemp()
     shared = folder.parent if folder.name.startswith("popen-") else folder
 
-    def kept(rig: int, **arguments: Any) -> Trial:
+    def kept(stage: int, **arguments: Any) -> Trial:
         name = "_".join(f"{key}{value}" for key, value in sorted(arguments.items()))
-        path: Path = shared / f"trial{rig}_{name}.npz"
+        path: Path = shared / f"trial{stage}_{name}.npz"
         if not path.exists():
             part = folder / "trial.npz"
-            columns: dict[str, Any] = excitation(rig, **arguments)
+            columns: dict[str, Any] = excitation(stage, **arguments)
             np.savez(part, **columns)
             part.replace(path)   # complete when it appears
         with np.load(path) as found:

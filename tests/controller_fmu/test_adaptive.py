@@ -7,7 +7,7 @@ from typing import Any
 
 import numpy as np
 import pytest
-from direct_loop import RIGS, simulate
+from direct_loop import PACKAGED_STAGES, simulate
 from estimator_run import PLACES
 from hypothesis import given
 from hypothesis import strategies as st
@@ -101,28 +101,28 @@ def idle(stage: Any, axes: tuple[str, ...], motors: tuple[str, ...]) -> None:
         getattr(stage, name).amplifier.lag = 0.0
 
 
-def nominals(rig: int, controller: Any) -> list[float]:
+def nominals(stage: int, controller: Any) -> list[float]:
     """Constants from which those of a regulator are adapted."""
-    return [read(controller.estimator, PLACES[rig][f"{name}_start"]) for name in CONSTANTS[:rig + 2]]
+    return [read(controller.estimator, PLACES[stage][f"{name}_start"]) for name in CONSTANTS[:stage + 2]]
 
 
 @pytest.mark.thorough
-@pytest.mark.parametrize(("rig", "stage", "adaptive", "factors", "seconds"), [
+@pytest.mark.parametrize(("stage", "stage", "adaptive", "factors", "seconds"), [
     (2, Stage2DOF, AdaptiveRegulator2DOF, (0.75, 1.1, 0.9, 1.0), 14.0),
     (3, Stage3DOF, AdaptiveRegulator3DOF, (0.8, 1.15, 0.95, 1.1, 1.0), 9.0)])
-def test_it_finds_the_constants_of_a_stage(slow: None, rig: int, stage: type, adaptive: type,
+def test_it_finds_the_constants_of_a_stage(slow: None, description: int, stage: type, adaptive: type,
                                            factors: tuple[float, ...], seconds: float) -> None:
     """Of a stage that is as the model says but for the constants that are adapted: from a run, by what it commands."""
-    axes, motors, _ = RIGS[rig]
+    axes, motors, _ = PACKAGED_STAGES[description]
     plant, controller = stage(), adaptive()
     idle(plant, axes, motors)
-    true = [factor * nominal for factor, nominal in zip(factors, nominals(rig, controller), strict=True)]
+    true = [factor * nominal for factor, nominal in zip(factors, nominals(description, controller), strict=True)]
     for name, value in zip(CONSTANTS, true, strict=False):
         setattr(plant, name, value)
     centre = getattr(plant, axes[0]).position_start
     references = {axes[0]: sines(centre, (1e-3, 4.0), (1e-3, 7.0)),
                   **{name: sines(0.0, (10e-3, 3.0 + k), (10e-3, 7.0)) for k, name in enumerate(axes[1:])}}
-    errors = simulate(rig, Seen(controller), plant, references, seconds)
+    errors = simulate(description, Seen(controller), plant, references, seconds)
     assert np.abs(errors).max() < 5e-3
     found = [getattr(controller.regulator, name) for name, _ in zip(CONSTANTS, factors, strict=False)]
     assert found[:-1] == pytest.approx(true[:-1], rel=0.01)
@@ -130,18 +130,20 @@ def test_it_finds_the_constants_of_a_stage(slow: None, rig: int, stage: type, ad
 
 
 @pytest.mark.few(1)
-@pytest.mark.parametrize(("rig", "stage", "adaptive"), [(2, Stage2DOF, AdaptiveRegulator2DOF),
+@pytest.mark.parametrize(("stage", "stage", "adaptive"), [(2, Stage2DOF, AdaptiveRegulator2DOF),
                                                         (3, Stage3DOF, AdaptiveRegulator3DOF)])
-def test_without_excitation_the_constants_stay(slow: None, rig: int, stage: type, adaptive: type) -> None:
+def test_without_excitation_the_constants_stay(slow: None, description: int, stage: type, adaptive: type) -> None:
     """Held at one place by a stage with other constants, friction and bias, which the estimates do not survive."""
-    axes, _, _ = RIGS[rig]
+    axes, _, _ = PACKAGED_STAGES[description]
     controller = adaptive()
-    simulate(rig, Seen(controller), stage(), {name: sines(getattr(stage(), name).position_start) for name in axes}, 4.0)
-    own = CONSTANTS[:rig + 2]
-    assert [getattr(controller.regulator, name) for name in own] == nominals(rig, controller)
+    simulate(description, Seen(controller), stage(),
+             {name: sines(getattr(stage(), name).position_start) for name in axes}, 4.0)
+    own = CONSTANTS[:description + 2]
+    assert [getattr(controller.regulator, name) for name in own] == nominals(description, controller)
     assert not controller.adaptation.frozen
-    assert max(abs(read(controller.estimator, PLACES[rig][name]) / nominal - 1.0)
-               for name, nominal in zip(own, nominals(rig, controller), strict=True)) > 0.1, "they would have moved"
+    assert max(abs(read(controller.estimator, PLACES[description][name]) / nominal - 1.0)
+               for name,
+               nominal in zip(own, nominals(description, controller), strict=True)) > 0.1, "they would have moved"
 
 
 def test_misleading_data_change_nothing() -> None:

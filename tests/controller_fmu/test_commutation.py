@@ -181,14 +181,14 @@ def test_parabola(kind: Kind) -> None:
         assert getattr(stage, axis).position == pytest.approx(-50e-3 + travelled, abs=2e-3 * travelled)
 
 
-@pytest.mark.parametrize("rig", ["2dof", "3dof"])
-def test_script(fmus: Path, tmp_path: Path, rig: str) -> None:
+@pytest.mark.parametrize("stage", ["2dof", "3dof"])
+def test_script(fmus: Path, tmp_path: Path, stage: str) -> None:
     """The command line gives the quadrature currents of its input file at the displacements of its input file."""
     out = tmp_path / "out.csv"
-    run_script(f"commutation_{rig}.sh", fmus, out)
+    run_script(f"commutation_{stage}.sh", fmus, out)
     result = np.genfromtxt(out, delimiter=",", names=True, dtype=float, deletechars="")
-    given_inputs = np.genfromtxt(SCRIPTS / f"commutation_{rig}_inputs.csv", delimiter=",", names=True, deletechars="")
-    kind = Commutation2DOF if rig == "2dof" else Commutation3DOF
+    given_inputs = np.genfromtxt(SCRIPTS / f"commutation_{stage}_inputs.csv", delimiter=",", names=True, deletechars="")
+    kind = Commutation2DOF if stage == "2dof" else Commutation3DOF
     time = result["time"][:-1]
     assert len(time) == round(0.25 / kind().sample_time)
     for motor, axis in PAIRS[kind]:

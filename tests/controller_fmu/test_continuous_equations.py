@@ -4,7 +4,7 @@ from collections.abc import Callable
 
 import numpy as np
 import pytest
-from direct_loop import RIGS
+from direct_loop import PACKAGED_STAGES
 from estimator_run import PLACES, TRUE_VELOCITY, TRUTH, new_estimator, run
 from reference_stage import G, shape_functions
 from scipy.integrate import solve_ivp
@@ -14,9 +14,9 @@ from maglev.fmi.definition import read
 Rows = list[tuple[list[int], np.ndarray, float]]   # constants, row A, b of each axis
 
 
-def rows(rig: int, sample: dict[str, float]) -> Rows:
+def rows(stage: int, sample: dict[str, float]) -> Rows:
     """Rows of (4.3), (5.3) at a sample, in the order of the axes."""
-    if rig == 2:
+    if stage == 2:
         f1, f2, f3, f4 = shape_functions(sample["v.encoder"])
         i_d, i_q = sample["motor.i_d"], sample["motor.i_q"]
         return [([1, 2, 3], np.array([-f2, f3 * i_d, -f4 * (i_d**2 + i_q**2)]), G),
@@ -28,19 +28,19 @@ def rows(rig: int, sample: dict[str, float]) -> Rows:
             ([0], np.array([-2 * f1 * q[0]]), 0.0), ([1], np.array([-2 * f1 * q[1]]), 0.0)]
 
 
-def solve(rig: int, trial: dict[str, np.ndarray], start: np.ndarray, weights: np.ndarray, epsilon: float,
+def solve(stage: int, trial: dict[str, np.ndarray], start: np.ndarray, weights: np.ndarray, epsilon: float,
           gamma: float, forgetting: float) -> np.ndarray:
     """Estimates after every sample, shape (samples, constants)."""
-    axes, _, dt = RIGS[rig]
+    axes, _, dt = PACKAGED_STAGES[stage]
     samples = [dict(zip(trial, values, strict=True)) for values in zip(*trial.values(), strict=True)]
     estimates = np.empty((len(samples), len(start)))
-    for number, (constants, _, _) in enumerate(rows(rig, samples[0])):
+    for number, (constants, _, _) in enumerate(rows(stage, samples[0])):
         n, position = len(constants), trial[f"{axes[number]}.encoder"]
         velocity = np.diff(position, prepend=position[0]) / dt
         q0 = np.diag(weights[constants])
         state = np.concatenate([start[constants], q0.ravel(), [0.0]])
         for k, sample in enumerate(samples):
-            _, a, b = rows(rig, sample)[number]
+            _, a, b = rows(stage, sample)[number]
             y, grown = velocity[k], ((1 - gamma**-2) * np.outer(a, a) + forgetting * q0).ravel()
 
             def rates(_: float, z: np.ndarray, a: np.ndarray = a, b: float = b, y: float = y, n: int = n,
@@ -55,26 +55,26 @@ def solve(rig: int, trial: dict[str, np.ndarray], start: np.ndarray, weights: np
 
 
 @pytest.mark.few(2)
-@pytest.mark.parametrize(("rig", "epsilon", "gamma", "forgetting", "weight", "tolerance"), [
+@pytest.mark.parametrize(("stage", "epsilon", "gamma", "forgetting", "weight", "tolerance"), [
     (2, 0.01, 1.1, 0.0, 1.0, 2e-4), (2, 0.001, 1.1, 0.0, 1.0, 1e-3), (2, 0.05, 1.1, 0.0, 1.0, 2e-4),
     (2, 0.001, 1.1, 0.0, 100.0, 2e-6), (2, 0.01, 2.0, 0.5, 1.0, 3e-4), (2, 0.01, 1.0, 0.0, 100.0, 1e-12),
     pytest.param(3, 0.01, 1.1, 0.0, 1.0, 3e-4, marks=pytest.mark.thorough), (3, 0.001, 1.1, 0.0, 1.0, 3e-4)])
-def test_against_scipy(trial: Callable[..., dict[str, np.ndarray]], rig: int, epsilon: float, gamma: float,
+def test_against_scipy(trial: Callable[..., dict[str, np.ndarray]], stage: int, epsilon: float, gamma: float,
                        forgetting: float, weight: float, tolerance: float) -> None:
     """0.2 s from anywhere: the estimates first go far away, and all the time where scipy's go.
 
     The distance is relative to how far they go. With γ = 1 Σ is constant, and the solution is exact.
     """
-    count = round(0.2 / RIGS[rig][2])
-    middle = {name: values[20_000:20_000 + count] for name, values in trial(rig, seconds=20.0).items()}
-    names = [f"C{i + 1}" for i in range(len(TRUTH[rig]))]
-    default = new_estimator(rig, TRUTH[rig])
-    weights = weight * np.array([read(default, PLACES[rig][f"{name}_weight"]) for name in names])
+    count = round(0.2 / PACKAGED_STAGES[stage][2])
+    middle = {name: values[20_000:20_000 + count] for name, values in trial(stage, seconds=20.0).items()}
+    names = [f"C{i + 1}" for i in range(len(TRUTH[stage]))]
+    default = new_estimator(stage, TRUTH[stage])
+    weights = weight * np.array([read(default, PLACES[stage][f"{name}_weight"]) for name in names])
     weighted = {f"{name}_weight": float(w) for name, w in zip(names, weights, strict=True)}
-    estimator = new_estimator(rig, 0.5 * TRUTH[rig], epsilon=epsilon, gamma=gamma, forgetting=forgetting,
+    estimator = new_estimator(stage, 0.5 * TRUTH[stage], epsilon=epsilon, gamma=gamma, forgetting=forgetting,
                               **TRUE_VELOCITY, **weighted)
-    exact = solve(rig, middle, 0.5 * TRUTH[rig], weights, epsilon, gamma, forgetting)
-    ours = run(rig, estimator, middle)
-    reach = np.abs(exact - 0.5 * TRUTH[rig]).max(axis=0) + TRUTH[rig]
+    exact = solve(stage, middle, 0.5 * TRUTH[stage], weights, epsilon, gamma, forgetting)
+    ours = run(stage, estimator, middle)
+    reach = np.abs(exact - 0.5 * TRUTH[stage]).max(axis=0) + TRUTH[stage]
     distance = np.abs(ours - exact).max(axis=0) / reach
     assert (distance < tolerance).all()

@@ -20,21 +20,22 @@ def errors(estimates: np.ndarray, truth: np.ndarray) -> np.ndarray:
 
 
 @pytest.mark.thorough
-@pytest.mark.parametrize("rig", [2, 3])
-def test_ideal_stage(trial: Trial, rig: int) -> None:
+@pytest.mark.parametrize("stage", [2, 3])
+def test_ideal_stage(trial: Trial, stage: int) -> None:
     """Without friction and with exact encoders every constant is within half a per cent, and said to be found."""
-    estimator = new_estimator(rig, 0.5 * TRUTH[rig], **TRUE_VELOCITY)
-    estimates = run(rig, estimator, trial(rig, seconds=SECONDS[rig]))
-    assert (errors(estimates, TRUTH[rig]) < 0.005).all()
-    assert all(read(estimator, PLACES[rig][f"C{i + 1}_converged"]) for i in range(len(TRUTH[rig])))
+    estimator = new_estimator(stage, 0.5 * TRUTH[stage], **TRUE_VELOCITY)
+    estimates = run(stage, estimator, trial(stage, seconds=SECONDS[stage]))
+    assert (errors(estimates, TRUTH[stage]) < 0.005).all()
+    assert all(read(estimator, PLACES[stage][f"C{i + 1}_converged"]) for i in range(len(TRUTH[stage])))
 
 
 @pytest.mark.thorough
-@pytest.mark.parametrize("rig", [pytest.param(2, marks=pytest.mark.thorough), 3])
-def test_encoders_and_matched_filter(trial: Trial, rig: int) -> None:
+@pytest.mark.parametrize("stage", [pytest.param(2, marks=pytest.mark.thorough), 3])
+def test_encoders_and_matched_filter(trial: Trial, stage: int) -> None:
     """10 µm encoders and the observer: a bias of the thrusts, which the matched filter takes away."""
-    data, thrusts = trial(rig, seconds=SECONDS[rig], resolution=10e-6), slice(0, rig - 1)
-    plain, matched = (errors(run(rig, new_estimator(rig, 0.5 * TRUTH[rig], matched_filter=on), data), TRUTH[rig])
+    data, thrusts = trial(stage, seconds=SECONDS[stage], resolution=10e-6), slice(0, stage - 1)
+    plain, matched = (errors(run(stage, new_estimator(stage, 0.5 * TRUTH[stage], matched_filter=on), data),
+                             TRUTH[stage])
                       for on in (False, True))
     assert (plain < 0.025).all()
     assert (matched < 0.005).all()
@@ -42,12 +43,12 @@ def test_encoders_and_matched_filter(trial: Trial, rig: int) -> None:
 
 
 @pytest.mark.thorough
-@pytest.mark.parametrize(("rig", "seed", "seconds"), [(2, 1, 15.0), (3, 1, 8.0)])
-def test_other_constants(trial: Trial, rig: int, seed: int, seconds: float) -> None:
+@pytest.mark.parametrize(("stage", "seed", "seconds"), [(2, 1, 15.0), (3, 1, 8.0)])
+def test_other_constants(trial: Trial, stage: int, seed: int, seconds: float) -> None:
     """Stages with each constant scaled by 0.8 to 1.3."""
-    truth = TRUTH[rig] * np.random.default_rng(seed).uniform(0.8, 1.3, len(TRUTH[rig]))
-    data = trial(rig, seconds=seconds, constants={f"C{i + 1}": float(c) for i, c in enumerate(truth)})
-    estimates = run(rig, new_estimator(rig, 0.5 * TRUTH[rig], **TRUE_VELOCITY), data)
+    truth = TRUTH[stage] * np.random.default_rng(seed).uniform(0.8, 1.3, len(TRUTH[stage]))
+    data = trial(stage, seconds=seconds, constants={f"C{i + 1}": float(c) for i, c in enumerate(truth)})
+    estimates = run(stage, new_estimator(stage, 0.5 * TRUTH[stage], **TRUE_VELOCITY), data)
     assert (errors(estimates, truth) < [0.01] * (len(truth) - 1) + [0.03]).all()
 
 

@@ -6,7 +6,7 @@ from typing import Any
 import mpmath
 import numpy as np
 import pytest
-from direct_loop import RIGS
+from direct_loop import PACKAGED_STAGES
 from estimator_run import TRUTH, constants, new_estimator, run
 from hypothesis import example, given, settings
 from hypothesis import strategies as st
@@ -131,72 +131,72 @@ def test_convergence() -> None:
     assert not after([-2.03], uncertainty=0.2), "data say little more than the guess"
 
 
-@pytest.mark.parametrize("rig", [2, 3])
+@pytest.mark.parametrize("stage", [2, 3])
 class TestEstimator:
-    def still(self, rig: int, count: int, gap: float, i_d: float) -> dict[str, np.ndarray]:
+    def still(self, stage: int, count: int, gap: float, i_d: float) -> dict[str, np.ndarray]:
         """Run at rest with a direct current."""
-        axes, motors, dt = RIGS[rig]
+        axes, motors, dt = PACKAGED_STAGES[stage]
         trial = {"time": dt * np.arange(count)} | {f"{name}.encoder": np.zeros(count) for name in axes}
         trial[f"{axes[0]}.encoder"] += gap
         for name in motors:
             trial |= {f"{name}.i_d": np.full(count, i_d), f"{name}.i_q": np.zeros(count)}
         return trial
 
-    def test_no_thrust_no_change(self, rig: int) -> None:
+    def test_no_thrust_no_change(self, stage: int) -> None:
         """Without quadrature current the thrusts keep their guess bit for bit, whatever the vertical row learns."""
-        estimator = new_estimator(rig, TRUTH[rig])
-        estimates = run(rig, estimator, self.still(rig, 500, VERTICAL[rig][1], 0.3))
-        thrusts = slice(0, rig - 1)
-        assert (estimates[:, thrusts] == TRUTH[rig][thrusts]).all()
-        assert not getattr(estimator, RIGS[rig][0][1]).thrust.converged
+        estimator = new_estimator(stage, TRUTH[stage])
+        estimates = run(stage, estimator, self.still(stage, 500, VERTICAL[stage][1], 0.3))
+        thrusts = slice(0, stage - 1)
+        assert (estimates[:, thrusts] == TRUTH[stage][thrusts]).all()
+        assert not getattr(estimator, PACKAGED_STAGES[stage][0][1]).thrust.converged
 
-    def test_equilibrium_of_the_model_no_change(self, rig: int) -> None:
-        gap = VERTICAL[rig][1]
+    def test_equilibrium_of_the_model_no_change(self, stage: int) -> None:
+        gap = VERTICAL[stage][1]
         _, f2, f3, f4 = gap_functions(MOTOR, gap)
-        c2, c3, c4 = TRUTH[rig][-3:] * (1.0 if rig == 2 else 4.0)
+        c2, c3, c4 = TRUTH[stage][-3:] * (1.0 if stage == 2 else 4.0)
         held = brentq(lambda i: 9.81 - c4 * f4 * i * i + c3 * f3 * i - c2 * f2, -5.0, 5.0, xtol=1e-15)
-        estimates = run(rig, new_estimator(rig, TRUTH[rig]), self.still(rig, 500, gap, held))
-        assert estimates == pytest.approx(np.tile(TRUTH[rig], (500, 1)), rel=1e-9)
+        estimates = run(stage, new_estimator(stage, TRUTH[stage]), self.still(stage, 500, gap, held))
+        assert estimates == pytest.approx(np.tile(TRUTH[stage], (500, 1)), rel=1e-9)
 
-    def test_no_measurement_yet(self, rig: int) -> None:
+    def test_no_measurement_yet(self, stage: int) -> None:
         """A gap of 0 is what an importer has that has not exchanged values: nothing begins."""
-        estimator = new_estimator(rig, TRUTH[rig])
-        run(rig, estimator, self.still(rig, 20, 0.0, 1.0))
+        estimator = new_estimator(stage, TRUTH[stage])
+        run(stage, estimator, self.still(stage, 20, 0.0, 1.0))
         assert not estimator.started
-        run(rig, estimator, self.still(rig, 1, VERTICAL[rig][1], 1.0))
+        run(stage, estimator, self.still(stage, 1, VERTICAL[stage][1], 1.0))
         assert estimator.started
-        assert getattr(estimator, VERTICAL[rig][0]).velocity == 0.0
+        assert getattr(estimator, VERTICAL[stage][0]).velocity == 0.0
 
-    def test_weight_holds_a_constant(self, rig: int) -> None:
-        last = len(TRUTH[rig])
-        estimator = new_estimator(rig, TRUTH[rig], **{f"C{last}_weight": 1e12, f"C{last - 1}_weight": 1e12})
-        estimates = run(rig, estimator, self.still(rig, 2000, VERTICAL[rig][1], 0.3))
-        assert estimates[-1, -2:] == pytest.approx(TRUTH[rig][-2:], rel=1e-9)
-        assert abs(estimates[-1, -3] / TRUTH[rig][-3] - 1.0) > 1e-3
+    def test_weight_holds_a_constant(self, stage: int) -> None:
+        last = len(TRUTH[stage])
+        estimator = new_estimator(stage, TRUTH[stage], **{f"C{last}_weight": 1e12, f"C{last - 1}_weight": 1e12})
+        estimates = run(stage, estimator, self.still(stage, 2000, VERTICAL[stage][1], 0.3))
+        assert estimates[-1, -2:] == pytest.approx(TRUTH[stage][-2:], rel=1e-9)
+        assert abs(estimates[-1, -3] / TRUTH[stage][-3] - 1.0) > 1e-3
 
-    def test_step_that_does_not_divide_the_sample_time(self, rig: int) -> None:
-        estimator = new_estimator(rig, TRUTH[rig])
-        dt = RIGS[rig][2]
+    def test_step_that_does_not_divide_the_sample_time(self, stage: int) -> None:
+        estimator = new_estimator(stage, TRUTH[stage])
+        dt = PACKAGED_STAGES[stage][2]
         assert estimator.step(0.0, 0.7 * dt) == STEP_MISFIT
         assert estimator.step(0.0, 0.5 * dt) == 0
 
-    def test_half_steps_sample_once(self, rig: int) -> None:
-        dt = RIGS[rig][2]
-        whole, half = new_estimator(rig, TRUTH[rig]), new_estimator(rig, TRUTH[rig])
+    def test_half_steps_sample_once(self, stage: int) -> None:
+        dt = PACKAGED_STAGES[stage][2]
+        whole, half = new_estimator(stage, TRUTH[stage]), new_estimator(stage, TRUTH[stage])
         for k in range(50):
-            self.excite(rig, whole, k)
+            self.excite(stage, whole, k)
             assert whole.step(k * dt, dt) == 0
-            self.excite(rig, half, k)
+            self.excite(stage, half, k)
             assert half.step(k * dt, 0.5 * dt) == 0
-            self.excite(rig, half, k + 7)   # between two samples: not looked at
+            self.excite(stage, half, k + 7)   # between two samples: not looked at
             assert half.step((k + 0.5) * dt, 0.5 * dt) == 0
-        assert constants(rig, whole) == constants(rig, half)
+        assert constants(stage, whole) == constants(stage, half)
 
-    def excite(self, rig: int, estimator: Any, k: int) -> None:
+    def excite(self, stage: int, estimator: Any, k: int) -> None:
         """Some inputs."""
-        axes, motors, _ = RIGS[rig]
+        axes, motors, _ = PACKAGED_STAGES[stage]
         for i, name in enumerate(axes):
-            getattr(estimator, name).measured = (VERTICAL[rig][1] if i == 0 else 0.0) + 1e-5 * math.sin(0.7 * k + i)
+            getattr(estimator, name).measured = (VERTICAL[stage][1] if i == 0 else 0.0) + 1e-5 * math.sin(0.7 * k + i)
         for i, name in enumerate(motors):
             getattr(estimator, name).i_d, getattr(estimator, name).i_q = math.sin(0.3 * k + i), math.cos(0.2 * k + i)
 
@@ -207,12 +207,12 @@ class TestEstimator:
                                          min_size=1, max_size=40),
        st.sampled_from([1e-5, 1e-3, 0.01, 10.0]), st.sampled_from([1.0, 1.1, 1e3]), st.sampled_from([0.0, 0.3, 1e3]),
        st.sampled_from([1e-20, 1e-6, 1.0, 1e20]), st.booleans())
-def test_whatever_comes_in(rig: int, samples: list[tuple[float, float, float, float]], epsilon: float, gamma: float,
+def test_whatever_comes_in(stage: int, samples: list[tuple[float, float, float, float]], epsilon: float, gamma: float,
                            forgetting: float, weight: float, matched: bool) -> None:
     """Any inputs and parameters within their ranges: finite estimates, and Σ stays symmetric and positive."""
-    axes, motors, dt = RIGS[rig]
-    names = [f"C{i + 1}" for i in range(len(TRUTH[rig]))]
-    estimator = new_estimator(rig, TRUTH[rig], epsilon=epsilon, gamma=gamma, forgetting=forgetting,
+    axes, motors, dt = PACKAGED_STAGES[stage]
+    names = [f"C{i + 1}" for i in range(len(TRUTH[stage]))]
+    estimator = new_estimator(stage, TRUTH[stage], epsilon=epsilon, gamma=gamma, forgetting=forgetting,
                               matched_filter=matched, **{f"{name}_weight": weight for name in names})
     for k, (gap, displacement, i_d, i_q) in enumerate(samples):
         for i, name in enumerate(axes):
@@ -221,7 +221,7 @@ def test_whatever_comes_in(rig: int, samples: list[tuple[float, float, float, fl
             getattr(estimator, name).i_d, getattr(estimator, name).i_q = i_d, i_q
         assert estimator.step(k * dt, dt) == 0
         sigma = full(getattr(estimator, axes[0]).information)
-        assert np.isfinite(constants(rig, estimator)).all()
+        assert np.isfinite(constants(stage, estimator)).all()
         scale = np.sqrt(np.diag(sigma))
         assert (scale > 0.0).all()
         assert np.linalg.eigvalsh(sigma / np.outer(scale, scale)).min() > -1e-12

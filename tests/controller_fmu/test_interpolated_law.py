@@ -10,10 +10,10 @@ from reference_stage import shape_functions
 from scipy.optimize import brentq
 
 from controller_fmu.status import INTERPOLATED, NO_EQUILIBRIUM
-from maglev.descriptions.packaged import RIGS
+from maglev.descriptions.packaged import PACKAGED_STAGES
 from maglev.linear.loop import linearise_loop
 
-RIG = RIGS["3dof"]
+DESCRIPTION = PACKAGED_STAGES["3dof"]
 
 MOTORS = ("alpha1", "alpha2", "beta1", "beta2")
 
@@ -39,9 +39,9 @@ def test_table_is_the_equilibrium_and_its_linearisation(gap: float) -> None:
 
 
 def test_points_themselves_are_exact() -> None:
-    assert RIG.design.table is not None
-    gaps = RIG.design.table.gaps
-    assert len(gaps) == 15 and gaps[0] <= RIG.gap_stop.lower and gaps[-1] >= RIG.gap_stop.upper
+    assert DESCRIPTION.design.table is not None
+    gaps = DESCRIPTION.design.table.gaps
+    assert len(gaps) == 15 and gaps[0] <= DESCRIPTION.gap_stop.lower and gaps[-1] >= DESCRIPTION.gap_stop.upper
     for gap in gaps:
         regulator = started(gap)
         held = brentq(lambda i, gap=gap, regulator=regulator: vertical_row(regulator, gap, i), -12.0, 12.0, xtol=1e-14)

@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 from maglev.cosim.master import Recording
-from maglev.descriptions.packaged import RIGS
+from maglev.descriptions.packaged import PACKAGED_STAGES
 from maglev.runs.preparation import Experiment, prepare
 from maglev.scenario.loading import load_plan
 
@@ -22,11 +22,11 @@ def experiment(fmus: Path, folder: Path, *files: str, seconds: float = 0.3) -> E
     return prepare(load_plan(path), fmus, {}, {})
 
 
-@pytest.mark.parametrize("rig", RIGS)
-def test_at_its_defaults_the_loop_is_that_without_it(fastest_fmus: Path, tmp_path: Path, rig: str) -> None:
+@pytest.mark.parametrize("stage", PACKAGED_STAGES)
+def test_at_its_defaults_the_loop_is_that_without_it(fastest_fmus: Path, tmp_path: Path, stage: str) -> None:
     """From the first sample on, in all that both record."""
-    plain = experiment(fastest_fmus, tmp_path, f"{rig}-setpoints.toml").run()
-    wired = experiment(fastest_fmus, tmp_path, f"{rig}-setpoints.toml", f"loops/{rig}-measurement.toml").run()
+    plain = experiment(fastest_fmus, tmp_path, f"{stage}-setpoints.toml").run()
+    wired = experiment(fastest_fmus, tmp_path, f"{stage}-setpoints.toml", f"loops/{stage}-measurement.toml").run()
     added = {name for name in wired.columns if name.startswith("measurement.")}
     assert wired.columns.keys() - added == plain.columns.keys() and added
     for name, values in plain.columns.items():

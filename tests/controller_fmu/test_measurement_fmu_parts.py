@@ -9,10 +9,10 @@ import pytest
 from scipy.stats import binom, kstest
 
 from controller_fmu.measurement import Measurement
-from maglev.descriptions.packaged import RIGS
+from maglev.descriptions.packaged import PACKAGED_STAGES
 
 T = 5e-4   # s, sample time of the stage
-BLOCK = partial(Measurement, RIGS["2dof"])   # all rigs have the same parts
+BLOCK = partial(Measurement, PACKAGED_STAGES["2dof"])   # all stages have the same parts
 GAP, ALONG = 0, 1   # numbers of its encoders
 
 

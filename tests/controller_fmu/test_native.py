@@ -5,7 +5,7 @@ from collections.abc import Callable
 
 import numpy as np
 import pytest
-from direct_loop import RIGS
+from direct_loop import PACKAGED_STAGES
 from estimator_run import PLACES, new_estimator
 from fmu_access import bits, outputs, put, variables
 
@@ -14,19 +14,19 @@ from maglev.fmi.definition import reader
 
 
 @pytest.mark.few(1)
-@pytest.mark.parametrize("rig", [2, 3])
+@pytest.mark.parametrize("stage", [2, 3])
 @pytest.mark.parametrize("parameters", [
     {}, {"matched_filter": True, "forgetting": 0.5}, {"epsilon": 0.001, "gamma": 3.0, "observer.time1": 0.0}])
-def test_same_bits(trial: Callable[..., dict[str, np.ndarray]], load_native: Callable[[str], Fmu], rig: int,
+def test_same_bits(trial: Callable[..., dict[str, np.ndarray]], load_native: Callable[[str], Fmu], stage: int,
                    parameters: dict[str, float]) -> None:
-    axes, motors, dt = RIGS[rig]
-    data = trial(rig, seconds=20.0)
-    fmu = load_native(f"Estimator{rig}DOF")
+    axes, motors, dt = PACKAGED_STAGES[stage]
+    data = trial(stage, seconds=20.0)
+    fmu = load_native(f"Estimator{stage}DOF")
     fmu.initialise(parameters, 0.0, 10.0)
-    starts = np.array([fmu.variable(f"C{i + 1}_start").start for i in range(rig + 2)], float)
-    block = new_estimator(rig, starts, **parameters)
+    starts = np.array([fmu.variable(f"C{i + 1}_start").start for i in range(stage + 2)], float)
+    block = new_estimator(stage, starts, **parameters)
     names = [v.name for v in variables(fmu, "output")]
-    values_of = reader([PLACES[rig][name] for name in names])
+    values_of = reader([PLACES[stage][name] for name in names])
     for k in range(600):
         inputs = {f"{name}.measured": float(data[f"{name}.encoder"][15_000 + k]) for name in axes}
         inputs |= {f"{name}.{what}": float(data[f"{name}.{what}"][15_000 + k])

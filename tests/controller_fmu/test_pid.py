@@ -2,7 +2,7 @@
 
 import numpy as np
 import pytest
-from direct_loop import RIGS
+from direct_loop import PACKAGED_STAGES
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from linear_model import linearised, thrusts, vertical_row
@@ -141,18 +141,18 @@ def test_integral_holds_while_limited(antiwindup: bool) -> None:
 
 
 @pytest.mark.usefixtures("slow")
-@pytest.mark.parametrize("rig", [2, 3])
-def test_every_command_of_a_run(rig: int) -> None:
+@pytest.mark.parametrize("stage", [2, 3])
+def test_every_command_of_a_run(description: int) -> None:
     """The law written again, with matrices of gains from numpy's polynomials: 1 s, steps on all axes, pre-filter on."""
-    axes, motors, dt = RIGS[rig]
-    controller, stage = (PID2DOF(), Stage2DOF()) if rig == 2 else (PID3DOF(), Stage3DOF())
+    axes, motors, dt = PACKAGED_STAGES[description]
+    controller, stage = (PID2DOF(), Stage2DOF()) if description == 2 else (PID3DOF(), Stage3DOF())
     corner = 30.0
     for name in axes:
         getattr(controller, name).prefilter = corner
     assert controller.start() == stage.start() == 0
     model = MODEL[type(controller)]()
-    rows = [linearised(model, 20e-3 if rig == 2 else 25e-3),
-            *((0.0, b) for b in thrusts(model, 20e-3 if rig == 2 else 25e-3))]
+    rows = [linearised(model, 20e-3 if description == 2 else 25e-3),
+            *((0.0, b) for b in thrusts(model, 20e-3 if description == 2 else 25e-3))]
     gains = []
     for (alpha, beta), poles in zip(rows, POLES[type(controller)], strict=True):
         a1, a2, a3 = polynomial(*poles)[1:]
@@ -177,7 +177,7 @@ def test_every_command_of_a_run(rig: int) -> None:
         filtered += dt * rate
         u = kp * (measured - filtered) + ki * integral + kd * (velocity - rate)
         integral += dt * (measured - filtered)
-        if rig == 2:
+        if description == 2:
             u = np.clip(u, -4.0, 4.0)
         ours = [getattr(controller, motors[0]).i_d_cmd, *(getattr(controller, name).i_q_cmd for name in motors)]
         worst = max(worst, float(np.abs(np.array(ours) - u).max()))

@@ -2,7 +2,7 @@
 
 import numpy as np
 import pytest
-from direct_loop import RIGS
+from direct_loop import PACKAGED_STAGES
 from named_controllers import Regulator2DOF, Regulator3DOF
 from named_stage import Stage2DOF, Stage3DOF
 from reference_stage import TAU, G, shape_functions
@@ -20,9 +20,9 @@ LIMIT = 4.0
 class ReferenceRegulator:
     """Nonlinear regulator in matrices: (4.12) or (5.7), (4.15), (4.16), (5.13)."""
 
-    def __init__(self, rig: int, ts: float):
-        self.rig, self.ts = rig, ts
-        self.gains = np.array(GAINS[rig], dtype=float)
+    def __init__(self, stage: int, ts: float):
+        self.stage, self.ts = stage, ts
+        self.gains = np.array(GAINS[stage], dtype=float)
         block = np.zeros((4, 4))
         block[:3, :3] = [[0.0, 1.0, 0.0], [0.0, 0.0, 1.0], [0.0, -OMEGA0**2, 0.0]]
         block[2, 3] = 1.0
@@ -44,8 +44,8 @@ class ReferenceRegulator:
         self.velocity = rate + (self.velocity - rate) * np.exp(-self.ts / T2)
         v = k[:, 0] * e + k[:, 1] * self.velocity + np.sum(k[:, 2:] * self.xi, axis=1) + self.xi[:, 0]
         f1, f2, f3, f4 = shape_functions(measured[0])
-        c = CONSTANTS[self.rig]
-        if self.rig == 2:
+        c = CONSTANTS[self.stage]
+        if self.stage == 2:
             i_q = np.array([-v[1] / (c[0] * f1)])
             polynomial = [-c[3] * f4, c[2] * f3, G - c[1] * f2 - c[3] * f4 * i_q[0]**2 - v[0]]
         else:
@@ -55,7 +55,7 @@ class ReferenceRegulator:
         i_d = np.roots(polynomial).real.min()
         u = np.array([i_d, *i_q])
         limited = np.clip(u, -LIMIT, LIMIT)
-        ec = np.array(ANTIWINDUP[self.rig])
+        ec = np.array(ANTIWINDUP[self.stage])
         self.xi = (self.xi @ self.phi.T + np.outer(e, self.gamma)
                    + self.ts * np.outer(ec * (limited - u), np.ones(3)))
         rows = []
@@ -65,15 +65,15 @@ class ReferenceRegulator:
         return np.array(rows)
 
 
-@pytest.mark.parametrize("rig", [pytest.param(2, marks=pytest.mark.thorough), 3])
+@pytest.mark.parametrize("stage", [pytest.param(2, marks=pytest.mark.thorough), 3])
 @pytest.mark.usefixtures("slow")
-def test_every_command_of_a_run(rig: int) -> None:
+def test_every_command_of_a_run(description: int) -> None:
     """Steps on all axes that saturate the commands; same measurements to both, 0.7 s."""
-    axes, motors, dt = RIGS[rig]
-    controller, stage = (Regulator2DOF(), Stage2DOF()) if rig == 2 else (Regulator3DOF(), Stage3DOF())
+    axes, motors, dt = PACKAGED_STAGES[description]
+    controller, stage = (Regulator2DOF(), Stage2DOF()) if description == 2 else (Regulator3DOF(), Stage3DOF())
     controller.start()
     stage.start()
-    law = ReferenceRegulator(rig, dt)
+    law = ReferenceRegulator(description, dt)
     first = np.array([getattr(stage, name).encoder for name in axes])
     jump = np.array([3e-3, 25e-3, -25e-3])[:len(axes)]
     worst, saturated = 0.0, 0

@@ -4,7 +4,7 @@ import math
 
 import numpy as np
 import pytest
-from direct_loop import RIGS, Reference, idealise, simulate
+from direct_loop import PACKAGED_STAGES, Reference, idealise, simulate
 from named_controllers import Regulator2DOF, Regulator3DOF
 from named_stage import Stage2DOF, Stage3DOF
 
@@ -86,39 +86,39 @@ def test_defaults() -> None:
     places = {two.v: 20e-3, two.h: 0.0, three.y: 25e-3, three.x: 0.0, three.z: 0.0}
     assert all(axis.measured == axis.reference == place for axis, place in places.items())
     assert not any(axis.reference_rate for axis in places)
-    assert (two.sample_time, three.sample_time) == (RIGS[2][2], RIGS[3][2])
+    assert (two.sample_time, three.sample_time) == (PACKAGED_STAGES[2][2], PACKAGED_STAGES[3][2])
 
 
-def ideal(rig: int, original: bool = False) -> tuple[Regulator2DOF | Regulator3DOF, Stage2DOF | Stage3DOF]:
+def ideal(description: int, original: bool = False) -> tuple[Regulator2DOF | Regulator3DOF, Stage2DOF | Stage3DOF]:
     """Regulator as it comes, or with the original gains and no limit, and a stage that is exactly its model."""
-    controller, stage = (Regulator2DOF(), Stage2DOF()) if rig == 2 else (Regulator3DOF(), Stage3DOF())
+    controller, stage = (Regulator2DOF(), Stage2DOF()) if description == 2 else (Regulator3DOF(), Stage3DOF())
     if isinstance(controller, Regulator3DOF) and original:
         controller.current_limit = 0.0
         controller.antiwindup = False
         set_gains(controller.y, KY_ORIGINAL)
         set_gains(controller.x, KX_ORIGINAL)
         set_gains(controller.z, KX_ORIGINAL)
-    idealise(rig, stage, controller)
+    idealise(description, stage, controller)
     return controller, stage
 
 
-IDEAL = pytest.mark.parametrize(("rig", "original"), [(2, False), (3, False), (3, True)])
+IDEAL = pytest.mark.parametrize(("stage", "original"), [(2, False), (3, False), (3, True)])
 
 
 # To a regulator both are one acceleration.
 @pytest.mark.few(1)
-@pytest.mark.parametrize(("rig", "original", "disturbance"), [
+@pytest.mark.parametrize(("stage", "original", "disturbance"), [
     (2, False, "force"), (3, True, "force"), (2, False, "bias"), (3, False, "bias"),
     *(pytest.param(3, original, disturbance, marks=pytest.mark.thorough)
       for original, disturbance in ((False, "force"), (True, "bias")))])
 @pytest.mark.usefixtures("slow")
-def test_constant_disturbance_is_rejected(rig: int, original: bool, disturbance: str) -> None:
+def test_constant_disturbance_is_rejected(description: int, original: bool, disturbance: str) -> None:
     """An external force or a constant acceleration; the regulators with their default limits."""
-    controller, stage = ideal(rig, original)
+    controller, stage = ideal(description, original)
     values = (2.0, 1.5, -1.5) if disturbance == "force" else (0.2, 0.2, -0.2)
-    for name, value in zip(RIGS[rig][0], values, strict=False):
+    for name, value in zip(PACKAGED_STAGES[description][0], values, strict=False):
         setattr(getattr(stage, name), disturbance, value)
-    errors = np.abs(simulate(rig, controller, stage, {}, SETTLED[rig]))
+    errors = np.abs(simulate(description, controller, stage, {}, SETTLED[description]))
     assert errors.max(axis=0).min() > 1e-5, "the disturbance has to move every axis first"
     assert errors[-500:].max() < 1e-8
 
@@ -126,16 +126,16 @@ def test_constant_disturbance_is_rejected(rig: int, original: bool, disturbance:
 @pytest.mark.few(1)
 @IDEAL
 @pytest.mark.usefixtures("slow")
-def test_sinusoid_of_the_internal_model_is_tracked(rig: int, original: bool) -> None:
+def test_sinusoid_of_the_internal_model_is_tracked(description: int, original: bool) -> None:
     """1.5π rad/s, 5 mm on the gap and 30 mm across, all axes together, from rest."""
-    controller, stage = ideal(rig, original)
+    controller, stage = ideal(description, original)
 
     def sinusoid(offset: float, amplitude: float) -> Reference:
         return lambda t: (offset + amplitude * math.sin(OMEGA0 * t),
                           amplitude * OMEGA0 * math.cos(OMEGA0 * t))
 
-    references = {name: sinusoid(0.0, 30e-3) for name in RIGS[rig][0][1:]}
-    references[RIGS[rig][0][0]] = sinusoid(20e-3 if rig == 2 else 25e-3, 5e-3)
-    errors = np.abs(simulate(rig, controller, stage, references, SETTLED[rig]))
+    references = {name: sinusoid(0.0, 30e-3) for name in PACKAGED_STAGES[description][0][1:]}
+    references[PACKAGED_STAGES[description][0][0]] = sinusoid(20e-3 if description == 2 else 25e-3, 5e-3)
+    errors = np.abs(simulate(description, controller, stage, references, SETTLED[description]))
     assert errors.max(axis=0).min() > 5e-5, "the start has to disturb every axis"
-    assert errors[round(0.6 * SETTLED[rig] / RIGS[rig][2]):].mean(axis=0).max() < 0.02e-3
+    assert errors[round(0.6 * SETTLED[description] / PACKAGED_STAGES[description][2]):].mean(axis=0).max() < 0.02e-3

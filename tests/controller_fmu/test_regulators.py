@@ -55,7 +55,7 @@ def test_linearisation_makes_the_demanded_accelerations(gap: float, vertical: fl
     two, three = Regulator2DOF(), Regulator3DOF()
     assert two.start() == three.start() == 0
     two.v.measured = three.y.measured = gap
-    # The most that the motors can make without a limit is 18 to 195 m/s², by rig and gap.
+    # The most that the motors can make without a limit is 18 to 195 m/s², by stage and gap.
     for demand in (vertical, vertical + more):
         i_d, i_q = two.currents(demand, x)
         assert -two.C1 * f1 * i_q == pytest.approx(x, rel=1e-12, abs=1e-12)

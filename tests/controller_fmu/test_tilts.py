@@ -13,14 +13,14 @@ from controller_fmu.motor_place import MotorPlace
 from controller_fmu.status import BAD_PLACES, LINEAR, NONLINEAR, STEPPED
 from controller_fmu.tilt_measurement import TiltMeasurement
 from controller_fmu.tilting_platform import TiltingPlatform
-from maglev.descriptions.packaged import RIGS
+from maglev.descriptions.packaged import PACKAGED_STAGES
 from pmlsm.gap_functions import gap_functions
 from pmlsm.velocity_rows import GRAVITY
 
-RIG_5DOF = RIGS["5dof"]
+STAGE_5DOF = PACKAGED_STAGES["5dof"]
 
-MOTORS = RIG_5DOF.motor_names
-AXES = RIG_5DOF.axis_names
+MOTORS = STAGE_5DOF.motor_names
+AXES = STAGE_5DOF.axis_names
 PLACES = [(0.0, 0.2), (0.0, -0.2), (0.2, 0.0), (-0.2, 0.0)]   # x, z of the motors, m
 J = np.array([[1.0, -z, x] for x, z in PLACES])
 MASSES = 6.9, 10.6, 8.6   # kg, of y, x, z

@@ -6,7 +6,7 @@ import tomllib
 from pathlib import Path
 
 from maglev.descriptions.own_fmus import definition
-from maglev.descriptions.packaged import RIGS
+from maglev.descriptions.packaged import PACKAGED_STAGES
 from maglev.scenario.layers import packaged_runs
 
 ROOT = Path(__file__).parents[2]
@@ -34,14 +34,14 @@ def test_what_stands_for_runs_is_in_the_pages() -> None:
 
 
 def test_what_descriptions_have_is_what_pages_say() -> None:
-    two, three = RIGS["2dof"], RIGS["3dof"]
-    one, other = (", ".join(f"{each.stage:g}" for each in rig.constants) for rig in (two, three))
+    two, three = PACKAGED_STAGES["2dof"], PACKAGED_STAGES["3dof"]
+    one, other = (", ".join(f"{each.stage:g}" for each in stage.constants) for stage in (two, three))
     assert f"The plant has C1…C4 = {one} and C1…C5 = {other}." in words(ROOT / "docs" / "identification.md")
-    v, h, y, x, z = (f"{axis.mass:{form}}" for rig, form in ((two, ".3f"), (three, ".1f")) for axis in rig.axes)
+    v, h, y, x, z = (f"{axis.mass:{form}}" for stage, form in ((two, ".3f"), (three, ".1f")) for axis in stage.axes)
     assert f"on movers of {v} (v), {h} (h), {y} (y), {x} (x) and {z} kg (z)" in words(ROOT / "docs" / "model.md")
     assert f"{v} kg on v, {h} kg on h; {y} kg on y, {x} kg on x, {z} kg on z;" in words(
         ROOT / "plant_fmu" / "documentation" / "effects.html")
-    models = [definition(f"Plant{rig.name.upper()}").continuous for rig in RIGS.values()]
+    models = [definition(f"Plant{stage.name.upper()}").continuous for stage in PACKAGED_STAGES.values()]
     states = [len(model.states) for model in models if model]
     assert "{} of the 2-DOF stage, {}, {}.".format(*states) in words(ROOT / "docs" / "kinds.md")
 

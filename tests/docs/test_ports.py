@@ -6,7 +6,7 @@ from pathlib import Path
 import pytest
 
 from maglev.descriptions.own_fmus import DEFINITIONS, definition
-from maglev.descriptions.packaged import RIGS
+from maglev.descriptions.packaged import PACKAGED_STAGES
 
 PAGE = (Path(__file__).parents[2] / "docs" / "ports.md").read_text(encoding="utf-8")
 OF_TILTS = {"m": "rad", "m/s": "rad/s"}   # units, as the page says
@@ -40,11 +40,11 @@ def rows(section: str) -> list[tuple[str, str, str]]:
 def test_the_page_has_every_port(section: str) -> None:
     unused = set(rows(section))
     assert unused
-    for suffix, rig in ((rig.suffix, rig) for rig in RIGS.values()):
+    for suffix, stage in ((stage.suffix, stage) for stage in PACKAGED_STAGES.values()):
         expected = {}
         for row in rows(section):
-            for axis in rig.axis_names:
-                for motor in rig.motor_names:
+            for axis in stage.axis_names:
+                for motor in stage.motor_names:
                     expected[row[0].replace("<axis>", axis).replace("<motor>", motor)] = row
         for kind in SECTIONS[section].split():
             if f"{kind}{suffix}" not in DEFINITIONS:

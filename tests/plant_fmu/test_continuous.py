@@ -51,36 +51,36 @@ def test_solver_and_steps_agree(name: str) -> None:
     assert sum(moved > 1e-6) > 10
 
 
-@pytest.mark.parametrize("rig", [2, 3])
-def test_derivatives_are_those_of_the_equations_by_complex_step(rig: int) -> None:
+@pytest.mark.parametrize("stage", [2, 3])
+def test_derivatives_are_those_of_the_equations_by_complex_step(stage: int) -> None:
     """To rounding, on the smooth part: `complex_stage` writes the equations of motion once more."""
-    reference = reference_2dof() if rig == 2 else reference_3dof()
-    axes, motors = AXES[rig], MOTORS[rig]
+    reference = reference_2dof() if stage == 2 else reference_3dof()
+    axes, motors = AXES[stage], MOTORS[stage]
     values = {f"{axis}.friction.coulomb": 0.0 for axis in axes}
-    plant = ContinuousBlock(f"Plant{rig}DOF", values)
-    place = np.array([0.0213, 0.004, -0.01][:rig])
-    speed = np.array([0.02, -0.15, 0.1][:rig])
-    dq = np.array([[0.7, -0.4], [0.2, 0.9]][:rig - 1])
+    plant = ContinuousBlock(f"Plant{stage}DOF", values)
+    place = np.array([0.0213, 0.004, -0.01][:stage])
+    speed = np.array([0.02, -0.15, 0.1][:stage])
+    dq = np.array([[0.7, -0.4], [0.2, 0.9]][:stage - 1])
     phases = phase_commands(dq, place)
-    commands = np.array([1.0, -0.3, -0.6, 0.5, 0.2, 0.1][:3 * (rig - 1)])
+    commands = np.array([1.0, -0.3, -0.6, 0.5, 0.2, 0.1][:3 * (stage - 1)])
     known = [*(f"{a}.position" for a in axes), *(f"{a}.velocity" for a in axes),
              *(f"{m}.i_{p}" for m in motors for p in "abc"), *(f"{m}.i_{p}_cmd" for m in motors for p in "abc"),
              *(f"{a}.force" for a in axes)]
-    point = [*place, *speed, *phases, *commands, *np.zeros(rig)]
+    point = [*place, *speed, *phases, *commands, *np.zeros(stage)]
     unknown = [f"der({a}.velocity)" for a in axes]
     found = plant.at(known, point, unknown)
 
     def accelerations(x: np.ndarray) -> np.ndarray:
         """By positions, velocities, phase currents, forces."""
-        places, rest = x[:rig], x[2 * rig:]
-        currents = park(places[1:], rest[:-rig])
-        return rates(reference, np.concatenate([places, x[rig:2 * rig], currents]),
-                     np.concatenate([0.0 * currents, rest[-rig:]]), phases=False, lag=True)[rig:2 * rig]
+        places, rest = x[:stage], x[2 * stage:]
+        currents = park(places[1:], rest[:-stage])
+        return rates(reference, np.concatenate([places, x[stage:2 * stage], currents]),
+                     np.concatenate([0.0 * currents, rest[-stage:]]), phases=False, lag=True)[stage:2 * stage]
 
-    at = np.array([*place, *speed, *phases, *np.zeros(rig)])
+    at = np.array([*place, *speed, *phases, *np.zeros(stage)])
     np.testing.assert_allclose(found, np.real(accelerations(at.astype(complex))), rtol=1e-11)
     expected = complex_step(accelerations, at)
-    of_state = known[:2 * rig + 3 * (rig - 1)] + known[-rig:]
+    of_state = known[:2 * stage + 3 * (stage - 1)] + known[-stage:]
     np.testing.assert_allclose(plant.jacobian(unknown, of_state), expected, rtol=1e-9, atol=1e-9)
     lag = plant.jacobian([f"der({m}.i_{p})" for m in motors for p in "abc"], [f"{m}.i_{p}_cmd" for m in motors
                                                                              for p in "abc"])

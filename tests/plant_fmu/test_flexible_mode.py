@@ -7,7 +7,7 @@ import pytest
 from named_stage import Stage2DOF, Stage3DOF, Stage5DOF
 from scipy.integrate import solve_ivp
 
-from maglev.descriptions.packaged import RIGS
+from maglev.descriptions.packaged import PACKAGED_STAGES
 from plant_fmu.axis import Axis
 
 DT = 0.2e-3
@@ -112,20 +112,20 @@ def test_held_in_place_it_swings_more_slowly() -> None:
 @pytest.mark.parametrize("stage_of", [Stage2DOF, Stage3DOF, Stage5DOF])
 def test_off_nothing_of_it_matters(stage_of: type) -> None:
     """Bit for bit, whatever the other parameters of the modes are; a shaking floor moves every stage at once."""
-    name = next(name for name, rig in RIGS.items() if stage_of.__name__.endswith(rig.suffix))
+    name = next(name for name, description in PACKAGED_STAGES.items() if stage_of.__name__.endswith(description.suffix))
     courses = []
     for damping, share, shaking in ((0.01, 0.1, 0.0), (0.5, 0.6, 0.0), (0.01, 0.1, 0.3)):
         stage = stage_of()
-        for axis in RIGS[name].axes:
+        for axis in PACKAGED_STAGES[name].axes:
             part = getattr(stage, axis.name)
             part.mode.damping, part.mode.mass_share, part.mode.encoder_share = damping, share, 3.0
             part.floor_acceleration = 0.0 if axis.rotation else shaking
         assert stage.start() == 0
         for k in range(40):
             assert stage.step(k * DT, DT) == 0
-        courses.append([getattr(stage, axis).position for axis in RIGS[name].axis_names])
+        courses.append([getattr(stage, axis).position for axis in PACKAGED_STAGES[name].axis_names])
     assert courses[0] == courses[1]
-    for axis, quiet, shaken in zip(RIGS[name].axes, courses[0], courses[2], strict=True):
+    for axis, quiet, shaken in zip(PACKAGED_STAGES[name].axes, courses[0], courses[2], strict=True):
         expected = 0.0 if axis.rotation else -0.3 * (40 * DT)**2 / 2.0
         assert shaken - quiet == pytest.approx(expected, rel=0.05, abs=1e-8)
 
@@ -137,6 +137,6 @@ def test_encoders_at_the_motors_see_the_modes_of_the_platform() -> None:
     stage.y.swing, stage.roll.swing, stage.pitch.swing, stage.x.swing = 3e-6, 2e-5, -1e-5, 5e-6
     stage.measure()
     assert stage.x.encoder == stage.x.position + 5e-6
-    for motor in RIGS["5dof"].motors:
+    for motor in PACKAGED_STAGES["5dof"].motors:
         mount = getattr(stage, f"{motor.name}_mount")
         assert mount.gap_encoder - mount.gap == pytest.approx(3e-6 - motor.z * 2e-5 - motor.x * 1e-5, rel=1e-9)

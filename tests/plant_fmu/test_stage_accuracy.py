@@ -9,7 +9,7 @@ from stage_cases import IMPACTS, SMOOTH, Case, differences, equilibrium_current,
 pytestmark = pytest.mark.usefixtures("slow")
 
 # What depends on the gap does so most where it is smallest and largest.
-BETWEEN = tuple(f"{rig}-DOF near {gap} mm" for rig, gap in ((2, 18), (2, 21), (3, 20), (3, 23), (3, 26)))
+BETWEEN = tuple(f"{stage}-DOF near {gap} mm" for stage, gap in ((2, 18), (2, 21), (3, 20), (3, 23), (3, 26)))
 
 
 @pytest.mark.few(2)
@@ -32,24 +32,24 @@ def test_reference_is_accurate_itself() -> None:
     """A looser tolerance moves the reference by far less than what it is compared with."""
     case = SMOOTH[5]
     dt, steps = 0.5e-3, 100
-    _, given = run_block(case.rig, case.start, case.commands, dt, steps)
+    _, given = run_block(case.stage, case.start, case.commands, dt, steps)
     tight, loose = (reference_2dof().solve(case.start, lambda k, _: given[k], dt, steps, rtol)
                     for rtol in (1e-11, 1e-9))
     assert np.abs(tight - loose)[:, :6].max() < 1e-8
 
 
-@pytest.mark.parametrize(("rig", "gap"), [(2, 0.017), (2, 0.020), (2, 0.023), (3, 0.021), (3, 0.024), (3, 0.027)])
-def test_communication_steps_agree(rig: int, gap: float) -> None:
+@pytest.mark.parametrize(("stage", "gap"), [(2, 0.017), (2, 0.020), (2, 0.023), (3, 0.021), (3, 0.024), (3, 0.027)])
+def test_communication_steps_agree(stage: int, gap: float) -> None:
     """Constant commands, no stop: the communication step is no matter, 1e-8 m over 0.1 s."""
-    held = np.array([phases(equilibrium_current(rig, gap) + 0.15, 0.7, 0.0)] * (rig - 1))
-    start = (gap, *(0.0,) * (rig - 1))
+    held = np.array([phases(equilibrium_current(stage, gap) + 0.15, 0.7, 0.0)] * (stage - 1))
+    start = (gap, *(0.0,) * (stage - 1))
     ends = []
     for dt in (0.1e-3, 0.2e-3, 0.5e-3, 1e-3):
-        rows, _ = run_block(rig, start, lambda k, x: held, dt, round(0.1 / dt))
+        rows, _ = run_block(stage, start, lambda k, x: held, dt, round(0.1 / dt))
         ends.append(rows[::round(1e-3 / dt), :, 0])
     moved = np.ptp(ends[0], axis=0)
     assert (moved > 1e-4).all()
-    assert ends[0][:, 0].min() > 8e-3 and ends[0][:, 0].max() < (28e-3 if rig == 2 else 32e-3), "no stop"
+    assert ends[0][:, 0].min() > 8e-3 and ends[0][:, 0].max() < (28e-3 if stage == 2 else 32e-3), "no stop"
     assert max(np.abs(end - ends[0]).max() for end in ends[1:]) < 1e-8
 
 
@@ -60,11 +60,11 @@ def frictionless(stage: Stage2DOF | Stage3DOF, *names: str) -> None:
         axis.friction.coulomb = axis.friction.viscous = axis.bias = axis.ripple.amplitude = 0.0
 
 
-@pytest.mark.parametrize(("rig", "axis"), [(2, "h"), (3, "x"), (3, "z")])
-def test_ripple_is_a_conservative_force_over_the_slots(rig: int, axis: str) -> None:
+@pytest.mark.parametrize(("stage", "axis"), [(2, "h"), (3, "x"), (3, "z")])
+def test_ripple_is_a_conservative_force_over_the_slots(description: int, axis: str) -> None:
     """v²/2 is the work of r sin(2π d/t1 + 0.5) from the start on, over two slot pitches and more."""
-    stage = Stage2DOF() if rig == 2 else Stage3DOF()
-    names = ("v", "h") if rig == 2 else ("y", "x", "z")
+    stage = Stage2DOF() if description == 2 else Stage3DOF()
+    names = ("v", "h") if description == 2 else ("y", "x", "z")
     frictionless(stage, *names)
     for name in names:
         getattr(stage, name).locked = name != axis
@@ -120,26 +120,26 @@ def test_horizontal_motion_mirrors() -> None:
     assert abs(ends[0][1] - 0.01) > 1e-4
 
 
-@pytest.mark.parametrize(("rig", "neutral"), [(2, 19.45e-3), (3, 22.69e-3)])
-def test_sign_of_the_direct_current(rig: int, neutral: float) -> None:
+@pytest.mark.parametrize(("stage", "neutral"), [(2, 19.45e-3), (3, 22.69e-3)])
+def test_sign_of_the_direct_current(description: int, neutral: float) -> None:
     """Positive at small gaps, where the magnets pull more than the weight; negative at large ones.
 
     The gap without current is that of the identified constants to 0.3 mm: the plant carries others.
     """
     gaps = np.arange(16e-3, 26.5e-3, 1e-3)   # the 2-DOF motor cannot hold the mover much lower
-    currents = np.array([equilibrium_current(rig, gap) for gap in gaps])
+    currents = np.array([equilibrium_current(description, gap) for gap in gaps])
     assert (currents[gaps < neutral - 0.5e-3] > 0).all()
     assert (currents[gaps > neutral + 0.5e-3] < 0).all()
     for gap in (neutral - 3e-3, neutral + 3e-3):
-        stage, motors = (Stage2DOF(), ("motor",)) if rig == 2 else (Stage3DOF(), ("alpha", "beta"))
+        stage, motors = (Stage2DOF(), ("motor",)) if description == 2 else (Stage3DOF(), ("alpha", "beta"))
         axis = stage.v if isinstance(stage, Stage2DOF) else stage.y
-        frictionless(stage, "v" if rig == 2 else "y")
+        frictionless(stage, "v" if description == 2 else "y")
         stage.attraction_modulation = 0.0
         axis.position_start = gap
         stage.start()
         for name in motors:
             motor = getattr(stage, name)
-            held = phases(equilibrium_current(rig, gap), 0.0, 0.0)
+            held = phases(equilibrium_current(description, gap), 0.0, 0.0)
             motor.i_a_cmd, motor.i_b_cmd, motor.i_c_cmd = (float(i) for i in held)
         stage.step(0.0, 1e-3)
         assert abs(axis.velocity) < 1e-6, "the command holds the mover"

@@ -12,7 +12,7 @@ from reference_stage import reference_2dof, reference_3dof
 from scipy.integrate import solve_ivp
 from stage_cases import equilibrium_current, phases, run_block
 
-from maglev.descriptions.packaged import RIGS
+from maglev.descriptions.packaged import PACKAGED_STAGES
 from maglev.linear.linearise import linearise
 from plant_fmu.magnets import magnet_strength
 from plant_fmu.motor_supply import MotorSupply
@@ -68,13 +68,14 @@ def test_current_and_charge_against_their_equation(current: float, target: float
 @pytest.mark.parametrize("name", STAGES)
 def test_power_into_the_induced_voltage_is_that_of_the_forces(name: str) -> None:
     """Σ e i = Σ force × speed over all axes, tilts included, of what the forces owe to the currents."""
-    rig, random = RIGS[name], np.random.default_rng(5)
+    description, random = PACKAGED_STAGES[name], np.random.default_rng(5)
     stage: Any = STAGES[name]()
     for scale in (0.01, 1.0):
-        powers, axes = [], [getattr(stage, axis) for axis in rig.axis_names]
-        currents = random.uniform(-4.0, 4.0, (len(rig.motors), 2))
-        for axis, of in zip(axes, rig.axes, strict=True):
-            axis.position = axis.position_start + (random.uniform(-2e-3, 2e-3) if of.rotation or of is rig.vertical
+        powers, axes = [], [getattr(stage, axis) for axis in description.axis_names]
+        currents = random.uniform(-4.0, 4.0, (len(description.motors), 2))
+        for axis, of in zip(axes, description.axes, strict=True):
+            axis.position = axis.position_start + (random.uniform(-2e-3, 2e-3)
+                                                   if of.rotation or of is description.vertical
                                                    else random.uniform(-0.03, 0.03))
             axis.velocity = scale * random.uniform(-1.0, 1.0)
             axis.begin()
@@ -82,7 +83,7 @@ def test_power_into_the_induced_voltage_is_that_of_the_forces(name: str) -> None
         for flowing in (currents, 0.0 * currents):
             speeds = [axis.velocity for axis in axes]
             places = [axis.position for axis in axes]
-            for motor, (i_d, i_q) in zip(rig.motor_names, flowing, strict=True):
+            for motor, (i_d, i_q) in zip(description.motor_names, flowing, strict=True):
                 getattr(stage, motor).i_d, getattr(stage, motor).i_q = float(i_d), float(i_q)
             stage.mover.place(stage.axes)
             stage.mover.induce(stage.axes, stage.motors, stage.magnetics, 0.0)
@@ -91,7 +92,7 @@ def test_power_into_the_induced_voltage_is_that_of_the_forces(name: str) -> None
                 axis.position, axis.velocity = place, speed
             if flowing is currents:
                 electrical = 0.0
-                for motor, (i_d, i_q) in zip(rig.motor_names, currents, strict=True):
+                for motor, (i_d, i_q) in zip(description.motor_names, currents, strict=True):
                     supply = getattr(stage, motor)
                     place = stage.mover.displacement(stage.axes, supply.axis)
                     electrical += phases(i_d, i_q, place) @ [supply.e_a, supply.e_b, supply.e_c]
@@ -100,36 +101,36 @@ def test_power_into_the_induced_voltage_is_that_of_the_forces(name: str) -> None
         assert abs(electrical) > 0.1 * scale
 
 
-@pytest.mark.parametrize(("rig", "gap", "bus", "accuracy"), [(2, 18e-3, 24.0, 3e-8), (3, 23e-3, 9.0, 2e-9)])
-def test_motion_with_a_voltage_against_the_reference(rig: int, gap: float, bus: float, accuracy: float) -> None:
+@pytest.mark.parametrize(("stage", "gap", "bus", "accuracy"), [(2, 18e-3, 24.0, 3e-8), (3, 23e-3, 9.0, 2e-9)])
+def test_motion_with_a_voltage_against_the_reference(description: int, gap: float, bus: float, accuracy: float) -> None:
     """Commands that jump, so that phases are at the voltage of the bus half of the time."""
-    stage = (reference_2dof if rig == 2 else reference_3dof)()
-    stage.bus, held = bus, equilibrium_current(rig, gap)
-    dt, places = (0.5e-3, 0.2e-3)[rig - 2], (0.004, -0.010)[:rig - 1]
-    jumps = np.random.default_rng(3).uniform(-1.5, 1.5, (12, rig - 1, 2))
+    stage = (reference_2dof if description == 2 else reference_3dof)()
+    stage.bus, held = bus, equilibrium_current(description, gap)
+    dt, places = (0.5e-3, 0.2e-3)[description - 2], (0.004, -0.010)[:description - 1]
+    jumps = np.random.default_rng(3).uniform(-1.5, 1.5, (12, description - 1, 2))
 
     def commands(k: int, _: np.ndarray) -> np.ndarray:
         return np.array([phases(held + d, q, x) for x, (d, q) in zip(places, jumps[int(k * dt / 5e-3)], strict=True)])
 
     steps = round(0.03 / dt)
-    block, given_ = run_block(rig, (gap, *places), commands, dt, steps, bus_voltage=bus)
+    block, given_ = run_block(description, (gap, *places), commands, dt, steps, bus_voltage=bus)
     states = stage.solve((gap, *places), lambda k, _: given_[k], dt, steps, 1e-8)
-    solved = states[:, :3 * rig].reshape(len(states), rig, 3)[:, :, :2]
+    solved = states[:, :3 * description].reshape(len(states), description, 3)[:, :, :2]
     difference = np.abs(block - solved).max(axis=(0, 1))
-    free, _ = run_block(rig, (gap, *places), commands, dt, steps)
+    free, _ = run_block(description, (gap, *places), commands, dt, steps)
     assert difference[0] < accuracy and difference[1] < 100.0 * accuracy
     assert np.abs(block - free).max(axis=(0, 1))[0] > 3e-5, "the voltage matters"
 
 
-@pytest.mark.parametrize("rig", [2, 3])
-def test_a_voltage_that_suffices_changes_nothing(rig: int) -> None:
+@pytest.mark.parametrize("stage", [2, 3])
+def test_a_voltage_that_suffices_changes_nothing(stage: int) -> None:
     """Bit for bit."""
-    start = (20e-3 if rig == 2 else 25e-3, *(0.0,) * (rig - 1))
+    start = (20e-3 if stage == 2 else 25e-3, *(0.0,) * (stage - 1))
 
     def commands(k: int, _: np.ndarray) -> np.ndarray:
-        return np.array([phases(math.sin(0.1 * k), math.cos(0.07 * k), 0.0)] * (rig - 1))
+        return np.array([phases(math.sin(0.1 * k), math.cos(0.07 * k), 0.0)] * (stage - 1))
 
-    (free, _), (limited, _) = (run_block(rig, start, commands, 0.3e-3, 60, bus_voltage=bus) for bus in (0.0, 1e5))
+    (free, _), (limited, _) = (run_block(stage, start, commands, 0.3e-3, 60, bus_voltage=bus) for bus in (0.0, 1e5))
     assert (free == limited).all()
 
 
@@ -150,9 +151,11 @@ def test_heat_of_the_windings() -> None:
 @pytest.mark.parametrize("name", STAGES)
 def test_warm_magnets(name: str) -> None:
     """The poles of the linear model are those of a stage with weaker constants, and so is its fall."""
-    rig, weak = RIGS[name], 1.0 - 1.2e-3 * 50.0
-    thrusts, (attraction, coils, _) = [rig.constants_of(axis.name)[0] for axis in rig.horizontal], rig.constants_of(
-        rig.vertical.name)
+    description, weak = PACKAGED_STAGES[name], 1.0 - 1.2e-3 * 50.0
+    thrusts, (attraction, coils,
+              _) = [description.constants_of(axis.name)[0]
+                    for axis in description.horizontal], description.constants_of(
+        description.vertical.name)
     stage: Any = STAGES[name]()
     other: Any = STAGES[name]()
     factors = {**dict.fromkeys(thrusts, weak), attraction: weak**2, coils: weak}
@@ -161,14 +164,14 @@ def test_warm_magnets(name: str) -> None:
     stage.magnet_rise = 50.0
     for each in (stage, other):
         assert each.start() == 0
-        for motor in rig.motor_names:
+        for motor in description.motor_names:
             getattr(each, motor).i_a_cmd, getattr(each, motor).i_b_cmd = 1.5, -0.7
         for k in range(50):
             assert each.step(k * DT, DT) == 0
-    for axis in rig.axis_names:
+    for axis in description.axis_names:
         assert getattr(stage, axis).velocity == pytest.approx(getattr(other, axis).velocity, rel=1e-9, abs=1e-15)
-    at = {rig.vertical.name: 20e-3 if name == "2dof" else 23e-3}
-    models = [linearise(f"Plant{rig.suffix}", at, parameters=parameters) for parameters in (
+    at = {description.vertical.name: 20e-3 if name == "2dof" else 23e-3}
+    models = [linearise(f"Plant{description.suffix}", at, parameters=parameters) for parameters in (
         {"magnet_rise": 50.0}, {constant: getattr(other, constant) for constant in factors})]
     assert (np.abs(models[0].A - models[1].A) <= 1e-12 * np.abs(models[1].A)).all()
     assert magnet_strength(0.0) == 1.0
@@ -181,7 +184,7 @@ def test_estimated_windings() -> None:
     main = 6 / math.pi * mu0 * turns**2 * length / pairs / math.tanh(a)
     leakage = 2 * mu0 * turns**2 / pairs * (length * depth / (3 * slot) + 75e-3 * 0.25)
     copper = 0.45 * slot * depth / (turns / pairs)
-    winding = RIGS["5dof"].motors[0].winding
+    winding = PACKAGED_STAGES["5dof"].motors[0].winding
     assert winding.inductance == pytest.approx(main + leakage, rel=0.1)
     assert winding.resistance == pytest.approx(1.72e-8 * turns * 0.25 / copper, rel=0.05)
-    assert {motor.winding for motor in RIGS["3dof"].motors} == {type(winding)(3.5, 0.035)}, "two in parallel"
+    assert {motor.winding for motor in PACKAGED_STAGES["3dof"].motors} == {type(winding)(3.5, 0.035)}, "two in parallel"

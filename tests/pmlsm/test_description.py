@@ -5,36 +5,36 @@ from math import nextafter, pi
 
 import pytest
 
-from maglev.descriptions.packaged import RIGS
+from maglev.descriptions.packaged import PACKAGED_STAGES
 from maglev.descriptions.registry import definitions
 from maglev.language.sources import carried_modules
 from pmlsm.description_text import from_text, to_text
-from pmlsm.stage_description import MotorKind, Rig
+from pmlsm.stage_description import MotorKind, StageDescription
 
 KIND = MotorKind({"pole_pitch": 0.048, "field.B3": -1e-300}, 1.3, 0.9, 1.1, 0.8, 0.7)
 
 
-def unlike(rig: Rig) -> Rig:
-    """A rig with a motor of another kind, and numbers that a shorter text would not give back."""
-    first, *others = rig.motors
-    return replace(rig, motors=(replace(first, kind=KIND), *others), sample_time=nextafter(1e-3, 1.0), height=-0.0,
+def unlike(stage: StageDescription) -> StageDescription:
+    """A stage with a motor of another kind, and numbers that a shorter text would not give back."""
+    first, *others = stage.motors
+    return replace(stage, motors=(replace(first, kind=KIND), *others), sample_time=nextafter(1e-3, 1.0), height=-0.0,
                    title="µ \"quoted\" \\ and 'more'\u2028", sources={"axes": "pages 3 to 5"}, modulation=1.0 / pi)
 
 
-@pytest.mark.parametrize("name", RIGS)
-@pytest.mark.parametrize("changed", [lambda rig: rig, unlike])
-def test_text_gives_the_description_back_exactly(name: str, changed: "type[Rig]") -> None:
-    rig = changed(RIGS[name])
-    assert repr(from_text(to_text(rig))) == repr(rig)
+@pytest.mark.parametrize("name", PACKAGED_STAGES)
+@pytest.mark.parametrize("changed", [lambda stage: stage, unlike])
+def test_text_gives_the_description_back_exactly(name: str, changed: "type[StageDescription]") -> None:
+    stage = changed(PACKAGED_STAGES[name])
+    assert repr(from_text(to_text(stage))) == repr(stage)
 
 
-@pytest.mark.parametrize("name", RIGS)
+@pytest.mark.parametrize("name", PACKAGED_STAGES)
 def test_definition_that_an_fmu_carries_has_the_description_as_data(name: str) -> None:
-    rig = unlike(RIGS[name])
-    for made in definitions(rig).values():
+    stage = unlike(PACKAGED_STAGES[name])
+    for made in definitions(stage).values():
         carried: dict[str, object] = {}
         exec(made.text(), carried)
-        assert repr(carried["RIG"]) == repr(rig)
+        assert repr(carried["DESCRIPTION"]) == repr(stage)
         break
 
 

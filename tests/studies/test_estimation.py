@@ -10,7 +10,7 @@ from typing import Any
 import pytest
 from named_stage import Stage2DOF, Stage3DOF
 
-from maglev.descriptions.packaged import RIGS
+from maglev.descriptions.packaged import PACKAGED_STAGES
 from maglev.runs.selection import select
 from maglev.runs.verdicts import ClaimResult, MeasuredValue, judge
 from maglev.scenario.claims import RunClaim
@@ -69,7 +69,7 @@ def test_a_run_that_failed_counts_as_the_largest_residual():
 
 
 def test_defaults_leave_what_a_scenario_gives():
-    """The model that predicts the rig has no friction, and says so; the compensator follows only where it is on."""
+    """The model that predicts the stage has no friction, and says so; the compensator follows only where it is on."""
     defaults = {"Plant2DOF.h.friction.coulomb": 0.25, "Plant3DOF.x.friction.coulomb": 9.0}
     following = {"Regulator2DOF.h.friction_compensation": 0.157}
     off = with_defaults(load_plan("2dof-identification-model"), defaults, following)
@@ -98,9 +98,12 @@ def test_plants_and_compensator_have_the_scale_that_training_chooses():
     for name, value in times(chosen, SETTINGS.follows).items():
         assert given[name.partition(".")[2]].value == value
     assert set(SETTINGS.assumed) == {f"Plant{name.upper()}.{axis.name}.friction.coulomb"
-                                           for name, rig in RIGS.items() if not rig.rotations for axis in rig.axes}
-    leaning = {axis.name: axis for axis in RIGS["5dof"].axes}   # not run: it has the guides of the 3-DOF stage
-    assert all(leaning[axis.name].friction == axis.friction for axis in RIGS["3dof"].axes)
+                                           for name,
+                                           stage in PACKAGED_STAGES.items()
+                                           if not stage.rotations for axis in stage.axes}
+    # not run: it has the guides of the 3-DOF stage
+    leaning = {axis.name: axis for axis in PACKAGED_STAGES["5dof"].axes}
+    assert all(leaning[axis.name].friction == axis.friction for axis in PACKAGED_STAGES["3dof"].axes)
 
 
 def judged_sentence(owner: str, value: float) -> tuple[str, ClaimResult]:
@@ -138,7 +141,7 @@ def test_plants_have_roughness_only_if_what_was_held_out_is_more_likely_with_it(
     assert [kind for kind, _ in rows] == ["no", "with"]
     (_, held_out, parabolas), rough = ([float(cells.split(" | ")[k]) for k in (0, 2, 5)] for _, cells in rows)
     adopted = rough[1] > held_out and rough[2] > parabolas
-    assert adopted is any(axis.roughness.rms > 0.0 for rig in RIGS.values() for axis in rig.axes)
+    assert adopted is any(axis.roughness.rms > 0.0 for stage in PACKAGED_STAGES.values() for axis in stage.axes)
 
 
 @pytest.mark.parametrize("name", STAGES)

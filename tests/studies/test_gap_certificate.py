@@ -15,7 +15,7 @@ from scipy.optimize import brentq
 
 from controller_fmu.status import INTERPOLATED
 from controller_fmu.vertical_law import VerticalLaw
-from maglev.descriptions.packaged import RIGS
+from maglev.descriptions.packaged import PACKAGED_STAGES
 from maglev.linear.loop import linearise_loop
 from studies import gap_certificate, tilt_certificate
 from studies.gap_certificate import (
@@ -33,7 +33,7 @@ from studies.gap_certificate import (
 )
 from studies.tilt_certificate import ABOUT, LEVER, SHARE, TILT, tilting
 
-RIG = RIGS["3dof"]
+DESCRIPTION = PACKAGED_STAGES["3dof"]
 
 pytestmark = pytest.mark.usefixtures("slow")   # it searches for long
 
@@ -51,8 +51,8 @@ def pieces(loop: Loop) -> list[tuple[float, float, gap_certificate.Box]]:
 def row(gap: float, current: float, modulation: float, phase: float) -> float:
     """Vertical acceleration of the plant (m/s²), with its bias and a ripple of any phase."""
     _, f2, f3, f4 = shape_functions(gap)
-    stage, ripple = RIG.stage, RIG.vertical.ripple
-    return (G + RIG.vertical.bias + ripple.amplitude * np.sin(2 * np.pi * gap / ripple.period + phase)
+    stage, ripple = DESCRIPTION.stage, DESCRIPTION.vertical.ripple
+    return (G + DESCRIPTION.vertical.bias + ripple.amplitude * np.sin(2 * np.pi * gap / ripple.period + phase)
             - 4 * stage.iron * f4 * current**2 + 4 * stage.coils * f3 * current
             - 4 * stage.attraction * (1 - modulation) * f2)
 
@@ -164,7 +164,7 @@ def require_slow_poles(theirs: np.ndarray, matrix: list[list[float]], times: int
 
 def without_ripple(gap: float, current: float, modulation: float = 0.0) -> float:
     """Vertical acceleration of the plant (m/s²) without its ripple."""
-    ripple = RIG.vertical.ripple
+    ripple = DESCRIPTION.vertical.ripple
     return row(gap, current, modulation, 0.0) - ripple.amplitude * np.sin(2 * np.pi * gap / ripple.period)
 
 
@@ -179,7 +179,7 @@ def test_the_certificate_holds_in_rational_arithmetic(loop: Loop) -> None:
     found = json.loads(loop.file.read_text(encoding="utf-8"))
     parts = pieces(loop)
     assert found["rate"] >= 0.05 and found["decay"] > 0.0
-    assert parts[0][0] == LOWER == RIG.gap_stop.lower and parts[-1][1] == pytest.approx(UPPER)
+    assert parts[0][0] == LOWER == DESCRIPTION.gap_stop.lower and parts[-1][1] == pytest.approx(UPPER)
     assert all(one[1] == other[0] for one, other in pairwise(parts))
     assert verify(loop, found)
 

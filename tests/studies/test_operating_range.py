@@ -12,7 +12,7 @@ from maglev.many.study_design import tried_values
 from maglev.many.study_file import load_study
 from maglev.many.study_plan import plan_study
 from maglev.many.study_run import run_study
-from maglev.pages.grids import Grid, Origin, RigGrids, read_grids, write_grids
+from maglev.pages.grids import Grid, Origin, StageGrids, read_grids, write_grids
 from maglev.pages.operating_range import (
     ASTRAY,
     FILE,
@@ -49,7 +49,7 @@ def test_shares_are_of_the_map_with_the_constants_as_they_are(tmp_path: Path) ->
     gaps, ends = np.array([0.01, 0.02]), np.full((1, 2, 2, 2), STOPPED, np.uint8)
     ends[0, :, :, 0] = SETTLED
     ends[0, 1, 0, 0] = TRIPPED   # with other constants
-    found = RigGrids({"moves": Grid({"horizontal step": np.array([0.0]), "constants": np.array([1.0, 1.05]),
+    found = StageGrids({"moves": Grid({"horizontal step": np.array([0.0]), "constants": np.array([1.0, 1.05]),
                                      "initial gap": gaps, "target gap": gaps}, {"nonlinear": ends, "PID": ends})},
                      Origin("0.0", None))
     assert table(found) == [("controller", "horizontal step", OUTCOMES[SETTLED], OUTCOMES[STOPPED], SETTLED_ALWAYS),
@@ -78,7 +78,7 @@ def test_a_map_has_every_sample_in_its_place(fastest_fmus: Path, tmp_path: Path)
     assert {row["stop contact time"] < inf for row in samples} == {True, False}
     origin = origin_of([path, path])
     assert origin.guids.keys() == {"Plant2DOF", "Regulator2DOF"}
-    write_grids(tmp_path / "maps.json", OUTCOMES, {"2dof": RigGrids({"moves": Grid(varied, {"nonlinear": ends})},
+    write_grids(tmp_path / "maps.json", OUTCOMES, {"2dof": StageGrids({"moves": Grid(varied, {"nonlinear": ends})},
                                                                     origin)})
     again = read_grids(tmp_path / "maps.json")["2dof"]
     assert again.origin == origin
@@ -89,9 +89,9 @@ def test_a_map_has_every_sample_in_its_place(fastest_fmus: Path, tmp_path: Path)
         assert grid.varied[name].tolist() == values.tolist()
 
 
-@pytest.mark.parametrize("rig", ["2dof", "3dof", "5dof"])
-def test_maps_of_the_package_are_of_the_grids_of_its_studies(rig: str) -> None:
-    found, study = read_grids(FILE)[rig], load_study(f"range-{rig}")[0]
+@pytest.mark.parametrize("stage", ["2dof", "3dof", "5dof"])
+def test_maps_of_the_package_are_of_the_grids_of_its_studies(stage: str) -> None:
+    found, study = read_grids(FILE)[stage], load_study(f"range-{stage}")[0]
     grid, = found.grids.values()
     assert {varied.column for varied in study.vary} == {*grid.varied} and next(iter(grid.varied)) in STEPS
     for varied in study.vary:
@@ -101,11 +101,11 @@ def test_maps_of_the_package_are_of_the_grids_of_its_studies(rig: str) -> None:
         assert {*np.unique(ends)} <= {*range(len(OUTCOMES))}
 
 
-@pytest.mark.parametrize("rig", ["2dof", "3dof", "5dof"])
-def test_studies_of_the_package_can_be_run_with_every_law(rig: str, fastest_fmus: Path, tmp_path: Path) -> None:
-    study, path = load_study(f"range-{rig}")
-    scenarios = sorted((path.parent / study.scenario).parent.glob(f"{rig}-*.toml"))
-    laws = [each for each in scenarios if each.stem != f"{rig}-horizontal"]
-    assert len(laws) == {"2dof": 3, "3dof": 4, "5dof": 3}[rig]
+@pytest.mark.parametrize("stage", ["2dof", "3dof", "5dof"])
+def test_studies_of_the_package_can_be_run_with_every_law(stage: str, fastest_fmus: Path, tmp_path: Path) -> None:
+    study, path = load_study(f"range-{stage}")
+    scenarios = sorted((path.parent / study.scenario).parent.glob(f"{stage}-*.toml"))
+    laws = [each for each in scenarios if each.stem != f"{stage}-horizontal"]
+    assert len(laws) == {"2dof": 3, "3dof": 4, "5dof": 3}[stage]
     for scenario in laws:
         plan_study(study, prepare(load_plan(scenario), fastest_fmus, {}, {}), path.name, tmp_path, UNCHANGED)

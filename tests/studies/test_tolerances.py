@@ -6,7 +6,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from maglev.descriptions.packaged import RIGS
+from maglev.descriptions.packaged import PACKAGED_STAGES
 from maglev.pages.grids import read_grids, write_grids
 from maglev.pages.tolerances import (
     ASTRAY,
@@ -46,10 +46,10 @@ def test_a_law_holds_up_to_the_last_value_before_it_first_fails() -> None:
     assert QUESTIONS[1].down.text(0) == "no limit"
 
 
-@pytest.mark.parametrize("rig", LAWS)
-def test_a_study_sets_what_its_question_is_about(tmp_path: Path, rig: str) -> None:
-    study = study_of(RIGS[rig], "linear", QUESTIONS[0], tmp_path)
-    encoders = {"v", "h"} if rig == "2dof" else {"y", "x", "z"} if rig == "3dof" else {
+@pytest.mark.parametrize("stage", LAWS)
+def test_a_study_sets_what_its_question_is_about(tmp_path: Path, stage: str) -> None:
+    study = study_of(PACKAGED_STAGES[stage], "linear", QUESTIONS[0], tmp_path)
+    encoders = {"v", "h"} if stage == "2dof" else {"y", "x", "z"} if stage == "3dof" else {
         "x", "z", "alpha1", "alpha2", "beta1", "beta2"}
     noise, delay, gap = study.vary
     assert {*noise.set} == {f"measurement.{name}.noise" for name in encoders} and delay.set == ["measurement.delay"]
@@ -60,11 +60,11 @@ def test_what_was_found_is_whole_and_on_its_page(tmp_path: Path) -> None:
     write_grids(tmp_path / "found.json", OUTCOMES, FOUND)
     again = read_grids(tmp_path / "found.json")
     page = (DOCS / "faults.md").read_text(encoding="utf-8")
-    for name, rig in FOUND.items():
-        assert list(rig.grids) == [question.name for question in QUESTIONS]
-        assert again[name].origin == rig.origin
+    for name, stage in FOUND.items():
+        assert list(stage.grids) == [question.name for question in QUESTIONS]
+        assert again[name].origin == stage.origin
         for question in QUESTIONS:
-            grid = rig.grids[question.name]
+            grid = stage.grids[question.name]
             assert {what: values.tolist() for what, values in grid.varied.items()} == {STEP: [*SIZES], **{
                 f"{side.name}, {side.unit}": [*side.values] for side in (question.down, question.along)}}
             assert list(grid.laws) == [NAMES.get(law, law) for law in LAWS[name]]
@@ -72,5 +72,5 @@ def test_what_was_found_is_whole_and_on_its_page(tmp_path: Path) -> None:
                 assert found.shape == (len(SIZES), len(question.down.values), len(question.along.values))
                 assert {*np.unique(found)} <= {*range(len(OUTCOMES))}
                 assert np.array_equal(found, again[name].grids[question.name].laws[law])
-        assert markdown_table(table(rig)) in page
+        assert markdown_table(table(stage)) in page
         assert (DOCS / f"tolerances-{name}.png").is_file() and f"](tolerances-{name}.png)" in page

@@ -5,21 +5,23 @@ from typing import Any
 
 import numpy as np
 
-from maglev.descriptions.packaged import RIGS
+from maglev.descriptions.packaged import PACKAGED_STAGES
 
-RIG_2DOF = RIGS["2dof"]
-RIG_3DOF = RIGS["3dof"]
+STAGE_2DOF = PACKAGED_STAGES["2dof"]
+STAGE_3DOF = PACKAGED_STAGES["3dof"]
 
 
 # Axes, motors and communication step (s).
-RIGS = {len(rig.axes): (rig.axis_names, rig.motor_names, rig.sample_time) for rig in (RIG_2DOF, RIG_3DOF)}
+PACKAGED_STAGES = {len(stage.axes): (stage.axis_names, stage.motor_names, stage.sample_time)
+                   for stage in (STAGE_2DOF, STAGE_3DOF)}
 
 Reference = Callable[[float], tuple[float, float]]   # time (s) to reference (m) and its rate (m/s)
 
 
-def simulate(rig: int, controller: Any, stage: Any, references: dict[str, Reference], stop_time: float) -> np.ndarray:
+def simulate(description: int, controller: Any, stage: Any, references: dict[str, Reference],
+             stop_time: float) -> np.ndarray:
     """Errors position − reference (m) at every sample, shape (samples, axes)."""
-    axes, motors, dt = RIGS[rig]
+    axes, motors, dt = PACKAGED_STAGES[description]
     assert controller.start() == 0
     assert stage.start() == 0
     errors = []
@@ -40,10 +42,10 @@ def simulate(rig: int, controller: Any, stage: Any, references: dict[str, Refere
     return np.array(errors)
 
 
-def idealise(rig: int, stage: Any, controller: Any) -> None:
+def idealise(description: int, stage: Any, controller: Any) -> None:
     """Switch every effect of a stage off, and give it the controller's constants."""
-    axes, motors, _ = RIGS[rig]
-    for name in ("C1", "C2", "C3", "C4", "C5")[:4 if rig == 2 else 5]:
+    axes, motors, _ = PACKAGED_STAGES[description]
+    for name in ("C1", "C2", "C3", "C4", "C5")[:4 if description == 2 else 5]:
         setattr(stage, name, getattr(controller, name))
     stage.attraction_modulation = stage.encoder.resolution = 0.0
     for name in axes:

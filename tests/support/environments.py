@@ -8,14 +8,14 @@ import numpy as np
 
 import maglev.gym  # noqa: F401 - registers
 
-RIG_NAMES = ("2dof", "3dof", "5dof")
+STAGE_NAMES = ("2dof", "3dof", "5dof")
 OPTIONS = ("action", "reference", "duration", "sample_time", "reward", "measurement", "render_mode")
 
 
-def environment(rig: str, folder: Path, **options: Any) -> gymnasium.Env[Any, Any]:
+def environment(stage: str, folder: Path, **options: Any) -> gymnasium.Env[Any, Any]:
     """Environment with options; those that are not its own are parameters of the plant."""
     parameters = {name: value for name, value in options.items() if name not in OPTIONS}
-    return gymnasium.make(f"maglev/Stage{rig.upper()}-v0", fmus=folder, parameters=parameters,
+    return gymnasium.make(f"maglev/Stage{stage.upper()}-v0", fmus=folder, parameters=parameters,
                           **{name: value for name, value in options.items() if name in OPTIONS})
 
 

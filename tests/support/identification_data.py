@@ -7,11 +7,11 @@ from math import pi
 from typing import Any
 
 import numpy as np
-from direct_loop import RIGS, idealise
+from direct_loop import PACKAGED_STAGES, idealise
 from named_controllers import PID2DOF, PID3DOF
 from named_stage import Stage2DOF, Stage3DOF
 
-from maglev.identification import regressors as rigs
+from maglev.identification import regressors as stages
 from maglev.identification.recording import MotionRecording
 
 RAMP = 2.0   # s, in which the excitation comes in by 3 s² − 2 s³
@@ -31,7 +31,7 @@ EXCITATION: dict[str, tuple[float, float, list[tuple[float, float, float]]]] = {
 
 @dataclass
 class Data:
-    """A recording with what no sensor of the rigs measures."""
+    """A recording with what no sensor of the stages measures."""
 
     recording: MotionRecording
     velocity: np.ndarray        # m/s, shape (n, axes), true
@@ -46,19 +46,19 @@ def reference(axis: str, t: np.ndarray) -> np.ndarray:
     return np.asarray(offset + (3 - 2 * s) * s * s * amplitude * waves)
 
 
-def new_blocks(rig: int) -> tuple[Any, Any]:
-    """Stage and PID of a rig, 2 or 3 degrees of freedom."""
-    return (Stage2DOF(), PID2DOF()) if rig == 2 else (Stage3DOF(), PID3DOF())
+def new_blocks(stage: int) -> tuple[Any, Any]:
+    """Stage and PID of a stage, 2 or 3 degrees of freedom."""
+    return (Stage2DOF(), PID2DOF()) if stage == 2 else (Stage3DOF(), PID3DOF())
 
 
-def excitation(rig: int, ideal: bool = True, seconds: float = 40.0, resolution: float = 0.0,
+def excitation(description: int, ideal: bool = True, seconds: float = 40.0, resolution: float = 0.0,
                constants: dict[str, float] | None = None, change: tuple[float, dict[str, float]] | None = None,
                dt: float | None = None, adjust: Callable[[Any], None] | None = None) -> dict[str, np.ndarray]:
-    """Run a rig under PID with pre-filter along the excitation.
+    """Run a stage under PID with pre-filter along the excitation.
 
     Parameters
     ----------
-    rig : int
+    stage : int
         2 or 3, degrees of freedom.
     ideal : bool
         No friction, bias, modulation, ripple, lag or clamp.
@@ -71,7 +71,7 @@ def excitation(rig: int, ideal: bool = True, seconds: float = 40.0, resolution: 
     change : (float, dict), optional
         Time (s) and constants that the stage has from then on.
     dt : float, optional
-        Sample time, s; otherwise that of the rig.
+        Sample time, s; otherwise that of the stage.
     adjust : callable, optional
         Sets what a real stage has; without it, twice the described Coulomb friction.
 
@@ -81,9 +81,9 @@ def excitation(rig: int, ideal: bool = True, seconds: float = 40.0, resolution: 
         time (s); for each axis `.position` (m, true), `.velocity` (m/s, true), `.encoder` (m); for each motor `.i_d`
         and `.i_q` (A, delivered).
     """
-    axes, motors, usual = RIGS[rig]
+    axes, motors, usual = PACKAGED_STAGES[description]
     dt = usual if dt is None else dt
-    stage, pid = new_blocks(rig)
+    stage, pid = new_blocks(description)
     pid.sample_time, pid.current_limit = dt, 0.0
     for name, value in (constants or {}).items():
         setattr(pid, name, value)
@@ -94,7 +94,7 @@ def excitation(rig: int, ideal: bool = True, seconds: float = 40.0, resolution: 
             getattr(pid, name).pole, getattr(pid, name).pair_real = -8.0, -25.0
             getattr(pid, name).pair_imaginary = 45.0
     if ideal:
-        idealise(rig, stage, pid)
+        idealise(description, stage, pid)
         stage.encoder.resolution = resolution
     elif adjust is not None:
         adjust(stage)
@@ -103,13 +103,13 @@ def excitation(rig: int, ideal: bool = True, seconds: float = 40.0, resolution: 
             getattr(stage, name).friction.coulomb *= 2.0
     assert pid.start() == stage.start() == 0
     stage.longest_step = dt   # one integration step a sample: 0.1 µm is accurate enough (docs/accuracy.md)
-    return simulate(rig, stage, pid, round(seconds / dt), dt, change)
+    return simulate(description, stage, pid, round(seconds / dt), dt, change)
 
 
-def simulate(rig: int, stage: Any, pid: Any, count: int, dt: float,
+def simulate(description: int, stage: Any, pid: Any, count: int, dt: float,
         change: tuple[float, dict[str, float]] | None) -> dict[str, np.ndarray]:
     """Samples of blocks that have been started; see `excitation`."""
-    axes, motors, _ = RIGS[rig]
+    axes, motors, _ = PACKAGED_STAGES[description]
     names = [*(f"{name}.{what}" for name in axes for what in ("position", "velocity", "encoder")),
              *(f"{name}.{what}" for name in motors for what in ("i_d", "i_q"))]
     owners = [(getattr(stage, name.split(".")[0]), name.split(".")[1]) for name in names]
@@ -135,13 +135,13 @@ def simulate(rig: int, stage: Any, pid: Any, count: int, dt: float,
     return {"time": times, **dict(zip(names, rows.T, strict=True))}
 
 
-def record(rig: str, seconds: float, dt: float, ideal: bool = True, resolution: float = 0.0,
+def record(description: str, seconds: float, dt: float, ideal: bool = True, resolution: float = 0.0,
            scale: dict[str, float] | None = None, adjust: Callable[[Any], None] | None = None) -> Data:
     """The same as a recording of a stage with its own constants, each times that of `scale`.
 
     The controller knows them: whether a law for other constants runs is not the matter here.
     """
-    about = rigs.RIGS[rig]
+    about = stages.PACKAGED_STAGES[description]
     stage, _ = new_blocks(len(about.axes))
     truth = {name: (scale or {}).get(name, 1.0) * getattr(stage, name) for name in about.constants}
     made = excitation(len(about.axes), ideal, seconds, resolution, truth, dt=dt, adjust=adjust)
@@ -155,7 +155,7 @@ def record(rig: str, seconds: float, dt: float, ideal: bool = True, resolution: 
 
 
 @cache
-def trial(rig: str, kind: str) -> Data:
+def trial(stage: str, kind: str) -> Data:
     """A kind of stage, ideal or encoder for 40 s, or real with friction, bias, modulation, ripple and lag for 20 s."""
-    # The thesis's 5 kHz of the 3-DOF rig say no more than 2 kHz, and take 2.5 times as long.
-    return record(rig, 20.0 if kind == "real" else 40.0, 0.5e-3, kind != "real", 10e-6 if kind == "encoder" else 0.0)
+    # The thesis's 5 kHz of the 3-DOF stage say no more than 2 kHz, and take 2.5 times as long.
+    return record(stage, 20.0 if kind == "real" else 40.0, 0.5e-3, kind != "real", 10e-6 if kind == "encoder" else 0.0)

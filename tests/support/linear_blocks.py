@@ -13,9 +13,9 @@ from maglev.linear.model import Equilibrium
 from maglev.linear.parameters import plants
 from pmlsm.dq_transform import phase_currents
 
-AXES = {name: rig.axis_names for name, rig in plants().items()}
-MOTORS = {name: rig.motor_names for name, rig in plants().items()}
-TILTING = {name for name, rig in plants().items() if rig.rotations}
+AXES = {name: stage.axis_names for name, stage in plants().items()}
+MOTORS = {name: stage.motor_names for name, stage in plants().items()}
+TILTING = {name for name, stage in plants().items() if stage.rotations}
 
 
 def smooth_stage(name: str, lag: bool, modes: Mapping[str, float] | None = None) -> Any:

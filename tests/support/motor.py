@@ -1,4 +1,4 @@
-"""The motor of both rigs."""
+"""The motor of both stages."""
 
 from pmlsm.motor_geometry import MotorGeometry
 

@@ -12,29 +12,29 @@ from controller_fmu.regulator import Regulator
 from maglev.descriptions.closed_loop import AdaptiveLoop, ClosedLoop
 from maglev.descriptions.registry import STAGES, definitions
 from plant_fmu.stage import Stage
-from pmlsm.stage_description import Rig
+from pmlsm.stage_description import StageDescription
 
 
 class NamedLoop:
     """A closed loop whose parts are named."""
 
-    def __init__(self, loop: Any, rig: Rig):
-        self.controller, self.plant = named(loop.controller, rig), named(loop.plant, rig)
+    def __init__(self, loop: Any, stage: StageDescription):
+        self.controller, self.plant = named(loop.controller, stage), named(loop.plant, stage)
         self.start, self.step = loop.start, loop.step
 
 
-def named(block: Any, rig: Rig) -> Any:
+def named(block: Any, stage: StageDescription) -> Any:
     """A block with names; one of another kind as it is."""
     kinds: dict[type, Any] = {ClosedLoop: NamedLoop, AdaptiveLoop: NamedLoop, Regulator: Controller, PID: Controller,
                               Estimator: Rows}
     if isinstance(block, Stage):
-        return NamedStage(rig, block)
+        return NamedStage(stage, block)
     if isinstance(block, AdaptiveRegulator):
-        return Adaptive(rig, block)
-    return kinds[type(block)](block, rig) if type(block) in kinds else block
+        return Adaptive(stage, block)
+    return kinds[type(block)](block, stage) if type(block) in kinds else block
 
 
 def named_block(name: str) -> Any:
     """A new block of an FMU, with names."""
-    rig = next(rig for rig in STAGES.rigs.values() if name in definitions(rig))
-    return named(STAGES.definition(name).new_block(), rig)
+    stage = next(stage for stage in STAGES.stages.values() if name in definitions(stage))
+    return named(STAGES.definition(name).new_block(), stage)

@@ -13,9 +13,9 @@ from controller_fmu.pid import PID
 from controller_fmu.places import constant_place
 from controller_fmu.regulator import Regulator
 from controller_fmu.status import NONLINEAR
-from maglev.descriptions.packaged import RIGS
+from maglev.descriptions.packaged import PACKAGED_STAGES
 from maglev.fmi.definition import read, write
-from pmlsm.stage_description import Rig, RigAxis
+from pmlsm.stage_description import StageAxis, StageDescription
 
 
 class Named:
@@ -24,15 +24,15 @@ class Named:
     Its parts are those of `axes` and `motors`, by the names that a description has for them.
     """
 
-    def __init__(self, block: Any, rig: Rig, names: Sequence[RigAxis], axes: Sequence[Any]):
+    def __init__(self, block: Any, stage: StageDescription, names: Sequence[StageAxis], axes: Sequence[Any]):
         parts = {axis.name: part for axis, part in zip(names, axes, strict=True)}
-        parts.update(zip(rig.motor_names, block.motors, strict=True))
-        parts.update(zip((f"{motor}_place" for motor in rig.motor_names), block.platform.places, strict=False))
-        self.__dict__.update(block=block, rig=rig, parts=parts)
+        parts.update(zip(stage.motor_names, block.motors, strict=True))
+        parts.update(zip((f"{motor}_place" for motor in stage.motor_names), block.platform.places, strict=False))
+        self.__dict__.update(block=block, stage=stage, parts=parts)
 
     def place(self, name: str) -> str:
         """Path in the block of an attribute."""
-        if constant := constant_place(self.rig, name):
+        if constant := constant_place(self.stage, name):
             return constant
         return next((f"{owner}.{name}" for owner in ("currents", "currents.gains", "holding", "model", "platform")
                      if not hasattr(self.block, name) and holds(self.block, owner, name)), name)
@@ -62,8 +62,8 @@ def holds(block: Any, owner: str, name: str) -> bool:
 class Controller(Named):
     """A block with all axes."""
 
-    def __init__(self, block: Any, rig: Rig):
-        super().__init__(block, rig, (rig.vertical, *rig.horizontal, *rig.rotations), block.axes)
+    def __init__(self, block: Any, stage: StageDescription):
+        super().__init__(block, stage, (stage.vertical, *stage.horizontal, *stage.rotations), block.axes)
 
     def currents(self, *demands: float) -> tuple[float, ...]:
         """i_d, and i_q of each horizontal axis, of a level stage without limit by a regulator for demands (m/s²)."""
@@ -74,7 +74,7 @@ class Controller(Named):
         commands = [MotorCommand() for _ in block.motors]
         self.feasible = block.currents.command(axes, commands, block.model, block.platform, 0.0)
         drives = block.model.layout.drives
-        return commands[0].i_d_cmd, *(commands[drives.index(k)].i_q_cmd for k in range(len(self.rig.horizontal)))
+        return commands[0].i_d_cmd, *(commands[drives.index(k)].i_q_cmd for k in range(len(self.stage.horizontal)))
 
     @property
     def here(self) -> GainPoint:
@@ -87,17 +87,17 @@ class Controller(Named):
 class Rows(Named):
     """An estimator, whose axes are rows."""
 
-    def __init__(self, block: Any, rig: Rig):
-        super().__init__(block, rig, (rig.vertical, *rig.horizontal), [block.vertical, *block.horizontal])
+    def __init__(self, block: Any, stage: StageDescription):
+        super().__init__(block, stage, (stage.vertical, *stage.horizontal), [block.vertical, *block.horizontal])
 
 
 class Adaptive:
     """An `AdaptiveRegulator` whose parts are named."""
 
-    def __init__(self, rig: Rig, block: AdaptiveRegulator | None = None):
-        self.block = block or AdaptiveRegulator(rig)
-        self.regulator: Any = Controller(self.block.regulator, rig)
-        self.estimator: Any = Rows(self.block.estimator, rig)
+    def __init__(self, stage: StageDescription, block: AdaptiveRegulator | None = None):
+        self.block = block or AdaptiveRegulator(stage)
+        self.regulator: Any = Controller(self.block.regulator, stage)
+        self.estimator: Any = Rows(self.block.estimator, stage)
         self.adaptation = self.block.adaptation
 
     def __getattr__(self, name: str) -> Any:
@@ -106,77 +106,77 @@ class Adaptive:
 
 class Regulator2DOF(Controller):
     def __init__(self, law: int = NONLINEAR):
-        super().__init__(Regulator(RIGS["2dof"], law), RIGS["2dof"])
+        super().__init__(Regulator(PACKAGED_STAGES["2dof"], law), PACKAGED_STAGES["2dof"])
 
 
 class PID2DOF(Controller):
     def __init__(self) -> None:
-        super().__init__(PID(RIGS["2dof"]), RIGS["2dof"])
+        super().__init__(PID(PACKAGED_STAGES["2dof"]), PACKAGED_STAGES["2dof"])
 
 
 class Commutation2DOF(Named):
     def __init__(self) -> None:
-        block, rig = Commutation(RIGS["2dof"]), RIGS["2dof"]
-        super().__init__(block, rig, rig.horizontal, block.axes)
+        block, stage = Commutation(PACKAGED_STAGES["2dof"]), PACKAGED_STAGES["2dof"]
+        super().__init__(block, stage, stage.horizontal, block.axes)
 
 
 class Estimator2DOF(Rows):
     def __init__(self) -> None:
-        super().__init__(Estimator(RIGS["2dof"]), RIGS["2dof"])
+        super().__init__(Estimator(PACKAGED_STAGES["2dof"]), PACKAGED_STAGES["2dof"])
 
 
 class AdaptiveRegulator2DOF(Adaptive):
     def __init__(self) -> None:
-        super().__init__(RIGS["2dof"])
+        super().__init__(PACKAGED_STAGES["2dof"])
 
 
 class Regulator3DOF(Controller):
     def __init__(self, law: int = NONLINEAR):
-        super().__init__(Regulator(RIGS["3dof"], law), RIGS["3dof"])
+        super().__init__(Regulator(PACKAGED_STAGES["3dof"], law), PACKAGED_STAGES["3dof"])
 
 
 class PID3DOF(Controller):
     def __init__(self) -> None:
-        super().__init__(PID(RIGS["3dof"]), RIGS["3dof"])
+        super().__init__(PID(PACKAGED_STAGES["3dof"]), PACKAGED_STAGES["3dof"])
 
 
 class Commutation3DOF(Named):
     def __init__(self) -> None:
-        block, rig = Commutation(RIGS["3dof"]), RIGS["3dof"]
-        super().__init__(block, rig, rig.horizontal, block.axes)
+        block, stage = Commutation(PACKAGED_STAGES["3dof"]), PACKAGED_STAGES["3dof"]
+        super().__init__(block, stage, stage.horizontal, block.axes)
 
 
 class Estimator3DOF(Rows):
     def __init__(self) -> None:
-        super().__init__(Estimator(RIGS["3dof"]), RIGS["3dof"])
+        super().__init__(Estimator(PACKAGED_STAGES["3dof"]), PACKAGED_STAGES["3dof"])
 
 
 class AdaptiveRegulator3DOF(Adaptive):
     def __init__(self) -> None:
-        super().__init__(RIGS["3dof"])
+        super().__init__(PACKAGED_STAGES["3dof"])
 
 
 class Regulator5DOF(Controller):
     def __init__(self, law: int = NONLINEAR):
-        super().__init__(Regulator(RIGS["5dof"], law), RIGS["5dof"])
+        super().__init__(Regulator(PACKAGED_STAGES["5dof"], law), PACKAGED_STAGES["5dof"])
 
 
 class PID5DOF(Controller):
     def __init__(self) -> None:
-        super().__init__(PID(RIGS["5dof"]), RIGS["5dof"])
+        super().__init__(PID(PACKAGED_STAGES["5dof"]), PACKAGED_STAGES["5dof"])
 
 
 class Commutation5DOF(Named):
     def __init__(self) -> None:
-        block, rig = Commutation(RIGS["5dof"]), RIGS["5dof"]
-        super().__init__(block, rig, rig.horizontal, block.axes)
+        block, stage = Commutation(PACKAGED_STAGES["5dof"]), PACKAGED_STAGES["5dof"]
+        super().__init__(block, stage, stage.horizontal, block.axes)
 
 
 class Estimator5DOF(Rows):
     def __init__(self) -> None:
-        super().__init__(Estimator(RIGS["5dof"]), RIGS["5dof"])
+        super().__init__(Estimator(PACKAGED_STAGES["5dof"]), PACKAGED_STAGES["5dof"])
 
 
 class AdaptiveRegulator5DOF(Adaptive):
     def __init__(self) -> None:
-        super().__init__(RIGS["5dof"])
+        super().__init__(PACKAGED_STAGES["5dof"])

@@ -2,28 +2,30 @@
 
 from typing import Any
 
-from maglev.descriptions.packaged import RIGS
+from maglev.descriptions.packaged import PACKAGED_STAGES
 from maglev.fmi.definition import slot
 from plant_fmu.places import MAGNETICS, constant_place
 from plant_fmu.stage import Stage
-from pmlsm.stage_description import Rig
+from pmlsm.stage_description import StageDescription
 
 
 class NamedStage:
     """A `Stage` with attributes such as y, alpha, alpha_mount, roll_guide, C1 and payload."""
 
-    def __init__(self, rig: Rig, block: Stage | None = None):
-        self.__dict__.update(rig=rig, block=block or Stage(rig), parts={})
+    def __init__(self, description: StageDescription, block: Stage | None = None):
+        self.__dict__.update(stage=description, block=block or Stage(description), parts={})
         stage = self.block
-        self.parts.update({name: stage.axes[rig.axis_number(name)] for name in rig.axis_names})
-        self.parts.update(zip(rig.motor_names, stage.motors, strict=True))
-        if rig.rotations:
-            self.parts.update(zip((f"{name}_mount" for name in rig.motor_names), stage.mover.mounts, strict=True))
-            self.parts.update(zip((f"{tilt.name}_guide" for tilt in rig.rotations), stage.mover.guides, strict=True))
+        self.parts.update({name: stage.axes[description.axis_number(name)] for name in description.axis_names})
+        self.parts.update(zip(description.motor_names, stage.motors, strict=True))
+        if description.rotations:
+            self.parts.update(zip((f"{name}_mount" for name in description.motor_names), stage.mover.mounts,
+                                  strict=True))
+            self.parts.update(zip((f"{tilt.name}_guide" for tilt in description.rotations), stage.mover.guides,
+                                  strict=True))
 
     def slot(self, name: str) -> tuple[Any, str | int]:
         """Object or list that has an attribute of the stage, and what it calls it."""
-        place = constant_place(self.rig, name) or (f"magnetics.{MAGNETICS[name]}" if name in MAGNETICS else name)
+        place = constant_place(self.stage, name) or (f"magnetics.{MAGNETICS[name]}" if name in MAGNETICS else name)
         owner, key = slot(self.block, place)
         return (self.block.mover, key) if isinstance(key, str) and not hasattr(owner, key) else (owner, key)
 
@@ -45,18 +47,18 @@ class Stage2DOF(NamedStage):
     """The 2-DOF stage."""
 
     def __init__(self) -> None:
-        super().__init__(RIGS["2dof"])
+        super().__init__(PACKAGED_STAGES["2dof"])
 
 
 class Stage3DOF(NamedStage):
     """The 3-DOF stage."""
 
     def __init__(self) -> None:
-        super().__init__(RIGS["3dof"])
+        super().__init__(PACKAGED_STAGES["3dof"])
 
 
 class Stage5DOF(NamedStage):
     """The 5-DOF stage."""
 
     def __init__(self) -> None:
-        super().__init__(RIGS["5dof"])
+        super().__init__(PACKAGED_STAGES["5dof"])

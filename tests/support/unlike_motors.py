@@ -11,7 +11,7 @@ from named_blocks import named_block
 from maglev.user.new_controller import new_controller, new_plant
 from maglev.user.scenario_loop import setpoints
 from maglev.user.source import load
-from pmlsm.stage_description import Rig
+from pmlsm.stage_description import StageDescription
 
 THOROUGH = [pytest.param(law, marks=pytest.mark.thorough) for law in ("Linear", "PID")]
 
@@ -32,45 +32,47 @@ def given_separately(common: Path, twice: Path, motors: tuple[str, ...]) -> Path
     return twice
 
 
-def simulated(rig: Rig, law: str, samples: int, side: float = 1.0, **plant: float) -> tuple[np.ndarray, Any]:
+def simulated(stage: StageDescription, law: str, samples: int, side: float = 1.0, **plant: float) -> tuple[np.ndarray,
+                                                                                                           Any]:
     """Positions at setpoints that all axes go to, tilts to one side or the other, and the closed loop after that."""
-    loop: Any = named_block(f"ClosedLoop{law}{rig.suffix}")
+    loop: Any = named_block(f"ClosedLoop{law}{stage.suffix}")
     for name, value in plant.items():
         setattr(loop.plant, name, value)
     assert loop.start() == 0
     rows = []
     for k in range(3):
-        for axis, values in setpoints(rig).items():
-            getattr(loop.controller, axis).reference = 1e-3 * values[k] * (side if rig.axis(axis).rotation else 1.0)
+        for axis, values in setpoints(stage).items():
+            getattr(loop.controller, axis).reference = 1e-3 * values[k] * (side if stage.axis(axis).rotation else 1.0)
         for _ in range(samples // 2):
             assert loop.step(0.0, 1e-2) == 0
-            rows.append([getattr(loop.plant, axis).position for axis in rig.axis_names])
+            rows.append([getattr(loop.plant, axis).position for axis in stage.axis_names])
             assert not loop.plant.at_stop
     return np.array(rows), loop
 
 
-def first_files(stage: Path, rig: Rig, at: list[float], off: list[float]) -> tuple[np.ndarray, ...]:
+def first_files(stage: Path, description: StageDescription, at: list[float], off: list[float]) -> tuple[np.ndarray,
+                                                                                                        ...]:
     """What a stage's first controller demands at a place, how far off its references, and what comes of it.
 
     Accelerations that it demands, its currents (motors, 2), and accelerations of the first plant under these.
     """
     controller, plant = (load(make(stage.with_name(file), str(stage))).definition.new_block().law
                          for make, file in ((new_controller, "law.py"), (new_plant, "mover.py")))
-    for axis, position, error in zip(rig.axis_names, at, off, strict=True):
+    for axis, position, error in zip(description.axis_names, at, off, strict=True):
         getattr(controller, axis).measured = getattr(plant, axis).position_start = position
         getattr(controller, axis).reference = position - error
-    for motor in rig.motor_names:
+    for motor in description.motor_names:
         setattr(controller, f"{motor}_gap_measured", at[0])   # of a platform that is level
     for law in (controller, plant):
         law.start()
     controller.step(0.0)
     demands = [-2.8 * getattr(controller, axis).bandwidth**2 * error
-               for axis, error in zip(rig.axis_names, off, strict=True)]
+               for axis, error in zip(description.axis_names, off, strict=True)]
     currents = []
-    for motor in rig.motor_names:
+    for motor in description.motor_names:
         command, of = getattr(controller, motor), getattr(plant, motor)
         of.i_a_cmd, of.i_b_cmd, of.i_c_cmd = command.i_a_cmd, command.i_b_cmd, command.i_c_cmd
         currents.append([command.i_d_cmd, command.i_q_cmd])
     plant.step(0.0, 1e-6)
     return (np.array(demands), np.array(currents),
-            np.array([1e6 * getattr(plant, axis).velocity for axis in rig.axis_names]))
+            np.array([1e6 * getattr(plant, axis).velocity for axis in description.axis_names]))

@@ -128,7 +128,7 @@ def line_of(path: Path, part: str) -> int:
 # The plant of this project as a class of the user's: of parts that the FMU has, without the FMU around them.
 PLANT = '''"""The 2-DOF stage as a Python file."""
 
-from maglev.descriptions.packaged import RIGS
+from maglev.descriptions.packaged import PACKAGED_STAGES
 from plant_fmu.stage import Stage as OneStage
 
 
@@ -141,7 +141,7 @@ class Stage:
     parameters = {"v.position_start": "m", "h.position_start": "m", "v.mass": "kg", "C3": "m/(s2.A.T)"}
 
     def __init__(self) -> None:
-        self.stage = OneStage(RIGS["2dof"])
+        self.stage = OneStage(PACKAGED_STAGES["2dof"])
         self.v, self.h = self.stage.axes
         self.motor, = self.stage.motors
         self.C3 = 30.9

@@ -2,20 +2,20 @@
 // Forces on the mover, computed by the page from currents and gap: for the picture and for what is said of it.
 
 /** Air gap (m) of a motor, at its place where the mover tilts. */
-const gapOf = (run, row, motor, values) => Object.values(run.rig.tilts).reduce((gap, { axis, sign, place }) =>
+const gapOf = (run, row, motor, values) => Object.values(run.stage.tilts).reduce((gap, { axis, sign, place }) =>
   gap + sign * values(`plant.${motor}.${place}`) * row.axes[axis].position, row.axes[run.vertical].position);
 
 /** Forces (N) on the mover, from currents and gaps by (4.3), (5.3): for the picture only. */
 function forcesOf(run, row, values) {
-  const { rig, vertical } = run, constant = (name) => values(`plant.${name}`);
-  const [attraction, coils, iron] = rig.vertical.map(constant);
+  const { stage, vertical } = run, constant = (name) => values(`plant.${name}`);
+  const [attraction, coils, iron] = stage.vertical.map(constant);
   const thrust = Object.fromEntries(drivenAxes(run).map((axis) => [axis, 0]));
   let lift = 0;
   for (const motor of run.motors) {
     const { d, q } = row.motors[motor], axis = run.drives[motor];
-    const [f1, f2, f3, f4] = gapFunctions(rig.unlike[motor] ?? rig.gap, gapOf(run, row, motor, values));
-    lift += rig.sharing * rig.mass[vertical] * (attraction * f2 - coils * f3 * d + iron * f4 * (d * d + q * q));
-    thrust[axis] -= rig.sharing * rig.mass[axis] * constant(rig.thrust[axis]) * f1 * q;
+    const [f1, f2, f3, f4] = gapFunctions(stage.unlike[motor] ?? stage.gap, gapOf(run, row, motor, values));
+    lift += stage.sharing * stage.mass[vertical] * (attraction * f2 - coils * f3 * d + iron * f4 * (d * d + q * q));
+    thrust[axis] -= stage.sharing * stage.mass[axis] * constant(stage.thrust[axis]) * f1 * q;
   }
   return { lift, thrust, weight: (values(`plant.${vertical}.mass`) + (values("plant.payload.mass") ?? 0)) * live.gravity };
 }

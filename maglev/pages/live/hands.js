@@ -84,7 +84,7 @@ const across = () => drivenAxes(page.run)[0];
 const upward = () => drivenAxes(page.run)[1];
 
 /** Impulse of a kick of an axis, N s or N m s. */
-const impulseOf = (axis) => Number((page.run.rig.mass[axis] * KICKED[axis === vertical() ? "vertical"
+const impulseOf = (axis) => Number((page.run.stage.mass[axis] * KICKED[axis === vertical() ? "vertical"
   : isTilt(page.run, axis) ? "tilt" : "horizontal"]).toPrecision(2));
 
 // Keys act where the picture has the focus alone, so that no one who speaks or mistypes swaps a controller.
@@ -136,13 +136,13 @@ async function copy(text, what) {
   }
 }
 
-/** Elements that depend on the rig: references, readings, kicks. */
-function rigPanel() {
+/** Elements that depend on the stage: references, readings, kicks. */
+function stagePanel() {
   const { axes } = page.run;
   for (const id of ["references", "readings", "kicks"]) at(id).replaceChildren();
   page.panel.references = {};
   for (const axis of axes) {
-    const { name, unit, scale } = page.run.rig.shown[axis], ends = endsOf(page.run, axis, valueOf).map((end) => scale * end);
+    const { name, unit, scale } = page.run.stage.shown[axis], ends = endsOf(page.run, axis, valueOf).map((end) => scale * end);
     page.panel.references[axis] = slider(at("references"), { id: `reference-${axis}`, label: name, unit,
       low: Math.ceil(ends[0] + 0.5), high: Math.floor(ends[1] - 0.5), step: 0.5 }, (value) => refer(axis, value / scale));
     const reading = html("div", {}, at("readings"));
@@ -164,7 +164,7 @@ function showPanel() {
   const { state, run, panel } = page, models = controllersOf(run);
   if (shownRun !== run.plant) {
     shownRun = run.plant;
-    rigPanel();
+    stagePanel();
     showTask();
   }
   at("run").value = state.run;

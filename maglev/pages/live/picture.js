@@ -37,7 +37,7 @@ function readings(now) {
   const { pace } = page.frame, { speed } = page.state, asked = pace === 0 || Math.abs(pace - speed) < 0.1 * speed;   // which the field of the speed says
   at("pace").textContent = page.playing ? (asked ? "" : `${pace.toFixed(pace < 1 ? 2 : 1)}× real time`) : "paused";
   for (const axis of page.run.axes) {
-    const shown = page.run.rig.shown[axis];
+    const shown = page.run.stage.shown[axis];
     page.panel.references[axis]?.(shown.scale * row.axes[axis].reference);
     at(`reading-${axis}`).textContent = reading(shown, row.axes[axis].position);
   }

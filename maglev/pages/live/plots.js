@@ -6,14 +6,14 @@ const LARGEST_ERROR = 0.1;                           // m, rad
 
 const windowFor = (speed) => (speed < 0.5 ? 2 : speed > 2 ? 30 : 10);   // s shown
 
-/** What a strip of the rig shows beside its panel: lines with a colour and a function of a row, range, levels that are marked.
+/** What a strip of the stage shows beside its panel: lines with a colour and a function of a row, range, levels that are marked.
  *
  * Of one controller lines have the colours of the axes, of two, by their names, those of the controllers: there errors of the gap
  * are apart, and no currents. */
 function stripsOf(run, values, names = null) {
-  if (!names) return run.rig.strips.map((panel) => ({ ...panel, ...STRIPS[panel.kind](run, panel, values) }));
+  if (!names) return run.stage.strips.map((panel) => ({ ...panel, ...STRIPS[panel.kind](run, panel, values) }));
   const kinds = [[run.vertical], run.axes.filter((axis) => axis !== run.vertical)];
-  const panels = run.rig.strips.filter(({ kind }) => kind !== "currents").flatMap((panel) => (panel.kind !== "error" ? [panel]
+  const panels = run.stage.strips.filter(({ kind }) => kind !== "currents").flatMap((panel) => (panel.kind !== "error" ? [panel]
     : kinds.map((axes) => ({ ...panel, axes, title: panel.title.replace("axes", axes.join(", ")) }))));
   return panels.map((panel, i) => {
     const { lines, ...strip } = { ...panel, ...STRIPS[panel.kind](run, panel, values) };

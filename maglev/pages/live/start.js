@@ -5,7 +5,7 @@
 async function contentOf(from) {
   const held = (id) => unpacked(from.getElementById(id).textContent);
   const content = JSON.parse(new TextDecoder().decode(await held("data")));
-  for (const run of Object.values(content.runs)) run.rig = content.rigs[run.rig];
+  for (const run of Object.values(content.runs)) run.stage = content.stages[run.stage];
   const names = Object.keys(content.fmus);
   const bytes = await Promise.all(names.map((name) => held(`fmu-${name}`)));
   content.binaries = Object.fromEntries(names.map((name, i) => [name, bytes[i]]));
@@ -16,11 +16,11 @@ async function contentOf(from) {
 function listRuns() {
   shownRun = "";
   at("run").replaceChildren();
-  for (const rig of Object.values(live.rigs).reverse()) {
-    const runs = Object.entries(live.runs).filter(([, run]) => run.rig === rig);
-    const group = runs.length && html("optgroup", { label: rig.title }, at("run"));
+  for (const stage of Object.values(live.stages).reverse()) {
+    const runs = Object.entries(live.runs).filter(([, run]) => run.stage === stage);
+    const group = runs.length && html("optgroup", { label: stage.title }, at("run"));
     for (const [name, { title }] of runs) {
-      const short = title.replace(`${rig.title}: `, "");
+      const short = title.replace(`${stage.title}: `, "");
       html("option", { value: name, title: name }, group, short[0].toUpperCase() + short.slice(1));
     }
   }

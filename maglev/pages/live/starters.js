@@ -33,7 +33,7 @@ const isHeld = (run, axis) => axis === run.vertical || isTilt(run, axis);
 function starterText(run, id, factors = {}) {
   const { name, parameters, from, demand } = STARTERS[id], names = Object.keys(parameters);
   const number = (value) => { const text = String(Number(value.toPrecision(3))); return text.includes(".") ? text : `${text}.0`; };
-  let text = run.rig.law.replace(/(\w+) = new Axis\(([^,]+), ([^)]+)\)/g, (_, axis, place, poles) => `${axis} = new Axis(${place}, ${
+  let text = run.stage.law.replace(/(\w+) = new Axis\(([^,]+), ([^)]+)\)/g, (_, axis, place, poles) => `${axis} = new Axis(${place}, ${
     from(Number(poles)).map((value, i) => number(value * (factors[`${names[i]} ${isHeld(run, axis)}`] ?? 1))).join(", ")})`);
   if (demand) {
     text = text.replace("constructor(position, bandwidth)", `constructor(position, ${names.join(", ")})`)

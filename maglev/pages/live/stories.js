@@ -83,7 +83,7 @@ const STORIES = [
         return numbers.amperes(all / (end - first) / run.motors.length);
       };
       return `The platform sank by ${numbers.mm(most)} and was back within 0.1 mm after ${numbers.ms(back)}; the current ${
-        run.motors.length * run.rig.sharing > 1 ? "of each motor " : ""}went from ${current(STORY_START)} to ${current(STORY_START + 2)}.`;
+        run.motors.length * run.stage.sharing > 1 ? "of each motor " : ""}went from ${current(STORY_START)} to ${current(STORY_START + 2)}.`;
     } },
   { id: "pid", label: "PID against nonlinear", ghost: (run) => lawLike(run, "PID"), shot: { yaw: -22, pitch: 9, zoom: 1.15 },
     text: () => `Both are told to go ${numbers.mm(CHANGE)} down at once, shown five times slower. The nonlinear law knows how the pull `
@@ -115,7 +115,7 @@ const STORIES = [
 /** What floats, and why it falls: of the run that is shown, where it starts. */
 function introduction(run) {
   const row = restRow(run), rate = growth(run, row, valueOf);
-  return `A platform of ${run.rig.mass[run.vertical]} kg hangs ${numbers.mm(row.axes[run.vertical].position, 0)} below the iron that its magnets pull at. `
+  return `A platform of ${run.stage.mass[run.vertical]} kg hangs ${numbers.mm(row.axes[run.vertical].position, 0)} below the iron that its magnets pull at. `
     + `${Number.isFinite(rate) ? `Left alone, an error grows tenfold in ${numbers.ms(Math.log(10) / rate)}; a` : "A"} controller acts ${
       Math.round(1 / run.step)} times a second.`;
 }
@@ -149,14 +149,14 @@ function tellStory(id) {
 
 /** Run of a stage that its experiments begin with: that of its description, or the first of those with most references that
  * change least of the plant, and in which nothing else happens. */
-function homeOf({ rig }) {
-  if (live.runs[rig.home]) return rig.home;
+function homeOf({ stage }) {
+  if (live.runs[stage.home]) return stage.home;
   const worth = (name) => {
     const { signals, fmus } = live.runs[name], references = signals.filter(({ to }) => to.endsWith(".reference")).length;
     if (references < signals.length || fmus.measurement) return -Infinity;   // something happens in it anyway
     return 100 * references - Object.keys(fmus.plant.start).length;
   };
-  return Object.keys(live.runs).filter((name) => live.runs[name].rig === rig)
+  return Object.keys(live.runs).filter((name) => live.runs[name].stage === stage)
     .reduce((one, other) => (worth(other) > worth(one) ? other : one));
 }
 

@@ -2,7 +2,7 @@
 // The index that stays in view: search, stage and verdict choose which claims, figures and tables are shown.
 {
   const search = document.getElementById("index-search");
-  const rig = document.getElementById("index-rig");
+  const stage = document.getElementById("index-stage");
   const verdict = document.getElementById("index-verdict");
   const index = document.getElementById("index-details");
   const result = document.getElementById("filter-result");
@@ -15,7 +15,7 @@
 
   // Every word, in whatever order.
   const has = (text, words) => words.every((word) => text.includes(word));
-  const ofRig = (element) => !rig.value || !element.dataset.rig || element.dataset.rig.split(" ").includes(rig.value);
+  const ofStage = (element) => !stage.value || !element.dataset.stage || element.dataset.stage.split(" ").includes(stage.value);
 
   function showClaims(words) {
     let count = 0;
@@ -23,7 +23,7 @@
       const heading = textOf(body.rows[0]);
       let visible = 0;
       for (const row of body.querySelectorAll("tr[data-verdict]")) {
-        row.hidden = !(ofRig(body) && (!verdict.value || row.dataset.verdict === verdict.value)
+        row.hidden = !(ofStage(body) && (!verdict.value || row.dataset.verdict === verdict.value)
           && has(`${heading} ${textOf(row)}`, words));
         visible += row.hidden ? 0 : 1;
       }
@@ -34,7 +34,7 @@
         folded.querySelector("details").open = !folded.hidden && Boolean(verdict.value || words.length);
       }
       // A run without claims is worth a line only where no verdict is asked for.
-      body.hidden = visible === 0 && !(!verdict.value && ofRig(body) && has(heading, words));
+      body.hidden = visible === 0 && !(!verdict.value && ofStage(body) && has(heading, words));
       count += visible;
     }
     return count;
@@ -46,7 +46,7 @@
       const figure = part.tagName === "FIGURE";
       const text = figure ? `${textOf(part.querySelector("figcaption"))} ${textOf(part.querySelector("ul.claims") ?? part.querySelector("h3"))}`
         : textOf(part);
-      part.hidden = !(ofRig(part) && has(text, words)
+      part.hidden = !(ofStage(part) && has(text, words)
         && (!verdict.value || (figure && part.querySelector(`li[data-verdict="${verdict.value}"]`))));
       count += figure && !part.hidden ? 1 : 0;
       const entry = document.querySelector(`#index-figures [href="#${part.id}"]`);
@@ -58,7 +58,7 @@
   function update() {
     const words = search.value.toLowerCase().split(/\s+/).filter(Boolean);
     const [claims, figures] = [showClaims(words), showFigures(words)];
-    result.textContent = words.length || rig.value || verdict.value ? `${claims} claims, ${figures} figures` : "";
+    result.textContent = words.length || stage.value || verdict.value ? `${claims} claims, ${figures} figures` : "";
   }
 
   let waiting = 0;
@@ -66,7 +66,7 @@
     clearTimeout(waiting);
     waiting = setTimeout(update, 120);
   });
-  for (const choice of [rig, verdict]) choice.addEventListener("change", update);
+  for (const choice of [stage, verdict]) choice.addEventListener("change", update);
 
   // A link to what the filters hide shows everything first.
   function reveal() {
@@ -74,7 +74,7 @@
     if (!target) return;
     const folded = target.closest(".bounds details"), hidden = target.closest("[hidden]");
     if (hidden) {
-      [search.value, rig.value, verdict.value] = ["", "", ""];
+      [search.value, stage.value, verdict.value] = ["", "", ""];
       update();
     }
     if (folded) folded.open = true;

@@ -24,7 +24,7 @@
     return (time, printed) => {
       const colours = sceneColours(stage.axes, printed);
       const drawn = runs.map(({ run, label, css }) => ({ row: rowAt(report.runs[run], run, time), name: label, colour: colours[css] }));
-      window.maglevReport.views = { ...drawScene(canvas, stage, drawn, { orbit: SHOTS.space, ends: stage.rig.room.ends, peak }, colours), drawn };
+      window.maglevReport.views = { ...drawScene(canvas, stage, drawn, { orbit: SHOTS.space, ends: stage.stage.room.ends, peak }, colours), drawn };
     };
   }
 

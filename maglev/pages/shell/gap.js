@@ -12,8 +12,8 @@ function gapView(run, box, ends) {
 
 /** Heights (mm) of a mover's face at its left and its right end: of one that tilts that of the motor farthest out. */
 function faceOf(run, row, what = "position") {
-  const gap = 1e3 * row.axes[run.vertical][what], [tilt] = Object.values(run.rig.tilts);
-  const slope = tilt ? tilt.sign * row.axes[tilt.axis][what] * 1e3 * Math.max(...Object.values(run.rig.places).flat(2)) : 0;
+  const gap = 1e3 * row.axes[run.vertical][what], [tilt] = Object.values(run.stage.tilts);
+  const slope = tilt ? tilt.sign * row.axes[tilt.axis][what] * 1e3 * Math.max(...Object.values(run.stage.places).flat(2)) : 0;
   return [gap - slope, gap + slope];
 }
 

@@ -16,7 +16,7 @@ const isTilt = (run, axis) => run.rotations.includes(axis);
  * middle, the farthest motor meets one. */
 function endsOf(run, axis, values) {
   const ends = (of) => ["lower", "upper"].map((end) => values(`plant.${of}.stop.${end}`));
-  const tilt = Object.values(run.rig.tilts).find((each) => each.axis === axis);
+  const tilt = Object.values(run.stage.tilts).find((each) => each.axis === axis);
   if (!tilt) return ends(ends(axis)[0] === undefined ? run.motors[0] : axis);
   const most = Math.min(...run.motors.map((motor) => {
     const [low, high] = ends(motor);
@@ -46,7 +46,7 @@ const NARROW = 520;   // px, below which the gap is not beside the stage but und
 /**
  * Draw a stage.
  *
- * @param {object} run its axes, motors and rig
+ * @param {object} run its axes, motors and stage
  * @param {object[]} movers that are drawn, the one that it is about first: `row` of its run, `name` and `colour` of its
  *   controller, and if there is one a `weight`: mass (kg), place x, z (mm), and how far above the platform it is (mm)
  * @param {{orbit: object, ends: number[], peak: number, forces: object?, hits: object[]?}} look from where it is seen, the ends of

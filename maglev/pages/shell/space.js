@@ -7,7 +7,7 @@ const LEDGE = 80;                     // mm of a platform before its stator, whe
 
 /** What is at rest, in mm: a stator for each motor, the platform about the middle of its face, and how large it all is. */
 function bodiesOf(run) {
-  const { sheet, room, places } = run.rig, half = 500 * POLES * sheet.pole_pitch;
+  const { sheet, room, places } = run.stage, half = 500 * POLES * sheet.pole_pitch;
   const driven = drivenAxes(run), pitch = 1e3 * sheet.slot_pitch, needed = half + 1e3 * room.along;
   const motors = run.motors.flatMap((motor) => places[motor].map(([x, z]) => ({ motor, x: 1e3 * x, z: 1e3 * z,
     along: driven.indexOf(run.drives[motor]) })));
@@ -42,7 +42,7 @@ function spaceView(run, place, orbit) {
 function motionOf(run, from, what) {
   const value = (axis) => (axis === undefined ? 0 : 1e3 * from.axes[axis][what]);
   const [x, z] = [0, 1].map((i) => value(drivenAxes(run)[i])), y = value(run.vertical);
-  const slopes = drivenAxes(run).map((axis) => { const tilt = run.rig.tilts[axis];
+  const slopes = drivenAxes(run).map((axis) => { const tilt = run.stage.tilts[axis];
     return tilt ? TILT * tilt.sign * 1e-3 * value(tilt.axis) : 0; });
   return ([px, py, pz]) => [px + x, py + y + slopes[0] * px + (slopes[1] ?? 0) * pz, pz + z];
 }

@@ -84,10 +84,10 @@ def test_eigenvalues_of_the_inequalities(continuous: tuple[AxisLoop, Certificate
     assert np.sqrt(beyond @ np.linalg.inv(p) @ beyond) <= loop.limits[0] * (1.0 + 1e-9)
 
 
-@pytest.mark.parametrize(("rig", "axis"), [
+@pytest.mark.parametrize(("stage", "axis"), [
     ("3dof", "x"), pytest.param("5dof", "roll", marks=pytest.mark.thorough)])
-def test_one_sample_decreases_the_sampled_loops_function(rig: str, axis: str) -> None:
-    loop = axis_loop(rig, axis, "25 mm")
+def test_one_sample_decreases_the_sampled_loops_function(stage: str, axis: str) -> None:
+    loop = axis_loop(stage, axis, "25 mm")
     found = certify(loop, loop.gains)
     border = on_the_border(found, 300)
     for states in (border, 0.3 * border):
@@ -129,10 +129,10 @@ def test_steps_grow_with_the_limit_of_an_unstable_axis() -> None:
 
 
 @pytest.mark.few(2)
-@pytest.mark.parametrize(("rig", "axis", "gap"), [
+@pytest.mark.parametrize(("stage", "axis", "gap"), [
     ("3dof", "y", "25 mm"), ("3dof", "z", "22 mm"), ("2dof", "v", "20 mm"), ("2dof", "h", "20 mm")])
-def test_what_is_certified_is_less_than_what_comes_back(rig: str, axis: str, gap: str) -> None:
-    loop = axis_loop(rig, axis, gap)
+def test_what_is_certified_is_less_than_what_comes_back(stage: str, axis: str, gap: str) -> None:
+    loop = axis_loop(stage, axis, gap)
     found = certify(loop, loop.gains)
     assert 0.3 * largest_step(loop, found) < found.step < largest_step(loop, found)
 

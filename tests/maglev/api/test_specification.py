@@ -47,7 +47,7 @@ source = "mine"
 HELD = CLAIM.format(text="It stays in the air", criterion='metric = "failed"\nrelation = "is"\ntarget = false')
 WEAK = CLAIM.format(text="It needs hardly any current",
                     criterion='metric = "peak_current"\nrelation = "<"\ntarget = "1 mA"')
-NEVER = CLAIM.format(text="It is faster", criterion='not_testable = "no rig"')
+NEVER = CLAIM.format(text="It is faster", criterion='not_testable = "no stage"')
 
 
 def scenario(folder: Path, *claims: str, name: str = "mine", stop: str = "20 ms") -> Path:

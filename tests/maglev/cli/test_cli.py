@@ -248,18 +248,18 @@ def test_help_names_every_command() -> None:
     assert "`" not in said
 
 
-@pytest.mark.parametrize("rig", ["2dof", "3dof"])
-def test_scripts_reproduce_the_recorded_run(fmus: Path, tmp_path: Path, rig: str) -> None:
+@pytest.mark.parametrize("stage", ["2dof", "3dof"])
+def test_scripts_reproduce_the_recorded_run(fmus: Path, tmp_path: Path, stage: str) -> None:
     """Each FMU alone gives what the other one was recorded to get from it."""
     results, given = {}, {}
     for fmu in ("plant", "controller"):
         out = tmp_path / f"{fmu}.csv"
-        run_script(f"{fmu}_{rig}.sh", fmus, out)
+        run_script(f"{fmu}_{stage}.sh", fmus, out)
         results[fmu] = np.genfromtxt(out, delimiter=",", names=True, dtype=float, deletechars="", usecols=range(9))
-        given[fmu] = np.genfromtxt(SCRIPTS / f"{fmu}_{rig}_inputs.csv", delimiter=",", names=True, deletechars="")
-    motor, axis = ("motor", "v") if rig == "2dof" else ("alpha", "y")
+        given[fmu] = np.genfromtxt(SCRIPTS / f"{fmu}_{stage}_inputs.csv", delimiter=",", names=True, deletechars="")
+    motor, axis = ("motor", "v") if stage == "2dof" else ("alpha", "y")
     n = len(results["controller"]) - 1
-    assert n == round(0.25 / (0.5e-3 if rig == "2dof" else 0.2e-3))
+    assert n == round(0.25 / (0.5e-3 if stage == "2dof" else 0.2e-3))
     commanded = results["controller"][f"{motor}.i_a_cmd"][1:]
     assert np.array_equal(commanded, given["plant"][f"{motor}.i_a_cmd"][:n])
     assert np.ptp(commanded) > 0.1
@@ -288,19 +288,19 @@ def test_scripts_take_native_fmus_first(tmp_path: Path) -> None:
     assert done.stdout == "fmus/native/Plant2DOF.fmu\nresults: plant_2dof.csv\n"
 
 
-@pytest.mark.parametrize(("rig", "block", "stop_time"), [("2dof", Estimator2DOF, 1.0), ("3dof", Estimator3DOF, 0.5)])
-def test_scripts_of_the_estimators(fmus: Path, tmp_path: Path, rig: str,
+@pytest.mark.parametrize(("stage", "block", "stop_time"), [("2dof", Estimator2DOF, 1.0), ("3dof", Estimator3DOF, 0.5)])
+def test_scripts_of_the_estimators(fmus: Path, tmp_path: Path, stage: str,
                                    block: type[Estimator2DOF] | type[Estimator3DOF], stop_time: float) -> None:
     """The FMU alone estimates what the block does from the same recording, and leaves its first guesses."""
-    run_script(f"estimator_{rig}.sh", fmus, tmp_path / "out.csv")
+    run_script(f"estimator_{stage}.sh", fmus, tmp_path / "out.csv")
     result = np.genfromtxt(tmp_path / "out.csv", delimiter=",", names=True, dtype=None, deletechars="")
-    given = np.genfromtxt(SCRIPTS / f"estimator_{rig}_inputs.csv", delimiter=",", names=True, deletechars="")
+    given = np.genfromtxt(SCRIPTS / f"estimator_{stage}_inputs.csv", delimiter=",", names=True, deletechars="")
     estimator = block()
     step = estimator.sample_time
     assert len(result) - 1 == len(given) == round(stop_time / step)
     estimator.start()
     names = [name for name in result.dtype.names or () if name in ("C1", "C2", "C3", "C4", "C5")]
-    estimates = reader([PLACES[int(rig[0])][name] for name in names])
+    estimates = reader([PLACES[int(stage[0])][name] for name in names])
     guesses = estimates(estimator)
     for row, estimated in zip(given, result[1:], strict=True):
         for name in (given.dtype.names or ())[1:]:

@@ -8,7 +8,7 @@ import pytest
 from command_line import error_line, maglev
 from identification_data import record
 
-from maglev.descriptions.packaged import RIGS
+from maglev.descriptions.packaged import PACKAGED_STAGES
 from maglev.files.errors import IdentificationError, MaglevError
 from maglev.identification.model_file import model_settings
 
@@ -30,7 +30,7 @@ def test_identify(recording: Path, tmp_path: Path) -> None:
     assert "warning: C4: cannot be identified" in result.output
     assert "standard error" in result.output
     table = tomllib.loads((tmp_path / "mine.identified.toml").read_text(encoding="utf-8"))
-    assert table["rig"] == "2dof"
+    assert table["stage"] == "2dof"
     assert table["plant"] == table["controller"]
     # What is not identified is not taken for a constant.
     assert set(table["plant"]) == {"C1", "C2", "C3"}
@@ -43,12 +43,12 @@ def test_identify(recording: Path, tmp_path: Path) -> None:
     assert (tmp_path / "mine.convergence.png").is_file() or (tmp_path / "mine.convergence.html").is_file()
     expected = {f"{participant}.C{k}": table[participant][f'C{k}'] for participant in ("plant", "controller")
                 for k in (1, 2, 3)}
-    assert model_settings(tmp_path / "mine.identified.toml", RIGS["2dof"]) == expected
+    assert model_settings(tmp_path / "mine.identified.toml", PACKAGED_STAGES["2dof"]) == expected
     # A file that ends inside a number is TOML, too.
     text = (tmp_path / "mine.identified.toml").read_text(encoding="utf-8")
     (tmp_path / "mine.identified.toml").write_text(text[:text.rindex("\nC3 = ") + 8], encoding="utf-8")
     with pytest.raises(IdentificationError, match="expected the line '# end of the constants': the file was cut"):
-        model_settings(tmp_path / "mine.identified.toml", RIGS["2dof"])
+        model_settings(tmp_path / "mine.identified.toml", PACKAGED_STAGES["2dof"])
 
 
 @pytest.mark.parametrize(("arguments", "message"), [
@@ -78,7 +78,7 @@ def model(tmp_path: Path, text: str) -> Path:
     ("[plant]\nC1 = 14.5\n", {"plant.C1": 14.5}),
     ("[controller]\nC4 = 1\nC2 = 790\n", {"controller.C2": 790.0, "controller.C4": 1.0}),
     ("C1 = 3.0\n", {"plant.C1": 3.0, "controller.C1": 3.0}),
-    ('rig = "2dof"\nC1 = 3.0\n[plant]\nC1 = 4.0\n', {"plant.C1": 4.0, "controller.C1": 3.0})])
+    ('stage = "2dof"\nC1 = 3.0\n[plant]\nC1 = 4.0\n', {"plant.C1": 4.0, "controller.C1": 3.0})])
 def test_model_settings(tmp_path: Path, text: str, settings: dict[str, float]) -> None:
     assert model_settings(model(tmp_path, text)) == settings
 
@@ -93,13 +93,13 @@ def test_model_settings(tmp_path: Path, text: str, settings: dict[str, float]) -
     ("C1 = -1.0\n", "C1 = -1.0: expected a number above 0"),
     ("C1 = true\n", "C1 = True: expected a number above 0"),
     ("C1 = nan\n", "C1 = nan: expected a number above 0"),
-    ('rig = "6dof"\nC1 = 1.0\n', "rig = '6dof': expected one of 2dof, 3dof, 5dof"),
-    ('rig = "2dof"\nC5 = 1.0\n', "C5: unknown key, there are 'C1', 'C2', "),
-    ('rig = "2dof"\nC1 = 1.0\n', "rig = '2dof': expected constants of the rig 3dof")])
+    ('stage = "6dof"\nC1 = 1.0\n', "stage = '6dof': expected one of 2dof, 3dof, 5dof"),
+    ('stage = "2dof"\nC5 = 1.0\n', "C5: unknown key, there are 'C1', 'C2', "),
+    ('stage = "2dof"\nC1 = 1.0\n', "stage = '2dof': expected constants of the stage 3dof")])
 def test_bad_models(tmp_path: Path, text: str, message: str) -> None:
     path = model(tmp_path, text)
     with pytest.raises(MaglevError) as refused:
-        model_settings(path, RIGS["3dof"] if "rig 3dof" in message else None)
+        model_settings(path, PACKAGED_STAGES["3dof"] if "stage 3dof" in message else None)
     assert str(refused.value).startswith(f"{path}: {message}")
 
 

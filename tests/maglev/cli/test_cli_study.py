@@ -243,9 +243,9 @@ def test_a_corrupt_baseline_is_an_error(fastest_fmus: Path, hold: Path, text: st
 def test_a_model_goes_over_the_scenario_and_set_over_the_model(fastest_fmus: Path, hold: Path, tmp_path: Path) -> None:
     assert maglev(*check(hold, fastest_fmus, "--update")).exit_code == 0
     model = tmp_path / "model.toml"
-    model.write_text('rig = "2dof"\n[plant]\nC1 = 14.2\nC2 = 800.0\n[controller]\nC1 = 14.2\n')
+    model.write_text('stage = "2dof"\n[plant]\nC1 = 14.2\nC2 = 800.0\n[controller]\nC1 = 14.2\n')
     deviated = maglev(*check(hold, fastest_fmus, "--model", model))
     assert deviated.exit_code == 1
     assert maglev(*check(hold, fastest_fmus, "--model", model, "--set", "plant.C2=791")).exit_code == 0
-    assert "expected constants of the rig 3dof" in error_line(maglev("run", "3dof-setpoints", "--model", model))
+    assert "expected constants of the stage 3dof" in error_line(maglev("run", "3dof-setpoints", "--model", model))
     assert "expected runs of one stage" in error_line(maglev("run", "3dof-smooth", "2dof-smooth", "--model", model))

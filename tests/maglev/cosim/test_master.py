@@ -11,12 +11,12 @@ from sampled_loop import PHASES, sampled_loop
 
 from maglev.cosim import Order
 from maglev.cosim.master import FmuSetup, Master, RunFailed, RunInterrupted
-from maglev.descriptions.packaged import RIGS
+from maglev.descriptions.packaged import PACKAGED_STAGES
 from maglev.files.errors import ControllerError, FmuError
 from maglev.runs.preparation import prepare
 from maglev.scenario.loading import load_plan
 
-RIG_3DOF = RIGS["3dof"]
+STAGE_3DOF = PACKAGED_STAGES["3dof"]
 
 
 @pytest.mark.few(3)
@@ -50,8 +50,8 @@ def three(fmus: Path) -> list[FmuSetup]:
 
 
 def loop_connections(to: str = "plant") -> list[tuple[str, str]]:
-    commands = [(f"controller.{m}.{p}", f"{to}.{m}.{p}") for m in RIG_3DOF.motor_names for p in PHASES]
-    return commands + ([(f"plant.{a}.encoder", f"controller.{a}.measured") for a in RIG_3DOF.axis_names]
+    commands = [(f"controller.{m}.{p}", f"{to}.{m}.{p}") for m in STAGE_3DOF.motor_names for p in PHASES]
+    return commands + ([(f"plant.{a}.encoder", f"controller.{a}.measured") for a in STAGE_3DOF.axis_names]
                        if to == "plant" else [])
 
 

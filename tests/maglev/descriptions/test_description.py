@@ -1,12 +1,12 @@
-"""Descriptions of rigs: what they may say, and how a mistake in one is refused."""
+"""Descriptions of stages: what they may say, and how a mistake in one is refused."""
 
 import re
 from pathlib import Path
 
 import pytest
 
-from maglev.descriptions.description_file import PACKAGED, read_rig
-from maglev.files.errors import RigError
+from maglev.descriptions.description_file import PACKAGED, read_stage
+from maglev.files.errors import StageError
 
 TEXT = (PACKAGED / "3dof.toml").read_text(encoding="utf-8")
 
@@ -48,25 +48,25 @@ def test_a_mistake_is_refused_in_one_line(tmp_path: Path, old: str, new: str, me
     assert old in TEXT
     path = tmp_path / "mine.toml"
     path.write_text(TEXT.replace(old, new, 1), encoding="utf-8")
-    with pytest.raises(RigError, match=f"^{re.escape(f'{path}: {message}')}$"):
-        read_rig(path)
+    with pytest.raises(StageError, match=f"^{re.escape(f'{path}: {message}')}$"):
+        read_stage(path)
 
 
 def test_a_platform_that_tilts_has_no_gain_schedule(tmp_path: Path) -> None:
     path = tmp_path / "mine.toml"
     path.write_text((PACKAGED / "5dof.toml").read_text(encoding="utf-8") + "\n[design.schedule]\n"
                     "bounds = [0.026, 0.024, 0.022]\nsetpoints = [0.027, 0.025, 0.023, 0.021]\n", encoding="utf-8")
-    with pytest.raises(RigError, match="design.schedule: expected none where the platform tilts$"):
-        read_rig(path)
+    with pytest.raises(StageError, match="design.schedule: expected none where the platform tilts$"):
+        read_stage(path)
 
 
 def test_every_value_has_a_source() -> None:
     """Of those that do not name one, it is an assumption."""
-    rig = read_rig(PACKAGED / "3dof.toml")
-    assert rig.source("axes.y.mass") == "stated, Table 5.1"
-    assert rig.source("axes.y.friction.coulomb").startswith("estimated")
-    assert rig.source("axes.y.friction.viscous") == "assumed"
-    assert rig.source("motors.alpha.amplifier.peak") == rig.source("motors.alpha.amplifier")
+    stage = read_stage(PACKAGED / "3dof.toml")
+    assert stage.source("axes.y.mass") == "stated, Table 5.1"
+    assert stage.source("axes.y.friction.coulomb").startswith("estimated")
+    assert stage.source("axes.y.friction.viscous") == "assumed"
+    assert stage.source("motors.alpha.amplifier.peak") == stage.source("motors.alpha.amplifier")
 
 
 @pytest.mark.parametrize(("start", "end", "message"), [
@@ -80,5 +80,5 @@ def test_what_a_platform_that_tilts_needs(tmp_path: Path, start: str, end: str, 
     before, _, rest = text.partition(start)
     path = tmp_path / "mine.toml"
     path.write_text(before + end + rest.partition(end)[2], encoding="utf-8")
-    with pytest.raises(RigError, match=f"^{re.escape(f'{path}: {message}')}$"):
-        read_rig(path)
+    with pytest.raises(StageError, match=f"^{re.escape(f'{path}: {message}')}$"):
+        read_stage(path)

@@ -12,7 +12,7 @@ from fmpy.util import read_csv
 
 from maglev.cosim.master import FmuSetup, Master, Recording
 from maglev.descriptions.own_fmus import DEFINITIONS, definition
-from maglev.descriptions.packaged import RIGS
+from maglev.descriptions.packaged import PACKAGED_STAGES
 from maglev.fmi.definition import Variable
 from maglev.runs.preparation import prepare
 from maglev.runs.results import write_csv
@@ -120,16 +120,16 @@ def test_the_committed_inputs_give_the_run_of_their_scenario(either_kind: Path, 
 
 # A script is of a stage, and takes any of its loops.
 @pytest.mark.few(1)
-@pytest.mark.parametrize("name", [name if name in [f"ClosedLoop{rig.suffix}" for rig in RIGS.values()]
+@pytest.mark.parametrize("name", [name if name in [f"ClosedLoop{stage.suffix}" for stage in PACKAGED_STAGES.values()]
                                   else pytest.param(name, marks=pytest.mark.thorough) for name in LOOPS])
 def test_script_runs_each_loop(native_fmus: Path, tmp_path: Path, name: str) -> None:
     """It ends where it is told to, and the references step at 1 s."""
-    rig = next(rig for rig in RIGS.values() if name.endswith(rig.suffix))
-    run_script(f"closed_loop_{rig.name}.sh", native_fmus, tmp_path / "out.csv", LOOP=name, STOP_TIME="1.005")
+    stage = next(stage for stage in PACKAGED_STAGES.values() if name.endswith(stage.suffix))
+    run_script(f"closed_loop_{stage.name}.sh", native_fmus, tmp_path / "out.csv", LOOP=name, STOP_TIME="1.005")
     result = np.genfromtxt(tmp_path / "out.csv", delimiter=",", names=True, dtype=float, deletechars="")
-    step = load_plan(FILES[f"{rig.name}-setpoints.csv"][1]).step
+    step = load_plan(FILES[f"{stage.name}-setpoints.csv"][1]).step
     assert len(result) - 1 == round(1.005 / step)
-    error = result[f"controller.{rig.vertical.name}.error"]
+    error = result[f"controller.{stage.vertical.name}.error"]
     assert np.abs(error[:round(1.0 / step)]).max() < 3e-4 < 1.5e-3 < np.abs(error[round(1.0 / step) + 1])
 
 

@@ -7,22 +7,22 @@ from pathlib import Path
 import pytest
 from named_blocks import named_block
 
-from maglev.descriptions.packaged import RIGS
+from maglev.descriptions.packaged import PACKAGED_STAGES
 from maglev.descriptions.registry import STAGES, OwnStage, definitions
 from maglev.descriptions.writer import module_texts
 from maglev.linear.parameters import controllers, plants
 
-MINE = replace(RIGS["2dof"], name="mine")
+MINE = replace(PACKAGED_STAGES["2dof"], name="mine")
 
 
 def stage(folder: Path, mass: float) -> OwnStage:
     """A stage with its modules in a folder."""
     axis, *others = MINE.axes
-    rig = replace(MINE, axes=(replace(axis, mass=mass), *others))
-    for path, text in module_texts(rig).items():
+    stage = replace(MINE, axes=(replace(axis, mass=mass), *others))
+    for path, text in module_texts(stage).items():
         (folder / path).parent.mkdir(parents=True, exist_ok=True)
         (folder / path).write_text(text, encoding="utf-8")
-    return OwnStage(rig, folder, folder / "mine.toml")
+    return OwnStage(stage, folder, folder / "mine.toml")
 
 
 def test_from_the_first_to_the_last(tmp_path: Path) -> None:
@@ -32,11 +32,11 @@ def test_from_the_first_to_the_last(tmp_path: Path) -> None:
         STAGES.add(stage(tmp_path / folder, mass))
         block = named_block("PlantMine")
         assert getattr(block, MINE.axis_names[0]).mass == mass
-        assert [*STAGES.rigs] == [*RIGS, "mine"] and STAGES.own_of("StageMine") is STAGES.own["mine"]
+        assert [*STAGES.stages] == [*PACKAGED_STAGES, "mine"] and STAGES.own_of("StageMine") is STAGES.own["mine"]
         assert {*definitions(MINE)} <= {*STAGES.definitions()} and STAGES.systems()["StageMine"].name == "mine"
         assert "PlantMine" in plants() and "RegulatorMine" in controllers()
     STAGES.forget("mine", "mine", "2dof")
-    assert STAGES.rigs == RIGS and STAGES.own_of("PlantMine") is None
+    assert STAGES.stages == PACKAGED_STAGES and STAGES.own_of("PlantMine") is None
     assert not {*definitions(MINE)} & {*STAGES.definitions(), *plants(), *controllers()}
     assert sys.path == path and all(sys.modules[name].__path__ == packages[name] for name in packages)
     with pytest.raises(KeyError):

@@ -11,7 +11,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from maglev.cosim.isolated_run import Stage, Wired
-from maglev.descriptions.packaged import RIGS
+from maglev.descriptions.packaged import PACKAGED_STAGES
 from maglev.files.beside import Said, said_in
 from maglev.files.errors import CsvError, MaglevError, QuantityError, ScenarioError
 from maglev.files.json_lines import line_of, value_of
@@ -53,9 +53,9 @@ def test_arrays_come_through(array: Any) -> None:
     found[...] = 0   # it can be written to
 
 
-@pytest.mark.parametrize("name", RIGS)
-def test_rigs_and_parts_come_through(name: str) -> None:
-    assert value_of(line_of(RIGS[name])) == RIGS[name]
+@pytest.mark.parametrize("name", PACKAGED_STAGES)
+def test_stages_and_parts_come_through(name: str) -> None:
+    assert value_of(line_of(PACKAGED_STAGES[name])) == PACKAGED_STAGES[name]
     motor = MotorGeometry()
     motor.pole_pitch = 0.05
     assert value_of(line_of(motor)).electrical_angle(0.01) == motor.electrical_angle(0.01)

@@ -267,9 +267,9 @@ def test_states_are_variables_that_can_be_set(plant: Path, tmp_path: Path) -> No
 
 def test_states_but_positions_begin_at_nothing() -> None:
     """As the initial unknowns say, whatever the parameters are."""
-    for rig in ("2DOF", "3DOF", "5DOF"):
-        block = ContinuousBlock(f"Plant{rig}", {})
-        plant = definition(f"Plant{rig}")
+    for stage in ("2DOF", "3DOF", "5DOF"):
+        block = ContinuousBlock(f"Plant{stage}", {})
+        plant = definition(f"Plant{stage}")
         for number, v in enumerate(v for v in plant.variables if v.causality == "parameter" and not v.boolean):
             if v.name != "roughness_seed":   # a whole number
                 block.set(v.name, plant.start_value(v) * (1.0 + 0.001 * (number % 7)) + 1e-6 * (number % 5))

@@ -13,8 +13,9 @@ from maglev.identification.regressors import regressors
 
 pytestmark = pytest.mark.usefixtures("slow")
 
-# What the methods have of their own is the same for both rigs; the regressors of the rigs are the same for all methods.
-ALL = [(method, rig) for method in ("reduced", "full", "fsdi") for rig in ("2dof", "3dof")]
+# What the methods have of their own is the same for both stages; the regressors of the stages are the same for all
+# methods.
+ALL = [(method, stage) for method in ("reduced", "full", "fsdi") for stage in ("2dof", "3dof")]
 
 
 def cases(*in_every_run: tuple[str, str]) -> list[Any]:
@@ -37,7 +38,7 @@ def integral_least_squares(data: Data) -> dict[str, float]:
     """Constants by scipy-free least squares on v(t) − v(0) = ∫a dt θ + ∫b dt: no estimator, no filter."""
     r = data.recording
     found: dict[str, float] = {}
-    for row in regressors(r.rig, r.positions, r.i_d, r.i_q, data.velocity):
+    for row in regressors(r.stage, r.positions, r.i_d, r.i_q, data.velocity):
         a, b = (np.cumsum(0.5 * (s[1:] + s[:-1]), axis=0) * r.dt for s in (row.a, row.b))
         # Over windows of 0.1 s, so that the integral does not weigh slow motion alone.
         n = round(0.1 / r.dt)
@@ -49,9 +50,9 @@ def integral_least_squares(data: Data) -> dict[str, float]:
 
 
 @pytest.mark.thorough
-@pytest.mark.parametrize(("method", "rig"), cases(("reduced", "3dof"), ("fsdi", "2dof")))
-def test_ideal_stage(rig: str, method: str) -> None:
-    data = trial(rig, "ideal")
+@pytest.mark.parametrize(("method", "stage"), cases(("reduced", "3dof"), ("fsdi", "2dof")))
+def test_ideal_stage(stage: str, method: str) -> None:
+    data = trial(stage, "ideal")
     found = identify(data.recording, method, guess=half(data), velocities=data.velocity)
     assert max(errors(found.estimate.final, data.truth).values()) < 0.005
     assert found.warnings == []
@@ -60,28 +61,28 @@ def test_ideal_stage(rig: str, method: str) -> None:
 
 
 @pytest.mark.thorough
-@pytest.mark.parametrize(("method", "rig"), cases(("fsdi", "2dof")))
-def test_encoders_and_observer(rig: str, method: str) -> None:
-    data = trial(rig, "encoder")
+@pytest.mark.parametrize(("method", "stage"), cases(("fsdi", "2dof")))
+def test_encoders_and_observer(stage: str, method: str) -> None:
+    data = trial(stage, "encoder")
     plain = errors(identify(data.recording, method, guess=half(data)).estimate.final, data.truth)
     assert max(plain.values()) < 0.025
     matched = errors(identify(data.recording, method, guess=half(data), match=True).estimate.final, data.truth)
-    assert all(matched[name] < 0.005 for name in THRUST[rig])
+    assert all(matched[name] < 0.005 for name in THRUST[stage])
     assert max(matched.values()) < 0.025
 
 
 @pytest.mark.few(1)
-@pytest.mark.parametrize(("rig", "seed"), [("2dof", 1), ("3dof", 3)])
-def test_constants_of_another_rig(rig: str, seed: int) -> None:
+@pytest.mark.parametrize(("stage", "seed"), [("2dof", 1), ("3dof", 3)])
+def test_constants_of_another_stage(stage: str, seed: int) -> None:
     scale = np.random.default_rng(seed).uniform(0.8, 1.3, 5).tolist()
-    data = record(rig, 15.0, 1e-3, scale={f"C{k + 1}": factor for k, factor in enumerate(scale)})
+    data = record(stage, 15.0, 1e-3, scale={f"C{k + 1}": factor for k, factor in enumerate(scale)})
     found = identify(data.recording, velocities=data.velocity)
     # In 15 s the last constant, coils on iron, is the slowest.
     assert max(errors(found.estimate.final, data.truth).values()) < 0.02
 
 
-def real(rig: str) -> Identification:
-    return identify(trial(rig, "real").recording, match=True)
+def real(stage: str) -> Identification:
+    return identify(trial(stage, "real").recording, match=True)
 
 
 @pytest.mark.thorough
@@ -117,7 +118,7 @@ def test_standard_errors_are_of_the_spread() -> None:
     data = trial("2dof", "ideal")
     r = data.recording
     part = slice(0, 20001)
-    short = MotionRecording(r.rig, r.time[part], r.positions[part], r.i_d[part], r.i_q[part])
+    short = MotionRecording(r.stage, r.time[part], r.positions[part], r.i_d[part], r.i_q[part])
     random = np.random.default_rng(5)
     results = [identify(short, velocities=data.velocity[part]
                         + np.cumsum(random.normal(0.0, 2e-3, data.velocity[part].shape), axis=0)) for _ in range(8)]

@@ -10,7 +10,7 @@ from scipy.integrate import solve_ivp
 
 from maglev.files.errors import IdentificationError
 from maglev.identification.estimators import Samples, fsdi, largest_squares, mean_behind_lag, run_estimator
-from maglev.identification.regressors import RIGS, ConstantRow, RowData, regressors
+from maglev.identification.regressors import PACKAGED_STAGES, ConstantRow, RowData, regressors
 
 pytestmark = pytest.mark.usefixtures("slow")   # it searches for long
 
@@ -25,11 +25,11 @@ def start() -> Data:
 
 
 def lift_row(count: int) -> RowData:
-    """Vertical row of the 2-DOF rig while it runs."""
+    """Vertical row of the 2-DOF stage while it runs."""
     data = start()
     part = slice(6000, 6000 + count)
     r = data.recording
-    return regressors(RIGS["2dof"], r.positions[part], r.i_d[part], r.i_q[part], data.velocity[part])[0]
+    return regressors(PACKAGED_STAGES["2dof"], r.positions[part], r.i_d[part], r.i_q[part], data.velocity[part])[0]
 
 
 def run(method: str, row: RowData, guess: np.ndarray, epsilon: float, q0: float) -> np.ndarray:
@@ -167,7 +167,7 @@ def test_tiny_start_weight_is_stable(epsilon: float) -> None:
 def test_reduced_and_full_agree_as_epsilon_falls() -> None:
     data = trial("2dof", "ideal")
     r = data.recording
-    rows = regressors(r.rig, r.positions[:40001], r.i_d[:40001], r.i_q[:40001], data.velocity[:40001])
+    rows = regressors(r.stage, r.positions[:40001], r.i_d[:40001], r.i_q[:40001], data.velocity[:40001])
     guess = {name: 0.5 * value for name, value in data.truth.items()}
     apart = []
     for epsilon in (0.02, 0.005, 0.00125):

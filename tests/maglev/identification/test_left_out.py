@@ -13,37 +13,37 @@ from scipy.integrate import solve_ivp
 from maglev.identification.effects import friction, ripple
 from maglev.identification.identify import Identification, identify
 from maglev.identification.recording import MotionRecording
-from maglev.identification.regressors import RIGS, estimated_rig
+from maglev.identification.regressors import PACKAGED_STAGES, estimated_stage
 from plant_fmu.guide import GuideFriction
 from plant_fmu.ripple import Ripple
-from pmlsm.stage_description import Rig
+from pmlsm.stage_description import StageDescription
 
 pytestmark = pytest.mark.usefixtures("slow")
 
 AS_ASSUMED = 2.0   # of the friction that a description has; that of the stages of `trial`
 
 
-def described(rig: str, times: float) -> Rig:
+def described(stage: str, times: float) -> StageDescription:
     """A description with so many times the Coulomb friction."""
-    found = RIGS[rig].described
+    found = PACKAGED_STAGES[stage].described
     return replace(found, axes=tuple(
         replace(axis, friction=replace(axis.friction, coulomb=times * axis.friction.coulomb)) for axis in found.axes))
 
 
 @cache
-def real(rig: str, method: str = "reduced") -> tuple[Identification, Data]:
+def real(stage: str, method: str = "reduced") -> tuple[Identification, Data]:
     """A stage with all effects, identified by a description that has them as they are."""
-    data = trial(rig, "real")
-    recording = replace(data.recording, rig=estimated_rig(described(rig, AS_ASSUMED)))
+    data = trial(stage, "real")
+    recording = replace(data.recording, stage=estimated_stage(described(stage, AS_ASSUMED)))
     return identify(recording, method, match=True), data
 
 
 @pytest.mark.thorough
-@pytest.mark.parametrize(("rig", "method"), [("2dof", "reduced"), ("2dof", "fsdi"),
+@pytest.mark.parametrize(("stage", "method"), [("2dof", "reduced"), ("2dof", "fsdi"),
                                              pytest.param("3dof", "reduced", marks=pytest.mark.thorough)])
-def test_the_truth_is_within_the_uncertainty(rig: str, method: str) -> None:
+def test_the_truth_is_within_the_uncertainty(stage: str, method: str) -> None:
     """Scatter alone is not where it is: constants are up to twenty standard errors away."""
-    found, data = real(rig, method)
+    found, data = real(stage, method)
     away = {name: abs(found.estimate.final[name] - value) for name, value in data.truth.items()}
     assert max(away[name] / found.standard_error[name] for name in away) > 5.0
     for name, distance in away.items():
@@ -53,11 +53,11 @@ def test_the_truth_is_within_the_uncertainty(rig: str, method: str) -> None:
 
 
 @pytest.mark.thorough
-@pytest.mark.parametrize("rig", ["2dof", pytest.param("3dof", marks=pytest.mark.thorough)])
-def test_it_bounds_what_a_stage_with_the_effects_gives_otherwise(rig: str) -> None:
+@pytest.mark.parametrize("stage", ["2dof", pytest.param("3dof", marks=pytest.mark.thorough)])
+def test_it_bounds_what_a_stage_with_the_effects_gives_otherwise(stage: str) -> None:
     """Simulated and identified with and without them, and with one after the other switched off."""
-    found, data = real(rig)
-    without = identify(trial(rig, "encoder").recording, match=True)
+    found, data = real(stage)
+    without = identify(trial(stage, "encoder").recording, match=True)
     for name, value in found.estimate.final.items():
         difference = abs(value - without.estimate.final[name])
         scatter = 2.0 * (found.standard_error[name] + without.standard_error[name])
@@ -67,10 +67,10 @@ def test_it_bounds_what_a_stage_with_the_effects_gives_otherwise(rig: str) -> No
 
 
 @pytest.mark.thorough
-@pytest.mark.parametrize("rig", ["2dof", "3dof"])
-def test_told_of_the_effects_the_estimator_finds_the_truth(rig: str) -> None:
+@pytest.mark.parametrize("stage", ["2dof", "3dof"])
+def test_told_of_the_effects_the_estimator_finds_the_truth(stage: str) -> None:
     """The bias, with its sign, is what the estimate is off by."""
-    found, data = real(rig)
+    found, data = real(stage)
     for name, value in list(data.truth.items())[:-1]:   # the last, of iron, is lost in what friction leaves
         assert abs((found.estimate.final[name] - found.bias[name]) / value - 1.0) < 0.025, name
         assert abs(found.bias[name]) <= found.left_out[name] * (1.0 + 1e-9)
@@ -79,7 +79,7 @@ def test_told_of_the_effects_the_estimator_finds_the_truth(rig: str) -> None:
 def varied(seed: int, times: float) -> Data:
     """A 2-DOF stage with other constants, and 0.6 to 1 times so many times the effects that are described."""
     random = np.random.default_rng(seed)
-    scale = {name: random.uniform(0.95, 1.05) for name in RIGS["2dof"].constants}
+    scale = {name: random.uniform(0.95, 1.05) for name in PACKAGED_STAGES["2dof"].constants}
     shares = times * random.uniform(0.6, 1.0, 5)
     signs = random.uniform(-1.0, 1.0, 2)
 
@@ -109,11 +109,11 @@ def test_the_uncertainty_covers_stages_as_described_and_others_are_noticed(seed:
 
 def test_a_stage_without_effects_leaves_nothing_out() -> None:
     data = record("2dof", 2.0, 1e-3)
-    plain = RIGS["2dof"].described
+    plain = PACKAGED_STAGES["2dof"].described
     smooth = replace(plain, modulation=0.0, axes=tuple(
         replace(axis, bias=0.0, friction=replace(axis.friction, coulomb=0.0, viscous=0.0),
                 ripple=replace(axis.ripple, amplitude=0.0)) for axis in plain.axes))
-    found = identify(replace(data.recording, rig=estimated_rig(smooth)), velocities=data.velocity)
+    found = identify(replace(data.recording, stage=estimated_stage(smooth)), velocities=data.velocity)
     assert set(found.left_out.values()) == {0.0}
     assert found.uncertainty == {name: 2.0 * error for name, error in found.standard_error.items()}
 
@@ -122,7 +122,7 @@ def test_what_is_not_excited_is_not_known() -> None:
     data = record("2dof", 2.0, 1e-3)
     r = data.recording
     # Where h stands, the modulation passes for a weaker attraction: nothing tells them apart.
-    still = MotionRecording(r.rig, r.time, np.stack([r.positions[:, 0], np.full(len(r.time), 4e-3)], axis=1), r.i_d,
+    still = MotionRecording(r.stage, r.time, np.stack([r.positions[:, 0], np.full(len(r.time), 4e-3)], axis=1), r.i_d,
                             r.i_q)
     found = identify(still)
     assert not any("modulation" in warning for warning in found.warnings)
@@ -132,7 +132,7 @@ def test_what_is_not_excited_is_not_known() -> None:
 
 def test_the_effects_are_those_of_the_plant() -> None:
     """Along a motion: the guide by scipy's integration of its equation, as the plant's part has it."""
-    axis = RIGS["2dof"].described.axes[1]
+    axis = PACKAGED_STAGES["2dof"].described.axes[1]
     t = np.linspace(0.0, 1.2, 6001)   # to and fro
     x, v = 0.02 * np.sin(pi * t) + 0.004 * np.sin(7.0 * t), 0.02 * pi * np.cos(pi * t) + 0.028 * np.cos(7.0 * t)
     guide = GuideFriction(axis.friction.coulomb, axis.friction.presliding, axis.friction.viscous)

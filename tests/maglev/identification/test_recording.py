@@ -30,9 +30,9 @@ def write(path: Path, table: Table) -> Path:
     return path
 
 
-def refusal(path: Path, rig: str | None = None) -> str:
+def refusal(path: Path, stage: str | None = None) -> str:
     with pytest.raises(MaglevError) as refused:
-        read_recording(path, rig)
+        read_recording(path, stage)
     message = str(refused.value)
     assert "\n" not in message
     return message
@@ -40,7 +40,7 @@ def refusal(path: Path, rig: str | None = None) -> str:
 
 def test_plain_columns(tmp_path: Path) -> None:
     found = read_recording(write(tmp_path / "a.csv", good()))
-    assert found.rig.name == "2dof"
+    assert found.stage.name == "2dof"
     assert found.dt == pytest.approx(DT)
     assert found.positions[:, 1] == pytest.approx(good()["h"], abs=1e-14)
     assert found.i_q[:, 0] == pytest.approx(good()["i_q"], abs=1e-14)
@@ -72,7 +72,7 @@ def test_3dof_columns(tmp_path: Path) -> None:
     three = {"time": table["time"], "y": table["v"], "x": table["h"], "z": -table["h"], "alpha.i_d": table["i_d"],
              "alpha.i_q": table["i_q"], "beta.i_d": table["i_d"], "beta.i_q": 2.0 * table["i_q"]}
     found = read_recording(write(tmp_path / "a.csv", three))
-    assert found.rig.name == "3dof"
+    assert found.stage.name == "3dof"
     assert found.i_q[:, 1] == pytest.approx(2.0 * table["i_q"])
     assert refusal(tmp_path / "a.csv", "2dof").endswith(
         "no column v, expected v or plant.v or v.encoder or plant.v.encoder or v.measured or plant.v.measured or "
@@ -88,9 +88,9 @@ def test_run_of_a_stage_of_the_user_s_asks_for_its_description(tmp_path: Path) -
         path.with_suffix(".json").write_text(json.dumps(record))
         if (model, kind) == ("PlantMine", "native"):
             assert "a.csv: is of a run of PlantMine, expected stage='mine.toml', the description" in refusal(path)
-            assert read_recording(path, "2dof").rig.name == "2dof"
+            assert read_recording(path, "2dof").stage.name == "2dof"
         else:
-            assert read_recording(path).rig.name == "2dof"
+            assert read_recording(path).stage.name == "2dof"
 
 
 def put(column: str, row: int, value: float) -> Callable[[Table], None]:

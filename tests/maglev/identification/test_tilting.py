@@ -12,14 +12,14 @@ import maglev
 from maglev.files.errors import IdentificationError, MaglevError
 from maglev.identification.identify import Identification, identify
 from maglev.identification.recording import read_recording
-from maglev.identification.regressors import RIGS, accelerations, regressors
+from maglev.identification.regressors import PACKAGED_STAGES, accelerations, regressors
 
-RIG = RIGS["5dof"]
+DESCRIPTION = PACKAGED_STAGES["5dof"]
 TRUTH = {"C1": 0.6135, "C2": 0.8224, "C3": 334.52, "C4": 8.71, "C5": 0.0045}
 MOTORS = ("alpha1", "alpha2", "beta1", "beta2")
 SEEN = ["plant.x.encoder", "plant.z.encoder", *(f"plant.{motor}.gap_encoder" for motor in MOTORS)]
 CURRENTS = [f"plant.{motor}.i_{component}" for motor in MOTORS for component in "dq"]
-SMOOTH = {**{f"plant.{axis}.{name}": 0.0 for axis in RIG.axes for name in ("bias", "friction.coulomb",
+SMOOTH = {**{f"plant.{axis}.{name}": 0.0 for axis in DESCRIPTION.axes for name in ("bias", "friction.coulomb",
                                                                           "friction.viscous")},
           **{f"plant.{motor}.amplifier.lag": 0.0 for motor in MOTORS},
           "plant.y.ripple.amplitude": 0.0, "plant.attraction_modulation": 0.0}
@@ -36,10 +36,10 @@ def samples(count: int) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
 def test_accelerations_are_those_of_the_equations_written_again() -> None:
     """All five axes, at tilts, to rounding."""
     positions, i_d, i_q = samples(20)
-    found = accelerations(RIG, positions, i_d, i_q, TRUTH)
+    found = accelerations(DESCRIPTION, positions, i_d, i_q, TRUTH)
     stage = Reference5DOF(modulation=0.0)
     for k, q in enumerate(positions):
-        along = RIG.places.along @ q
+        along = DESCRIPTION.places.along @ q
         phases = np.array([3 / 2 * park_matrix(d).T @ dq for d, *dq in zip(along, i_d[k], i_q[k], strict=True)])
         expected = stage.forces(q, np.zeros(5), phases) / NOMINAL
         assert found[k] == pytest.approx(expected, rel=1e-9, abs=1e-9)
@@ -48,10 +48,10 @@ def test_accelerations_are_those_of_the_equations_written_again() -> None:
 
 def test_rows_carry_each_constant_once() -> None:
     positions, i_d, i_q = samples(5)
-    rows = regressors(RIG, positions, i_d, i_q, np.zeros((5, 5)))
+    rows = regressors(DESCRIPTION, positions, i_d, i_q, np.zeros((5, 5)))
     assert [(data.row.axis, data.row.constants) for data in rows] == [
         ("y", ("C3", "C4", "C5")), ("x", ("C1",)), ("z", ("C2",))]
-    whole = accelerations(RIG, positions, i_d, i_q, TRUTH)
+    whole = accelerations(DESCRIPTION, positions, i_d, i_q, TRUTH)
     for k, data in enumerate(rows):
         theta = np.array([TRUTH[name] for name in data.row.constants])
         assert data.a @ theta + data.b == pytest.approx(whole[:, k], rel=1e-12)
@@ -66,22 +66,22 @@ def written(path: Path, columns: dict[str, np.ndarray]) -> Path:
 
 @pytest.mark.usefixtures("slow")
 def test_recordings_have_gaps_or_tilts(tmp_path: Path) -> None:
-    """The gaps at the motors go before positions, and say which rig it is; three positions alone are of another one."""
+    """Gaps at the motors go before positions, and say which stage it is; three positions alone are another one."""
     time = 1e-3 * np.arange(1200)
     positions = np.array([24e-3, 1e-3, -2e-3, 4e-3, -3e-3]) * (1.0 + 0.1 * np.sin(6.0 * time))[:, None]
     currents = {name: np.sin(time) for name in CURRENTS}
-    gaps = positions @ RIG.places.gaps.T
+    gaps = positions @ DESCRIPTION.places.gaps.T
     seen = dict(zip(SEEN, np.column_stack([positions[:, 1:3], gaps]).T, strict=True))
     wrong = {f"plant.{axis}.position": 0.025 + 0.0 * time for axis in ("y", "roll", "pitch")}
     for columns in ({"time": time, **seen, **currents}, {"time": time, **seen, **wrong, **currents},
-                    {"time": time, **dict(zip(RIG.axes, positions.T, strict=True)), **currents}):
+                    {"time": time, **dict(zip(DESCRIPTION.axes, positions.T, strict=True)), **currents}):
         found = read_recording(written(tmp_path / "a.csv", columns))
-        assert found.rig.name == "5dof"
+        assert found.stage.name == "5dof"
         assert found.positions == pytest.approx(positions, abs=1e-12)
     # Phase currents are seen at the displacement of the motor, which tilts too.
     phases: dict[str, np.ndarray] = {}
     for k, motor in enumerate(MOTORS):
-        turned = [3 / 2 * park_matrix(d).T @ [1.5, -0.5] for d in positions @ RIG.places.along[k]]
+        turned = [3 / 2 * park_matrix(d).T @ [1.5, -0.5] for d in positions @ DESCRIPTION.places.along[k]]
         phases |= dict(zip((f"{motor}.i_{phase}" for phase in "abc"), np.array(turned).T, strict=True))
     found = read_recording(written(tmp_path / "a.csv", {"time": time, **seen, **phases}))
     assert found.i_d == pytest.approx(np.full((1200, 4), 1.5), abs=1e-9)
@@ -119,7 +119,7 @@ def folder(native_fmus: Path, tmp_path_factory: pytest.TempPathFactory) -> Path:
 @pytest.mark.thorough
 @pytest.mark.parametrize(("kind", "within"), [("ideal", 0.005), ("encoder", 0.005)])
 def test_constants_from_a_run(kind: str, within: float, folder: Path) -> None:
-    """As near as those of the other rigs: half a percent, also with encoders of 10 µm."""
+    """As near as those of the other stages: half a percent, also with encoders of 10 µm."""
     found = identified(kind, folder / "native", folder)
     assert max(abs(found.estimate.final[name] / value - 1.0) for name, value in TRUTH.items()) < within
     assert found.warnings == []

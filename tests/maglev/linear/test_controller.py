@@ -17,7 +17,7 @@ from maglev.fmi.parameter import Parameter
 from maglev.linear.linearise import Currents, linearise
 from maglev.linear.loop import linearise_loop
 from maglev.linear.model import LinearModel
-from maglev.linear.parameters import block_of, linear_rig
+from maglev.linear.parameters import block_of, linear_stage
 
 pytestmark = pytest.mark.usefixtures("slow")   # it searches for long
 
@@ -53,7 +53,7 @@ class Adapting:
                 value = Parameter.of(variable).read(parameters[variable.name], name, LinearModelError)
                 variable.write(whole, value)
         self.start, self.step = whole.start, whole.step
-        self.regulator = named(whole.regulator, linear_rig(name))
+        self.regulator = named(whole.regulator, linear_stage(name))
         self.regulator.started = True
 
     def __getattr__(self, name: str) -> Any:
@@ -63,15 +63,15 @@ class Adapting:
 def block_that_runs(name: str, parameters: dict[str, float | str]) -> Any:
     if name.startswith("Adaptive"):
         return Adapting(name, parameters)
-    return named(block_of(name, parameters), linear_rig(name))
+    return named(block_of(name, parameters), linear_stage(name))
 
 
 def rest_of(name: str, parameters: dict[str, float | str]) -> Any:
     """Equilibrium of the plant, whose constants are not the controller's, in the loop; the motors are where it says."""
-    rig, place = next(pair for pair in PLACES if pair[0] == name[-4:])
+    stage, place = next(pair for pair in PLACES if pair[0] == name[-4:])
     moved = {key: value for key, value in parameters.items() if key in ("height", "alpha1.z", "beta2.x")}
-    biases: dict[str, float | str] = {**BIASES[rig], **moved}
-    return linearise_loop(f"Plant{rig}", name, place, plant_parameters=biases,
+    biases: dict[str, float | str] = {**BIASES[stage], **moved}
+    return linearise_loop(f"Plant{stage}", name, place, plant_parameters=biases,
                           controller_parameters=parameters).plant.equilibrium
 
 
@@ -88,7 +88,7 @@ def operating_point(model: LinearModel, block: Any) -> tuple[np.ndarray, np.ndar
         state[f"{axis}.observer.position"] = position
         if f"{axis}.filter.position" in state:
             state[f"{axis}.filter.position"] = position
-    for motor in model.equilibrium.motors if model.equilibrium.rig.rotations else ():
+    for motor in model.equilibrium.motors if model.equilibrium.stage.rotations else ():
         place = getattr(block, f"{motor}_place")
         positions = {**positions, motor: place.moved(positions["y"], positions["roll"], positions["pitch"])}
     inputs = np.array([0.0 if name.endswith("rate") else positions[name.partition(".")[0]] for name in model.inputs])

@@ -11,7 +11,7 @@ from named_blocks import named
 from maglev.files.errors import LinearModelError
 from maglev.linear.linearise import linearise
 from maglev.linear.loop import Loop, linearise_loop
-from maglev.linear.parameters import block_of, linear_rig
+from maglev.linear.parameters import block_of, linear_stage
 
 pytestmark = pytest.mark.usefixtures("slow")   # it searches for long
 
@@ -48,7 +48,7 @@ def test_closed_loop_is_that_of_the_blocks(plant: str, controller: str, at: dict
                                            modes: dict[str, float] | None) -> None:
     """The whole matrix, and the poles: slow ones to 1e-5, those of lag and observers to 1e-4."""
     loop = linearise_loop(plant, controller, at, plant_parameters=modes)
-    block, stage = named(block_of(controller, {}), linear_rig(controller)), smooth_stage(plant, True, modes)
+    block, stage = named(block_of(controller, {}), linear_stage(controller)), smooth_stage(plant, True, modes)
     assert block.start() == 0
     state = rest(plant, block, stage, loop)
     assert sampled_map(plant, block, stage, loop, state) == pytest.approx(state, rel=1e-7, abs=1e-9)
@@ -76,7 +76,7 @@ def test_the_gain_margin_with_a_flexible_mode_is_where_the_running_loop_begins_t
     assert limit < 0.5 * rigid.margins("x").gain_up, "the mode takes most of the margin"
     ends = []
     for factor in (0.97 * limit, 1.03 * limit):
-        block, stage = named(block_of("PID3DOF", {}), linear_rig("PID3DOF")), smooth_stage("Plant3DOF", True, mode)
+        block, stage = named(block_of("PID3DOF", {}), linear_stage("PID3DOF")), smooth_stage("Plant3DOF", True, mode)
         assert block.start() == 0
         state = rest("Plant3DOF", block, stage, loop)
         state[1] += 1e-7
@@ -95,7 +95,7 @@ def test_the_gain_margin_with_a_flexible_mode_is_where_the_running_loop_begins_t
 def test_stage_settles_as_the_slowest_pole_says() -> None:
     """3-DOF, after 10 µm off in the gap: once the fast poles have died out, the error is the slowest pair's decay."""
     loop = linearise_loop("Plant3DOF", "Regulator3DOF", {"y": 25e-3})
-    block, stage = named(block_of("Regulator3DOF", {}), linear_rig("Regulator3DOF")), smooth_stage("Plant3DOF", True)
+    block, stage = named(block_of("Regulator3DOF", {}), linear_stage("Regulator3DOF")), smooth_stage("Plant3DOF", True)
     assert block.start() == 0
     state = rest("Plant3DOF", block, stage, loop)
     offset = np.zeros(len(state))

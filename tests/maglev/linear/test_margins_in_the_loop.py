@@ -14,7 +14,7 @@ from named_blocks import named
 from maglev.linear.linearise import linearise
 from maglev.linear.loop import Loop, linearise_loop
 from maglev.linear.margins import Margins
-from maglev.linear.parameters import block_of, linear_rig
+from maglev.linear.parameters import block_of, linear_stage
 
 # Where the direct current is large and commutation with a wrong displacement turns it into the most thrust.
 PLACES = {"2DOF": ("h", {"v": 12e-3}), "3DOF": ("x", {"y": 19e-3}), "5DOF": ("roll", {"y": 21e-3, "pitch": 3e-3})}
@@ -35,7 +35,7 @@ def growth(stage_name: str, change: Change) -> float:
     """
     plant, axis, loop = f"Plant{stage_name}", PLACES[stage_name][0], loop_of(stage_name)
     name = f"Regulator{stage_name}"
-    controller, stage = named(block_of(name, {}), linear_rig(name)), smooth_stage(plant, True)
+    controller, stage = named(block_of(name, {}), linear_stage(name)), smooth_stage(plant, True)
     assert controller.start() == 0
     rest(plant, controller, stage, loop)
     at_rest = loop.plant.equilibrium.positions[axis]

@@ -18,11 +18,11 @@ def folder(native_fmus: Path, tmp_path_factory: pytest.TempPathFactory) -> Path:
 
 @pytest.fixture
 def make(folder: Path) -> Iterator[Any]:
-    """Function that makes an environment of a rig with options; they are closed after the test."""
+    """Function that makes an environment of a stage with options; they are closed after the test."""
     made = []
 
-    def function(rig: str, **options: Any) -> Any:
-        made.append(environment(rig, folder, **options).unwrapped)
+    def function(stage: str, **options: Any) -> Any:
+        made.append(environment(stage, folder, **options).unwrapped)
         return made[-1]
 
     yield function

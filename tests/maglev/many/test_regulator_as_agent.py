@@ -6,12 +6,12 @@ from typing import Any
 
 import numpy as np
 import pytest
-from environments import RIG_NAMES, same_bits
+from environments import STAGE_NAMES, same_bits
 
 import maglev
 from maglev.cosim.fmu import Buffer, Fmu, read_description
-from maglev.descriptions.packaged import RIGS
-from pmlsm.stage_description import Rig
+from maglev.descriptions.packaged import PACKAGED_STAGES
+from pmlsm.stage_description import StageDescription
 
 Make = Callable[..., Any]
 
@@ -19,27 +19,27 @@ Make = Callable[..., Any]
 class Controller:
     """A controller FMU of ours as an agent."""
 
-    def __init__(self, rig: Rig, name: str, folder: Path):
+    def __init__(self, stage: StageDescription, name: str, folder: Path):
         path = folder / "native" / f"{name}.fmu"
         self.fmu = Fmu(name, path, read_description(name, path))
         self.fmu.initialise({}, 0.0, 100.0)
-        self.rig, self.sample = rig, 0
+        self.stage, self.sample = stage, 0
 
         def buffer(names: list[str]) -> Buffer:
             return Buffer("Real", [self.fmu.variable(name) for name in names], self.fmu.fmi)
 
-        measured = [f"{axis.name}.measured" for axis in rig.measured]
-        measured += [f"{motor}.gap_measured" for motor in rig.motor_names if rig.rotations]
-        self.inputs = buffer([*measured, *(f"{axis}.reference" for axis in rig.axis_names)])
+        measured = [f"{axis.name}.measured" for axis in stage.measured]
+        measured += [f"{motor}.gap_measured" for motor in stage.motor_names if stage.rotations]
+        self.inputs = buffer([*measured, *(f"{axis}.reference" for axis in stage.axis_names)])
         self.measured = len(measured)
-        self.dq = buffer([f"{motor}.{current}_cmd" for motor in rig.motor_names for current in ("i_d", "i_q")])
-        self.phases = buffer([f"{motor}.i_{phase}_cmd" for motor in rig.motor_names for phase in "abc"])
+        self.dq = buffer([f"{motor}.{current}_cmd" for motor in stage.motor_names for current in ("i_d", "i_q")])
+        self.phases = buffer([f"{motor}.i_{phase}_cmd" for motor in stage.motor_names for phase in "abc"])
 
     def action(self, observation: np.ndarray, phases: bool) -> np.ndarray:
         """Currents at an observation."""
-        self.inputs.values[:] = [*observation[:self.measured], *observation[-len(self.rig.axes):]]
+        self.inputs.values[:] = [*observation[:self.measured], *observation[-len(self.stage.axes):]]
         self.fmu.set(self.inputs)
-        step = self.rig.sample_time
+        step = self.stage.sample_time
         assert self.fmu.instance is not None
         self.fmu.instance.doStep(self.sample * step, step)
         self.sample += 1
@@ -60,23 +60,23 @@ output_interval = "{interval}"
 
 
 @pytest.mark.few(3)
-@pytest.mark.parametrize("rig", RIG_NAMES)
+@pytest.mark.parametrize("stage", STAGE_NAMES)
 @pytest.mark.parametrize(("action", "measured"), [("dq", False), ("phases", False), ("dq", True), ("phases", True)])
-def test_regulator_runs_as_in_a_run(make: Make, folder: Path, tmp_path: Path, rig: str, action: str,
+def test_regulator_runs_as_in_a_run(make: Make, folder: Path, tmp_path: Path, stage: str, action: str,
                                      measured: bool) -> None:
     """The regulator as an agent gives the positions of `maglev.run` bit for bit; behind a measurement, too."""
-    of = RIGS[rig]
+    of = PACKAGED_STAGES[stage]
     scenario = tmp_path / "setpoints.toml"
-    bases = [*BASES[rig], *([f"loops/{rig}-measurement.toml"] if measured else [])]
+    bases = [*BASES[stage], *([f"loops/{stage}-measurement.toml"] if measured else [])]
     scenario.write_text(SETPOINTS.format(bases=bases, interval=f"{1e3 * of.sample_time:g} ms"), encoding="utf-8")
     changed = {f"plant.{of.horizontal[0].name}.friction.coulomb": 0.2}
     errors = {"seed": 7.0, "delay": 2.0 * of.sample_time, f"{of.horizontal[0].name}.noise": 2e-6} if measured else None
     run = maglev.run(scenario, fmus=folder, kind="native",
                      set={**changed, **{f"measurement.{name}": value for name, value in (errors or {}).items()}})
     references = np.column_stack([run[f"controller.{axis}.reference"] for axis in of.axis_names])
-    env = make(rig, action=action, reference=references, duration="1.5 s", measurement=errors,
+    env = make(stage, action=action, reference=references, duration="1.5 s", measurement=errors,
                **{name.removeprefix("plant."): value for name, value in changed.items()})
-    controller = Controller(of, f"Regulator{rig.upper()}", folder)
+    controller = Controller(of, f"Regulator{stage.upper()}", folder)
     observation, _ = env.reset()
     positions = [env.compiled.positions.copy()]
     truncated = False

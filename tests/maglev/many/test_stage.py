@@ -11,12 +11,12 @@ from typing import Any
 import gymnasium
 import numpy as np
 import pytest
-from environments import RIG_NAMES, environment, same_bits, simulated
+from environments import STAGE_NAMES, environment, same_bits, simulated
 from gymnasium.utils.env_checker import check_env
 
 import maglev
 import maglev.gym  # noqa: F401 - registers
-from maglev.descriptions.packaged import RIGS
+from maglev.descriptions.packaged import PACKAGED_STAGES
 from maglev.files.errors import FmuError, MaglevError, ScenarioError, UnknownName
 from maglev.many.environment import StageEnv
 
@@ -24,52 +24,52 @@ Make = Callable[..., Any]
 
 
 @pytest.mark.few(6)
-@pytest.mark.parametrize("rig", RIG_NAMES)
+@pytest.mark.parametrize("stage", STAGE_NAMES)
 @pytest.mark.parametrize("options", [{}, {"action": "phases"}, {"sample_time": "2 ms"}, {"reference": "sinusoids"}],
                          ids=str)
 @pytest.mark.filterwarnings("ignore:.*normalized space")
-def test_checker_of_gymnasium(make: Make, rig: str, options: dict[str, Any]) -> None:
-    check_env(make(rig, **options))
+def test_checker_of_gymnasium(make: Make, stage: str, options: dict[str, Any]) -> None:
+    check_env(make(stage, **options))
 
 
-def gap_column(rig: str) -> int:
+def gap_column(stage: str) -> int:
     """Of an observation: the air gap, or that of the first motor of a platform that tilts."""
-    return len(RIGS[rig].horizontal) if RIGS[rig].rotations else 0
+    return len(PACKAGED_STAGES[stage].horizontal) if PACKAGED_STAGES[stage].rotations else 0
 
 
-@pytest.mark.parametrize("rig", RIG_NAMES)
-def test_seeds(make: Make, rig: str) -> None:
+@pytest.mark.parametrize("stage", STAGE_NAMES)
+def test_seeds(make: Make, stage: str) -> None:
     """The same seed gives the same bits, in the same environment and another one; another seed others."""
-    axis = RIGS[rig].vertical.name
-    options = {f"{axis}.mass": (0.9 * RIGS[rig].vertical.mass, 1.1 * RIGS[rig].vertical.mass)}
-    env = make(rig, **options)
+    axis = PACKAGED_STAGES[stage].vertical.name
+    options = {f"{axis}.mass": (0.9 * PACKAGED_STAGES[stage].vertical.mass, 1.1 * PACKAGED_STAGES[stage].vertical.mass)}
+    env = make(stage, **options)
     env.action_space.seed(5)
     actions = 0.3 * np.array([env.action_space.sample() for _ in range(200)])
     first = simulated(env, actions, seed=1)
     assert same_bits(first, simulated(env, actions, seed=1))
-    assert same_bits(first, simulated(make(rig, **options), actions, seed=1))
+    assert same_bits(first, simulated(make(stage, **options), actions, seed=1))
     other = simulated(env, actions, seed=2)
-    references = slice(-len(RIGS[rig].axes), None)
+    references = slice(-len(PACKAGED_STAGES[stage].axes), None)
     assert not np.array_equal(first[0, references], other[0, references])
-    assert np.ptp(first[:, gap_column(rig)]) > 1e-4, "something has to move for this to mean anything"
+    assert np.ptp(first[:, gap_column(stage)]) > 1e-4, "something has to move for this to mean anything"
     # Without a seed the next episode is another one.
     assert not np.array_equal(simulated(env, actions)[0], simulated(env, actions)[0])
 
 
-@pytest.mark.parametrize("rig", RIG_NAMES)
-def test_free_fall(make: Make, rig: str) -> None:
+@pytest.mark.parametrize("stage", STAGE_NAMES)
+def test_free_fall(make: Make, stage: str) -> None:
     """Without motors, friction and ripple the mover falls: g = g0 + (G + bias) t²/2."""
-    of = RIGS[rig]
+    of = PACKAGED_STAGES[stage]
     axis = of.vertical.name
     off = {constant.name: 0.0 for constant in of.constants}
     off |= {f"{axis}.friction.coulomb": 0.0, f"{axis}.friction.viscous": 0.0, f"{axis}.bias": 0.25}
     off |= {"encoder.resolution": 0.0, f"{axis}.position_start": 0.020}
     off |= {"y.ripple.amplitude": 0.0} if axis == "y" else {}
-    env = make(rig, reference="hold", duration=0.03, **off)
+    env = make(stage, reference="hold", duration=0.03, **off)
     found = simulated(env, np.zeros((10_000, *env.action_space.shape)))
     time = of.sample_time * np.arange(len(found))
     assert len(found) == 1 + round(0.03 / of.sample_time)
-    assert np.allclose(found[:, gap_column(rig)], 0.020 + 0.5 * (9.81 + 0.25) * time**2, rtol=0.0, atol=1e-12)
+    assert np.allclose(found[:, gap_column(stage)], 0.020 + 0.5 * (9.81 + 0.25) * time**2, rtol=0.0, atol=1e-12)
     # The observer lags behind by half a sample of differentiation and twice by its filter of 1 ms, sampled.
     lag = 0.5 * of.sample_time + 2.0 * of.sample_time / np.expm1(of.sample_time / 1e-3)
     late = time > 0.028
@@ -77,11 +77,11 @@ def test_free_fall(make: Make, rig: str) -> None:
     assert np.allclose(speed, (9.81 + 0.25) * (time[late] - lag), rtol=0.0, atol=1e-9)
 
 
-@pytest.mark.parametrize("rig", RIG_NAMES)
-def test_ends_at_a_stop(make: Make, rig: str) -> None:
+@pytest.mark.parametrize("stage", STAGE_NAMES)
+def test_ends_at_a_stop(make: Make, stage: str) -> None:
     """Without currents the mover sticks to the iron or falls, and the episode ends there, inside the spaces."""
-    of, column = RIGS[rig], gap_column(rig)
-    env = make(rig)
+    of, column = PACKAGED_STAGES[stage], gap_column(stage)
+    env = make(stage)
     for start in (0.5, 0.9):
         low, high = env.lowest[column], env.highest[column]
         env.reset(options={f"{of.vertical.name}.position_start": low + start * (high - low)})
@@ -131,7 +131,7 @@ def test_truncated_at_the_end(make: Make) -> None:
 
 
 def test_samples_of_several(make: Make) -> None:
-    """An environment of 1 ms holds an action for five samples of the rig's; commutation goes on."""
+    """An environment of 1 ms holds an action for five samples of the stage's; commutation goes on."""
     actions = np.linspace(-1.0, 1.0, 4 * 40).reshape(40, 4)
     fine = simulated(make("3dof"), np.repeat(actions, 5, axis=0), seed=1)
     coarse = simulated(make("3dof", sample_time="1 ms"), actions, seed=1)
@@ -141,7 +141,7 @@ def test_samples_of_several(make: Make) -> None:
 
 def test_a_change_acts_when_it_says(make: Make) -> None:
     """A push of 6.6 N for 10 ms on 6.6 kg, from 4 ms on, as Newton has it; with a saved state in its middle."""
-    off = {constant.name: 0.0 for constant in RIGS["3dof"].constants}
+    off = {constant.name: 0.0 for constant in PACKAGED_STAGES["3dof"].constants}
     off |= {f"x.{name}": 0.0 for name in ("friction.coulomb", "friction.viscous", "ripple.amplitude", "bias")}
     env = make("3dof", reference="hold", **off, **{
         "x.mass": 6.6, "x.force": {"at": "4 ms", "then": "6.6 N", "for": 0.01}})
@@ -313,12 +313,12 @@ def test_missing_fmu(tmp_path: Path) -> None:
     assert "\n" not in str(raised.value)
 
 
-@pytest.mark.parametrize("rig", RIG_NAMES)
-def test_a_state_is_saved_and_gone_back_to(make: Make, rig: str) -> None:
+@pytest.mark.parametrize("stage", STAGE_NAMES)
+def test_a_state_is_saved_and_gone_back_to(make: Make, stage: str) -> None:
     """In the same environment and in another one, through a file, with the noise and what is drawn later."""
-    column = gap_column(rig)
-    options = {"measurement": {f"{RIGS[rig].horizontal[0].name}.noise": 1e-6}, "reference": "hold"}
-    env = make(rig, **options)
+    column = gap_column(stage)
+    options = {"measurement": {f"{PACKAGED_STAGES[stage].horizontal[0].name}.noise": 1e-6}, "reference": "hold"}
+    env = make(stage, **options)
     actions = 0.2 * np.random.default_rng(1).standard_normal((60, *env.action_space.shape))
     env.reset(seed=3)
     for action in actions[:20]:
@@ -332,19 +332,19 @@ def test_a_state_is_saved_and_gone_back_to(make: Make, rig: str) -> None:
     assert np.ptp(first[:, column]) > 1e-5, "something has to move for this to mean anything"
     env.restore_state(pickle.loads(saved))
     assert same_bits(rest(env), first)
-    other = make(rig, **options)
+    other = make(stage, **options)
     other.reset(seed=99)
     other.restore_state(pickle.loads(saved))
     assert same_bits(rest(other), first)
     for foreign, words in ((None, "state = None, expected one of clone_state"), (
-            make(rig).clone_state(), "a state of another environment, expected one of the same stage and options")):
+            make(stage).clone_state(), "a state of another environment, expected one of the same stage and options")):
         with pytest.raises(MaglevError, match=words):
             env.restore_state(foreign)
 
 
 def test_forces_act_and_are_those_that_are_asked_for(make: Make) -> None:
     """Without motors and friction a force of 6.6 N makes as much of the mass as Newton says, along x alone."""
-    off = {constant.name: 0.0 for constant in RIGS["3dof"].constants}
+    off = {constant.name: 0.0 for constant in PACKAGED_STAGES["3dof"].constants}
     off |= {f"x.{name}": 0.0 for name in ("friction.coulomb", "friction.viscous", "ripple.amplitude", "bias")}
     off["x.mass"] = 6.6
 
@@ -388,11 +388,11 @@ def test_a_measurement_is_seen_and_drawn(make: Make) -> None:
         make("3dof").reset(options={"measurement": {"y.noise": 1e-6}})
 
 
-@pytest.mark.parametrize("rig", RIG_NAMES)
-def test_pictures(make: Make, rig: str) -> None:
+@pytest.mark.parametrize("stage", STAGE_NAMES)
+def test_pictures(make: Make, stage: str) -> None:
     """What moves is seen to: the mover goes down in the picture, and its reference stays."""
     pytest.importorskip("matplotlib")
-    env = make(rig, render_mode="rgb_array", reference="hold", sample_time="2 ms")
+    env = make(stage, render_mode="rgb_array", reference="hold", sample_time="2 ms")
     assert env.metadata["render_fps"] == 500
     env.reset()
     pictures = [env.render()]
@@ -402,9 +402,9 @@ def test_pictures(make: Make, rig: str) -> None:
     assert {(picture.shape, picture.dtype.name) for picture in pictures} == {((240, 480, 3), "uint8")}
     rows = [np.argwhere((picture == [31, 119, 180]).all(axis=2))[:, 0].mean() for picture in pictures]
     assert abs(rows[1] - rows[0]) > 2.0
-    assert make(rig).render() is None
+    assert make(stage).render() is None
     with pytest.raises(ScenarioError, match="render_mode = 'ansi', expected None or 'rgb_array'"):
-        StageEnv(rig, render_mode="ansi")
+        StageEnv(stage, render_mode="ansi")
 
 
 def test_an_option_that_there_is_not(folder: Path) -> None:

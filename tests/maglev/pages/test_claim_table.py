@@ -85,8 +85,8 @@ def test_the_report_says_how_many_runs_it_has_and_when_it_was_made(monkeypatch):
 
 
 def test_what_cannot_be_tested_has_its_reason():
-    page = page_of([recorded(SETPOINTS)], {"2dof-setpoints": [judged("not testable", reason="no such rig")]})
-    assert "no such rig" in page.with_id("claim-2dof-setpoints-0").text
+    page = page_of([recorded(SETPOINTS)], {"2dof-setpoints": [judged("not testable", reason="no such stage")]})
+    assert "no such stage" in page.with_id("claim-2dof-setpoints-0").text
 
 
 def test_a_failed_run_is_shown_with_what_went_wrong():

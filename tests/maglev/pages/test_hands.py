@@ -85,9 +85,9 @@ def positions(tab: Tab, run: str, until: float, settings: str = "{}", model: str
 def test_every_run_has_the_bits_of_the_native_fmus(tab: Tab, native_fmus: Path) -> None:
     tab.page.click("#play")   # the run that is shown rests meanwhile
     for plan in live_runs():
-        assert plan.rig is not None
+        assert plan.stage is not None
         columns = prepare(plan, native_fmus, {}, {}).run().columns
-        there = np.stack([columns[f"plant.{axis}.position"] for axis in plan.rig.axis_names], axis=1)
+        there = np.stack([columns[f"plant.{axis}.position"] for axis in plan.stage.axis_names], axis=1)
         assert np.array_equal(positions(tab, plan.name, plan.stop_time), there.ravel()), plan.name
 
 

@@ -13,7 +13,7 @@ FIGURES = "#figures figure:visible"
 def tab(desktop):
     """The tab as it was opened: all is shown, from the top on."""
     yield desktop
-    desktop.page.select_option("#index-rig", "")
+    desktop.page.select_option("#index-stage", "")
     desktop.page.select_option("#index-verdict", "")
     desktop.page.fill("#index-search", "")
     wait_until(desktop.page, "!document.querySelector('#filter-result').textContent")
@@ -64,14 +64,15 @@ def test_search_finds_figures_by_number_and_by_every_word(tab):
 def test_one_stage_alone(tab):
     everything = tab.page.locator(FIGURES).count()
     counts = {}
-    rigs = [value for value in tab.page.locator("#index-rig option").evaluate_all("all => all.map(one => one.value)")
+    stages = [value
+              for value in tab.page.locator("#index-stage option").evaluate_all("all => all.map(one => one.value)")
             if value]
-    for rig in rigs:
-        tab.page.select_option("#index-rig", rig)
-        counts[rig] = tab.page.locator(FIGURES).count()
+    for stage in stages:
+        tab.page.select_option("#index-stage", stage)
+        counts[stage] = tab.page.locator(FIGURES).count()
         runs = tab.page.locator("table.claims tbody:visible strong").all_text_contents()
         assert runs
-        assert not [name for name in runs if not name.startswith(rig)]
+        assert not [name for name in runs if not name.startswith(stage)]
     assert sum(counts.values()) == everything
     assert min(counts.values()) > 0
 

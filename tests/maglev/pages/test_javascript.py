@@ -6,7 +6,7 @@ from pathlib import Path
 import pytest
 from command_line import maglev
 
-from maglev.descriptions.packaged import RIGS
+from maglev.descriptions.packaged import PACKAGED_STAGES
 from maglev.files.errors import ControllerError
 from maglev.pages.javascript import law_text, module_in_javascript, parts_text, python_law
 from maglev.user.new_controller import new_controller
@@ -86,16 +86,16 @@ def test_what_blocks_do_not_have_is_refused(line: str) -> None:
 
 
 def test_a_law_finds_its_parts_of_which_each_is_there_once() -> None:
-    parts = parts_text(map(python_law, RIGS.values()))
+    parts = parts_text(map(python_law, PACKAGED_STAGES.values()))
     defined = re.findall(r"^(?:class|function|const) (\w+)", parts, re.MULTILINE)
     assert len(defined) == len(set(defined))
-    for rig in RIGS.values():
-        law = law_text(rig)
+    for stage in PACKAGED_STAGES.values():
+        law = law_text(stage)
         own = set(re.findall(r"^(?:class|function|const) (\w+)", law, re.MULTILINE))
         used = set(re.findall(r"new (\w+)", law)) | set(re.findall(r"(?<![\w.])([a-z]\w+)\(", law)) - {"if"}
         assert used - own - {"constructor", "start", "step", "demand", "integrate", "drive"} <= set(defined)
         assert not own & set(defined)
-        assert all(f'"{motor}.i_a_cmd"' in law for motor in rig.motor_names)
+        assert all(f'"{motor}.i_a_cmd"' in law for motor in stage.motor_names)
 
 
 @pytest.mark.usefixtures("slow")

@@ -15,7 +15,7 @@ from motor import MOTOR
 from packaged_plans import RUNS
 
 from maglev.descriptions.own_fmus import definition, installed
-from maglev.descriptions.packaged import RIGS
+from maglev.descriptions.packaged import PACKAGED_STAGES
 from maglev.descriptions.registry import STAGES
 from maglev.files.errors import FmuError, ScenarioError
 from maglev.fmi.model_description import model_description
@@ -43,7 +43,7 @@ from plant_fmu.motor_mount import MotorMount
 from pmlsm.gap_functions import gap_functions
 from pmlsm.stage_description import Stop
 
-MODULES = tuple(name for rig in RIGS.values() for name in modules_of(rig))
+MODULES = tuple(name for stage in PACKAGED_STAGES.values() for name in modules_of(stage))
 LARGEST = 1_350_000   # bytes of the page with three stages
 
 
@@ -119,9 +119,10 @@ def test_every_experiment_with_one_controller_is_in_it(data: Any) -> None:
              and set(plan.fmus) == {"controller", "plant"}}
     assert shown and shown <= set(data["runs"])
     assert {run["fmus"]["controller"]["model"] for run in data["runs"].values()} <= {*MODULES}
-    assert {run["plant"] for run in data["runs"].values()} == {linear_names(rig)[0] for rig in RIGS.values()}
+    assert {run["plant"]
+            for run in data["runs"].values()} == {linear_names(stage)[0] for stage in PACKAGED_STAGES.values()}
     for run in data["runs"].values():   # also those that no run begins with can be swapped in
-        assert [run["plant"], *run["laws"]] == linear_names(RIGS[run["rig"]])
+        assert [run["plant"], *run["laws"]] == linear_names(PACKAGED_STAGES[run["stage"]])
 
 
 def test_runs_that_it_cannot_run_are_not_in_it(runs: list[RunPlan]) -> None:
@@ -138,16 +139,16 @@ def test_runs_that_it_cannot_run_are_not_in_it(runs: list[RunPlan]) -> None:
 
 def test_tilts_are_seen_from_the_side_that_the_gap_grows_to() -> None:
     """Against the block that places the motors; stages whose guides hold the tilts have none."""
-    seen = {name: visible_tilts(rig) for name, rig in RIGS.items() if visible_tilts(rig)}
-    assert list(seen) == [name for name, rig in RIGS.items() if rig.rotations]
+    seen = {name: visible_tilts(stage) for name, stage in PACKAGED_STAGES.items() if visible_tilts(stage)}
+    assert list(seen) == [name for name, stage in PACKAGED_STAGES.items() if stage.rotations]
     for name, sides in seen.items():
-        rig = RIGS[name]
-        assert {side["axis"] for side in sides.values()} == {axis.name for axis in rig.rotations}
+        stage = PACKAGED_STAGES[name]
+        assert {side["axis"] for side in sides.values()} == {axis.name for axis in stage.rotations}
         for side in sides.values():
             at = {"x": 0.0, "z": 0.0, side["place"]: 0.1}
             mount = MotorMount(at["x"], at["z"], 1, Stop(0.01, 0.03, 1.0, 1.0))
             gap, about_x, about_z = (Axis(1.0, 0.0, 0.0, 1.0, 0.0, -1.0, 1.0, 0.0) for _ in range(3))
-            tilt = {rig.rotations[0].name: about_x, rig.rotations[1].name: about_z}[side["axis"]]
+            tilt = {stage.rotations[0].name: about_x, stage.rotations[1].name: about_z}[side["axis"]]
             gap.position, tilt.position = 0.02, 5e-3
             mount.place(gap, about_x, about_z)
             assert mount.gap - 0.02 == pytest.approx(side["sign"] * 0.1 * 5e-3)
@@ -155,16 +156,16 @@ def test_tilts_are_seen_from_the_side_that_the_gap_grows_to() -> None:
 
 def test_motors_are_drawn_where_they_are() -> None:
     """Of the description where the platform tilts; else on both sides of it, and alone in the middle."""
-    for rig in RIGS.values():
-        found = places(rig)
-        assert {name: len(at) for name, at in found.items()} == dict.fromkeys(rig.motor_names, int(rig.sharing))
-        for motor in rig.motors if rig.rotations else ():
+    for stage in PACKAGED_STAGES.values():
+        found = places(stage)
+        assert {name: len(at) for name, at in found.items()} == dict.fromkeys(stage.motor_names, int(stage.sharing))
+        for motor in stage.motors if stage.rotations else ():
             assert found[motor.name] == [(motor.x, motor.z)]
-        if not rig.rotations:   # its force goes through the middle
-            for axis in rig.horizontal:
-                at = [place for motor in rig.motors_of(axis.name) for place in found[motor.name]]
+        if not stage.rotations:   # its force goes through the middle
+            for axis in stage.horizontal:
+                at = [place for motor in stage.motors_of(axis.name) for place in found[motor.name]]
                 assert np.sum(at, axis=0) == pytest.approx([0.0, 0.0]) and len(set(at)) == len(at)
-    assert places(RIGS["2dof"]) == {"motor": [(0.0, 0.0)]}
+    assert places(PACKAGED_STAGES["2dof"]) == {"motor": [(0.0, 0.0)]}
 
 
 def test_descriptions_are_those_of_the_model_description(data: Any) -> None:
@@ -180,15 +181,15 @@ def test_descriptions_are_those_of_the_model_description(data: Any) -> None:
 
 def test_plots_and_readouts_are_those_of_the_table_of_panels(data: Any) -> None:
     """As the report titles and counts them; of no axis or motor nothing is left out."""
-    rig = data["rigs"]["5dof"]
-    assert [strip["title"] for strip in rig["strips"]] == [
+    stage = data["stages"]["5dof"]
+    assert [strip["title"] for strip in stage["strips"]] == [
         "gap y (mm)", "displacement (mm)", "tilt (mrad)", "|error| of axes", "motor currents (A)"]
-    assert [strip["axes"] for strip in rig["strips"]] == [["y"], ["x", "z"], ["roll", "pitch"],
-                                                          list(RIGS["5dof"].axis_names), []]
-    error = next(strip for strip in rig["strips"] if strip["kind"] == "error")
+    assert [strip["axes"] for strip in stage["strips"]] == [["y"], ["x", "z"], ["roll", "pitch"],
+                                                          list(PACKAGED_STAGES["5dof"].axis_names), []]
+    error = next(strip for strip in stage["strips"] if strip["kind"] == "error")
     assert error["floor"] == PANELS["error"].drawn_floor == pytest.approx(1e-3)   # mm
-    assert [strip["down"] for strip in rig["strips"]] == [True, False, False, False, False]
-    assert {name: (shown["name"], shown["unit"], shown["digits"]) for name, shown in rig["shown"].items()} == {
+    assert [strip["down"] for strip in stage["strips"]] == [True, False, False, False, False]
+    assert {name: (shown["name"], shown["unit"], shown["digits"]) for name, shown in stage["shown"].items()} == {
         "y": ("gap y", "mm", 4), "x": ("x", "mm", 4), "z": ("z", "mm", 4), "roll": ("roll", "mrad", 4),
         "pitch": ("pitch", "mrad", 4)}
 
@@ -236,7 +237,7 @@ def test_a_page_of_a_stage_of_ones_own(mine: Path, tmp_path: Path) -> None:
     rest, simulated = data["runs"].values()
     assert rest["signals"] == [] and len(simulated["signals"]) == 3
     assert rest["wires"] == simulated["wires"] and rest["step"] == simulated["step"] == 2e-4
-    assert data["rigs"]["mine"]["mass"]["y"] == 6.9
+    assert data["stages"]["mine"]["mass"]["y"] == 6.9
 
 
 @pytest.mark.usefixtures("slow")

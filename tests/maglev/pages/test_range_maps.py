@@ -10,9 +10,9 @@ import pytest
 from report_runs import packaged, page_of, recorded
 from report_tab import Tab, wait_until
 
-from maglev.pages.grids import Grid, Origin, RigGrids, read_grids
+from maglev.pages.grids import Grid, Origin, StageGrids, read_grids
 from maglev.pages.operating_range import OUTCOMES, SETTLED
-from maglev.pages.outcome_maps import MARKED, RANGE, TOLERANCES, map_data, maps_section, of_rigs
+from maglev.pages.outcome_maps import MARKED, RANGE, TOLERANCES, map_data, maps_section, of_stages
 from maglev.pages.report_page import json_in_html, write_report
 from maglev.pages.tolerances import QUESTIONS
 
@@ -20,13 +20,13 @@ STAGES = ("2dof", "3dof", "5dof")
 LARGEST = 25_000   # bytes: the report of all runs has to stay below 4 MB
 
 
-def of_every_outcome() -> RigGrids:
+def of_every_outcome() -> StageGrids:
     """Maps of one law in which every outcome occurs, in a grid that is not square."""
     ends = np.tile(np.arange(12, dtype=np.uint8).reshape(3, 4) % len(OUTCOMES), (1, 3, 1, 1))
     ends[0, 2, 0, 0] = 5
     varied = {"tilt": [0.0], "constants": [0.9, 1.0, 1.1], "initial gap": [1e-3, 2e-3, 3e-3],
               "target gap": [1e-3, 2e-3, 3e-3, 4e-3]}
-    return RigGrids({"moves": Grid({name: np.array(values) for name, values in varied.items()}, {"a < b": ends})},
+    return StageGrids({"moves": Grid({name: np.array(values) for name, values in varied.items()}, {"a < b": ends})},
                     Origin("0.0", None, {}))
 
 
@@ -84,7 +84,7 @@ def test_the_page_tells_outcomes_apart_without_colour_and_hides_the_other_stage(
     tab.page.keyboard.press("ArrowRight")
     said = tab.page.locator("#operating-range .place").first.text_content() or ""
     assert said.startswith("initial gap ") and "nonlinear " in said and tab.page.locator("article code").count() == 0
-    tab.page.select_option("#index-rig", "2dof")
+    tab.page.select_option("#index-stage", "2dof")
     assert maps.count() == 3
     assert tab.page.locator("#tolerances .maps canvas:visible").count() == 2 * 3
     tab.close()
@@ -99,14 +99,15 @@ def test_a_report_shows_the_stages_that_it_has_runs_of() -> None:
 
 
 def test_the_section_is_absent_without_data_of_the_stage() -> None:
-    assert maps_section(RANGE, of_rigs(RANGE, ["4dof"])) == maps_section(TOLERANCES, of_rigs(TOLERANCES, [""])) == ""
+    assert maps_section(RANGE, of_stages(RANGE, ["4dof"])) == maps_section(TOLERANCES,
+                                                                           of_stages(TOLERANCES, [""])) == ""
     page = page_of([])
     assert not {"operating-range", "tolerances"} & {*page.attributes("id")}
     assert "#operating-range" not in page.attributes("href")
 
 
 def test_the_maps_say_what_they_rest_on() -> None:
-    text = " ".join(maps_section(RANGE, of_rigs(RANGE, STAGES)).split())
+    text = " ".join(maps_section(RANGE, of_stages(RANGE, STAGES)).split())
     for found in read_grids(RANGE.file).values():
         commit = f" ({found.origin.commit})" if found.origin.commit else ""   # a tree without git has none
         assert f"Maglev FMUs {found.origin.version}{commit}" in text
@@ -117,5 +118,5 @@ def test_the_maps_say_what_they_rest_on() -> None:
 
 def test_the_maps_take_few_bytes() -> None:
     for kind in (RANGE, TOLERANCES):
-        data = [map_data(kind, rig, found) for rig, found in of_rigs(kind, STAGES).items()]
-        assert len(json_in_html(data)) + len(maps_section(kind, of_rigs(kind, STAGES))) < LARGEST
+        data = [map_data(kind, stage, found) for stage, found in of_stages(kind, STAGES).items()]
+        assert len(json_in_html(data)) + len(maps_section(kind, of_stages(kind, STAGES))) < LARGEST

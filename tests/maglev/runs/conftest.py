@@ -11,7 +11,7 @@ from motor import MOTOR
 from controller_fmu.feedback_linearisation import equilibrium_current
 from maglev.cosim.master import Recording
 from maglev.descriptions.own_fmus import definition
-from maglev.descriptions.packaged import RIGS
+from maglev.descriptions.packaged import PACKAGED_STAGES
 from maglev.runs.execution import RunResult
 from maglev.scenario.loading import load_plan
 from maglev.scenario.run_plan import RunPlan
@@ -60,32 +60,32 @@ def result_of(name: str, time: np.ndarray, columns: Mapping[str, Any],
     return RunResult(plan, Recording(time, arrays), ends=ends, parameters=dict(parameters(name)))
 
 
-def staircase_of(rig: str, current_error: float = 0.0, gap_error: float = 0.0) -> RunResult:
+def staircase_of(stage: str, current_error: float = 0.0, gap_error: float = 0.0) -> RunResult:
     """The run that holds one air gap after the other, with exact currents by `CONSTANTS`; errors in A and m.
 
     For two thirds of the time at each air gap the mover and its current are elsewhere.
     """
-    name = f"{rig}-equilibrium-currents"
+    name = f"{stage}-equilibrium-currents"
     time = 5e-3 * np.arange(round(load_plan(name).stop_time / 5e-3) + 1, dtype=float)
     (signal,) = load_plan(name).signals
     asked = signal.values_at(time)
-    motors = 1.0 if rig == "2dof" else 4.0
-    c2, c3, c4 = (motors * value for value in list(CONSTANTS[rig].values())[-3:])
+    motors = 1.0 if stage == "2dof" else 4.0
+    c2, c3, c4 = (motors * value for value in list(CONSTANTS[stage].values())[-3:])
     held = {gap: equilibrium_current(MOTOR, c2, c3, c4, gap + gap_error)[0] for gap in set(asked.tolist())}
     currents = np.array([held[gap] for gap in asked.tolist()])
     moving = (time % 3.0 < 1.95) & (time < time[-1])
     position = asked + gap_error + np.where(moving, 3e-3, 0.0)
     i_d = currents + current_error + np.where(moving, 2.0, 0.0)
-    axis = "v" if rig == "2dof" else "y"
+    axis = "v" if stage == "2dof" else "y"
     return result_of(name, time, {f"{axis}.encoder": position,
-                                  **{f"{motor}.i_d": i_d for motor in RIGS[rig].motor_names}})
+                                  **{f"{motor}.i_d": i_d for motor in PACKAGED_STAGES[stage].motor_names}})
 
 
 def drive_of(name: str, thrusts: Mapping[str, float], rows: int = 2000) -> RunResult:
     """A parabola of each axis, x(t) = x(0) − ½ n L i_q t², with estimates that agree with L."""
     plan = load_plan(name)
-    rig = name[:4]
-    vertical, motors, drives = (("v", 1.0, {"h": ("motor", "C1", -0.05, -0.5)}) if rig == "2dof" else
+    stage = name[:4]
+    vertical, motors, drives = (("v", 1.0, {"h": ("motor", "C1", -0.05, -0.5)}) if stage == "2dof" else
                                 ("y", 2.0, {"x": ("alpha", "C1", -0.06, -3.0), "z": ("beta", "C2", -0.06, -3.0)}))
     gap = float(plan.fmus["plant"].start[f"{vertical}.position_start"].value)
     time = plan.step * np.arange(rows)
@@ -120,5 +120,5 @@ def drive() -> Simulated:
 
 @pytest.fixture
 def constants() -> dict[str, dict[str, float]]:
-    """Estimates of the runs where a test gives no others, by rig."""
+    """Estimates of the runs where a test gives no others, by stage."""
     return CONSTANTS

@@ -69,7 +69,7 @@ SETTLING = {"metric": "settling_time", "band": "0.1 mm"}
     ({"metric": "stop_contact", "relation": "is", "target": False}, ("reproduced", False)),
     ({"metric": "tripped", "relation": "is", "target": True}, ("reproduced", True)),
     ({"metric": "failed", "relation": "is", "target": False}, ("not reproduced", True)),
-    ({"not_testable": "needs the rig"}, ("not testable", None))])
+    ({"not_testable": "needs the stage"}, ("not testable", None))])
 def test_verdicts(table, expected):
     assert verdict(**table) == expected
 
@@ -111,7 +111,7 @@ def test_a_claim_of_ones_own_is_met_or_not():
     assert verdict(**OVER, own=True) == ("not met", 0.32)
     assert verdict(**{**OVER, "target": "33 %"}, own=True) == ("met", 0.32)
     assert verdict(metric="failed", relation="is", target=True, own=True) == ("met", True)
-    assert verdict(not_testable="needs the rig", own=True) == ("not testable", None)
+    assert verdict(not_testable="needs the stage", own=True) == ("not testable", None)
 
 
 @pytest.mark.parametrize(("table", "text", "criterion"), [
@@ -121,7 +121,7 @@ def test_a_claim_of_ones_own_is_met_or_not():
     ({"metric": "mean_tracking_error", "axis": "x", "relation": "about", "target": "0.12 mm", "digits": 2},
      "0.127 mm", "mean tracking error of x about 0.12 mm"),
     ({"metric": "failed", "relation": "is", "target": False}, "lost the stage", "kept the stage in the air"),
-    ({"not_testable": "needs the rig"}, "", "")])
+    ({"not_testable": "needs the stage"}, "", "")])
 def test_texts(table, text, criterion):
     result = judged(**table)
     assert (result.measured_text, result.claim.criterion) == (text, criterion)

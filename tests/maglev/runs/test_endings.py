@@ -52,8 +52,8 @@ def test_the_worst_endings_go_first() -> None:
 def test_the_axis_at_a_stop_is_the_one_that_is_there() -> None:
     """Whatever the errors are: y at the lower stop of the scenario, then x at the upper one of the description."""
     plan = load_plan("3dof-setpoints")
-    assert plan.rig is not None
-    stops = {axis.name: axis.stop for axis in plan.rig.axes}
+    assert plan.stage is not None
+    stops = {axis.name: axis.stop for axis in plan.stage.axes}
     assert stops["x"] is not None and stops["y"] is not None
     at = {"y": 0.5 * (stops["y"].lower + stops["y"].upper), "x": 0.0, "z": 0.0}
     for axis, place in (("y", stops["y"].lower - 1e-6), ("x", stops["x"].upper + 1e-6)):
@@ -69,6 +69,6 @@ def test_where_stops_are_at_motors_the_axis_is_the_one_furthest_off() -> None:
     plan = load_plan("5dof-setpoints")
     axes = list(plan.axes)
     errors = np.array([[4e-4 if name == "x" else 3e-3 if name == "roll" else 0.0 for name in axes]])
-    inside = np.array([[plan.rig.vertical.start if plan.rig is not None and name == "y" else 0.0 for name in axes]])
+    inside = np.array([[plan.stage.vertical.start if plan.stage is not None and name == "y" else 0.0 for name in axes]])
     assert axes_at_stops(plan, inside, errors).tolist() == ["roll"]   # 3 of 5 mrad against 0.4 of 1 mm
     assert axes_furthest_off(plan, errors).tolist() == ["roll"]

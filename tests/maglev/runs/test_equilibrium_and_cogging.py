@@ -7,20 +7,20 @@ import numpy as np
 import pytest
 from motor import MOTOR
 
-from maglev.descriptions.packaged import RIGS
+from maglev.descriptions.packaged import PACKAGED_STAGES
 from maglev.runs.execution import RunResult
 from maglev.runs.procedure_outcome import Outcome
 from maglev.runs.procedures import evaluate_all, judge_procedure
 from pmlsm.gap_functions import gap_functions
 
-RIG_2DOF = RIGS["2dof"]
+STAGE_2DOF = PACKAGED_STAGES["2dof"]
 
 Simulated = Callable[..., RunResult]
 Constants = dict[str, dict[str, float]]
 
 TIME = 1e-3 * np.arange(11)
 ASKED = {"2dof": range(10, 26), "3dof": range(17, 31)}   # mm
-both_rigs = pytest.mark.parametrize("rig", ["2dof", "3dof"])
+both_stages = pytest.mark.parametrize("stage", ["2dof", "3dof"])
 
 
 def named(outcomes: list[Outcome], name: str) -> Outcome:
@@ -32,39 +32,41 @@ def by_gap(outcome: Outcome, name: str) -> dict[float, float]:
     return {round(1e3 * (found.gap or 0.0), 6): found.value for found in outcome.values if found.name == name}
 
 
-@both_rigs
-def test_exact_currents_deviate_by_nothing(rig: str, simulated: Simulated, staircase: Simulated) -> None:
+@both_stages
+def test_exact_currents_deviate_by_nothing(stage: str, simulated: Simulated, staircase: Simulated) -> None:
     """Though for two thirds of the time at each air gap the mover is elsewhere."""
-    runs = [staircase(rig), simulated(f"{rig}-equilibrium-excitation", TIME, {})]
-    found = named(evaluate_all(runs), f"{rig}-procedure-2")
-    assert by_gap(found, "equilibrium_deviation") == pytest.approx(dict.fromkeys(ASKED[rig], 0.0), abs=1e-9)
+    runs = [staircase(stage), simulated(f"{stage}-equilibrium-excitation", TIME, {})]
+    found = named(evaluate_all(runs), f"{stage}-procedure-2")
+    assert by_gap(found, "equilibrium_deviation") == pytest.approx(dict.fromkeys(ASKED[stage], 0.0), abs=1e-9)
     (chart,) = found.charts
-    assert chart.number == ("4.10" if rig == "2dof" else "5.11")
+    assert chart.number == ("4.10" if stage == "2dof" else "5.11")
     measured, predicted = chart.panels[0].curves
-    assert list(measured.x) == pytest.approx(list(ASKED[rig]))
+    assert list(measured.x) == pytest.approx(list(ASKED[stage]))
     assert measured.y == pytest.approx(predicted.y, abs=1e-9)
     assert {claim.verdict for claim in judge_procedure(found)} <= {"reproduced", "not reproduced", "met", "not met"}
 
 
-@both_rigs
-def test_deviations_are_those_of_the_current_at_the_measured_gap(rig: str, simulated: Simulated,
+@both_stages
+def test_deviations_are_those_of_the_current_at_the_measured_gap(stage: str, simulated: Simulated,
                                                                  staircase: Simulated) -> None:
     """A gap that is missed moves the prediction, and the values stay with the gap that was asked for."""
-    runs = [staircase(rig, current_error=-0.125, gap_error=2e-4), simulated(f"{rig}-equilibrium-excitation", TIME, {})]
-    found = named(evaluate_all(runs), f"{rig}-procedure-2")
-    assert by_gap(found, "equilibrium_deviation") == pytest.approx(dict.fromkeys(ASKED[rig], 0.125), abs=1e-9)
-    assert list(found.charts[0].panels[0].curves[0].x) == pytest.approx([gap + 0.2 for gap in ASKED[rig]])
+    runs = [staircase(stage, current_error=-0.125, gap_error=2e-4),
+            simulated(f"{stage}-equilibrium-excitation", TIME, {})]
+    found = named(evaluate_all(runs), f"{stage}-procedure-2")
+    assert by_gap(found, "equilibrium_deviation") == pytest.approx(dict.fromkeys(ASKED[stage], 0.125), abs=1e-9)
+    assert list(found.charts[0].panels[0].curves[0].x) == pytest.approx([gap + 0.2 for gap in ASKED[stage]])
 
 
-@both_rigs
-def test_constants_are_those_of_the_excitation_with_every_epsilon(rig: str, simulated: Simulated, staircase: Simulated,
+@both_stages
+def test_constants_are_those_of_the_excitation_with_every_epsilon(stage: str, simulated: Simulated,
+                                                                  staircase: Simulated,
                                                                  constants: Constants) -> None:
-    vertical = list(constants[rig])[-3:]
-    others = {name: 2.0 * constants[rig][name] for name in vertical}
-    runs = [staircase(rig), simulated(f"{rig}-equilibrium-excitation", TIME, {}, {"estimator_50ms": others})]
-    found = named(evaluate_all(runs), f"{rig}-procedure-2")
+    vertical = list(constants[stage])[-3:]
+    others = {name: 2.0 * constants[stage][name] for name in vertical}
+    runs = [staircase(stage), simulated(f"{stage}-equilibrium-excitation", TIME, {}, {"estimator_50ms": others})]
+    found = named(evaluate_all(runs), f"{stage}-procedure-2")
     values = {(each.constant, each.epsilon): each.value for each in found.values if each.name == "constant"}
-    assert values == {(name, epsilon): constants[rig][name] * (2.0 if epsilon == 0.05 else 1.0)
+    assert values == {(name, epsilon): constants[stage][name] * (2.0 if epsilon == 0.05 else 1.0)
                       for name in vertical for epsilon in (0.001, 0.01, 0.05)}
     (table,) = found.tables
     assert table.header == ("constant", "of the plant", "ε = 0.001", "thesis", "ε = 0.01", "thesis", "ε = 0.05",
@@ -72,20 +74,20 @@ def test_constants_are_those_of_the_excitation_with_every_epsilon(rig: str, simu
     assert [row[0] for row in table.rows] == vertical
     printed = found.settings.printed[vertical[0]]
     truth = runs[1].parameters[f"plant.{vertical[0]}"]
-    value = constants[rig][vertical[0]]
+    value = constants[stage][vertical[0]]
     assert table.rows[0][1:] == tuple(f"{number:.5g}" for number in (truth, value, printed[0], value, printed[1],
                                                                      2.0 * value, printed[2]))
 
 
-@pytest.mark.parametrize(("rig", "constant", "mass", "low", "high"), [
-    ("2dof", "C2", RIG_2DOF.vertical.mass, 10.0, 25.0), ("3dof", "C3", None, 17.0, 30.0)])
-def test_cogging_force_by_hand(rig: str, constant: str, mass: float | None, low: float, high: float,
+@pytest.mark.parametrize(("stage", "constant", "mass", "low", "high"), [
+    ("2dof", "C2", STAGE_2DOF.vertical.mass, 10.0, 25.0), ("3dof", "C3", None, 17.0, 30.0)])
+def test_cogging_force_by_hand(stage: str, constant: str, mass: float | None, low: float, high: float,
                                simulated: Simulated, staircase: Simulated, constants: Constants) -> None:
     """ξ(g) = M (C − Ĉ) f2."""
-    at_zero = constants[rig][constant]
-    offset = simulated(f"{rig}-cogging", TIME, {}, {"estimator_10ms": {constant: at_zero - 21.0}})
-    excitation = simulated(f"{rig}-equilibrium-excitation", TIME, {})
-    found = named(evaluate_all([offset, excitation, staircase(rig)]), f"{rig}-procedure-3")
+    at_zero = constants[stage][constant]
+    offset = simulated(f"{stage}-cogging", TIME, {}, {"estimator_10ms": {constant: at_zero - 21.0}})
+    excitation = simulated(f"{stage}-equilibrium-excitation", TIME, {})
+    found = named(evaluate_all([offset, excitation, staircase(stage)]), f"{stage}-procedure-3")
     mass = offset.parameters["plant.y.mass"] if mass is None else mass
     force = {float(each.gap or 0.0): each.value for each in found.values if each.name == "cogging_force"}
     assert list(force) == pytest.approx((1e-3 * np.arange(low, high + 0.25, 0.5)).tolist())
@@ -99,8 +101,8 @@ def test_cogging_force_by_hand(rig: str, constant: str, mass: float | None, low:
                       curves["predicted, no offset"].y)
     assert curves["measured, no offset"].y == pytest.approx(exact, abs=0.01)
     assert all(np.array(curves["predicted, between the slots"].y) < curves["predicted, no offset"].y)
-    assert [chart.number for chart in found.charts] == (["4.11", "4.12"] if rig == "2dof" else ["5.12", "5.13"])
-    assert found.runs == (f"{rig}-cogging", f"{rig}-equilibrium-excitation", f"{rig}-equilibrium-currents")
+    assert [chart.number for chart in found.charts] == (["4.11", "4.12"] if stage == "2dof" else ["5.12", "5.13"])
+    assert found.runs == (f"{stage}-cogging", f"{stage}-equilibrium-excitation", f"{stage}-equilibrium-currents")
 
 
 def test_a_heavier_mover_has_more_cogging_force(simulated: Simulated) -> None:

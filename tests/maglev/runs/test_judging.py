@@ -58,7 +58,7 @@ CONSTANT: dict[str, Any] = {"value": "constant", "relation": "about", "digits": 
     ({**CONSTANT, "constant": "C3", "target": 31}, "not run", None),
     ({"value": "position_deviation", "relation": "<", "target": "10 %"}, "reproduced", 0.08),
     ({"value": "speed_deviation", "relation": "<", "target": "10 %"}, "not run", None),
-    ({"not_testable": "no rig"}, "not testable", None)])
+    ({"not_testable": "no stage"}, "not testable", None)])
 def test_claims_with_a_target(table: dict[str, Any], verdict: str, measured: float | None) -> None:
     result = judged(**table)
     assert (result.verdict, result.measured) == (verdict, pytest.approx(measured))

@@ -27,7 +27,7 @@ TIME = np.arange(10001, dtype=float) * 1e-3
 def plan(**changes):
     return SimpleNamespace(**{
         "axes": {"y": Axis(position="plant.y.position", reference="controller.y.reference")},
-        "motors": {}, "rig": None, "stop_flag": None, "trip_flag": None, "events": [], "event_ends": [],
+        "motors": {}, "stage": None, "stop_flag": None, "trip_flag": None, "events": [], "event_ends": [],
         "disturbances": [],
         "metrics": MetricSettings(bands=[1e-4, 1e-5]), **changes})
 
@@ -223,8 +223,8 @@ def test_a_loss_is_that_of_a_warm_winding_and_absent_where_no_resistance_is_know
 
 def test_resistances_are_those_of_the_sample_the_run_or_the_description():
     run = load_plan("3dof-push")
-    assert run.rig is not None
-    described = {motor.name: motor.winding.resistance for motor in run.rig.motors}
+    assert run.stage is not None
+    described = {motor.name: motor.winding.resistance for motor in run.stage.motors}
     assert phase_resistances(run)({}) == described
     run.fmus["plant"].start["alpha.winding.resistance"] = StartValue(4.0, "Ohm", "4 Ohm")
     assert phase_resistances(run)({}) == described | {"alpha": 4.0}

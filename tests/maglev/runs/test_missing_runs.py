@@ -21,53 +21,55 @@ DT = {"2dof": 1e-3, "3dof": 0.5e-3}   # s
 TIME = 1e-3 * np.arange(11)
 
 EXCITATION, CURRENTS, OFFSET = "equilibrium-excitation", "equilibrium-currents", "cogging"
-RIG, MODEL = "identification-rig", "identification-model"
+DESCRIPTION, MODEL = "identification-rig", "identification-model"
 ALONE = {"2dof": "parabolas-20mm", "3dof": "parabolas-x-20mm"}
 BOTH = "parabolas-both-20mm"
 
 
-def needed(rig: str) -> dict[tuple[str, str], set[str]]:
+def needed(stage: str) -> dict[tuple[str, str], set[str]]:
     """Runs that each value of a procedure rests on."""
-    alone = ALONE[rig]
+    alone = ALONE[stage]
     found = {("procedure-1", "thrust"): {alone}, ("procedure-1", "estimator_deviation"): {alone},
              ("procedure-1", "average_constant"): {alone}, ("procedure-1", "estimated_thrust"): {alone},
              ("procedure-2", "constant"): {EXCITATION}, ("procedure-2", "equilibrium_current"): {EXCITATION, CURRENTS},
              ("procedure-2", "equilibrium_deviation"): {EXCITATION, CURRENTS},
              ("procedure-3", "constant"): {OFFSET, EXCITATION}, ("procedure-3", "cogging_force"): {OFFSET, EXCITATION},
-             ("procedure-4", "constant"): {RIG}, ("procedure-4", "thrust"): {RIG, alone},
-             ("procedure-4", "position_deviation"): {RIG, MODEL}, ("procedure-4", "speed_deviation"): {RIG, MODEL}}
-    return found | ({("procedure-1", "simultaneous_deviation"): {alone, BOTH}} if rig == "3dof" else {})
+             ("procedure-4", "constant"): {DESCRIPTION}, ("procedure-4", "thrust"): {DESCRIPTION, alone},
+             ("procedure-4", "position_deviation"): {DESCRIPTION, MODEL},
+             ("procedure-4", "speed_deviation"): {DESCRIPTION, MODEL}}
+    return found | ({("procedure-1", "simultaneous_deviation"): {alone, BOTH}} if stage == "3dof" else {})
 
 
-def expected(present: set[str], rig: str) -> set[tuple[str, str]]:
-    return {value for value, runs in needed(rig).items() if runs <= present}
+def expected(present: set[str], stage: str) -> set[tuple[str, str]]:
+    return {value for value, runs in needed(stage).items() if runs <= present}
 
 
 @pytest.fixture(scope="module", params=["2dof", "3dof"])
-def rig(request: pytest.FixtureRequest) -> str:
+def stage(request: pytest.FixtureRequest) -> str:
     return str(request.param)
 
 
 @pytest.fixture(scope="module")
-def results(rig: str, simulated: Simulated, staircase: Simulated, drive: Simulated) -> dict[str, RunResult]:
-    """Completed runs of a rig, by their names without it."""
-    data = record(rig, 0.6, DT[rig])
+def results(stage: str, simulated: Simulated, staircase: Simulated, drive: Simulated) -> dict[str, RunResult]:
+    """Completed runs of a stage, by their names without it."""
+    data = record(stage, 0.6, DT[stage])
     recording = data.recording
     columns: dict[str, np.ndarray] = {}
-    for k, axis in enumerate(recording.rig.axes):
+    for k, axis in enumerate(recording.stage.axes):
         columns |= {f"{axis}.encoder": recording.positions[:, k], f"{axis}.position": recording.positions[:, k],
                     f"{axis}.velocity": data.velocity[:, k]}
-    for k, motor in enumerate(recording.rig.motors):
+    for k, motor in enumerate(recording.stage.motors):
         columns |= {f"{motor}.i_d": recording.i_d[:, k], f"{motor}.i_q": recording.i_q[:, k]}
-    made = {EXCITATION: simulated(f"{rig}-{EXCITATION}", TIME, {}), CURRENTS: staircase(rig),
-            OFFSET: simulated(f"{rig}-{OFFSET}", TIME, {}), RIG: simulated(f"{rig}-{RIG}", recording.time, columns),
-            MODEL: simulated(f"{rig}-{MODEL}", recording.time, columns)}
+    made = {EXCITATION: simulated(f"{stage}-{EXCITATION}", TIME, {}), CURRENTS: staircase(stage),
+            OFFSET: simulated(f"{stage}-{OFFSET}", TIME, {}),
+            DESCRIPTION: simulated(f"{stage}-{DESCRIPTION}", recording.time, columns),
+            MODEL: simulated(f"{stage}-{MODEL}", recording.time, columns)}
     thrust = gap_functions(MOTOR, 0.02)[0]
-    if rig == "2dof":
-        made[ALONE[rig]] = drive(f"2dof-{ALONE[rig]}", {"h": 14.0 * thrust})
+    if stage == "2dof":
+        made[ALONE[stage]] = drive(f"2dof-{ALONE[stage]}", {"h": 14.0 * thrust})
         made["forgetting"] = simulated("2dof-forgetting", 0.01 * np.arange(4001), {})
     else:
-        made[ALONE[rig]] = drive(f"3dof-{ALONE[rig]}", {"x": thrust})
+        made[ALONE[stage]] = drive(f"3dof-{ALONE[stage]}", {"x": thrust})
         made[BOTH] = drive(f"3dof-{BOTH}", {"x": thrust, "z": thrust})
     return made
 
@@ -90,29 +92,29 @@ def found_in(results: list[RunResult]) -> set[tuple[str, str]]:
 
 
 @pytest.mark.usefixtures("slow")
-def test_with_every_run_every_value_is_there(rig: str, results: dict[str, RunResult]) -> None:
-    assert found_in(list(results.values())) == set(needed(rig))
+def test_with_every_run_every_value_is_there(stage: str, results: dict[str, RunResult]) -> None:
+    assert found_in(list(results.values())) == set(needed(stage))
     named = {result.plan.procedure.name for result in results.values() if result.plan.procedure}
-    assert len(named) == (5 if rig == "2dof" else 4)
+    assert len(named) == (5 if stage == "2dof" else 4)
     assert [outcome.settings.name for outcome in evaluate_all(list(results.values()))] == sorted(named)
 
 
 @pytest.mark.few(1)
 @pytest.mark.parametrize("fails", [True, False], ids=["failed", "missing"])
 @pytest.mark.usefixtures("slow")
-def test_what_rests_on_a_run_is_left_out_without_it(rig: str, results: dict[str, RunResult], fails: bool) -> None:
+def test_what_rests_on_a_run_is_left_out_without_it(stage: str, results: dict[str, RunResult], fails: bool) -> None:
     for name, result in results.items():
         others = [other for other in results.values() if other is not result]
         found = found_in([*others, failed(result)] if fails else others)
-        assert found == expected(set(results) - {name}, rig), name
+        assert found == expected(set(results) - {name}, stage), name
 
 
 @pytest.mark.few(1)
 @pytest.mark.parametrize("fails", [True, False], ids=["failed", "missing"])
-def test_a_run_alone_gives_what_rests_on_it_alone(rig: str, results: dict[str, RunResult], fails: bool) -> None:
+def test_a_run_alone_gives_what_rests_on_it_alone(stage: str, results: dict[str, RunResult], fails: bool) -> None:
     for name, result in results.items():
         others = [failed(other) for other in results.values() if other is not result] if fails else []
-        assert found_in([result, *others]) == expected({name}, rig), name
+        assert found_in([result, *others]) == expected({name}, stage), name
 
 
 def test_nothing_comes_of_failed_runs_alone_or_of_none(results: dict[str, RunResult]) -> None:
@@ -127,13 +129,13 @@ def test_runs_of_no_procedure_have_no_outcome() -> None:
     assert evaluate_all([RunResult(load_plan("2dof-setpoints"))]) == []
 
 
-def test_runs_that_others_only_start_from_do_not_make_a_procedure(rig: str, results: dict[str, RunResult]) -> None:
+def test_runs_that_others_only_start_from_do_not_make_a_procedure(stage: str, results: dict[str, RunResult]) -> None:
     """They are there for the procedure that was asked for."""
     both = [results[OFFSET], results[EXCITATION]]
     (found,) = evaluate_all(both, {results[OFFSET].plan.name})
-    assert found.settings.name == f"{rig}-procedure-3"
+    assert found.settings.name == f"{stage}-procedure-3"
     assert "cogging_force" in {each.name for each in found.values}
-    assert [each.settings.name for each in evaluate_all(both)] == [f"{rig}-procedure-2", f"{rig}-procedure-3"]
+    assert [each.settings.name for each in evaluate_all(both)] == [f"{stage}-procedure-2", f"{stage}-procedure-3"]
     assert evaluate_all(both, set()) == []
 
 
@@ -141,10 +143,10 @@ def test_runs_that_others_only_start_from_do_not_make_a_procedure(rig: str, resu
     ("2dof-parabolas-20mm", {"plant.motor.i_q": 0.0}, "axis h: i_q = 0 A, expected a current that drives it"),
     ("2dof-equilibrium-excitation", {}, "no estimator has epsilon = 0.01 s, expected one beside 0.001 s, 0.05 s"),
     ("2dof-identification-rig", {"plant.v.encoder": 0.02, "plant.h.encoder": 0.0}, "no axis is excited")])
-def test_runs_from_which_nothing_can_be_found_are_a_note(rig: str, results: dict[str, RunResult], part: str,
+def test_runs_from_which_nothing_can_be_found_are_a_note(stage: str, results: dict[str, RunResult], part: str,
                                                          change: dict[str, float], words: str) -> None:
     simulated = {run.plan.name: run for run in results.values()}
-    if rig == "3dof":
+    if stage == "3dof":
         part = part.replace("2dof-parabolas", "3dof-parabolas-x").replace("2dof", "3dof")
         change = {name.replace(".h.", ".x.").replace(".v.", ".y.").replace(".motor.", ".alpha."): value
                   for name, value in change.items()}

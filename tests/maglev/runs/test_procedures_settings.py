@@ -27,7 +27,7 @@ def settings(**table: Any) -> ProcedureSettings:
     ({"runs": {**PARTS, "offset": "c"}}, ["offset", "not a part of equilibrium, expected currents or excitation"]),
     ({"kind": "cogging", "runs": {**PARTS, "offset": "c"}}, ["gaps", "expected the range of air gaps for the force"]),
     ({"kind": "identification"}, ["excitation", "not a part of identification"]),
-    ({"kind": "identification", "runs": {"rig": "a"}}, ["expected a run for model, currents, parabolas"]),
+    ({"kind": "identification", "runs": {"stage": "a"}}, ["expected a run for model, currents, parabolas"]),
     ({"gaps": ["10 mm"]}, ["gaps"]),
     ({"gaps": ["10 mm", "2 s"]}, ["gaps", "2 s", "in m"]),
     ({"printed": {"C1": 14.2}}, ["printed", "C1"]),
@@ -62,7 +62,8 @@ target = 4
 @pytest.mark.parametrize(("old", "new", "words"), [
     ('kind = "parabolas"', 'kind = "parabola"', ["procedure.kind = 'parabola'", "'parabolas'"]),
     ('kind = "parabolas"', 'kind = "forgetting"', ["procedure.runs", "expected a run for jump"]),
-    ('title = "Mine"\n[[', 'title = "Mine"\nruns = { rig = "mine-a" }\n[[', ["procedure.runs.rig = 'mine-a'", "not a"]),
+    ('title = "Mine"\n[[', 'title = "Mine"\nruns = { stage = "mine-a" }\n[[',
+     ["procedure.runs.stage = 'mine-a'", "not a"]),
     ("target = 4", "than = { epsilon = 0.01 }\ntarget = 4", ["claims[0].target = 4", "no meaning", "with than"]),
     ('value = "thrust"', 'value = "trust"', ["procedure.claims[0].value = 'trust'", "'thrust'"]),
     ('name = "my-procedure"', 'name = "mine-b"', ["procedure.name = 'mine-b'", "a run is called so"])])

@@ -5,7 +5,7 @@ from pathlib import Path
 import pytest
 from named_stage import Stage5DOF
 
-from maglev.descriptions.packaged import RIGS
+from maglev.descriptions.packaged import PACKAGED_STAGES
 from maglev.runs.execution import execute_all
 from maglev.runs.procedure_outcome import Outcome
 from maglev.runs.procedures import evaluate_all
@@ -14,8 +14,8 @@ from maglev.scenario.layers import PACKAGED
 from maglev.scenario.loading import load_plans
 from pmlsm.gap_functions import gap_functions
 
-MOTORS = RIGS["5dof"].motor_names
-SMOOTH = "".join(f'"{axis}.{effect}" = 0\n' for axis in RIGS["5dof"].axis_names
+MOTORS = PACKAGED_STAGES["5dof"].motor_names
+SMOOTH = "".join(f'"{axis}.{effect}" = 0\n' for axis in PACKAGED_STAGES["5dof"].axis_names
                  for effect in ("bias", "friction.coulomb", "friction.viscous")) + '"y.ripple.amplitude" = 0\n'
 ESTIMATOR = """
 [fmus.estimator]

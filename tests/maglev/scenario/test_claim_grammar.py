@@ -48,7 +48,7 @@ def refusal(cls: type[Claim] | None = None, **table: Any) -> str:
     ({"target": True}, ["target", "True is not a quantity"]),
     ({"target": [1]}, ["target", "[1]"]),
     ({"target": float("nan")}, ["target", "nan"]),
-    ({"not_testable": "no rig"}, ["'not_testable'", "got both"]),
+    ({"not_testable": "no stage"}, ["'not_testable'", "got both"]),
     ({"axis": "x", "axes": ["x"]}, ["'axis'", "got both"]),
     ({"tarset": 1}, ["tarset", "nearest is 'target'"])])
 def test_rules_of_every_claim(base: dict[str, Any], than: Any, change: dict[str, Any], words: list[str]) -> None:
@@ -74,14 +74,14 @@ def test_rules_of_every_comparison(base: dict[str, Any], than: Any, change: dict
 @pytest.mark.parametrize("kind", [RunClaim, ProcedureClaim])
 @pytest.mark.parametrize(("table", "words"), [
     ({}, ["or not_testable with the reason"]),
-    ({"not_testable": "no rig", "relation": "<"}, ["'relation'", "has no meaning for a claim that is not testable"]),
-    ({"not_testable": "no rig", "axes": ["x"]}, ["'axes'", "has no meaning for a claim that is not testable"]),
-    ({"not_testable": "no rig", "target": 1}, ["target", "has no meaning without a"])])
+    ({"not_testable": "no stage", "relation": "<"}, ["'relation'", "has no meaning for a claim that is not testable"]),
+    ({"not_testable": "no stage", "axes": ["x"]}, ["'axes'", "has no meaning for a claim that is not testable"]),
+    ({"not_testable": "no stage", "target": 1}, ["target", "has no meaning without a"])])
 def test_a_claim_that_is_not_testable_says_nothing_else(kind: type[Claim], table: dict[str, Any],
                                                         words: list[str]) -> None:
     message = refusal(kind, **table)
     assert all(word in message for word in words), message
-    bare = claim(kind, not_testable="no rig")
+    bare = claim(kind, not_testable="no stage")
     assert (bare.criterion, bare.printed(None), bare.comparative, bare.measured) == ("", "", False, None)
 
 

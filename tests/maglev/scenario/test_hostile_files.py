@@ -101,7 +101,8 @@ def test_no_bound_on_steps(fmus: Path, tmp_path: Path) -> None:
     assert "GB of memory, expected at most 4 GB" in line
 
 
-@pytest.mark.parametrize("text", ['rig = ["2dof"]\nC1 = 1\n', "rig = {a = 1}\nC1 = 1\n", 'rig = "4dof"\nC1 = 1\n'])
+@pytest.mark.parametrize("text",
+                         ['stage = ["2dof"]\nC1 = 1\n', "stage = {a = 1}\nC1 = 1\n", 'stage = "4dof"\nC1 = 1\n'])
 def test_a_table_where_text_is_expected(tmp_path: Path, text: str) -> None:
     path = tmp_path / "model.toml"
     path.write_text(text, encoding="utf-8")

@@ -6,7 +6,7 @@ import pytest
 from packaged_plans import RUNS
 
 from maglev.descriptions.own_fmus import definition
-from maglev.identification.regressors import RIGS
+from maglev.identification.regressors import PACKAGED_STAGES
 from maglev.scenario.layers import PACKAGED, packaged_runs
 from maglev.scenario.loading import load_plan
 from maglev.scenario.procedure import ProcedureSettings
@@ -16,7 +16,7 @@ from studies.estimation import read_settings
 PROCEDURES: dict[str, ProcedureSettings] = {run.procedure.name: run.procedure for run in RUNS if run.procedure}
 IN_PROCEDURES = {run.name for run in RUNS if run.procedure}
 
-# The identified models beside the rigs, and the control experiments; the charts of what was identified before.
+# The identified models beside the stages, and the control experiments; the charts of what was identified before.
 RUN_FIGURES = {f"4.{k}" for k in (15, 16, *range(18, 32))} | {f"5.{k}" for k in (16, 17, 18, *range(20, 40))}
 CHARTS = [f"4.{k}" for k in range(8, 15)] + [f"5.{k}" for k in range(7, 16)]
 
@@ -57,7 +57,7 @@ def test_estimators_stand_beside_the_loop_where_something_is_identified(run: Run
     simulated = run.name.endswith(("equilibrium-currents", "identification-model"))
     assert bool(others) == ((run.name in IN_PROCEDURES and not simulated) or run.path.stem.endswith("-estimator"))
     for name, fmu in others.items():
-        assert all(source.startswith("plant.") for source in fmu.inputs.values()), "they see what a rig has"
+        assert all(source.startswith("plant.") for source in fmu.inputs.values()), "they see what a stage has"
         assert not any(source.startswith(f"{name}.") for source, _ in run.wires.values())
 
 
@@ -116,15 +116,15 @@ def test_every_table_of_constants_belongs_to_one_procedure() -> None:
 
 @every_procedure
 def test_what_a_procedure_is_made_from_is_in_the_package(procedure: ProcedureSettings) -> None:
-    rig = RIGS[procedure.name[:4]]
+    stage = PACKAGED_STAGES[procedure.name[:4]]
     for part, name in procedure.runs.items():
         if part == "parabolas":
             assert PROCEDURES[name].kind == "parabolas"
         else:
-            assert packaged_runs()[name].startswith(rig.name)
-    assert set(procedure.printed) <= set(rig.constants)
+            assert packaged_runs()[name].startswith(stage.name)
+    assert set(procedure.printed) <= set(stage.constants)
     for claim in procedure.claims:
-        assert claim.constant is None or claim.constant in rig.constants
+        assert claim.constant is None or claim.constant in stage.constants
         if claim.quantity == "constant" and claim.constant in procedure.printed:
             assert claim.target == procedure.printed[claim.constant][1], "the table's column of ε = 0.01"
 
@@ -158,11 +158,11 @@ def test_every_law_has_a_smooth_run_that_is_checked_to_the_nanometre() -> None:
             assert run.check.signals[axis.position].relative == 0.0
 
 
-def test_packaged_runs_start_from_estimates_of_their_own_rig() -> None:
-    for rig, constants in (("2dof", ["C1", "C2", "C3", "C4"]), ("3dof", ["C1", "C2", "C3", "C4", "C5"])):
-        run = load_plan(f"{rig}-identification-model")
+def test_packaged_runs_start_from_estimates_of_their_own_stage() -> None:
+    for stage, constants in (("2dof", ["C1", "C2", "C3", "C4"]), ("3dof", ["C1", "C2", "C3", "C4", "C5"])):
+        run = load_plan(f"{stage}-identification-model")
         assert run.fmus["plant"].start_from == {
-            name: RunOutput(run=f"{rig}-identification-rig", output=f"estimator_10ms.{name}") for name in constants}
+            name: RunOutput(run=f"{stage}-identification-rig", output=f"estimator_10ms.{name}") for name in constants}
 
 
 def test_orderings_of_several_steps_or_axes_are_judged_by_the_median() -> None:

@@ -12,7 +12,7 @@ from written_controllers import controller, line_of, trial
 
 import maglev as tool
 from maglev.cosim.fmu import Fmu, read_description
-from maglev.descriptions.packaged import RIGS
+from maglev.descriptions.packaged import PACKAGED_STAGES
 from maglev.scenario.loading import load_plan
 from maglev.user.build import importable
 from maglev.user.new_controller import new_class
@@ -21,8 +21,8 @@ from maglev.user.own_modules import own_modules
 
 # What is written of a controller or a plant differs by what its stage has: most where it tilts.
 @pytest.mark.thorough
-@pytest.mark.parametrize("stage", [pytest.param(name, marks=[] if rig.rotations else pytest.mark.thorough)
-                                   for name, rig in RIGS.items()])
+@pytest.mark.parametrize("stage", [pytest.param(name, marks=[] if stage.rotations else pytest.mark.thorough)
+                                   for name, stage in PACKAGED_STAGES.items()])
 @pytest.mark.parametrize("kind", ["controller", "plant"])
 def test_three_forms_of_one_class(fastest_fmus: Path, tmp_path: Path, stage: str, kind: str) -> None:
     """As file, as FMU that runs Python, and as native FMU: the same bytes."""

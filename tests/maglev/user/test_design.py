@@ -15,18 +15,18 @@ from named_blocks import named_block
 from scipy.integrate import quad
 
 import maglev
-from maglev.analysis.axis_loop import rig_and_regulators as of_regulators
+from maglev.analysis.axis_loop import stage_and_regulators as of_regulators
 from maglev.cli.new import MOTOR_KEYS
-from maglev.files.errors import RigError, ScenarioError
+from maglev.files.errors import ScenarioError, StageError
 from maglev.linear.loop import linearise_loop
 from maglev.scenario.loading import load_plan
 from maglev.user import gain_design as design
-from maglev.user.adoption import know_stage, rig_named
+from maglev.user.adoption import know_stage, stage_named
 from maglev.user.consequences import fall
 from maglev.user.motor import MOTORS, Motor
 from maglev.user.new_stage import new_stage
 from maglev.user.scenario_loop import setpoints
-from pmlsm.stage_description import Rig
+from pmlsm.stage_description import StageDescription
 
 pytestmark = pytest.mark.usefixtures("slow")   # it searches for long
 
@@ -35,12 +35,12 @@ REAL = ["force_constant=93", "attraction=950", "attraction_gap=0.9mm", "pole_pit
         "gap=5mm", "mass=12kg"]
 
 
-def simulated(rig: Rig, law: str = "") -> Any:
+def simulated(stage: StageDescription, law: str = "") -> Any:
     """Closed loop of a stage after its setpoints, each for 0.6 s; it has touched no stop."""
-    loop = named_block(f"ClosedLoop{law}{rig.suffix}")
+    loop = named_block(f"ClosedLoop{law}{stage.suffix}")
     assert loop.start() == 0
     for k in range(4):
-        for axis, values in setpoints(rig).items():
+        for axis, values in setpoints(stage).items():
             getattr(loop.controller, axis).reference = 1e-3 * values[k]
         for _ in range(60):
             assert loop.step(0.0, 1e-2) == 0
@@ -54,12 +54,12 @@ def simulated(rig: Rig, law: str = "") -> Any:
 def test_a_real_motor_runs_at_the_first_try(tmp_path: Path, law: str) -> None:
     """What `new stage` wrote, unchanged; for the thesis's gains, scaled, it was another 0.5 ms and 4 A."""
     path, _ = new_stage(tmp_path / "heavy.toml", motor=REAL)
-    rig = know_stage(path)
-    loop = simulated(rig, law)
-    for axis, values in setpoints(rig).items():
+    stage = know_stage(path)
+    loop = simulated(stage, law)
+    for axis, values in setpoints(stage).items():
         assert getattr(loop.plant, axis).position == pytest.approx(1e-3 * values[3], abs=5e-6)
-    assert rig.sample_time == 1e-4
-    assert rig.design.current_limit == pytest.approx(6.5 * sqrt(2.0))
+    assert stage.sample_time == 1e-4
+    assert stage.design.current_limit == pytest.approx(6.5 * sqrt(2.0))
 
 
 @pytest.mark.thorough
@@ -68,9 +68,9 @@ def test_a_real_motor_runs_at_the_first_try(tmp_path: Path, law: str) -> None:
     pytest.param(*each, marks=pytest.mark.thorough) for each in (("medium", "3dof"), ("large", "5dof")))])
 def test_packaged_motors_run(tmp_path: Path, motor: str, like: str) -> None:
     path, _ = new_stage(tmp_path / f"{motor}.toml", like, motor=[motor])
-    rig = know_stage(path)
-    loop = simulated(rig)
-    for axis, values in setpoints(rig).items():
+    stage = know_stage(path)
+    loop = simulated(stage)
+    for axis, values in setpoints(stage).items():
         assert getattr(loop.plant, axis).position == pytest.approx(1e-3 * values[3], abs=1e-4)
     found = maglev.stage(path)
     assert not found.warnings
@@ -85,16 +85,16 @@ def test_packaged_motors_run(tmp_path: Path, motor: str, like: str) -> None:
 def test_margins_of_the_design_are_those_of_the_loop(tmp_path: Path, name: str, like: str, motor: list[str]) -> None:
     """Of one axis by itself, and of derivatives of the blocks, closed by all of them: two ways to one number."""
     path, _ = new_stage(tmp_path / f"{name}.toml", like, motor=motor)
-    rig = know_stage(path)
-    axes = rig.axis_names if name == "heavy" else ("y", "roll", "x")
+    stage = know_stage(path)
+    axes = stage.axis_names if name == "heavy" else ("y", "roll", "x")
     for axis in axes:
-        time, rates, designed = design.designed_rates(rig, [axis], rig.design.observer_time)
-        assert time == rig.design.observer_time
-        assert design.gains_at_rate(rates[axis]) == rig.axis(axis).design.gains
-        start, lower, upper = design.gap_travel(rig)
-        lifted = {f"{motor}.amplifier.{key}": value for motor in rig.motor_names
+        time, rates, designed = design.designed_rates(stage, [axis], stage.design.observer_time)
+        assert time == stage.design.observer_time
+        assert design.gains_at_rate(rates[axis]) == stage.axis(axis).design.gains
+        start, lower, upper = design.gap_travel(stage)
+        lifted = {f"{motor}.amplifier.{key}": value for motor in stage.motor_names
                   for key, value in (("peak", 1e3), ("continuous", 0.0))}
-        loops = [linearise_loop(f"Plant{rig.suffix}", f"Regulator{rig.suffix}", {rig.vertical.name: gap},
+        loops = [linearise_loop(f"Plant{stage.suffix}", f"Regulator{stage.suffix}", {stage.vertical.name: gap},
                                 plant_parameters=lifted, controller_parameters={"current_limit": 0.0})
                  for gap in (start, lower + 1e-9, upper - 1e-9)]
         assert all(loop.stable for loop in loops)
@@ -103,13 +103,13 @@ def test_margins_of_the_design_are_those_of_the_loop(tmp_path: Path, name: str, 
 
 def test_a_stage_is_named_by_the_path_of_its_file(tmp_path: Path) -> None:
     path, _ = new_stage(tmp_path / "heavy.toml", motor=REAL)
-    assert rig_named(path) == of_regulators(path)[0] == know_stage(path)
+    assert stage_named(path) == of_regulators(path)[0] == know_stage(path)
 
 
 def test_a_mover_without_current_falls_as_energy_has_it(tmp_path: Path) -> None:
     """Time over the way, by the speed that the work of gravity and attraction gives: ∫ dg/√(2 ∫ a dg)."""
-    rig = know_stage(new_stage(tmp_path / "heavy.toml", motor=[*REAL[:-1], "mass=16kg"])[0])
-    begin, end = rig.vertical.start, rig.gap_stop.upper
+    stage = know_stage(new_stage(tmp_path / "heavy.toml", motor=[*REAL[:-1], "mass=16kg"])[0])
+    begin, end = stage.vertical.start, stage.gap_stop.upper
     plant = named_block("PlantHeavy")
     plant.start()
     plant.attraction_modulation = plant.v.bias = plant.v.friction.coulomb = plant.v.friction.viscous = 0.0
@@ -126,7 +126,7 @@ def test_a_mover_without_current_falls_as_energy_has_it(tmp_path: Path) -> None:
         work = quad(acceleration, begin, gap)[0]
         return 2.0 * u * (end - begin) / sqrt(2.0 * work)
 
-    assert fall(rig) == pytest.approx(quad(slowness, 1e-6, 1.0, epsabs=1e-8)[0], rel=1e-4)
+    assert fall(stage) == pytest.approx(quad(slowness, 1e-6, 1.0, epsabs=1e-8)[0], rel=1e-4)
 
 
 def test_force_left_over_is_that_of_the_plant(tmp_path: Path) -> None:
@@ -201,7 +201,7 @@ def test_the_command_prints_what_follows(tmp_path: Path, monkeypatch: pytest.Mon
     (["medium", "currents=mean"], "--motor currents=mean: expected rms or peak"),
     (["medium", "mass=50kg"], r"v = 5 mm: motor needs i_d = -9.2 A, .*continuous = 4.38406 A: choose a smaller gap")])
 def test_motors_that_are_none_are_refused(tmp_path: Path, motor: list[str], message: str) -> None:
-    with pytest.raises(RigError, match=message) as refused:
+    with pytest.raises(StageError, match=message) as refused:
         new_stage(tmp_path / "own.toml", motor=motor)
     assert "\n" not in str(refused.value)
     assert not list(tmp_path.iterdir())
@@ -227,8 +227,8 @@ def test_setpoints_follow_the_stage(tmp_path: Path) -> None:
 
 def test_a_controller_to_begin_with_has_the_limits_of_its_stage(tmp_path: Path) -> None:
     path, _ = new_stage(tmp_path / "heavy.toml", motor=REAL)
-    rig = know_stage(path)
+    stage = know_stage(path)
     text = maglev.new_controller(tmp_path / "own.py", stage=str(path)).read_text(encoding="utf-8")
-    assert f"self.limit = {rig.design.current_limit}" in text
-    assert f"self.observer.time1 = {rig.design.observer_time}" in text
-    assert inf > rig.vertical.design.bandwidth > 70.0
+    assert f"self.limit = {stage.design.current_limit}" in text
+    assert f"self.observer.time1 = {stage.design.observer_time}" in text
+    assert inf > stage.vertical.design.bandwidth > 70.0

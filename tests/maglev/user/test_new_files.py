@@ -9,7 +9,7 @@ from command_line import maglev as command
 
 import maglev
 from maglev.api.options import experiments_of
-from maglev.descriptions.packaged import RIGS
+from maglev.descriptions.packaged import PACKAGED_STAGES
 from maglev.many.study_file import load_study
 from maglev.many.study_plan import plan_study
 from maglev.scenario.loading import load_plan, load_plans
@@ -20,12 +20,13 @@ def with_comments(text: str) -> str:
     return re.sub(r'^# (?=\[|[\w"-]+ = |"[\w.]+" = )', "", text, flags=re.MULTILINE)
 
 
-@pytest.mark.parametrize("stage", RIGS)
+@pytest.mark.parametrize("stage", PACKAGED_STAGES)
 def test_a_scenario_is_read_with_all_that_it_shows(tmp_path: Path, stage: str) -> None:
     path = maglev.new_scenario(tmp_path / "mine", stage)
     assert path == tmp_path / "mine.toml"
     plan = load_plan(path)
-    assert plan.rig is RIGS[stage] and len(plan.signals) == len(RIGS[stage].axes) and len(plan.claims) == 2
+    assert plan.stage is PACKAGED_STAGES[stage]
+    assert len(plan.signals) == len(PACKAGED_STAGES[stage].axes) and len(plan.claims) == 2
     text = with_comments(path.read_text()).replace('model = "PID', '# model = "PID')
     assert text.count("[[events]]") == 1 and text.count("[check]") == 1
     path.write_text(text)
@@ -33,7 +34,7 @@ def test_a_scenario_is_read_with_all_that_it_shows(tmp_path: Path, stage: str) -
     assert (plain.fmus["controller"].file, plain.fmus["sensor"].file) == tuple(
         str(tmp_path / name) for name in ("lqi.py", "sensor.py"))
     assert heavy.fmus["plant"].start != plain.fmus["plant"].start
-    assert f"{RIGS[stage].sample_time / 2:g}" == f"{plain.step:g}"
+    assert f"{PACKAGED_STAGES[stage].sample_time / 2:g}" == f"{plain.step:g}"
 
 
 def test_a_scenario_of_a_stage_of_ones_own_names_its_description(tmp_path: Path) -> None:
@@ -44,7 +45,7 @@ def test_a_scenario_of_a_stage_of_ones_own_names_its_description(tmp_path: Path)
     elsewhere = maglev.new_scenario(tmp_path / "other" / "steps.toml", description)
     for path in (beside, elsewhere):
         plan = load_plan(path)
-        assert plan.rig is not None and plan.rig.name == "mine"
+        assert plan.stage is not None and plan.stage.name == "mine"
 
 
 def test_they_run(fastest_fmus: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:

@@ -14,30 +14,30 @@ from scipy.integrate import solve_ivp
 from written_controllers import line_of
 
 import maglev as tool
-from maglev.descriptions.packaged import RIGS
+from maglev.descriptions.packaged import PACKAGED_STAGES
 from maglev.fmi.documentation import breakable
 from maglev.scenario.loading import load_plan
 from maglev.user.new_controller import new_plant
 from maglev.user.source import load
-from pmlsm.stage_description import Rig
+from pmlsm.stage_description import StageDescription
 
 SHORT = 'extends = "{path}"\nname = "short"\nstop_time = "{time}"\n'
 
 
 @pytest.mark.few(1)
-@pytest.mark.parametrize("stage", RIGS)
+@pytest.mark.parametrize("stage", PACKAGED_STAGES)
 def test_the_first_plant_runs(fastest_fmus: Path, tmp_path: Path, stage: str) -> None:
     """From a new file, without a change and without a complaint, through the first step."""
     path = tmp_path / "mover.py"
     made = maglev("new", "plant", tmp_path / "mover", "--stage", stage)
     assert made.stdout.strip() == f"{path}: run it with `maglev run {stage}-setpoints --plant {path}`"
-    assert len(path.read_text().splitlines()) < (170 if RIGS[stage].rotations else 126)
+    assert len(path.read_text().splitlines()) < (170 if PACKAGED_STAGES[stage].rotations else 126)
     run = tmp_path / "short.toml"
     run.write_text(SHORT.format(path=load_plan(f"{stage}-setpoints").path, time="5.9 s"))
     result = maglev("run", run, "--fmus", fastest_fmus, "--out", tmp_path, "--plant", path)
     assert result.exit_code == 0, result.output
     note, = result.stderr.strip().splitlines()
-    assert f"{RIGS[stage].vertical.name}.position_start" in note
+    assert f"{PACKAGED_STAGES[stage].vertical.name}.position_start" in note
     metrics = json.loads((tmp_path / "short.json").read_text())["metrics"]
     assert not metrics["failed"]
     assert all(motor["peak_current"] > 1.0 for motor in metrics["motors"])
@@ -46,53 +46,53 @@ def test_the_first_plant_runs(fastest_fmus: Path, tmp_path: Path, stage: str) ->
     assert "is there already" in error_line(maglev("new", "plant", path, "--stage", stage))
 
 
-def rows(rig: Rig) -> tuple[np.ndarray, np.ndarray]:
+def rows(stage: StageDescription) -> tuple[np.ndarray, np.ndarray]:
     """Rows of the gaps and of the displacements of the motors over the positions."""
-    if rig.rotations:
+    if stage.rotations:
         return GAPS, DISPLACEMENTS
-    return np.tile(np.eye(len(rig.axes))[0], (len(rig.motors), 1)), np.eye(len(rig.axes))[[*rig.driven]]
+    return np.tile(np.eye(len(stage.axes))[0], (len(stage.motors), 1)), np.eye(len(stage.axes))[[*stage.driven]]
 
 
-def rates(rig: Rig, state: np.ndarray, phases: np.ndarray, pushed: np.ndarray) -> np.ndarray:
+def rates(stage: StageDescription, state: np.ndarray, phases: np.ndarray, pushed: np.ndarray) -> np.ndarray:
     """Rates of positions and velocities under held phase currents, shape (motors, 3), and forces from outside."""
     q, v = np.split(state, 2)
-    masses = np.array([axis.mass for axis in rig.axes])
-    gaps, displacements = rows(rig)
+    masses = np.array([axis.mass for axis in stage.axes])
+    gaps, displacements = rows(stage)
     forces = pushed + masses * G * np.eye(len(q))[0]
-    for gap_row, row, currents, axis in zip(gaps, displacements, phases, rig.driven, strict=True):
+    for gap_row, row, currents, axis in zip(gaps, displacements, phases, stage.driven, strict=True):
         f1, f2, f3, f4 = shape_functions(gap_row @ q)
         i_d, i_q = park_matrix(row @ q) @ currents
-        normal = masses[0] * (rig.stage.coils * f3 * i_d - rig.stage.iron * f4 * (i_d**2 + i_q**2)
-                              - rig.stage.attraction * f2)
-        thrust = -masses[axis] * rig.stage.thrust[rig.axes[axis].name] * f1 * i_q
-        forces = forces + rig.sharing * (normal * gap_row + thrust * row)
+        normal = masses[0] * (stage.stage.coils * f3 * i_d - stage.stage.iron * f4 * (i_d**2 + i_q**2)
+                              - stage.stage.attraction * f2)
+        thrust = -masses[axis] * stage.stage.thrust[stage.axes[axis].name] * f1 * i_q
+        forces = forces + stage.sharing * (normal * gap_row + thrust * row)
     return np.concatenate([v, forces / masses])
 
 
-@pytest.mark.parametrize("stage", RIGS)
+@pytest.mark.parametrize("stage", PACKAGED_STAGES)
 def test_it_moves_as_the_equations_say(tmp_path: Path, stage: str) -> None:
     """By scipy with tight tolerances, from the page; half the step has a quarter of the error."""
-    rig = RIGS[stage]
+    description = PACKAGED_STAGES[stage]
     written_definition = load(new_plant(tmp_path / "mover.py", stage)).definition
     drawn = np.random.default_rng(7)
-    phases = drawn.uniform(-3.0, 3.0, (len(rig.motors), 3))
-    pushed = np.array([0.3 if axis.rotation else 2.0 for axis in rig.axes])
+    phases = drawn.uniform(-3.0, 3.0, (len(description.motors), 3))
+    pushed = np.array([0.3 if axis.rotation else 2.0 for axis in description.axes])
     time, errors = 0.05, []
-    start = np.concatenate([[axis.start for axis in rig.axes], np.zeros(len(rig.axes))])
-    exact = solve_ivp(lambda _, state: rates(rig, state, phases, pushed), (0.0, time), start, method="DOP853",
-                      rtol=1e-12, atol=1e-14).y[:len(rig.axes), -1]
-    assert np.abs(exact - start[:len(rig.axes)]).min() > 1e-4, "something has to move for this to mean anything"
+    start = np.concatenate([[axis.start for axis in description.axes], np.zeros(len(description.axes))])
+    exact = solve_ivp(lambda _, state: rates(description, state, phases, pushed), (0.0, time), start, method="DOP853",
+                      rtol=1e-12, atol=1e-14).y[:len(description.axes), -1]
+    assert np.abs(exact - start[:len(description.axes)]).min() > 1e-4, "something has to move for this to mean anything"
     for steps in (100, 200):
         law = written_definition.new_block().law
-        for motor, currents in zip(rig.motor_names, phases, strict=True):
+        for motor, currents in zip(description.motor_names, phases, strict=True):
             of = getattr(law, motor)
             of.i_a_cmd, of.i_b_cmd, of.i_c_cmd = (float(current) for current in currents)
-        for axis, push in zip(rig.axes, pushed, strict=True):
+        for axis, push in zip(description.axes, pushed, strict=True):
             setattr(getattr(law, axis.name), "torque" if axis.rotation else "force", float(push))
         law.start()
         for k in range(steps):
             law.step(k * time / steps, time / steps)
-        errors.append(np.abs([getattr(law, axis.name).position for axis in rig.axes] - exact))
+        errors.append(np.abs([getattr(law, axis.name).position for axis in description.axes] - exact))
     assert np.max(errors[0]) < 2e-6
     np.testing.assert_allclose(errors[0], 4.0 * errors[1], rtol=0.02)
 

@@ -16,7 +16,7 @@ from packaged_plans import RUNS
 
 import maglev
 from maglev.descriptions.own_fmus import definition
-from maglev.descriptions.packaged import RIGS
+from maglev.descriptions.packaged import PACKAGED_STAGES
 from maglev.files.errors import ScenarioError
 from maglev.fmi.definition import read
 from maglev.runs.reach import Start, gaps_of, require_reachable
@@ -137,9 +137,9 @@ def test_gaps_at_the_motors_are_those_of_the_plant(y: float, roll: float, pitch:
     for axis, position in positions.items():
         getattr(plant, axis).position_start = position
     assume(plant.start() == 0)   # which refuses gaps beyond the field of the magnets
-    rig = RIGS["5dof"]
-    mounts = [getattr(plant, f"{motor}_mount") for motor in rig.motor_names]
-    gaps = gaps_of(rig, starts_of(plan)) @ [positions[axis] for axis in rig.axis_names]
+    stage = PACKAGED_STAGES["5dof"]
+    mounts = [getattr(plant, f"{motor}_mount") for motor in stage.motor_names]
+    gaps = gaps_of(stage, starts_of(plan)) @ [positions[axis] for axis in stage.axis_names]
     assert gaps == pytest.approx([mount.gap for mount in mounts], abs=1e-12)
     given = {plan.axes[axis].reference: np.full(2, position) for axis, position in positions.items()}
     within = all(mount.stop.lower <= mount.gap <= mount.stop.upper for mount in mounts)

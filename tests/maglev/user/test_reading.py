@@ -15,8 +15,8 @@ from hypothesis import strategies as st
 from named_blocks import named_block
 
 from maglev.descriptions.data_sheet import Field, Winding, field_geometry, formulas
-from maglev.descriptions.packaged import RIGS
-from maglev.files.errors import MaglevError, RigError
+from maglev.descriptions.packaged import PACKAGED_STAGES
+from maglev.files.errors import MaglevError, StageError
 from maglev.linear.design import regulator_polynomial
 from maglev.scenario.layers import PACKAGED as SCENARIOS
 from maglev.scenario.layers import merged, read_layers
@@ -30,7 +30,7 @@ WINDING = Winding(turns=900.0, pole_pairs=3.0, magnets=4.0, magnet_width=28.58e-
 
 
 def changed(path: Path, like: str, *changes: tuple[str, str]) -> Path:
-    """Description that begins like a rig's, with other texts in place of some."""
+    """Description that begins like a stage's, with other texts in place of some."""
     new_stage(path, like)
     text = path.read_text(encoding="utf-8")
     for old, new in changes:
@@ -40,23 +40,23 @@ def changed(path: Path, like: str, *changes: tuple[str, str]) -> Path:
     return path
 
 
-@pytest.mark.parametrize("like", RIGS)
+@pytest.mark.parametrize("like", PACKAGED_STAGES)
 def test_a_new_stage_is_the_one_that_it_is_like(tmp_path: Path, like: str) -> None:
     """Its data sheet is turned back into the constants that it was written from; z of the 3-DOF stage has x's motor."""
-    rig, own = RIGS[like], read_own(changed(tmp_path / "own.toml", like))
-    first = rig.horizontal[0].name
-    assert own.stage.thrust[first] == pytest.approx(rig.stage.thrust[first], rel=1e-3)
+    stage, own = PACKAGED_STAGES[like], read_own(changed(tmp_path / "own.toml", like))
+    first = stage.horizontal[0].name
+    assert own.stage.thrust[first] == pytest.approx(stage.stage.thrust[first], rel=1e-3)
     for name in ("attraction", "coils", "iron"):
-        assert getattr(own.stage, name) == pytest.approx(getattr(rig.stage, name), rel=1e-3)
+        assert getattr(own.stage, name) == pytest.approx(getattr(stage.stage, name), rel=1e-3)
     gaps = np.linspace(0.008, 0.04, 50)
-    fields = [[each.motor().field.value(gap) for gap in gaps] for each in (own, rig)]
+    fields = [[each.motor().field.value(gap) for gap in gaps] for each in (own, stage)]
     assert fields[0] == pytest.approx(fields[1], rel=5e-3)
-    assert (own.axis_names, own.motor_names, own.sharing) == (rig.axis_names, rig.motor_names, rig.sharing)
-    assert own.motors == rig.motors
+    assert (own.axis_names, own.motor_names, own.sharing) == (stage.axis_names, stage.motor_names, stage.sharing)
+    assert own.motors == stage.motors
     for name in ("height", "motor_stop", "sample_time", "modulation", "resolution"):
-        assert getattr(own, name) == getattr(rig, name)
+        assert getattr(own, name) == getattr(stage, name)
     for name in ("mass", "start", "stop", "rotation", "bias", "friction", "ripple", "roughness", "mode"):
-        assert [getattr(axis, name) for axis in own.axes] == [getattr(axis, name) for axis in rig.axes]
+        assert [getattr(axis, name) for axis in own.axes] == [getattr(axis, name) for axis in stage.axes]
 
 
 def test_one_line_makes_the_guides_of_an_axis_rough(tmp_path: Path) -> None:
@@ -94,15 +94,15 @@ def test_what_a_data_sheet_says_is_what_the_stage_does(tmp_path: Path) -> None:
 
 
 def test_formulas_of_the_thesis_are_off_by_factors() -> None:
-    """As the documentation says: of what was identified on the two rigs."""
+    """As the documentation says: of what was identified on the two stages."""
     thrust, attraction, coils, iron = formulas(WINDING, MotorGeometry())
-    two, three = RIGS["2dof"], RIGS["3dof"]
+    two, three = PACKAGED_STAGES["2dof"], PACKAGED_STAGES["3dof"]
     assert thrust / two.axes[1].mass / two.stage.thrust["h"] == pytest.approx(3.1, abs=0.05)
     assert thrust / three.axes[1].mass / three.stage.thrust["x"] == pytest.approx(10.8, abs=0.05)
     assert thrust / three.axes[2].mass / three.stage.thrust["z"] == pytest.approx(9.9, abs=0.05)
-    for rig, factors in ((two, (0.66, 0.63, 14.0)), (three, (0.985, 1.41, 230.0))):
-        found = [attraction / rig.stage.attraction, coils / rig.stage.coils, iron / rig.stage.iron]
-        assert [each / rig.vertical.mass for each in found] == pytest.approx(factors, rel=0.03)
+    for stage, factors in ((two, (0.66, 0.63, 14.0)), (three, (0.985, 1.41, 230.0))):
+        found = [attraction / stage.stage.attraction, coils / stage.stage.coils, iron / stage.stage.iron]
+        assert [each / stage.vertical.mass for each in found] == pytest.approx(factors, rel=0.03)
 
 
 def test_what_a_data_sheet_leaves_out_is_of_the_right_size(tmp_path: Path) -> None:
@@ -112,16 +112,17 @@ def test_what_a_data_sheet_leaves_out_is_of_the_right_size(tmp_path: Path) -> No
         lines = [line for line in path.read_text(encoding="utf-8").split("\n")
                  if not line.startswith(("direct_constant", "iron_attraction"))]
         path.write_text("\n".join(lines), encoding="utf-8")
-        own, rig = read_own(path), RIGS[like]
-        assert own.stage.coils / rig.stage.coils == pytest.approx(coils, rel=0.05)
+        own, stage = read_own(path), PACKAGED_STAGES[like]
+        assert own.stage.coils / stage.stage.coils == pytest.approx(coils, rel=0.05)
         measured = own.stage.coils**2 / (4.0 * own.stage.attraction)
         assert own.stage.iron == pytest.approx(measured)
-        square = rig.stage.coils**2 / (4.0 * rig.stage.attraction)
-        assert square / rig.stage.iron == pytest.approx(iron, rel=0.05)
+        square = stage.stage.coils**2 / (4.0 * stage.stage.attraction)
+        assert square / stage.stage.iron == pytest.approx(iron, rel=0.05)
 
 
 def test_an_exponential_field_is_met_by_its_polynomial() -> None:
-    motor = replace(RIGS["3dof"], geometry=field_geometry("field", Field(5e-3, 30e-3, B0=0.4, decay=9e-3))).motor()
+    motor = replace(PACKAGED_STAGES["3dof"],
+                    geometry=field_geometry("field", Field(5e-3, 30e-3, B0=0.4, decay=9e-3))).motor()
     for gap in np.linspace(5e-3, 30e-3, 23):
         assert motor.field.value(gap) == pytest.approx(0.4 * exp(-gap / 9e-3), rel=1e-6)
 
@@ -129,7 +130,7 @@ def test_an_exponential_field_is_met_by_its_polynomial() -> None:
 def test_a_table_of_a_field_is_met_by_its_polynomial() -> None:
     gaps = tuple(np.linspace(5e-3, 30e-3, 11))
     given = Field(5e-3, 30e-3, gaps=gaps, B=tuple(0.4 * exp(-gap / 9e-3 - (gap / 20e-3)**2) for gap in gaps))
-    motor = replace(RIGS["3dof"], geometry=field_geometry("field", given)).motor()
+    motor = replace(PACKAGED_STAGES["3dof"], geometry=field_geometry("field", given)).motor()
     for gap, value in zip(given.gaps, given.B, strict=True):
         assert motor.field.value(gap) == pytest.approx(value, rel=0.01)
 
@@ -155,7 +156,7 @@ def test_poles_become_gains(tmp_path: Path) -> None:
     ("gaps = [", "B0 = 0.3\ndecay = 0.01\ngaps = [", "one of B0 with decay, gaps with B, or coefficients")])
 def test_mistakes_are_refused_in_one_line(tmp_path: Path, old: str, new: str, message: str) -> None:
     path = changed(tmp_path / "own.toml", "3dof", (old, new))
-    with pytest.raises(RigError, match=message) as refused:
+    with pytest.raises(StageError, match=message) as refused:
         read_own(path)
     assert str(refused.value).startswith(f"{path}: ")
     assert "\n" not in str(refused.value)
@@ -186,10 +187,10 @@ def test_its_linear_model_has_its_own_geometry(tmp_path: Path) -> None:
     assert model.A[model.states.index("v.velocity"), 0] == pytest.approx(by_gap, rel=1e-6)
 
 
-@pytest.mark.parametrize("name", RIGS)
+@pytest.mark.parametrize("name", PACKAGED_STAGES)
 def test_the_loop_of_a_stage_is_that_of_ours(name: str) -> None:
     """Written from the description it says what stands in the files of the scenarios, but for tolerances of checks."""
-    loop = loop_table(RIGS[name])
+    loop = loop_table(PACKAGED_STAGES[name])
     packaged = merged(read_layers(SCENARIOS / "loops" / f"{name}.toml"))
     assert sorted(loop["connections"]) == sorted(packaged["connections"])
     for axis in loop["axes"].values():
@@ -210,7 +211,7 @@ def test_the_loop_of_a_stage_is_that_of_ours(name: str) -> None:
     ([("rotation = true             # a tilt of the platform: rad, N m\nmeaning = \"tilt about z\"",
        "meaning = \"tilt about z\"")], "expected the air gap, one or two horizontal axes, and the tilts")])
 def test_tilts_that_fit_nothing_are_refused(tmp_path: Path, changes: list[tuple[str, str]], message: str) -> None:
-    with pytest.raises(RigError, match=message):
+    with pytest.raises(StageError, match=message):
         read_own(changed(tmp_path / "own.toml", "5dof", *changes))
 
 
@@ -230,7 +231,7 @@ def test_a_tilt_is_left_as_fast_as_its_motors_have_it(tmp_path: Path) -> None:
     ("there.toml", "3dof", "it is there already"), ("no/own.toml", "3dof", "there is no folder")])
 def test_a_new_stage_overwrites_nothing(tmp_path: Path, name: str, like: str, message: str) -> None:
     (tmp_path / "there.toml").write_text("name = 1\n", encoding="utf-8")
-    with pytest.raises(RigError, match=message):
+    with pytest.raises(StageError, match=message):
         new_stage(tmp_path / name, like)
     assert [path.name for path in tmp_path.iterdir()] == ["there.toml"]
 
@@ -255,7 +256,7 @@ def description(like: str, optional: bool, field: str) -> str:
     return re.sub("#.*", "", text)
 
 
-DESCRIBED = st.sampled_from([*RIGS]), st.booleans(), st.sampled_from(FIELDS), st.data()
+DESCRIBED = st.sampled_from([*PACKAGED_STAGES]), st.booleans(), st.sampled_from(FIELDS), st.data()
 
 
 @pytest.mark.usefixtures("slow")
@@ -288,13 +289,13 @@ def read_with_another_number(like: str, optional: bool, field: str, data: st.Dat
             assert str(refusal).startswith(f"{path}: ") and "\n" not in str(refusal)
 
 
-@pytest.mark.parametrize("like", RIGS)
+@pytest.mark.parametrize("like", PACKAGED_STAGES)
 @pytest.mark.parametrize("optional", [False, True])
 @pytest.mark.parametrize("field", FIELDS)
 def test_the_descriptions_that_are_changed_are_stages(tmp_path: Path, like: str, optional: bool, field: str) -> None:
     path = tmp_path / "own.toml"
     path.write_text(description(like, optional, field), encoding="utf-8")
-    assert read_own(path).axis_names == RIGS[like].axis_names
+    assert read_own(path).axis_names == PACKAGED_STAGES[like].axis_names
 
 
 def test_an_axis_may_begin_at_its_stop(tmp_path: Path) -> None:
@@ -306,5 +307,5 @@ def test_an_axis_may_begin_at_its_stop(tmp_path: Path) -> None:
 def test_a_field_of_nothing_is_refused(tmp_path: Path) -> None:
     text = description("3dof", False, "gaps").replace("B = [0.2", "B = [1e-320, 0.2")
     (tmp_path / "own.toml").write_text(text.replace("gaps = [", "gaps = [0.007, "))
-    with pytest.raises(RigError, match=r"own\.toml: field\.B = 9\.\d+e-321 T, expected a number from 1e-09 to 10 T"):
+    with pytest.raises(StageError, match=r"own\.toml: field\.B = 9\.\d+e-321 T, expected a number from 1e-09 to 10 T"):
         read_own(tmp_path / "own.toml")

@@ -13,7 +13,7 @@ from named_blocks import named_block
 import maglev
 from maglev.api.identifying import write_identification
 from maglev.descriptions.own_fmus import built_here
-from maglev.files.errors import IdentificationError, RigError
+from maglev.files.errors import IdentificationError, StageError
 from maglev.identification.model_file import model_settings
 from maglev.linear.loop import linearise_loop
 from maglev.user.adoption import know_stage
@@ -125,7 +125,7 @@ def test_fmus_are_known_by_their_content(tmp_path: Path, monkeypatch: pytest.Mon
     ("3dof", {'name = "hover"': 'name = "Hover"'}, "name: 'Hover', expected small letters and digits")])
 def test_what_cannot_run_says_why(tmp_path: Path, like: str, changes: dict[str, str], message: str) -> None:
     path = written(tmp_path / "hover.toml", like, changes)
-    with pytest.raises(RigError, match=f"hover.toml: .*({message})"):
+    with pytest.raises(StageError, match=f"hover.toml: .*({message})"):
         runnable(path)
 
 
@@ -157,11 +157,11 @@ def test_everything_takes_it(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) ->
 def test_a_recording_tells_its_constants(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     """Of a stage with four motors without friction, under sinusoids on all axes: those of the block that ran."""
     monkeypatch.chdir(tmp_path)
-    rig = know_stage(written(tmp_path / "found.toml", "3dof", {**FOUR, "mass = 6.9 ": "mass = 6.0 "}))
+    stage = know_stage(written(tmp_path / "found.toml", "3dof", {**FOUR, "mass = 6.9 ": "mass = 6.0 "}))
     loop = named_block("ClosedLoopFound")
     plant, controller = loop.plant, loop.controller
     plant.attraction_modulation = plant.encoder.resolution = 0.0
-    for axis in rig.axis_names:
+    for axis in stage.axis_names:
         of = getattr(plant, axis)
         of.bias = of.friction.coulomb = of.friction.viscous = of.ripple.amplitude = 0.0
     assert loop.start() == 0
@@ -171,17 +171,18 @@ def test_a_recording_tells_its_constants(tmp_path: Path, monkeypatch: pytest.Mon
         for axis, middle, way, rate in (("y", 0.024, 2e-3, 5.0), ("x", 0.0, 8e-3, 4.0), ("z", 0.0, 8e-3, 3.0)):
             getattr(controller, axis).reference = middle + way * sin(rate * t)
         assert loop.step(t, 1e-3) == 0
-        currents = [getattr(getattr(plant, motor), f"i_{part}") for motor in rig.motor_names for part in "dq"]
-        rows.append([t + 1e-3, *(getattr(plant, axis).position for axis in rig.axis_names), *currents])
-    np.savetxt("mine.csv", rows, delimiter=",", header=",".join(["time", *rig.axis_names, *rig.dq_names]), comments="")
+        currents = [getattr(getattr(plant, motor), f"i_{part}") for motor in stage.motor_names for part in "dq"]
+        rows.append([t + 1e-3, *(getattr(plant, axis).position for axis in stage.axis_names), *currents])
+    np.savetxt("mine.csv", rows, delimiter=",", header=",".join(["time", *stage.axis_names, *stage.dq_names]),
+               comments="")
     found = maglev.identify("mine.csv", stage="found.toml", matched=True)
     for name in ("C1", "C2", "C3", "C4"):
         assert found.estimate.final[name] == pytest.approx(getattr(plant, name), rel=0.01)
     # Back into a run: a model file of this stage, which no other takes.
     model, _, *_ = write_identification(found, "mine.csv", tmp_path)
-    settings = model_settings(model, rig)
+    settings = model_settings(model, stage)
     assert settings["plant.C3"] == found.estimate.final["C3"]
-    with pytest.raises(IdentificationError, match="rig = 'found': expected one of 2dof, 3dof"):
+    with pytest.raises(IdentificationError, match="stage = 'found': expected one of 2dof, 3dof"):
         model_settings(model)
 
 

@@ -14,7 +14,7 @@ from numpy.testing import assert_array_equal
 from written_controllers import controller, line_of, trial
 
 import maglev as tool
-from maglev.descriptions.packaged import RIGS
+from maglev.descriptions.packaged import PACKAGED_STAGES
 from maglev.scenario.loading import load_plan
 from maglev.user.new_controller import new_controller
 
@@ -156,12 +156,12 @@ def test_changes_of_a_file_and_of_its_modules_count_at_once(tmp_path: Path) -> N
 
 
 @pytest.mark.few(1)
-@pytest.mark.parametrize("stage", RIGS)
+@pytest.mark.parametrize("stage", PACKAGED_STAGES)
 def test_the_first_controller_runs(fastest_fmus: Path, tmp_path: Path, stage: str) -> None:
     """From a new file, without a change, and within the limit of 4 A: through the first step."""
     path = tmp_path / "lqi.py"
     assert maglev("new", "controller", path, "--stage", stage).exit_code == 0
-    assert len(path.read_text().splitlines()) < (170 if RIGS[stage].rotations else 100)
+    assert len(path.read_text().splitlines()) < (170 if PACKAGED_STAGES[stage].rotations else 100)
     run = tmp_path / "short.toml"
     run.write_text(f'extends = "{load_plan(f"{stage}-setpoints").path}"\nname = "short"\nstop_time = "5.9 s"\n')
     result = maglev("run", run, "--fmus", fastest_fmus, "--out", tmp_path, "--controller", path)

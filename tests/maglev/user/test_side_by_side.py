@@ -12,14 +12,14 @@ from reference_pair import ReferenceMotor, lagrangian_motion
 
 import maglev
 from maglev.descriptions.own_fmus import definition
-from maglev.files.errors import RigError
+from maglev.files.errors import StageError
 from maglev.linear.loop import linearise_loop
 from maglev.runs.starts import following
 from maglev.user.adoption import know_stage
 from maglev.user.consequences import place_at_gap
 from maglev.user.scenario_loop import setpoints
 from pmlsm.gap_functions import gap_functions
-from pmlsm.stage_description import Rig
+from pmlsm.stage_description import StageDescription
 
 pytestmark = pytest.mark.usefixtures("slow")
 
@@ -30,14 +30,14 @@ UNEVEN = {"z = -0.15": "z = -0.11", "z = 0.15": "z = 0.17", "height = 0.0 ": "he
 PAYLOAD, OFFSET = 0.4, 0.05   # kg, m
 
 
-def thesis_motor(rig: Rig, z: float) -> ReferenceMotor:
-    """A motor by the rig's constants."""
-    mass, travelling, _ = (axis.mass for axis in rig.axes)
-    of, geometry = rig.stage, rig.motor()
+def thesis_motor(stage: StageDescription, z: float) -> ReferenceMotor:
+    """A motor by the stage's constants."""
+    mass, travelling, _ = (axis.mass for axis in stage.axes)
+    of, geometry = stage.stage, stage.motor()
 
     def forces(gap: float, along: float, i_d: float, i_q: float) -> tuple[float, float]:
         f1, f2, f3, f4 = gap_functions(geometry, gap)
-        pull = of.attraction * f2 * (1.0 - rig.modulation * sin(pi * along / geometry.slot_pitch)**2)
+        pull = of.attraction * f2 * (1.0 - stage.modulation * sin(pi * along / geometry.slot_pitch)**2)
         return (mass * (of.coils * f3 * i_d - of.iron * f4 * (i_d**2 + i_q**2) - pull),
                 -travelling * of.thrust["h"] * f1 * i_q)
 
@@ -46,11 +46,11 @@ def thesis_motor(rig: Rig, z: float) -> ReferenceMotor:
 
 def test_it_moves_by_its_equations(tmp_path: Path) -> None:
     """The plant's block, without friction, bias and lag, against an integration of its own."""
-    rig = know_stage(written(tmp_path / "pair.toml", LIKE, UNEVEN))
+    stage = know_stage(written(tmp_path / "pair.toml", LIKE, UNEVEN))
     plant: Any = named_block("PlantPair")
     start = np.array([0.0203, 1.5e-3, 4e-3])
     plant.payload.mass, plant.payload.z, plant.encoder.resolution = PAYLOAD, OFFSET, 0.0
-    for axis, position in zip(rig.axis_names, start.tolist(), strict=True):
+    for axis, position in zip(stage.axis_names, start.tolist(), strict=True):
         of = getattr(plant, axis)
         of.bias = of.friction.coulomb = of.friction.viscous = of.ripple.amplitude = 0.0
         of.position_start = position
@@ -64,9 +64,9 @@ def test_it_moves_by_its_equations(tmp_path: Path) -> None:
     rows = [start]
     for k in range(30):
         assert plant.step(1e-3 * k, 1e-3) == 0
-        rows.append(np.array([getattr(plant, axis).position for axis in rig.axis_names]))
-    expected = lagrangian_motion([axis.mass for axis in rig.axes], rig.height, (PAYLOAD, OFFSET),
-                                 [thesis_motor(rig, motor.z) for motor in rig.motors], start, currents, times)
+        rows.append(np.array([getattr(plant, axis).position for axis in stage.axis_names]))
+    expected = lagrangian_motion([axis.mass for axis in stage.axes], stage.height, (PAYLOAD, OFFSET),
+                                 [thesis_motor(stage, motor.z) for motor in stage.motors], start, currents, times)
     assert (np.ptp(expected, axis=0) > 1.5e-4).all()   # it goes somewhere along all of them
     assert np.abs(np.array(rows) - expected).max(axis=0) == pytest.approx(np.zeros(3), abs=2e-9)
 
@@ -74,16 +74,16 @@ def test_it_moves_by_its_equations(tmp_path: Path) -> None:
 @pytest.mark.few(1)
 @pytest.mark.parametrize("law", ["", "Linear", "PID"])
 def test_it_runs(tmp_path: Path, law: str) -> None:
-    rig = know_stage(written(tmp_path / "pair.toml", LIKE, UNEVEN))
+    stage = know_stage(written(tmp_path / "pair.toml", LIKE, UNEVEN))
     loop: Any = named_block(f"ClosedLoop{law}Pair")
     assert loop.start() == 0
     for k in range(3):
-        for axis, values in setpoints(rig).items():
+        for axis, values in setpoints(stage).items():
             getattr(loop.controller, axis).reference = 1e-3 * values[k]
         for _ in range(60):
             assert loop.step(0.0, 1e-2) == 0
             assert not loop.plant.at_stop
-    for axis, values in setpoints(rig).items():
+    for axis, values in setpoints(stage).items():
         assert getattr(loop.plant, axis).position == pytest.approx(1e-3 * values[2], abs=3e-5)
     left, right = loop.plant.left_mount, loop.plant.right_mount
     tilt = loop.plant.roll.position
@@ -116,10 +116,10 @@ def test_tools_take_it(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     loop = linearise_loop("PlantPair", "RegulatorPair", {"v": 0.02, "roll": 2e-3})
     assert loop.stable and loop.margins("left.gap_measured").disk > 0.0
     own = {"controller.C1": 7.0}
-    rig = know_stage("pair.toml")
+    stage = know_stage("pair.toml")
     blocks = {name: definition(f"{kind}Pair") for name, kind in (("plant", "Plant"), ("controller", "Regulator"))}
     start = {name: {v.name: 1.0 for v in of.variables} for name, of in blocks.items()}
-    assert following(rig, start["plant"].get, start["controller"].get, own) is not None
+    assert following(stage, start["plant"].get, start["controller"].get, own) is not None
     import gymnasium
 
     environment = gymnasium.make("maglev.gym:maglev/Stage-v0", stage="pair.toml")
@@ -136,5 +136,5 @@ def test_tools_take_it(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
 def test_what_is_no_such_stage_is_refused(tmp_path: Path, changes: dict[str, str], message: str) -> None:
     from maglev.user.reading import read_own
 
-    with pytest.raises(RigError, match=message):
+    with pytest.raises(StageError, match=message):
         read_own(written(tmp_path / "pair.toml", LIKE, changes))

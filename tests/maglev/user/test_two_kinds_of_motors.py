@@ -13,14 +13,14 @@ from reference_stage import G
 from unlike_motors import THOROUGH, first_files, given_separately, simulated, tables
 
 import maglev
-from maglev.files.errors import RigError
+from maglev.files.errors import StageError
 from maglev.identification.regressors import accelerations as identified
-from maglev.identification.regressors import estimated_rig
+from maglev.identification.regressors import estimated_stage
 from maglev.linear.linearise import linearise
 from maglev.user.adoption import know_stage
 from maglev.user.reading import read_own
 from maglev.user.scenario_loop import setpoints
-from pmlsm.stage_description import Rig
+from pmlsm.stage_description import StageDescription
 
 pytestmark = pytest.mark.usefixtures("slow")
 
@@ -52,27 +52,27 @@ def described(path: Path, left: str = "left", right: str = "right", changes: dic
     return path
 
 
-def free(plant: Any, rig: Rig, start: list[float]) -> Any:
+def free(plant: Any, stage: StageDescription, start: list[float]) -> Any:
     """A plant without what is not of the motors, at a place."""
     plant.encoder.resolution = 0.0
-    for axis, position in zip(rig.axis_names, start, strict=True):
+    for axis, position in zip(stage.axis_names, start, strict=True):
         of = getattr(plant, axis)
         of.bias = of.friction.coulomb = of.friction.viscous = of.ripple.amplitude = 0.0
         of.position_start = position
-    for motor in rig.motor_names:
+    for motor in stage.motor_names:
         getattr(plant, motor).amplifier.lag = 0.0
     assert plant.start() == 0
     return plant
 
 
-def moved(plant: Any, rig: Rig, currents: np.ndarray, steps: int = 30) -> np.ndarray:
+def moved(plant: Any, stage: StageDescription, currents: np.ndarray, steps: int = 30) -> np.ndarray:
     """Positions at every millisecond under constant phase currents."""
-    for motor, phases in zip(rig.motor_names, currents.tolist(), strict=True):
+    for motor, phases in zip(stage.motor_names, currents.tolist(), strict=True):
         supply = getattr(plant, motor)
         supply.i_a_cmd, supply.i_b_cmd, supply.i_c_cmd = phases
     rows = []
     for k in range(steps):
-        rows.append([getattr(plant, axis).position for axis in rig.axis_names])
+        rows.append([getattr(plant, axis).position for axis in stage.axis_names])
         assert plant.step(1e-3 * k, 1e-3) == 0
     return np.array(rows)
 
@@ -87,50 +87,51 @@ def references(modulation: float) -> list[ReferenceMotor]:
         DRAWINGS[motor], FIELDS[motor], SHEETS[motor], modulation)) for motor in PLACES]
 
 
-def accelerations(rig: Rig, q: np.ndarray, dq: np.ndarray, modulation: float = 0.0) -> np.ndarray:
+def accelerations(stage: StageDescription, q: np.ndarray, dq: np.ndarray, modulation: float = 0.0) -> np.ndarray:
     """Of v, h, roll at these and i_d, i_q of each motor, (motors, 2), by the references; no bias, no friction."""
     found = np.zeros(3)
     for motor, (i_d, i_q) in zip(references(modulation), dq.tolist(), strict=True):
         normal, thrust = motor.forces(float(q[0] - motor.z * q[2]), float(q[1]), i_d, i_q)
         found += [normal, thrust, -motor.z * normal]
-    return np.array([G, 0.0, 0.0]) + found / [axis.mass for axis in rig.axes]
+    return np.array([G, 0.0, 0.0]) + found / [axis.mass for axis in stage.axes]
 
 
 def test_linear_model_and_rows_are_those_of_its_data_sheets(tmp_path: Path) -> None:
     """Plant linearised, rows of the identification, and columns of the estimator, against differences of the forces."""
-    rig = know_stage(described(tmp_path / "unlike.toml"))
+    stage = know_stage(described(tmp_path / "unlike.toml"))
     at = np.array([0.019, 2e-3, 1e-3])
-    model = linearise("PlantUnlike", dict(zip(rig.axis_names, at.tolist(), strict=True)), amplifier=False,
-                      parameters={f"{axis}.bias": 0.0 for axis in rig.axis_names})
+    model = linearise("PlantUnlike", dict(zip(stage.axis_names, at.tolist(), strict=True)), amplifier=False,
+                      parameters={f"{axis}.bias": 0.0 for axis in stage.axis_names})
     dq = model.equilibrium.dq.reshape(2, 2)
-    assert np.abs(accelerations(rig, at, dq, rig.modulation)).max() < 1e-7
-    slopes = [(accelerations(rig, at + step, dq, rig.modulation) - accelerations(rig, at - step, dq, rig.modulation))
+    assert np.abs(accelerations(stage, at, dq, stage.modulation)).max() < 1e-7
+    slopes = [(accelerations(stage, at + step, dq, stage.modulation) - accelerations(stage, at - step, dq,
+                                                                                     stage.modulation))
               / 2e-7 for step in 1e-7 * np.eye(3)]
     assert model.A[3:6, :3] == pytest.approx(np.column_stack(slopes), rel=1e-5, abs=1e-3)
 
     dq = np.array([[0.7, -0.4], [-0.3, 0.9]])
-    constants = {each.name: each.stage for each in rig.constants}
-    rows = identified(estimated_rig(rig), at[None], dq[None, :, 0], dq[None, :, 1], constants)
-    assert rows[0] == pytest.approx(accelerations(rig, at, dq), abs=1e-7)
+    constants = {each.name: each.stage for each in stage.constants}
+    rows = identified(estimated_stage(stage), at[None], dq[None, :, 0], dq[None, :, 1], constants)
+    assert rows[0] == pytest.approx(accelerations(stage, at, dq), abs=1e-7)
 
     estimator: Any = named_block("EstimatorUnlike")
     assert estimator.start() == 0
-    for motor, (i_d, i_q) in zip(rig.motor_names, dq.tolist(), strict=True):
+    for motor, (i_d, i_q) in zip(stage.motor_names, dq.tolist(), strict=True):
         part = getattr(estimator, motor)
         part.i_d, part.i_q = i_d, i_q
         getattr(estimator, f"{motor}_place").gap_measured = float(at[0] - PLACES[motor] * at[2])
     estimator.h.measured = float(at[1])
     estimator.sample()
     columns = [estimator.rows.attraction, estimator.rows.coils, estimator.rows.iron]
-    assert G + np.dot(columns, [constants[name] for name in rig.constants_of("v")]) == pytest.approx(rows[0, 0])
+    assert G + np.dot(columns, [constants[name] for name in stage.constants_of("v")]) == pytest.approx(rows[0, 0])
 
 
 def test_it_moves_by_its_data_sheets(tmp_path: Path) -> None:
     """The plant's block, without friction, bias and lag, against an integration that knows drawings and data sheets."""
-    rig = know_stage(described(tmp_path / "unlike.toml"))
-    motors = references(rig.modulation)
-    found = moved(free(named_block("PlantUnlike"), rig, START), rig, CURRENTS)
-    expected = lagrangian_motion([axis.mass for axis in rig.axes], rig.height, (0.0, 0.0), motors, np.array(START),
+    stage = know_stage(described(tmp_path / "unlike.toml"))
+    motors = references(stage.modulation)
+    found = moved(free(named_block("PlantUnlike"), stage, START), stage, CURRENTS)
+    expected = lagrangian_motion([axis.mass for axis in stage.axes], stage.height, (0.0, 0.0), motors, np.array(START),
                                  CURRENTS, 1e-3 * np.arange(30))
     assert (np.ptp(expected, axis=0) > 1.5e-4).all()   # it goes somewhere along all of them
     assert np.abs(found - expected).max(axis=0) == pytest.approx(np.zeros(3), abs=1e-11)
@@ -139,9 +140,9 @@ def test_it_moves_by_its_data_sheets(tmp_path: Path) -> None:
 @pytest.mark.parametrize("law", ["", *THOROUGH])
 def test_it_runs(tmp_path: Path, law: str) -> None:
     """By its designed gains: motors of different strengths make one thrust and no torque."""
-    rig = know_stage(described(tmp_path / "unlike.toml"))
-    rows, loop = simulated(rig, law, 72)
-    target = [1e-3 * values[2] for values in setpoints(rig).values()]
+    stage = know_stage(described(tmp_path / "unlike.toml"))
+    rows, loop = simulated(stage, law, 72)
+    target = [1e-3 * values[2] for values in setpoints(stage).values()]
     assert rows[-1] == pytest.approx(target, abs=3e-5)
     assert np.abs(rows[:8] - rows[0]).max() < 4e-4   # it is held as it begins, which asks for a current of each motor
     left, right = loop.plant.left_mount, loop.plant.right_mount
@@ -162,21 +163,21 @@ def test_equal_motors_given_separately_are_those_given_once(tmp_path: Path, law:
 
 def test_swapped_motors_tilt_to_the_other_side(tmp_path: Path) -> None:
     level = {"z = -0.11": "z = -0.15", "z = 0.17": "z = 0.15"}
-    rig = know_stage(described(tmp_path / "unlike.toml", changes=level))
+    stage = know_stage(described(tmp_path / "unlike.toml", changes=level))
     other = know_stage(described(tmp_path / "swapped.toml", "right", "left", level))
-    found = moved(free(named_block("PlantUnlike"), rig, START), rig, CURRENTS)
+    found = moved(free(named_block("PlantUnlike"), stage, START), stage, CURRENTS)
     mirrored = moved(free(named_block("PlantSwapped"), other, [*START[:2], -START[2]]), other,
                      CURRENTS[::-1])
     assert mirrored * [1.0, 1.0, -1.0] == pytest.approx(found, abs=1e-13)
-    assert simulated(other, "", 10, -1.0)[0] * [1.0, 1.0, -1.0] == pytest.approx(simulated(rig, "", 10)[0], abs=1e-9)
+    assert simulated(other, "", 10, -1.0)[0] * [1.0, 1.0, -1.0] == pytest.approx(simulated(stage, "", 10)[0], abs=1e-9)
 
 
 def test_the_first_files_know_both_motors(tmp_path: Path) -> None:
     """A controller to begin with gets the accelerations that it demands, and a plant to begin with has them."""
     path, at = described(tmp_path / "unlike.toml"), [0.0195, 4e-3, 0.0]
-    rig = know_stage(path)
-    demands, currents, of_plant = first_files(path, rig, at, [1e-4, -5e-4, 3e-4])
-    assert accelerations(rig, np.array(at), currents) == pytest.approx(demands, rel=1e-5)
+    stage = know_stage(path)
+    demands, currents, of_plant = first_files(path, stage, at, [1e-4, -5e-4, 3e-4])
+    assert accelerations(stage, np.array(at), currents) == pytest.approx(demands, rel=1e-5)
     assert of_plant == pytest.approx(demands, rel=1e-4)
 
 
@@ -205,7 +206,7 @@ def test_what_is_no_such_motor_is_refused(tmp_path: Path, old: str, new: str, me
     text = path.read_text(encoding="utf-8")
     assert old in text
     path.write_text(text.replace(old, new), encoding="utf-8")
-    with pytest.raises(RigError, match=message):
+    with pytest.raises(StageError, match=message):
         read_own(path)
 
 

@@ -13,15 +13,15 @@ from scipy.integrate import solve_ivp
 from unlike_motors import THOROUGH, first_files, given_separately, simulated, tables
 
 import maglev
-from maglev.files.errors import RigError
+from maglev.files.errors import StageError
 from maglev.identification.regressors import accelerations as identified
-from maglev.identification.regressors import estimated_rig
+from maglev.identification.regressors import estimated_stage
 from maglev.linear.linearise import linearise
 from maglev.linear.loop import linearise_loop
 from maglev.user.adoption import know_stage
 from maglev.user.reading import read_own
 from maglev.user.scenario_loop import setpoints
-from pmlsm.stage_description import Rig
+from pmlsm.stage_description import StageDescription
 
 pytestmark = pytest.mark.usefixtures("slow")
 
@@ -58,7 +58,7 @@ def references() -> dict[str, ReferenceMotor]:
         DRAWINGS[motor], FIELDS[motor], SHEETS[motor], MODULATION)) for motor in DRAWINGS}
 
 
-def accelerations(rig: Rig, q: np.ndarray, dq: np.ndarray) -> np.ndarray:
+def accelerations(stage: StageDescription, q: np.ndarray, dq: np.ndarray) -> np.ndarray:
     """Of y, x, z at these and i_d, i_q of each motor, (motors, 2), by the references; no bias, no friction.
 
     Two motors share each current; the slots along x count.
@@ -68,32 +68,32 @@ def accelerations(rig: Rig, q: np.ndarray, dq: np.ndarray) -> np.ndarray:
         normal, thrust = motor.forces(float(q[0]), float(q[1]), i_d, i_q)
         found[0] += 2.0 * normal
         found[1 + k] = 2.0 * thrust
-    return np.array([G, 0.0, 0.0]) + found / [axis.mass for axis in rig.axes]
+    return np.array([G, 0.0, 0.0]) + found / [axis.mass for axis in stage.axes]
 
 
 def test_it_moves_by_its_data_sheets(tmp_path: Path) -> None:
     """The plant's block, without friction, bias and lag, against an integration that knows drawings and data sheets."""
-    rig = know_stage(described(tmp_path / "unlike.toml"))
+    stage = know_stage(described(tmp_path / "unlike.toml"))
     plant: Any = named_block("PlantUnlike")
     plant.encoder.resolution = 0.0
-    for axis, position in zip(rig.axis_names, START.tolist(), strict=True):
+    for axis, position in zip(stage.axis_names, START.tolist(), strict=True):
         of = getattr(plant, axis)
         of.bias = of.friction.coulomb = of.friction.viscous = of.ripple.amplitude = 0.0
         of.position_start = position
-    for motor, phases in zip(rig.motor_names, CURRENTS.tolist(), strict=True):
+    for motor, phases in zip(stage.motor_names, CURRENTS.tolist(), strict=True):
         supply = getattr(plant, motor)
         supply.amplifier.lag = 0.0
         supply.i_a_cmd, supply.i_b_cmd, supply.i_c_cmd = phases
     assert plant.start() == 0
     rows = []
     for k in range(25):
-        rows.append([getattr(plant, axis).position for axis in rig.axis_names])
+        rows.append([getattr(plant, axis).position for axis in stage.axis_names])
         assert plant.step(1e-3 * k, 1e-3) == 0
 
     def rates(_: float, state: np.ndarray) -> np.ndarray:
         dq = np.array([motor.park(float(state[1 + k])) @ phases for k, (motor, phases) in enumerate(
             zip(references().values(), CURRENTS, strict=True))])
-        return np.concatenate([state[3:], accelerations(rig, state[:3], dq)])
+        return np.concatenate([state[3:], accelerations(stage, state[:3], dq)])
 
     expected = solve_ivp(rates, (0.0, 0.024), np.concatenate([START, np.zeros(3)]), method="DOP853",
                          t_eval=1e-3 * np.arange(25), rtol=1e-11, atol=1e-14).y[:3].T
@@ -103,42 +103,42 @@ def test_it_moves_by_its_data_sheets(tmp_path: Path) -> None:
 
 def test_linear_model_and_rows_are_those_of_its_data_sheets(tmp_path: Path) -> None:
     """Plant linearised, rows of the identification, and columns of the estimator, against the forces."""
-    rig = know_stage(described(tmp_path / "unlike.toml"))
+    stage = know_stage(described(tmp_path / "unlike.toml"))
     at = np.array([0.0245, 2e-3, 0.0])
-    model = linearise("PlantUnlike", dict(zip(rig.axis_names, at.tolist(), strict=True)), amplifier=False,
-                      parameters={f"{axis}.{part}": 0.0 for axis in rig.axis_names
+    model = linearise("PlantUnlike", dict(zip(stage.axis_names, at.tolist(), strict=True)), amplifier=False,
+                      parameters={f"{axis}.{part}": 0.0 for axis in stage.axis_names
                                   for part in ("bias", "ripple.amplitude")})
     dq = model.equilibrium.dq.reshape(2, 2)
-    assert np.abs(accelerations(rig, at, dq)).max() < 1e-7
+    assert np.abs(accelerations(stage, at, dq)).max() < 1e-7
     gap = np.array([1e-7, 0.0, 0.0])
-    slope = (accelerations(rig, at + gap, dq) - accelerations(rig, at - gap, dq))[0] / 2e-7
+    slope = (accelerations(stage, at + gap, dq) - accelerations(stage, at - gap, dq))[0] / 2e-7
     assert model.A[3, 0] == pytest.approx(slope, rel=1e-5)
 
     at[1] = 0.0   # a tooth, where the slots count for nothing
     dq = np.array([[0.7, -0.4], [-0.3, 0.9]])
-    constants = {each.name: each.stage for each in rig.constants}
-    rows = identified(estimated_rig(rig), at[None], dq[None, :, 0], dq[None, :, 1], constants)
-    assert rows[0] == pytest.approx(accelerations(rig, at, dq), abs=1e-7)
+    constants = {each.name: each.stage for each in stage.constants}
+    rows = identified(estimated_stage(stage), at[None], dq[None, :, 0], dq[None, :, 1], constants)
+    assert rows[0] == pytest.approx(accelerations(stage, at, dq), abs=1e-7)
 
     estimator: Any = named_block("EstimatorUnlike")
     assert estimator.start() == 0
-    for motor, (i_d, i_q) in zip(rig.motor_names, dq.tolist(), strict=True):
+    for motor, (i_d, i_q) in zip(stage.motor_names, dq.tolist(), strict=True):
         part = getattr(estimator, motor)
         part.i_d, part.i_q = i_d, i_q
-    for axis, position in zip(rig.axis_names, at.tolist(), strict=True):
+    for axis, position in zip(stage.axis_names, at.tolist(), strict=True):
         getattr(estimator, axis).measured = position
     estimator.sample()
     columns = [estimator.rows.attraction, estimator.rows.coils, estimator.rows.iron]
-    assert G + np.dot(columns, [constants[name] for name in rig.constants_of("y")]) == pytest.approx(rows[0, 0])
+    assert G + np.dot(columns, [constants[name] for name in stage.constants_of("y")]) == pytest.approx(rows[0, 0])
 
 
 @pytest.mark.parametrize("law", ["", *THOROUGH])
 def test_it_runs(tmp_path: Path, law: str) -> None:
     """By its designed gains, held from the beginning."""
-    rig = know_stage(described(tmp_path / "unlike.toml"))
-    rows, loop = simulated(rig, law, 100)
-    target = [1e-3 * values[2] for values in setpoints(rig).values()]
-    assert np.abs(rows[:20, 0] - rig.vertical.start).max() < 1e-4
+    stage = know_stage(described(tmp_path / "unlike.toml"))
+    rows, loop = simulated(stage, law, 100)
+    target = [1e-3 * values[2] for values in setpoints(stage).values()]
+    assert np.abs(rows[:20, 0] - stage.vertical.start).max() < 1e-4
     assert rows[-1, 0] == pytest.approx(target[0], abs=5e-5)
     assert rows[-1, 1:] == pytest.approx(target[1:], abs=6e-4)   # on its way: friction holds it
     assert abs(loop.plant.alpha.i_d - loop.plant.beta.i_d) > 0.3
@@ -149,9 +149,9 @@ def test_it_runs(tmp_path: Path, law: str) -> None:
 @pytest.mark.parametrize("law", ["", *THOROUGH])
 def test_a_linear_loop_is_about_the_currents_that_a_law_comes_to(tmp_path: Path, law: str) -> None:
     """Each law has its own: without friction and with exact encoders a run comes to them."""
-    rig = know_stage(described(tmp_path / "unlike.toml", {"resolution = 1e-05": "resolution = 0.0"}))
+    stage = know_stage(described(tmp_path / "unlike.toml", {"resolution = 1e-05": "resolution = 0.0"}))
     loop: Any = named_block(f"ClosedLoop{law}Unlike")
-    for axis in rig.axis_names:
+    for axis in stage.axis_names:
         of = getattr(loop.plant, axis)
         of.friction.coulomb = of.ripple.amplitude = 0.0
         getattr(loop.controller, axis).reference = getattr(loop.plant, axis).position_start
@@ -159,10 +159,10 @@ def test_a_linear_loop_is_about_the_currents_that_a_law_comes_to(tmp_path: Path,
     for _ in range(600):
         assert loop.step(0.0, 1e-2) == 0
     name = {"Linear": "LinearRegulator", "": "Regulator"}.get(law, law)
-    model = linearise_loop("PlantUnlike", f"{name}Unlike", {"y": rig.vertical.start}, plant_parameters={
-        f"{axis}.ripple.amplitude": 0.0 for axis in rig.axis_names})
+    model = linearise_loop("PlantUnlike", f"{name}Unlike", {"y": stage.vertical.start}, plant_parameters={
+        f"{axis}.ripple.amplitude": 0.0 for axis in stage.axis_names})
     assert model.stable
-    found = [getattr(getattr(loop.plant, motor), of) for of in ("i_d", "i_q") for motor in rig.motor_names]
+    found = [getattr(getattr(loop.plant, motor), of) for of in ("i_d", "i_q") for motor in stage.motor_names]
     assert found == pytest.approx([*model.plant.equilibrium.i_d, *model.plant.equilibrium.i_q], abs=1e-4)
 
 
@@ -187,18 +187,18 @@ def test_one_motor_given_apart_is_that_of_its_stage(tmp_path: Path) -> None:
     for key in ("geometry", "catalogue", "field"):
         text = text.replace(f"\n[{key}]", f"\n[motors.motor.{key}]")
     (tmp_path / "apart.toml").write_text(text, encoding="utf-8")
-    rigs = [know_stage(tmp_path / f"{name}.toml") for name in ("common", "apart")]
-    assert [rig.motors[0].kind is None for rig in rigs] == [True, False]
-    common_rows, apart_rows = (simulated(rig, "", 20)[0] for rig in rigs)
+    stages = [know_stage(tmp_path / f"{name}.toml") for name in ("common", "apart")]
+    assert [stage.motors[0].kind is None for stage in stages] == [True, False]
+    common_rows, apart_rows = (simulated(stage, "", 20)[0] for stage in stages)
     assert apart_rows == pytest.approx(common_rows, abs=1e-11)
 
 
 def test_the_first_files_know_both_motors(tmp_path: Path) -> None:
     """A controller to begin with gets the accelerations that it demands, and a plant to begin with has them."""
     path, at = described(tmp_path / "unlike.toml"), [0.0245, 0.0, 3e-3]   # x between the slots: no modulation
-    rig = know_stage(path)
-    demands, currents, of_plant = first_files(path, rig, at, [1e-4, -5e-4, 3e-4])
-    assert accelerations(rig, np.array(at), currents) == pytest.approx(demands, rel=1e-5)
+    stage = know_stage(path)
+    demands, currents, of_plant = first_files(path, stage, at, [1e-4, -5e-4, 3e-4])
+    assert accelerations(stage, np.array(at), currents) == pytest.approx(demands, rel=1e-5)
     assert of_plant == pytest.approx(demands, rel=1e-4)
 
 
@@ -218,7 +218,7 @@ def test_tables_over_the_gap_are_of_motors_that_are_alike(tmp_path: Path) -> Non
     for key, value in (("table", "{ lower = 0.018, spacing = 0.001 }"),
                        ("schedule", "{ bounds = [0.029, 0.025, 0.021], setpoints = [0.031, 0.027, 0.023, 0.019] }")):
         path = described(tmp_path / f"{key}.toml", {"[design]\n": f"[design]\n{key} = {value}\n"})
-        with pytest.raises(RigError, match=f"design.{key}: expected none beside motors.alpha, which has numbers"):
+        with pytest.raises(StageError, match=f"design.{key}: expected none beside motors.alpha, which has numbers"):
             read_own(path)
 
 
@@ -241,5 +241,5 @@ catalogue = { peak = "9 A" }
     assert left.kind is None and right.kind is not None
     assert right.amplifier.peak == pytest.approx(9.0 * 2.0 ** 0.5)
     (tmp_path / "one.toml").write_text(one.replace('"medium"', '"medum"'), encoding="utf-8")
-    with pytest.raises(RigError, match=r"motors\.right\.motor: 'medum', expected one of .*nearest is 'medium'"):
+    with pytest.raises(StageError, match=r"motors\.right\.motor: 'medum', expected one of .*nearest is 'medium'"):
         read_own(tmp_path / "one.toml")

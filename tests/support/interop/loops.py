@@ -38,7 +38,7 @@ def require_tool(tool: str) -> None:
 
 
 def loop(system: str, stop_time: float) -> RunPlan:
-    """Scenario of a system with the references of its rig's setpoints, for the first seconds."""
+    """Scenario of a system with the references of its stage's setpoints, for the first seconds."""
     return load_plan(SYSTEMS[system]).model_copy(update={"stop_time": stop_time})
 
 
