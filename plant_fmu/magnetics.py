@@ -19,7 +19,7 @@ class Magnetics:
     """
 
     def __init__(self, stage: StageDescription):
-        of = stage.stage
+        of = stage.plant
         # m/(s² A), parameters: along each of the axes
         self.thrust = [of.thrust[axis.name] for axis in stage.horizontal]
         self.attraction = of.attraction       # m/(s² T²), parameter: attraction between magnets and iron

@@ -167,7 +167,7 @@ def stage_variables(stage: StageDescription) -> tuple[Variable, ...]:
     inputs = [v for part in parts for v in part[0]]
     outputs = [v for part in parts for v in part[1]]
     parameters = [v for part in parts for v in part[2]]
-    constants = [motion_constant(entry, stage.source("stage")) for entry in stage.constants]
+    constants = [motion_constant(entry, stage.source("plant")) for entry in stage.constants]
     stopped = "an axis or a motor" if stage.rotations else "an axis"
     at_stop = flag("at_stop", f"{stopped} was beyond an end stop during the step")
     return placed(stage, (

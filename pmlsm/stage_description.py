@@ -181,7 +181,7 @@ class StageConstant:
     axis: str      # in whose row it stands
     unit: str
     meaning: str
-    stage: float   # of the stage
+    plant: float   # of the stage itself
     model: float   # of the controllers' model of it
     guess: float   # the estimator's first
     weight: float  # and its diagonal element of Q0
@@ -238,7 +238,7 @@ class StageDescription:
     text: str                   # what carries and drives it
     axes: tuple[StageAxis, ...]   # the air gap first
     motors: tuple[StageMotor, ...]
-    stage: Constants            # the true ones
+    plant: Constants            # the true ones
     model: Constants            # those that the controllers take for them
     estimator: Estimator
     design: Design
@@ -370,8 +370,8 @@ class StageDescription:
 
     @property
     def constant_sets(self) -> tuple[Constants, ...]:
-        """Of stage, model, and estimator: guess and weight."""
-        return self.stage, self.model, self.estimator.guess, self.estimator.weight
+        """Of plant, model, and estimator: guess and weight."""
+        return self.plant, self.model, self.estimator.guess, self.estimator.weight
 
     @property
     def unlike(self) -> tuple[StageMotor, ...]:

@@ -117,7 +117,7 @@ class Part(NamedTuple):
     rest: Any
 
 
-COILS, IRON = 4 * iv.mpf(DESCRIPTION.stage.coils), 4 * iv.mpf(DESCRIPTION.stage.iron)
+COILS, IRON = 4 * iv.mpf(DESCRIPTION.plant.coils), 4 * iv.mpf(DESCRIPTION.plant.iron)
 
 
 def slopes(regulator: Any, cell: int) -> tuple[Any, Any]:
@@ -137,7 +137,7 @@ def gap_parts(regulator: Any, cell: int, lower: float, upper: float) -> Iterator
     start = regulator.currents.gains.lower + cell * iv.mpf(regulator.currents.gains.spacing)
     ripple = DESCRIPTION.vertical.ripple
     force = iv.mpf([-ripple.amplitude, ripple.amplitude]) + DESCRIPTION.vertical.bias + GRAVITY
-    attraction = 4 * DESCRIPTION.stage.attraction * iv.mpf([1 - DESCRIPTION.modulation, 1])
+    attraction = 4 * DESCRIPTION.plant.attraction * iv.mpf([1 - DESCRIPTION.modulation, 1])
     for part in range(PARTS):
         g = lower + (iv.mpf([part, part + 1]) / PARTS) * (iv.mpf(upper) - lower)
         f2, f3, f4, *changes = shapes(regulator.model.layout.kinds[0].geometry, g)

@@ -234,7 +234,7 @@ def of_axes(stage: StageDescription) -> Misfits:
 def of_constants(stage: StageDescription) -> Misfits:
     """Constants of other axes than those that motors drive."""
     horizontal = [axis.name for axis in stage.horizontal]
-    for place, constants in zip(("stage", "model", "estimator.guess", "estimator.weight"), stage.constant_sets,
+    for place, constants in zip(("plant", "model", "estimator.guess", "estimator.weight"), stage.constant_sets,
                                 strict=True):
         if list(constants.thrust) != horizontal:
             yield f"{place}.thrust", (f"of {', '.join(constants.thrust) or 'no axis'}, expected of "

@@ -135,7 +135,8 @@ class OwnBuild(NamedTuple):
 def own_build(path: Path) -> OwnBuild | None:
     """What a file is, if it was built here; None of what was not."""
     sha256 = digest_at(path)
-    return build_of_file(path, sha256, tuple(to_text(own.stage) for own in STAGES.own.values())) if sha256 else None
+    known = tuple(to_text(own.description) for own in STAGES.own.values())
+    return build_of_file(path, sha256, known) if sha256 else None
 
 
 UNREADABLE = (OSError, BadZipFile, zlib.error, KeyError, ValueError, EOFError, RuntimeError, ImportError)

@@ -16,7 +16,7 @@ LOOP = "maglev.descriptions.closed_loop_definition.closed_loop"
 class OwnStage(NamedTuple):
     """A stage of the user's: its description, the folder with the pages that are written from it, and its file."""
 
-    stage: StageDescription
+    description: StageDescription
     folder: Path
     file: Path
 
@@ -30,23 +30,24 @@ class Stages:
 
     def add(self, stage: OwnStage) -> None:
         """Know a stage, in place of one of that name."""
-        self.forget(stage.stage.name)
-        self.own[stage.stage.name] = stage
+        self.forget(stage.description.name)
+        self.own[stage.description.name] = stage
 
     def forget(self, *names: str) -> None:
         """Take back what is known of stages of the user's; those of this project stay."""
         for name in names:
             if (stage := self.own.pop(name, None)) is not None:
-                self.made = {fmu: made for fmu, made in self.made.items() if fmu not in definitions(stage.stage)}
+                self.made = {fmu: made for fmu, made in self.made.items() if fmu not in definitions(stage.description)}
 
     @property
     def stages(self) -> dict[str, StageDescription]:
         """Stages by name, ours first."""
-        return PACKAGED_STAGES | {name: stage.stage for name, stage in self.own.items()}
+        return PACKAGED_STAGES | {name: stage.description for name, stage in self.own.items()}
 
     def own_of(self, name: str) -> OwnStage | None:
         """The stage of the user's that an FMU or a system is of, if it is of one."""
-        return next((own for own in self.own.values() if name in (*definitions(own.stage), system_of(own.stage))), None)
+        return next((own for own in self.own.values()
+                     if name in (*definitions(own.description), system_of(own.description))), None)
 
     def definitions(self) -> dict[str, "Made"]:
         """How the definition of every FMU that can be built is made, by its name."""
@@ -67,23 +68,23 @@ class Made(NamedTuple):
     """How a definition is made: a function, a description, and more arguments, by where they stand or made likewise."""
 
     function: str   # as "plant_fmu.definition.plant"
-    stage: StageDescription
+    description: StageDescription
     arguments: tuple["str | Made", ...]
 
     def value(self) -> Any:
-        return imported(self.function)(self.stage, *(
+        return imported(self.function)(self.description, *(
             argument.value() if isinstance(argument, Made) else imported(argument) for argument in self.arguments))
 
     def text(self) -> str:
         """The same as Python, which an FMU runs to have its DEFINITION."""
         paths = {*self.paths(), f"{from_text.__module__}.{from_text.__name__}"}
         imports = sorted("from {} import {}\n".format(*path.rsplit(".", 1)) for path in paths)
-        lines = (f"    {line!r}\n" for line in to_text(self.stage).splitlines(keepends=True))
-        return f"{''.join(imports)}\nRIG = from_text(\n{''.join(lines)})\n\nDEFINITION = {self.call()}\n"
+        lines = (f"    {line!r}\n" for line in to_text(self.description).splitlines(keepends=True))
+        return f"{''.join(imports)}\nSTAGE = from_text(\n{''.join(lines)})\n\nDEFINITION = {self.call()}\n"
 
     def call(self) -> str:
         arguments = (argument.call() if isinstance(argument, Made) else last(argument) for argument in self.arguments)
-        return f"{last(self.function)}({', '.join(('DESCRIPTION', *arguments))})"
+        return f"{last(self.function)}({', '.join(('STAGE', *arguments))})"
 
     def paths(self) -> list[str]:
         """Where all that it takes stands."""

@@ -8,14 +8,14 @@ from maglev.files.errors import IdentificationError, in_one_line, nearest, one_o
 from maglev.files.regular_file import regular
 from maglev.files.toml_file import read_toml
 from maglev.files.whole_file import write_whole
-from maglev.identification.regressors import PACKAGED_STAGES, estimated_stage
-from pmlsm.stage_description import StageDescription as StageTable
+from maglev.identification.regressors import ESTIMATED_STAGES, estimated_stage
+from pmlsm.stage_description import StageDescription
 
 if TYPE_CHECKING:
     from maglev.identification.identify import Identification
 
 FMUS = ("plant", "controller")
-CONSTANTS = max((stage.constants for stage in PACKAGED_STAGES.values()), key=len)   # of a file that names no stage
+CONSTANTS = max((stage.constants for stage in ESTIMATED_STAGES.values()), key=len)   # of a file that names no stage
 BEGINNING = "# Identified by maglev identify"
 END = "# end of the constants"   # a number that was cut is a number, too
 SMALLEST = 1e-9   # the controllers divide by them
@@ -41,7 +41,7 @@ def write_model(path: Path, model: "Identification", source: Path) -> None:
     write_whole(path, "\n".join([*lines, "", END]) + "\n")
 
 
-def model_settings(path: Path, stage: StageTable | None = None) -> dict[str, float]:
+def model_settings(path: Path, stage: StageDescription | None = None) -> dict[str, float]:
     """Values of a model file by `plant.C1`, ….
 
     The file has tables `[plant]` and `[controller]` with constants `C1`…`C5`; constants outside the tables go to both,
@@ -56,7 +56,7 @@ def model_settings(path: Path, stage: StageTable | None = None) -> dict[str, flo
         raise IdentificationError(f"{path}: ends with {shortened(text[-20:])}, expected the line {END!r}: the file was "
                                   "cut")
     named = table.pop("stage", None)
-    known = {**PACKAGED_STAGES, **({} if stage is None else {stage.name: estimated_stage(stage)})}
+    known = {**ESTIMATED_STAGES, **({} if stage is None else {stage.name: estimated_stage(stage)})}
     if named is not None and (not isinstance(named, str) or named not in known):
         raise IdentificationError(f"{path}: stage = {named!r}: expected {one_of(str(named), known)}")
     if named is not None and stage is not None and named != stage.name:

@@ -12,7 +12,7 @@ from maglev.files.errors import IdentificationError, nearest, option
 from maglev.files.regular_file import regular
 from maglev.files.table import DataTable, read_table
 from maglev.files.table_times import Even, Gaps, even, require_time, times_of
-from maglev.identification.regressors import PACKAGED_STAGES, StageDescription, estimated_stage
+from maglev.identification.regressors import ESTIMATED_STAGES, EstimatedStage, estimated_stage
 from maglev.user.adoption import stage_named
 from pmlsm.dq_transform import clarke, park
 from pmlsm.sine_cosine import sine_cosine
@@ -28,7 +28,7 @@ PLANT = "plant."    # before the names in results of this project
 class MotionRecording:
     """Positions and delivered currents of a stage at n evenly spaced times."""
 
-    stage: StageDescription
+    stage: EstimatedStage
     time: Array   # s; shape (n,)
     positions: Array   # m, or rad of tilts, measured; shape (n, axes)
     i_d: Array   # A, delivered; shape (n, motors)
@@ -73,13 +73,13 @@ def gap_columns(motor: str) -> list[str]:
     return [f"{prefix}{motor}.{name}" for name in ("gap_encoder", "gap_measured", "gap") for prefix in ("", PLANT)]
 
 
-def current_names(stage: StageDescription, motor: str, current: str) -> list[str]:
+def current_names(stage: EstimatedStage, motor: str, current: str) -> list[str]:
     """Columns that a current of a motor may be recorded in, the best first."""
     bare = [current] if len(stage.motors) == 1 else []
     return [*bare, f"{motor}.{current}", f"{PLANT}{motor}.{current}"]
 
 
-def chosen_stage(table: DataTable, stage_name: str | None) -> StageDescription:
+def chosen_stage(table: DataTable, stage_name: str | None) -> EstimatedStage:
     """The stage asked for, or the one whose positions are there."""
     if stage_name is not None:
         return estimated_stage(stage_named(stage_name))
@@ -87,19 +87,19 @@ def chosen_stage(table: DataTable, stage_name: str | None) -> StageDescription:
         raise IdentificationError(f"{table.path}: is of a run of {plant}, expected {option('stage', 'mine.toml')}, the "
                                   "description of its stage, with it")
     present = {stage.name: sum(has_axis(table, stage, axis) for axis in stage.axes)
-               for stage in PACKAGED_STAGES.values()}
-    best = max(present, key=lambda name: present[name] / len(PACKAGED_STAGES[name].axes))
-    complete = [stage for stage in PACKAGED_STAGES.values() if present[stage.name] == len(stage.axes)]
+               for stage in ESTIMATED_STAGES.values()}
+    best = max(present, key=lambda name: present[name] / len(ESTIMATED_STAGES[name].axes))
+    complete = [stage for stage in ESTIMATED_STAGES.values() if present[stage.name] == len(stage.axes)]
     # What has the positions of all axes of a stage and tilts besides is of the stage that tilts.
     whole = [stage.name for stage in complete if not any({*stage.axes} < {*other.axes} for other in complete)]
     if len(whole) > 1:
         raise IdentificationError(f"{table.path}: has the positions of {' and '.join(whole)}, expected "
                                   f"{' or '.join(option('stage', name) for name in whole)} with it")
     if present[best] == 0:
-        axes = " or ".join(f"{', '.join(stage.axes)} ({stage.name})" for stage in PACKAGED_STAGES.values())
+        axes = " or ".join(f"{', '.join(stage.axes)} ({stage.name})" for stage in ESTIMATED_STAGES.values())
         raise IdentificationError(f"{table.path}: no column of a position, expected {axes}; its columns are "
                                   f"{', '.join(table.names[:8])}{' …' if len(table.names) > 8 else ''}")
-    return PACKAGED_STAGES[whole[0] if whole else best]
+    return ESTIMATED_STAGES[whole[0] if whole else best]
 
 
 def own_plant(recording: Path) -> str | None:
@@ -109,25 +109,25 @@ def own_plant(recording: Path) -> str | None:
     """
     try:
         used = json.loads(regular(recording.with_suffix(".json")).read_text(encoding="utf-8"))["provenance"]["fmus"]
-        packaged = [f"Plant{stage.described.suffix}" for stage in PACKAGED_STAGES.values()]
+        packaged = [f"Plant{stage.described.suffix}" for stage in ESTIMATED_STAGES.values()]
         return next((fmu["model"] for fmu in used if f"{fmu['name']}." == PLANT and fmu["model"].startswith("Plant")
                      and fmu["kind"] in ("native", "Python") and fmu["model"] not in packaged), None)
     except (OSError, ValueError, KeyError, TypeError, AttributeError):
         return None
 
 
-def has_axis(table: DataTable, stage: StageDescription, axis: str) -> bool:
+def has_axis(table: DataTable, stage: EstimatedStage, axis: str) -> bool:
     """Whether a position is recorded, or follows from the gaps at the motors."""
     return table.find(*axis_names(axis)) is not None or (
         has_gaps(table, stage) and axis not in (horizontal.name for horizontal in stage.described.horizontal))
 
 
-def has_gaps(table: DataTable, stage: StageDescription) -> bool:
+def has_gaps(table: DataTable, stage: EstimatedStage) -> bool:
     """Whether the gaps are recorded at all motors of a platform that tilts."""
     return bool(stage.described.rotations) and all(table.find(*gap_columns(motor)) for motor in stage.motors)
 
 
-def read_positions(table: DataTable, stage: StageDescription, times: Even) -> Array:
+def read_positions(table: DataTable, stage: EstimatedStage, times: Even) -> Array:
     """Positions of all axes (m, rad), shape (n, axes); those that are in the gaps at the motors, from there."""
     at_motors = has_gaps(table, stage)
     axes = stage.described.measured if at_motors else stage.described.axes
@@ -166,7 +166,7 @@ def even_times(table: DataTable, gaps: Gaps) -> Even:
     return found
 
 
-def check_positions(table: DataTable, stage: StageDescription, units: Mapping[str, str], positions: Array,
+def check_positions(table: DataTable, stage: EstimatedStage, units: Mapping[str, str], positions: Array,
                     gaps: range) -> None:
     """Refuse positions in another unit than m or rad, and gaps, some of the columns, that the model does not know."""
     names = [*units]
@@ -185,7 +185,7 @@ def check_positions(table: DataTable, stage: StageDescription, units: Mapping[st
             raise table.refusal(name, int(outside[0]), f"expected {lower} to {upper} {unit}{hint}")
 
 
-def motor_currents(table: DataTable, stage: StageDescription, motor: str, displacement: Array,
+def motor_currents(table: DataTable, stage: EstimatedStage, motor: str, displacement: Array,
                    times: Even) -> tuple[Array, Array]:
     """i_d and i_q of a motor (A): recorded, or of three phases by (2.1) at the measured displacement (m)."""
     direct = [table.find(*current_names(stage, motor, current)) for current in ("i_d", "i_q")]

@@ -11,13 +11,13 @@ from typing import cast
 import numpy as np
 
 from controller_fmu.feedback_linearisation import equilibrium_current
-from maglev.descriptions.packaged import PACKAGED_STAGES as DESCRIPTIONS
+from maglev.descriptions.packaged import PACKAGED_STAGES
 from maglev.files.arrays import Array
 from maglev.files.errors import IdentificationError
 from maglev.linear.places import MotorPlaces
 from pmlsm.gap_functions import gap_functions
 from pmlsm.motor_geometry import MotorGeometry
-from pmlsm.stage_description import StageDescription as StageTable
+from pmlsm.stage_description import StageDescription
 from pmlsm.velocity_rows import GRAVITY, normal_terms, thrust_acceleration
 
 # Shape functions (4, n, motors), or (4, n, 1) where all have the same gap, i_d and i_q (n, motors) to A (n, p).
@@ -39,13 +39,13 @@ class ConstantRow:
 
 
 @dataclass(frozen=True)
-class StageDescription:
+class EstimatedStage:
     """A stage with the rows of all its axes, the vertical one first, and the geometry of a motor.
 
     `guess` has the first guess of each constant, C1 first.
     """
 
-    described: StageTable
+    described: StageDescription
     places: MotorPlaces
     motion: tuple[ConstantRow, ...]
     motor: MotorGeometry
@@ -108,7 +108,7 @@ def columns(normal: Array, thrust: Array, sharing: float) -> Columns:
     return of
 
 
-def row_of_axis(described: StageTable, places: MotorPlaces, k: int) -> ConstantRow:
+def row_of_axis(described: StageDescription, places: MotorPlaces, k: int) -> ConstantRow:
     """Velocity row of an axis of a stage, by its number."""
     normal, drive = places.effects[k, 0::2], places.effects[k, 1::2]
     by_axis = {axis.name: drive * [motor.drives == axis.name for motor in described.motors]
@@ -121,16 +121,16 @@ def row_of_axis(described: StageTable, places: MotorPlaces, k: int) -> ConstantR
                        columns(normal, thrust, described.sharing))
 
 
-def estimated_stage(described: StageTable) -> StageDescription:
+def estimated_stage(described: StageDescription) -> EstimatedStage:
     """A stage as the estimators see it: the vertical row, then a row for each other axis."""
     places = MotorPlaces.of(described)
     guess = {constant.name: constant.guess for constant in described.constants}
-    return StageDescription(described, places,
+    return EstimatedStage(described, places,
                             tuple(row_of_axis(described, places, k) for k in range(len(described.axes))),
                described.motor(), guess)
 
 
-PACKAGED_STAGES = {name: estimated_stage(described) for name, described in DESCRIPTIONS.items()}
+ESTIMATED_STAGES = {name: estimated_stage(described) for name, described in PACKAGED_STAGES.items()}
 
 
 def shape_functions(motor: MotorGeometry, gaps: Array) -> Array:
@@ -141,7 +141,7 @@ def shape_functions(motor: MotorGeometry, gaps: Array) -> Array:
     return np.ascontiguousarray(values[inverse.reshape(-1)].T).reshape(4, *gaps.shape)
 
 
-def functions(stage: StageDescription, positions: Array) -> Array:
+def functions(stage: EstimatedStage, positions: Array) -> Array:
     """Shape functions at positions, shape (4, n, motors), or (4, n, 1) where all motors have the same gap.
 
     Of a motor that is unlike the others times the ratios of its constants, which the rows thus share.
@@ -155,14 +155,14 @@ def functions(stage: StageDescription, positions: Array) -> Array:
                     axis=2)
 
 
-def regressors(stage: StageDescription, positions: Array, i_d: Array, i_q: Array, velocities: Array) -> list[RowData]:
+def regressors(stage: EstimatedStage, positions: Array, i_d: Array, i_q: Array, velocities: Array) -> list[RowData]:
     """Rows at positions and velocities (m, m/s), shape (n, axes), with delivered currents (A), (n, motors)."""
     f = functions(stage, positions)
     return [RowData(row, row.columns(f, i_d, i_q), np.full(len(positions), row.offset), velocities[:, k])
             for k, row in enumerate(stage.rows)]
 
 
-def accelerations(stage: StageDescription, positions: Array, i_d: Array, i_q: Array,
+def accelerations(stage: EstimatedStage, positions: Array, i_d: Array, i_q: Array,
                   constants: dict[str, float]) -> Array:
     """Accelerations of the axes by the model (m/s²), shape (n, axes)."""
     f = functions(stage, positions)
@@ -171,11 +171,11 @@ def accelerations(stage: StageDescription, positions: Array, i_d: Array, i_q: Ar
     return np.stack(rows, axis=1)
 
 
-def row_of(stage: StageDescription, axis: str) -> ConstantRow:
+def row_of(stage: EstimatedStage, axis: str) -> ConstantRow:
     return next(row for row in stage.motion if row.axis == axis)
 
 
-def thrust_shape(stage: StageDescription, gaps: Array) -> Array:
+def thrust_shape(stage: EstimatedStage, gaps: Array) -> Array:
     """L/C = f1 at air gaps (m), shape (n,); L is the thrust of one motor per current, m/(s² A), of (4.3) and (5.3)."""
     return np.asarray(shape_functions(stage.motor, gaps)[0])
 
@@ -187,7 +187,7 @@ def fitted_parabola(time: Array, position: Array) -> tuple[float, float]:
     return start, acceleration
 
 
-def thrust_of_parabola(stage: StageDescription, axis: str, time: Array, position: Array, i_q: float) -> float:
+def thrust_of_parabola(stage: EstimatedStage, axis: str, time: Array, position: Array, i_q: float) -> float:
     """L (m/(s² A)) by least squares of x(t) = x(0) − ½ n L i_q t², (4.6) and (5.5), n motors at the current i_q (A).
 
     `time` (s) from the start at rest, `position` (m), shape (n,) each. IdentificationError without a current.
@@ -198,7 +198,7 @@ def thrust_of_parabola(stage: StageDescription, axis: str, time: Array, position
     return -acceleration / (stage.described.sharing * len(stage.described.motors_of(axis)) * i_q)
 
 
-def equilibrium_currents(stage: StageDescription, gaps: Array, constants: Mapping[str, float]) -> Array:
+def equilibrium_currents(stage: EstimatedStage, gaps: Array, constants: Mapping[str, float]) -> Array:
     """Direct currents (A), the same in all motors, that hold air gaps (m), shape (n,), without quadrature current.
 
     The smaller root of the vertical row, (4.10) and its like in section 5.4.2; NaN where there is none.
@@ -208,6 +208,6 @@ def equilibrium_currents(stage: StageDescription, gaps: Array, constants: Mappin
     return np.array([current if there else np.nan for current, there in currents])
 
 
-def attraction_force(stage: StageDescription, gaps: Array, constant: float, mass: float) -> Array:
+def attraction_force(stage: EstimatedStage, gaps: Array, constant: float, mass: float) -> Array:
     """Force (N) of one motor's attraction at air gaps (m): M C f2, with a constant or a difference of constants."""
     return np.asarray(mass * constant * shape_functions(stage.motor, gaps)[1])

@@ -9,7 +9,7 @@ from maglev.files.arrays import Array
 from maglev.identification.estimators import run_estimator as estimate_offline
 from maglev.identification.identify import Identification, identify, observed
 from maglev.identification.recording import MotionRecording
-from maglev.identification.regressors import StageDescription, equilibrium_currents, regressors, row_of, thrust_shape
+from maglev.identification.regressors import EstimatedStage, equilibrium_currents, regressors, row_of, thrust_shape
 from maglev.identification.settings import EPSILON, METHODS
 from maglev.runs.equilibrium_currents import beside_each_other, find_equilibria
 from maglev.runs.execution import RunResult
@@ -129,7 +129,7 @@ def current_errors(model: Identification, gaps: Array, constants: Mapping[str, f
     return np.asarray(np.sqrt(np.maximum(np.einsum("nj,jk,nk->n", slopes, covariance, slopes), 0.0)))
 
 
-def convergence_chart(stage_run: RunResult, stage: StageDescription) -> Chart:
+def convergence_chart(stage_run: RunResult, stage: EstimatedStage) -> Chart:
     rows = np.unique(np.linspace(0, len(stage_run.time) - 1, CONVERGENCE).astype(int))
     panels = tuple(Panel("time (s)", constant, tuple(
         Curve(f"ε = {epsilon:g}", stage_run.time[rows], column(stage_run, f"{name}.{constant}")[rows])

@@ -5,7 +5,7 @@ from typing import NamedTuple
 import numpy as np
 
 from maglev.files.arrays import Array
-from maglev.identification.regressors import StageDescription, equilibrium_currents
+from maglev.identification.regressors import EstimatedStage, equilibrium_currents
 from maglev.identification.settings import EPSILON
 from maglev.runs.execution import RunResult
 from maglev.runs.metrics import step_samples
@@ -24,7 +24,7 @@ class Measured(NamedTuple):
     currents: Array
 
 
-def find_equilibria(result: RunResult, stage: StageDescription) -> Measured:
+def find_equilibria(result: RunResult, stage: EstimatedStage) -> Measured:
     """Equilibria of a run that holds one air gap after the other, ascending."""
     axis = stage.axes[0]
     reference = column(result, entry(result.plan.axes, axis, result).reference)

@@ -8,7 +8,7 @@ import numpy as np
 
 from maglev.files.arrays import Array
 from maglev.files.errors import ScenarioError
-from maglev.identification.regressors import StageDescription, fitted_parabola, row_of, thrust_of_parabola, thrust_shape
+from maglev.identification.regressors import EstimatedStage, fitted_parabola, row_of, thrust_of_parabola, thrust_shape
 from maglev.identification.settings import EPSILON
 from maglev.runs.execution import RunResult
 from maglev.runs.procedure_data import Runs, at_epsilon, column, entry, estimators, millimetres, positions_of, stage_of
@@ -38,7 +38,7 @@ class Thrust(NamedTuple):
         return at_epsilon(self.by_estimator)
 
 
-def measured_thrust(result: RunResult, stage: StageDescription) -> list[Thrust]:
+def measured_thrust(result: RunResult, stage: EstimatedStage) -> list[Thrust]:
     """Thrust of every axis that moves in a run."""
     positions = dict(zip(stage.axes, positions_of(result, stage).T, strict=True))
     gap = float(positions[stage.axes[0]].mean())

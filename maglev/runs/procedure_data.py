@@ -8,7 +8,7 @@ import numpy as np
 from maglev.files.arrays import Array
 from maglev.files.errors import ScenarioError, nearest
 from maglev.files.units import to_unit
-from maglev.identification.regressors import StageDescription
+from maglev.identification.regressors import EstimatedStage
 from maglev.identification.regressors import estimated_stage as described
 from maglev.identification.settings import EPSILON
 from maglev.runs.execution import RunResult
@@ -21,7 +21,7 @@ T = TypeVar("T")
 Runs = Mapping[str, RunResult]   # runs that completed, by name
 
 
-def stage_of(plan: RunPlan) -> StageDescription:
+def stage_of(plan: RunPlan) -> EstimatedStage:
     """The stage of a scenario as the estimators see it; ScenarioError if it is of none."""
     if plan.stage is None:
         raise ScenarioError(f"{plan.path}: expected an FMU or the air gap of a stage, by which a procedure knows it")
@@ -68,12 +68,12 @@ def column(result: RunResult, name: str) -> Array:
     return np.asarray(entry(result.columns, name, result), dtype=np.float64)
 
 
-def positions_of(result: RunResult, stage: StageDescription) -> Array:
+def positions_of(result: RunResult, stage: EstimatedStage) -> Array:
     """Positions by the encoders, shape (n, axes); where the platform tilts, y and tilts by the gaps at the motors."""
     return np.stack([position_of(result, stage, axis) for axis in stage.axes], axis=1)
 
 
-def position_of(result: RunResult, stage: StageDescription, axis: str) -> Array:
+def position_of(result: RunResult, stage: EstimatedStage, axis: str) -> Array:
     """Position of one axis by the encoders that show it."""
     described = stage.described
     shares = zip(described.encoders, stage.places.measuring(described)[stage.axes.index(axis)], strict=True)

@@ -178,7 +178,7 @@ def fmu_key(name: str, kind: Kind) -> str:
     described = []
     if stage is not None:
         pages = stage.folder.glob("*/**/*.*")
-        described = [to_text(stage.stage), files_digest(stage.folder, pages)]
+        described = [to_text(stage.description), files_digest(stage.folder, pages)]
     return key_of(FMUS, dependencies(), tuple(kind), number_in(DATE), described)
 
 

@@ -42,7 +42,7 @@ def know_stage(path: str | Path) -> StageDescription:
     file = Path(path)
     stage = read_own(file)
     known = STAGES.own.get(stage.name)
-    if known is None or known.stage != stage:
+    if known is None or known.description != stage:
         require_free_name(file, stage.name)
         texts = {place: text.encode("utf-8") for place, text in module_texts(stage).items()}
         STAGES.add(OwnStage(stage, copied(texts, file.absolute().parent), file))

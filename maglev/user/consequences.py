@@ -158,7 +158,7 @@ class Consequences:
         stage, start = self.stage, self.places[0]
         forces = ", ".join(f"{name} {value:.4g} {'N' if name == 'attraction' else 'N/A'}"
                            for name, value in self.forces.items())
-        constants = ", ".join(f"{constant.name} = {constant.stage:.4g}" for constant in stage.constants)
+        constants = ", ".join(f"{constant.name} = {constant.plant:.4g}" for constant in stage.constants)
         subjects = {
             "constants": f"{constants} (docs/equations.md)",
             **{motor.name: f"{', '.join(f'{ratio:.4g}' for ratio in motor.ratios)} times these: thrust, attraction, "
@@ -195,7 +195,7 @@ class Consequences:
     def as_data(self) -> dict[str, Any]:
         """All of it as JSON has it, SI."""
         return {"stage": self.stage.name,
-                "constants": {constant.name: constant.stage for constant in self.stage.constants},
+                "constants": {constant.name: constant.plant for constant in self.stage.constants},
                 "forces": self.forces, "limits": self.limits, "fall": None if self.fall == inf else self.fall,
                 "rate": self.rate, "sample_time": self.stage.sample_time, "wanted_sample_time": self.wanted,
                 "observer_time": self.stage.design.observer_time,

@@ -34,12 +34,12 @@ def two_motors() -> StageDescription:
     travelling = description.horizontal[0]
     motor, mass = description.motors[0], 2.0 * description.vertical.mass
     inertia = float(f"{mass * (0.5 * APART) ** 2:.3g}")   # as of masses at the motors
-    stage, model = (replace(of, thrust={name: value / 2.0 for name, value in of.thrust.items()},
+    plant, model = (replace(of, thrust={name: value / 2.0 for name, value in of.thrust.items()},
                             attraction=of.attraction / 2.0, coils=of.coils / 2.0, iron=of.iron / 2.0)
-                    for of in (description.stage, description.model))
+                    for of in (description.plant, description.model))
     return replace(
         description, title="2-DOF stage on two motors", motor_stop=description.gap_stop, experiment="", equation="",
-        stage=stage,
+        plant=plant,
         model=model,
         axes=(replace(description.vertical, mass=mass, stop=None), replace(travelling, mass=2.0 * travelling.mass),
               replace(roll, meaning=f"tilt about {travelling.name}", mass=inertia)),

@@ -154,11 +154,11 @@ def stage_text(stage: StageDescription, file: Path, motor: Motor | None = None) 
 def sheet_of_stage(description: StageDescription) -> Catalogue:
     """Data sheet from which the constants of a stage follow, of its first motor."""
     first, vertical = description.horizontal[0], description.vertical
-    stage, motor = description.stage, description.motors[0]
+    plant, motor = description.plant, description.motors[0]
     f1, f2, f3, f4 = gap_functions(description.motor(), vertical.start)
     printed = [float(f"{value:.4g}") for value in (
-        stage.thrust[first.name] * first.mass * f1, stage.attraction * vertical.mass * f2,
-        stage.coils * vertical.mass * f3, stage.iron * vertical.mass * f4)]
+        plant.thrust[first.name] * first.mass * f1, plant.attraction * vertical.mass * f2,
+        plant.coils * vertical.mass * f3, plant.iron * vertical.mass * f4)]
     return Catalogue("peak", printed[0], vertical.start, printed[1], vertical.start, printed[2], printed[3],
                      motor.amplifier.peak, motor.amplifier.continuous,
                      resistance=round(description.sharing * motor.winding.resistance, 6),

@@ -43,7 +43,7 @@ def stage_from_text(path: Path, text: str) -> StageDescription:
               for name, of in unlike.items()}
     field = reader.read(Field, table.pop("field"), "field") if "field" in table else None
     with_model, with_estimator = "model" in table, "estimator" in table
-    if (sheet is None) == ("stage" not in table):
+    if (sheet is None) == ("plant" not in table):
         raise StageError(f"{path}: stage: expected the constants there, or the numbers of a data sheet in [catalogue]"
                        + (", not both" if sheet is not None else ""))
     said = {"sample_time"} & {*table} | {*design_of(table)}
@@ -52,8 +52,8 @@ def stage_from_text(path: Path, text: str) -> StageDescription:
     if field is not None:
         stage = replace(stage, geometry={**stage.geometry, **field_geometry(f"{path}: field", field)})
     if sheet is not None:
-        stage = replace(stage, stage=catalogue_constants(f"{path}: catalogue", sheet, stage),
-                      sources={"stage": "from the motor's data sheet", **stage.sources})
+        stage = replace(stage, plant=catalogue_constants(f"{path}: catalogue", sheet, stage),
+                      sources={"plant": "from the motor's data sheet", **stage.sources})
     # By it currents are limited, those of other motors in proportion to theirs.
     peak = min(motor.amplifier.peak for motor in [motor for motor in stage.motors if motor.name not in unlike]
                or stage.motors[:1])
@@ -61,7 +61,7 @@ def stage_from_text(path: Path, text: str) -> StageDescription:
         with_kind(reader, stage, motor, unlike[motor.name], sheets[motor.name], peak) if motor.name in unlike else motor
         for motor in stage.motors))
     if not with_model:
-        stage = replace(stage, model=stage.stage)
+        stage = replace(stage, model=stage.plant)
     if not with_estimator:
         stage = replace(stage, estimator=Estimator(scaled_constants(stage.model, 0.5), thesis_weights(stage)))
     reader.check(stage)
@@ -102,7 +102,7 @@ def unlike_motors(table: Table) -> dict[str, Table]:
     kinds = {name: {key: motor.pop(key) for key in KIND if isinstance(motor.get(key), dict)}
              for name, motor in motors.items()}
     for key in KIND:
-        if key not in table and "stage" not in table and kinds and all(key in of for of in kinds.values()):
+        if key not in table and "plant" not in table and kinds and all(key in of for of in kinds.values()):
             table[key] = next(iter(kinds.values()))[key]
     return {name: of for name, of in kinds.items() if of}
 
@@ -117,7 +117,7 @@ def with_kind(reader: Reader, stage: StageDescription, motor: StageMotor, of: Ta
         geometry |= reader.geometry(f"{place}.geometry", of["geometry"])
     if "field" in of:
         geometry |= field_geometry(f"{reader.path}: {place}.field", reader.read(Field, of["field"], f"{place}.field"))
-    own, common, axis = stage.stage, stage.stage, motor.drives
+    own, common, axis = stage.plant, stage.plant, motor.drives
     if axis not in own.thrust:
         return motor   # refused as such
     if sheet is not None:
@@ -144,8 +144,8 @@ def fill_in(path: Path, table: Table, sheet: Catalogue | None, own: dict[str, Ca
         design_of(table).setdefault(key, 0.0)
     horizontal = [axis for axis, entries in axes.items() if entries.get("rotation") is not True][1:]
     unknown = {"thrust": dict.fromkeys(horizontal, 1.0), "attraction": 1.0, "coils": 1.0, "iron": 1.0}
-    table.setdefault("stage", unknown)
-    table.setdefault("model", table["stage"])
+    table.setdefault("plant", unknown)
+    table.setdefault("model", table["plant"])
     table.setdefault("estimator", {"guess": unknown, "weight": unknown})
     sharing = table.get("sharing", 1)
     for name, motor in motors.items():

@@ -7,7 +7,7 @@ from typing import Any
 
 import numpy as np
 import pytest
-from direct_loop import PACKAGED_STAGES, simulate
+from direct_loop import LAYOUTS, simulate
 from estimator_run import PLACES
 from hypothesis import given
 from hypothesis import strategies as st
@@ -113,7 +113,7 @@ def nominals(stage: int, controller: Any) -> list[float]:
 def test_it_finds_the_constants_of_a_stage(slow: None, description: int, stage: type, adaptive: type,
                                            factors: tuple[float, ...], seconds: float) -> None:
     """Of a stage that is as the model says but for the constants that are adapted: from a run, by what it commands."""
-    axes, motors, _ = PACKAGED_STAGES[description]
+    axes, motors, _ = LAYOUTS[description]
     plant, controller = stage(), adaptive()
     idle(plant, axes, motors)
     true = [factor * nominal for factor, nominal in zip(factors, nominals(description, controller), strict=True)]
@@ -134,7 +134,7 @@ def test_it_finds_the_constants_of_a_stage(slow: None, description: int, stage: 
                                                         (3, Stage3DOF, AdaptiveRegulator3DOF)])
 def test_without_excitation_the_constants_stay(slow: None, description: int, stage: type, adaptive: type) -> None:
     """Held at one place by a stage with other constants, friction and bias, which the estimates do not survive."""
-    axes, _, _ = PACKAGED_STAGES[description]
+    axes, _, _ = LAYOUTS[description]
     controller = adaptive()
     simulate(description, Seen(controller), stage(),
              {name: sines(getattr(stage(), name).position_start) for name in axes}, 4.0)

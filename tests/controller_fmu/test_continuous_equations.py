@@ -4,7 +4,7 @@ from collections.abc import Callable
 
 import numpy as np
 import pytest
-from direct_loop import PACKAGED_STAGES
+from direct_loop import LAYOUTS
 from estimator_run import PLACES, TRUE_VELOCITY, TRUTH, new_estimator, run
 from reference_stage import G, shape_functions
 from scipy.integrate import solve_ivp
@@ -31,7 +31,7 @@ def rows(stage: int, sample: dict[str, float]) -> Rows:
 def solve(stage: int, trial: dict[str, np.ndarray], start: np.ndarray, weights: np.ndarray, epsilon: float,
           gamma: float, forgetting: float) -> np.ndarray:
     """Estimates after every sample, shape (samples, constants)."""
-    axes, _, dt = PACKAGED_STAGES[stage]
+    axes, _, dt = LAYOUTS[stage]
     samples = [dict(zip(trial, values, strict=True)) for values in zip(*trial.values(), strict=True)]
     estimates = np.empty((len(samples), len(start)))
     for number, (constants, _, _) in enumerate(rows(stage, samples[0])):
@@ -65,7 +65,7 @@ def test_against_scipy(trial: Callable[..., dict[str, np.ndarray]], stage: int, 
 
     The distance is relative to how far they go. With γ = 1 Σ is constant, and the solution is exact.
     """
-    count = round(0.2 / PACKAGED_STAGES[stage][2])
+    count = round(0.2 / LAYOUTS[stage][2])
     middle = {name: values[20_000:20_000 + count] for name, values in trial(stage, seconds=20.0).items()}
     names = [f"C{i + 1}" for i in range(len(TRUTH[stage]))]
     default = new_estimator(stage, TRUTH[stage])

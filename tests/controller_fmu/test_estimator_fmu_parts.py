@@ -6,7 +6,7 @@ from typing import Any
 import mpmath
 import numpy as np
 import pytest
-from direct_loop import PACKAGED_STAGES
+from direct_loop import LAYOUTS
 from estimator_run import TRUTH, constants, new_estimator, run
 from hypothesis import example, given, settings
 from hypothesis import strategies as st
@@ -135,7 +135,7 @@ def test_convergence() -> None:
 class TestEstimator:
     def still(self, stage: int, count: int, gap: float, i_d: float) -> dict[str, np.ndarray]:
         """Run at rest with a direct current."""
-        axes, motors, dt = PACKAGED_STAGES[stage]
+        axes, motors, dt = LAYOUTS[stage]
         trial = {"time": dt * np.arange(count)} | {f"{name}.encoder": np.zeros(count) for name in axes}
         trial[f"{axes[0]}.encoder"] += gap
         for name in motors:
@@ -148,7 +148,7 @@ class TestEstimator:
         estimates = run(stage, estimator, self.still(stage, 500, VERTICAL[stage][1], 0.3))
         thrusts = slice(0, stage - 1)
         assert (estimates[:, thrusts] == TRUTH[stage][thrusts]).all()
-        assert not getattr(estimator, PACKAGED_STAGES[stage][0][1]).thrust.converged
+        assert not getattr(estimator, LAYOUTS[stage][0][1]).thrust.converged
 
     def test_equilibrium_of_the_model_no_change(self, stage: int) -> None:
         gap = VERTICAL[stage][1]
@@ -176,12 +176,12 @@ class TestEstimator:
 
     def test_step_that_does_not_divide_the_sample_time(self, stage: int) -> None:
         estimator = new_estimator(stage, TRUTH[stage])
-        dt = PACKAGED_STAGES[stage][2]
+        dt = LAYOUTS[stage][2]
         assert estimator.step(0.0, 0.7 * dt) == STEP_MISFIT
         assert estimator.step(0.0, 0.5 * dt) == 0
 
     def test_half_steps_sample_once(self, stage: int) -> None:
-        dt = PACKAGED_STAGES[stage][2]
+        dt = LAYOUTS[stage][2]
         whole, half = new_estimator(stage, TRUTH[stage]), new_estimator(stage, TRUTH[stage])
         for k in range(50):
             self.excite(stage, whole, k)
@@ -194,7 +194,7 @@ class TestEstimator:
 
     def excite(self, stage: int, estimator: Any, k: int) -> None:
         """Some inputs."""
-        axes, motors, _ = PACKAGED_STAGES[stage]
+        axes, motors, _ = LAYOUTS[stage]
         for i, name in enumerate(axes):
             getattr(estimator, name).measured = (VERTICAL[stage][1] if i == 0 else 0.0) + 1e-5 * math.sin(0.7 * k + i)
         for i, name in enumerate(motors):
@@ -210,7 +210,7 @@ class TestEstimator:
 def test_whatever_comes_in(stage: int, samples: list[tuple[float, float, float, float]], epsilon: float, gamma: float,
                            forgetting: float, weight: float, matched: bool) -> None:
     """Any inputs and parameters within their ranges: finite estimates, and Σ stays symmetric and positive."""
-    axes, motors, dt = PACKAGED_STAGES[stage]
+    axes, motors, dt = LAYOUTS[stage]
     names = [f"C{i + 1}" for i in range(len(TRUTH[stage]))]
     estimator = new_estimator(stage, TRUTH[stage], epsilon=epsilon, gamma=gamma, forgetting=forgetting,
                               matched_filter=matched, **{f"{name}_weight": weight for name in names})

@@ -30,7 +30,7 @@ def test_rows_are_the_motion_of_the_stage(gap: float, roll: float, pitch: float,
     estimator.x.begin()
     estimator.z.begin()
     estimator.sample()
-    block = stage.stage
+    block = stage.block
     block.mover.push(block.axes, block.motors, block.magnetics)
     mounts = [getattr(stage, f"{motor}_mount") for motor in MOTORS]
     columns = np.array([estimator.rows.attraction, estimator.rows.coils, estimator.rows.iron])

@@ -5,7 +5,7 @@ from collections.abc import Callable
 
 import numpy as np
 import pytest
-from direct_loop import PACKAGED_STAGES
+from direct_loop import LAYOUTS
 from estimator_run import PLACES, new_estimator
 from fmu_access import bits, outputs, put, variables
 
@@ -19,7 +19,7 @@ from maglev.fmi.definition import reader
     {}, {"matched_filter": True, "forgetting": 0.5}, {"epsilon": 0.001, "gamma": 3.0, "observer.time1": 0.0}])
 def test_same_bits(trial: Callable[..., dict[str, np.ndarray]], load_native: Callable[[str], Fmu], stage: int,
                    parameters: dict[str, float]) -> None:
-    axes, motors, dt = PACKAGED_STAGES[stage]
+    axes, motors, dt = LAYOUTS[stage]
     data = trial(stage, seconds=20.0)
     fmu = load_native(f"Estimator{stage}DOF")
     fmu.initialise(parameters, 0.0, 10.0)

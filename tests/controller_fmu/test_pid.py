@@ -2,7 +2,7 @@
 
 import numpy as np
 import pytest
-from direct_loop import PACKAGED_STAGES
+from direct_loop import LAYOUTS
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from linear_model import linearised, thrusts, vertical_row
@@ -144,7 +144,7 @@ def test_integral_holds_while_limited(antiwindup: bool) -> None:
 @pytest.mark.parametrize("stage", [2, 3])
 def test_every_command_of_a_run(description: int) -> None:
     """The law written again, with matrices of gains from numpy's polynomials: 1 s, steps on all axes, pre-filter on."""
-    axes, motors, dt = PACKAGED_STAGES[description]
+    axes, motors, dt = LAYOUTS[description]
     controller, stage = (PID2DOF(), Stage2DOF()) if description == 2 else (PID3DOF(), Stage3DOF())
     corner = 30.0
     for name in axes:

@@ -2,7 +2,7 @@
 
 import numpy as np
 import pytest
-from direct_loop import PACKAGED_STAGES
+from direct_loop import LAYOUTS
 from named_controllers import Regulator2DOF, Regulator3DOF
 from named_stage import Stage2DOF, Stage3DOF
 from reference_stage import TAU, G, shape_functions
@@ -69,7 +69,7 @@ class ReferenceRegulator:
 @pytest.mark.usefixtures("slow")
 def test_every_command_of_a_run(description: int) -> None:
     """Steps on all axes that saturate the commands; same measurements to both, 0.7 s."""
-    axes, motors, dt = PACKAGED_STAGES[description]
+    axes, motors, dt = LAYOUTS[description]
     controller, stage = (Regulator2DOF(), Stage2DOF()) if description == 2 else (Regulator3DOF(), Stage3DOF())
     controller.start()
     stage.start()

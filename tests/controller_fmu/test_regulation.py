@@ -4,7 +4,7 @@ import math
 
 import numpy as np
 import pytest
-from direct_loop import PACKAGED_STAGES, Reference, idealise, simulate
+from direct_loop import LAYOUTS, Reference, idealise, simulate
 from named_controllers import Regulator2DOF, Regulator3DOF
 from named_stage import Stage2DOF, Stage3DOF
 
@@ -86,7 +86,7 @@ def test_defaults() -> None:
     places = {two.v: 20e-3, two.h: 0.0, three.y: 25e-3, three.x: 0.0, three.z: 0.0}
     assert all(axis.measured == axis.reference == place for axis, place in places.items())
     assert not any(axis.reference_rate for axis in places)
-    assert (two.sample_time, three.sample_time) == (PACKAGED_STAGES[2][2], PACKAGED_STAGES[3][2])
+    assert (two.sample_time, three.sample_time) == (LAYOUTS[2][2], LAYOUTS[3][2])
 
 
 def ideal(description: int, original: bool = False) -> tuple[Regulator2DOF | Regulator3DOF, Stage2DOF | Stage3DOF]:
@@ -116,7 +116,7 @@ def test_constant_disturbance_is_rejected(description: int, original: bool, dist
     """An external force or a constant acceleration; the regulators with their default limits."""
     controller, stage = ideal(description, original)
     values = (2.0, 1.5, -1.5) if disturbance == "force" else (0.2, 0.2, -0.2)
-    for name, value in zip(PACKAGED_STAGES[description][0], values, strict=False):
+    for name, value in zip(LAYOUTS[description][0], values, strict=False):
         setattr(getattr(stage, name), disturbance, value)
     errors = np.abs(simulate(description, controller, stage, {}, SETTLED[description]))
     assert errors.max(axis=0).min() > 1e-5, "the disturbance has to move every axis first"
@@ -134,8 +134,8 @@ def test_sinusoid_of_the_internal_model_is_tracked(description: int, original: b
         return lambda t: (offset + amplitude * math.sin(OMEGA0 * t),
                           amplitude * OMEGA0 * math.cos(OMEGA0 * t))
 
-    references = {name: sinusoid(0.0, 30e-3) for name in PACKAGED_STAGES[description][0][1:]}
-    references[PACKAGED_STAGES[description][0][0]] = sinusoid(20e-3 if description == 2 else 25e-3, 5e-3)
+    references = {name: sinusoid(0.0, 30e-3) for name in LAYOUTS[description][0][1:]}
+    references[LAYOUTS[description][0][0]] = sinusoid(20e-3 if description == 2 else 25e-3, 5e-3)
     errors = np.abs(simulate(description, controller, stage, references, SETTLED[description]))
     assert errors.max(axis=0).min() > 5e-5, "the start has to disturb every axis"
-    assert errors[round(0.6 * SETTLED[description] / PACKAGED_STAGES[description][2]):].mean(axis=0).max() < 0.02e-3
+    assert errors[round(0.6 * SETTLED[description] / LAYOUTS[description][2]):].mean(axis=0).max() < 0.02e-3

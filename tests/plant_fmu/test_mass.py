@@ -5,7 +5,7 @@ from typing import Any
 
 import numpy as np
 import pytest
-from direct_loop import PACKAGED_STAGES, idealise
+from direct_loop import LAYOUTS, idealise
 from hypothesis import given
 from hypothesis import strategies as st
 from named_controllers import Regulator2DOF, Regulator3DOF
@@ -14,7 +14,7 @@ from reference_stage import T1, G, shape_functions
 from scipy.optimize import brentq
 from stage_cases import phases
 
-from maglev.identification.regressors import PACKAGED_STAGES as described_stages
+from maglev.identification.regressors import ESTIMATED_STAGES as described_stages
 from maglev.identification.regressors import accelerations
 
 pytestmark = pytest.mark.usefixtures("slow")   # it searches for long
@@ -46,7 +46,7 @@ def constants(stage: int, block: Any) -> list[float]:
 
 def axes_of(description: int, stage: Any) -> list[Any]:
     """Axes of a stage, the vertical one first."""
-    return [getattr(stage, name) for name in PACKAGED_STAGES[description][0]]
+    return [getattr(stage, name) for name in LAYOUTS[description][0]]
 
 
 @both
@@ -58,7 +58,7 @@ def test_acceleration_is_force_over_mass(description: int, load: tuple[float, ..
                                          ) -> None:
     """Every axis, with all effects on: bias and gravity are accelerations, everything else is a force."""
     stage = STAGES[description]()
-    axes, motors = axes_of(description, stage), [getattr(stage, name) for name in PACKAGED_STAGES[description][1]]
+    axes, motors = axes_of(description, stage), [getattr(stage, name) for name in LAYOUTS[description][1]]
     masses = [nominal * factor for nominal, factor in zip(NOMINAL[description], load, strict=False)]
     positions = [gap, *x][:description]
     for axis, mass, position, v, force in zip(axes, masses, positions, speed, outside, strict=False):
@@ -82,7 +82,7 @@ def simulated(description: int, axis: str, mass: float, current: float, stop_tim
     """How far (m) a horizontal axis goes at a mass (kg) under a quadrature current (A), the others held, no effects."""
     stage = STAGES[description]()
     idealise(description, stage, REGULATORS[description]())
-    names, motors, dt = PACKAGED_STAGES[description]
+    names, motors, dt = LAYOUTS[description]
     for name in names:
         getattr(stage, name).locked = name != axis
     moving, motor = getattr(stage, axis), getattr(stage, motors[names.index(axis) - 1])
@@ -100,7 +100,7 @@ def simulated(description: int, axis: str, mass: float, current: float, stop_tim
 def test_a_current_drives_a_mass_by_newtons_law(stage: int, axis: str, constant: str, motors: int,
                                                 factor: float) -> None:
     """Half the way at twice the mass, the same way at twice the mass under twice the current; alike on h, x and z."""
-    nominal = NOMINAL[stage][PACKAGED_STAGES[stage][0].index(axis)]
+    nominal = NOMINAL[stage][LAYOUTS[stage][0].index(axis)]
     gap = shape_functions(20e-3 if stage == 2 else 25e-3)[0]
     thrust = nominal * motors * getattr(REGULATORS[stage](), constant) * gap   # N/A
     way = simulated(stage, axis, factor * nominal, 0.5)
@@ -142,7 +142,7 @@ def test_equilibrium_current_is_the_root_of_the_balance_of_forces(description: i
                                      [0.0] * (description - 1))[0]
 
     def acceleration(current: float) -> float:
-        for motor in PACKAGED_STAGES[description][1]:
+        for motor in LAYOUTS[description][1]:
             getattr(stage, motor).i_d, getattr(stage, motor).i_q = current, 0.0
         vertical.begin()
         stage.add_slope(0.0, 0.0)
@@ -171,7 +171,7 @@ def test_an_identification_sees_constants_at_the_present_masses(description: int
         axis.begin()
         seen.update({name: getattr(stage, name) / factor for name in row.constants})
     axes_of(description, stage)[0].position = gap
-    for name, direct, quadrature in zip(PACKAGED_STAGES[description][1], i_d, i_q, strict=True):
+    for name, direct, quadrature in zip(LAYOUTS[description][1], i_d, i_q, strict=True):
         getattr(stage, name).i_d, getattr(stage, name).i_q = direct, quadrature
     stage.add_slope(0.0, 0.0)
     expected = accelerations(described, np.array([[gap, 0.0, 0.0][:description]]), np.array([i_d]), np.array([i_q]),

@@ -1,5 +1,6 @@
 """A description as the text that FMUs carry."""
 
+from collections.abc import Callable
 from dataclasses import replace
 from math import nextafter, pi
 
@@ -23,7 +24,8 @@ def unlike(stage: StageDescription) -> StageDescription:
 
 @pytest.mark.parametrize("name", PACKAGED_STAGES)
 @pytest.mark.parametrize("changed", [lambda stage: stage, unlike])
-def test_text_gives_the_description_back_exactly(name: str, changed: "type[StageDescription]") -> None:
+def test_text_gives_the_description_back_exactly(
+        name: str, changed: Callable[[StageDescription], StageDescription]) -> None:
     stage = changed(PACKAGED_STAGES[name])
     assert repr(from_text(to_text(stage))) == repr(stage)
 

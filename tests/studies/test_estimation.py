@@ -92,8 +92,7 @@ def test_plants_and_compensator_have_the_scale_that_training_chooses():
     assert plain[chosen] == max(plain.values())
     assert {float(scale) for _, scale, ripple, _ in rows if ripple} == {chosen}
     for model, _, path in (name.partition(".") for name in SETTINGS.assumed):
-        value = reduce(getattr, path.split("."), PLANTS[model]())
-        assert value == chosen * SETTINGS.assumed[f"{model}.{path}"], path
+        assert reduce(getattr, path.split("."), PLANTS[model]()) == chosen * SETTINGS.assumed[f"{model}.{path}"], path
     given = load_plan("2dof-tracking-friction-compensation").fmus["controller"].start
     for name, value in times(chosen, SETTINGS.follows).items():
         assert given[name.partition(".")[2]].value == value

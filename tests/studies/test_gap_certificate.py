@@ -51,10 +51,10 @@ def pieces(loop: Loop) -> list[tuple[float, float, gap_certificate.Box]]:
 def row(gap: float, current: float, modulation: float, phase: float) -> float:
     """Vertical acceleration of the plant (m/s²), with its bias and a ripple of any phase."""
     _, f2, f3, f4 = shape_functions(gap)
-    stage, ripple = DESCRIPTION.stage, DESCRIPTION.vertical.ripple
+    plant, ripple = DESCRIPTION.plant, DESCRIPTION.vertical.ripple
     return (G + DESCRIPTION.vertical.bias + ripple.amplitude * np.sin(2 * np.pi * gap / ripple.period + phase)
-            - 4 * stage.iron * f4 * current**2 + 4 * stage.coils * f3 * current
-            - 4 * stage.attraction * (1 - modulation) * f2)
+            - 4 * plant.iron * f4 * current**2 + 4 * plant.coils * f3 * current
+            - 4 * plant.attraction * (1 - modulation) * f2)
 
 
 def rest(gap: float, modulation: float, phase: float) -> float:
@@ -219,7 +219,7 @@ def test_steps_that_are_covered_keep_the_certified_rate() -> None:
     fastest = 0.0
     for _ in range(400):
         corner = [random.choice(bounds) for bounds in box.values()]
-        x = expm(dt * np.array(vertical(REGULATOR, *corner, x[1]))) @ x
+        x = expm(dt * np.array(vertical(REGULATOR, *(*corner, x[1])))) @ x
         fastest = max(fastest, abs(x[1]))
         assert abs(x[0]) <= furthest
     assert 0.1 * found["rate"] < fastest <= found["rate"]

@@ -12,8 +12,8 @@ STAGE_3DOF = PACKAGED_STAGES["3dof"]
 
 
 # Axes, motors and communication step (s).
-PACKAGED_STAGES = {len(stage.axes): (stage.axis_names, stage.motor_names, stage.sample_time)
-                   for stage in (STAGE_2DOF, STAGE_3DOF)}
+LAYOUTS = {len(stage.axes): (stage.axis_names, stage.motor_names, stage.sample_time)
+           for stage in (STAGE_2DOF, STAGE_3DOF)}
 
 Reference = Callable[[float], tuple[float, float]]   # time (s) to reference (m) and its rate (m/s)
 
@@ -21,7 +21,7 @@ Reference = Callable[[float], tuple[float, float]]   # time (s) to reference (m)
 def simulate(description: int, controller: Any, stage: Any, references: dict[str, Reference],
              stop_time: float) -> np.ndarray:
     """Errors position − reference (m) at every sample, shape (samples, axes)."""
-    axes, motors, dt = PACKAGED_STAGES[description]
+    axes, motors, dt = LAYOUTS[description]
     assert controller.start() == 0
     assert stage.start() == 0
     errors = []
@@ -44,7 +44,7 @@ def simulate(description: int, controller: Any, stage: Any, references: dict[str
 
 def idealise(description: int, stage: Any, controller: Any) -> None:
     """Switch every effect of a stage off, and give it the controller's constants."""
-    axes, motors, _ = PACKAGED_STAGES[description]
+    axes, motors, _ = LAYOUTS[description]
     for name in ("C1", "C2", "C3", "C4", "C5")[:4 if description == 2 else 5]:
         setattr(stage, name, getattr(controller, name))
     stage.attraction_modulation = stage.encoder.resolution = 0.0

@@ -3,7 +3,7 @@
 from typing import Any
 
 import numpy as np
-from direct_loop import PACKAGED_STAGES
+from direct_loop import LAYOUTS
 from named_controllers import Estimator2DOF, Estimator3DOF
 
 from maglev.descriptions.own_fmus import definition
@@ -36,7 +36,7 @@ def constants(stage: int, estimator: Any) -> tuple[float, ...]:
 
 def run(stage: int, estimator: Any, trial: dict[str, np.ndarray], measured: str = "encoder") -> np.ndarray:
     """Estimates after every sample, shape (samples, constants)."""
-    axes, motors, dt = PACKAGED_STAGES[stage]
+    axes, motors, dt = LAYOUTS[stage]
     wires = [(getattr(estimator, name), "measured", trial[f"{name}.{measured}"].tolist()) for name in axes]
     wires += [(getattr(estimator, name), what, trial[f"{name}.{what}"].tolist())
               for name in motors for what in ("i_d", "i_q")]

@@ -7,12 +7,12 @@ from math import pi
 from typing import Any
 
 import numpy as np
-from direct_loop import PACKAGED_STAGES, idealise
+from direct_loop import LAYOUTS, idealise
 from named_controllers import PID2DOF, PID3DOF
 from named_stage import Stage2DOF, Stage3DOF
 
-from maglev.identification import regressors as stages
 from maglev.identification.recording import MotionRecording
+from maglev.identification.regressors import ESTIMATED_STAGES
 
 RAMP = 2.0   # s, in which the excitation comes in by 3 s² − 2 s³
 CORNERS = {"v": 25.0, "h": 6.0, "y": 25.0, "x": 6.0, "z": 6.0}   # rad/s, pre-filters
@@ -81,7 +81,7 @@ def excitation(description: int, ideal: bool = True, seconds: float = 40.0, reso
         time (s); for each axis `.position` (m, true), `.velocity` (m/s, true), `.encoder` (m); for each motor `.i_d`
         and `.i_q` (A, delivered).
     """
-    axes, motors, usual = PACKAGED_STAGES[description]
+    axes, motors, usual = LAYOUTS[description]
     dt = usual if dt is None else dt
     stage, pid = new_blocks(description)
     pid.sample_time, pid.current_limit = dt, 0.0
@@ -109,7 +109,7 @@ def excitation(description: int, ideal: bool = True, seconds: float = 40.0, reso
 def simulate(description: int, stage: Any, pid: Any, count: int, dt: float,
         change: tuple[float, dict[str, float]] | None) -> dict[str, np.ndarray]:
     """Samples of blocks that have been started; see `excitation`."""
-    axes, motors, _ = PACKAGED_STAGES[description]
+    axes, motors, _ = LAYOUTS[description]
     names = [*(f"{name}.{what}" for name in axes for what in ("position", "velocity", "encoder")),
              *(f"{name}.{what}" for name in motors for what in ("i_d", "i_q"))]
     owners = [(getattr(stage, name.split(".")[0]), name.split(".")[1]) for name in names]
@@ -141,7 +141,7 @@ def record(description: str, seconds: float, dt: float, ideal: bool = True, reso
 
     The controller knows them: whether a law for other constants runs is not the matter here.
     """
-    about = stages.PACKAGED_STAGES[description]
+    about = ESTIMATED_STAGES[description]
     stage, _ = new_blocks(len(about.axes))
     truth = {name: (scale or {}).get(name, 1.0) * getattr(stage, name) for name in about.constants}
     made = excitation(len(about.axes), ideal, seconds, resolution, truth, dt=dt, adjust=adjust)

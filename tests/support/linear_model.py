@@ -14,8 +14,8 @@ def vertical_row(regulator: Regulator, gap: float, i_d: float) -> float:
     _, f2, f3, f4 = shape_functions(gap)
     r = regulator
     if isinstance(r, Regulator2DOF):
-        return G - r.C4 * f4 * i_d**2 + r.C3 * f3 * i_d - r.C2 * f2
-    return G - 4 * r.C5 * f4 * i_d**2 + 4 * r.C4 * f3 * i_d - 4 * r.C3 * f2
+        return float(G - r.C4 * f4 * i_d**2 + r.C3 * f3 * i_d - r.C2 * f2)
+    return float(G - 4 * r.C5 * f4 * i_d**2 + 4 * r.C4 * f3 * i_d - 4 * r.C3 * f2)
 
 
 def thrusts(regulator: Regulator, gap: float) -> list[float]:

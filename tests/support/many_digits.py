@@ -14,13 +14,15 @@ NAMED: dict[str, Callable[..., Any]] = {name: getattr(mp, name) for name in (
     "sine_cosine": lambda x: (mp.sin(x), mp.cos(x)), "sine_of_turns": lambda x: mp.sin(2 * mp.pi * x),
     "fraction": lambda x: x - mp.nint(x), "rounded_down": mp.floor}
 
+ELEMENTARY = {f"pmlsm.{name}" for name in ("arctangent", "exponential", "logarithm", "sine_cosine", "whole_numbers")}
+
 
 @contextmanager
 def many_digits(functions: Iterable[Callable[..., Any]]) -> Iterator[None]:
     """Let functions call mpmath's functions in place of those of `math` and of `pmlsm`."""
     modules = {id(function.__globals__): function.__globals__ for function in functions}
     before = [(names, name, value) for names in modules.values() for name, value in names.items()
-              if name in NAMED and callable(value) and not names["__name__"].startswith("pmlsm")]
+              if name in NAMED and callable(value) and not names["__name__"] not in ELEMENTARY]
     try:
         for names, name, _ in before:
             names[name] = NAMED[name]

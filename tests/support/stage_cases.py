@@ -4,7 +4,7 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 
 import numpy as np
-from direct_loop import PACKAGED_STAGES
+from direct_loop import LAYOUTS
 from named_stage import Stage2DOF, Stage3DOF
 from reference_stage import TAU, G, ReferenceStage, reference_2dof, reference_3dof, shape_functions
 from scipy.optimize import brentq
@@ -50,7 +50,7 @@ def near_equilibrium(stage: int, gap: float) -> Case:
     places = (0.004, -0.010)
 
     def commands(k: int, _: np.ndarray) -> np.ndarray:
-        t = k * PACKAGED_STAGES[stage][2]
+        t = k * LAYOUTS[stage][2]
         i_q = (0.5 if stage == 2 else 1.5) * np.sin(90.0 * t + 1.0)
         return np.array([phases(i_d + sign * 0.3 * np.sin(100.0 * t), i_q, place)
                          for place, sign in zip(places[:stage - 1], (1, -1), strict=False)])
@@ -93,8 +93,8 @@ def run_block(description: int, start: Sequence[float], commands: Commands, dt: 
     """Positions and velocities of the block, shape (steps + 1, axes, 2), and the commands that it was given."""
     stage = Stage2DOF() if description == 2 else Stage3DOF()
     stage.bus_voltage = bus_voltage
-    axes = [getattr(stage, name) for name in PACKAGED_STAGES[description][0]]
-    motors = [getattr(stage, name) for name in PACKAGED_STAGES[description][1]]
+    axes = [getattr(stage, name) for name in LAYOUTS[description][0]]
+    motors = [getattr(stage, name) for name in LAYOUTS[description][1]]
     for axis, position in zip(axes, start, strict=True):
         axis.position_start = position
     assert stage.start() == 0
@@ -110,7 +110,7 @@ def run_block(description: int, start: Sequence[float], commands: Commands, dt: 
 
 def differences(case: Case) -> tuple[float, float]:
     """Largest difference of position (m) and velocity (m/s) from the reference, at every communication point."""
-    dt = PACKAGED_STAGES[case.stage][2]
+    dt = LAYOUTS[case.stage][2]
     steps = round(case.stop_time / dt)
     block, given = run_block(case.stage, case.start, case.commands, dt, steps)
     states = reference(case.stage).solve(case.start, lambda k, _: given[k], dt, steps)

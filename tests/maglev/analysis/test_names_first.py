@@ -1,7 +1,7 @@
 """Names that a plant or a controller of ours does not have are refused before an FMU is built or a loop runs."""
 
 from pathlib import Path
-from typing import Any
+from typing import Any, Literal
 
 import pytest
 
@@ -40,5 +40,5 @@ def test_wrong_names_are_refused_first(call: Any, message: str) -> None:
     ("2DOF", {"v": "20 mm"}, None), ("3DOF", AT, "Measurement3DOF"), ("5DOF", AT, None)])
 def test_openings_follow_from_the_stage(stage: str, at: dict[str, str], measurement: str | None) -> None:
     loop = linearise_loop(f"Plant{stage}", f"Regulator{stage}", at, measurement=measurement)
-    currents = "dq" if measurement is None else "phases"
+    currents: Literal["dq", "phases"] = "dq" if measurement is None else "phases"
     assert set(openings_of(plants()[f"Plant{stage}"], currents)) == set(loop.openings)

@@ -23,7 +23,7 @@ TEXT = (PACKAGED / "3dof.toml").read_text(encoding="utf-8")
                                           "0.032 m"),
     ("pid = [-7.0, -10.0, 42.0]", "pid = [-7.0]", "axes.y.design.pid: [-7.0], expected a list of 3 numbers"),
     ("thrust = { x = 0.6135, z = 0.8224 }\nattraction = 334.52", "thrust = { x = 0.6135 }\nattraction = 334.52",
-     "stage.thrust: of x, expected of x, z"),
+     "plant.thrust: of x, expected of x, z"),
     ("antiwindup = true", 'antiwindup = "yes"', "design.antiwindup: 'yes', expected true or false"),
     ('name = "3dof"', 'name = "3 dof"', "name: '3 dof', expected letters, digits and _"),
     ("[design]", "[geometry]\npole_pich = 0.06\n\n[design]",

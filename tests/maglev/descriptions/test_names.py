@@ -6,9 +6,10 @@ from pathlib import Path
 
 import pytest
 
+from maglev.descriptions.names import TEMPLATES
 from maglev.descriptions.packaged import PACKAGED_STAGES, best_stage
 from maglev.descriptions.registry import definitions
-from maglev.descriptions.writer import PAGES, TEMPLATES
+from maglev.descriptions.writer import PAGES
 from maglev.files.packages import PACKAGES
 from maglev.scenario.layers import packaged_files, packaged_runs
 

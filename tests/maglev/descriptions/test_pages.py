@@ -39,7 +39,7 @@ def value(tex: str, stage: StageDescription) -> float:
     """Right side of an equation without the disturbance Δ."""
     text = re.sub(r"\+ \\Delta_\S+", "", tex.partition(" = ")[2])
     known = {**F, "G": GRAVITY, **dict(currents(stage).values()),
-             **{f"C_{constant.name[1:]}": constant.stage for constant in stage.constants}}
+             **{f"C_{constant.name[1:]}": constant.plant for constant in stage.constants}}
     numbers = SYMBOL.sub(lambda found: repr(known.get(found[0]) or float(found[0])), text.replace("^2", "**TWO"))
     return float(eval(re.sub(r"(?<=[\d)]) (?=[\d(])", "*", numbers), {"TWO": 2}))
 
@@ -47,7 +47,7 @@ def value(tex: str, stage: StageDescription) -> float:
 @STAGES
 def test_the_equations_are_those_of_the_parts(stage: StageDescription) -> None:
     vertical, *horizontal = re.findall(r"\\\[(.+)\\\]", module(STAGE, stage))
-    attraction, coils, iron = (constant.stage for constant in stage.constants[-3:])
+    attraction, coils, iron = (constant.plant for constant in stage.constants[-3:])
     i = {name: current for name, (_, current) in currents(stage).items()}
     direct = sum(current for name, current in i.items() if name.endswith("d"))
     # Normal accelerations of the parts are downwards and have the gravity in them.
@@ -58,7 +58,7 @@ def test_the_equations_are_those_of_the_parts(stage: StageDescription) -> None:
     for tex, axis, constant in zip(horizontal, stage.horizontal, stage.constants, strict=False):
         quadrature = sum(i[f"{motor.name}.i_q"] for motor in stage.motors_of(axis.name))
         assert value(tex, stage) == pytest.approx(
-            thrust_acceleration(stage.sharing * constant.stage, F["f_1"], quadrature), rel=1e-12)
+            thrust_acceleration(stage.sharing * constant.plant, F["f_1"], quadrature), rel=1e-12)
 
 
 @STAGES

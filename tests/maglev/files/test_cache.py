@@ -5,6 +5,7 @@ from pathlib import Path
 import pytest
 
 from maglev.files import cache
+from maglev.files.scratch import remove_scratch
 
 
 def test_what_the_cache_cannot_take_is_kept_for_this_process(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
@@ -19,7 +20,7 @@ def test_what_the_cache_cannot_take_is_kept_for_this_process(tmp_path: Path, mon
     entry = cache.keep_here("loops/1", "loop.so", b"code")
     assert entry.intact and entry.path.read_bytes() == b"code" and entry.path.name == "loop.so"
     assert cache.kept("loops/1", "loop.so") == entry
-    cache.remove_scratch(entry.path.parent)
+    remove_scratch(entry.path.parent)
 
 
 def test_what_the_cache_can_take_is_kept_there(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:

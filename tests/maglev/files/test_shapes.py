@@ -195,7 +195,7 @@ def test_numbers_keep_every_bit() -> None:
     assert numbers_of([text.replace(".", ",") for text in texts], ",").tolist() == values.tolist()
 
 
-def uneven(times: Sequence[float]) -> DataTable:
+def uneven(times: Sequence[float] | np.ndarray) -> DataTable:
     return given_table("data", {"time": np.array(times), "v": 2.0 * np.array(times)})
 
 

@@ -12,8 +12,8 @@ import pytest
 from command_line import error_line, maglev
 from fmu_access import another, bits, outputs, put, read, refusal, step
 
-import maglev.fmi.compiler
 from maglev.cosim.fmu import Fmu
+from maglev.fmi import compiler
 from maglev.language.errors import ExportError
 
 Load = Callable[[str], Fmu]
@@ -198,8 +198,7 @@ def test_wrong_target(tmp_path: Path, arguments: tuple[str, ...]) -> None:
 def test_compiler_that_refuses() -> None:
     pytest.importorskip("ziglang")
     with pytest.raises(ExportError, match="the C compiler refuses the sources"):
-        maglev.fmi.compiler.library({"broken.c": "int f("}, "broken",
-                                           maglev.fmi.compiler.PLATFORMS["x86_64-linux"])
+        compiler.library({"broken.c": "int f("}, "broken", compiler.PLATFORMS["x86_64-linux"])
 
 
 def test_compiler_without_a_home(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:

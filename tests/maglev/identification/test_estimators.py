@@ -10,7 +10,7 @@ from scipy.integrate import solve_ivp
 
 from maglev.files.errors import IdentificationError
 from maglev.identification.estimators import Samples, fsdi, largest_squares, mean_behind_lag, run_estimator
-from maglev.identification.regressors import PACKAGED_STAGES, ConstantRow, RowData, regressors
+from maglev.identification.regressors import ESTIMATED_STAGES, ConstantRow, RowData, regressors
 
 pytestmark = pytest.mark.usefixtures("slow")   # it searches for long
 
@@ -29,7 +29,7 @@ def lift_row(count: int) -> RowData:
     data = start()
     part = slice(6000, 6000 + count)
     r = data.recording
-    return regressors(PACKAGED_STAGES["2dof"], r.positions[part], r.i_d[part], r.i_q[part], data.velocity[part])[0]
+    return regressors(ESTIMATED_STAGES["2dof"], r.positions[part], r.i_d[part], r.i_q[part], data.velocity[part])[0]
 
 
 def run(method: str, row: RowData, guess: np.ndarray, epsilon: float, q0: float) -> np.ndarray:

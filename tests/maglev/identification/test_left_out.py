@@ -13,7 +13,7 @@ from scipy.integrate import solve_ivp
 from maglev.identification.effects import friction, ripple
 from maglev.identification.identify import Identification, identify
 from maglev.identification.recording import MotionRecording
-from maglev.identification.regressors import PACKAGED_STAGES, estimated_stage
+from maglev.identification.regressors import ESTIMATED_STAGES, estimated_stage
 from plant_fmu.guide import GuideFriction
 from plant_fmu.ripple import Ripple
 from pmlsm.stage_description import StageDescription
@@ -25,7 +25,7 @@ AS_ASSUMED = 2.0   # of the friction that a description has; that of the stages 
 
 def described(stage: str, times: float) -> StageDescription:
     """A description with so many times the Coulomb friction."""
-    found = PACKAGED_STAGES[stage].described
+    found = ESTIMATED_STAGES[stage].described
     return replace(found, axes=tuple(
         replace(axis, friction=replace(axis.friction, coulomb=times * axis.friction.coulomb)) for axis in found.axes))
 
@@ -79,7 +79,7 @@ def test_told_of_the_effects_the_estimator_finds_the_truth(stage: str) -> None:
 def varied(seed: int, times: float) -> Data:
     """A 2-DOF stage with other constants, and 0.6 to 1 times so many times the effects that are described."""
     random = np.random.default_rng(seed)
-    scale = {name: random.uniform(0.95, 1.05) for name in PACKAGED_STAGES["2dof"].constants}
+    scale = {name: random.uniform(0.95, 1.05) for name in ESTIMATED_STAGES["2dof"].constants}
     shares = times * random.uniform(0.6, 1.0, 5)
     signs = random.uniform(-1.0, 1.0, 2)
 
@@ -109,7 +109,7 @@ def test_the_uncertainty_covers_stages_as_described_and_others_are_noticed(seed:
 
 def test_a_stage_without_effects_leaves_nothing_out() -> None:
     data = record("2dof", 2.0, 1e-3)
-    plain = PACKAGED_STAGES["2dof"].described
+    plain = ESTIMATED_STAGES["2dof"].described
     smooth = replace(plain, modulation=0.0, axes=tuple(
         replace(axis, bias=0.0, friction=replace(axis.friction, coulomb=0.0, viscous=0.0),
                 ripple=replace(axis.ripple, amplitude=0.0)) for axis in plain.axes))
@@ -132,7 +132,7 @@ def test_what_is_not_excited_is_not_known() -> None:
 
 def test_the_effects_are_those_of_the_plant() -> None:
     """Along a motion: the guide by scipy's integration of its equation, as the plant's part has it."""
-    axis = PACKAGED_STAGES["2dof"].described.axes[1]
+    axis = ESTIMATED_STAGES["2dof"].described.axes[1]
     t = np.linspace(0.0, 1.2, 6001)   # to and fro
     x, v = 0.02 * np.sin(pi * t) + 0.004 * np.sin(7.0 * t), 0.02 * pi * np.cos(pi * t) + 0.028 * np.cos(7.0 * t)
     guide = GuideFriction(axis.friction.coulomb, axis.friction.presliding, axis.friction.viscous)

@@ -10,14 +10,14 @@ from motor import MOTOR
 
 from controller_fmu.velocity_observer import ObserverFilter, VelocityObserver
 from maglev.identification.identify import matched, observed
-from maglev.identification.regressors import PACKAGED_STAGES, accelerations, regressors, shape_functions
+from maglev.identification.regressors import ESTIMATED_STAGES, accelerations, regressors, shape_functions
 from pmlsm.gap_functions import gap_functions
 
 
 @given(st.sampled_from(["2dof", "3dof"]), st.floats(9e-3, 31e-3),
        st.lists(st.floats(-5.0, 5.0), min_size=4, max_size=4))
 def test_rows_are_the_stage(description: str, gap: float, currents: list[float]) -> None:
-    axes, motors = PACKAGED_STAGES[description].axes, PACKAGED_STAGES[description].motors
+    axes, motors = ESTIMATED_STAGES[description].axes, ESTIMATED_STAGES[description].motors
     stage, pid = new_blocks(len(axes))
     idealise(len(axes), stage, pid)
     getattr(stage, axes[0]).position = gap
@@ -28,8 +28,8 @@ def test_rows_are_the_stage(description: str, gap: float, currents: list[float])
     stage.add_slope(0.0, 0.0)
     m = 2 * len(motors)
     positions = np.array([[gap, *[0.0] * (len(axes) - 1)]])
-    constants = {name: getattr(stage, name) for name in PACKAGED_STAGES[description].constants}
-    found = accelerations(PACKAGED_STAGES[description], positions, np.array([currents[0:m:2]]),
+    constants = {name: getattr(stage, name) for name in ESTIMATED_STAGES[description].constants}
+    found = accelerations(ESTIMATED_STAGES[description], positions, np.array([currents[0:m:2]]),
                           np.array([currents[1:m:2]]), constants)
     expected = [getattr(stage, name).acceleration for name in axes]
     assert found[0] == pytest.approx(expected, rel=1e-12, abs=1e-12)
@@ -37,12 +37,12 @@ def test_rows_are_the_stage(description: str, gap: float, currents: list[float])
 
 def test_constants_are_in_one_row_each() -> None:
     for stage, count in (("2dof", 4), ("3dof", 5)):
-        assert PACKAGED_STAGES[stage].constants == tuple(f"C{k}" for k in range(1, count + 1))
-        rows = regressors(PACKAGED_STAGES[stage], np.full((3, len(PACKAGED_STAGES[stage].axes)), 0.02),
-                          np.ones((3, len(PACKAGED_STAGES[stage].motors))),
-                          np.ones((3, len(PACKAGED_STAGES[stage].motors))),
-                          np.zeros((3, len(PACKAGED_STAGES[stage].axes))))
-        assert [data.a.shape for data in rows] == [(3, len(row.constants)) for row in PACKAGED_STAGES[stage].rows]
+        assert ESTIMATED_STAGES[stage].constants == tuple(f"C{k}" for k in range(1, count + 1))
+        rows = regressors(ESTIMATED_STAGES[stage], np.full((3, len(ESTIMATED_STAGES[stage].axes)), 0.02),
+                          np.ones((3, len(ESTIMATED_STAGES[stage].motors))),
+                          np.ones((3, len(ESTIMATED_STAGES[stage].motors))),
+                          np.zeros((3, len(ESTIMATED_STAGES[stage].axes))))
+        assert [data.a.shape for data in rows] == [(3, len(row.constants)) for row in ESTIMATED_STAGES[stage].rows]
 
 
 def test_shape_functions_are_pmlsm_bit_for_bit() -> None:

@@ -12,9 +12,9 @@ import maglev
 from maglev.files.errors import IdentificationError, MaglevError
 from maglev.identification.identify import Identification, identify
 from maglev.identification.recording import read_recording
-from maglev.identification.regressors import PACKAGED_STAGES, accelerations, regressors
+from maglev.identification.regressors import ESTIMATED_STAGES, accelerations, regressors
 
-DESCRIPTION = PACKAGED_STAGES["5dof"]
+DESCRIPTION = ESTIMATED_STAGES["5dof"]
 TRUTH = {"C1": 0.6135, "C2": 0.8224, "C3": 334.52, "C4": 8.71, "C5": 0.0045}
 MOTORS = ("alpha1", "alpha2", "beta1", "beta2")
 SEEN = ["plant.x.encoder", "plant.z.encoder", *(f"plant.{motor}.gap_encoder" for motor in MOTORS)]

@@ -81,7 +81,7 @@ def require_same_info(found: dict[str, Any], expected: dict[str, Any]) -> None:
 
 
 def test_actions_of_another_shape_or_too_soon_are_refused(folder: Path) -> None:
-    envs = stages.Stages(3, "2dof", fmus=folder)
+    envs = stages.StageVectorEnv(3, "2dof", fmus=folder)
     with pytest.raises(gymnasium.error.ResetNeeded, match=r"step\(\) before reset\(\)"):
         envs.step(np.zeros((3, 2)))
     with pytest.raises(gymnasium.error.ResetNeeded, match=r"reset_mask before reset\(\)"):
@@ -97,4 +97,4 @@ def test_actions_of_another_shape_or_too_soon_are_refused(folder: Path) -> None:
     envs.close()
     for number in (0, 1.5):
         with pytest.raises(ScenarioError, match=f"num_envs = {number}, expected a whole number from 1 on"):
-            stages.Stages(number, "2dof", fmus=folder)   # type: ignore[arg-type]
+            stages.StageVectorEnv(number, "2dof", fmus=folder)   # type: ignore[arg-type]

@@ -92,7 +92,7 @@ def test_scripts_use_no_colour_that_the_style_lacks(scheme):
 
 def test_runs_have_dashes_that_nothing_else_has() -> None:
     """Without colour, as on grey paper: references and limits have others, and scripts those of pictures."""
-    script = Path(plot_lines.__file__).with_name("plots.js").read_text(encoding="utf-8")
+    script = (Path(plot_lines.__file__).parent / "report/plots/plots.js").read_text(encoding="utf-8")
     named = Path(plot_lines.__file__).read_text(encoding="utf-8")
     of_runs, marked = re.findall(r"const (?:RUN_DASHES|MARKED) = (.*);", script)
     assert tuple(re.findall(r'"(\w+)"', of_runs)) == plot_lines.DASHES

@@ -60,7 +60,7 @@ def test_keys_too_wide_to_be_repeated_leave_the_first():
 
 
 def test_an_empty_line_stays_between_rows():
-    rows = [["a", Text("1 m", "bold")], None, ["b", "2 m"]]
+    rows: list[list[str | Text] | None] = [["a", Text("1 m", "bold")], None, ["b", "2 m"]]
     assert lines_of(result_table("", ("name", "value"), rows), 40)[2:] == ["a       1 m", "", "b       2 m"]
 
 

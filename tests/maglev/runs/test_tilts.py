@@ -115,5 +115,5 @@ def test_thrust_by_a_parabola(fastest_fmus: Path, tmp_path: Path) -> None:
     stage = Stage5DOF()
     assert stage.start() == 0
     assert thrust.axis == "z"
-    f1 = gap_functions(stage.stage.magnetics.kinds[0].geometry, 0.025)[0]
+    f1 = gap_functions(stage.block.magnetics.kinds[0].geometry, 0.025)[0]
     assert thrust.value == pytest.approx(stage.C2 * f1, rel=2e-3)

@@ -6,7 +6,7 @@ import pytest
 from packaged_plans import RUNS
 
 from maglev.descriptions.own_fmus import definition
-from maglev.identification.regressors import PACKAGED_STAGES
+from maglev.identification.regressors import ESTIMATED_STAGES
 from maglev.scenario.layers import PACKAGED, packaged_runs
 from maglev.scenario.loading import load_plan
 from maglev.scenario.procedure import ProcedureSettings
@@ -116,7 +116,7 @@ def test_every_table_of_constants_belongs_to_one_procedure() -> None:
 
 @every_procedure
 def test_what_a_procedure_is_made_from_is_in_the_package(procedure: ProcedureSettings) -> None:
-    stage = PACKAGED_STAGES[procedure.name[:4]]
+    stage = ESTIMATED_STAGES[procedure.name[:4]]
     for part, name in procedure.runs.items():
         if part == "parabolas":
             assert PROCEDURES[name].kind == "parabolas"

@@ -49,6 +49,7 @@ def test_rms_amperes_of_a_data_sheet_are_said_as_peaks() -> None:
 
 def test_band_of_small_setpoints_is_less_than_their_steps() -> None:
     axis = PACKAGED_STAGES[SINGLE].vertical
+    assert axis.stop is not None
     stop = replace(axis.stop, lower=axis.start - 3e-4, upper=axis.start + 3e-4)
     stage = replace(PACKAGED_STAGES[SINGLE], axes=(replace(axis, stop=stop), *PACKAGED_STAGES[SINGLE].horizontal),
                     resolution=1e-6)

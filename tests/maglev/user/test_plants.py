@@ -62,9 +62,9 @@ def rates(stage: StageDescription, state: np.ndarray, phases: np.ndarray, pushed
     for gap_row, row, currents, axis in zip(gaps, displacements, phases, stage.driven, strict=True):
         f1, f2, f3, f4 = shape_functions(gap_row @ q)
         i_d, i_q = park_matrix(row @ q) @ currents
-        normal = masses[0] * (stage.stage.coils * f3 * i_d - stage.stage.iron * f4 * (i_d**2 + i_q**2)
-                              - stage.stage.attraction * f2)
-        thrust = -masses[axis] * stage.stage.thrust[stage.axes[axis].name] * f1 * i_q
+        normal = masses[0] * (stage.plant.coils * f3 * i_d - stage.plant.iron * f4 * (i_d**2 + i_q**2)
+                              - stage.plant.attraction * f2)
+        thrust = -masses[axis] * stage.plant.thrust[stage.axes[axis].name] * f1 * i_q
         forces = forces + stage.sharing * (normal * gap_row + thrust * row)
     return np.concatenate([v, forces / masses])
 

@@ -45,9 +45,9 @@ def test_a_new_stage_is_the_one_that_it_is_like(tmp_path: Path, like: str) -> No
     """Its data sheet is turned back into the constants that it was written from; z of the 3-DOF stage has x's motor."""
     stage, own = PACKAGED_STAGES[like], read_own(changed(tmp_path / "own.toml", like))
     first = stage.horizontal[0].name
-    assert own.stage.thrust[first] == pytest.approx(stage.stage.thrust[first], rel=1e-3)
+    assert own.plant.thrust[first] == pytest.approx(stage.plant.thrust[first], rel=1e-3)
     for name in ("attraction", "coils", "iron"):
-        assert getattr(own.stage, name) == pytest.approx(getattr(stage.stage, name), rel=1e-3)
+        assert getattr(own.plant, name) == pytest.approx(getattr(stage.plant, name), rel=1e-3)
     gaps = np.linspace(0.008, 0.04, 50)
     fields = [[each.motor().field.value(gap) for gap in gaps] for each in (own, stage)]
     assert fields[0] == pytest.approx(fields[1], rel=5e-3)
@@ -97,11 +97,11 @@ def test_formulas_of_the_thesis_are_off_by_factors() -> None:
     """As the documentation says: of what was identified on the two stages."""
     thrust, attraction, coils, iron = formulas(WINDING, MotorGeometry())
     two, three = PACKAGED_STAGES["2dof"], PACKAGED_STAGES["3dof"]
-    assert thrust / two.axes[1].mass / two.stage.thrust["h"] == pytest.approx(3.1, abs=0.05)
-    assert thrust / three.axes[1].mass / three.stage.thrust["x"] == pytest.approx(10.8, abs=0.05)
-    assert thrust / three.axes[2].mass / three.stage.thrust["z"] == pytest.approx(9.9, abs=0.05)
+    assert thrust / two.axes[1].mass / two.plant.thrust["h"] == pytest.approx(3.1, abs=0.05)
+    assert thrust / three.axes[1].mass / three.plant.thrust["x"] == pytest.approx(10.8, abs=0.05)
+    assert thrust / three.axes[2].mass / three.plant.thrust["z"] == pytest.approx(9.9, abs=0.05)
     for stage, factors in ((two, (0.66, 0.63, 14.0)), (three, (0.985, 1.41, 230.0))):
-        found = [attraction / stage.stage.attraction, coils / stage.stage.coils, iron / stage.stage.iron]
+        found = [attraction / stage.plant.attraction, coils / stage.plant.coils, iron / stage.plant.iron]
         assert [each / stage.vertical.mass for each in found] == pytest.approx(factors, rel=0.03)
 
 
@@ -113,11 +113,11 @@ def test_what_a_data_sheet_leaves_out_is_of_the_right_size(tmp_path: Path) -> No
                  if not line.startswith(("direct_constant", "iron_attraction"))]
         path.write_text("\n".join(lines), encoding="utf-8")
         own, stage = read_own(path), PACKAGED_STAGES[like]
-        assert own.stage.coils / stage.stage.coils == pytest.approx(coils, rel=0.05)
-        measured = own.stage.coils**2 / (4.0 * own.stage.attraction)
-        assert own.stage.iron == pytest.approx(measured)
-        square = stage.stage.coils**2 / (4.0 * stage.stage.attraction)
-        assert square / stage.stage.iron == pytest.approx(iron, rel=0.05)
+        assert own.plant.coils / stage.plant.coils == pytest.approx(coils, rel=0.05)
+        measured = own.plant.coils**2 / (4.0 * own.plant.attraction)
+        assert own.plant.iron == pytest.approx(measured)
+        square = stage.plant.coils**2 / (4.0 * stage.plant.attraction)
+        assert square / stage.plant.iron == pytest.approx(iron, rel=0.05)
 
 
 def test_an_exponential_field_is_met_by_its_polynomial() -> None:

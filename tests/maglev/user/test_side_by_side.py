@@ -33,7 +33,7 @@ PAYLOAD, OFFSET = 0.4, 0.05   # kg, m
 def thesis_motor(stage: StageDescription, z: float) -> ReferenceMotor:
     """A motor by the stage's constants."""
     mass, travelling, _ = (axis.mass for axis in stage.axes)
-    of, geometry = stage.stage, stage.motor()
+    of, geometry = stage.plant, stage.motor()
 
     def forces(gap: float, along: float, i_d: float, i_q: float) -> tuple[float, float]:
         f1, f2, f3, f4 = gap_functions(geometry, gap)

@@ -131,6 +131,6 @@ def test_online_estimator() -> None:
     text = 'extends = "short.toml"\nname = "estimated"\n[fmus.estimator]\nmodel = "EstimatorKite"\n'
     Path("estimated.toml").write_text(f"{text}[fmus.estimator.inputs]\n{axes}{currents}", encoding="utf-8")
     run = maglev.run("estimated.toml")
-    plant = maglev.know_stage("kite.toml").stage.attraction
+    plant = maglev.know_stage("kite.toml").plant.attraction
     assert run["estimator.C2"][0] == pytest.approx(0.5 * plant)
     assert run["estimator.C2"][-1] == pytest.approx(plant, rel=0.1)

@@ -110,7 +110,7 @@ def test_linear_model_and_rows_are_those_of_its_data_sheets(tmp_path: Path) -> N
     assert model.A[3:6, :3] == pytest.approx(np.column_stack(slopes), rel=1e-5, abs=1e-3)
 
     dq = np.array([[0.7, -0.4], [-0.3, 0.9]])
-    constants = {each.name: each.stage for each in stage.constants}
+    constants = {each.name: each.plant for each in stage.constants}
     rows = identified(estimated_stage(stage), at[None], dq[None, :, 0], dq[None, :, 1], constants)
     assert rows[0] == pytest.approx(accelerations(stage, at, dq), abs=1e-7)
 

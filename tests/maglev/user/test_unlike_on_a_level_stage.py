@@ -116,7 +116,7 @@ def test_linear_model_and_rows_are_those_of_its_data_sheets(tmp_path: Path) -> N
 
     at[1] = 0.0   # a tooth, where the slots count for nothing
     dq = np.array([[0.7, -0.4], [-0.3, 0.9]])
-    constants = {each.name: each.stage for each in stage.constants}
+    constants = {each.name: each.plant for each in stage.constants}
     rows = identified(estimated_stage(stage), at[None], dq[None, :, 0], dq[None, :, 1], constants)
     assert rows[0] == pytest.approx(accelerations(stage, at, dq), abs=1e-7)
 
@@ -229,7 +229,7 @@ def test_a_packaged_motor_is_its_numbers(tmp_path: Path) -> None:
     start, end = text.index("\n# Of the motor's drawing"), text.index("\n[design]")
     (tmp_path / "named.toml").write_text(f'motor = "small"\n{text[:start]}{text[end:]}', encoding="utf-8")
     full, named = (read_own(tmp_path / f"{name}.toml") for name in ("full", "named"))
-    assert (named.stage, named.motors, named.design) == (full.stage, full.motors, full.design)
+    assert (named.plant, named.motors, named.design) == (full.plant, full.motors, full.design)
     assert {**named.geometry, "recoil_permeability": 1.05} == full.geometry
 
     one = text.replace('"named"', '"one"').replace("[motors.right]\n", """[motors.right]
