@@ -76,7 +76,7 @@ def plans_of(file: Path) -> list[RunPlan]:
     """Runs of a scenario, or a description's stage at rest."""
     keys = read_toml(file) if file.suffix == ".toml" else {}
     if not keys or {"extends", "fmus"} & keys.keys() or isinstance(keys.get("stage"), str):
-        return load_plans(file)   # in a description [stage] has constants
+        return load_plans(file)   # in a description [plant] has constants
     stage = read_own(file)
     table = {**loop_table(stage), "stage": str(file), "name": stage.name, "title": f"{stage.title}, at rest"}
     return [RunPlan.model_validate({**table, "stop_time": 1e4 * table["output_interval"]})]

@@ -35,7 +35,7 @@ TEXT = (PACKAGED / "3dof.toml").read_text(encoding="utf-8")
     ("sharing = 2", "sharing = 1.5", "sharing: 1.5, expected a whole number of motors"),
     ('spacing = "1 mm"', 'spacing = "2 mm"', "design.table: 0.018 to 0.046 m, expected fifteen gaps within 0.008 to "
                                              "0.04 m, where the field is known"),
-    ("[stage]", '[motor_stop]\nlower = "18 mm"\nupper = "32 mm"\n\n[stage]',
+    ("[plant]", '[motor_stop]\nlower = "18 mm"\nupper = "32 mm"\n\n[plant]',
      "motor_stop: expected only where the platform tilts"),
     *(("[motors.beta]", f"[motors.{name}]", f"motors.{name}: '{name}', expected another name: blocks have something "
        "called so") for name in ("gamma", "lambda", "double", "z", "time")),
