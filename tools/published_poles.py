@@ -1,4 +1,4 @@
-"""Write the tables of docs/linear_models.md anew: the thesis's poles beside those that its gains have.
+"""Write the tables of docs/results_stability.md: the thesis's poles and those of its gains.
 
     python tools/published_poles.py
 """
@@ -15,7 +15,7 @@ from maglev.linear.design import regulator_polynomial
 from maglev.linear.loop import Loop, linearise_loop
 from maglev.linear.model import equivalents, slowest_first
 
-PAGE = Path(__file__).parents[1] / "docs" / "linear_models.md"
+PAGE = Path(__file__).parents[1] / "docs" / "results_stability.md"
 OMEGA0 = 1.5 * np.pi   # rad/s
 SAME = 0.01            # of every coefficient: what the rounding of the printed poles and gains explains
 NEARLY = 0.06

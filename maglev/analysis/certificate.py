@@ -1,7 +1,7 @@
 """Regions of stability by linear matrix inequalities, and antiwindup gains by the same inequalities.
 
 Generalised sector condition of J. M. Gomes da Silva Jr. and S. Tarbouriech, "Antiwindup design with guaranteed regions
-of stability: an LMI-based approach", IEEE Transactions on Automatic Control 50(1), 2005; see docs/linear_models.md.
+of stability: an LMI-based approach", IEEE Transactions on Automatic Control 50(1), 2005; see docs/results_stability.md.
 """
 
 import warnings
@@ -113,7 +113,7 @@ class Scaled:
 
 
 class Inequalities:
-    """The inequalities of docs/linear_models.md in Q = P⁻¹, Y = G Q, S = 1/T and, where Ec is looked for, Z = Ec S.
+    """The inequalities of docs/results_stability.md in Q = P⁻¹, Y = G Q, S = 1/T and, where Ec is looked for, Z = Ec S.
 
     `gains` are given, or looked for where None.
     """

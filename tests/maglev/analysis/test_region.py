@@ -203,7 +203,7 @@ def test_certified_steps_of_a_platform_that_tilts_are_held(fastest_fmus: Path, a
 
 def page_rows(begin: str) -> list[list[str]]:
     """Cells of the rows of the page that begin so."""
-    text = (Path(__file__).parents[3] / "docs" / "linear_models.md").read_text(encoding="utf-8")
+    text = (Path(__file__).parents[3] / "docs" / "results_stability.md").read_text(encoding="utf-8")
     return [[cell.strip() for cell in line.strip("|").split("|")] for line in text.splitlines()
             if re.match(begin, line)]
 
