@@ -1,4 +1,4 @@
-"""Run the studies of the operating range with every law; their maps are for docs/faults.md and the report.
+"""Run the studies of the operating range with every law; their maps are for docs/results_faults.md and the report.
 
     python -m studies.operating_range [--stage 3dof] [--out results] [--docs docs] [--data FILE] [--jobs 2]
 

@@ -12,7 +12,7 @@ from maglev.pages.grids import StageGrids, read_grids
 from maglev.pages.law_map import LawMap, maps_data
 from maglev.runs.procedure_outcome import ValueTable
 
-PAGE = "docs/faults.md"
+PAGE = "docs/results_faults.md"
 MARKED = 6   # number of the look of what is marked in a map: `LOOKS` of map.js
 
 

@@ -59,7 +59,7 @@ def test_a_study_sets_what_its_question_is_about(tmp_path: Path, stage: str) -> 
 def test_what_was_found_is_whole_and_on_its_page(tmp_path: Path) -> None:
     write_grids(tmp_path / "found.json", OUTCOMES, FOUND)
     again = read_grids(tmp_path / "found.json")
-    page = (DOCS / "faults.md").read_text(encoding="utf-8")
+    page = (DOCS / "results_faults.md").read_text(encoding="utf-8")
     for name, stage in FOUND.items():
         assert list(stage.grids) == [question.name for question in QUESTIONS]
         assert again[name].origin == stage.origin
