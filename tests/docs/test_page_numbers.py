@@ -36,7 +36,7 @@ def test_what_stands_for_runs_is_in_the_pages() -> None:
 def test_what_descriptions_have_is_what_pages_say() -> None:
     two, three = PACKAGED_STAGES["2dof"], PACKAGED_STAGES["3dof"]
     one, other = (", ".join(f"{each.plant:g}" for each in stage.constants) for stage in (two, three))
-    assert f"The plant has C1…C4 = {one} and C1…C5 = {other}." in words(ROOT / "docs" / "identification.md")
+    assert f"The plant has C1…C4 = {one} and C1…C5 = {other}." in words(ROOT / "docs" / "results_identification.md")
     v, h, y, x, z = (f"{axis.mass:{form}}" for stage, form in ((two, ".3f"), (three, ".1f")) for axis in stage.axes)
     assert f"on movers of {v} (v), {h} (h), {y} (y), {x} (x) and {z} kg (z)" in words(ROOT / "docs" / "model.md")
     assert f"{v} kg on v, {h} kg on h; {y} kg on y, {x} kg on x, {z} kg on z;" in words(

@@ -71,7 +71,7 @@ def outcome(results: dict[str, RunResult]) -> Outcome:
 
 @pytest.mark.thorough
 def test_estimators_in_the_loop_find_the_constants(outcome: Outcome) -> None:
-    """To 2.5 %: docs/identification.md has 0.6 % after 40 s, which is twice that after 10 s, and 1 % of the filters."""
+    """To 2.5 %: the rounding of the encoders and the filters of the observer leave up to 1.6 % after 40 s."""
     found = {(each.constant, each.epsilon): each.value for each in outcome.values if each.name == "constant"}
     assert found == {(name, epsilon): pytest.approx(value, rel=0.025) for name, value in TRUTH.items()
                      for epsilon in (0.001, 0.01, 0.05)}
