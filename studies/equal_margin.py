@@ -1,4 +1,4 @@
-"""Compare laws of the 3-DOF stage at equal margins: the table of docs/learning.md.
+"""Compare laws of the 3-DOF stage at equal margins: the table of docs/results_controllers.md.
 
     python -m studies.equal_margin
 
@@ -17,7 +17,7 @@ from maglev.files.marked import with_part
 from maglev.linear.design import gains_of
 
 ROOT = Path(__file__).parents[1]
-DOCS, RUN = ROOT / "docs" / "learning.md", Path(__file__).with_name("learning.toml")
+DOCS, RUN = ROOT / "docs" / "results_controllers.md", Path(__file__).with_name("learning.toml")
 ADAPTING = ROOT / "examples" / "adapting"
 AT = {"y": "25 mm"}
 POLES = (-5.0, -6.0, -7.0, -8.0, -9.0)   # 1/s

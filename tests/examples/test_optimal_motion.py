@@ -19,7 +19,7 @@ from pmlsm.dq_transform import phase_currents
 from pmlsm.gap_functions import gap_functions
 
 FOLDER = EXAMPLES / "optimal_motion"
-PAGE = Path(__file__).parents[2] / "docs" / "examples.md"
+PAGE = Path(__file__).parents[2] / "docs" / "results_controllers.md"
 START, TARGET = np.array([25e-3, 0.0, 0.0]), np.array([27e-3, 10e-3, -15e-3])   # m: y, x, z
 LIMIT, LEAST_GAP = 4.0, 20e-3
 RESISTANCE, VERTEX = 3.5, 2.0 / np.sqrt(3.0)   # of the hexagon of phase limits, of the limit
@@ -142,9 +142,9 @@ def polynomial(block: ContinuousBlock, duration: float) -> tuple[float, float]:
 
 
 def said() -> dict[str, list[float]]:
-    """Numbers of the page: those of the rows of its tables, by the first cell."""
-    lines = [line.strip("| \n").split(" | ") for line in PAGE.read_text(encoding="utf-8").splitlines()
-             if line.startswith("| ")]
+    """Numbers in the rows of the tables of the best motion, by the first cell."""
+    _, _, section = PAGE.read_text(encoding="utf-8").partition("\n## The best motion\n")
+    lines = [line.strip("| \n").split(" | ") for line in section.splitlines() if line.startswith("| ")]
     return {cells[0]: [float(number) for cell in cells[1:] for number in cell.split(", ")]
             for cells in lines if len(cells) > 1 and cells[1][0].isdigit()}
 

@@ -1,4 +1,4 @@
-"""The worked examples: what docs/examples.md says of them, their designs, and their currents at the limit."""
+"""The worked examples: what docs/results_controllers.md says of them, their designs, and their currents at the limit."""
 
 from importlib import import_module
 from pathlib import Path
@@ -10,7 +10,7 @@ from example_builds import EXAMPLES
 import maglev
 
 SCENARIOS = Path(__file__).parents[2] / "scenarios"
-PAGE = Path(__file__).parents[2] / "docs" / "examples.md"
+PAGE = Path(__file__).parents[2] / "docs" / "results_controllers.md"
 
 NAMES = ("lqi_kalman", "h_infinity", "mpc_osqp", "disturbance_observer")
 REGULATOR = "the thesis's regulator"
