@@ -110,11 +110,10 @@ lint: .venv/.test
 	$(BIN)/mypy
 	$(BIN)/mypy tools benchmarks docs/site
 
-# Its ratios are added to benchmarks/history, for docs/speed.md: on a machine with nothing else to do, to be committed.
+# Cost of a step, a run and a sample of a study, for docs/accuracy.md: on a machine with nothing else to do.
 bench: .venv/.test
-	PYTHONPATH=tests/support $(BIN)/python benchmarks/step_cost.py --record
-	$(BIN)/python benchmarks/whole_run.py --record
-	$(BIN)/python benchmarks/speed_history.py
+	PYTHONPATH=tests/support $(BIN)/python benchmarks/step_cost.py
+	$(BIN)/python benchmarks/whole_run.py
 
 # The versions of all that the tests install, for every system: after a run of `make test` with them, to be committed.
 lock: .venv/.test

@@ -146,7 +146,6 @@ def reference_loop(pair: Pair, steps: int) -> Callable[[], float]:
 def read_arguments(about: str | None, gates: Mapping[str, float]) -> argparse.Namespace:
     parser = argparse.ArgumentParser(description=about)
     parser.add_argument("--gate", action="store_true", help=f"only what is gated; fail if a ratio exceeds {gates}")
-    parser.add_argument("--record", action="store_true", help="add the ratios to the history of this commit")
     parser.add_argument("--fmus", type=Path, help="folder of FMUs that are built, in its folders python and native")
     return parser.parse_args()
 

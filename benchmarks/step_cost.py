@@ -17,13 +17,12 @@ from exchange_alone import for_exchange_alone
 from loops import FROZEN, PAIRS, Pair
 from rich.console import Console
 from rich.table import Table
-from speed_history import PYTHON, STEP, record
 
 from maglev.scenario.catalogue import HOST, build
 
 # Largest ratios to the loop that each refers to. On three machines the master took 0.70 to 1.12, the loop in one FMU
 # 0.56 to 0.75, Python FMUs 1.01 to 1.1 of the bare loop: twice the largest fails, which no disturbance of a busy
-# machine reaches. Smaller changes show in benchmarks/history.
+# machine reaches.
 GATES = {"FMUs, master": 2.2, "native, master": 2.25, "native, loop in one FMU": 1.5}
 STEPS = 5000
 GATE_STEPS = 1000        # of the two ways in Python, whose steps take a tenth of a millisecond
@@ -105,9 +104,6 @@ def main() -> int:
                 of_c = f"{time / times[FROZEN]:.2f}" if native else ""
                 table.add_row(pair.title, way, f"{1e6 * time:.2f}", of_c, f"{time / times['bare Python loop']:.2f}",
                               f"{pair.dt / time:.1f} ×")
-            if asked.record and native:
-                record(STEP, {f"{pair.title} native": times["native, master"] / times[FROZEN]})
-                record(PYTHON, {f"{pair.title} Python": times["FMUs, master"] / times["bare Python loop"]})
             too_slow += [f"{pair.title}, {way}: {ratio:.2f}, expected at most {GATES[way]}"
                          for way, ratio in too_large(times).items()]
         console.print(table)

@@ -19,7 +19,6 @@ from unittest.mock import patch
 from loops import FROZEN, PAIRS, fastest, read_arguments, reference_loop
 from rich.console import Console
 from rich.table import Table
-from speed_history import WHOLE, record
 
 from maglev.api.options import experiments_of
 from maglev.cosim import block_loop
@@ -42,7 +41,7 @@ STEPPING, IN_MEMORY, WITH_CSV = "stepping", "whole run in memory, measured", "wh
 BLOCKS = "by the blocks in one loop"
 # Largest multiples of the frozen C loop. On three machines stepping took 1.02 to 1.14, a run in memory 1.05 to 2.08
 # (the last where the system was slow to give memory), with CSV 1.86 to 2.17: twice the largest fails, which no
-# disturbance reaches, but a step that is made in Python does. Smaller changes show in benchmarks/history.
+# disturbance reaches, but a step that is made in Python does.
 GATES = {STEPPING: 2.3, IN_MEMORY: 4.2, WITH_CSV: 4.4}
 
 
@@ -159,9 +158,6 @@ def main() -> int:
         table.add_row(way, f"{1e3 * time:.1f}", f"{time / times[FROZEN]:.2f}", f"{1e6 * time / plan.steps:.2f}")
     too_slow = [f"{way}: {ratio:.2f}, expected at most {GATES[way]}" for way, ratio in too_large(times).items()]
     console.print(table)
-    if asked.record and not gate:
-        record(WHOLE, {name: time / times[FROZEN] for name, time in (
-            ("in memory", times[IN_MEMORY]), ("with CSV", times[WITH_CSV]), ("a sample of a study", samples[BLOCKS]))})
     for line in too_slow:
         console.print(line)
     return 1 if gate and too_slow else 0

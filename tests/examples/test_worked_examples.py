@@ -1,4 +1,4 @@
-"""The worked examples: what docs/results_controllers.md says of them, their designs, and their currents at the limit."""
+"""The worked examples: their designs, the numbers in docs/results_controllers.md, and their currents at the limit."""
 
 from importlib import import_module
 from pathlib import Path

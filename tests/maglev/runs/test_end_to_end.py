@@ -71,7 +71,7 @@ def outcome(results: dict[str, RunResult]) -> Outcome:
 
 @pytest.mark.thorough
 def test_estimators_in_the_loop_find_the_constants(outcome: Outcome) -> None:
-    """To 2.5 %, as of recordings in test_accuracy.py: encoders round, and the filters of the observer are not matched."""
+    """To 2.5 %, as of recordings in test_accuracy.py: encoders round, and filters are not matched."""
     found = {(each.constant, each.epsilon): each.value for each in outcome.values if each.name == "constant"}
     assert found == {(name, epsilon): pytest.approx(value, rel=0.025) for name, value in TRUTH.items()
                      for epsilon in (0.001, 0.01, 0.05)}
