@@ -30,7 +30,7 @@ ENOUGH = 3   # for the gate, if none of them has a ratio that is too large: then
 
 TooLarge = Callable[[Mapping[str, float]], dict[str, float]]   # by way, ratios above their limits
 
-FROZEN = "frozen C loop"
+FROZEN = "reference implementation"
 FOLDER = Path(__file__).with_name("reference")
 FLAGS = ("-std=c99", "-O2", "-ffp-contract=off", "-fvisibility=hidden", "-fno-sanitize=all", "-g0", "-shared", "-fPIC",
          "-lm")   # as they were then, too

@@ -1,6 +1,6 @@
 """Cost of a communication step, in one run on one machine: the blocks bare, as FMUs, and native.
 
-Times depend on the machine; `--gate` judges ratios to a frozen C loop measured in the same run.
+Times depend on the machine; `--gate` judges ratios to a reference implementation measured in the same run.
 """
 
 import resource
@@ -96,7 +96,7 @@ def main() -> int:
             build(fmus, Path(name) / "fmi3", HOST._replace(fmi=3))
         if not native:
             console.print("without native FMUs: the extra `native` is not installed")
-        table = Table("stage", "way", "step (µs)", "of the frozen C loop", "of the bare loop", "real time",
+        table = Table("stage", "way", "step (µs)", "of the reference", "of the bare loop", "real time",
                       title="Cost of a communication step, every output recorded")
         for pair in PAIRS:
             times = step_times(pair, folder, native, None if gate else Path(name) / "fmi3")

@@ -1,4 +1,4 @@
-"""Cost of a whole run of native FMUs from Python, in multiples of the frozen C loop, in one run on one machine.
+"""Cost of a whole run of native FMUs from Python, in multiples of the reference implementation, in one run on one machine.
 
     python benchmarks/whole_run.py [--gate] [--fmus FOLDER]
 
@@ -39,7 +39,7 @@ SAMPLES = 80   # of the study
 
 STEPPING, IN_MEMORY, WITH_CSV = "stepping", "whole run in memory, measured", "whole run with CSV"
 BLOCKS = "by the blocks in one loop"
-# Largest multiples of the frozen C loop. On three machines stepping took 1.02 to 1.14, a run in memory 1.05 to 2.08
+# Largest multiples of the reference implementation. On three machines stepping took 1.02 to 1.14, a run in memory 1.05 to 2.08
 # (the last where the system was slow to give memory), with CSV 1.86 to 2.17: twice the largest fails, which no
 # disturbance reaches, but a step that is made in Python does.
 GATES = {STEPPING: 2.3, IN_MEMORY: 4.2, WITH_CSV: 4.4}
@@ -152,7 +152,7 @@ def main() -> int:
             sys.exit(f"{asked.fmus}: FMUs that this installation did not build, expected those of `maglev build`")
         times = fastest(ways(experiment, folder), too_large, gate)
         samples = {} if gate else study_times(planned_study(asked.fmus or folder, folder))
-    table = Table("part", "time (ms)", "of the frozen C loop", "of a step (µs)",
+    table = Table("part", "time (ms)", "of the reference", "of a step (µs)",
                   title=f"{NAME}: {plan.steps} steps, all recorded, every {experiment.output_every()}. written")
     for way, time in (times | {f"sample of a study {way}": time for way, time in samples.items()}).items():
         table.add_row(way, f"{1e3 * time:.1f}", f"{time / times[FROZEN]:.2f}", f"{1e6 * time / plan.steps:.2f}")
