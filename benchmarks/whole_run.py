@@ -1,4 +1,4 @@
-"""Cost of a whole run of native FMUs from Python, in multiples of the reference implementation, in one run on one machine.
+"""Cost of a whole run of native FMUs from Python, in multiples of the reference implementation on the same machine.
 
     python benchmarks/whole_run.py [--gate] [--fmus FOLDER]
 
@@ -39,8 +39,8 @@ SAMPLES = 80   # of the study
 
 STEPPING, IN_MEMORY, WITH_CSV = "stepping", "whole run in memory, measured", "whole run with CSV"
 BLOCKS = "by the blocks in one loop"
-# Largest multiples of the reference implementation. On three machines stepping took 1.02 to 1.14, a run in memory 1.05 to 2.08
-# (the last where the system was slow to give memory), with CSV 1.86 to 2.17: twice the largest fails, which no
+# Largest multiples of the reference implementation. On three machines stepping took 1.02 to 1.14, a run in memory 1.05
+# to 2.08 (the last where the system was slow to give memory), with CSV 1.86 to 2.17: twice the largest fails, which no
 # disturbance reaches, but a step that is made in Python does.
 GATES = {STEPPING: 2.3, IN_MEMORY: 4.2, WITH_CSV: 4.4}
 
