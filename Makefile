@@ -109,6 +109,7 @@ lint: .venv/.test
 	$(BIN)/ruff check .
 	$(BIN)/mypy
 	$(BIN)/mypy tools benchmarks docs/site
+	$(BIN)/python tools/plain_english.py
 
 # Cost of a step, a run and a sample of a study, for docs/accuracy.md: on a machine with nothing else to do.
 bench: .venv/.test

@@ -1,0 +1,66 @@
+"""The linter of phrases: those that it finds, those that it leaves, and limits that only fall."""
+
+import tomllib
+from pathlib import Path
+
+import pytest
+
+from tools import plain_english
+from tools.plain_english import CODE, Found, code_texts, page_texts, problems, too_many
+
+pytestmark = pytest.mark.quick
+
+
+@pytest.mark.parametrize(("text", "phrase"), [
+    ("What is measured is so at all.", "'what' as a noun"),
+    ("Run a scenario many times, with what varies.", "'what' as a noun"),
+    ("ScenarioError of a list that is none.", "'none' as a predicate"),
+    ("An FMU of yours.", "'of yours'"),
+    ("Anybody's FMU.", "'of yours'"),
+    ("A controller beside ours.", "'beside'"),
+    ("It is built anew.", "'anew'"),
+    ("All axes but for the tilts.", "'but for'"),
+    ("A file in place of the name.", "'in place of'"),
+    ("The run goes on.", "'goes on'"),
+    (f"{36 * 'word '}.", "36 words, at most 35")])
+def test_finds_a_phrase(text: str, phrase: str) -> None:
+    assert [name for name, _ in problems(text)] == [phrase]
+
+
+@pytest.mark.parametrize("text", [
+    "What does a sample cost?", "It says what went wrong.", "There is none if the run failed.", "Besides, it is fast.",
+    "The thesis writes \"but for this\".", "Give `beside` a value.", f"{30 * 'word '}on p. 61 of it. {30 * 'word '}.",
+    f"{30 * 'word '}[a link]({40 * 'a '}).", f"{30 * 'word '}$a + b + c + d + e + f + g$."])
+def test_leaves_plain_text(text: str) -> None:
+    assert list(problems(text)) == []
+
+
+def test_reads_prose_of_a_page_with_its_lines() -> None:
+    page = ("# What reproduces\n\nOne\nparagraph.\n\n    code anew\n\n```\nfenced anew\n```\n"
+            "- an item\n  of two lines\n| a cell | another |\n"
+            "<!-- bits: made -->\ngenerated anew\n<!-- end of bits -->\nLast.\n")
+    assert [(line, " ".join(text.split())) for line, text in page_texts(page) if text.strip()] == [
+        (3, "One paragraph."), (11, "an item of two lines"), (13, "a cell"), (13, "another"), (17, "Last.")]
+
+
+def test_reads_docstrings_and_messages_of_code() -> None:
+    code = ('"""What a module is about here."""\nname = "short"\n'
+            'raise ValueError(f"{name}: expected a number of it anew")\n')
+    assert [(line, text) for line, text in code_texts(code)] == [
+        (1, "What a module is about here."), (3, "X: expected a number of it anew")]
+
+
+def test_compares_pages_one_by_one_and_code_as_a_whole() -> None:
+    found = [Found(file, 1, "'anew'", "") for file in ("docs/a.md", "docs/b.md", "x/y.py", "z.py")]
+    assert [*too_many(found, {"docs/a.md": 1, CODE: 1})] == ["docs/b.md", CODE]
+    assert too_many(found, {"docs/a.md": 1, "docs/b.md": 1, CODE: 2}) == {}
+
+
+def test_lowers_limits_and_never_raises_them(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    limits, page = tmp_path / "limits.toml", tmp_path / "a.md"
+    page.write_text("It is built anew.\n", encoding="utf-8")
+    monkeypatch.setattr(plain_english, "LIMITS", limits)
+    for before, after, code in ((3, 1, 0), (1, 1, 0), (0, 0, 1)):
+        limits.write_text(f'"{page}" = {before}\n"docs/gone.md" = 2\n', encoding="utf-8")
+        assert plain_english.main(["--lower"], [page]) == code
+        assert tomllib.loads(limits.read_text(encoding="utf-8")) == {str(page): after}
