@@ -33,27 +33,6 @@ C_LAYER = ROOT / "maglev/fmi/c"
 LOWEST = ("prefix", "model", "instance")   # headers that every C file of the layer may know
 
 
-@cache
-def imported_lines(path: Path) -> list[tuple[int, str]]:
-    """Lines and names of the modules that a file imports: at the top, in functions, and by name as text."""
-    package, found = ".".join(path.relative_to(ROOT).parent.parts), []
-    for node in ast.walk(ast.parse(path.read_text(encoding="utf-8"))):
-        if isinstance(node, ast.Import):
-            found += [(node.lineno, alias.name) for alias in node.names]
-        elif isinstance(node, ast.ImportFrom):
-            found.append((node.lineno, resolve_name("." * node.level + (node.module or ""), package)))
-        elif isinstance(node, ast.Constant) and isinstance(node.value, str) and "_fmu" in node.value:
-            # Such as "plant_fmu.definition.plant" of maglev.descriptions.registry; the names of the other packages are plain words.
-            found.append((node.lineno, node.value))
-    return found
-
-
-def room_of(module: str) -> str:
-    """Subpackage of a module, such as "cosim" of "maglev.cosim.master"; "__init__" of the package itself."""
-    parts = module.split(".")
-    return parts[1] if len(parts) > 1 else "__init__"
-
-
 def sources(package: str) -> list[Path]:
     return sorted((ROOT / package).rglob("*.py"))
 
