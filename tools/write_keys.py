@@ -1,4 +1,4 @@
-"""Put the tables of all keys of a scenario file, and of units, into docs/scenarios.md, between their markers.
+"""Put the tables of all keys of a scenario file, and of units, into docs/scenario_keys.md, between their markers.
 
     python tools/write_keys.py
 """
@@ -126,7 +126,7 @@ def table_lines(table: type[Table]) -> Iterator[str]:
     yield ""
 
 
-PAGE = Path(__file__).parents[1] / "docs" / "scenarios.md"
+PAGE = Path(__file__).parents[1] / "docs" / "scenario_keys.md"
 PARTS: dict[str, Callable[[], str]] = {"units": markdown_of_units, "keys": keys_markdown}
 
 

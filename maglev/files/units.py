@@ -156,7 +156,7 @@ def dimension_of(si: str) -> tuple[tuple[str, int], ...]:
 
 
 def units_markdown() -> str:
-    """The units by what they measure, for docs/scenarios.md."""
+    """The units by what they measure, for docs/scenario_keys.md."""
     prefixed = sorted({si for si, _ in UNITS.values() if f"k{si}" in UNITS and f"n{si}" in UNITS})
     return "\n".join(["| | |", "|---|---|", *(f"| {measured} | {units} |" for measured, units in MEASURED.items()), "",
                       f"{', '.join(prefixed)} also with {', '.join(PREFIXES)} before them.", ""])
