@@ -1,6 +1,6 @@
 """Plant and controller under masters that are not ours: the same numbers, bit for bit, once the order is the same.
 
-docs/importing.md has what was measured, with versions.
+docs/using_fmus.md has the measured differences, docs/importers.md the versions.
 """
 
 from pathlib import Path
