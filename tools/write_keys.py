@@ -43,8 +43,8 @@ class Key(NamedTuple):
 
 # What puts files and variants together, before there is one table.
 OF_FILES = (
-    Key("extends", "text, or list of text", "", "scenario files that stand under this one, in this order: beside it, "
-        "or of the package, such as loops/3dof.toml"),
+    Key("extends", "text, or list of text", "", "base files, which this one overrides, in this order: next to it, or "
+        "of the package, such as loops/3dof.toml"),
     Key("variants", "tables by name", "", "runs `NAME-VARIANT`, each with its table over the scenario"))
 
 
