@@ -21,6 +21,7 @@ from maglev.runs.metrics import Metrics, StepResponse
 from maglev.runs.procedure_outcome import Chart, Outcome
 from maglev.runs.provenance import Provenance
 from maglev.runs.verdicts import (
+    MISSED,
     VERDICTS,
     ClaimResult,
     Judgements,
@@ -55,12 +56,13 @@ CURVE_COLUMNS = ("figure", "panel", "curve", "x", "y", "margin")
 
 
 def show(console: Console, result: RunResult, verdicts: Sequence[ClaimResult], briefly: bool = False) -> None:
-    """Print the claims about a run with their verdicts, what was measured on it, and how it ended.
+    """Print the metrics of a run, the claims about it with their verdicts, and how it ended.
 
-    Briefly without bounds by the axes of figures: dozens of lines, of which the last one has the sum.
+    Briefly without bounds by the axes of figures, of which the last line has the sum, and with claims in fewer words.
     """
-    show_measured(console, result, claim_tables([judged for judged in verdicts if judged.claim.figure is None]
-                                                if briefly else verdicts), verdicts, reason=not briefly)
+    claims = [judged for judged in verdicts if judged.claim.figure is None] if briefly else verdicts
+    tables = [(short_claims if briefly else claim_table)(title, of_kind) for title, of_kind in titled_claims(claims)]
+    show_measured(console, result, tables, verdicts, reason=not briefly, footnote=fitted_to(claims) if briefly else "")
 
 
 class Verdicts(tuple[ClaimResult, ...]):
@@ -93,9 +95,9 @@ def show_results(console: Console, asked: Sequence[str], results: Sequence[RunRe
         show_outcome(console, outcome, verdicts[outcome.settings.name])
 
 
-def show_measured(console: Console, result: RunResult, above: Iterable[ResultTable] = (),
-                  verdicts: Sequence[ClaimResult] = (), reason: bool = True) -> None:
-    """Print what comes above what was measured on a run, that, and the outcome with a sum of verdicts.
+def show_measured(console: Console, result: RunResult, below: Iterable[ResultTable] = (),
+                  verdicts: Sequence[ClaimResult] = (), reason: bool = True, footnote: str = "") -> None:
+    """Print the metrics of a run, the tables and the footnote below, and the outcome with a sum of verdicts.
 
     Of a run that did not complete the reason is left out where it is said elsewhere.
     """
@@ -106,8 +108,10 @@ def show_measured(console: Console, result: RunResult, above: Iterable[ResultTab
         return
     if result.provenance is not None:
         console.print(Text(origin(result.provenance), style="dim"))
-    for table in (*above, *metric_tables(plan, result.metrics)):
+    for table in (*metric_tables(plan, result.metrics), *below):
         console.print(table)
+    if footnote:
+        console.print(Text(footnote))
     console.print("; ".join([outcome_line(result, result.metrics), *sums(verdicts)]))
 
 
@@ -138,7 +142,7 @@ def origin(provenance: Provenance) -> str:
 
 
 def metric_tables(plan: RunPlan, metrics: Metrics) -> list[ResultTable]:
-    """Tables of steps, events, errors and currents, as far as the run has them; of what is in m or rad apart."""
+    """Tables of steps, events, errors and currents, as far as the run has them; lengths and angles apart."""
     groups: dict[tuple[str, str], list[Measure]] = {}
     for measure in measures_of(plan, metrics):
         if measure.of:
@@ -155,12 +159,12 @@ def metric_tables(plan: RunPlan, metrics: Metrics) -> list[ResultTable]:
     heads = {"step": ("Steps: settling is the time to the last error beyond a band, in the window",
                       ("window", "axis", "from", "to")),
              "event": ("Events: recovery is the time to the last error beyond a band", ("after", "axis")),
-             "effort": ("Effort after events", ("after", "motor")),
              "axis": ("Errors over the run" + ("" if begin is None else f"; of tracking from t = {begin:g} s on"),
                       ("axis",)),
-             "motor": ("Currents: absolute values", ("motor",))}
+             "motor": ("Currents: absolute values", ("motor",)),
+             "effort": ("Effort after events", ("after", "motor"))}
     return [measure_table(*heads[kind], of_kind, after if kind in ("event", "effort") else steps)
-            for (kind, _), of_kind in groups.items()]
+            for (kind, _), of_kind in sorted(groups.items(), key=lambda group: list(heads).index(group[0][0]))]
 
 
 def window_text(step: StepResponse) -> str:
@@ -181,9 +185,29 @@ def measure_table(title: str, heads: Sequence[str], shown: Sequence[Measure], st
 
 def claim_tables(results: Sequence[ClaimResult]) -> list[ResultTable]:
     """Tables of a user's own claims, of the thesis's in words and of the bounds of its figures."""
-    return [claim_table(f"{title}: {met_of(claims)} met" if met_of(claims) else title, claims) for title, claims in (
+    return [claim_table(title, claims) for title, claims in titled_claims(results)]
+
+
+def titled_claims(results: Sequence[ClaimResult]) -> list[tuple[str, Sequence[ClaimResult]]]:
+    """A user's own claims, the thesis's in words and the bounds of its figures, with titles, without empty ones."""
+    return [(f"{title}: {met_of(claims)} met" if met_of(claims) else title, claims) for title, claims in (
         ("Your specification", specification(results)), ("Claims of the thesis", sentences(results)),
         ("Bounds by the axes of figures", bound_claims(results))) if claims]
+
+
+def short_claims(title: str, results: Sequence[ClaimResult]) -> ResultTable:
+    """Table of claims with a star at those that a parameter was fitted to; the criterion only where it was missed."""
+    return result_table(title, ("verdict", "claim", "measured"), (
+        [Text(judged.verdict, COLOURS[judged.verdict], no_wrap=True),
+         "; ".join(filter(None, (judged.claim.text, f"expected {judged.claim.criterion}" if judged.verdict in MISSED
+                                 and judged.claim.criterion else "", judged.explanation))),
+         judged.measured_text + (" *" if judged.claim.chose else "")] for judged in results), left=3)
+
+
+def fitted_to(results: Sequence[ClaimResult]) -> str:
+    """Footnote of the stars: the parameters that were fitted to claims; empty if there are none."""
+    chosen = dict.fromkeys(judged.claim.chose for judged in results if judged.claim.chose)
+    return f"* no independent evidence: used to choose {'; '.join(chosen)}" if chosen else ""
 
 
 def claim_table(title: str, results: Sequence[ClaimResult]) -> ResultTable:

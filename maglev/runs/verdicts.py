@@ -60,16 +60,21 @@ class ClaimResult:
 
     @property
     def note(self) -> str:
-        """Why the claim is not reproduced or not testable, and a remark; empty if nothing is known or needed."""
+        """Reason of the verdict, remark and the parameter that was fitted to the claim; empty if there is none."""
+        by = f"{'it' if self.claim.figure is None else 'this figure'} was used to choose"
+        chosen = f"no independent evidence: {by} {self.claim.chose}" if self.claim.chose else ""
+        return "; ".join(filter(None, (self.explanation, chosen if self.verdict != "not run" else "")))
+
+    @property
+    def explanation(self) -> str:
+        """The note without the parameter that was fitted to the claim."""
         if self.verdict == "not run":
             return ""
         why = {"not testable": self.claim.not_testable, "no difference": self.claim.reason,
                "not reproduced": self.claim.reason, "not met": self.claim.reason}.get(self.verdict)
-        by = f"{'it' if self.claim.figure is None else 'this figure'} was used to choose"
-        chosen = f"no independent evidence: {by} {self.claim.chose}" if self.claim.chose else None
         given = f"decided by what the plant was given: {self.claim.given}" if self.claim.given else None
         other = None if self.counts else "another reading of the experiment, not counted"
-        return "; ".join(part for part in (why, self.claim.remark, given, chosen, other) if part)
+        return "; ".join(part for part in (why, self.claim.remark, given, other) if part)
 
 
 def blames(claims: Iterable[ClaimResult], what: str) -> list[ClaimResult]:

@@ -110,7 +110,10 @@ def test_a_run_ends_with_what_its_reader_wants(fastest_fmus: Path, tmp_path: Pat
     done = maglev("run", "3dof-setpoints", "--fmus", fastest_fmus, "--out", tmp_path, "--open")
     said, files = done.stdout.rsplit("\n", 2)[:2]
     assert max(map(len, said.splitlines())) <= 80
-    assert done.stdout.index("Claims of the thesis") < done.stdout.index("Steps: settling")
+    places = [done.stdout.index(words) for words in (
+        "Steps: settling", "Errors over", "Currents:", "Claims of the thesis", "* no independent evidence: used to")]
+    assert places == sorted(places)
+    assert done.stdout.count("no independent evidence") == 1
     assert " ".join(said.split()).endswith(
         "completed: largest end error 34.6 µm on z; 5 of 5 claims hold; 9 of 12 bounds by the axes of figures met")
     assert files.startswith("results: ") and files.endswith(str(tmp_path / "3dof-setpoints.html"))
