@@ -65,7 +65,7 @@ def motors_table() -> str:
 
 
 def constants_table() -> str:
-    rows = [(short(stage), f"`{each.name}`", each.meaning, f"{each.stage:g}", f"{each.model:g}", each.unit)
+    rows = [(short(stage), f"`{each.name}`", each.meaning, f"{each.plant:g}", f"{each.model:g}", each.unit)
             for stage in PACKAGED_STAGES.values() for each in stage.constants]
     return markdown(("stage", "constant", "meaning", "plant", "controllers' model", "unit"), rows)
 
