@@ -21,7 +21,7 @@ from maglev.pages.figures import EVERY, Figure, controller_of, run_colours, with
 from maglev.pages.findings import html_table, typeset
 from maglev.pages.picture import overlay
 from maglev.pages.plot_data import figure_data, moving, runs_data
-from maglev.pages.report_page import PLAYER, PLOT_SCRIPTS, json_in_html, plot_height, read
+from maglev.pages.report_page import PLAYER, PLOT_SCRIPTS, command_line, file_links, json_in_html, plot_height, read
 from maglev.pages.run_text import as_text, origin
 from maglev.runs.execution import RunResult, json_text, run_as_json, write_result
 from maglev.runs.measures import measures_of
@@ -81,7 +81,7 @@ def write_comparison(folder: Path, name: str, title: str, runs: Runs, *, picture
             write_whole(written[-1], text)
         if page:
             written.append(folder / f"{name}.compare.html")
-            shell.publish(written[-1], comparison_page(name, title, runs, compared_rows(runs)))
+            shell.publish(written[-1], comparison_page(name, title, runs, compared_rows(runs), folder))
         recorded = {label: run for label, run in runs.items() if len(run.time)}
         if picture and recorded:
             written.append(folder / f"{name}.compare.png")
@@ -115,8 +115,9 @@ def show_comparison(console: Console, name: str, title: str, runs: Runs, every_s
         for row in shown), left=2, spare=len(leads)))
 
 
-def comparison_page(name: str, title: str, runs: Mapping[str, RunResult], rows: Sequence[Row]) -> str:
-    """Text of the page, which needs no network."""
+def comparison_page(name: str, title: str, runs: Mapping[str, RunResult], rows: Sequence[Row],
+                    folder: Path | None = None) -> str:
+    """Text of the page, which needs no network; it links to files of the runs if they are in its folder."""
     colours, recorded = run_colours(runs), {label: run for label, run in runs.items() if len(run.time)}
     drawn = {run.plan.name: colours[label] for label, run in runs.items()}
     labels = {run.plan.name: label for label, run in runs.items()}
@@ -130,10 +131,11 @@ def comparison_page(name: str, title: str, runs: Mapping[str, RunResult], rows: 
         "compare", f"{escape(name)}: runs side by side", said, read("style.css"),
         shell.read("comparison.html", FOLDER),
         name=escape(name), subject=escape(title), verdict=said,
-        origins="\n".join(f"<li><strong>{escape(label)}</strong>: {escape(origin(run.provenance))}</li>"
+        origins="\n".join(f"<li><strong>{escape(label)}</strong>: {escape(origin(run.provenance))}"
+                          f"{file_links(folder, run.plan.name)}</li>"
                           for label, run in runs.items() if run.provenance is not None),
-        made=" ".join(dict.fromkeys(f"Simulated by {escape(run.provenance.command)}, Python {run.provenance.python}."
-                                    for run in runs.values() if run.provenance is not None)),
+        made=command_line(runs.values()) + "".join(f"<p>Python {version}.</p>" for version in dict.fromkeys(
+            run.provenance.python for run in runs.values() if run.provenance is not None)),
         legend=escape(legend(runs.values(), "★")), moving=PLAYER if data["moving"] else "",
         summary=row_table(list(runs), summary(rows)),
         steps=row_table(list(runs), [row for row in rows if row.time is not None]),

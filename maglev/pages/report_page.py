@@ -2,12 +2,14 @@
 
 import json
 import os
-from collections.abc import Collection, Sequence
+from collections.abc import Collection, Iterable, Sequence
 from datetime import UTC, datetime
 from functools import partial
 from html import escape
 from pathlib import Path
 from time import time
+from typing import get_args
+from urllib.parse import quote
 
 from maglev.descriptions.packaged import PACKAGED_STAGES
 from maglev.files.environment import DATE, number_in
@@ -22,8 +24,10 @@ from maglev.pages.status import is_listed, modification, run_status
 from maglev.pages.what_if import NOTHING, Again
 from maglev.runs.execution import RunResult
 from maglev.runs.procedure_outcome import Outcome
+from maglev.runs.results import ResultFiles
 from maglev.runs.verdicts import Judgements
 from maglev.scenario.layers import packaged_runs, scenario_of
+from maglev.scenario.options import Format
 
 read = partial(shell.read, folder=Path(__file__).with_name("report"))
 # Heights: of a panel, of the buttons above, of its times, which one panel has, of the names of events above the first.
@@ -44,12 +48,13 @@ def write_report(path: Path, results: Sequence[RunResult], judgements: Judgement
 
     The file appears under its name when it is complete: what stood there before is intact until then.
     """
-    shell.publish(path, report_page(results, judgements, outcomes, path.with_name(NAME).is_file(), frictionless))
+    shell.publish(path, report_page(results, judgements, outcomes, path.parent, frictionless))
 
 
 def report_page(results: Sequence[RunResult], judgements: Judgements, outcomes: Sequence[Outcome] = (),
-                live: bool = False, frictionless: Again = NOTHING) -> str:
-    """Text of the page; `live` is whether the live page lies beside it."""
+                folder: Path | None = None, frictionless: Again = NOTHING) -> str:
+    """Text of the page; it links to the live page and to files of runs if they are in its folder."""
+    live = folder is not None and (folder / NAME).is_file()
     figures = shown_figures(read_figures(), results)
     shown = by_number(figures, shown_charts(outcomes))
     section = findings.findings_section(outcomes)
@@ -80,11 +85,12 @@ def report_page(results: Sequence[RunResult], judgements: Judgements, outcomes: 
         index="\n".join(f'<li><a href="#{figure.id}"><b>{escape(figure.title)}</b> '
                         f"<span>{escape(figure.caption)}</span></a></li>" for figure in shown),
         origin=escape(page_origin(results)),
+        command=command_line(results),
         summary=claim_table.claims_summary(results, judgements),
         claims=claim_table.claim_groups(results, judgements, shown, outcomes),
         links="".join(f'<li><a href="#{part}">{heading}</a></li>' for part, heading in parts.items()),
         findings=section,
-        figures="\n".join(figure_element(figure, judgements, live, "without" in drawn[figure.id], told)
+        figures="\n".join(figure_element(figure, judgements, folder, "without" in drawn[figure.id], told)
                           for figure in shown)
         or f"<p>No {'figure shows these runs' if any(len(run.time) for run in results) else 'run was recorded'}.</p>",
 
@@ -109,14 +115,29 @@ def page_origin(results: Sequence[RunResult]) -> str:
                         for version, commit, python in made)])
 
 
+def command_line(results: Iterable[RunResult]) -> str:
+    """The commands that ran what a page shows, each with a button that copies it; empty if Python did."""
+    commands = dict.fromkeys(run.provenance.command for run in results if run.provenance is not None)
+    return "".join(f'<p><code>{escape(command)}</code> <button type="button" class="copy">Copy</button></p>'
+                   for command in commands if command.startswith("maglev "))
+
+
+def file_links(folder: Path | None, name: str) -> str:
+    """Links to the files of a run that are in the folder of the page."""
+    endings = [ending for ending in (*get_args(Format), "json")
+               if folder and ResultFiles(folder, name).file(ending).is_file()]
+    return "".join(f' <a class="screen" download href="{escape(quote(f"{name}.{ending}"))}" '
+                   f'aria-label="{ending.upper()} of {escape(name)}">{ending.upper()}</a>' for ending in endings)
+
+
 def json_in_html(data: object) -> str:
     """JSON that can stand in a script element: no tag can begin in it."""
     return json.dumps(data, allow_nan=False, separators=(",", ":")).replace("<", "\\u003c")
 
 
-def figure_element(shown: Shown | ShownChart, judgements: Judgements, live: bool, frictionless: bool,
+def figure_element(shown: Shown | ShownChart, judgements: Judgements, folder: Path | None, frictionless: bool,
                    told: Collection[str]) -> str:
-    """One figure: caption, what it is about, with links to the live page, place for the plot, claims about it.
+    """One figure: caption, what it is about with links to live page and files, place for the plot, claims about it.
 
     What came of its runs stands there, but of those that were `told` of before.
     """
@@ -128,7 +149,7 @@ def figure_element(shown: Shown | ShownChart, judgements: Judgements, live: bool
         about = f'<li><a href="#{anchor("procedure", name)}">{escape(name)}</a></li>'
     else:
         stage = " ".join(sorted({stage_name(run.plan.name, run.plan) for run in shown.runs}))
-        about = "".join(f"<li>{run_about(run, judgements, live, run.plan.name in told)}</li>" for run in shown.runs)
+        about = "".join(f"<li>{run_about(run, judgements, folder, run.plan.name in told)}</li>" for run in shown.runs)
     return (f'<figure id="{shown.id}" data-stage="{stage}"><figcaption><h3>{escape(shown.title)}</h3>'
             f'<p>{escape(shown.caption)}</p><ul class="runs">{about}</ul></figcaption>\n{switch}'
             f'<div class="beside"><div class="plot" data-figure="{shown.id}" style="min-height:{plot_height(shown)}px">'
@@ -144,13 +165,14 @@ def plot_height(shown: Shown | ShownChart) -> int:
     return TOOLS + PIXELS * panels - TIMES * (panels - 1) + EVENTS * events
 
 
-def run_about(run: RunResult, judgements: Judgements, live: bool, told: bool) -> str:
+def run_about(run: RunResult, judgements: Judgements, folder: Path | None, told: bool) -> str:
     """Name of a run with links, what came of it unless that was told, and what went wrong."""
     name = run.plan.name
     linked = f'<a href="#{anchor("run", name)}">{escape(name)}</a>' if is_listed(run, judgements) else escape(name)
     said = "" if told else typeset(sentence(run, judgements.get(name, ())))
     warned = [modification(run)] if said and modification(run) else [] if said else run_status(run)
-    return "; ".join([linked + (live_link(run) if live else ""), *([said] if said else []),
+    live = live_link(run) if folder and (folder / NAME).is_file() else ""
+    return "; ".join([linked + live + file_links(folder, name), *([said] if said else []),
                       *(f'<span class="status">⚠ {escape(text)}</span>' for text in warned)])
 
 

@@ -27,6 +27,7 @@ HEAD = 4000   # bytes of a page in which its head stands
 SAID = 240    # characters of what a page says that the index has
 SAYS = re.compile(r'<meta name="maglev-page" content="(\w+)">')
 TITLE = re.compile(r"<title>(.*?)</title>", re.DOTALL)
+COMMENT = re.compile(r"^(?://.*|/\*\*[^`]*?\*/)\n", re.MULTILINE)   # one that begins a line of a script
 ABOUT = re.compile(r'<meta name="description" content="(.*?)">', re.DOTALL)
 
 # Kinds of pages in their order, and what one and several of them are called.
@@ -63,8 +64,8 @@ def page(kind: str, title: str, about: str, style: str, body: str, policy: str =
 
 
 def scripts(*texts: str) -> str:
-    """Elements with what all scripts share, and with scripts."""
-    return "\n".join(f"<script>\n{text}</script>" for text in (read("scale.js"), *texts))
+    """Elements with what all scripts share, and with scripts, without the comments before functions."""
+    return "\n".join(f"<script>\n{COMMENT.sub('', text)}</script>" for text in (read("scale.js"), *texts))
 
 
 def scene() -> str:

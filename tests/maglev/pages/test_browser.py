@@ -1,5 +1,6 @@
 """The plots of the report in a browser."""
 
+import csv
 from itertools import pairwise
 from xml.etree.ElementTree import fromstring as parse_svg
 
@@ -301,3 +302,91 @@ def test_a_plot_is_saved_with_its_colours_written_out(desktop):
     assert "var(" not in text
     assert text.count('class="panel-plot"') == 2
     assert len(parse_svg(text).findall(".//*[@class='line']")) == 5
+
+
+def readings(tab, figure: str) -> list[str]:
+    """Texts of the readout of a figure's first panel, if it is seen."""
+    readout = tab.page.locator(f'[data-figure="{figure}"] .readout').first
+    return readout.locator("div").all_text_contents() if readout.is_visible() else []
+
+
+def numbers(text: str) -> list[float]:
+    """The value of a reading, and by how much it differs from the first cursor."""
+    value, _, difference = text.split(": ")[1].partition(", Δ ")
+    return [float(part.split(" ")[0].replace("−", "-")) for part in (value, difference) if part]
+
+
+def test_two_cursors_tell_differences(desktop):
+    """A ramp by a known speed: the second cursor, fixed by a click, stays when the pointer is away."""
+    figure = "figure-4-18"
+    picture = picture_of(desktop, figure)
+    picture.click(position={"x": 300, "y": 60})
+    first = [numbers(text) for text in readings(desktop, figure)]
+    assert [len(parts) for parts in first] == [1, 1, 1]
+    picture.hover(position={"x": 500, "y": 60})
+    picture.click(position={"x": 500, "y": 60})
+    desktop.page.mouse.move(0, 0)
+    texts = readings(desktop, figure)
+    (time, since), (_, change), _ = map(numbers, texts)
+    assert since == pytest.approx(time - first[0][0], abs=1e-4)
+    assert 0.05 < since < 0.5
+    assert change == pytest.approx(1e3 * SPEED * since, abs=2e-3)   # mm
+    assert " mm, Δ " in texts[1]
+    assert picture_of(desktop, figure).locator(".cursor").get_attribute("d").count("M") == 3
+    for x in (500, 300):   # each is taken away by a click on it
+        picture.click(position={"x": x, "y": 60})
+    desktop.page.mouse.move(0, 0)
+    assert readings(desktop, figure) == []
+
+
+def test_a_tap_reads_a_plot(browser, report):
+    """It stays, for a finger covers what it points at; a second one tells differences; one on a cursor removes it."""
+    context = browser.new_context(viewport=PHONE, has_touch=True, offline=True)
+    page = context.new_page()
+    page.goto(report.as_uri())
+    page.evaluate("maglevReport.drawAll()")
+    picture = page.locator('[data-figure="figure-4-18"] .panel-plot').first
+    readout = page.locator('[data-figure="figure-4-18"] .readout').first
+    picture.scroll_into_view_if_needed()
+    before = picture.bounding_box()
+    picture.tap(position={"x": 150, "y": 60})
+    assert readout.is_visible() and "Δ" not in readout.text_content()
+    picture.tap(position={"x": 250, "y": 60})
+    assert readout.text_content().count("Δ") == 3
+    assert picture.bounding_box() == before, "nothing moves"
+    picture.tap(position={"x": 250, "y": 60})
+    picture.tap(position={"x": 150, "y": 60})
+    assert not readout.is_visible()
+    context.close()
+
+
+def test_points_that_are_seen_are_saved(desktop):
+    """Of a zoomed view, of lines that are not hidden, with units; the picture as large as drawn, at two dots a px."""
+    figure = "figure-4-18"
+    picture_of(desktop, figure)
+    tools = desktop.page.locator(f'[data-figure="{figure}"] .tools')
+    tools.get_by_role("button", name="zoom in", exact=True).click()
+    with desktop.page.expect_download() as saved:
+        tools.get_by_role("button", name="save what is seen as CSV").click()
+    assert saved.value.suggested_filename == f"{figure}.csv"
+    with saved.value.path().open(encoding="utf-8", newline="") as file:
+        head, *rows = csv.reader(file)
+    assert head == ["panel", "line", "x", "y"]
+    times = np.array([float(row[2]) for row in rows])
+    assert 0.125 <= times.min() < 0.13 and 0.37 < times.max() <= 0.375
+    shown = [row for row in rows if row[0] == "gap v (mm) over time (s)" and row[1] == "reference"]
+    x, y = np.array([row[2:] for row in shown], float).T
+    np.testing.assert_allclose(y, 21.0 + 1e3 * SPEED * x, atol=2e-3)
+    with desktop.page.expect_download() as saved:
+        tools.get_by_role("button", name="save what is seen as PNG").click()
+    png = saved.value.path().read_bytes()
+    assert png[:8] == b"\x89PNG\r\n\x1a\n"
+    width = desktop.evaluate("maglevReport.plots['figure-4-18'].handles[0].picture.viewBox.baseVal.width")
+    assert int.from_bytes(png[16:20], "big") == 2 * width
+    tools.get_by_role("button", name="show all", exact=True).click()
+
+
+def test_no_text_of_saved_points_is_a_formula(desktop):
+    saved = desktop.evaluate("""pointsText({ hidden: new Set(), views: [{ low: 0, high: 1 }], panels: [{
+        title: "=1+1", xTitle: "t", lines: [{ name: '@SUM("A1")', x: [0, 1, 2], y: [5, null, 7] }] }] })""")
+    assert [*csv.reader(saved.splitlines())][1:] == [["'=1+1 over t", "'@SUM(\"A1\")", "0", "5"]]

@@ -177,3 +177,11 @@ def test_bounds_are_shaded_in_the_panels_that_draw_them():
         {"panel": 0, "low": 0.022, "high": 0.024, "met": True},
         {"panel": 1, "low": 0.1, "high": 0.2, "met": False}, {"panel": 1, "low": -0.2, "high": -0.1, "met": False}]
     assert data["figure-4-20"]["bounds"] == []
+
+
+def test_a_page_links_to_the_files_of_its_runs_that_lie_beside_it(tmp_path):
+    run = recorded(SETPOINTS)
+    name = run.plan.name
+    (tmp_path / f"{name}.csv").write_text("time\n", encoding="utf-8")
+    page = Page(report_page([run], {}, folder=tmp_path))
+    assert {link["href"] for link in page.all("a") if "download" in link.attributes} == {f"{name}.csv"}

@@ -6,6 +6,7 @@ const HUES = 5;   // colours of curves; further ones differ by dash or symbol
 function chartPanels(panels) {
   const kins = [...new Set(panels.flatMap(({ curves }) => curves.map(({ kin }) => kin)))];
   return panels.map(({ x: xTitle, y: title, curves }) => {
+    const unit = / \((.*)\)$/.exec(title)?.[1] ?? "";
     const places = curves.flatMap(({ x }) => x).filter((value) => value !== null);
     const air = 0.03 * (Math.max(...places) - Math.min(...places)) || 1;
     return {
@@ -15,7 +16,7 @@ function chartPanels(panels) {
         const k = kins.indexOf(kin);
         const round = Math.floor(k / HUES);
         return {
-          name: label, css: `run-${k % HUES}`, dash: RUN_DASHES[round % RUN_DASHES.length], x, y, margin, note: "",
+          name: label, css: `run-${k % HUES}`, dash: RUN_DASHES[round % RUN_DASHES.length], x, y, margin, unit, note: unit && ` ${unit}`,
           symbol: Object.keys(SYMBOLS)[round % 4], marked: marked || x.length < 2,
           ascending: !marked && x.every((value, at) => value !== null && (at === 0 || value >= x[at - 1])),
         };

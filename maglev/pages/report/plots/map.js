@@ -237,9 +237,4 @@ async function drawMaps(place) {
   return maps;
 }
 
-document.addEventListener("click", async ({ target }) => {
-  if (!target.matches("button.copy")) return;
-  await navigator.clipboard.writeText(target.previousElementSibling.textContent);
-  target.textContent = "Copied";
-});
 const mapped = Promise.all([...document.querySelectorAll("[data-maps]")].map(drawMaps));   // for tests, too

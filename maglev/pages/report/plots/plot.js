@@ -133,13 +133,16 @@ const named = ({ panels }, p) => (p === 0 && panels[p].windows.length ? PANEL.na
 /** Height of a panel's picture below those, px. */
 const tall = (last) => PANEL.top + PANEL.plot + (last ? PANEL.bottom : PANEL.between);
 
+/** Lines of a panel that are not hidden. */
+const shownLines = ({ panels, hidden }, p) => panels[p].lines.filter(({ of, name }) => !hidden.has(of ?? name));
+
 /** Draw one panel of a plot into its place; its legend once, its picture anew each time. */
 function drawPanel(plot, p) {
   const [panel, place, view] = [plot.panels[p], plot.places[p], plot.views[p]];
   const whole = Math.max(240, Math.min(plot.element.clientWidth, onPaper ? PANEL.paper : Infinity));   // letters are as large on paper
   const [width, height] = [whole - PANEL.left - PANEL.right, PANEL.plot];
   const last = !plot.runs.length || p === plot.panels.length - 1;
-  const lines = panel.lines.filter(({ of, name }) => !plot.hidden.has(of ?? name));
+  const lines = shownLines(plot, p);
   const limits = [...[...panel.levels, ...panel.marks].map(({ value }) => value).filter((value) => value !== null), ...panel.areas.flatMap(({ low, high }) => [low, high])];
   const across = scaleOf(view.low, view.high, 0, width, false);
   const ends = [PANEL.top + height, PANEL.top];
@@ -220,8 +223,8 @@ async function drawPanels(plot, only = null) {
 function makePlot(element, panels, runs, range = null) {
   const linked = runs.length > 0;
   const everything = { low: Math.min(...panels.map(({ low }) => low)), high: Math.max(...panels.map(({ high }) => high)) };
-  const shared = { ...everything, ...(range ? { low: range[0], high: range[1] } : {}), full: everything };
-  const views = panels.map(({ low, high }) => (linked ? shared : { low, high, full: { low, high } }));
+  const shared = { ...everything, ...(range ? { low: range[0], high: range[1] } : {}), full: everything, fixed: [] };
+  const views = panels.map(({ low, high }) => (linked ? shared : { low, high, full: { low, high }, fixed: [] }));
   element.replaceChildren();
   const plot = { element, panels, views, runs, hidden: legendOfAll ? hiddenInAll : new Set(), gone: false, turn: 0, handles: [] };
   tools(plot, html("div", { class: "tools", role: "group", "aria-label": "Zoom" }, element));

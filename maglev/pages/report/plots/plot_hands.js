@@ -1,5 +1,6 @@
 "use strict";
-// What a reader can do with a plot: zoom, go to and fro, read values, save it.
+// What a reader can do with a plot: zoom, go to and fro, read values, measure between two cursors, save it.
+const NEAR_CURSOR = 10;   // px, in which a click takes one away
 
 /** Show another range of a panel, and of all that share its view, within what there is. */
 function showRange(plot, p, low, high) {
@@ -33,33 +34,37 @@ function tools(plot, parent) {
   button("◂", "to the left", () => change(plot, 1, -0.25));
   button("▸", "to the right", () => change(plot, 1, 0.25));
   button("all", "show all", () => change(plot, Infinity, 0));
-  button("save", "save this plot as SVG", () => save(plot));
+  for (const [ending, made] of Object.entries(SAVED)) {
+    button(ending.toUpperCase(), `save what is seen as ${ending.toUpperCase()}`, async () => save(plot, ending, await made(plot)));
+  }
 }
 
-/** Show what a panel's lines are at an abscissa; the cursor alone where values are not asked for, nothing at null. */
+/** Show what a panel's lines are at an abscissa; the cursors alone where values are not asked for, nothing at null. */
 function pointAt(plot, p, here, values) {
-  const panel = plot.panels[p], { across, lines, cursor, picture, readout } = plot.handles[p] ?? {};
+  const panel = plot.panels[p], { fixed } = plot.views[p], { across, lines, cursor, picture, readout } = plot.handles[p] ?? {};
   if (!across) return;   // not yet drawn
-  const inside = here !== null && here >= across.low && here <= across.high;
-  cursor.setAttribute("d", inside ? `M${(PANEL.left + across.place(here)).toFixed(1)} ${PANEL.top}v${PANEL.plot}` : "");
-  readout.hidden = !inside || !values;
+  const inside = (x) => x !== null && x >= across.low && x <= across.high;
+  cursor.setAttribute("d", [here, ...fixed].filter(inside).map((x) => `M${(PANEL.left + across.place(x)).toFixed(1)} ${PANEL.top}v${PANEL.plot}`).join(""));
+  readout.hidden = !inside(here) || !values;
   if (readout.hidden) return;
-  const said = fillReadout(panel, lines, readout, here);
+  const said = fillReadout(panel, lines, readout, here, fixed[0] === here ? undefined : fixed[0]);
   picture.setAttribute("aria-valuenow", here);
   picture.setAttribute("aria-valuetext", said.join("; "));
 }
 
-/** Fill a readout, which takes the place of the legend, with what lines are at an abscissa; returns the words. */
-function fillReadout(panel, lines, readout, here) {
+/** Fill a readout, which takes the place of the legend, with what lines are at an abscissa, or how much they differ from where a
+ * cursor is fixed; returns the words. */
+function fillReadout(panel, lines, readout, here, since) {
   readout.replaceChildren();
-  const said = [`${panel.xTitle}: ${shortNumber(here)}`];
+  const said = [`${panel.xTitle}: ${shortNumber(here)}${since === undefined ? "" : `, Δ ${shortNumber(here - since)}`}`];
   html("div", {}, readout, said[0]);
   for (const line of lines) {
     const value = lineAt(line, here);
     if (value === null) continue;
     const row = html("div", {}, readout);
     swatch(row, line);
-    said.push(`${line.name}: ${panel.format(value)}${line.note}`);
+    const before = since === undefined ? null : lineAt(line, since);
+    said.push(`${line.name}: ${panel.format(value)}${before === null ? line.note : ` ${line.unit}, Δ ${panel.format(value - before)}`}`);
     row.append(said.at(-1));
   }
   return said;
@@ -74,7 +79,14 @@ function pointAll(plot, p, here) {
   }
 }
 
-/** Keys of a panel: arrows move the cursor, with shift by more; plus and minus zoom about it, 0 shows all. */
+/** Fix a cursor at an abscissa: the first, the second, or the first of the next two; one that is near is taken away. */
+function fix(plot, p, here) {
+  const view = plot.views[p], near = plot.handles[p].across.value(NEAR_CURSOR) - view.low, at = view.fixed.findIndex((x) => Math.abs(x - here) < near);
+  view.fixed = at >= 0 ? view.fixed.filter((_, k) => k !== at) : [...(view.fixed.length < 2 ? view.fixed : []), here];
+  pointAll(plot, p, at >= 0 ? view.fixed.at(-1) ?? null : here);
+}
+
+/** Keys of a panel: arrows move the cursor, with shift by more, and Enter fixes it; plus and minus zoom about it, 0 shows all. */
 function keys(plot, p, event) {
   const view = plot.views[p], span = view.high - view.low, here = plot.here ?? (view.low + view.high) / 2;
   const by = { ArrowLeft: -1, ArrowRight: 1, ArrowDown: -1, ArrowUp: 1 }[event.key];
@@ -83,23 +95,27 @@ function keys(plot, p, event) {
   else if (event.key === "+" || event.key === "=") showRange(plot, p, here - span / 4, here + span / 4);
   else if (event.key === "-") showRange(plot, p, here - span, here + span);
   else if (event.key === "0") showRange(plot, p, view.full.low, view.full.high);
-  else if (event.key === "Escape") pointAll(plot, p, null);
+  else if (event.key === "Enter") fix(plot, p, here);
+  else if (event.key === "Escape") {
+    view.fixed = [];
+    pointAll(plot, p, null);
+  }
   else return;
   event.preventDefault();
 }
 
-/** Readout under the pointer or by keys, and zooming by dragging; a double click shows all. */
+/** Readout under the pointer or by keys, cursors by a click or tap, and zooming by dragging; a double click shows all. */
 function handle(plot, p, picture, across, lines, height) {
   const place = plot.places[p];
   const cursor = svg("path", { class: "cursor", style: "stroke: var(--faint); pointer-events: none" }, picture);
   const chosen = svg("rect", { y: PANEL.top, height, width: 0, style: "fill: var(--link); opacity: 0.2" }, picture);
   let readout = place.querySelector(".readout");
-  if (!readout) fillReadout(plot.panels[p], lines, readout = html("div", { class: "readout", hidden: "" }, place.querySelector(".told")), across.high);   // its room is kept
+  if (!readout) fillReadout(plot.panels[p], lines, readout = html("div", { class: "readout", hidden: "" }, place.querySelector(".told")), across.high, across.low);   // its room is kept
   plot.handles[p] = { across, lines, cursor, picture, readout };
   picture.setAttribute("aria-valuemin", across.low);
   picture.setAttribute("aria-valuemax", across.high);
   picture.setAttribute("aria-valuenow", (across.low + across.high) / 2);
-  if (!readout.hidden) pointAt(plot, p, plot.here ?? null, true);   // it was pointed at before it was drawn anew
+  pointAt(plot, p, readout.hidden ? null : plot.here ?? null, true);   // it was pointed at before it was drawn anew
   let from = null;
   const at = (event) => {
     const box = picture.getBoundingClientRect();
@@ -109,29 +125,31 @@ function handle(plot, p, picture, across, lines, height) {
   const x = (value) => PANEL.left + across.place(value);
   picture.addEventListener("pointermove", (event) => {
     const here = at(event);
-    if (from !== null) {
+    if (from !== null && event.pointerType !== "touch") {
       chosen.setAttribute("x", Math.min(x(from), x(here)));
       chosen.setAttribute("width", Math.abs(x(here) - x(from)));
     }
     pointAll(plot, p, here);
   });
-  picture.addEventListener("pointerleave", () => pointAll(plot, p, null));
+  const leave = () => pointAll(plot, p, plot.views[p].fixed.at(-1) ?? null);
+  picture.addEventListener("pointerleave", (event) => { if (event.pointerType !== "touch") leave(); });
+  picture.addEventListener("pointercancel", () => { from = null; leave(); });   // the finger scrolls the page
   picture.addEventListener("focus", () => { if (picture.matches(":focus-visible")) pointAll(plot, p, plot.here ?? (across.low + across.high) / 2); });
   picture.addEventListener("blur", () => { if (picture.isConnected) pointAll(plot, p, null); });
   picture.addEventListener("keydown", (event) => keys(plot, p, event));
   picture.addEventListener("pointerdown", (event) => {
-    // On a touch screen dragging scrolls the page.
-    if (event.pointerType === "touch" || event.button !== 0) return;
+    if (event.button !== 0) return;
     from = at(event);
     picture.setPointerCapture(event.pointerId);
+    pointAll(plot, p, from);
   });
   picture.addEventListener("pointerup", (event) => {
     const [start, end] = [from, at(event)];
     from = null;
     chosen.setAttribute("width", 0);
-    if (start !== null && Math.abs(across.place(end) - across.place(start)) > 5) {
-      showRange(plot, p, Math.min(start, end), Math.max(start, end));
-    }
+    if (start === null) return;
+    if (Math.abs(across.place(end) - across.place(start)) < 5) fix(plot, p, end);
+    else if (event.pointerType !== "touch") showRange(plot, p, Math.min(start, end), Math.max(start, end));
   });
   picture.addEventListener("dblclick", () => {
     const { full } = plot.views[p];
@@ -149,9 +167,8 @@ function pictureText(plot) {
   svg("rect", { width: "100%", height: "100%", style: "fill: var(--paper)" }, whole);
   pictures.forEach((picture, p) => {
     const group = svg("g", { transform: `translate(0 ${top(p)})`, style: "fill: var(--text)" }, whole);
-    const { title, lines } = plot.panels[p];
-    const label = svg("text", { x: PANEL.left, y: 14, "font-weight": "bold" }, group, title);
-    for (const line of lines) svg("tspan", { dx: 14, "font-weight": "normal", style: `fill: var(--${line.css})` }, label, `— ${line.name}`);
+    const label = svg("text", { x: PANEL.left, y: 14, "font-weight": "bold" }, group, plot.panels[p].title);
+    for (const line of shownLines(plot, p)) svg("tspan", { dx: 14, "font-weight": "normal", style: `fill: var(--${line.css})` }, label, `— ${line.name}`);
     const copy = picture.cloneNode(true);
     copy.setAttribute("y", 22);
     copy.setAttribute("width", width);
@@ -163,9 +180,32 @@ function pictureText(plot) {
   return new XMLSerializer().serializeToString(whole).replace(/var\((--[\w-]+)\)/g, (_, name) => style.getPropertyValue(name).trim());
 }
 
-function save(plot) {
-  const link = html("a", { download: `${plot.element.dataset.figure}.svg`,
-    href: URL.createObjectURL(new Blob([pictureText(plot)], { type: "image/svg+xml" })) });
+/** The plot as pixels, two to a px of the page. */
+async function picturePixels(plot) {
+  const image = new Image();
+  image.src = URL.createObjectURL(new Blob([pictureText(plot)], { type: "image/svg+xml" }));
+  await image.decode();
+  const canvas = html("canvas", { width: 2 * image.width, height: 2 * image.height });
+  canvas.getContext("2d").drawImage(image, 0, 0, canvas.width, canvas.height);
+  URL.revokeObjectURL(image.src);
+  return new Promise((resolve) => { canvas.toBlob(resolve); });
+}
+
+/** Points of the lines that are seen, a row each; no text is a formula of a spreadsheet. */
+function pointsText(plot) {
+  const text = (words) => `"${words.replace(/^[=+@\t\r-]/, "'$&").replaceAll('"', '""')}"`;
+  const rows = plot.panels.flatMap(({ title, xTitle, logarithmic }, p) => shownLines(plot, p).flatMap(({ name, x, y }) => {
+    const { low, high } = plot.views[p], start = [`${title}${logarithmic ? ` (${logarithmic})` : ""} over ${xTitle}`, name].map(text).join();
+    return Array.from(x, (at, k) => (at >= low && at <= high && y[k] !== null ? `${start},${Number(at.toPrecision(12))},${Number(y[k].toPrecision(9))}\n` : ""));
+  }));
+  return `panel,line,x,y\n${rows.join("")}`;
+}
+
+const SAVED = { svg: (plot) => new Blob([pictureText(plot)], { type: "image/svg+xml" }), png: picturePixels,
+  csv: (plot) => new Blob([pointsText(plot)], { type: "text/csv" }) };
+
+function save(plot, ending, blob) {
+  const link = html("a", { download: `${plot.element.dataset.figure}.${ending}`, href: URL.createObjectURL(blob) });
   link.click();
   setTimeout(() => URL.revokeObjectURL(link.href), 10000);
 }

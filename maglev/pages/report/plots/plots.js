@@ -46,7 +46,7 @@ function drawnLine(line, panel) {
   const signal = ready[line.run][line.signal];
   const points = panel.floor ? logarithmicPoints(signal, panel)
     : { x: signal.times, y: signal.values.map((value) => scale * value) };
-  return { ...line, ...points, ascending: true,
+  return { ...line, ...points, unit, ascending: true,
     note: line.css === "reference" ? ` ${unit}` : ` ± ${Number((scale * signal.tolerance).toPrecision(2))} ${unit}` };
 }
 

@@ -51,3 +51,10 @@ function valueAt({ times, values }, time) {
   if (k === 0 || k === times.length) return values[k && k - 1];   // before the first, after the last
   return values[k - 1] + (values[k] - values[k - 1]) * (time - times[k - 1]) / (times[k] - times[k - 1]);
 }
+
+// What stands before a button is copied.
+document.addEventListener("click", async ({ target }) => {
+  if (!target.matches("button.copy")) return;
+  await navigator.clipboard.writeText(target.previousElementSibling.textContent);
+  target.textContent = "Copied";
+});
