@@ -115,6 +115,12 @@ function showGains() {
 }
 
 function chooseStarter() {
+  const written = lawText().trim() !== "" && lawText() !== beat.generated;
+  if (written && !confirm(`Replace what is written by the starter ${STARTERS[at("starter").value].label}?`)) {
+    at("starter").value = beat.starter;
+    return;
+  }
+  keepLaw("");
   Object.assign(beat, { starter: at("starter").value, factors: {} });
   showStarter(true);
   showGains();
@@ -126,6 +132,7 @@ function showTask() {
   const [axis] = drivenAxes(page.run);
   at("task").textContent = `Hold ${TASK.mass} kg that is put on, then make a step of ${1e3 * TASK.way} mm along ${axis}, better than the thesis's regulator does.`;
   showStarter();
+  if (keptLaw() && lawText() === beat.generated) setLawText(keptLaw());
   showGains();
   askScores(page.run, false);
 }

@@ -110,18 +110,23 @@ function parameterForm(parent, act) {
   const row = html("div", { class: "row" }, form);
   const value = html("input", { id: "parameter-value", type: "text", autocomplete: "off" }, row);
   html("button", { type: "submit" }, row, "Set");
-  const about = html("p", { class: "about", id: "parameter-about" }, form);
+  const wrong = html("p", { class: "bad", id: "parameter-wrong", role: "status" }, form), about = html("p", { class: "about", id: "parameter-about" }, form);
   let now = () => undefined, run = null, controller = "";
+  const tell = (problem) => {
+    wrong.textContent = problem;
+    value.setAttribute("aria-invalid", String(problem !== ""));
+  };
   const show = () => {
     const variable = variableOf(run, controller, names.value);
     value.value = String(now(names.value));
+    tell("");
     about.textContent = `${variable.description}${variable.unit ? `, ${variable.unit}` : ""}`
       + `${variable.fixed ? "; starts anew when it changes" : ""}`;
   };
   names.addEventListener("change", show);
   form.addEventListener("submit", (event) => {
     event.preventDefault();
-    act(names.value, value.value);
+    tell(act(names.value, value.value));
   });
   return (nextRun, nextController, valueOf) => {
     now = valueOf;

@@ -7,8 +7,19 @@ const lawText = () => (editor.view ? editor.view.state.doc.toString() : editor.f
 
 function setLawText(text) {
   if (text === lawText()) return;
+  editor.setting = true;
   editor.field.value = text;
   editor.view?.dispatch({ changes: { from: 0, to: editor.view.state.doc.length, insert: text } });
+  editor.setting = false;
+}
+
+/** What was written by hand for the stage that is shown outlives the page, where the browser keeps anything for it. */
+const lawPlace = () => `maglev law ${page.run.plant}`;
+function keepLaw(text = lawText()) {
+  try { localStorage.setItem(lawPlace(), text); } catch { /* it is in the field alone */ }
+}
+function keptLaw() {
+  try { return localStorage.getItem(lawPlace()) ?? ""; } catch { return ""; }
 }
 
 /** Mark a line that is wrong, and show it; none at 0. */
@@ -22,6 +33,7 @@ function markLine(number) {
 function buildField() {
   editor.field = html("textarea", { id: "law-field", spellcheck: "false", autocapitalize: "off", autocomplete: "off", wrap: "off",
     "aria-label": "The law" }, at("law"));
+  editor.field.addEventListener("input", () => keepLaw());
   editor.field.addEventListener("keydown", (event) => {
     if (event.key === "Enter" && (event.ctrlKey || event.metaKey)) { event.preventDefault(); runLaw(); }
   });
@@ -53,6 +65,7 @@ async function buildEditor() {
   editor.view = new EditorView({ parent: at("law"), state: EditorState.create({ doc: editor.field.value, extensions: [
     CodeMirror.keymap.of([run, ...CodeMirror.defaultKeymap, ...CodeMirror.historyKeymap]), CodeMirror.lineNumbers(), CodeMirror.history(),
     CodeMirror.bracketMatching(), CodeMirror.indentOnInput(), CodeMirror.StreamLanguage.define({ ...CodeMirror.javascript, tokenTable: { property: tags.propertyName } }),
-    CodeMirror.syntaxHighlighting(style), EditorView.contentAttributes.of({ "aria-label": "The law" }), bad] }) });
+    CodeMirror.syntaxHighlighting(style), EditorView.contentAttributes.of({ "aria-label": "The law" }),
+    EditorView.updateListener.of(({ docChanged }) => { if (docChanged && !editor.setting) keepLaw(); }), bad] }) });
   editor.field.hidden = true;
 }

@@ -6,9 +6,14 @@ const KICKED = { vertical: 0.06, horizontal: 0.14, tilt: 0.1 };   // m/s, rad/s:
 
 const BLINK = 0.02;   // s that amplifiers are off for
 const NEAR = 14;   // px beside the mover in which a finger still takes it
+const PRESS = 350;   // ms after which a finger that rests on the mover takes it
+const STILL = 8;     // px that a finger may move meanwhile
+const LED = { vertical: 0.02, horizontal: 0.08, tilt: 0.05 };   // m/s, rad/s: how fast a reference goes to where the hand has put it
+const SPARED = 1.5e-3;   // m: how near to a stop the hand can put the reference of a gap,
+const CARRIED = 0.85;    // and share of the current that there is with which the motors carry the mover there
 
 /** Where a pointer is on the stage: the view that it is in, axis and place (m) across and upright, and whether the mover, or
- *  the outline of its reference, is there. */
+ *  the outline of its reference, is there; the label is a handle. */
 function pointed(event) {
   const box = at("stage").getBoundingClientRect(), x = event.clientX - box.left, y = event.clientY - box.top;
   const row = page.history?.last(), { space, gap } = page.views;
@@ -17,16 +22,33 @@ function pointed(event) {
     const [face] = faceOf(page.run, row), top = gap.y(face);
     return { view: gap, taken: y > top - NEAR && y < top + BLOCK + NEAR, places: { [vertical()]: 1e-3 * y / gap.scale } };
   }
-  const taken = ["position", "reference"].some((what) => inside(hull(platformCorners(space, row, what)), [x, y], NEAR));
+  const label = page.hint && Math.abs(x - page.hint.x) < page.hint.half && Math.abs(y - page.hint.y) < NEAR;
+  const taken = label || ["position", "reference"].some((what) => inside(hull(platformCorners(space, row, what)), [x, y], NEAR));
   const moved = space.camera.moved(x, y), [first, second] = drivenAxes(page.run);
-  return { view: space, taken, places: { [first]: 1e-3 * moved.x, ...(second && { [second]: 1e-3 * moved.z }),
+  return { view: space, taken, label, places: { [first]: 1e-3 * moved.x, ...(second && { [second]: 1e-3 * moved.z }),
     ...(moved.y !== null && { [vertical()]: 1e-3 * moved.y }) } };
 }
 
 const dragsMover = () => at("drag-mover").checked;
 
+/** Where a finger swipes the page scrolls: it takes the mover by its label, or once it has rested on it. */
 function grab(event) {
-  const found = pointed(event), row = page.history?.last();
+  const found = pointed(event);
+  if (event.pointerType !== "touch" || !found?.taken || found.label) { take(event, found); return; }
+  page.press = { x: event.clientX, y: event.clientY, due: setTimeout(() => {
+    page.press = null;
+    navigator.vibrate?.(15);
+    take(event, pointed(event));
+  }, PRESS) };
+}
+
+function unpress() {
+  clearTimeout(page.press?.due);
+  page.press = null;
+}
+
+function take(event, found) {
+  const row = page.history?.last();
   if (!found?.taken) {
     if (found && found.view !== page.views.gap) {
       page.turning = { x: event.clientX, y: event.clientY, ...page.orbit };
@@ -53,6 +75,7 @@ function turnView(yaw, pitch, from = page.orbit) {
 }
 
 function move(event) {
+  if (page.press && Math.hypot(event.clientX - page.press.x, event.clientY - page.press.y) > STILL) unpress();
   if (page.turning) {
     turnView(-DEGREES * (event.clientX - page.turning.x), DEGREES * (event.clientY - page.turning.y), page.turning);
     return;
@@ -65,13 +88,50 @@ function move(event) {
   if (!found || found.view.kind !== page.drag.kind) return;
   for (const [axis, place] of Object.entries(found.places)) {
     const value = place + page.drag.offsets[axis];
-    if (page.drag.mover) post({ type: "hold", axis, value }); else refer(axis, value);
+    if (page.drag.mover) post({ type: "hold", axis, value }); else lead(axis, value);
   }
 }
 
 function letGo() {
+  unpress();
   if (page.drag?.mover) for (const axis of Object.keys(page.drag.offsets)) post({ type: "hold", axis, value: null });
   page.drag = page.turning = null;
+}
+
+const kindOf = (axis) => (axis === vertical() ? "vertical" : isTilt(page.run, axis) ? "tilt" : "horizontal");
+
+/** The gap (m) between one and another that is farthest from the first and where the current is enough to hold the mover. */
+function carriedGap(from, to) {
+  const most = CARRIED * Math.min(valueOf("controller.current_limit") || Infinity, valueOf(`plant.${page.run.motors[0]}.amplifier.peak`));
+  const carried = (gap) => !(Math.abs(carryingCurrent(page.run, atGap(page.run, page.history.last(), gap), valueOf)) > most);
+  if (carried(to) || !carried(from)) return to;
+  for (let [near, far] = [from, to]; ;) {
+    const middle = (near + far) / 2;
+    if (Math.abs(far - near) < 1e-5) return near;
+    if (carried(middle)) near = middle; else far = middle;
+  }
+}
+
+/** Have a reference go to where the hand has put it: no faster than the stage follows, and to where it can be held. */
+function lead(axis, value) {
+  const now = page.history?.last()?.axes[axis].reference;
+  if (now === undefined) return;
+  const target = axis === vertical() ? carriedGap(now, within(axis, value, SPARED)) : within(axis, value);
+  page.leads[axis] = { now, ...page.leads[axis], target };
+  if (target !== value) page.lit.spared = performance.now();
+}
+
+/** Let the references go on by what they may in a time (s) of the run; returns whether one is behind the hand. */
+function followHand(time) {
+  let behind = false;
+  for (const [axis, each] of Object.entries(page.leads)) {
+    const most = LED[kindOf(axis)] * Math.max(0, time), way = each.target - each.now;
+    behind ||= Math.abs(way) > 2 * most;
+    each.now += Math.min(most, Math.max(-most, way));
+    refer(axis, each.now, true);
+    if (each.now === each.target) delete page.leads[axis];
+  }
+  return behind;
 }
 
 /** Move a reference by a step from where it is. */
@@ -84,8 +144,7 @@ const across = () => drivenAxes(page.run)[0];
 const upward = () => drivenAxes(page.run)[1];
 
 /** Impulse of a kick of an axis, N s or N m s. */
-const impulseOf = (axis) => Number((page.run.stage.mass[axis] * KICKED[axis === vertical() ? "vertical"
-  : isTilt(page.run, axis) ? "tilt" : "horizontal"]).toPrecision(2));
+const impulseOf = (axis) => Number((page.run.stage.mass[axis] * KICKED[kindOf(axis)]).toPrecision(2));
 
 // Keys act where the picture has the focus alone, so that no one who speaks or mistypes swaps a controller.
 const KEYS = {
@@ -144,7 +203,7 @@ function stagePanel() {
   for (const axis of axes) {
     const { name, unit, scale } = page.run.stage.shown[axis], ends = endsOf(page.run, axis, valueOf).map((end) => scale * end);
     page.panel.references[axis] = slider(at("references"), { id: `reference-${axis}`, label: name, unit,
-      low: Math.ceil(ends[0] + 0.5), high: Math.floor(ends[1] - 0.5), step: 0.5 }, (value) => refer(axis, value / scale));
+      low: Math.ceil(ends[0] + 0.5), high: Math.floor(ends[1] - 0.5), step: 0.5 }, (value) => lead(axis, value / scale));
     const reading = html("div", {}, at("readings"));
     html("dt", { style: `color: var(--axis-${axes.indexOf(axis)})` }, reading, axis);
     html("dd", { id: `reading-${axis}` }, reading);
@@ -190,12 +249,14 @@ function showPanel() {
   at("planned").hidden = !Object.keys(state.settings).length && state.controller === run.fmus.controller.model;
 }
 
+/** Set a parameter; returns what is wrong with its value. */
 function setParameter(full, text) {
   try {
     change({ [full]: readValue(variableOf(page.run, page.state.controller, full), full, text) });
     say(`${full} = ${text}.`);
+    return "";
   } catch (error) {
-    say(error.message, true);
+    return error.message;
   }
 }
 
@@ -261,8 +322,9 @@ function buildPanel() {
   at("copy-command").addEventListener("click", () => copy(commandOf(page.state), "command"));
   const stage = at("stage");
   stage.addEventListener("pointerdown", grab);
-  // A finger on the mover moves it; one beside it scrolls the page.
-  stage.addEventListener("touchstart", (event) => { if (page.drag) event.preventDefault(); }, { passive: false });
+  // A finger that has taken the mover moves it; others scroll the page.
+  for (const touch of ["touchstart", "touchmove"]) stage.addEventListener(touch, (event) => { if (page.drag) event.preventDefault(); }, { passive: false });
+  stage.addEventListener("contextmenu", (event) => { if (page.drag || page.press) event.preventDefault(); });
   stage.addEventListener("pointermove", move);
   for (const end of ["pointerup", "pointercancel"]) stage.addEventListener(end, letGo);
   stage.addEventListener("keydown", pressed);
@@ -272,7 +334,7 @@ function buildPanel() {
     const { state, problems } = readFragment(location.hash);
     openState(state);
     if (state.law) showSharedLaw(state.law, state.result);
-    say(problems.join("; "), problems.length > 0);
+    say(ignored(problems), problems.length > 0);
   });
   whenColoursChange((printed) => { readColours(printed); if (page.history?.count) drawNow(performance.now()); });
 }

@@ -6,7 +6,7 @@ const at = (id) => document.getElementById(id);
 const post = (message) => worker.postMessage(message);
 // The orbit is from where the picture in space is seen; the shot is the one that it goes to.
 const page = { state: null, run: null, history: null, ghost: null, width: 0, playing: false, frame: null, views: [],
-  dirty: true, colours: {}, strips: null, drag: null, turning: null, dragged: false, orbit: { ...SHOTS.space, zoom: 1 }, shot: null,
+  dirty: true, colours: {}, strips: null, drag: null, press: null, leads: {}, hint: null, turning: null, dragged: false, orbit: { ...SHOTS.space, zoom: 1 }, shot: null,
   story: null, fell: null, hits: [], lit: {}, frames: 0, problems: [] };
 window.maglevLive = page;
 
@@ -44,6 +44,7 @@ function begin(state, planned = []) {
   page.ended = false;
   page.hits = [];
   page.lit = {};
+  page.leads = {};
   page.panel.shake(0);
   if (!planned.length) state.story = "";
   page.history = page.ghost = null;
@@ -128,12 +129,14 @@ function openState(state) {
 const vertical = () => page.run.vertical;
 
 /** Keep a place (m, rad) of an axis between its ends. */
-function within(axis, value) {
-  const margin = 0.5e-3, [lower, upper] = endsOf(page.run, axis, valueOf);
+function within(axis, value, margin = 0.5e-3) {
+  const [lower, upper] = endsOf(page.run, axis, valueOf);
   return Math.min(upper - margin, Math.max(lower + margin, value));
 }
 
-function refer(axis, value) {
+/** Set a reference, or have it follow the run again; one that the hand leads goes on to where that has put it. */
+function refer(axis, value, led = false) {
+  if (!led) delete page.leads[axis];
   post({ type: "reference", axis, value: value === null ? null : within(axis, value) });
   at("released").hidden = false;
 }
@@ -158,19 +161,21 @@ function started({ width }) {
 }
 
 const EVENTS = { stop: "an end stop is touched", tripped: "the controller has tripped",
+  slowed: "the reference is slower than the hand", spared: "no farther: it could not be held",
   infeasible: "no current gives the forces that are demanded", clamped: "an amplifier is at its peak", limited: "a command is at its limit" };
 
 const LIT = 400;   // ms
 
 function frame(message) {
   if (!page.history) return;   // it is of the run before
+  const slowed = followHand(message.time - (page.frame?.time ?? message.time));
   page.frame = message;
   page.history.add(message.rows);
   page.ghost?.add(message.ghostRows);
   page.dirty = true;
   followStory(message.time);
   const before = at("flags").dataset.now ?? "", clock = performance.now();
-  for (const name of Object.keys(EVENTS)) if (message.flags[name]) page.lit[name] = clock;
+  for (const name of Object.keys(EVENTS)) if (message.flags[name] || (name === "slowed" && slowed)) page.lit[name] = clock;
   // One that comes and goes is shown for long enough to be read.
   const now = Object.keys(EVENTS).filter((name) => clock - page.lit[name] < LIT);
   if (before !== now.join()) {
@@ -201,7 +206,7 @@ const RECEIVED = {
     openState(state);
     play(!matchMedia("(prefers-reduced-motion: reduce)").matches);
     if (state.law) showSharedLaw(state.law, state.result);
-    say(problems.length ? problems.join("; ") : page.playing ? "" : "Paused, for your system asks for little motion.",
+    say(problems.length ? ignored(problems) : page.playing ? "" : "Paused, for your system asks for little motion.",
       problems.length > 0);
   },
   started,

@@ -34,8 +34,8 @@ function readings(now) {
   lastReadings = now;
   const row = page.history.last();
   at("time").textContent = `${row.time.toFixed(2)} s`;
-  const { pace } = page.frame, { speed } = page.state, asked = pace === 0 || Math.abs(pace - speed) < 0.1 * speed;   // which the field of the speed says
-  at("pace").textContent = page.playing ? (asked ? "" : `${pace.toFixed(pace < 1 ? 2 : 1)}× real time`) : "paused";
+  const { pace } = page.frame, { speed } = page.state, slower = Math.abs(pace - speed) > 0.1 * speed;
+  at("pace").textContent = !page.playing ? "paused" : pace === 0 ? "" : `${pace.toFixed(pace < 1 ? 2 : 1)}× real time${slower ? `, asked for ${speed}×` : ""}`;
   for (const axis of page.run.axes) {
     const shown = page.run.stage.shown[axis];
     page.panel.references[axis]?.(shown.scale * row.axes[axis].reference);
@@ -82,12 +82,15 @@ function drawNow(now) {
   page.views = drawScene(at("stage"), run, [drawn(row, state.controller), ...(ghost ? [drawn(ghost, state.ghost)] : [])], {
     orbit: { ...page.orbit, at: [0, 1e3 * row.axes[run.vertical].position, 0] }, ends: endsOf(run, run.vertical, valueOf),
     peak: valueOf(`plant.${run.motors[0]}.amplifier.peak`) || 5, forces: forcesOf(run, row, valueOf), hits: page.hits }, colours);
-  if (!page.dragged && !state.story && !page.printed) drawHint(at("stage"), page.views.space, row, colours);
+  page.hint = null;
+  if ((!page.dragged || COARSE.matches) && !state.story && !page.printed) drawHint(at("stage"), page.views.space, row, colours);
   Object.assign(colours, { ours: colours[colourOf(run, state.controller)], other: ghost ? colours[colourOf(run, state.ghost)] : "" });
   page.strips.draw(at("strips"), page.history, page.ghost, colours, !page.playing);
   readings(now);
   post({ type: "drawn" });
 }
+
+const COARSE = matchMedia("(pointer: coarse)");   // a finger takes the platform by its label
 
 /** Say on the platform what one can do with it. */
 function drawHint(canvas, view, row, colours) {
@@ -95,6 +98,7 @@ function drawHint(canvas, view, row, colours) {
   const [x, y] = [left + 0.74 * width, top + 0.86 * height], text = "↔ drag me ↕";
   context.font = "600 14px system-ui, sans-serif";
   const half = context.measureText(text).width / 2 + 9;
+  page.hint = { x, y, half };
   context.beginPath();
   context.roundRect(x - half, y - 13, 2 * half, 26, 13);
   fill(context, colours.text);

@@ -42,6 +42,9 @@ function readValue(variable, full, text) {
   throw new Error(`${full} = ${text}, expected a number from ${variable.min} to ${variable.max} ${variable.unit}`);
 }
 
+/** What of a link cannot be done, in words. */
+const ignored = (problems) => (problems.length ? `Ignored of this link: ${problems.join("; ")}` : "");
+
 /** State that a fragment asks for, and what in it cannot be done. */
 function readFragment(fragment) {
   const problems = [], entries = new URLSearchParams(fragment.replace(/^#/, "").replaceAll("+", "%2B"));
