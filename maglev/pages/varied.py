@@ -5,6 +5,7 @@ from typing import Any, NamedTuple
 
 import pyarrow as pa
 
+from maglev.descriptions.template_text import unit_words
 from maglev.files.arrays import Array
 from maglev.pages.study_text import numbers, units_of
 from maglev.scenario.quantities import printed, shown_in
@@ -38,5 +39,5 @@ def varied_of(table: pa.Table, about: Mapping[str, Any]) -> list[Varied]:
             found.append(Varied(name, label + of, "%", 100.0 * (values - 1.0), True))
         else:
             unit, scale = shown_in(values.tolist(), units[name])
-            found.append(Varied(name, name, unit, scale * values))
+            found.append(Varied(name, name, unit_words(unit), scale * values))
     return found
