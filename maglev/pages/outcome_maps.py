@@ -47,7 +47,7 @@ def of_stages(kind: Kind, stages: Collection[str]) -> dict[str, StageGrids]:
 
 
 def maps_section(kind: Kind, shown: Mapping[str, StageGrids]) -> str:
-    """Section of the page with the maps of stages; empty if there are none."""
+    """Section of the page with the maps of stages; empty if there are none. Paper has what is about the runs alone."""
     if not shown:
         return ""
     made_by = escape(" and ".join(dict.fromkeys(
@@ -56,7 +56,7 @@ def maps_section(kind: Kind, shown: Mapping[str, StageGrids]) -> str:
     articles = "\n".join(article(kind, stage, of_stage) for stage, of_stage in shown.items())
     return f"""
 
-<section id="{kind.anchor}">
+<section id="{kind.anchor}" class="screen">
 <h2>{kind.heading}</h2>
 <p>{kind.about(next(iter(shown.values())))}</p>
 <p>The maps are not of this report's runs: they come with the package, from studies that were run with

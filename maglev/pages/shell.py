@@ -6,8 +6,10 @@ folder of pages can be put anywhere.
 
 import base64
 import gzip
+import json
 import re
 from collections.abc import Iterator
+from datetime import UTC, datetime
 from functools import cache
 from html import escape, unescape
 from pathlib import Path
@@ -27,6 +29,9 @@ HEAD = 4000   # bytes of a page in which its head stands
 SAID = 240    # characters of what a page says that the index has
 SAYS = re.compile(r'<meta name="maglev-page" content="(\w+)">')
 TITLE = re.compile(r"<title>(.*?)</title>", re.DOTALL)
+# The beginning of NAME.json of a run: name, title, and what came of it, as JSON; and the files that lie beside it.
+RUN = re.compile(r'\{\s*"name": ("[^\n]*"),\s*"title": ("[^\n]*"),\s*"outcome": "[^\n]*,\s*"ending": ("[^\n]*"),')
+RUN_FILES = ("txt", "csv", "parquet", "json")
 COMMENT = re.compile(r"^(?://.*|/\*\*[^`]*?\*/)\n", re.MULTILINE)   # one that begins a line of a script
 ABOUT = re.compile(r'<meta name="description" content="(.*?)">', re.DOTALL)
 
@@ -37,12 +42,13 @@ PLOTS = "script-src 'unsafe-inline'; style-src 'unsafe-inline'; img-src data: bl
 
 
 class Page(NamedTuple):
-    """A page that lies in a folder: its file's name, what kind it is, its title, and what it says."""
+    """A page that lies in a folder: its file's name, what kind it is, its title, what it says, and its day."""
 
     name: str
     kind: str
     title: str
     about: str
+    day: str
 
 
 @cache
@@ -103,7 +109,12 @@ def pages_in(folder: Path) -> Iterator[Page]:
         kind, title, about = SAYS.search(head), TITLE.search(head), ABOUT.search(head)
         if kind and kind[1] in KINDS:
             yield Page(path.name, kind[1], unescape(title[1]).strip() if title else path.name,
-                       unescape(about[1]) if about else "")
+                       unescape(about[1]) if about else "", day_of(path))
+
+
+def day_of(path: Path) -> str:
+    """The day on which a file was written, such as 2026-01-31."""
+    return datetime.fromtimestamp(path.stat().st_mtime, UTC).date().isoformat()
 
 
 def has_own_index(folder: Path) -> bool:
@@ -129,17 +140,40 @@ def way(pages: list[Page], here: str, index: bool) -> str:
     return f'<nav class="shell" aria-label="Pages">{" ".join(links)}</nav>'
 
 
+def runs_in(folder: Path) -> Iterator[str]:
+    """Entries of the index for the runs whose files lie in a folder: what came of each, its day, and its files."""
+    for path in filter(Path.is_file, sorted(folder.glob("*.json"))):
+        with path.open("rb") as file:
+            said = RUN.match(file.read(HEAD).decode("utf-8", "replace"))
+        if said and (name := json.loads(said[1])) == path.stem:   # an earlier run has another name
+            files = " ".join(f'<a href="{escape(quote(other.name))}">{escape(other.suffix[1:].upper())}</a>'
+                             for ending in RUN_FILES if (other := folder / f"{name}.{ending}").is_file())
+            yield (f"<li>{escape(name)} <small>{day_of(path)}</small> {files}"
+                   f"<p>{escape(json.loads(said[2]))}: {escape(json.loads(said[3]))}</p></li>")
+
+
+def folders_in(folder: Path) -> Iterator[str]:
+    """Entries of the index for the folders in it that have one of ours."""
+    for path in sorted(folder.glob(f"*/{INDEX}")):
+        if has_own_index(path.parent):
+            yield (f'<li><a href="{escape(quote(path.parent.name))}/{INDEX}">{escape(path.parent.name)}</a> '
+                   f"<small>{day_of(path)}</small></li>")
+
+
 def write_index(folder: Path) -> None:
     sections = []
     pages = list(pages_in(folder))
     for kind, (one, several) in KINDS.items():
         entries = [f'<li><a href="{escape(quote(page.name))}">{escape(page.title)}</a> '
-                   f"<small>{escape(page.name)}</small>"
+                   f"<small>{escape(page.name)}, {page.day}</small>"
                    f"<p>{escape(shorten(page.about, SAID, placeholder=' …'))}</p></li>"
                    for page in pages if page.kind == kind]
         if entries:
             sections.append(f'<section id="{kind}"><h2>{one if len(entries) == 1 else several}</h2>\n<ul>'
                             + "\n".join(entries) + "</ul></section>")
+    for place, heading, more in (("runs", "Runs", [*runs_in(folder)]), ("folders", "Folders", [*folders_in(folder)])):
+        if more:
+            sections.append(f'<section id="{place}"><h2>{heading}</h2>\n<ul>' + "\n".join(more) + "</ul></section>")
     write_whole(folder / INDEX, page("index", "Maglev stages: results", "Every page of results in this folder.",
                                      read("index.css"), read("index.html"),
                                      "style-src 'unsafe-inline'; img-src data:", sections="\n".join(sections)))

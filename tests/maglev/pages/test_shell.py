@@ -1,6 +1,8 @@
 """The way from each page to those beside it, and the index of a folder: whatever was written in which order."""
 
+import json
 import re
+from datetime import UTC, datetime
 from html.parser import HTMLParser
 from pathlib import Path
 
@@ -86,3 +88,19 @@ def test_every_template_has_a_place_for_the_way_and_its_page_says_what_it_is() -
         made = page(kind, "A &amp; B", "<b>C</b>", "p {}", f"<body>{PLACE}${{words}}</body>\n", words="said")
         assert SAYS.findall(made[:HEAD]) == [kind] and TITLE.findall(made[:HEAD]) == ["A &amp; B"]
         assert made.endswith(f"</head>\n<body>{PLACE}said</body>\n</html>\n")
+
+
+def test_the_index_lists_runs_with_what_came_of_them_and_folders(tmp_path: Path) -> None:
+    """A run by its NAME.json, as `maglev run` writes it; other JSON, and files of an earlier run, are left out."""
+    about = {"name": "push", "title": "a <push>", "outcome": "failed", "ending": "failed: it fell", "failure": None}
+    for name in ("push.json", "push.previous.json"):
+        (tmp_path / name).write_text(json.dumps(about, indent=1), encoding="utf-8")
+    (tmp_path / "push.csv").write_text("time\n", encoding="utf-8")
+    (tmp_path / "push.compare.json").write_text('{"name": "push", "title": "t", "verdict": "v"}', encoding="utf-8")
+    publish(tmp_path / "more" / "study.html", page("study", "Payload", "It holds", "", "<body></body>"))
+    publish(tmp_path / "study.html", page("study", "Payload", "It holds", "", "<body></body>"))
+    text = (tmp_path / INDEX).read_text(encoding="utf-8")
+    day = datetime.now(UTC).date().isoformat()
+    assert "<p>a &lt;push&gt;: failed: it fell</p>" in text and text.count("it fell") == 1
+    assert links(tmp_path / INDEX)[1:] == [("push.csv", "CSV"), ("push.json", "JSON"), ("more/index.html", "more")]
+    assert text.count(f"{day}</small>") == 3
