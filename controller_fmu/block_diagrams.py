@@ -1,4 +1,4 @@
-"""Block diagrams of the controllers: signals go from above to below, what is measured beside them on the right."""
+"""Block diagrams of the controllers: signals go from above to below, what is measured next to them on the right."""
 
 from maglev.fmi.sketch import arrow, box, junction, line, picture, sketch, symbol, words
 
@@ -55,7 +55,8 @@ def own_class(sampled: int) -> str:
     """A class of which its inputs and outputs are known, and whether it has samples, 1, or not, 0."""
     when, said = (("every sample_time", "at every sample the class computes its outputs from its inputs; they hold in "
                                         "between") if sampled else
-                  ("every communication step", "in every communication step the class goes on by it, its inputs held"))
+                  ("every communication step",
+                   "in every communication step the class continues by it, its inputs held"))
     return sketch(
         f"Block diagram: {said}.",
         picture(165, words(125, 16, "inputs"), arrow([(125, 22), (125, 50)]),

@@ -43,7 +43,7 @@ def measurement_variables(stage: StageDescription) -> tuple[Variable, ...]:
             *(replace(parameter(name, "s", f"{text}; together at most {LATEST} samples", NONE, 0.0, 1.0, 1e-3,
                                 fixed=True), path=f"instant.{name}")
               for name, text in (("delay", "age of a measurement when the controller gets it"),
-                                 ("jitter", "random part of the age, beside delay, evenly spread from 0 to this"))),
+                                 ("jitter", "random part of the age, next to delay, evenly spread from 0 to this"))),
             *(replace(v, path=v.name.replace(owner, f"encoders[{number}]", 1))
               for number, (owner, _, _) in enumerate(measured) for v in encoder_parameters(owner)))
 

@@ -126,7 +126,7 @@ def controller_text(weights: np.ndarray, limit: float, name: str) -> str:
 def main() -> None:
     """Train, run episodes of 5 s with setpoints that the agent has not seen, and write the controller."""
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
-    parser.add_argument("--fmus", help="folder with the folder native, in place of FMUs that are built")
+    parser.add_argument("--fmus", help="folder with the folder native, instead of FMUs that are built")
     parser.add_argument("--seed", type=int, default=1)
     parser.add_argument("--generations", type=int, default=20, help="of the linear agent; of the network twice as many")
     parser.add_argument("--units", type=int, default=6, help="of the network; 0 ends with the linear agent")

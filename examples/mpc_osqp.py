@@ -7,7 +7,7 @@
 
 With the motors feedback-linearised, each axis is a double integrator with a disturbance, which an observer estimates.
 Every sample a quadratic programme finds the accelerations of the next 0.25 s, of which the first is commanded: least
-squares of the errors, the velocities, and the accelerations beside those that only hold, within nine tenths of what
+squares of the errors, the velocities, and the accelerations next to those that only hold, within nine tenths of what
 4 A can make at the present gap. That is its antiwindup: it knows the limits, and the observer is told what was given.
 """
 

@@ -44,7 +44,7 @@ def loop_at_harmonics(axis: str, gap: float, plant: dict[str, float]) -> np.ndar
 
 
 class Memory:
-    """Harmonics of what is added to the reference of one axis, and of its error in the period that goes on."""
+    """Harmonics of what is added to the reference of one axis, and of its error in the period that continues."""
 
     def __init__(self, axis: str):
         self.inverse = 1.0 / loop_at_harmonics(axis, 25e-3, KNOWN)

@@ -78,7 +78,7 @@ def pulled(stage: StageDescription, axis: StageAxis) -> tuple[str, ...]:
         if not lifts and motor.drives != axis.name:
             continue
         names += [*seen.gap, *seen.displacement, *currents(motor)]
-        if lifts:   # beside the gap, where the stops are, or where the attraction changes
+        if lifts:   # next to the gap, where the stops are, or where the attraction changes
             names += seen.gap_rate if stage.rotations else (f"{stage.horizontal[0].name}.position",)
     return tuple(names)
 
@@ -105,7 +105,7 @@ def motor_states(stage: StageDescription, motor: StageMotor) -> tuple[tuple[Stat
 
 
 def induced(stage: StageDescription, motor: StageMotor) -> tuple[str, ...]:
-    """What decides the voltages of a motor beside its commands."""
+    """What decides the voltages of a motor next to its commands."""
     seen = reach(stage, motor)
     return (*currents(motor), *seen.gap, *seen.displacement, *seen.gap_rate, *seen.rate, f"{motor.name}.winding.rise")
 

@@ -72,7 +72,7 @@ class EndStop:
     def settle(self, velocity: float) -> bool:
         """Decide, at an event, which stop a mover is at until the next one; whether it is at one.
 
-        At a stop, where the event has been found but for rounding, the velocity (m/s) tells which way it goes.
+        At a stop, where the event has been found except for rounding, the velocity (m/s) tells which way it goes.
         """
         self.contact = 0
         if self.to_lower < -TOUCH or (self.to_lower <= TOUCH and velocity <= 0.0):

@@ -25,5 +25,5 @@ class ElectricalAngle:
             self.turn(geometry, displacement)
 
     def forget(self) -> None:
-        """Begin anew: the geometry may be another one."""
+        """Begin again: the geometry may be another one."""
         self.place = nan

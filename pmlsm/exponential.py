@@ -14,8 +14,8 @@ ONE_OVER_LN2 = 1.4426950408889634
 LARGEST_EXPONENT = 709.782712893384             # its exponential is the largest number
 SMALLEST_EXPONENT = -745.1332191019412          # beyond, it is 0
 DIRECT_EXPONENT = 0.41                          # for which e^x − 1 is taken without a power of two
-LOWEST_BESIDE_ONE = -37.5                      # beyond, the exponential is lost beside 1
-HIGHEST_BESIDE_ONE = 36.7                       # beyond, the 1 is small beside it, and a power less 1 inexact
+LOWEST_BESIDE_ONE = -37.5                      # beyond, the exponential is lost next to 1
+HIGHEST_BESIDE_ONE = 36.7                       # beyond, the 1 is small next to it, and a power less 1 inexact
 TINY_EXPONENT = 1.1102230246251565e-16          # 2^-53
 LARGEST_SHIFT = 62                             # of which `power_of_two` gives the power
 TWO_31 = 2147483648.0
@@ -54,7 +54,7 @@ def exponential_minus_one(x: float) -> float:
 
 
 def beyond_one(x: float) -> float:
-    """e^x − 1 where one of both is small beside the other."""
+    """e^x − 1 where one of both is small next to the other."""
     if x >= HIGHEST_BESIDE_ONE:
         if x > LARGEST_EXPONENT - 1.0:
             return exponential(x)
@@ -85,7 +85,7 @@ def power_of_two(k: int) -> float:
 
 
 def scaled(x: float, k: int) -> float:
-    """x 2^k for x between 1/2 and 2: exact, but for numbers below the normal ones, which are rounded once."""
+    """x 2^k for x between 1/2 and 2: exact, except for numbers below the normal ones, which are rounded once."""
     while k > LARGEST_SHIFT:
         x *= TWO_62
         k -= LARGEST_SHIFT

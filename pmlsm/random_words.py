@@ -1,7 +1,7 @@
 """Random words by Philox2x32-10: the same bits in Python and in C, on every machine.
 
 Salmon, Moraes, Dror and Shaw, "Parallel random numbers: as easy as 1, 2, 3", SC11, doi 10.1145/2063384.2063405. The
-generator has no state: sample, stream and seed give the words, so that a run that is restored goes on as it did.
+generator has no state: sample, stream and seed give the words, so that a run that is restored continues as it did.
 """
 
 WORD_MASK = 0xFFFFFFFF     # of 32 bits

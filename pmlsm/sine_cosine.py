@@ -72,7 +72,7 @@ def near_zero(r: float, low: float) -> tuple[float, float]:
 
 
 def sine_of_turns(turns: float) -> float:
-    """Sine of an angle in turns, sin(2π t), of any size: what is left beside whole turns is exact."""
+    """Sine of an angle in turns, sin(2π t), of any size: what is left next to whole turns is exact."""
     part = turns - ((turns + NEAREST_WHOLE) - NEAREST_WHOLE) if -MOST_TURNS < turns < MOST_TURNS else fraction(turns)
     if part > 0.25:
         part = 0.5 - part
@@ -99,7 +99,7 @@ def reduced(angle: float) -> tuple[float, float, float]:
 
 
 def less(high: float, low: float, taken: float) -> tuple[float, float]:
-    """A number in two parts less another one, in two parts: the sum of both is exact but for the rounding of `low`."""
+    """The difference of a number in two parts and another one, in two parts; exact except for the rounding of `low`."""
     difference = high - taken
     back = difference - high
     low += (high - (difference - back)) - (taken + back)

@@ -218,7 +218,7 @@ class Estimator:
 
 @dataclass(frozen=True)
 class Design:
-    """What the controllers of a stage have beside the gains of each axis."""
+    """What the controllers of a stage have next to the gains of each axis."""
 
     current_limit: float = quantity("A", 0.0, 1000.0)       # of the regulators; 0 = none
     pid_current_limit: float = quantity("A", 0.0, 1000.0)   # of the PID

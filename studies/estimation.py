@@ -45,7 +45,7 @@ class Settings:
     candidates: Sequence[float]
     assumed: Defaults   # what is scaled
     follows: Defaults   # what is scaled along where a scenario gives it at all
-    ripple: Defaults    # what is tried beside the scale that is chosen
+    ripple: Defaults    # what is tried next to the scale that is chosen
 
 
 def read_settings(path: Path = FILE) -> Settings:
@@ -60,7 +60,7 @@ def times(scale: float, values: Defaults) -> dict[str, float]:
 
 @dataclass(frozen=True)
 class WeightRow:
-    """What the evidence says of one scale of friction, with slot ripple beside it or without."""
+    """What the evidence says of one scale of friction, with slot ripple next to it or without."""
 
     scale: float
     ripple: bool

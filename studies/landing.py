@@ -2,7 +2,8 @@
 
     python -m studies.landing [--out results] [--docs docs] [--fine 4] [--jobs 2]
 
-A map begins with the study's grid. Squares whose corners differ, and those beside them, are halved as often as `--fine`
+A map begins with the study's grid. Squares whose corners differ, and those next to them, are halved as often as
+`--fine`
 says; the others take the outcome of their corners. How often that is wrong is asked of samples at random, and printed.
 A level that is done is not run again. With 4 it takes half an hour on two processors.
 """

@@ -59,7 +59,7 @@ def outcomes(columns: Mapping[str, NDArray[Any]], at_limit: Bools) -> Outcomes:
 
 
 def read_outcomes(path: Path) -> tuple[dict[str, Array], Outcomes]:
-    """What varies in a study's dataset, and the outcomes, also by the trajectories of commands beside it."""
+    """What varies in a study's dataset, and the outcomes, also by the trajectories of commands next to it."""
     samples = read_dataset(path)
     columns = {name: samples[name].to_numpy() for name in samples.column_names if name != "failure"}
     if not all(failure is None for failure in samples["failure"].to_pylist()):

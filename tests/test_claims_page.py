@@ -31,7 +31,7 @@ def test_the_table_has_every_claim_with_a_verdict() -> None:
     kinds = [*CLAIM_KINDS]
     claims.sort(key=lambda each: len(kinds) if each[1].figure is not None else kinds.index(each[1].kind))
     assert [row[:4] for row in rows] == [[f"| `{name}`", claim.text, claim.cited, claim.criterion]
-                                         for name, claim in claims], "`make claims` makes the table anew"
+                                         for name, claim in claims], "`make claims` makes the table again"
     for row, (_, claim) in zip(rows, claims, strict=True):
         verdict, _, reason = row[5].removesuffix(" |").replace("**", "").partition(": ")
         assert verdict in VERDICTS

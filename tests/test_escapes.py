@@ -46,7 +46,7 @@ from maglev.user.new_controller import new_controller, new_plant
 from maglev.user.new_stage import new_scenario
 from pmlsm.stage_description import StageDescription
 
-# What ends a comment, a string, an element, an equation, a row or a line in each language, and goes on with code.
+# What ends a comment, a string, an element, an equation, a row or a line in each language, and continues with code.
 ATTACKS = {
     "C": '*/ int pwned(const char *); /* ??/ " %s \\',
     "Python": '""" + pwned() + """ \'\'\' \\" \\',

@@ -40,7 +40,7 @@ def command(installed: Path, home: Path, *arguments: str | Path) -> str:
 
 
 def test_contents(installed: Path) -> None:
-    """Our packages and nothing beside them, and of these packages every file."""
+    """Our packages and nothing next to them, and of these packages every file."""
     wheel, = installed.glob("*.whl")
     with zipfile.ZipFile(wheel) as archive:
         names = {name for name in archive.namelist() if not name.endswith("/")}

@@ -45,7 +45,7 @@ NOT_HERE = "not run here"
 NAMES = ("ClosedLoop2DOF", "ClosedLoop3DOF", "ClosedLoop5DOF")
 STOP_TIME = 2.0   # s
 
-# Parameters by the pattern of their names, beside what the stages have by default: friction, bias, modulation of the
+# Parameters by the pattern of their names, next to what the stages have by default: friction, bias, modulation of the
 # attraction, lag and continuous rating of the amplifiers, encoders.
 EFFECTS = {
     "plant.magnet_rise": 15.0, "plant.*.winding.thermal_resistance": 2.0, "plant.*.winding.thermal_time": 5.0,

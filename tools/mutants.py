@@ -43,7 +43,7 @@ build(sys.argv[2:], Path(sys.argv[1]), HOST)
 
 
 class Mutation(NamedTuple):
-    """One line of a file of the repository changed, the FMUs to build anew, and the runs or the tests that may notice.
+    """One line of a file of the repository changed, the FMUs to build again, and the runs or the tests that may notice.
 
     `equivalent` says why nothing follows from it; empty where it has to be noticed.
     """
@@ -93,7 +93,7 @@ def copied_packages(source: Path, *further: str) -> Path:
 
 
 def mutated_fmus(mutation: Mutation, folder: Path, unchanged: Path) -> str:
-    """Build the FMUs of a mutation beside links to the unchanged ones; what the compiler refuses, in a line."""
+    """Build the FMUs of a mutation next to links to the unchanged ones; what the compiler refuses, in a line."""
     source, fmus = copied_packages(folder / "source", *(TESTED if mutation.tests else ())), folder / "fmus"
     (source / mutation.file).write_text(mutation.source(), encoding="utf-8")
     fmus.mkdir()

@@ -110,7 +110,7 @@ def design_table() -> list[str]:
 
 
 def poles_beside_loop() -> list[str]:
-    """Poles of the design beside those of the sampled loop of plant and regulator, and its margins."""
+    """Poles of the design next to those of the sampled loop of plant and regulator, and its margins."""
     rows = ["| gains | axis, at | poles in the loop, to 300 /s (1/s) | gain factor | phase | delay | Ms | disk |",
             "|---|---|---|---|---|---|---|---|"]
     for gain_set in SETS:

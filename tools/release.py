@@ -40,7 +40,7 @@ TOOLS = ("setuptools", "pythonfmu", "fmpy", "ziglang", "numpy", "latex2mathml", 
 def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     parser.add_argument("--begin", metavar="VERSION", help="write this version into the files, and end")
-    parser.add_argument("--out", type=Path, default=ROOT / "dist", help="folder, made anew (dist)")
+    parser.add_argument("--out", type=Path, default=ROOT / "dist", help="folder, made again (dist)")
     parser.add_argument("--without", action="append", choices=PARTS, default=[], help="leave a part out")
     options = parser.parse_args()
     if options.begin:
@@ -150,7 +150,7 @@ def distributions(scratch: Path, out: Path, version: str, date: int) -> None:
 
 
 def tidied(given: Path, path: Path, date: int) -> None:
-    """Write an archive anew without what depends on machine, user and hour, which setuptools puts in."""
+    """Write an archive again without what depends on machine, user and hour, which setuptools puts in."""
     with tarfile.open(given) as archive, path.open("wb") as file, gzip.GzipFile("", "wb", mtime=date, fileobj=file) as \
             packed_file, tarfile.open(fileobj=packed_file, mode="w", format=tarfile.PAX_FORMAT) as written:
         for entry in sorted(archive, key=lambda member: member.name):

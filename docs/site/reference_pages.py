@@ -68,7 +68,7 @@ def experiments_page(pages: Path) -> str:
 
 
 def live_first_page(app: Any, page: str, source: list[str]) -> None:
-    """Have the live stage run on the first page, in place of its picture, where `make docs` has made it."""
+    """Have the live stage run on the first page, instead of its picture, where `make docs` has made it."""
     if page == "index" and (Path(app.srcdir) / MADE / "extra" / "stage" / "live.html").is_file():
         source[0], number = re.subn(r"^!\[The live stage[^\n]*$", LIVE, source[0], flags=re.MULTILINE)
         if number != 1:

@@ -1,4 +1,4 @@
-"""Active disturbance rejection for the 3-DOF stage: extended-state observers in place of the thesis's regulator.
+"""Active disturbance rejection for the 3-DOF stage: extended-state observers instead of the thesis's regulator.
 
     maglev run 3dof-thrust-loss-fixed --controller examples/adapting/adrc.py
     maglev linearise Plant3DOF examples/adapting/adrc.py --at y=25mm --open y

@@ -36,7 +36,7 @@ class Uncertainty:
         self.compensated = 0.0       # C σ̂, m/s², state
         self.kept = 1.0              # of the prediction's error, over a sample
         self.share = 0.0             # of the way to σ̂ that the filter goes in a sample
-        self.delay = MatchedFilter()   # the measured velocity is filtered: so is the acceleration beside it
+        self.delay = MatchedFilter()   # the measured velocity is filtered: so is the acceleration next to it
 
     def start(self, sample_time: float) -> None:
         """Compute what follows from a sample time (s)."""

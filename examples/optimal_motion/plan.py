@@ -1,13 +1,13 @@
 """Motions of the 3-DOF stage that are the fastest, or take the least energy, by CasADi from the plant as an FMU.
 
     maglev build --kind native --target host Plant3DOF
-    python examples/optimal_motion/plan.py              # writes fastest.csv and thrifty.csv beside this file
+    python examples/optimal_motion/plan.py              # writes fastest.csv and thrifty.csv next to this file
     python examples/optimal_motion/run.py               # runs them under the thesis's regulator: table and picture
 
 The mover goes from rest to rest over the first step of the setpoints: gap 25 to 27 mm, x 0 to 10 mm, z 0 to -15 mm.
 CasADi imports the FMU for model exchange; its derivatives are those of the FMU. Unknown are positions, velocities and
 the currents i_d, i_q of the motors, constant in each of the intervals (direct collocation, Radau, degree 3); each
-phase has at most 4 A. Amplifiers are taken to be ideal, as their lag of 0.3 ms is short beside an interval, and there
+phase has at most 4 A. Amplifiers are taken to be ideal, as their lag of 0.3 ms is short next to an interval, and there
 is no presliding friction, which has a kink where the mover turns: the regulator has to deal with both. All else is as
 in the plant.
 """

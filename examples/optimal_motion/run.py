@@ -1,4 +1,4 @@
-"""Run the planned motions under the thesis's regulator, beside a step of the same distance: table and picture.
+"""Run the planned motions under the thesis's regulator, next to a step of the same distance: table and picture.
 
     python examples/optimal_motion/run.py
 """
@@ -91,8 +91,8 @@ def draw_motions(runs: dict[str, maglev.Run], path: Path) -> None:
 
 def main() -> None:
     """Run, print, draw."""
-    parser = argparse.ArgumentParser(description="run the planned motions beside a step")
-    parser.add_argument("--fmus", help="folder with FMUs, in place of those that are built for the run")
+    parser = argparse.ArgumentParser(description="run the planned motions next to a step")
+    parser.add_argument("--fmus", help="folder with FMUs, instead of those that are built for the run")
     parser.add_argument("--out", type=Path, default=Path("results"), help="folder for the picture")
     asked = parser.parse_args()
     runs = {name: maglev.run(HERE / f"{name}.toml", fmus=asked.fmus) for name in COLOURS}

@@ -1,4 +1,4 @@
-"""Build pd_controller.fmu beside this file, or the FMU of the C file in the folder that is named: compile, and zip.
+"""Build pd_controller.fmu next to this file, or the FMU of the C file in the folder that is named: compile, and zip.
 
 The FMI headers are those that fmpy ships. The compiler is the system's cc, or that of the package ziglang.
 """

@@ -27,7 +27,7 @@ class AxisLoop:
 
     φ(u) = u − sat(u) is what the limits cut off the m commands. On a stage without tilts there is one. Where the
     platform tilts, a current that is cut off moves other axes than the one that asked for it: they are states, too, and
-    every motor has a limit of its own. A divided difference in place of χ[k+1] keeps the numbers of a fast sampled loop
+    every motor has a limit of its own. A divided difference instead of χ[k+1] keeps the numbers of a fast sampled loop
     well apart from 1; with Ts = 0 the same letters are a loop in continuous time, χ' = ….
     """
 

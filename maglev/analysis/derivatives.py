@@ -69,7 +69,7 @@ def central(part: Participant, base: Array, number: int, push: float, samples: i
 
 
 def pushed(base: Array, number: int, push: float, samples: int, later: int = 0) -> Array:
-    """Inputs that are held but for one sample of one of them."""
+    """Inputs that are held except for one sample of one of them."""
     rows = np.tile(base, (samples, 1))
     rows[later, number] += push
     return rows

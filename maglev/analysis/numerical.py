@@ -141,7 +141,7 @@ def linearise_numerically(plant: str | Path, controller: Given, at: Mapping[str,
     openings : sequence of str
         Where the loop is going to be opened: a signal that it does not have is refused before it runs.
     references : bool
-        Whether references and their rates are inputs of the linear controller, beside what it measures.
+        Whether references and their rates are inputs of the linear controller, next to what it measures.
     settle : float
         How long the loop runs at most before it is perturbed, s.
     timeout : float

@@ -169,7 +169,7 @@ class Part(NamedTuple):
         return {variable.name: variable for variable in self.description.modelVariables}
 
     def setup(self, start: Mapping[str, float | bool], settings: Settings | None) -> FmuSetup:
-        """It with start values, and settings of the user's in place of some of them."""
+        """It with start values, and settings of the user's instead of some of them."""
         return FmuSetup(self.role, self.file, {**start, **read_values(self.name, settings or {}, self.description)},
                         self.ports)
 

@@ -1,7 +1,7 @@
 """One FMU, or a user's class, stepped by itself from a point of its past, as often as one likes.
 
 What it is inside stays hidden: its state is kept by its own means (fmi2GetFMUstate, a copy of the object), or where it
-has none, it is made anew and given the inputs of its past once more.
+has none, it is made again and given the inputs of its past once more.
 """
 
 from collections.abc import Callable, Sequence

@@ -17,7 +17,8 @@ from maglev.user.source import is_class, load
 def translated_realisation(part: Participant, base: Array, inputs: int) -> tuple[Realisation, tuple[str, ...]] | None:
     """State space of one sample of a class where it is marked, with the names of its states.
 
-    Exact but for rounding, on the branch that it takes there. States are the numbers that it keeps from one sample to
+    Exact except for rounding, on the branch that it takes there. States are the numbers that it keeps from one sample
+    to
     the next: the inputs reach them, and they reach an output. At rest it has the inputs `base`, shape (all inputs,), of
     which the first so many are those of the model. None of an FMU, of a class that no file has, that is not sampled as
     its loop, or that has what no native FMU can have.

@@ -99,7 +99,7 @@ def build(names: Iterable[Given] | Given = (), *, stage: str | Path | None = Non
     fmi : int
         Of native ones: version of FMI; those of FMI 3.0 go into the folder's folder `fmi3`, their systems as SSP 2.0.
     target : "all", "host" or "wasm"
-        Of native ones: binaries for Linux, Windows and macOS, or one for this machine; or in place of the FMUs their
+        Of native ones: binaries for Linux, Windows and macOS, or one for this machine; or instead of the FMUs their
         WebAssembly modules `NAME.wasm`, each with its model description `NAME.xml`, into the folder's folder `wasm`.
     source : path, optional
         Of native ones: archive of a release, or a folder with what was in it, to copy them from, which takes no

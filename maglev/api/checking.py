@@ -72,7 +72,7 @@ def check(names: Scenarios | None = None, *, baselines: str | Path | None = None
 @takes_run_options("step", "order")
 def update(names: Scenarios | None = None, *, baselines: str | Path | None = None, jobs: int | None = None,
            watch: Watch | None = None, say: Say | None = None, **options: Unpack[RunOptions]) -> list[UpdateResult]:
-    """Simulate runs, write their baselines anew, and say what moved; parameters and errors as of `check`.
+    """Simulate runs, write their baselines again, and say what moved; parameters and errors as of `check`.
 
     The baselines are written when all runs are done: after Ctrl-C, all are as they were.
     """

@@ -1,4 +1,4 @@
-"""Runs beside each other: the same references under several controllers, or any runs that you have."""
+"""Runs next to each other: the same references under several controllers, or any runs that you have."""
 
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
@@ -38,7 +38,7 @@ Controllers = Mapping[str, Given] | Iterable[Given]
 
 @dataclass(frozen=True)
 class Comparison:
-    """Runs beside each other.
+    """Runs next to each other.
 
     Attributes
     ----------

@@ -1,4 +1,4 @@
-"""Runs made ready with their options: what is put in place of a plan's FMUs, values and step."""
+"""Runs made ready with their options: what is put instead of a plan's FMUs, values and step."""
 
 from collections.abc import Collection, Sequence
 from pathlib import Path

@@ -193,7 +193,7 @@ def run(name: Scenario, *, every: int | None = None, progress: Progress | None =
         Give what is put in also the settings (gains, limits) of the model whose place it takes, where it has parameters
         of their names; otherwise only FMUs of this project share them (docs/controllers.md).
     every : int, optional
-        Keep every so many communication steps, in place of the plan's output interval. What is measured is so at all.
+        Keep every so many communication steps, instead of the plan's output interval. What is measured is so at all.
     progress : callable, optional
         Told now and then of the steps done and the steps in all.
 

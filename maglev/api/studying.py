@@ -133,9 +133,9 @@ class Study:
         return dict(self.to_arrow().slice(number, 1).to_pylist()[0])
 
     def write_page(self, path: str | Path | None = None) -> Path:
-        """Write the page about the study, one HTML file; beside the dataset if no path is given.
+        """Write the page about the study, one HTML file; next to the dataset if no path is given.
 
-        Where `live.html` of `maglev.write_live` lies beside it, its worst samples are linked to their runs there.
+        Where `live.html` of `maglev.write_live` lies next to it, its worst samples are linked to their runs there.
         """
         from maglev.pages.study_page import write_page
 

@@ -183,7 +183,7 @@ def report(names: Names = None, out: Out = Path("results"),
 
 @with_run_options("fmus")
 def live(files: Annotated[list[str] | None, typer.Argument(
-             metavar="FILE", help="Descriptions of stages of yours, or scenarios, in place of all packaged runs.",
+             metavar="FILE", help="Descriptions of stages of yours, or scenarios, instead of all packaged runs.",
              show_default=False)] = None,
          out: Out = Path("results"), debug: Debug = False, **options: Any) -> None:
     """Write the page `live.html`, which runs the stages in a browser.

@@ -36,7 +36,7 @@ def check(names: NamesOrFmus = None,
     compared.
 
     Of an FMU, anybody's, the experiments that it carries are run: by the layered standard FMI-LS-REF, or in
-    `NAME_ref.csv`, `NAME_in.csv` and `NAME_ref.opt` beside `NAME.fmu`.
+    `NAME_ref.csv`, `NAME_in.csv` and `NAME_ref.opt` next to `NAME.fmu`.
 
     **Examples:**
 

@@ -29,7 +29,7 @@ def target(controller: ControllerName, run: OnRun = None, stage: StageFile = Non
     It is measured on a Cortex-M7 in QEMU.
 
     `NAME.h` has the ports in SI units, `NAME.c` all that is behind them: C99 without a library and without memory that
-    is allocated. Beside them lie an example, a file for CMake, and a report. For that a whole run is made twice, with
+    is allocated. Next to them lie an example, a file for CMake, and a report. For that a whole run is made twice, with
     the native FMU and with the emulated processor, sample by sample against the same plant: every signal has to have
     the same bits.
 

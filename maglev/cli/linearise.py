@@ -63,7 +63,7 @@ INJECTION: dict[str, tuple[Any, Any]] = {
     "periods": (grouped(int, MEASURED, help="Periods that are recorded of each."), 2),
     "smooth": (grouped(bool, MEASURED, "--smooth", help="Without Coulomb friction and rounding of the encoders, as the "
                        "linear model has it."), False),
-    "linear": (grouped(bool, MEASURED, "--linear/--no-linear", help="With or without the linear loop beside it."),
+    "linear": (grouped(bool, MEASURED, "--linear/--no-linear", help="With or without the linear loop next to it."),
                True)}
 
 
@@ -104,7 +104,7 @@ def linearise(names: Blocks, at: At, openings: Openings = None, measure: Measure
 
     With `--measure` multisines are added to a measurement between plant and controller: the response of the loop that
     is opened there, with all in it that is not linear, coherence, margins with their standard errors, and the linear
-    loop beside them where there is one.
+    loop next to them where there is one.
 
     **Examples:**
 

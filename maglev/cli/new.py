@@ -143,7 +143,7 @@ def stage_file(path: Annotated[Path, typer.Argument(metavar="NAME", help="The fi
                    "of catalogues; or, over these or alone, numbers of a data sheet, may be repeated: "
                    f"{', '.join(MOTOR_KEYS)}; gap and mass are the stage's.", show_default=False)] = None,
                debug: Debug = False) -> None:
-    """Write the description of a stage that runs as it is, for you to change, and a scenario beside it.
+    """Write the description of a stage that runs as it is, for you to change, and a scenario next to it.
 
     **Examples:**
 

@@ -55,12 +55,12 @@ Command = Callable[..., None]
 
 
 def with_run_options(*names: str, without: Collection[str] = ()) -> Callable[[Command], Command]:
-    """Give a command, in place of its `**options`, those of runs, or some, after its own; in Python's names."""
+    """Give a command, instead of its `**options`, those of runs, or some, after its own; in Python's names."""
     return with_more({name: (typed(name), OPTIONS[name].default) for name in names or OPTIONS if name not in without})
 
 
 def with_more(options: Mapping[str, tuple[Any, object]]) -> Callable[[Command], Command]:
-    """Give a command options, annotation and default by name, in place of its `**options`."""
+    """Give a command options, annotation and default by name, instead of its `**options`."""
     def extended(command: Command) -> Command:
         command.__signature__ = with_options(signature(command), options)   # type: ignore[attr-defined]  # typer's
         return command

@@ -26,7 +26,7 @@ Synthesise = Annotated[bool, typer.Option("--synthesise", help="Also look for th
 Decay = Annotated[float, typer.Option(help="Rate at which states in the ellipsoid decay with these, 1/s.")]
 Step = Annotated[str | None, typer.Option(help="Step of the responses, in m or with a unit; the largest certified one "
                                           "if not given.", show_default=False)]
-Run = Annotated[bool, typer.Option("--run/--no-run", help="Run steps with the FMUs, beside what is certified; with "
+Run = Annotated[bool, typer.Option("--run/--no-run", help="Run steps with the FMUs, next to what is certified; with "
                                    "native ones it takes seconds, with Python ones a minute or two.")]
 Plot = Annotated[bool, typer.Option("--plot", help="Picture of the region and the responses (needs matplotlib).")]
 

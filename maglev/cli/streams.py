@@ -18,7 +18,7 @@ ERROR = 2
 class Output(io.FileIO):
     """Standard output or error.
 
-    Where the reader of the output has gone, as `head` does, the command ends in order. What goes beside the results is
+    Where the reader of the output has gone, as `head` does, the command ends in order. What goes next to the results is
     lost where it cannot be written: that is no reason to end a run.
     """
 

@@ -41,7 +41,7 @@ def study(what: Annotated[str, typer.Argument(metavar="STUDY", help="A study of 
     combination of values, or --samples of ranges. Several variables, with commas between, take the same values.
 
     The results are `NAME.parquet`, a row for each sample with parameters and metrics, and the page `NAME.html`. After
-    Ctrl-C, `--resume` goes on.
+    Ctrl-C, `--resume` continues.
 
     **Examples:**
 
@@ -89,7 +89,7 @@ def tune(file: Annotated[str, typer.Argument(metavar="TUNING", help="A tuning fi
     """Search gains of a controller by what is measured on many plants.
 
     The result is `NAME.toml`, which a scenario extends, and the metrics before and after, also on plants that were
-    not searched with. After Ctrl-C, `--resume` goes on.
+    not searched with. After Ctrl-C, `--resume` continues.
 
     **Examples:**
 

@@ -73,7 +73,7 @@ def require_environment() -> None:
 
 
 def say(sentence: object) -> None:
-    """Print a sentence beside the results, in one line."""
+    """Print a sentence next to the results, in one line."""
     typer.echo(f"maglev: {in_one_line(sentence)}", err=True)
 
 

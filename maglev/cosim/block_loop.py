@@ -237,7 +237,7 @@ def out_of_range(variable: Variable, value: str) -> str:
 
 
 def filled_in(file: Path, **what: object) -> str:
-    """Text of a file of C, with what stands in place of its `$names`."""
+    """Text of a file of C, with what stands instead of its `$names`."""
     return Template(file.read_text(encoding="utf-8")).substitute(what)
 
 

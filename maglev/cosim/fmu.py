@@ -45,7 +45,7 @@ IDENTIFIER = re.compile(r"\w[\w.+-]*")   # as lenient as a name that is no path 
 
 UNIT_TOLERANCE = 1e-3   # of a factor: some write 0.01745 for a degree
 
-NOT_NEEDED = ("binaries/", "documentation/", "extra/", "sources/", "terminalsAndIcons/")   # to run it, but for those
+NOT_NEEDED = ("binaries/", "documentation/", "extra/", "sources/", "terminalsAndIcons/")   # to run it, except for those
 HERE = (f"binaries/{fmpy.platform}/", f"binaries/{fmpy.platform_tuple}/")                    # of this machine
 
 # What FMI 2.0 calls types of FMI 3.0; the last one as it is accessed.
@@ -54,7 +54,7 @@ OLDER_TYPES = {"Float64": "Real", "Int32": "Integer", "Enumeration": "Int64"}
 LOADING = Lock()   # fmpy goes into the folder of a library while it loads it, and then back to where it was
 # What pythonfmu's binary loads from: of what a path has in a URI, it decodes the space alone.
 LOADABLE = re.compile(r"[A-Za-z0-9/ ._~-]*" if os.name == "posix" else r"[A-Za-z]:[A-Za-z0-9/\\ ._~-]*")
-# Where there is room in place of the temporary folder, as `tempfile` has it.
+# Where there is room instead of the temporary folder, as `tempfile` has it.
 TEMPORARY = ("/tmp", "/var/tmp", "/usr/tmp") if os.name == "posix" else (
     os.path.expandvars(r"%SYSTEMROOT%\Temp"), r"C:\TEMP", r"C:\TMP")
 

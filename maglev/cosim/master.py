@@ -85,7 +85,7 @@ class RunInterrupted(Interrupted):
 
 
 class Observer:
-    """Whoever wants to know how a co-simulation goes on; this one does not.
+    """Whoever wants to know how a co-simulation continues; this one does not.
 
     `counter[0]` is the number of calls of FMUs that were begun in the steps, those before the first one included.
     """
@@ -157,7 +157,7 @@ class Master:
     loop : Kept, optional
         Library that makes the steps; that of this installation if not given.
     opened : mapping of str to callable, optional
-        Who opens an FMU, by its name, in place of `open_fmu`.
+        Who opens an FMU, by its name, instead of `open_fmu`.
 
     Raises
     ------

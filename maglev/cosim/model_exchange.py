@@ -64,7 +64,7 @@ class Integration:
         self.update = update
         self.say = say
         self.solver: Any = None
-        self.fresh = True      # the solver is to start anew
+        self.fresh = True      # the solver is to start again
         self.broken: Exception | None = None   # what a call from within CVODE has raised
 
     def __call__(self, _handle: object, time: c_double, step: c_double, _no_set_before: object) -> int:
@@ -100,14 +100,14 @@ class Integration:
         return 0
 
     def events(self, now: float) -> float:
-        """Take in the event at a time (s), and go on between events, to the next, s; the solver starts anew."""
+        """Take in the event at a time (s), and go on between events, to the next, s; the solver starts again."""
         due = settled(self.update, now)
         self.instance.enterContinuousTimeMode()
         self.fresh = True
         return due
 
     def solver_at(self, time: float) -> Any:
-        """The solver, which starts anew after an event at a time (s)."""
+        """The solver, which starts again after an event at a time (s)."""
         if self.solver is None:
             instance, states = self.instance, self.description.numberOfContinuousStates
             # An instance of FMI 3.0 tells them, too.

@@ -28,7 +28,7 @@ from maglev.fmi.user_slave import WrittenSlave
 from maglev.language.errors import ExportError
 from maglev.user.source import Written, folder_first, load
 
-TOOL = "Python class"   # in place of what makes FMUs, in generationTool
+TOOL = "Python class"   # instead of what makes FMUs, in generationTool
 OK, ERROR = 0, 3        # fmi2OK, fmi2Error
 ACCESS = CFUNCTYPE(c_uint32, c_void_p, c_void_p, c_size_t, c_void_p)   # fmi2GetReal and its like
 STEP = CFUNCTYPE(c_uint32, c_void_p, c_double, c_double, c_int)        # fmi2DoStep

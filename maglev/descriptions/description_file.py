@@ -15,7 +15,7 @@ from maglev.fmi.parameter import Parameter
 from pmlsm.stage_description import ROTATION, StageDescription
 from pmlsm.variables import GEOMETRY
 
-# Those of the thesis are a folder beside the package in the repository, and in it where it is installed.
+# Those of the thesis are a folder next to the package in the repository, and in it where it is installed.
 HERE = Path(__file__).parents[1]
 PACKAGED = next(folder for folder in (HERE / "stages", HERE.parent / "stages") if folder.is_dir())
 
@@ -207,7 +207,7 @@ def of_motors(stage: StageDescription) -> Misfits:
     for motor in stage.unlike:
         for key, given in (("schedule", stage.design.schedule), ("table", stage.design.table)):
             if given is not None:
-                yield f"design.{key}", f"expected none beside motors.{motor.name}, which has numbers of its own"
+                yield f"design.{key}", f"expected none next to motors.{motor.name}, which has numbers of its own"
     for motor in stage.motors:
         if motor.drives not in horizontal:
             yield f"motors.{motor.name}.drives", f"{motor.drives!r}, expected one of {', '.join(horizontal)}"

@@ -12,7 +12,7 @@ KEYWORDS_OF_C = {
     "long", "register", "restrict", "short", "signed", "sizeof", "static", "struct", "switch", "typedef", "union",
     "unsigned", "void", "volatile"}
 HELD = "level"   # the tilt that guides hold, where there is one horizontal axis
-# Words with which variables of FMUs begin, beside axes and motors.
+# Words with which variables of FMUs begin, next to axes and motors.
 VARIABLES = {
     "at_stop", "attraction_modulation", "bus_voltage", "encoder", "epsilon", "gamma", "geometry", "height",
     "magnet_rise", "payload", "roughness_seed", "yaw_moment"}

@@ -63,7 +63,7 @@ def stale(name: str, path: Path) -> str:
         return ""
     path = original(path)
     return (f"{from_here(path)} is not the {name} that this installation builds now: `{build_command(name, path)}` "
-            "builds it anew")
+            "builds it again")
 
 
 def build_command(name: str, path: Path) -> str:
@@ -171,7 +171,7 @@ def is_own_fmu(name: str, path: Path) -> bool:
 
 
 def is_own_module(name: str, path: Path) -> bool:
-    """Whether a WebAssembly module, and the description beside it, are those of a name, built here."""
+    """Whether a WebAssembly module, and the description next to it, are those of a name, built here."""
     try:
         made = made_of(definition(name), path.read_bytes(), installed())
         return path.with_suffix(".xml").read_bytes().endswith(b"\n" + made)

@@ -29,7 +29,7 @@ class Stages:
         self.made: dict[str, FmuDefinition] = {}
 
     def add(self, stage: OwnStage) -> None:
-        """Know a stage, in place of one of that name."""
+        """Know a stage, instead of one of that name."""
         self.forget(stage.description.name)
         self.own[stage.description.name] = stage
 

@@ -65,7 +65,7 @@ def current(stage: StageDescription, component: str, motor: str) -> str:
 
 
 def cited(source: str) -> str:
-    """Where an equation stands, as text goes on with it; nothing if the stage's description does not say."""
+    """Where an equation stands, as text continues with it; nothing if the stage's description does not say."""
     text = page_text(source)
     return "" if text in ("", "assumed") else f" {text}" if text.startswith("(") else f" ({text})"
 

@@ -15,7 +15,7 @@ def digests_of(paths: Iterable[Path]) -> dict[str, str]:
 
 
 def stranger(path: Path) -> str:
-    """Why a file is not the one that the JSON beside it is of, as the end of a sentence.
+    """Why a file is not the one that the JSON next to it is of, as the end of a sentence.
 
     Empty if it is, or if there is none that has its digest.
     """
@@ -25,5 +25,5 @@ def stranger(path: Path) -> str:
     except (OSError, ValueError, KeyError, TypeError):
         return ""
     return "" if digest_at(path) == expected else (
-        f"is not the file that {beside.name} beside it is of: it was edited, or is of another run; expected both of "
+        f"is not the file that {beside.name} next to it is of: it was edited, or is of another run; expected both of "
         "one run, or this file alone")

@@ -1,6 +1,6 @@
-"""Processes beside this one: each does one task after the other, says what comes of it, and does not outlive this one.
+"""Processes next to this one: each does one task after the other, says what comes of it, and does not outlive this one.
 
-They start anew, for a fork would share the FMUs' libraries and threads in the middle of something, and Ctrl-C does not
+They start again, for a fork would share the FMUs' libraries and threads in the middle of something, and Ctrl-C does not
 reach them. They are no children as multiprocessing starts them: a daemonic process, such as a worker of a cluster, may
 have none of these.
 """
@@ -35,7 +35,7 @@ PROGRAM = "import sys; sys.path[:] = {path!r}; from maglev.files.beside import s
 Send = Callable[[object], None]   # what a task calls with its reports
 Task = Callable[[Send], Any]      # can be pickled, as can its reports and its result
 
-SERVING: list[str | None] = []    # in a process beside another: the folder that it was given, if any
+SERVING: list[str | None] = []    # in a process next to another: the folder that it was given, if any
 
 
 Kind = Literal["report", "result", "error", "interrupt"]
@@ -76,7 +76,7 @@ class Silent(Gone):
 
 
 class Beside:
-    """A process beside this one.
+    """A process next to this one.
 
     With a folder to unpack in it is for what is not ours: it is ended from here alone, with all that it has started,
     and the folder goes with it; what comes from it is not trusted. Without one it takes SIGTERM, and the end of this

@@ -17,7 +17,7 @@ from maglev.files.regular_file import regular
 from maglev.files.scratch import remove_scratch, scratch_folder
 from maglev.files.whole_file import whole_file
 
-PLACE = "MAGLEV_CACHE"   # environment variable with the folder, in place of the system's
+PLACE = "MAGLEV_CACHE"   # environment variable with the folder, instead of the system's
 FOLDERS = FMUS, STEP_LOOP, BLOCK_LOOPS = "fmus", "step_loop", "block_loops"   # in it
 
 
@@ -66,7 +66,7 @@ def kept(key: str, name: str) -> Kept | None:
 
 
 def keep(key: str, name: str, content: bytes) -> Kept:
-    """Keep a content under a key and a file name, in place of what was there; OSError if it cannot be written."""
+    """Keep a content under a key and a file name, instead of what was there; OSError if it cannot be written."""
     folder = cache_folder() / key
     if not folder.is_absolute():   # where this user has no home folder
         raise OSError(errno.ENOENT, "there is no home folder", str(folder))

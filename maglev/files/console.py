@@ -17,7 +17,7 @@ from maglev.files.text_columns import unbroken
 
 
 class Escaped:
-    """What is printed, with escapes in place of control characters."""
+    """What is printed, with escapes instead of control characters."""
 
     def __init__(self, printed: ConsoleRenderable):
         self.printed = printed
@@ -52,7 +52,7 @@ class ResultTable:
     """A table that cuts no number and no unit, with two spaces between its columns.
 
     Texts wrap between words. Where the terminal is too narrow for that, `spare` columns at the end are left out, or
-    the table goes on below with further columns, its first ones repeated.
+    the table continues below with further columns, its first ones repeated.
     """
 
     def __init__(self, title: str, heads: Sequence[str], rows: Iterable[Sequence[str | Text] | None], left: int,
@@ -131,7 +131,7 @@ def result_table(title: str, heads: Sequence[str], rows: Iterable[Sequence[str |
 
 
 def as_text(cell: str | Text) -> Text:
-    """A cell as it is printed, with escapes in place of control characters, whose width counts."""
+    """A cell as it is printed, with escapes instead of control characters, whose width counts."""
     return Text(visible(cell)) if isinstance(cell, str) else Text(visible(cell.plain), cell.style, no_wrap=cell.no_wrap)
 
 

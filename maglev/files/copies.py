@@ -14,7 +14,7 @@ from maglev.files.regular_file import regular
 from maglev.files.scratch import naming_full, remove_scratch, scratch_folder
 
 PLACE = "MAGLEV_COPIES"   # environment variable with the folder of the copies, for the processes that this one starts
-ORIGIN = ".origin"        # file beside copies that names the folder that they are from
+ORIGIN = ".origin"        # file next to copies that names the folder that they are from
 
 
 @cache

@@ -59,14 +59,14 @@ def option(name: str, value: object = None) -> str:
 
 
 def or_of_own_stage() -> str:
-    """Say what else is expected in place of the name of an FMU of this project."""
+    """Say what else is expected instead of the name of an FMU of this project."""
     return f"or with {option('stage', 'mine.toml')} one of your own stage"
 
 
 class Sendable:
     """What can be pickled, as an error that ends the work of another process has to be, whatever it is made of."""
 
-    def __reduce__(self) -> tuple[Any, ...]:   # an exception would be made anew of its message alone
+    def __reduce__(self) -> tuple[Any, ...]:   # an exception would be made again of its message alone
         return copyreg.__newobj__, (type(self), *self.args), vars(self)   # type: ignore[attr-defined]
 
 
@@ -131,7 +131,7 @@ class BuildError(MaglevError):
 class Interrupted(Sendable, KeyboardInterrupt):
     """Ctrl-C or SIGTERM ended what was going on; one line that says what stands.
 
-    No MaglevError: who goes on after a mistake does not want to go on after Ctrl-C.
+    No MaglevError: who continues after a mistake does not want to go on after Ctrl-C.
     """
 
     def __init__(self, message: str = "interrupted", number: int = signal.SIGINT):
@@ -170,7 +170,7 @@ def most_like(name: object, valid: Iterable[str], *endings: str) -> list[str]:
 
 
 def one_of(name: object, valid: Collection[str], otherwise: str = "", *endings: str) -> str:
-    """What is valid in place of a name, or otherwise, and what is like it: "one of a, b; nearest is 'a'"."""
+    """What is valid instead of a name, or otherwise, and what is like it: "one of a, b; nearest is 'a'"."""
     return f"one of {', '.join([*valid, *filter(None, [otherwise])])}{similar(name, valid, *endings)}"
 
 
@@ -186,7 +186,7 @@ def require_table(given: Any, place: str, error: type[MaglevError], like: str) -
 
 
 def nearest_file(path: Path, ending: str = "") -> str:
-    """Say which file beside a missing one has the most similar name, of those with its ending or, without, this one."""
+    """Name the file next to a missing one with the most similar name and, if it has one, the same ending."""
     if path.exists() or not path.parent.is_dir():
         return ""
     ending = path.suffix or ending
@@ -202,7 +202,7 @@ def few(names: Sequence[str]) -> str:
 
 
 def visible(text: str) -> str:
-    """Return the text with escapes in place of control characters other than line ends and tabs.
+    """Return the text with escapes instead of control characters other than line ends and tabs.
 
     A terminal would obey them, others hide or reorder what a person reads, and half of a surrogate pair is no text.
     """

@@ -27,7 +27,7 @@ class NoLock(OSError):
 
 @contextmanager
 def only_writer(path: Path, wait: float = 0.0) -> Iterator[None]:
-    """Keep others out for the block, who ask by the same path: a file beside what is written, which goes at the end.
+    """Keep others out for the block, who ask by the same path: a file next to what is written, which goes at the end.
 
     Busy if another is at work, and still is after a wait (s); NoLock if nobody can be kept out; OSError if nothing can
     be written there.

@@ -25,5 +25,5 @@ def require_own_packages() -> None:
         if file is None or HERE not in Path(file).resolve().parents:
             raise MaglevError(f"import {name}: finds {file or 'nothing'}, expected the package of maglev-fmus in "
                               f"{HERE / name}: give the other one another name, or leave its folder out of Python's "
-                              "path (`maglev` in place of `python -m maglev`, or `python -P`)")
+                              "path (`maglev` instead of `python -m maglev`, or `python -P`)")
         import_module(name)

@@ -1,4 +1,4 @@
-"""Processes beside this one, tasks in them, how many can run at a time, and the interrupts that end them."""
+"""Processes next to this one, tasks in them, how many can run at a time, and the interrupts that end them."""
 
 import os
 

@@ -24,7 +24,7 @@ Progress = Callable[[int, int], None]       # steps done, steps in all
 Task = Callable[[Progress], T]              # can be pickled, as can its result; reports its progress
 Watcher = Callable[[str, int, int], None]   # name of a task, steps done, steps in all
 Idle = list[Beside]                         # processes that wait for tasks
-Say = Callable[[str], None]                 # told, in sentences, what goes on
+Say = Callable[[str], None]                 # told, in sentences, what continues
 Watch = Callable[[Sequence[str]], AbstractContextManager[Watcher]]   # from the names of tasks to what is told of them
 
 
@@ -108,7 +108,7 @@ def side_by_side(tasks: Mapping[str, Task[T]], jobs: int, died: Callable[[str, s
 
 
 def next_of(inbox: Inbox) -> tuple[Beside | None, Said | None]:
-    """Who says what next, if anybody does soon; None in place of it from one that has ended."""
+    """Who says what next, if anybody does soon; None instead of it from one that has ended."""
     try:
         process, frame = inbox.get(timeout=POLL)
     except Empty:

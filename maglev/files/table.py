@@ -208,7 +208,7 @@ def scaled(numbers: Array, own: Unit, expected: Unit) -> Array:
 def read_table(path: Path) -> DataTable:
     """Read a table from a file; CsvError, one line with the file, of what cannot be read.
 
-    Also if it is not the file that the record of a run beside it is of.
+    Also if it is not the file that the record of a run next to it is of.
     """
     data = file_bytes(path)
     if why := stranger(path):

@@ -9,7 +9,7 @@ from maglev.files.arrays import Array
 from maglev.files.units import known_unit, with_hyphen, written_out
 
 NUMBER = re.compile(r"[+\-\N{MINUS SIGN}]?(?:\d+\.?\d*|\.\d+)(?:[eEdD][+\-\N{MINUS SIGN}]?\d+)?")
-NO_NUMBER = re.compile(r"[+-]?(?:nan|inf|infinity|n/a|#n/a|null)", re.IGNORECASE)   # in place of one
+NO_NUMBER = re.compile(r"[+-]?(?:nan|inf|infinity|n/a|#n/a|null)", re.IGNORECASE)   # instead of one
 FORTRAN = re.compile(r"(?<=[\d.])[dD](?=[+-]?\d)")
 DAY = re.compile(r"\d{4}-\d\d-\d\d(?:[T ]\d\d:\d\d.*)?")
 TIME_OF_DAY = re.compile(r"\d\d?:\d\d:\d\d(?:[.,]\d+)?")

@@ -3,7 +3,7 @@
 from maglev.files.errors import QuantityError
 
 MOST_STEPS = 1e8   # communication steps of a run
-ON_GRID = 1e-6     # steps that a time may lie beside the grid: k h is rounded, at most 2e-8 h at MOST_STEPS
+ON_GRID = 1e-6     # steps that a time may lie next to the grid: k h is rounded, at most 2e-8 h at MOST_STEPS
 
 
 def whole_steps(time: float, step: float) -> int:

@@ -230,7 +230,7 @@ def with_hyphen(text: str) -> str:
 
 
 def well_written(text: str) -> str:
-    """What is expected in place of a text that goes on after its number as none does."""
+    """What is expected instead of a text that continues after its number as none does."""
     comma = DECIMAL_COMMA.fullmatch(text)
     if comma is not None:
         return f"a decimal point: '{comma[1]}.{comma[2]}'"

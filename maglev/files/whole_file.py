@@ -16,7 +16,7 @@ POLL = 0.05       # s, between two looks for it
 
 @contextmanager
 def whole_file(path: Path) -> Iterator[Path]:
-    """Give a file in a folder beside `path` to write to, which takes its place at the end of the block.
+    """Give a file in a folder next to `path` to write to, which takes its place at the end of the block.
 
     What stood there before is intact until then, and stays if the block fails. Two processes that write the same file
     both write a whole one, and the last one stays. The folder is made if it is not there. Behind a link it is the file

@@ -21,7 +21,8 @@ CORRECTIONS = tuple((bytes.fromhex(code), place, bytes.fromhex(instead)) for cod
     ("b807000000 4839c2 480f47d0 4839ce 0f87d3060000", 1, "05"),
 
     # handle_py_exception is called where something failed. If Python has no exception to tell of, it returns, and its
-    # caller goes on with a null pointer: resources that cannot be read end the process. Without the jump to the return
+    # caller continues with a null pointer: resources that cannot be read end the process. Without the jump to the
+    # return
     # it throws then as well, and fmi2Instantiate refuses.
     ("4885c0 0f84c2030000 4c89ef e83206feff", 3, "660f1f440000"),
     # It gives up the references to class, slave and log, and fmi2FreeInstance gives them up once more. The jump over

@@ -132,7 +132,7 @@ def what_runs(definition: FmuDefinition, written: str, maker: Maker, texts: Mapp
 
 
 def common_files(definition: FmuDefinition, maker: Maker, fmi: str = "2.0") -> dict[str, bytes]:
-    """What every FMU of a version of FMI has beside its model description: icon, documentation, licence; terminals.
+    """What every FMU of a version of FMI has next to its model description: icon, documentation, licence; terminals.
 
     The latter only in FMI 3.0: FMI 2.0.4 allows them, with the schema of FMI 3.0, and FMI Library refuses just that.
     """

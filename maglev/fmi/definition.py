@@ -77,7 +77,7 @@ class Variable:
     starts_from: tuple[str, ...] = ()      # parameters that decide this output's initial value
     boolean: bool = False
     path: str = ""                         # attribute path of the block where it is not the name
-    hint: str = ""                         # what to write in place of a value that is out of range
+    hint: str = ""                         # what to write instead of a value that is out of range
 
     @property
     def place(self) -> str:

@@ -2,7 +2,7 @@
 
 The layered standard FMI-LS-REF is a draft, 1.0.0-beta.1; it lists files and leaves the format of experiments to another
 draft, MA-HS-Experiments, whose schema these files follow. Neither says how close a result has to be: the tolerances are
-in a file beside the results, as those of the FMI cross-check.
+in a file next to the results, as those of the FMI cross-check.
 """
 
 import csv
@@ -146,9 +146,9 @@ def rows_of(definition: FmuDefinition, inputs: Mapping[str, Sequence[float]]) ->
 
 def tolerances(results: Mapping[str, Sequence[float]],
                nominals: Mapping[str, float | None]) -> dict[str, tuple[float, float]]:
-    """Tolerances of results that are to be repeated but for rounding, absolute and relative by name.
+    """Tolerances of results that are to be repeated except for rounding, absolute and relative by name.
 
-    The absolute one is a share of the largest value, or of the nominal value (1 in place of None) if that is larger.
+    The absolute one is a share of the largest value, or of the nominal value (1 instead of None) if that is larger.
     Results without a nominal value, such as Booleans, are exact.
     """
     return {name: (SHARE * max(nominals[name] or 1.0, *map(abs, values)) if name in nominals else 0.0, 0.0)
@@ -170,7 +170,7 @@ def experiments_files(experiments: Mapping[str, tuple[str, Mapping[str, bytes]]]
     """Files of experiments by name in the FMU, and a manifest that lists them.
 
     Experiments are, by name, a role and files as of `ExperimentFiles.files`. What the manifest in the files `before`
-    lists stays listed, but for files that take the place of others.
+    lists stays listed, except for files that take the place of others.
     """
     new = {f"{FOLDER}{name}": data for _, files in experiments.values() for name, data in files.items()}
     root = Element("fmiReferences", ROOT)

@@ -68,7 +68,7 @@ def chunk(kind: bytes, content: bytes) -> bytes:
 
 
 def svg_icon(shapes: Iterable[Shape], attributes: str = 'class="icon" aria-hidden="true"') -> str:
-    """The same as SVG: for a page, an ornament beside the name, if not said otherwise."""
+    """The same as SVG: for a page, an ornament next to the name, if not said otherwise."""
     paths = "".join(f'<path fill="{colour}" d="M{"L".join(f"{x:.4g} {y:.4g}" for x, y in corners)}Z"/>'
                     for colour, corners in shapes)
     return (f'<svg {attributes} viewBox="0 0 {UNITS} {UNITS}">'

@@ -152,7 +152,8 @@ def structure_of(definition: FmuDefinition,
     initial = {v.name: v.starts_from for v in outputs}
     if continuous:
         unknowns["Derivatives"] = {state.derivative: state.depends_on for state in continuous.states}
-        # States begin at 0 but for positions. Much decides their rates; it is written out, though to say nothing would
+        # States begin at 0 except for positions. Much decides their rates; it is written out, though to say nothing
+        # would
         # say the same: CasADi 3.8.2 reads no FMI 3.0 without it.
         known = tuple(v.name for v in definition.variables if v.causality in ("input", "parameter"))
         initial = {state.derivative: known for state in continuous.states} | {

@@ -27,7 +27,7 @@ CORE = ("model.h", "instance.h", *(f"{part}.{ending}" for part in PARTS for endi
 
 
 class Shell(NamedTuple):
-    """A version of FMI: `layer`, the C files of an FMU beside its block, headers that importers have, platforms."""
+    """A version of FMI: `layer`, the C files of an FMU next to its block, headers that importers have, platforms."""
 
     version: str
     layer: tuple[str, ...]

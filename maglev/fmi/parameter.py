@@ -36,7 +36,7 @@ class Parameter(NamedTuple):
     boolean: bool = False
     low: float = -inf
     high: float = inf
-    hint: str = ""   # what to write in place of a value that is out of range
+    hint: str = ""   # what to write instead of a value that is out of range
 
     @classmethod
     def of(cls, variable: Variable) -> "Parameter":
@@ -75,7 +75,7 @@ class Parameter(NamedTuple):
 
 
 def expected_of(kind: str, value: object) -> str:
-    """Return what a variable of a type of FMI expects in place of a value; empty if it fits."""
+    """Return what a variable of a type of FMI expects instead of a value; empty if it fits."""
     boolean = isinstance(value, bool)
     if kind == "Boolean":
         return "" if boolean else "true or false"

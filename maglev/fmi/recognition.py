@@ -12,7 +12,7 @@ from maglev.fmi.definition import FmuDefinition
 from maglev.fmi.native_build import BINARIES, DIGESTS, SHELLS, SOURCES, library_digests, native_sources
 from maglev.language.sources import carried_modules, module_path
 
-# What is only read, by people or by tools beside it; what runs is compared byte for byte.
+# What is only read, by people or by tools next to it; what runs is compared byte for byte.
 FOR_READERS = ("documentation/", "model.png", "terminalsAndIcons/", "extra/")
 
 DATE = re.compile(rb'generationDateAndTime="(\d{4}-\d\d-\d\dT\d\d:\d\d:\d\dZ)"')
@@ -39,7 +39,7 @@ def is_native_build(contents: Mapping[str, bytes], definition: FmuDefinition, ma
     Model description, FMI layer and table are compared byte for byte. The GUID must be that of the sources in the FMU
     and of the Python modules here that they were translated from, and each library must have the digest that the FMU
     says. What remains trusted, for neither translator nor compiler is asked, is that these libraries were compiled
-    from these sources: who replaces a library and writes GUID or digests anew to match is believed.
+    from these sources: who replaces a library and writes GUID or digests again to match is believed.
     Parameters and errors as of `is_python_build`.
     """
     runs = running(contents)

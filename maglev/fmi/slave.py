@@ -43,7 +43,7 @@ def one_more_reference(held: object) -> None:
 
 
 def described_guid(resources: str | None) -> str | None:
-    """GUID in the model description beside the resources of an FMU, which is what importers give; None without one.
+    """GUID in the model description next to the resources of an FMU, which is what importers give; None without one.
 
     That they give it to fmi2Instantiate is of no use: pythonfmu's binary keeps it to itself.
     """
@@ -81,7 +81,7 @@ class BlockSlave(Fmi2Slave):
     an error, and pythonfmu ignores what the end of the initialization returns.
     """
 
-    # What a block may raise, and a refusal says: C goes on with inf or NaN where Python's numbers end.
+    # What a block may raise, and a refusal says: C continues with inf or NaN where Python's numbers end.
     raised: tuple[type[BaseException], ...] = (ArithmeticError, ValueError)
 
     def __init__(self, definition: FmuDefinition, guid: str | None = None, **kwargs: Any):

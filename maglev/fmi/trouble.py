@@ -9,7 +9,7 @@ OWN = "own_"   # begins the names of the user's modules in an FMU: a model.py mu
 
 
 def error_text(error: BaseException, written: type | None = None) -> str:
-    """File, line, kind and text of an error: the innermost line of the files beside that of a class, if there is one.
+    """File, line, kind and text of an error: the innermost line of the files next to that of a class, if there is one.
 
     Without a class, or without such a line, the innermost line of all.
     """

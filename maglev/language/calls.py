@@ -63,7 +63,7 @@ class Calls(Expressions):
             written = self.program.layout.classes[owner.type.name]
             if isinstance(other := vars(written).get(node.func.attr), staticmethod | classmethod):
                 raise self.refusal(node, f"{shown}() is a {type(other).__name__}: expected a method with self, or a "
-                                         "def beside the class") from None
+                                         "def next to the class") from None
             raise self.refusal(node, f"{shown}(): {written.__name__} has no such method: expected a def in it"
                                ) from None
         return self.called(node, method, [owner], owner.type, alone)
@@ -233,7 +233,7 @@ def calls(value: Expr) -> bool:
 
 
 class Renamed(ast.NodeTransformer):
-    """An expression with another name in place of one."""
+    """An expression with another name instead of one."""
 
     def __init__(self, name: str, other: str):
         self.name, self.other = name, other

@@ -3,7 +3,7 @@
 Every function that a method of the block calls gets a second one, with `_dot` after its name, that computes the same
 and, next to each number, its derivative along a direction. The direction lies in a second block of the same kind: where
 a block has the number `self.y.position`, `self_dot.y.position` is its derivative. Each operation is differentiated by
-its rule, so that the result is exact but for rounding; at a kink it is that of the branch that is taken.
+its rule, so that the result is exact except for rounding; at a kink it is that of the branch that is taken.
 """
 
 import ast
@@ -52,7 +52,7 @@ RULES = {
     "logarithm_one_plus": "d / (1.0 + x)", "arctangent": "d / (1.0 + x * x)",
     "arctangent_integral": "arctangent(x) * d"}
 TURNED = "sine_of_turns"
-PAIR = "sine_cosine"   # has two values, each the other's derivative but for a sign
+PAIR = "sine_cosine"   # has two values, each the other's derivative except for a sign
 
 # Methods that keep what does not change along a direction, and so are called as they are.
 KEEPING = ("Roughness__enter",)

@@ -94,7 +94,7 @@ class Expressions:
         return Untranslatable(f"{self.place_of(node)}: {what}")
 
     def float_site(self, node: ast.AST, text: str) -> Site | None:
-        """A place where Python raises for a float, and C goes on; none in a package that is known to look before."""
+        """A place where Python raises for a float, and C continues; none in a package that is known to look before."""
         top = (self.function.source.__module__ or "").split(".")[0]
         return None if top in self.program.careful else self.site(node, text)
 
@@ -188,7 +188,7 @@ class Expressions:
                 raise self.refusal(node, f"{name}: expected numbers of one type")
             return ConstList(name, tuple(each.value if isinstance(each, Const) else each.values for each in values),  # type: ignore[union-attr]
                              List(types.pop() if types else None, len(values)))
-        what = "None: expected a number, or a Boolean beside it" if value is None else (
+        what = "None: expected a number, or a Boolean next to it" if value is None else (
             "text: expected numbers only" if isinstance(value, str | bytes) else
             f"{name or ast.unparse(node)} is of {type(value).__name__}: expected a number, or an attribute that "
             "__init__ sets")

@@ -39,7 +39,7 @@ def carried_modules(entry: str, packages: tuple[str, ...]) -> dict[str, str]:
 def module_path(module: str) -> Path:
     spec = find_spec(module)
     if spec is None or spec.origin is None:
-        raise ModuleNotFoundError(f"module {module} not found, expected it beside the others of the FMU")
+        raise ModuleNotFoundError(f"module {module} not found, expected it next to the others of the FMU")
     return Path(spec.origin)
 
 

@@ -37,10 +37,10 @@ from maglev.language.sources import parsed_expression
 STATEMENTS: dict[type[ast.AST], str] = {
     ast.Raise: "raise: expected a value that says so", ast.Try: "try: expected an if before it can fail",
     ast.With: "with: expected numbers only", ast.Assert: "assert: expected an if",
-    ast.AsyncFunctionDef: "async: expected a def beside the class", ast.Global: "global: expected an attribute",
+    ast.AsyncFunctionDef: "async: expected a def next to the class", ast.Global: "global: expected an attribute",
     ast.Nonlocal: "nonlocal: expected an attribute", ast.Match: "match: expected an if",
-    ast.Delete: "del: expected an assignment", ast.FunctionDef: "a def in a function: expected it beside the class",
-    ast.ClassDef: "a class in a function: expected it beside that of the block",
+    ast.Delete: "del: expected an assignment", ast.FunctionDef: "a def in a function: expected it next to the class",
+    ast.ClassDef: "a class in a function: expected it next to that of the block",
     ast.Import: "an import in a function: expected it at the top of the file",
     ast.ImportFrom: "an import in a function: expected it at the top of the file"}
 
@@ -318,7 +318,7 @@ class Statements(Calls):
         if not isinstance(step, Const) or step.value == 0:
             raise self.refusal(over, f"{ast.unparse(over)}: expected a step that is written there, other than 0")
         if not isinstance(stop, Const):
-            stop = self.temporary(stop)   # it does not change while the loop goes on
+            stop = self.temporary(stop)   # it does not change while the loop continues
         turns = range(start.value, stop.value, step.value) if isinstance(start, Const) and isinstance(
             stop, Const) else None
         if turns is not None and not turns:

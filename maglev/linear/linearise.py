@@ -26,7 +26,7 @@ def linearise(name: str, at: Mapping[str, Quantity] | Equilibrium, *, currents: 
     equilibrium), mass, viscous friction, ripple, flexible modes, the lag of the amplifiers. Left out, for they are not
     smooth: Coulomb friction with its presliding spring, end stops, the limits of the amplifiers, the rounding of the
     encoders; and the roughness of the guides, whose slope is a random number at each place. With friction on, motions
-    that are short beside its presliding displacement meet its spring, which is not in here.
+    that are short next to its presliding displacement meet its spring, which is not in here.
 
     The model of a measurement has its delay and the slope of its periodic error; offset, drift and noise are added to
     what it gives, and jitter and lost samples are refused. That of a controller is sampled at its sample time:
@@ -61,7 +61,7 @@ def linearise(name: str, at: Mapping[str, Quantity] | Equilibrium, *, currents: 
     LinearModel
         Of a plant: states are positions, velocities, with lag delivered i_d, i_q of each motor, and deflection and rate
         of each flexible mode; outputs are positions, and where the platform tilts, the gaps at the motors, which its
-        controllers measure; beside these what encoders measure, where they see a mode. Of a controller:
+        controllers measure; next to these what encoders measure, where they see a mode. Of a controller:
         inputs are reference and rate of each axis and the measurements, outputs the commanded currents. Of a
         measurement: inputs are what encoders read, outputs what a controller measures, states the samples in between.
 

@@ -14,7 +14,7 @@ from maglev.linear.model import LinearModel
 LOWEST = 1e-2          # rad/s, where frequencies begin
 PER_DECADE = 300       # frequencies on which crossings and peaks are looked for, before they are refined
 FREQUENCY = 1e-10      # relative accuracy of a refined frequency
-NOTHING = 1e-300       # gain of a loop that is open, in place of 0
+NOTHING = 1e-300       # gain of a loop that is open, instead of 0
 AT_REST = 1e-6         # distance from z = 1 within which a pole is taken for an integrator
 
 

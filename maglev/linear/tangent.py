@@ -37,7 +37,7 @@ def derivatives(block: Any, methods: Mapping[str, Sequence[float]], places: Sequ
                 wanted: Sequence[str]) -> Array:
     """Derivatives (m, n), SI, of m numbers that methods, called in turn, leave in a block, by n that are in it before.
 
-    Exact but for rounding; the block itself stays as it is. The arguments of the methods do not vary; `places` and
+    Exact except for rounding; the block itself stays as it is. The arguments of the methods do not vary; `places` and
     `wanted` are attribute paths. Untranslatable if a method is not of the language of blocks.
     """
     calls = [(derivative(block, method, [FLOAT] * len(values)), [part for value in values for part in (value, 0.0)])

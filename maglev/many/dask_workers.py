@@ -95,7 +95,7 @@ class StudyFiles(WorkerPlugin):
 
 
 def run_on_worker(plugin: str, first: int, values: Array, apart: bool) -> BatchResult:
-    """Run the samples from number `first` on, as of `run_batch`, on a worker, or `apart`: beside it."""
+    """Run the samples from number `first` on, as of `run_batch`, on a worker, or `apart`: next to it."""
     files = get_worker().plugins[plugin]
     assert isinstance(files, StudyFiles)
     if files.job.code != code_of_package():
@@ -105,7 +105,7 @@ def run_on_worker(plugin: str, first: int, values: Array, apart: bool) -> BatchR
 
 
 def run_there(client: Client, job: Job, batches: list[Batch], values: Array, store: Store) -> None:
-    """Run batches as `run_here` does: one that took several workers with it is run beside a worker."""
+    """Run batches as `run_here` does: one that took several workers with it is run next to a worker."""
     plugin = StudyFiles(job, worker_files(job.experiment))
     client.register_plugin(plugin)
     try:

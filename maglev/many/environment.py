@@ -74,7 +74,7 @@ class StageEnv(gymnasium.Env[Array, Array]):
     duration : float or str
         Longest episode, s or with a unit.
     sample_time : float or str, optional
-        Of the environment, s or with a unit: the stage's or a multiple, in which the commutation goes on with the
+        Of the environment, s or with a unit: the stage's or a multiple, in which the commutation continues with the
         stage's.
     reward : mapping of str to float, or callable, optional
         Weights of named terms, or a function of signals, see `Reward`.
@@ -125,7 +125,7 @@ class StageEnv(gymnasium.Env[Array, Array]):
         self.compiled = CompiledStage(self.stage, folder, parts)
         # An environment that nobody closed leaves no unpacked FMU behind.
         self.freed = weakref.finalize(self, self.compiled.close)
-        # What acts on the plant beside the motors can be given like its parameters; the sample time is the stage's.
+        # What acts on the plant next to the motors can be given like its parameters; the sample time is the stage's.
         currents = {f"{current}_cmd" for current in self.stage.phase_names}
         of_plant = {name: variable for name, variable in self.compiled.plant.variables.items()
                     if variable.causality == "parameter" or (variable.causality == "input" and name not in currents)}

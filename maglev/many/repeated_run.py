@@ -27,7 +27,7 @@ class RepeatedRun:
     soon as `ended` is no longer 0 such a run ends.
 
     Each run gives, bit for bit, what the experiment gives that is prepared with the same values: FMUs of this
-    project, and written ones, are as new after fmi2Reset. Those of others, and all after a refusal, are loaded anew.
+    project, and written ones, are as new after fmi2Reset. Those of others, and all after a refusal, are loaded again.
     """
 
     def __init__(self, experiment: Experiment, wanted: Collection[str] | None = None,

@@ -1,4 +1,4 @@
-"""Samples of a study run one after the other, on one instance of each FMU: in this process, or in one beside it."""
+"""Samples of a study run one after the other, on one instance of each FMU: in this process, or in one next to it."""
 
 from collections.abc import Callable, Collection, Iterable, Iterator, Mapping, Sequence
 from contextlib import suppress
@@ -53,7 +53,7 @@ class Job:
     columns: tuple[Column, ...]
     kept: tuple[str, ...] = ()   # signals whose trajectories are kept
     every: int = 1               # communication steps between two rows of these
-    # Longest wall time of a sample, s, each then being run in a process beside the worker.
+    # Longest wall time of a sample, s, each then being run in a process next to the worker.
     limit: float | None = None
     written: Mapping[str, Variables] = field(default_factory=dict)   # of users' classes, by name of the FMU
     native: bool = True            # whether all FMUs are, which takes less time
@@ -175,7 +175,7 @@ def gathered(job: Job, first: int, samples: Iterable[Sample | Found]) -> BatchRe
 
 
 def run_batch(job: Job, first: int, values: Array, ended: c_int64 | None = None) -> BatchResult:
-    """Run a batch here, or beside this process where samples have a limit of time; MaglevError if it cannot begin.
+    """Run a batch here, or next to this process where samples have a limit of time; MaglevError if it cannot begin.
 
     After Ctrl-C or SIGTERM, and where `ended` is not 0, it is the first samples, those that were done.
     """
@@ -188,7 +188,7 @@ def run_batch(job: Job, first: int, values: Array, ended: c_int64 | None = None)
 
 
 def run_samples_apart(job: Job, values: Array, limit: float) -> Iterator[Sample]:
-    """Run samples in a process beside this one, and in another after each that takes longer than `limit`, s.
+    """Run samples in a process next to this one, and in another after each that takes longer than `limit`, s.
 
     MaglevError if the FMUs cannot be loaded.
     """
@@ -219,7 +219,7 @@ def run_samples_apart(job: Job, values: Array, limit: float) -> Iterator[Sample]
 
 
 def sample_of(job: Job, said: Said, most: int) -> Sample:
-    """Return the sample that a process beside this one reports, one of at most so many; Forged if it is none."""
+    """Return the sample that a process next to this one reports, one of at most so many; Forged if it is none."""
     sample: Sample = checked(said, Sample)
     rows = len(job.experiment.times[::job.every])
     kept = None if sample.trajectories is None else (sample.trajectories.dtype.kind, sample.trajectories.shape)

@@ -148,7 +148,7 @@ class StudyFile(Table):
     title: str = ""
     description: str = ""
     scenario: str
-    controller: str | None = None   # an FMU or a Python file beside this one, in place of the scenario's
+    controller: str | None = None   # an FMU or a Python file next to this one, instead of the scenario's
     set: dict[str, float | int | bool | str] = {}
     vary: Annotated[list[Varied], Field(min_length=1)]
     design: Design = Design()

@@ -13,7 +13,7 @@ from maglev.many.study_plan import PlannedStudy
 
 
 def trajectories_path(path: Path) -> Path:
-    """File of the trajectories beside a study's samples."""
+    """File of the trajectories next to a study's samples."""
     return path.with_name(f"{path.stem}.trajectories.parquet")
 
 
@@ -21,7 +21,7 @@ def run_study(planned: PlannedStudy, out: Path, jobs: int, scheduler: str | None
               watch: Progress, say: Say) -> Path:
     """Run a study; returns the path of its dataset.
 
-    While it goes on, `NAME.parts` holds what is done. `NAME.trajectories.parquet` has what is kept of trajectories.
+    While it continues, `NAME.parts` holds what is done. `NAME.trajectories.parquet` has what is kept of trajectories.
     `say` is told what is missing or broken of what was done. MaglevError if it cannot be run, another process is
     writing there, or parts are there and `resume` is not asked for; Interrupted after Ctrl-C or SIGTERM; what is done
     is kept.
@@ -76,7 +76,7 @@ def run_study(planned: PlannedStudy, out: Path, jobs: int, scheduler: str | None
                 parts.find()                # a part may have been written whole when the signal came
             kept_samples = sum(len(batch.samples) for batch in whole_batches())
             raise Interrupted(f"{ended_by(error)}: {kept_samples} of {samples} samples are kept in {parts.folder}, "
-                              f"{option('resume', True)} goes on with them", signal_of(error)) from error
+                              f"{option('resume', True)} continues with them", signal_of(error)) from error
         for kind, (schema, _, file) in files.items():
             dataset.merge_parts((parts.read(part(kind, batch.number)) for batch in planned.batches), schema, file)
         parts.remove()

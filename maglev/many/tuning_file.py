@@ -67,7 +67,7 @@ class TuneFile(Table):
     title: str = ""
     description: str = ""
     scenario: str
-    controller: str | None = None   # an FMU or a Python file beside this one, in place of the scenario's
+    controller: str | None = None   # an FMU or a Python file next to this one, instead of the scenario's
     set: dict[str, float | int | bool | str] = {}
     minimise: Annotated[list[str], Field(min_length=1)]
     over: Literal["worst", "mean"] = "worst"

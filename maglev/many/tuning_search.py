@@ -117,7 +117,8 @@ def search(planned: PlannedTuning, parts: Parts, who: Callable[[], AbstractConte
            watch: Progress, say: Say) -> SearchResult:
     """Search, with the samples run by `who`; errors, and what `say` is told, as of `run_study`.
 
-    While it goes on, the folder of `parts` holds every generation that is done: the search takes the same course again,
+    While it continues, the folder of `parts` holds every generation that is done: the search takes the same course
+    again,
     and runs what is not there.
     """
     with parts.alone():
@@ -133,7 +134,7 @@ def search(planned: PlannedTuning, parts: Parts, who: Callable[[], AbstractConte
                 result = Search(planned, run_batches, parts, watch).run()
         except KeyboardInterrupt as error:
             raise Interrupted(f"{ended_by(error)}: generations that are done are kept in {parts.folder}, "
-                              f"{option('resume', True)} goes on with them", signal_of(error)) from error
+                              f"{option('resume', True)} continues with them", signal_of(error)) from error
         parts.remove()
     return result
 

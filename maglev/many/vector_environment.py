@@ -83,7 +83,8 @@ def stage_sources(stage: CompiledStage, changing: Sequence[tuple[str, str]]) -> 
 class StageVectorEnv(VectorEnv[Array, Array, npt.NDArray[Any]]):
     """Environments like `StageEnv`, with its options, side by side: the same episodes, bit for bit, in one step.
 
-    Environment i has the seed `seed + i`, as in Gymnasium's own vectors. One that is done begins anew in the next step,
+    Environment i has the seed `seed + i`, as in Gymnasium's own vectors. One that is done begins again in the next
+    step,
     whose action it ignores (`AutoresetMode.NEXT_STEP`).
 
     Parameters
@@ -183,7 +184,7 @@ class StageVectorEnv(VectorEnv[Array, Array, npt.NDArray[Any]]):
         starts: list[tuple[Array, ...]] = []
         for k, (i, seed) in enumerate(seeds.items()):
             if seed is None:
-                one.np_random = self.generators[i] or np.random.default_rng()   # goes on
+                one.np_random = self.generators[i] or np.random.default_rng()   # continues
             _, infos[i] = one.reset(seed=seed, options=options)
             self.generators[i] = one.np_random
             self.c.maglev_take(self.instances, blocks[k].ctypes.data)
@@ -265,7 +266,7 @@ class StageVectorEnv(VectorEnv[Array, Array, npt.NDArray[Any]]):
         return observations, rewards, terminated, truncated, told
 
     def advance(self) -> None:
-        """Step all stages, those that are over as well: they begin anew."""
+        """Step all stages, those that are over as well: they begin again."""
         def share(ends: tuple[int, int]) -> None:
             self.c.maglev_advance(addressof(self.batch), *ends)
 

@@ -1,4 +1,4 @@
-"""Files about runs beside each other: columns of each run, one JSON, one text, a picture and a page."""
+"""Files about runs next to each other: columns of each run, one JSON, one text, a picture and a page."""
 
 import tomllib
 from collections.abc import Mapping, Sequence
@@ -54,7 +54,7 @@ def compared_rows(runs: Runs) -> list[Row]:
 
 
 def write_comparison(folder: Path, name: str, title: str, runs: Runs, *, picture: bool, page: bool) -> list[Path]:
-    """Write what there is about runs beside each other into a folder; returns the paths.
+    """Write what there is about runs next to each other into a folder; returns the paths.
 
     `NAME@LABEL.csv` and `NAME@LABEL.json` of each run, then `NAME.compare.json`, `.txt`, and if asked for `.png` and
     `.html`. A run that ended early leaves `NAME@LABEL.partial.csv`, and what an earlier one has left gets another name.

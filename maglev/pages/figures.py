@@ -137,7 +137,7 @@ def shown_by(result: RunResult, kind: str) -> list[str]:
 
 
 def own_outputs(plan: RunPlan, columns: Mapping[str, NDArray[Any]]) -> list[str]:
-    """Columns of numbers that no FMU that can be built has: what a user's FMU puts out beside what the run needs."""
+    """Columns of numbers that no FMU that can be built has: what a user's FMU puts out next to what the run needs."""
     known = {variable.name for name in STAGES.definitions() for variable in STAGES.definition(name).variables}
     driven = {signal.to for signal in plan.signals} | {axis.reference for axis in plan.axes.values()}
     return [name for name, values in columns.items()

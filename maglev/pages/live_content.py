@@ -180,7 +180,7 @@ def live_stage(stage: StageDescription) -> dict[str, Any]:
 
 
 def strips(stage: StageDescription) -> Iterator[dict[str, Any]]:
-    """Panels that roll beside the stage: axes of a kind share one, and all motors."""
+    """Panels that roll next to the stage: axes of a kind share one, and all motors."""
     together = (("position", stage.vertical.name, [stage.vertical]), ("position", "displacement", stage.horizontal),
                 ("position", "tilt", stage.rotations), ("error", "axes", stage.axes))
     for kind, shown, axes in together:

@@ -20,7 +20,7 @@ from maglev.user.reading import read_own
 from maglev.user.scenario_loop import loop_table
 
 FOLDER = Path(__file__).with_name("live")
-EDITOR = FOLDER / "vendor" / "codemirror.js"   # not ours: see beside it
+EDITOR = FOLDER / "vendor" / "codemirror.js"   # not ours: see next to it
 WAVES = "from pmlsm.sine_cosine import sine_cosine"   # for references, as blocks compute them
 WORKER = ("fmu.js", "law.js", "signals.js", "simulation.js", "worker.js")                      # in the thread that runs
 SCRIPTS = ("state.js", "history.js", "plots.js", "forces.js", "controls.js", "starters.js", "editor.js",
@@ -40,7 +40,7 @@ def write_live(out: str | Path = "results", *, files: str | Path | Iterable[str 
     out : path
         Folder for the page, made if it is not there.
     files : path, or iterable of path
-        What runs there in place of all packaged runs: scenarios, or descriptions of stages, which rest at their start.
+        What runs there instead of all packaged runs: scenarios, or descriptions of stages, which rest at their start.
     fmus : path, optional
         Folder of FMUs, whose folder `wasm` has the WebAssembly modules and their descriptions. If not given, these are
         built where they are missing, which needs the extra `native`, and kept in the user's cache.

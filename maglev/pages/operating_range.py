@@ -17,7 +17,7 @@ SETTLED_ALWAYS = "settles with all constants"
 SETTLED_NOMINAL = "settles only with the constants as they are"   # what is marked in maps
 
 NEAR = 1e-4   # m, the steady state that the specification asks for; rad of a tilt
-STEPS = {"horizontal step": "mm", "tilt": "mrad"}   # what steps beside the gap, in thousandths of its SI unit
+STEPS = {"horizontal step": "mm", "tilt": "mrad"}   # what steps next to the gap, in thousandths of its SI unit
 
 FILE = PACKAGED / "studies" / "operating_range.json"   # varied are one of STEPS, constants, initial and target gap, SI
 TOOL = "python -m studies.operating_range"
@@ -52,7 +52,7 @@ The maps show the constants as they are; dotted is what settles with these only.
 
 
 def maps_of(of_stage: StageGrids) -> list[list[LawMap]]:
-    """Of each law, a layer for each step beside the gap; marked, an outcome more, is what settles only nominally."""
+    """Of each law, a layer for each step next to the gap; marked, an outcome more, is what settles only nominally."""
     grid, = of_stage.grids.values()
     what, sizes = steps(grid)
     factors = [Factor(name, "mm", np.array([f"{1e3 * gap:g}" for gap in grid.varied[name]]))

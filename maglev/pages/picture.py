@@ -104,7 +104,7 @@ def draw_panels(axes: "Axes", panels: Sequence[Panel], runs: Mapping[str, RunRes
 
 
 def legends(panels: Iterable["Axes"]) -> None:
-    """Put a legend beside each panel; what is named beside one is not named again."""
+    """Put a legend next to each panel; what is named next to one is not named again."""
     told: set[str] = set()
     for panel in panels:
         named: dict[str, Line2D] = {}

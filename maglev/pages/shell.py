@@ -29,7 +29,7 @@ HEAD = 4000   # bytes of a page in which its head stands
 SAID = 240    # characters of what a page says that the index has
 SAYS = re.compile(r'<meta name="maglev-page" content="(\w+)">')
 TITLE = re.compile(r"<title>(.*?)</title>", re.DOTALL)
-# The beginning of NAME.json of a run: name, title, and what came of it, as JSON; and the files that lie beside it.
+# The beginning of NAME.json of a run: name, title, and what came of it, as JSON; and the files that lie next to it.
 RUN = re.compile(r'\{\s*"name": ("[^\n]*"),\s*"title": ("[^\n]*"),\s*"outcome": "[^\n]*,\s*"ending": ("[^\n]*"),')
 RUN_FILES = ("txt", "csv", "parquet", "json")
 COMMENT = re.compile(r"^(?://.*|/\*\*[^`]*?\*/)\n", re.MULTILINE)   # one that begins a line of a script
@@ -60,7 +60,7 @@ def read(name: str, folder: Path = FOLDER) -> str:
 def page(kind: str, title: str, about: str, style: str, body: str, policy: str = PLOTS, **parts: str) -> str:
     """Text of a page: its head, with a style sheet over that of all, and a body, which is a template for parts.
 
-    The title, what the page is about and the parts are HTML. The policy says what the page may have beside its text:
+    The title, what the page is about and the parts are HTML. The policy says what the page may have next to its text:
     nothing of a network.
     """
     said = re.sub(r" (?=[.,:;])", "", " ".join(re.sub("<[^>]*>", " ", about).replace('"', "&quot;").split()))
@@ -75,7 +75,7 @@ def scripts(*texts: str) -> str:
 
 
 def scene() -> str:
-    """Script that draws a stage on a canvas: in space, and beside it its air gap."""
+    """Script that draws a stage on a canvas: in space, and next to it its air gap."""
     return "\n".join(map(read, SCENE))
 
 
@@ -90,7 +90,7 @@ def colour(name: str) -> str:
 
 
 def publish(path: Path, text: str) -> None:
-    """Write a page with the way to those that lie beside it, and the index of its folder.
+    """Write a page with the way to those that lie next to it, and the index of its folder.
 
     An index.html that is not of this project stays as it is.
     """

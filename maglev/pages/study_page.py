@@ -40,7 +40,7 @@ def write_page(path: Path, table: pa.Table, about: Mapping[str, Any]) -> None:
 
 
 def study_page(table: pa.Table, about: Mapping[str, Any], live: bool = False) -> str:
-    """Text of the page; `live` is whether the live page lies beside it."""
+    """Text of the page; `live` is whether the live page lies next to it."""
     count = table.num_rows
     drawn = np.unique(np.linspace(0, count - 1, min(count, MOST_DRAWN)).astype(int))
     metrics = [(name, unit) for name, unit, values in metrics_of(table) if varies(values)]

@@ -32,7 +32,7 @@ from maglev.runs.preparation import Experiment
 from maglev.scenario.quantities import common_unit
 from maglev.scenario.run_plan import RunPlan
 
-BEYOND = 2   # check intervals that a run goes on after the end of its baseline, to see why it ends there
+BEYOND = 2   # check intervals that a run continues after the end of its baseline, to see why it ends there
 RENEW = "; `maglev check --update` writes a new baseline"
 
 

@@ -1,4 +1,4 @@
-"""Which experiments an FMU carries: by the layered standard FMI-LS-REF, or in files beside it.
+"""Which experiments an FMU carries: by the layered standard FMI-LS-REF, or in files next to it.
 
 The drafts FMI-LS-REF 1.0.0-beta.1 and MA-HS-Experiments are read as they stand, also in the form with the times in the
 element `Experiment` itself. A result that no experiment refers to is that of the default experiment.
@@ -71,7 +71,7 @@ def carried_experiments(path: Path) -> list[CarriedExperiment]:
 
 
 def beside(path: Path) -> Iterator[CarriedExperiment]:
-    """The experiment in files beside an FMU, as in the FMI cross-check: NAME_ref.csv, NAME_in.csv and NAME_ref.opt."""
+    """The experiment in files next to an FMU, as in the FMI cross-check: NAME_ref.csv, NAME_in.csv and NAME_ref.opt."""
     results = path.with_name(f"{path.stem}_ref.csv")
     if not results.is_file():
         return
@@ -152,7 +152,7 @@ def experiment(path: Path, place: str, element: Element, files: Mapping[str, byt
 
 
 def finite_number(place: str, key: str, text: str) -> float:
-    """A number of an experiments file: finite, and positive but for times."""
+    """A number of an experiments file: finite, and positive except for times."""
     positive = key in ("stepSize", "tolerance")
     if not is_finite(text) or (positive and float(text) <= 0.0):
         raise FmuError(f"{place}: {key} = {shortened(text)}, expected a finite number"
@@ -161,7 +161,7 @@ def finite_number(place: str, key: str, text: str) -> float:
 
 
 def options_beside(path: Path, results: File, files: Mapping[str, bytes]) -> File | None:
-    """Tolerances beside results, NAME_ref.opt beside NAME_ref.csv, if there are any."""
+    """Tolerances next to results, NAME_ref.opt next to NAME_ref.csv, if there are any."""
     name = f"{results.place.removeprefix(f'{path}: ').removesuffix('.csv')}.opt"
     return File(f"{path}: {name}", files[name]) if name in files else None
 

@@ -1,4 +1,4 @@
-"""Procedure 4: all constants at once, and the model with them beside the stage (sections 4.4.4, 5.4.4)."""
+"""Procedure 4: all constants at once, and the model with them next to the stage (sections 4.4.4, 5.4.4)."""
 
 import math
 from collections.abc import Mapping, Sequence
@@ -74,7 +74,7 @@ def offline_table(model: Identification) -> ValueTable:
 
 def thrust_chart(settings: ProcedureSettings, stage_run: RunResult, thrusts: Sequence[Thrust],
                  model: Identification) -> Chart:
-    """Thrust over the air gap, beside that of Procedure 1 where its runs are there."""
+    """Thrust over the air gap, next to that of Procedure 1 where its runs are there."""
     gaps = np.linspace(*(settings.gaps or (0.015, 0.025)), POINTS)   # m
     stage = model.recording.stage
     constants = estimate(stage_run, stage.constants)
@@ -95,7 +95,7 @@ def thrust_chart(settings: ProcedureSettings, stage_run: RunResult, thrusts: Seq
 
 
 def current_charts(settings: ProcedureSettings, stage_run: RunResult, runs: Runs, model: Identification) -> list[Chart]:
-    """Predicted equilibrium currents beside those of Procedure 2, if its run is there."""
+    """Predicted equilibrium currents next to those of Procedure 2, if its run is there."""
     stage = model.recording.stage
     currents = runs.get(settings.runs["currents"])
     if currents is None:

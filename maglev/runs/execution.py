@@ -198,7 +198,7 @@ def completed_run(experiment: Experiment, recording: Recording) -> RunResult:
 
 
 def run_as_json(result: RunResult) -> dict[str, Any]:
-    """What is known about a run beside its columns, as JSON has it; what never happened or is not finite is None."""
+    """What is known about a run next to its columns, as JSON has it; what never happened or is not finite is None."""
     return {"name": result.plan.name, "title": result.plan.title, "outcome": result.outcome, "ending": result.ending,
             "failure": result.failure,
             "provenance": None if result.provenance is None else result.provenance.as_data(),

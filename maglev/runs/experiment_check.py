@@ -135,7 +135,7 @@ def check_fmus(paths: str | Path | Iterable[str | Path], *, jobs: int | None = N
     """Run the experiments that FMUs carry, ours or third-party, and compare with the results that they carry.
 
     These are experiments by the layered standard FMI-LS-REF (1.0.0-beta.1), or files NAME_ref.csv, NAME_in.csv and
-    NAME_ref.opt beside NAME.fmu. Where nothing says how close a result has to be, a Real may be a thousandth of its
+    NAME_ref.opt next to NAME.fmu. Where nothing says how close a result has to be, a Real may be a thousandth of its
     largest value apart, and the rest not at all.
 
     Parameters

@@ -105,7 +105,7 @@ def pack_reference(fmu: str | Path, scenario: str | Path, *, name: str | None = 
 
 
 def with_experiment(path: Path, destination: Path, name: str, files: Mapping[str, bytes]) -> None:
-    """Write an FMU with the files of an experiment in it, beside those that it has already."""
+    """Write an FMU with the files of an experiment in it, next to those that it has already."""
     try:
         with ZipFile(path) as archive, ZipFile(destination, "w", ZIP_DEFLATED) as written:
             before = {entry: archive.read(entry) for entry in archive.namelist() if entry.startswith(FOLDER)}

@@ -327,7 +327,7 @@ def event_responses(plan: RunPlan, time: Array, columns: Mapping[str, Array], er
         1.0 + COPPER * columns.get(f"{winding_of(motor)}.rise", np.zeros(len(time))))
         for name, motor in plan.motors.items()}
     for event, until in zip(plan.events, plan.event_ends, strict=True):
-        # The sample at the end belongs to what begins there, but for that at the end of the run.
+        # The sample at the end belongs to what begins there, except for that at the end of the run.
         first, last = np.searchsorted(time, [event.time - TIME_TOLERANCE, until - TIME_TOLERANCE])
         inside = slice(int(first), len(time) if until >= time[-1] - TIME_TOLERANCE else int(last))
         if not len(time[inside]):

@@ -34,7 +34,7 @@ class Thrust(NamedTuple):
 
     @property
     def estimated(self) -> float:
-        """L by the estimator with the ε that the thesis goes on with; ScenarioError if there is none."""
+        """L by the estimator with the ε that the thesis continues with; ScenarioError if there is none."""
         return at_epsilon(self.by_estimator)
 
 

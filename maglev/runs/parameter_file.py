@@ -165,5 +165,5 @@ def unit_in_file(name: str, element: Element | None, place: str) -> tuple[Unit |
 
 
 def without_angles(unit: Unit) -> dict[str, int]:
-    """Exponents of the SI base units but for angles and cycles."""
+    """Exponents of the SI base units except for angles and cycles."""
     return {base: power for base, power in unit.dimension if base not in ("rad", "cycle")}

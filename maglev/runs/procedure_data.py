@@ -49,9 +49,9 @@ def estimate(result: RunResult, constants: Sequence[str], epsilon: float = EPSIL
 
 
 def at_epsilon(by_epsilon: Mapping[float, T], epsilon: float = EPSILON) -> T:
-    """What there is with an ε (s), by default that with which the thesis goes on; ScenarioError if there is none."""
+    """What there is with an ε (s), by default that with which the thesis continues; ScenarioError if there is none."""
     if epsilon not in by_epsilon:
-        raise ScenarioError(f"no estimator has epsilon = {epsilon:g} s, expected one beside "
+        raise ScenarioError(f"no estimator has epsilon = {epsilon:g} s, expected one next to "
                             f"{', '.join(f'{known:g} s' for known in by_epsilon) or 'none'}")
     return by_epsilon[epsilon]
 

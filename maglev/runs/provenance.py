@@ -61,7 +61,7 @@ class UsedFmu:
     # every start value that it was given, SI, by variable; the others are its own
     start: dict[str, float | int | bool | str] = field(default_factory=dict)
     left_out: dict[str, str] = field(default_factory=dict)   # why others of the plan were not given to it
-    # of an FMU; of a user's Python file and of the modules beside it, by file name; of a class's text
+    # of an FMU; of a user's Python file and of the modules next to it, by file name; of a class's text
     sha256: dict[str, str] = field(default_factory=dict)
     # SHA-256 of the library of this machine in an FMU; versions of what a user's Python file imports, and no FMU
     # carries

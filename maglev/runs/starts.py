@@ -49,7 +49,7 @@ class Following:
 
 
 def following(stage: StageDescription | None, plant: Own, controller: Own, asked: Collection[str]) -> Following:
-    """How a controller's model follows its plant, but for what was asked for; ScenarioError if they have none."""
+    """How a controller's model follows its plant, except for what was asked for; ScenarioError if they have none."""
     if stage is None:
         raise ScenarioError(f"{option('model', 'plant')}: expected runs of a stage that is described, by whose "
                             "nominal masses it follows")
@@ -111,7 +111,7 @@ class Starts:
         self.left_out.pop(full, None)
 
     def follow(self, plan: RunPlan, files: Mapping[str, Path], asked: set[str]) -> Following:
-        """Let the controller's model follow the plant, but for what is asked for, to which its constants are added."""
+        """Let the controller's model follow the plant, except for the values asked for: add its constants to these."""
         origin = option("model", "plant")
 
         def own(name: str) -> Own:

@@ -118,7 +118,7 @@ def build(names: Iterable[str], folder: Path, kind: Kind = PYTHON, watch: Progre
     """Build FMUs, and systems of them, into a folder; returns their paths.
 
     With native ones comes the C loop that steps them on this machine; WebAssembly modules come with their descriptions,
-    and in place of systems. `watch` is told how many FMUs of how many are built. After an error the folder is as it
+    and instead of systems. `watch` is told how many FMUs of how many are built. After an error the folder is as it
     was; errors as of `maker`.
     """
     names = list(names)
@@ -154,7 +154,7 @@ def experiments_in(definition: FmuDefinition) -> dict[str, bytes]:
 
 
 def with_parts(names: Iterable[str]) -> list[str]:
-    """FMUs to build: those that are named, and in place of a system, those of its scenario."""
+    """FMUs to build: those that are named, and instead of a system, those of its scenario."""
     chosen = [list(system_loop(name).models.values()) if name in STAGES.systems() else [name] for name in names]
     return list(dict.fromkeys(part for parts in chosen for part in parts))
 

@@ -17,7 +17,7 @@ from maglev.files.toml_file import read_toml, toml_text
 from maglev.user.reading import read_own
 from maglev.user.scenario_loop import loop_table, setpoint_signals
 
-# The experiments are a folder beside the package in the repository, and in it where it is installed; in it a folder
+# The experiments are a folder next to the package in the repository, and in it where it is installed; in it a folder
 # for each stage has the experiments themselves.
 HERE = Path(__file__).parents[1]
 PACKAGED = next(folder for folder in (HERE / "scenarios", HERE.parent / "scenarios") if folder.is_dir())
@@ -27,7 +27,7 @@ Scenario = str | Path | Mapping[str, Any]   # a name or a file, or what would be
 GIVEN: dict[Path, str] = {}   # scenarios that were given as tables, as JSON, by the paths that stand for them
 
 DEEPEST = 30        # files that extend each other one after the other
-SETPOINTS = "setpoints"   # in place of signals: those that follow from the stage of a description
+SETPOINTS = "setpoints"   # instead of signals: those that follow from the stage of a description
 MOST_LAYERS = 300   # files on all paths of a scenario: those that meet again double their number
 
 
@@ -82,7 +82,7 @@ def extended(layer: Layer, extending: tuple[Path, ...] = ()) -> list[Layer]:
 
 
 def extended_file(path: Path, base: str) -> Path:
-    """File that a file extends: beside it, or else among those of the package, such as "loops/3dof.toml"."""
+    """File that a file extends: next to it, or else among those of the package, such as "loops/3dof.toml"."""
     folders = (PACKAGED, *(PACKAGED / stage for stage in PACKAGED_STAGES))
     for file in (folder / base for folder in (path.parent, *folders)):
         if file.is_file():
@@ -90,7 +90,7 @@ def extended_file(path: Path, base: str) -> Path:
     beside = [str(Path(base).parent / file.name) for file in (path.parent / base).parent.glob("*.toml")
               if file != path]
     packaged = sorted(str(file.relative_to(folder)) for folder in folders for file in folder.rglob("*.toml"))
-    raise ScenarioError(f"{path}: extends = {base!r}: there is no such file beside it or in the package; "
+    raise ScenarioError(f"{path}: extends = {base!r}: there is no such file next to it or in the package; "
                         f"{nearest(base, [*beside, *packaged])}")
 
 
@@ -210,7 +210,7 @@ def own_claims(table: dict[str, Any]) -> None:
 
 
 def place_files(table: dict[str, Any], folder: Path) -> None:
-    """Make the file names in a table absolute: they lie beside their file, not beside one that extends it."""
+    """Make the file names in a table absolute: they lie next to their file, not next to one that extends it."""
     if isinstance(table.get("stage"), str):
         table["stage"] = str(folder / table["stage"])
     for entry in (*entries(table.get("fmus")).values(), *items(table.get("signals"))):

@@ -51,7 +51,7 @@ class RunOptions(TypedDict, total=False):
         "a --map, or a Python file with a class (docs/controllers.md).", metavar="CONTROLLER")]
     plant: Annotated["Given | None", Option("--plant", Path, "Another plant, as --controller.", metavar="PLANT")]
     set: Annotated["Settings", Option(
-        "--set", list[str], "Start value in place of the scenario's, in SI or with a unit. May be repeated.",
+        "--set", list[str], "Start value instead of the scenario's, in SI or with a unit. May be repeated.",
         metavar="FMU.variable=value")]
     step: Annotated[float | str | None, Option("--step", str, "Communication step, in s or with a unit.",
                                                metavar="TIME", time=True)]
@@ -106,7 +106,7 @@ def seconds(name: str, value: float | str | None) -> float | None:
 
 
 def with_options(called: Signature, more: Mapping[str, tuple[Any, object]]) -> Signature:
-    """Signature with options, annotation and default by name, in place of **options."""
+    """Signature with options, annotation and default by name, instead of **options."""
     own = [parameter for parameter in called.parameters.values() if parameter.kind is not Parameter.VAR_KEYWORD]
     return called.replace(parameters=[*own, *(
         Parameter(name, Parameter.KEYWORD_ONLY, default=default, annotation=annotation)
@@ -114,7 +114,7 @@ def with_options(called: Signature, more: Mapping[str, tuple[Any, object]]) -> S
 
 
 def takes_run_options(*left_out: str) -> Callable[[Callable[P, T]], Callable[P, T]]:
-    """Show and take, as **options of a function, the options of runs but for some."""
+    """Show and take, as **options of a function, the options of runs except for some."""
     types = {name: get_args(annotation)[0] for name, annotation in RunOptions.__annotations__.items()}
     names = {name: (getattr(types[name], "__forward_arg__", types[name]), option.default)
              for name, option in OPTIONS.items() if name not in left_out}

@@ -6,7 +6,7 @@ from typing import Literal, NamedTuple
 
 from maglev.files.units import known_unit, si_factor, to_unit
 
-# Units that people read, by the SI unit, and what a small value has in place of them.
+# Units that people read, by the SI unit, and what a small value has instead of them.
 PRINTED_UNITS = {"1": "%", "m": "mm", "rad": "mrad", "m/s": "mm/s", "rad/s": "mrad/s", "m.s": "mm s", "rad.s": "mrad s"}
 SMALL_UNITS = {"mm": "µm", "mrad": "µrad", "s": "ms", "mm s": "µm s", "mrad s": "µrad s"}
 SMALL = 0.1   # of the unit, below which it has another one
@@ -16,7 +16,7 @@ MeasuredOn = Literal["axis", "tracking", "step", "motor", "event", "effort", "co
 PICKED_BY: dict[MeasuredOn, tuple[str, ...]] = {
     "axis": ("axes",), "tracking": ("axes",), "step": ("axes",), "motor": ("motors",), "event": ("axes", "event"),
     "effort": ("motors", "event"), "column": ("together_with",), "run": (), "procedure": ("epsilon", "axes", "gaps")}
-OF_LENGTHS = ("m", "m.s")   # units that on a rotation have rad in place of m
+OF_LENGTHS = ("m", "m.s")   # units that on a rotation have rad instead of m
 
 
 def printed(value: float, unit: str, wanted: str | None = None) -> str:

@@ -197,7 +197,7 @@ class CheckSettings(Table):
     PLACE = "[check]"
 
     interval: Seconds = Field(default=0.05, gt=0.0, description="time between two samples of the baseline")
-    through_contact: StrictBool = Field(default=False, description="the baseline goes on where a stop is touched or "
+    through_contact: StrictBool = Field(default=False, description="the baseline continues where a stop is touched or "
                                         "the controller trips")
     signals: dict[str, SignalTolerance] = Field(default={}, description="tolerances of what is compared, by "
                                                 "`fmu.variable`")
@@ -293,7 +293,7 @@ class RunPlan(Table):
 
     @model_validator(mode="after")
     def times_that_fit(self) -> "RunPlan":
-        """Refuse times that are not whole steps, tables beside the run, and tracking from after the end on."""
+        """Refuse times that are not whole steps, tables next to the run, and tracking from after the end on."""
         for key in ("output_interval", "stop_time"):
             try:
                 whole_steps(getattr(self, key), self.step)

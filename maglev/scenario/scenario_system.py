@@ -17,7 +17,7 @@ from maglev.scenario.run_plan import RunPlan
 def build_scenario(plan: RunPlan, folder: Path, kind: Kind) -> list[Path]:
     """Write the FMUs of a run, their connections and start values as `NAME.ssp` into a folder; returns its files.
 
-    `NAME.ssv` beside it has what the run sets, for tools that do not take start values from the system. A system has
+    `NAME.ssv` next to it has what the run sets, for tools that do not take start values from the system. A system has
     no signals: what they lead to are inputs of it, for whoever runs it to give. It sets no parameter between two steps
     either: those that something leads to are inputs of the FMUs in it. BuildError for an FMU that is not of this
     project, and start values that are results of other runs; errors as of `maker`.

@@ -71,7 +71,7 @@ class SignalTable(Table):
     @field_validator("unit")
     @classmethod
     def unit_is_known(cls, unit: str | None, info: ValidationInfo) -> str | None:
-        """Refuse an unknown unit, but for what may declare it."""
+        """Refuse an unknown unit, except for what may declare it."""
         if unit is not None and not info.data.get("open_unit"):
             si_unit(unit)
         return unit

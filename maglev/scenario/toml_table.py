@@ -76,7 +76,7 @@ COUNTED = re.compile(r"^(?:List|Tuple|Dictionary) should have (at (?:least|most)
 
 
 def unknown_key(key: str, table: type[Table], valid: Sequence[str]) -> str:
-    """What is expected in place of a key that a table does not have: keys like it, or the table that it belongs to."""
+    """What is expected instead of a key that a table does not have: keys like it, or the table that it belongs to."""
     meanings = table.keys_of_table()
     valid = [*meanings] or valid   # what has no description is not for users
     near = get_close_matches(key, valid, n=2, cutoff=0.6)

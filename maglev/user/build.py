@@ -1,4 +1,4 @@
-"""FMUs of a user's class: the file and the modules beside it, under names of their own, and what goes around them."""
+"""FMUs of a user's class: the file and the modules next to it, under names of their own, and what goes around them."""
 
 import sys
 from collections.abc import Iterator, Mapping

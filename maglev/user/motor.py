@@ -1,4 +1,4 @@
-"""A motor by its data sheet, as `--motor` takes it, and a stage with such motors in place of those it is like."""
+"""A motor by its data sheet, as `--motor` takes it, and a stage with such motors instead of those it is like."""
 
 from collections.abc import Sequence
 from dataclasses import MISSING, asdict, dataclass, fields, replace
@@ -23,7 +23,7 @@ APART = 0.3                  # m, between these two
 TRAVEL = 0.3        # of the gap, to either stop
 GAP = 0.4           # of a pole pitch: the gap where none is given
 SURFACE_FIELD = 0.6   # T, at the magnets; forces are known at a gap, so that only its decay counts
-RESOLUTION = 1e-6   # m, of the encoders beside a motor of such a gap
+RESOLUTION = 1e-6   # m, of the encoders next to a motor of such a gap
 
 
 def two_motors() -> StageDescription:

@@ -1,4 +1,4 @@
-"""What a user begins with, as files: a stage with a scenario beside it, or a scenario."""
+"""What a user begins with, as files: a stage with a scenario next to it, or a scenario."""
 
 from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
@@ -33,7 +33,7 @@ def new_stage(path: str | Path, like: str | None = None, motor: Sequence[str] = 
     Returns
     -------
     tuple of Path
-        Description, and scenario NAME-setpoints.toml beside it.
+        Description, and scenario NAME-setpoints.toml next to it.
 
     Raises
     ------
@@ -116,7 +116,7 @@ def toml_file(path: str | Path) -> Path:
 
 
 def seen_from(file: Path, other: str | Path) -> str:
-    """A file as one beside it, or elsewhere, names it."""
+    """A file as one next to it, or elsewhere, names it."""
     there = Path(other).absolute()
     return there.name if there.parent == file.absolute().parent else str(there)
 
@@ -169,7 +169,7 @@ def scenario_text(stage: StageDescription, scenario: Path, own: str | None, more
     """Text of a scenario of setpoints that the stage can follow.
 
     `own` is the description of a stage of the user's; with `more` it has the setpoints themselves, claims, and
-    comments on what else there is, or in place of these the file of a `controller` and what a baseline keeps.
+    comments on what else there is, or instead of these the file of a `controller` and what a baseline keeps.
     """
     return render("new/scenario.toml.j2", stage, own=own, name=scenario.stem, scenario=scenario.name,
                   setpoints=setpoints(stage) if more else {}, times=list(TIMES),

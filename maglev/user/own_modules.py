@@ -1,4 +1,4 @@
-"""The file of a user's controller and the modules beside it, as an FMU carries them: under names of their own."""
+"""The file of a user's controller and the modules next to it, as an FMU carries them: under names of their own."""
 
 import ast
 import hashlib
@@ -24,10 +24,10 @@ class OwnModule:
 
 @dataclass(frozen=True)
 class OwnModules:
-    """A controller's file and the modules beside it that it imports."""
+    """A controller's file and the modules next to it that it imports."""
 
     modules: dict[str, OwnModule]   # by name in an FMU; the controller's file first
-    requires: tuple[str, ...]       # packages that are neither beside it, nor ours, nor Python's own
+    requires: tuple[str, ...]       # packages that are neither next to it, nor ours, nor Python's own
     problems: tuple[str, ...]       # imports that an FMU could not make
 
     @property
@@ -39,7 +39,7 @@ def own_modules(file: Path) -> OwnModules:
     """Read a controller's file, and what it imports from its folder.
 
     SyntaxError, UnicodeDecodeError or ValueError if a file is not in Python, ControllerError if it imports a module
-    beside it by a name of ours.
+    next to it by a name of ours.
     """
     reader = Reader(file.absolute().parent)
     waiting: list[tuple[str, Path]] = [(file.stem, file)]

@@ -94,7 +94,7 @@ def put_packaged_motors(reader: Reader, table: Table) -> None:
 
 
 def unlike_motors(table: Table) -> dict[str, Table]:
-    """What motors say of their own in place of [geometry], [catalogue] and [field], which leave the table.
+    """What motors say of their own instead of [geometry], [catalogue] and [field], which leave the table.
 
     What all of them say and the table does not is the first one's.
     """

@@ -49,7 +49,7 @@ class Written:
     definition: WrittenDefinition
     file: Path | None                      # None if it was given as a class
     requires: tuple[str, ...]              # packages that it imports, and that no FMU carries
-    sha256: tuple[tuple[str, str], ...]    # names and digests of its file and the modules beside it; of a class's text
+    sha256: tuple[tuple[str, str], ...]    # names and digests of its file and the modules next to it; of a class's text
 
 
 def is_written(path: Path) -> bool:
@@ -160,7 +160,7 @@ def load(path: Path) -> Written:
 
 
 def digests(path: Path) -> tuple[tuple[str, str], ...]:
-    """Names and digests of the file that a path names and of the modules beside it, or of a class's text.
+    """Names and digests of the file that a path names and of the modules next to it, or of a class's text.
 
     Nothing is executed; errors of the files as of `load`.
     """
@@ -204,7 +204,7 @@ def existing(path: Path) -> Path:
 
 
 def copy_of(path: Path) -> Path:
-    """Path of copies of the file and of the modules beside it, errors as of `load`; of a class its own."""
+    """Path of copies of the file and of the modules next to it, errors as of `load`; of a class its own."""
     if is_class(path):
         return path
     file, name = existing(path), file_of(path)[1]
@@ -217,7 +217,7 @@ def copy_of(path: Path) -> Path:
 
 
 def read_modules(file: Path) -> OwnModules:
-    """Text of a file and of the modules beside it; ControllerError if one is not in Python."""
+    """Text of a file and of the modules next to it; ControllerError if one is not in Python."""
     try:
         return own_modules(file)
     except SyntaxError as error:
@@ -235,7 +235,7 @@ def defined(file: Path, name: str | None, modules: OwnModules) -> WrittenDefinit
     specification = spec_from_file_location(unique, file.absolute())
     assert specification is not None and specification.loader is not None
     module = module_from_spec(specification)
-    module.__file__ = str(original(file.absolute()))   # data may lie beside it
+    module.__file__ = str(original(file.absolute()))   # data may lie next to it
     sys.modules[unique] = module   # where pickle and dataclasses look for it
     with folder_first(folder):
         try:

@@ -112,7 +112,7 @@ def nominals(stage: int, controller: Any) -> list[float]:
     (3, Stage3DOF, AdaptiveRegulator3DOF, (0.8, 1.15, 0.95, 1.1, 1.0), 9.0)])
 def test_it_finds_the_constants_of_a_stage(slow: None, description: int, stage: type, adaptive: type,
                                            factors: tuple[float, ...], seconds: float) -> None:
-    """Of a stage that is as the model says but for the constants that are adapted: from a run, by what it commands."""
+    """Of a stage as the model says except for the constants that are adapted: from a run, by its commands."""
     axes, motors, _ = LAYOUTS[description]
     plant, controller = stage(), adaptive()
     idle(plant, axes, motors)
@@ -147,7 +147,7 @@ def test_without_excitation_the_constants_stay(slow: None, description: int, sta
 
 
 def test_misleading_data_change_nothing() -> None:
-    """At a stop, for the pause after it, and for good after a trip; the observer goes on."""
+    """At a stop, for the pause after it, and for good after a trip; the observer continues."""
     block = AdaptiveRegulator2DOF()
     assert block.start() == STEPPED
     regulator, estimator = block.regulator, block.estimator

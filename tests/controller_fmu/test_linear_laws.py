@@ -42,7 +42,7 @@ def loop_polynomial(alpha: float, beta: float, gains: np.ndarray, omega0: float)
     matrix[1, 0] += alpha
     matrix[2, 3] = matrix[3, 4] = matrix[4, 0] = 1.0
     matrix[4, 3] = -omega0**2
-    # Faddeev–LeVerrier: exact but for rounding, where the clustered eigenvalues would lose half of the digits.
+    # Faddeev–LeVerrier: exact except for rounding, where the clustered eigenvalues would lose half of the digits.
     polynomial, product = [1.0], np.eye(5)
     for k in range(1, 6):
         product = matrix @ product

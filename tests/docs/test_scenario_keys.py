@@ -14,7 +14,7 @@ def test_the_page_has_every_key() -> None:
     tool = runpy.run_path(str(ROOT / "tools" / "write_keys.py"))
     page = tool["PAGE"].read_text(encoding="utf-8")
     for name, made in tool["PARTS"].items():
-        assert with_part(tool["PAGE"], name, made()) == page, "`python tools/write_keys.py` makes the tables anew"
+        assert with_part(tool["PAGE"], name, made()) == page, "`python tools/write_keys.py` makes the tables again"
     tables = tool["TABLES"]
     scenario = [table for table in Table.KNOWN_TABLES if table.__module__.startswith("maglev.scenario")]
     assert {table for table in scenario if table.PLACE} == set(tables)

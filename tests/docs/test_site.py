@@ -118,7 +118,7 @@ def test_the_first_page_begins_with_its_picture_and_nothing_moves(browser, site:
     tab.goto(next(path for path in site if path.name == "index.html").as_uri())
     shifts = tab.evaluate(SHIFTS)
     top, bottom, kept, natural = tab.evaluate("""(() => {
-        // The live page, where it was made, is there in place of its picture.
+        // The live page, where it was made, is there instead of its picture.
         const picture = document.querySelector("article img, article .live iframe");
         const { top, bottom } = picture.getBoundingClientRect(), { aspectRatio } = getComputedStyle(picture);
         if (picture.tagName === "IMG")

@@ -31,7 +31,7 @@ def test_it_learns_and_becomes_a_controller(native_fmus: Path, tmp_path: Path) -
     assert run.metrics is not None and not run.metrics.failed
     late = np.concatenate([(run["plant.v.position"] - run["controller.v.reference"])[
         (run.time > end - 0.2) & (run.time < end - 0.01)] for end in (6.0, 11.0, 16.0, 21.0, 26.0)])
-    # Setpoints of 5 s in place of 1 s leave it time; it is the law of the environment, not another one.
+    # Setpoints of 5 s instead of 1 s leave it time; it is the law of the environment, not another one.
     assert 1e3 * np.sqrt(np.mean(late**2)) < 2.0 * float(error)
 
 

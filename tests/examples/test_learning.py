@@ -62,7 +62,7 @@ def test_the_poles_of_the_extended_state_observer_are_where_they_are_placed() ->
 
 
 def test_the_extended_state_observer_finds_a_constant_disturbance() -> None:
-    """An axis pushed by 0.3 m/s² beside a command of −0.1 m/s²: p = ½ 0.2 t²."""
+    """An axis pushed by 0.3 m/s² next to a command of −0.1 m/s²: p = ½ 0.2 t²."""
     observer = import_module("adrc").ExtendedStateObserver(60.0)
     observer.start(TS)
     for k in range(4000):

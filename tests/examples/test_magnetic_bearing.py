@@ -34,7 +34,7 @@ def rates(time: float, state: np.ndarray, commands: np.ndarray, load: float) -> 
 
 @pytest.mark.thorough
 def test_it_moves_as_the_equations_say(slow: None) -> None:
-    """With the example's own controller, through lift and step, and currents as states in place of the flux."""
+    """With the example's own controller, through lift and step, and currents as states instead of the flux."""
     run = maglev.run(FOLDER / "levitate.toml")
     law = load(FOLDER / "controller.py").definition.new_block().law
     state = np.array([0.0, -150e-6, *np.zeros(6)])

@@ -26,7 +26,7 @@ def test_the_page_has_the_scenario() -> None:
 
 def test_the_supervisor_has_the_generator_wait(fastest_fmus: Path, tmp_path: Path) -> None:
     runs = {}
-    for name, source in (("waits", "supervisor.hold"), ("goes on", "")):
+    for name, source in (("waits", "supervisor.hold"), ("continues", "")):
         path = tmp_path / "pushed.toml"
         text = (FOLDER / "pushed.toml").read_text(encoding="utf-8").split("[variants.")[0]
         path.write_text(text.replace('hold = "supervisor.hold"', f'hold = "{source}"').replace(
@@ -34,7 +34,7 @@ def test_the_supervisor_has_the_generator_wait(fastest_fmus: Path, tmp_path: Pat
         for file in FOLDER.glob("*.py"):
             (tmp_path / file.name).write_text(file.read_text(encoding="utf-8"))
         runs[name] = maglev.run(path, fmus=fastest_fmus)
-    waits, on = runs["waits"], runs["goes on"]
+    waits, on = runs["waits"], runs["continues"]
     held = waits["supervisor.hold"][1:] != 0   # in the same step: the generator is stepped after it
     moved = np.diff(waits["generator.v.reference"])
     assert 0.01 < 0.5e-3 * held.sum() < 0.5

@@ -197,7 +197,7 @@ def test_without_limits_the_programme_is_the_linear_quadratic_regulator() -> Non
 
 
 def test_the_observer_finds_a_constant_disturbance() -> None:
-    """An axis pushed by 0.3 m/s² beside a command of −0.1 m/s²: p = ½ 0.2 t²."""
+    """An axis pushed by 0.3 m/s² next to a command of −0.1 m/s²: p = ½ 0.2 t²."""
     observing = import_module("disturbance_observer")
     observer = observing.DisturbanceObserver(60.0)
     observer.start(0.0)

@@ -153,7 +153,7 @@ def test_stop_is_decided_at_events_alone() -> None:
     assert stop.settle(1.0)
     stop.resume(0.011)
     assert stop.force(0.011, 0.0) == pytest.approx(-400.0)
-    for rounding in (-0.1 * TOUCH, 0.1 * TOUCH):   # found but for rounding: the velocity decides
+    for rounding in (-0.1 * TOUCH, 0.1 * TOUCH):   # found except for rounding: the velocity decides
         stop.resume(0.01 + rounding)
         assert stop.settle(1e-3) and not stop.settle(-1e-3)
         stop.resume(-0.01 + rounding)

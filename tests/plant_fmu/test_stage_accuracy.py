@@ -104,7 +104,7 @@ def test_forces_add_their_acceleration() -> None:
 
 
 def test_horizontal_motion_mirrors() -> None:
-    """Left and right are the same but for the sign, with the biases off and the attraction symmetric."""
+    """Left and right are the same except for the sign, with the biases off and the attraction symmetric."""
     ends = []
     for sign in (1, -1):
         stage = Stage2DOF()

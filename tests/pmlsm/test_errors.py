@@ -207,6 +207,6 @@ def test_rounded_down(x: float) -> None:
 
 @given(st.one_of(st.floats(-1e17, 1e17), st.integers(-2**55, 2**55).map(lambda k: k / 2)))
 def test_fraction(x: float) -> None:
-    """Exactly what is left beside the nearest whole number."""
+    """Exactly what is left next to the nearest whole number."""
     found = fraction(x)
     assert -0.5 <= found <= 0.5 and (x - found).is_integer()

@@ -117,7 +117,7 @@ def table_at(gap: float) -> tuple[float, float, float]:
 
 
 def require_within(gap: float, loop: Loop, found: dict[str, float]) -> None:
-    """What was found at a gap lies within the bounds of its cell, but for the error of differences."""
+    """What was found at a gap lies within the bounds of its cell, except for the error of differences."""
     box = next(each[2] for each in pieces(loop) if each[0] <= gap <= each[1])
     for name, value in found.items():
         low, high = box[name]
@@ -143,7 +143,7 @@ def test_model_has_the_slow_poles_of_the_blocks(gap: float) -> None:
 
 @pytest.mark.parametrize("gap", [20.5e-3, 25.5e-3, 28.5e-3])
 def test_model_of_a_tilt_has_the_slow_poles_of_the_blocks(gap: float) -> None:
-    """Each twice, of roll and pitch, which are alike; beside them are those of y, x and z."""
+    """Each twice, of roll and pitch, which are alike; next to them are those of y, x and z."""
     still = {"y.ripple.amplitude": 0.0, "attraction_modulation": 0.0}
     theirs = linearise_loop("Plant5DOF", "InterpolatedRegulator5DOF", {"y": gap}, plant_parameters=still).rates
     held, step = rest_without_ripple(gap), 1e-6

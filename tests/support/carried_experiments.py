@@ -21,7 +21,7 @@ def experiments(*elements: str) -> bytes:
 
 
 def carrying(fmu: Path, destination: Path, files: Mapping[str, bytes]) -> Path:
-    """A copy of an FMU with these experiments in place of its own; returns its path."""
+    """A copy of an FMU with these experiments instead of its own; returns its path."""
     with zipfile.ZipFile(fmu) as archive, zipfile.ZipFile(destination, "w") as changed:
         for entry in archive.namelist():
             if not entry.startswith(FOLDER):

@@ -13,7 +13,7 @@ from maglev.cli.app import app
 from maglev.scenario.layers import PACKAGED
 
 SCRIPTS = PACKAGED / "scripts"
-COMMAND = get_command(app)   # which typer makes anew at each call, in a third of the time of most
+COMMAND = get_command(app)   # which typer makes again at each call, in a third of the time of most
 
 
 def maglev(*arguments: str | Path) -> Result:

@@ -20,7 +20,7 @@ SMALL = {"sample_time = 0.0005": "sample_time = 0.0001", "mass = 4.35 ": "mass =
 
 
 def written(path: Path, like: str, changes: dict[str, str]) -> Path:
-    """Description that begins like a stage's, with other texts in place of some."""
+    """Description that begins like a stage's, with other texts instead of some."""
     new_stage(path, like)
     text = path.read_text(encoding="utf-8")
     for old, new in changes.items():

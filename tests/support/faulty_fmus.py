@@ -95,7 +95,7 @@ def faulty(fault: str, folder: Path) -> Path:
 
 
 def claiming(fmu: Path) -> Path:
-    """An FMU beside another one, the same but for the tool that it says it is of: this project's. Returns its path."""
+    """An FMU next to another one, the same except for its generation tool: this project. Returns its path."""
     claims = fmu.with_name(f"claiming_{fmu.name}")
     with zipfile.ZipFile(fmu) as archive, zipfile.ZipFile(claims, "w") as changed:
         for entry in archive.namelist():

@@ -10,7 +10,7 @@ from unittest.mock import patch
 import fmpy.validation
 import lark
 
-# Most of the time goes to an Earley parser of variable names, which fmpy makes anew for each FMU from one grammar.
+# Most of the time goes to an Earley parser of variable names, which fmpy makes again for each FMU from one grammar.
 parser = cache(lark.Lark)
 
 
@@ -22,7 +22,8 @@ def parsed(grammar: str, start: str, text: str) -> Any:
 class Parser:
     """What fmpy asks of lark's parser, which does names of one shape once; one that it refuses raises each time.
 
-    To the grammar of FMI all letters are the same, but for those of `der(` and behind a backslash, and a word of them
+    To the grammar of FMI all letters are the same, except for those of `der(` and behind a backslash, and a word of
+    them
     is as good as one.
     """
 

@@ -10,7 +10,7 @@ AT_ONCE = 10.0   # s, in which a command ends after a signal: it takes 0.2 to 1.
 
 
 def ended(process: subprocess.Popen[str], begun: float) -> str:
-    """What a command, which began then and has got its signal, still says on standard error; kill it if it goes on.
+    """What a command, which began then and has got its signal, still says on standard error; kill it if it continues.
 
     Where the machine is so busy that it took longer than `AT_ONCE` to come to the signal, it may take as long to end.
     """

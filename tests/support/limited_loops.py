@@ -1,4 +1,4 @@
-"""Limited loops written down by hand, beside those that the tool makes of the stage."""
+"""Limited loops written down by hand, next to those that the tool makes of the stage."""
 
 from math import pi
 

@@ -119,7 +119,7 @@ def rest(plant: str, controller: Any, stage: Any, loop: Loop) -> np.ndarray:
 
 
 def measure(name: str, controller: Any, stage: Any, axis: str = "", change: float = 0.0) -> None:
-    """Let a controller measure a stage, exactly but for a change of what it sees of one axis (m or rad)."""
+    """Let a controller measure a stage, exactly except for a change of what it sees of one axis (m or rad)."""
     for each in AXES[name]:
         part = getattr(stage, each)
         getattr(controller, each).measured = part.position + part.swing + (change if each == axis else 0.0)

@@ -12,7 +12,7 @@ EXACT = {"sqrt", "fabs", "copysign", "floor", "ceil", "trunc", "fmod", "remainde
          "factorial", "isqrt", "degrees", "radians", "pi", "e", "tau", "inf", "nan"}
 OF_MATH = {name for name in dir(math) if not name.startswith("_")} - EXACT
 
-# Of NumPy the functions that compute element by element, but for those of one operation, and what is made of others.
+# Of NumPy the functions that compute element by element, except for those of one operation, and what is made of others.
 OF_ONE_OPERATION = EXACT | {
     "add", "subtract", "multiply", "divide", "true_divide", "negative", "positive", "abs", "absolute", "square",
     "reciprocal", "conj", "conjugate", "rint", "sign", "signbit", "spacing", "minimum", "maximum", "fmin", "fmax",

@@ -86,7 +86,7 @@ def built_once(factory: pytest.TempPathFactory, name: str, make: Callable[[Path]
 
 
 def compiles_once(folder: Path) -> Callable[[Mapping[str, str], str, Platform], bytes]:
-    """What `library` does, but for sources of which there is one in the folder, which it fills."""
+    """What `library` does, except for sources of which there is one in the folder, which it fills."""
     def made(sources: Mapping[str, str], name: str, platform: Platform) -> bytes:
         what = version("ziglang"), FLAGS, sorted(sources.items()), name, platform
         kept = folder / hashlib.sha256(repr(what).encode()).hexdigest()
@@ -98,7 +98,7 @@ def compiles_once(folder: Path) -> Callable[[Mapping[str, str], str, Platform], 
 
 
 def unpacked_sources(fmu: Path, folder: Path) -> Path:
-    """Folder `sources` of an FMU, unpacked, with nothing beside it."""
+    """Folder `sources` of an FMU, unpacked, with nothing next to it."""
     with zipfile.ZipFile(fmu) as archive:
         archive.extractall(folder, [name for name in archive.namelist() if name.startswith("sources/")])
     return folder / "sources"

@@ -80,7 +80,7 @@ class Reference5DOF:
     def solve(self, start: np.ndarray, commands: Callable[[int], np.ndarray], dt: float, steps: int) -> np.ndarray:
         """Positions at every communication point, shape (steps + 1, 5).
 
-        The solver starts anew where a velocity changes its sign, a motor meets a stop, or a stop lets go.
+        The solver starts again where a velocity changes its sign, a motor meets a stop, or a stop lets go.
         """
         state = np.concatenate([start, np.zeros(10), np.clip(commands(0), -PEAK, PEAK).ravel()])
         found = [start]

@@ -1,6 +1,7 @@
 """The equations of motion of both stages, written again from the page, for an accurate solver.
 
-Nothing here is shared with the blocks: constants are typed anew, the dq transform is the printed matrix, and the lag of
+Nothing here is shared with the blocks: constants are typed again, the dq transform is the printed matrix, and the lag
+of
 the amplifiers is a differential equation like the others. Numbers of one axis are no arrays: numpy takes ten times as
 long for them, and the solver asks thousands of times.
 """
@@ -152,7 +153,7 @@ class ReferenceStage:
         """States at every communication point, shape (steps + 1, states).
 
         `commands(k, positions)` gives the phase commands that are held over step k. Friction is not smooth where a
-        velocity changes sign, nor is a stop where it is met: the solver stops there and starts anew.
+        velocity changes sign, nor is a stop where it is met: the solver stops there and starts again.
         """
         n = len(self.axes)
         state = np.zeros(3 * n + 3 * self.motors)

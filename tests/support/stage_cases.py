@@ -1,4 +1,4 @@
-"""Runs of a stage block beside the reference solution: cases, commands, and the largest differences."""
+"""Runs of a stage block next to the reference solution: cases, commands, and the largest differences."""
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass

@@ -38,7 +38,7 @@ def spent(session: CDPSession) -> float:
 
 
 def first_picture(browser: Browser, path: Path, drawn: str) -> None:
-    """Processor time of the page's thread until its first picture, opened anew."""
+    """Processor time of the page's thread until its first picture, opened again."""
     page, session = opened(browser, path.resolve().as_uri())
     session.send("Performance.enable", {"timeDomain": "threadTicks"})
     costs = []

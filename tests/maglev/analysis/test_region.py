@@ -124,7 +124,7 @@ def test_the_command_gives_text_picture_and_data(fastest_fmus: Path, tmp_path: P
 
 @pytest.mark.thorough
 def test_runs_are_as_simulated_while_the_gap_is_locked(fastest_fmus: Path) -> None:
-    """A step of 20 mm, into the limit, without what the linear model leaves out but for the encoder."""
+    """A step of 20 mm, into the limit, without what the linear model leaves out except for the encoder."""
     simulated = region("3dof", "x", "25 mm", step="20 mm", set=SMOOTH, run=False)
     settings = {name.removeprefix("plant."): value for name, value in SMOOTH.items()}
     for each in simulated.candidates:

@@ -55,7 +55,7 @@ class Command:
         return used
 
     def ended(self, number: int) -> tuple[int, list[str]]:
-        """Exit code and lines of standard error after a signal, which it obeys at once, whatever still goes on.
+        """Exit code and lines of standard error after a signal, which it obeys at once, whatever still continues.
 
         Ctrl-C goes to every process of a terminal.
         """
@@ -220,7 +220,7 @@ def test_a_study_goes_on_with_resume(fastest_fmus: Path, tmp_path: Path) -> None
         done = 8 * len(list(parts.glob("samples-*.parquet")))
         assert 8 * before < done < 64
         assert (found, lines) == (code, [f"maglev: {word}: {done} of 64 samples are kept in "
-                                         f"{parts.relative_to(folders[1])}, --resume goes on with them"])
+                                         f"{parts.relative_to(folders[1])}, --resume continues with them"])
         command.unpacked.rmdir()
         before = done // 8
     for folder, more in zip(folders, (["1"], ["1", "--resume"]), strict=True):

@@ -44,7 +44,7 @@ ROWS = round(AT / 5e-4) + 1   # until the fault, with the first one
 
 @pytest.fixture(scope="module")
 def fmus(fastest_fmus: Path) -> Path:
-    """The plant beside what is at fault is of either kind."""
+    """The plant next to what is at fault is of either kind."""
     return fastest_fmus
 
 
@@ -173,7 +173,7 @@ def test_a_fault_of_fmi_3_after_the_end_is_named_as_it_is_called_there(tmp_path:
     ("crash in the end", r"0\.3", "ended its process with SIGSEGV in fmi2Terminate")])
 def test_what_ends_nothing_but_the_run(fmus: Path, healthy: Recording, tmp_path: Path, unpacked: Path, fault: str,
                                        time: str, message: str) -> None:
-    """Whatever an FMU does to what it shares with this process, that goes on and has a name for it."""
+    """Whatever an FMU does to what it shares with this process, that continues and has a name for it."""
     experiment = faulty_run(faulty(fault, tmp_path), fmus)
     with pytest.raises((RunFailed, FmuError)) as failure:
         experiment.run()
@@ -196,7 +196,7 @@ def test_a_fault_in_loading_is_refused(fmus: Path, tmp_path: Path, unpacked: Pat
 @pytest.mark.parametrize("fault", ["warn", "warn without a name", "warn in another name"])
 def test_warnings_are_counted_and_said_once(fmus: Path, healthy: Recording, tmp_path: Path, unpacked: Path,
                                             fault: str) -> None:
-    """Whatever name the FMU gives itself: the plant beside it, of this project, has said nothing."""
+    """Whatever name the FMU gives itself: the plant next to it, of this project, has said nothing."""
     result = execute(faulty_run(faulty(fault, tmp_path), fmus), tmp_path / "out")
     (note,) = result.recording.notes
     assert note.startswith("controller (pd_controller.fmu) says: gap is odd at t = 0 s; gap is odd at t = 0.0005 s; ")
@@ -296,8 +296,8 @@ def told(folder: Path, *reports: object, track: str | None = "track0.float64") -
 
 STARTED = """
 from pathlib import Path
-from maglev.files.beside import Beside
-beside = Beside()
+from maglev.files.beside import Next to
+next to = Beside()
 print(Path(f"/proc/{beside.process.pid}/status").read_text())
 beside.end()
 """

@@ -201,7 +201,7 @@ def test_what_is_no_loop_of_this_version_is_left_alone(native_fmus: Path, own: P
 @pytest.mark.parametrize("place", [".", "fmus", "fmus/native", "results", "native"])
 def test_a_library_is_never_taken_for_its_place(native_fmus: Path, own: Path, tmp_path: Path,
                                                 monkeypatch: pytest.MonkeyPatch, place: str) -> None:
-    """Not from the current folder, nor beside, above or below the FMUs: it is not even loaded. The user's own is."""
+    """Not from the current folder, nor next to, above or below the FMUs: it is not even loaded. The user's own is."""
     folder = tmp_path / "fmus"
     for path in (folder / "native", tmp_path / "results", tmp_path / "native"):
         path.mkdir(parents=True, exist_ok=True)

@@ -1,4 +1,4 @@
-"""Calls of FMI 3.0 in the loops of the master: what fmi3DoStep returns beside its status."""
+"""Calls of FMI 3.0 in the loops of the master: what fmi3DoStep returns next to its status."""
 
 from ctypes import CFUNCTYPE, c_bool, c_double, c_int, c_uint32, c_void_p
 from pathlib import Path

@@ -53,7 +53,8 @@ def test_no_template_names_a_stage() -> None:
     files = list(TEMPLATES.rglob("*.j2"))
     assert len(files) > 15
     found = [f"{path.relative_to(TEMPLATES)}: {word}" for path in files
-             for word in re.findall(r"(?<![\\\w])\w+", path.read_text(encoding="utf-8"))   # but for the letters of TeX
+             # except for the letters of TeX
+             for word in re.findall(r"(?<![\\\w])\w+", path.read_text(encoding="utf-8"))
              if word in NAMES or re.search(r"\ddof", word, re.IGNORECASE)]
     assert found == []
 

@@ -63,7 +63,7 @@ def test_what_is_built_is_ours(fmus: Path, native_fmus: Path, name: str) -> None
 
 def test_name_and_place_of_the_file_do_not_matter(ours: Path, tmp_path: Path) -> None:
     assert built_here(Path(shutil.copy(ours, tmp_path / "another name.fmu")))
-    assert built_here(changed(ours, tmp_path / "packed anew.fmu", lambda contents: None))
+    assert built_here(changed(ours, tmp_path / "packed again.fmu", lambda contents: None))
 
 
 @pytest.mark.usefixtures("slow")

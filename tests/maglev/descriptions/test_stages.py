@@ -28,7 +28,7 @@ def stage(folder: Path, mass: float) -> OwnStage:
 def test_from_the_first_to_the_last(tmp_path: Path) -> None:
     path = [*sys.path]
     packages = {name: [*sys.modules[name].__path__] for name in ("plant_fmu", "controller_fmu")}
-    for folder, mass in (("first", 5.0), ("second", 6.0)):   # the second is in place of the first
+    for folder, mass in (("first", 5.0), ("second", 6.0)):   # the second is instead of the first
         STAGES.add(stage(tmp_path / folder, mass))
         block = named_block("PlantMine")
         assert getattr(block, MINE.axis_names[0]).mass == mass

@@ -86,7 +86,7 @@ RECORDING = Recording(np.zeros(1), {})
     maglev.CsvError(Path("run.csv"), "no numbers"), maglev.UnknownName("no column")],
     ids=lambda error: type(error).__name__)
 def test_an_error_comes_over_from_another_process(error: BaseException) -> None:
-    """As multiprocessing sends it: a Pool would wait for ever for one that cannot be made anew."""
+    """As multiprocessing sends it: a Pool would wait for ever for one that cannot be made again."""
     for other in (pickle.loads(pickle.dumps(error)), deepcopy(error)):
         assert type(other) is type(error)
         assert str(other) == str(error)

@@ -1,4 +1,4 @@
-"""A named pipe in place of a file: it is named at once, where nobody would ever write into it or read it."""
+"""A named pipe instead of a file: it is named at once, where nobody would ever write into it or read it."""
 
 import errno
 import os

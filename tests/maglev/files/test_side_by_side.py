@@ -122,8 +122,8 @@ class TermWhileLoaded:
 
 
 @pytest.mark.parametrize("frames", [
-    [TermWhileLoaded()],                                   # in place of the arguments of the command
-    [["maglev"], pickle.dumps((".", TermWhileLoaded()))],   # in place of a task, which imports what it needs
+    [TermWhileLoaded()],                                   # instead of the arguments of the command
+    [["maglev"], pickle.dumps((".", TermWhileLoaded()))],   # instead of a task, which imports what it needs
 ], ids=["arguments", "task"])
 def test_a_process_that_is_asked_to_end_as_it_starts_says_nothing(frames: list[object]) -> None:
     program = PROGRAM.format(path=sys.path, folder=None)

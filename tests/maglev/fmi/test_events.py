@@ -66,7 +66,7 @@ def test_a_sample_is_announced_and_ends_a_step_early(by_time: Instance) -> None:
 
 
 def test_samples_of_a_time_as_computers_count_it(fmi3_fmus: Path, tmp_path: Path) -> None:
-    """From 1.7e9 s on, which doubles resolve to 0.24 µs: the events are at the samples, and not beside them."""
+    """From 1.7e9 s on, which doubles resolve to 0.24 µs: the events are at the samples, and not next to them."""
     one, start = Instance(unpacked(fmi3_fmus / f"{NAME}.fmu", tmp_path)), 1.7e9
     one.begin(start)
     for k in range(20):

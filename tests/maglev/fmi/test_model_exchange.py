@@ -328,7 +328,7 @@ def test_refusals_say_what_was_expected(native_fmus: Path, tmp_path: Path) -> No
                 call()
             assert said in HEARD.pop()
         move({})
-        assert state_values(plant, fmu) == start, "an integrator goes on from another point"
+        assert state_values(plant, fmu) == start, "an integrator continues from another point"
         with exchanged(fmu, tmp_path / "beside", FMU2Slave) as beside:
             assert beside.dll.fmi2GetDerivatives(c_void_p(beside.component), (c_double * 29)(), c_size_t(29)) == 3
             beside.doStep(0.0, 2e-4)

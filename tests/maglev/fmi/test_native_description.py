@@ -1,4 +1,4 @@
-"""Native FMUs as files: the descriptions of the pythonfmu FMUs but for what differs, and complete contents."""
+"""Native FMUs as files: the descriptions of the pythonfmu FMUs except for what differs, and complete contents."""
 
 import hashlib
 import os
@@ -124,7 +124,7 @@ def test_files_inside(native_fmus: Path, name: str) -> None:
     assert all(word in texts["documentation/licenses/fmi.txt"] for word in ("Modelica Association", "2-Clause BSD"))
     assert not any(file.startswith("resources/") for file in files), "nothing of Python is in it"
     # The sources are complete: all that is listed is there, all that is there is listed, all that is included is there,
-    # but for the headers that FMI leaves to the importer (2.3).
+    # except for the headers that FMI leaves to the importer (2.3).
     sources = {Path(file).name for file in files if file.startswith("sources/")}
     root = ElementTree.fromstring(texts["modelDescription.xml"])
     listed = [element.attrib["name"] for element in root.iterfind("CoSimulation/SourceFiles/File")]

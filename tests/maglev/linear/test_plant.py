@@ -46,7 +46,7 @@ def by_complex_step(name: str, place: tuple[float, ...], currents: str, lag: boo
 @pytest.mark.parametrize("currents", ["dq", "phases"])
 @pytest.mark.parametrize("lag", [True, False])
 def test_matrices_are_the_derivatives(name: str, place: tuple[float, ...], currents: Currents, lag: bool) -> None:
-    """Every entry to 1e-9 of itself, but for those that are zero up to rounding."""
+    """Every entry to 1e-9 of itself, except for those that are zero up to rounding."""
     model = linearise(name, at(name, place), currents=currents, amplifier=lag, forces=True)
     a, b = by_complex_step(name, place, currents, lag)
     np.testing.assert_allclose(model.A, a, rtol=1e-9, atol=1e-9)

@@ -141,7 +141,7 @@ def test_studies_as_data(fastest_fmus: Path, tmp_path: Path) -> None:
 
 @pytest.mark.thorough
 def test_a_foreign_fmu_that_crashes(fastest_fmus: Path, tmp_path: Path) -> None:
-    """The study goes on, and says so; it was run beside the process of its batch."""
+    """The study continues, and says so; it was run next to the process of its batch."""
     simulated(of_a_crash(fastest_fmus, tmp_path), tmp_path)
     row, = pq.read_table(tmp_path / "study.parquet").to_pylist()
     assert row["failure"] == "the process that ran it ended (SIGSEGV)"
@@ -176,7 +176,7 @@ def test_threads_give_the_bytes_of_processes(native_fmus: Path, tmp_path: Path,
 
 
 def test_an_interrupt_ends_threads(native_fmus: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    """Also within a sample; what is done is kept, and `--resume` goes on to the same bytes."""
+    """Also within a sample; what is done is kept, and `--resume` continues to the same bytes."""
     monkeypatch.setattr(batches, "WORTH_COMPILING", 1)
     study = planned(tmp_path, native_fmus)
     whole = simulated(study, tmp_path / "whole")

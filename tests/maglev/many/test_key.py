@@ -94,7 +94,7 @@ def places(value: Any, keys: Keys = ()) -> Iterator[Keys]:
 
 
 def others(value: Any, words: list[str]) -> Iterator[Any]:
-    """Values in place of one: of its kind, or less of it, or in another order; also nothing at all, `...`."""
+    """Values instead of one: of its kind, or less of it, or in another order; also nothing at all, `...`."""
     if isinstance(value, bool):
         yield not value
     elif isinstance(value, (int, float)):

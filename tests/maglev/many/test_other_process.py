@@ -1,4 +1,4 @@
-"""Samples that are run beside a worker: one that hangs is ended, and the others are what they are in any process."""
+"""Samples that are run next to a worker: one that hangs is ended, and the others are what they are in any process."""
 
 import os
 import pickle
@@ -29,7 +29,7 @@ HANGS = (("        w = self.bandwidth\n", "        while self.bandwidth > 65.0:\
 
 @pytest.fixture(autouse=True)
 def one_batch(monkeypatch: pytest.MonkeyPatch) -> None:
-    """Samples run beside their worker, those of each batch in a process of its own."""
+    """Samples run next to their worker, those of each batch in a process of its own."""
     monkeypatch.setattr(batches, "FEWEST_BATCHES", 1)
 
 
@@ -114,7 +114,7 @@ from functools import partial
 from maglev.cosim.helper_process import other_process
 from maglev.many.samples import send_samples
 job, values = pickle.loads(open({job!r}, "rb").read())
-with other_process() as (beside, _):
+with other_process() as (next to, _):
     beside.ask(partial(send_samples, job, values))
     beside.next(600.0)
     print(beside.process.pid, flush=True)

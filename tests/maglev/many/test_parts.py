@@ -107,7 +107,7 @@ SIMULATED: dict[tuple[str, int], BatchResult] = {}   # by key of a study and fir
 
 
 class Here:
-    """Studies in this process, in place of those beside it; how many samples were run, for the first time or again."""
+    """Studies in this process, instead of those next to it; how many samples were run, for the first time or again."""
 
     def __init__(self, monkeypatch: pytest.MonkeyPatch):
         self.simulated = 0

@@ -168,7 +168,7 @@ def test_a_search_finds_the_least_whoever_runs(fastest_fmus: Path, searched: Sea
 @pytest.mark.thorough
 def test_an_interrupted_search_goes_on_to_the_same_file(fastest_fmus: Path, searched: Searched, left: Path,
                                                         tmp_path: Path) -> None:
-    """It runs nothing again; and it goes on with more generations."""
+    """It runs nothing again; and it continues with more generations."""
     shutil.copytree(left, tmp_path / "tuned.parts")
     assert len(list(left.glob("runs-*.npy"))) == 3   # the scenario's own, and two generations
     with pytest.raises(ScenarioError, match="a part is done, expected resume=True"):

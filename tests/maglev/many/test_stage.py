@@ -131,7 +131,7 @@ def test_truncated_at_the_end(make: Make) -> None:
 
 
 def test_samples_of_several(make: Make) -> None:
-    """An environment of 1 ms holds an action for five samples of the stage's; commutation goes on."""
+    """An environment of 1 ms holds an action for five samples of the stage's; commutation continues."""
     actions = np.linspace(-1.0, 1.0, 4 * 40).reshape(40, 4)
     fine = simulated(make("3dof"), np.repeat(actions, 5, axis=0), seed=1)
     coarse = simulated(make("3dof", sample_time="1 ms"), actions, seed=1)

@@ -18,7 +18,7 @@ pytestmark = pytest.mark.usefixtures("slow")
 
 @pytest.fixture(autouse=True)
 def one_batch(monkeypatch: pytest.MonkeyPatch) -> None:
-    """Samples of a controller in Python run beside their worker, those of each batch in a process of its own."""
+    """Samples of a controller in Python run next to their worker, those of each batch in a process of its own."""
     monkeypatch.setattr(batches, "FEWEST_BATCHES", 1)
 
 

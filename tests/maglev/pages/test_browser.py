@@ -222,7 +222,7 @@ def test_pointing_at_a_plot_tells_the_values(desktop):
 
 
 def test_keys_read_a_plot_and_zoom(desktop):
-    """Arrows by a hundredth of what is shown, with shift by a tenth; what is drawn anew keeps the focus."""
+    """Arrows by a hundredth of what is shown, with shift by a tenth; what is drawn again keeps the focus."""
     figure = "figure-4-18"
     picture_of(desktop, figure)
     press = desktop.page.keyboard.press
@@ -268,7 +268,7 @@ def test_names_of_windows_and_marks_leave_with_what_they_name(desktop):
 
 
 def test_names_of_events_cover_nothing(desktop):
-    """They stand above the frame of the first panel, one beside the other."""
+    """They stand above the frame of the first panel, one next to the other."""
     desktop.evaluate("maglevReport.drawAll()")
     plots = desktop.evaluate("""[...document.querySelectorAll("[data-figure]")].map((plot) => {
         const box = (element) => { const { left, right, top, bottom } = element.getBoundingClientRect();

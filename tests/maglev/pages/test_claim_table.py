@@ -163,7 +163,7 @@ def test_a_claim_that_blames_friction_says_what_comes_out_without_it():
     again = recorded(SETPOINTS)
     page = page_of([recorded(SETPOINTS)], {"2dof-setpoints": claims}, frictionless=Again([again]))
     told = [element.text for element in page.of_class("what-if") if element.tag == "details"]
-    # Beside the figure that the claim cites, and in the table.
+    # Next to the figure that the claim cites, and in the table.
     said = "What if friction were zero?✓ reproduced: 20\N{NO-BREAK SPACE}%."
     assert told == [said, f"{said} Its curves in Figure 4.18"]
     assert [button["data-switch"] for button in page.all("button") if "data-switch" in button.attributes] == [

@@ -92,7 +92,7 @@ def test_nothing_is_cut_or_covered_and_all_can_be_read(browser, pages: Path, nam
     wait_until(tab.page, drawn)
     for width in WIDTHS:
         tab.page.set_viewport_size({"width": width, "height": 900})
-        tab.page.wait_for_timeout(200)   # what is drawn is drawn anew
+        tab.page.wait_for_timeout(200)   # what is drawn is drawn again
         assert tab.evaluate(LOOK) == {"wide": 0, "covered": False, "cut": [], "over": []}, width
     found: list[str] = []
     for scheme in ("light", "dark"):
@@ -163,7 +163,7 @@ def test_a_phone_shows_the_table_of_a_comparison_whole(browser, tmp_path: Path) 
 
 
 def test_a_comparison_begins_with_its_verdict_and_has_one_legend(browser, pages: Path) -> None:
-    """Then the table, beside it the stages moving in one picture, and plots: a run has one colour and one dash."""
+    """Then the table, next to it the stages moving in one picture, and plots: a run has one colour and one dash."""
     tab = Tab(browser, pages / "compare.html", reduced_motion="reduce")
     tab.evaluate("maglevReport.drawAll()")
     wait_until(tab.page, "maglevReport.views && Object.keys(maglevReport.plots).length === 3")

@@ -73,7 +73,7 @@ def test_outputs_of_a_users_own_have_panels_of_their_own():
 
 
 def test_outputs_of_a_users_stage_are_those_of_a_stage(tmp_path):
-    """Of motors and axes that ours have not; what its controller puts out beside stays the user's own."""
+    """Of motors and axes that ours have not; what its controller puts out next to stays the user's own."""
     know_stage(written(tmp_path / "pair.toml", "side-by-side", {"# poles =": "poles =",
                                                                 "# observer_time": "observer_time"}))
     (plan,) = load_plans(str(tmp_path / "pair-setpoints.toml"))

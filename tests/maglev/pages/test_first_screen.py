@@ -24,7 +24,7 @@ def row(page):
 
 
 def mover(page) -> list[float]:
-    """Place of the mover, px: across in space, and down beside its gap."""
+    """Place of the mover, px: across in space, and down next to its gap."""
     return page.evaluate("""(() => {
         const { space, gap, drawn: [{ row }] } = maglevReport.views;
         return [boxIn(space, row, "position")[0], gap.y(1e3 * row.axes[space.run.vertical].position)];

@@ -33,7 +33,7 @@ def tab(browser, page: Path, request: pytest.FixtureRequest) -> Iterator[Tab]:
 @pytest.mark.parametrize("tab", [WIDE], ids=[""], indirect=True)
 @pytest.mark.parametrize("by", [45, -45])
 def test_a_drag_by_the_label_leads_the_platform_to_where_it_can_be_held(tab: Tab, by: int) -> None:
-    """45 px are more than there is to either stop: it goes on slowly, and stays where 85 % of the current hold it."""
+    """45 px are more than there is to either stop: it continues slowly, and stays where 85 % of the current hold it."""
     mouse, (x, y) = tab.page.mouse, tab.evaluate(LABEL)
     before, begun = tab.evaluate(REFERENCE), tab.evaluate("maglevLive.history.last().time")
     mouse.move(x, y)

@@ -113,7 +113,7 @@ def test_plans_are_those_of_the_scenarios(data: Any) -> None:
 
 
 def test_every_experiment_with_one_controller_is_in_it(data: Any) -> None:
-    """Those of figures, but for identification, which runs estimators or starts from other runs."""
+    """Those of figures, except for identification, which runs estimators or starts from other runs."""
     shown = {plan.name for plan in RUNS
              if plan.figures and plan.procedure is None and not plan.needs
              and set(plan.fmus) == {"controller", "plant"}}
@@ -228,7 +228,7 @@ def mine(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Iterator[Path]:
 def test_a_page_of_a_stage_of_ones_own(mine: Path, tmp_path: Path) -> None:
     assert write_live(tmp_path, files="mine-setpoints.toml", fmus=tmp_path).name == "live-mine-setpoints.html"
     page = write_live(tmp_path, files=["mine.toml", "mine-setpoints.toml"], fmus=tmp_path)
-    assert page.name == "live-mine.html"   # beside the page of ours
+    assert page.name == "live-mine.html"   # next to the page of ours
     data = json.loads(element(page.read_text(encoding="utf-8"), "data"))
     assert list(data["fmus"]) == ["PlantMine", "RegulatorMine", "LinearRegulatorMine", "PIDMine",
                                   "AdaptiveRegulatorMine", "MeasurementMine"]
@@ -247,7 +247,7 @@ def test_what_a_page_of_ones_own_lacks_is_said(mine: Path, tmp_path: Path) -> No
                            encoding="utf-8")
     said = error_line(maglev("live", "mine.toml", "--fmus", tmp_path))
     assert "PlantMine.wasm is not the PlantMine that this installation builds now" in said
-    assert said.endswith("`maglev build --stage mine.toml --kind native --target wasm --fmus .` builds it anew")
+    assert said.endswith("`maglev build --stage mine.toml --kind native --target wasm --fmus .` builds it again")
     (mine / "PlantMine.wasm").unlink()
     assert "PlantMine.wasm: there is no such file" in error_line(maglev("live", "mine.toml", "--fmus", tmp_path))
     scenario = tmp_path / "mine-setpoints.toml"

@@ -1,4 +1,4 @@
-"""The way from each page to those beside it, and the index of a folder: whatever was written in which order."""
+"""The way from each page to those next to it, and the index of a folder: whatever was written in which order."""
 
 import json
 import re

@@ -177,7 +177,7 @@ def test_a_baseline_is_small(tmp_path: Path) -> None:
 
 
 def test_a_baseline_is_a_plain_csv(tmp_path: Path) -> None:
-    """What a spreadsheet has saved anew may have lost bits."""
+    """What a spreadsheet has saved again may have lost bits."""
     file = baseline_file(written(tmp_path), "bad")
     file.write_text(file.read_text(encoding="utf-8").replace(",", ";"), encoding="utf-8")
     expect(tmp_path, f"{file.name}: columns are separated by semicolons, expected a plain CSV, as `maglev check")

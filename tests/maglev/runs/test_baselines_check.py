@@ -169,7 +169,7 @@ def test_the_same_run_passes(fmus: Path, baselines: Path) -> None:
 
 
 def test_the_package_keeps_no_baseline_of_another_scenario(tmp_path: Path) -> None:
-    """Neither beside those that it has, nor over one of the same name."""
+    """Neither next to those that it has, nor over one of the same name."""
     for name in ("mine", "2dof-setpoints"):
         path = tmp_path / f"{name}.toml"
         path.write_text(f'extends = "2dof-push.toml"\nname = "{name}"\n')
@@ -256,7 +256,7 @@ def test_a_baseline_ends_before_contact(fmus: Path, tmp_path: Path) -> None:
 
 
 def test_a_baseline_that_was_cut(fmus: Path, baselines: Path) -> None:
-    """Two samples of a run that goes on: nothing has deviated so far."""
+    """Two samples of a run that continues: nothing has deviated so far."""
     samples = baseline_file(baselines, "2dof-setpoints")
     lines = samples.read_text().splitlines(keepends=True)
     samples.write_text("".join(lines[:3]))

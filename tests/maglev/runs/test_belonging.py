@@ -54,7 +54,7 @@ def ran(fastest_fmus: Path, out: str, *more: str) -> dict[str, bytes]:
 
 
 def test_readers_refuse_the_files_of_two_runs(fastest_fmus: Path, excited: Path) -> None:
-    """All ways in which columns and record of two runs can lie beside each other: only those of one are read."""
+    """All ways in which columns and record of two runs can lie next to each other: only those of one are read."""
     runs = {"light": ran(fastest_fmus, "results"), "heavy": ran(fastest_fmus, "heavy", "--set", "plant.v.mass=4.6")}
     assert runs["light"][".csv"] != runs["heavy"][".csv"]
     for columns, record in product(runs, runs):
@@ -64,11 +64,11 @@ def test_readers_refuse_the_files_of_two_runs(fastest_fmus: Path, excited: Path)
             assert maglev.identify("results/excited.csv").estimate.final["C1"] > 0.0
             assert load_plan("fed.toml").signals
             continue
-        message = "results/excited.csv: is not the file that excited.json beside it is of"
+        message = "results/excited.csv: is not the file that excited.json next to it is of"
         with pytest.raises(CsvError, match=message):
             maglev.identify("results/excited.csv")
         assert message in error_line(command("identify", "results/excited.csv"))
-        with pytest.raises(MaglevError, match="is not the file that excited.json beside it is of"):
+        with pytest.raises(MaglevError, match="is not the file that excited.json next to it is of"):
             load_plan("fed.toml")
     Path("results/excited.json").unlink()   # columns alone are a recording as any
     assert maglev.identify("results/excited.csv").estimate.final["C1"] > 0.0

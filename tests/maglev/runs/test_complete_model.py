@@ -1,4 +1,4 @@
-"""Procedure 4: the model beside the stage, on a run of the blocks and motions that differ from it by known shares."""
+"""Procedure 4: the model next to the stage, on a run of the blocks and motions that differ from it by known shares."""
 
 from collections.abc import Callable, Mapping
 from dataclasses import replace
@@ -83,7 +83,7 @@ def test_a_model_that_moves_further_by_a_share_deviates_by_that(simulated: Simul
 
 
 def test_a_constant_offset_counts(simulated: Simulated, trial: Data, stage: RunResult) -> None:
-    """Of a millimetre, beside the standard deviation of the stage's motion."""
+    """Of a millimetre, next to the standard deviation of the stage's motion."""
     model = model_of(simulated, trial, 1500, {})
     position = np.array(model.columns["plant.v.position"])
     moved = with_columns(model, {**model.columns, "plant.v.position": position + 1e-3})

@@ -23,7 +23,7 @@ LAW = '''
 from current import CURRENT
 
 class Law:
-    """Gives a current that a module beside it has, and one that it imports late."""
+    """Gives a current that a module next to it has, and one that it imports late."""
 
     inputs = {f"{axis}.{port}": "m" for axis in "vh" for port in ("measured", "reference")}
     outputs = {f"motor.i_{phase}_cmd": "A" for phase in "abc"}
@@ -51,7 +51,7 @@ def fmus(fastest_fmus: Path) -> Path:
 
 @pytest.fixture
 def law(tmp_path: Path) -> Path:
-    """A controller's file with two modules beside it."""
+    """A controller's file with two modules next to it."""
     (tmp_path / "current.py").write_text("CURRENT = 0.25\n")
     (tmp_path / "late.py").write_text("LATE = 0.5\n")
     path = tmp_path / "law.py"

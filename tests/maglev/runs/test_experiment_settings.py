@@ -170,7 +170,7 @@ def test_without_another_fmu_there_is_nobody_to_keep_them(fmus: Path, tmp_path: 
 
 
 def test_they_are_kept_for_those_who_are_put_in(fmus: Path, mine: Path, tmp_path: Path) -> None:
-    """The plan's own controller, beside it in a comparison, has them anyway."""
+    """The plan's own controller, next to it in a comparison, has them anyway."""
     path = scenario(tmp_path, 'model = "Regulator3DOF"')
     with pytest.warns(UserWarning, match="starts with y.k1 = -1274"):
         found = maglev.compare(path, ["Regulator3DOF", mine], fmus=fmus, keep_settings=True)
@@ -181,7 +181,7 @@ def test_they_are_kept_for_those_who_are_put_in(fmus: Path, mine: Path, tmp_path
 
 
 def parameter_file(fmu: Path, folder: Path, **changed: tuple[float, str]) -> Path:
-    """Parameter set with every start value of an FMU, but for some, `y_mass=(7200.0, "g")`."""
+    """Parameter set with every start value of an FMU, except for some, `y_mass=(7200.0, "g")`."""
     values = {variable.name: Value(variable.name, variable.type, variable.start == "true" if variable.type == "Boolean"
                                    else float(variable.start), variable.unit or "")
               for variable in read_model_description(fmu).modelVariables

@@ -129,7 +129,7 @@ def test_files_beside_an_fmu(fmus: Path, tmp_path: Path, fall: list[float]) -> N
 
 
 def test_files_beside_an_fmu_that_go_on_after_its_default_experiment(fmus: Path, tmp_path: Path) -> None:
-    """It is run as long as they go on; what has no tolerance of its own beside others that have is said."""
+    """It is run as long as they go on; what has no tolerance of its own next to others that have is said."""
     path = carrying(fmus / "Commutation2DOF.fmu", tmp_path / "long.fmu", {})
     stop = read_model_description(str(path)).defaultExperiment.stopTime
     end = 2.0 * float(stop)

@@ -20,7 +20,7 @@ HEAVIER = {"v": 5.2, "h": 2.0, "y": 7.9, "x": 13.0, "z": 10.5, "roll": 0.26, "pi
 
 
 def scenario(folder: Path, stage: StageDescription, law: str, steps: bool, own: bool = False) -> Path:
-    """A stage that is, but for its masses, what the controller takes it for: it rests, or all axes step."""
+    """A stage that is, except for its masses, what the controller takes it for: it rests, or all axes step."""
     plant = {f"{axis.name}.{name}": 0.0 for axis in stage.axes for name in
              ("bias", "friction.coulomb", "friction.viscous", *(() if axis.rotation else ("ripple.amplitude",)))}
     plant |= {"encoder.resolution": 0.0, "attraction_modulation": 0.0, **{f"{motor}.amplifier.lag": 0.0

@@ -141,7 +141,7 @@ def test_runs_that_others_only_start_from_do_not_make_a_procedure(stage: str, re
 
 @pytest.mark.parametrize(("part", "change", "words"), [
     ("2dof-parabolas-20mm", {"plant.motor.i_q": 0.0}, "axis h: i_q = 0 A, expected a current that drives it"),
-    ("2dof-equilibrium-excitation", {}, "no estimator has epsilon = 0.01 s, expected one beside 0.001 s, 0.05 s"),
+    ("2dof-equilibrium-excitation", {}, "no estimator has epsilon = 0.01 s, expected one next to 0.001 s, 0.05 s"),
     ("2dof-identification-rig", {"plant.v.encoder": 0.02, "plant.h.encoder": 0.0}, "no axis is excited")])
 def test_runs_from_which_nothing_can_be_found_are_a_note(stage: str, results: dict[str, RunResult], part: str,
                                                          change: dict[str, float], words: str) -> None:

@@ -1,4 +1,4 @@
-"""A scenario put into an FMU: it repeats alone what it did there, beside what was in it, and nothing else changes."""
+"""A scenario put into an FMU: it repeats alone what it did there, next to what was in it, and nothing else changes."""
 
 import shutil
 import zipfile
@@ -38,7 +38,7 @@ interval = "5 ms"
 
 @pytest.fixture
 def mine(fmus: Path, tmp_path: Path) -> Path:
-    """An FMU, and beside it short.toml, a scenario that names it."""
+    """An FMU, and next to it short.toml, a scenario that names it."""
     copy = Path(shutil.copy(fmus / "Regulator2DOF.fmu", tmp_path / "mine.fmu"))
     loop = Path(__file__).parents[3] / "scenarios" / "loops" / "2dof.toml"
     (tmp_path / "short.toml").write_text(SHORT.format(loop=loop, fmu=copy))

@@ -47,11 +47,11 @@ def test_step_order_and_fmu(fmus: Path) -> None:
     assert shorter.differences == ("step = 0.0001 s instead of 0.0002 s", "order is jacobi")
     other = prepare(plan, fmus, {"controller": Replacement(fmus / "PID3DOF.fmu")}, {})
     assert other.provenance().differences == ("controller is PID3DOF.fmu",)
-    assert other.plan.title == plan.title, "what differs is said beside the title, not in it"
+    assert other.plan.title == plan.title, "what differs is said next to the title, not in it"
 
 
 def test_a_modified_run_has_no_verdict_on_the_thesis(fastest_fmus: Path, tmp_path: Path) -> None:
-    """Neither the run nor a comparison with it; what was measured stands beside the thesis's value, for who asks."""
+    """Neither the run nor a comparison with it; what was measured stands next to the thesis's value, for who asks."""
     results = run_all(["3dof-pid-small"], out=tmp_path, fmus=fastest_fmus, set={"plant.y.mass": 8},
                       claims="thesis")
     judged = [claim for claims in results.verdicts.values() for claim in claims]

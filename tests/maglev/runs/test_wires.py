@@ -47,7 +47,7 @@ EXACT = """
 
 @pytest.fixture
 def loop(tmp_path: Path) -> Path:
-    """A loop without connections, an observer beside it, and two variants of both."""
+    """A loop without connections, an observer next to it, and two variants of both."""
     texts = {"loop": LOOP, "extra": EXTRA, "experiment": EXPERIMENT, "exact": EXACT}
     for name, text in texts.items():
         (tmp_path / f"{name}.toml").write_text(text)

@@ -24,7 +24,7 @@ def refused(path: Path, text: str) -> str:
 
 
 def test_a_loop_of_the_package_is_found_from_anywhere(tmp_path: Path) -> None:
-    """The first example of the documentation; a file of the same name beside the scenario goes before it."""
+    """The first example of the documentation; a file of the same name next to the scenario goes before it."""
     path = tmp_path / "mine.toml"
     path.write_text(HEAD, encoding="utf-8")
     assert load_plan(path).fmus["plant"].model == "Plant3DOF"

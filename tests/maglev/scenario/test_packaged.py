@@ -16,7 +16,7 @@ from studies.estimation import read_settings
 PROCEDURES: dict[str, ProcedureSettings] = {run.procedure.name: run.procedure for run in RUNS if run.procedure}
 IN_PROCEDURES = {run.name for run in RUNS if run.procedure}
 
-# The identified models beside the stages, and the control experiments; the charts of what was identified before.
+# The identified models next to the stages, and the control experiments; the charts of what was identified before.
 RUN_FIGURES = {f"4.{k}" for k in (15, 16, *range(18, 32))} | {f"5.{k}" for k in (16, 17, 18, *range(20, 40))}
 CHARTS = [f"4.{k}" for k in range(8, 15)] + [f"5.{k}" for k in range(7, 16)]
 

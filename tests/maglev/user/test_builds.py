@@ -45,7 +45,7 @@ def test_three_forms_of_one_class(fastest_fmus: Path, tmp_path: Path, stage: str
 MODULES = {
     "messages.py": '"""A name that the C around it has, too."""\n\nHOLDING = -0.25\n',
     "parts/__init__.py": "",
-    "parts/limits.py": '''"""Of a package beside the file."""
+    "parts/limits.py": '''"""Of a package next to the file."""
 
 from .numbers_of_mine import LARGEST
 
@@ -69,7 +69,7 @@ class Limit:
 
 
 def in_modules(folder: Path, name: str = "model.py") -> Path:
-    """Write the PD controller with parts of it in modules beside it."""
+    """Write the PD controller with parts of it in modules next to it."""
     for module, text in MODULES.items():
         (folder / module).parent.mkdir(exist_ok=True)
         (folder / module).write_text(text)
@@ -198,7 +198,7 @@ def test_a_whole_number_cannot_be_c(slow: None, tmp_path: Path) -> None:
 
 
 def test_a_whole_number_that_overflows_ends_a_native_run(fastest_fmus: Path, tmp_path: Path) -> None:
-    """Where Python goes on with more digits, C says the line."""
+    """Where Python continues with more digits, C says the line."""
     require_native_tools()
     part = "self.n = self.n * 3 + 1"
     path = controller(tmp_path, ("self.known = False", "self.known = False\n        self.n = 1"),

@@ -20,7 +20,7 @@ LEFT = {
     "threads that start others": "more()",
     "a function at the exit": "atexit.register(time.sleep, 600)",
     "a copy of the process": "os.fork() or time.sleep(600)",
-    "a copy that goes on": "os.fork()",
+    "a copy that continues": "os.fork()",
     "a program": "subprocess.Popen(['sleep', '600'])",
     "a program that holds the pipe": "subprocess.Popen(['sleep', '600'], close_fds=False)",
     "a closed pipe": "[os.close(fd) for fd in pipes()]",
@@ -28,7 +28,7 @@ LEFT = {
 KEPT = "had not ended 2 s after the run, and was ended with what it had started"
 BEHIND = "has left what it had started, which was ended after the run"
 SAID = {"a thread": KEPT, "threads that start others": KEPT, "a function at the exit": KEPT,
-        "a copy of the process": BEHIND, "a copy that goes on": "", "a program": BEHIND,
+        "a copy of the process": BEHIND, "a copy that continues": "", "a program": BEHIND,
         "a program that holds the pipe": BEHIND, "signals that are ignored": ""}
 
 HELP = '''
@@ -41,7 +41,7 @@ def more():
         threading.Thread(target=more).start()
 
 def pipes():
-    """Pipes of this process beside its standard ones."""
+    """Pipes of this process next to its standard ones."""
     return [fd for fd in range(3, 64) if os.path.exists(f"/proc/self/fd/{fd}") and stat.S_ISFIFO(os.fstat(fd).st_mode)]
 
 END = time.monotonic() + 600.0

@@ -30,7 +30,7 @@ WINDING = Winding(turns=900.0, pole_pairs=3.0, magnets=4.0, magnet_width=28.58e-
 
 
 def changed(path: Path, like: str, *changes: tuple[str, str]) -> Path:
-    """Description that begins like a stage's, with other texts in place of some."""
+    """Description that begins like a stage's, with other texts instead of some."""
     new_stage(path, like)
     text = path.read_text(encoding="utf-8")
     for old, new in changes:
@@ -189,7 +189,7 @@ def test_its_linear_model_has_its_own_geometry(tmp_path: Path) -> None:
 
 @pytest.mark.parametrize("name", PACKAGED_STAGES)
 def test_the_loop_of_a_stage_is_that_of_ours(name: str) -> None:
-    """Written from the description it says what stands in the files of the scenarios, but for tolerances of checks."""
+    """Written from the description it equals the files of the scenarios, except for tolerances of checks."""
     loop = loop_table(PACKAGED_STAGES[name])
     packaged = merged(read_layers(SCENARIOS / "loops" / f"{name}.toml"))
     assert sorted(loop["connections"]) == sorted(packaged["connections"])

@@ -129,7 +129,7 @@ def test_a_boolean_of_numpy_is_one(fastest_fmus: Path, tmp_path: Path) -> None:
 
 
 def test_what_ran_is_written_down(fastest_fmus: Path, tmp_path: Path) -> None:
-    """The file and the module beside it by their digests; the run is a modified one."""
+    """The file and the module next to it by their digests; the run is a modified one."""
     (tmp_path / "numbers_of_mine.py").write_text("LARGEST = 6.0\n")
     path = controller(tmp_path, ("LARGEST = 6.0\n", "from numbers_of_mine import LARGEST\n"))
     result = maglev("run", trial(tmp_path), "--fmus", fastest_fmus, "--out", tmp_path, "--controller", path)
@@ -144,7 +144,7 @@ def test_what_ran_is_written_down(fastest_fmus: Path, tmp_path: Path) -> None:
 
 
 def test_changes_of_a_file_and_of_its_modules_count_at_once(tmp_path: Path) -> None:
-    """In one process: a notebook does not start anew for every change."""
+    """In one process: a notebook does not start again for every change."""
     from maglev.user.source import load
 
     beside = tmp_path / "numbers_of_mine.py"

@@ -62,7 +62,7 @@ COMMANDS: dict[str, tuple[list[str], int]] = {
     "region": (["mine.toml", "h", "--gap", "20mm"], 2),
     "live": (["mine.toml"], 2),
     "pack ref": (["fmus/RegulatorMine.fmu", "short.toml", "--as", "controller", "--out", "packed.fmu"], 2)}
-BUILDS = {"build"}   # what makes them anew
+BUILDS = {"build"}   # what makes them again
 EMULATED = {"target"}   # what compares a native controller with its C as it is now: a stale one has other bits
 
 
@@ -120,7 +120,7 @@ def test_every_command_says_it(folder: Path, monkeypatch: pytest.MonkeyPatch, na
     if name == "list":
         assert said(result) == ["PlantMine", "RegulatorMine", "StageMine"]
     elif name != "live":
-        assert "`maglev build --stage mine.toml` builds it anew" in " ".join(result.output.split())
+        assert "`maglev build --stage mine.toml` builds it again" in " ".join(result.output.split())
 
 
 def test_results_are_modified(folder: Path, monkeypatch: pytest.MonkeyPatch) -> None:

@@ -125,7 +125,7 @@ def test_without_its_description_its_fmus_are_not_known() -> None:
 
 @pytest.mark.thorough
 def test_online_estimator() -> None:
-    """It stands beside the loop as ours do, and moves the attraction from half of it to what it is."""
+    """It stands next to the loop as ours do, and moves the attraction from half of it to what it is."""
     axes = "".join(f'"{axis}.measured" = "plant.{axis}.encoder"\n' for axis in "vh")
     currents = "".join(f'"motor.i_{part}" = "plant.motor.i_{part}"\n' for part in "dq")
     text = 'extends = "short.toml"\nname = "estimated"\n[fmus.estimator]\nmodel = "EstimatorKite"\n'
