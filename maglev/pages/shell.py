@@ -32,7 +32,7 @@ TITLE = re.compile(r"<title>(.*?)</title>", re.DOTALL)
 # The beginning of NAME.json of a run: name, title, and what came of it, as JSON; and the files that lie next to it.
 RUN = re.compile(r'\{\s*"name": ("[^\n]*"),\s*"title": ("[^\n]*"),\s*"outcome": "[^\n]*,\s*"ending": ("[^\n]*"),')
 RUN_FILES = ("txt", "csv", "parquet", "json")
-COMMENT = re.compile(r"^(?://.*|/\*\*[^`]*?\*/)\n", re.MULTILINE)   # one that begins a line of a script
+COMMENT = re.compile(r"^(?: *//.*|/\*\*[^`]*?\*/)\n", re.MULTILINE)   # one that begins a line of a script
 ABOUT = re.compile(r'<meta name="description" content="(.*?)">', re.DOTALL)
 
 # Kinds of pages in their order, and what one and several of them are called.
