@@ -110,6 +110,13 @@ def induced(stage: StageDescription, motor: StageMotor) -> tuple[str, ...]:
     return (*currents(motor), *seen.gap, *seen.displacement, *seen.gap_rate, *seen.rate, f"{motor.name}.winding.rise")
 
 
+def margins(stage: StageDescription, motor: StageMotor) -> dict[str, tuple[str, ...]]:
+    """What decides how much the clamp or the bus leaves to each phase of a motor."""
+    return {f"{motor.name}.phase_{phase}.margin": (
+        *induced(stage, motor), f"{motor.name}.phase_{phase}.heat", f"{current}_cmd")
+        for phase, current in zip(PHASES, currents(motor), strict=True)}
+
+
 def stop_ways(owner: str) -> tuple[Variable, ...]:
     """Ways to the stops of an axis or a motor, which change their sign where it meets or leaves them."""
     return tuple(local(f"{owner}.stop.to_{side}", "m", f"way to the {side} end stop, 1 if there is none; an event at 0",
@@ -127,9 +134,8 @@ def output_dependencies(stage: StageDescription) -> dict[str, tuple[str, ...]]:
         seen, name = reach(stage, motor), motor.name
         depends |= {current: (current,) for current in (*currents(motor), f"{name}.winding.rise")}
         depends |= {f"{name}.i_{part}": (*currents(motor), *seen.displacement) for part in "dq"}
-        heats = tuple(f"{name}.phase_{phase}.heat" for phase in PHASES)
-        commands = tuple(f"{current}_cmd" for current in currents(motor))
-        depends |= {f"{name}.{what}": (*induced(stage, motor), *heats, *commands) for what in ("voltage", "saturated")}
+        every = unique(tuple(known for knowns in margins(stage, motor).values() for known in knowns))
+        depends |= {f"{name}.{what}": every for what in ("voltage", "saturated")}
         if stage.rotations:
             swings = tuple(place.replace(".position", ".mode.deflection") for place in seen.gap)
             depends |= {f"{name}.gap": seen.gap, f"{name}.gap_encoder": (*seen.gap, *swings)}
@@ -148,10 +154,12 @@ def unique(names: tuple[str, ...]) -> tuple[str, ...]:
 def continuous_stage(stage: StageDescription) -> ContinuousModel:
     """States, rates and event indicators of a stage."""
     parts = [axis_states(stage, axis) for axis in stage.axes] + [motor_states(stage, motor) for motor in stage.motors]
-    ways = [way for axis in stage.axes if axis.stop is not None for way in stop_ways(axis.name)]
-    ways += [way for motor in stage.motors if stage.rotations for way in stop_ways(motor.name)]
-    variables = placed(stage, (*(v for _, more in parts for v in more), *ways))
-    margins = tuple(v.name for v in variables if v.name.endswith(".margin"))
+    ways: dict[Variable, tuple[str, ...]] = {
+        way: (f"{axis.name}.position",) for axis in stage.axes if axis.stop is not None for way in stop_ways(axis.name)}
+    ways |= {way: reach(stage, motor).gap for motor in stage.motors if stage.rotations for way in stop_ways(motor.name)}
     return ContinuousModel(
-        states=tuple(state for states, _ in parts for state in states), variables=variables,
-        indicators=(*(way.name for way in ways), *margins), outputs=output_dependencies(stage))
+        states=tuple(state for states, _ in parts for state in states),
+        variables=placed(stage, (*(v for _, more in parts for v in more), *ways)),
+        indicators={way.name: knowns for way, knowns in ways.items()} | {
+            name: knowns for motor in stage.motors for name, knowns in margins(stage, motor).items()},
+        outputs=output_dependencies(stage))

@@ -141,7 +141,7 @@ class ContinuousModel:
 
     states: tuple[State, ...]
     variables: tuple[Variable, ...]              # local: states and rates that are no outputs, and indicators
-    indicators: tuple[str, ...]                  # names of variables whose sign changes at an event
+    indicators: Mapping[str, tuple[str, ...]]    # states and inputs that decide what changes its sign at an event
     outputs: Mapping[str, tuple[str, ...]]       # states and inputs that decide an output, by its name
 
 

@@ -9,6 +9,7 @@ from maglev.fmi.definition import ContinuousModel, FmuDefinition, Variable
 from maglev.fmi.parameter_set import xml_file
 
 LICENCE = "MIT"
+TOLERANCE = 1e-8   # of a solver, relative
 
 # With the names that FMI proposes (2.0.5, section 2.2.4).
 LOG_CATEGORIES = {
@@ -55,7 +56,7 @@ def model_description(definition: FmuDefinition, guid: str, version: str, date: 
         for name in sources:
             SubElement(files, "File", {"name": name})
     table = definition.native_variables if native else definition.variables
-    add_common(root, definition, table, LOG_CATEGORIES if native else {})   # messages of pythonfmu's binary have none
+    add_common(root, definition, table, LOG_CATEGORIES if native else {}, continuous)   # pythonfmu's messages have none
     variables = SubElement(root, "ModelVariables")
     index = {v.name: number for number, v in enumerate(table, start=1)}
     for reference, variable in enumerate(table):
@@ -92,8 +93,11 @@ def xml_boolean(value: bool) -> str:
 
 
 def add_common(root: Element, definition: FmuDefinition, variables: Iterable[Variable],
-               log_categories: Mapping[str, str]) -> None:
-    """Add the units that occur in the variables, log categories, if there are any, and the default experiment."""
+               log_categories: Mapping[str, str], continuous: ContinuousModel | None) -> None:
+    """Add the units that occur in the variables, log categories, if there are any, and the default experiment.
+
+    One for model exchange has a tolerance.
+    """
     used = sorted({v.unit for v in variables if v.unit})
     units = SubElement(root, "UnitDefinitions") if used else root   # the schema has no empty list
     for name in used:
@@ -106,8 +110,9 @@ def add_common(root: Element, definition: FmuDefinition, variables: Iterable[Var
         categories = SubElement(root, "LogCategories")
         for name, meaning in log_categories.items():
             SubElement(categories, "Category", {"name": name, "description": meaning})
-    SubElement(root, "DefaultExperiment", {"startTime": "0.0", "stopTime": repr(definition.experiment.stop_time),
-                                           "stepSize": repr(definition.experiment.step)})
+    SubElement(root, "DefaultExperiment", {
+        "startTime": "0.0", "stopTime": repr(definition.experiment.stop_time),
+        **({"tolerance": repr(TOLERANCE)} if continuous else {}), "stepSize": repr(definition.experiment.step)})
 
 
 def state_attributes(continuous: ContinuousModel | None, name: str, reference: Mapping[str, int]) -> dict[str, str]:

@@ -4,7 +4,7 @@ from collections.abc import Sequence
 from xml.etree.ElementTree import Element, SubElement
 
 import maglev.fmi.model_description as fmi2
-from maglev.fmi.definition import SAMPLE_TIME, FmuDefinition, Variable
+from maglev.fmi.definition import SAMPLE_TIME, FmuDefinition, Variable, read
 from maglev.fmi.parameter_set import xml_file
 from maglev.language.errors import ExportError
 
@@ -15,6 +15,8 @@ CLOCK = "clock"   # its name
 
 # What FMI 3.0 calls the unknowns in an element of FMI 2.0.
 ELEMENTS = {"Outputs": "Output", "Derivatives": "ContinuousStateDerivative", "InitialUnknowns": "InitialUnknown"}
+
+OPTIONS = "-O2 -ffp-contract=off -fno-math-errno"   # of gcc and clang
 
 SCALE = 0.1   # mm in a unit of the plane of the icon, in which FMI has it from -100 to 100
 
@@ -36,15 +38,17 @@ def model_description_3(definition: FmuDefinition, token: str, version: str, dat
             "needsCompletedIntegratorStep": "true"})
     clocked = definition.sampled and definition.clocked
     events = {"hasEventMode": "true"} | ({} if clocked else {"mightReturnEarlyFromDoStep": "true"})
+    samples = {"fixedInternalStepSize": repr(float(read(definition.new_block(), definition.sampling)))} if (
+        definition.sampling and not clocked) else {}
     SubElement(root, "CoSimulation", common | {
         "canHandleVariableCommunicationStepSize": fmi2.xml_boolean(clocked or definition.variable_step),
-    } | (events if definition.sampled else {}))
+    } | samples | (events if definition.sampled else {}))
     for variable in definition.native_variables:
         if variable.name == TIME.name or (clocked and variable.name == CLOCK):
             raise ExportError(f"{definition.name}: FMI 3.0 has a variable {variable.name} of its own, expected another "
                               "name")
     table = (*definition.native_variables, TIME)
-    fmi2.add_common(root, definition, table, fmi2.LOG_CATEGORIES)
+    fmi2.add_common(root, definition, table, fmi2.LOG_CATEGORIES, continuous)
     variables = SubElement(root, "ModelVariables")
     reference = {v.name: number for number, v in enumerate(table)}
     ticking = {"variability": "discrete", "clocks": str(len(table))} if clocked else {}
@@ -67,8 +71,9 @@ def model_description_3(definition: FmuDefinition, token: str, version: str, dat
         for name, knowns in unknowns.items():
             known = fmi2.dependencies((*knowns, "") if clocked else knowns, reference)
             SubElement(structure, ELEMENTS[element], {"valueReference": str(reference[name])} | known)
-    for name in continuous.indicators if continuous else ():
-        SubElement(structure, "EventIndicator", {"valueReference": str(reference[name])})
+    for name, knowns in continuous.indicators.items() if continuous else ():
+        SubElement(structure, "EventIndicator", {"valueReference": str(reference[name])}
+                   | fmi2.dependencies(knowns, reference))
     return xml_file(root)
 
 
@@ -77,7 +82,7 @@ def build_description(name: str, units: Sequence[str]) -> str:
     root = Element("fmiBuildDescription", {"fmiVersion": FMI})
     configuration = SubElement(root, "BuildConfiguration", {
         "modelIdentifier": name, "description": "-ffp-contract=off gives the bits of the binaries, -ffast-math not"})
-    files = SubElement(configuration, "SourceFileSet", {"language": "C99"})
+    files = SubElement(configuration, "SourceFileSet", {"language": "C99", "compilerOptions": OPTIONS})
     for unit in units:
         SubElement(files, "SourceFile", {"name": unit})
     SubElement(files, "PreprocessorDefinition", {

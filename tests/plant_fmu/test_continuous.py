@@ -103,8 +103,9 @@ def test_derivatives_and_dependencies(name: str) -> None:
     plant = ContinuousBlock(name, EVERYTHING[name])
     knowns = [*plant.states, *plant.inputs]
     outputs = [v.name for v in plant.definition.variables if v.causality == "output" and v.variability == "continuous"]
-    unknowns = list(dict.fromkeys([*plant.rates, *outputs]))
-    told = {output: set(plant.model.outputs[output]) for output in outputs} | {
+    unknowns = list(dict.fromkeys([*plant.rates, *outputs, *plant.model.indicators]))
+    told = {name: set(knowns) for name, knowns in plant.model.indicators.items()} | {
+        output: set(plant.model.outputs[output]) for output in outputs} | {
         state.derivative: set(state.depends_on) for state in plant.model.states}
     start = plant.get(knowns)
     size = np.array([1e-3 if k.endswith(("position", "mode.deflection")) else 0.1 for k in knowns])
@@ -116,6 +117,7 @@ def test_derivatives_and_dependencies(name: str) -> None:
     for point, (bus, stuck, warm) in enumerate([(0.0, True, False), (1e-3, False, False), (0.0, False, True),
                                                 *[(1e4, False, False), (1e4, False, True)] * 3]):
         here = start + size * generator.normal(size=len(start))
+        here[commands] += np.copysign(1e-3, here[commands])   # next to 0, where a margin has a kink
         most = np.array([k.endswith(f"i_{'abc'[point % 3]}_cmd") for k in knowns])
         here[most] = 3.0
         plant.set("bus_voltage", bus)

@@ -21,6 +21,7 @@ from maglev.cosim.fmu import Fmu, read_description
 from maglev.cosim.master import FmuSetup, Master
 from maglev.descriptions.own_fmus import DEFINITIONS, definition
 from maglev.fmi.compiler import PLATFORMS, library
+from maglev.fmi.definition import read
 from maglev.fmi.model_description import model_description
 from maglev.fmi.model_description_3 import build_description, model_description_3, terminals_and_icons
 from maglev.fmi.native_build import SHELLS
@@ -66,12 +67,15 @@ def test_description_is_that_of_fmi_2_with_the_time(tmp_path: Path, name: str) -
                        for u in getattr(each, kind)] for each in (older, newer))
         assert one == other and one
     if block.continuous:
-        assert [u.variable.name for u in newer.eventIndicators] == list(block.continuous.indicators)
+        assert {u.variable.name: {v.name for v in u.dependencies} for u in newer.eventIndicators} == {
+            name: {*knowns} for name, knowns in block.continuous.indicators.items()}
         for each in (older, newer):
             assert {state.derivative: state.variable for state in block.continuous.states} == {
                 v.name: v.derivative.name for v in each.modelVariables if v.derivative is not None}
     assert (older.coSimulation.canHandleVariableCommunicationStepSize
             is newer.coSimulation.canHandleVariableCommunicationStepSize)
+    samples = newer.coSimulation.fixedInternalStepSize
+    assert samples == (repr(read(block.new_block(), block.sampling)) if block.sampling else None)
 
 
 class Gain:

@@ -40,6 +40,8 @@ def leave_model_exchange(root: ElementTree.Element, variables: int, model: Conti
         return
     root.remove(exchange)
     assert root.attrib.pop("numberOfEventIndicators") == str(len(model.indicators))
+    experiment = root.find("DefaultExperiment")
+    assert experiment is not None and float(experiment.attrib.pop("tolerance")) == 1e-8
     table = root.find("ModelVariables")
     structure = root.find("ModelStructure")
     assert table is not None and structure is not None
