@@ -86,16 +86,21 @@ def layout_of(text: str, path: Path) -> Layout:
 
 
 def best_separator(lines: Sequence[str]) -> tuple[str, str, list[Row]]:
-    """What separates columns, the decimal mark, and the rows: what makes the largest share of fields numbers."""
-    best: tuple[float, str, str, list[Row]] = (-1.0, ",", ".", [])
+    """What separates columns, the decimal mark, and the rows: what makes the largest share of fields numbers.
+
+    A field can have several numbers, the elements of an array. Where shares are equal, a row of as many names decides.
+    """
+    best: tuple[tuple[float, bool], str, str, list[Row]] = ((-1.0, False), ",", ".", [])
     for separator in SEPARATORS:
         rows = list(parsed(lines, separator))
         width = width_of(rows)
         sample = [field for row in rows[1:] if len(row.fields) == width for field in row.fields if field]
+        named = any(len(row.fields) == width and not any(is_number(field, ".") for field in row.fields) for row in rows)
         for decimal in ".,":
-            share = sum(is_number(field, decimal) or is_time_stamp(field) for field in sample) / max(len(sample), 1)
-            if width > 1 and share > best[0]:
-                best = share, separator, decimal, rows
+            share = sum(is_time_stamp(field) or all(is_number(part, decimal) for part in field.split(" "))
+                        for field in sample) / max(len(sample), 1)
+            if width > 1 and (share, named) > best[0]:
+                best = (share, named), separator, decimal, rows
     return (*best[1:3], best[3] or list(parsed(lines, ",")))
 
 

@@ -169,6 +169,16 @@ def test_what_is_no_file(tmp_path: Path) -> None:
             read_table(tmp_path / "pipe.csv")
 
 
+def test_a_column_of_arrays_beside_the_time_alone(tmp_path: Path) -> None:
+    """As FMI has it, elements behind each other; a file with blanks between columns and decimal commas looks alike."""
+    table = read_table(file(tmp_path, "time,y\n0,1 2 3\n1,2.5 5 7.5\n2,6.25 12.5 18.75\n"))
+    assert table.names == ["time", "y"]
+    assert list(table.texts("y")) == ["1 2 3", "2.5 5 7.5", "6.25 12.5 18.75"]
+    blanks = read_table(file(tmp_path, "time v i_q\n0,5 1,5 2,5\n1,5 2,5 3,5\n2,5 3,5 4,5\n"))
+    assert blanks.names == ["time", "v", "i_q"]
+    assert column(blanks, "i_q", "A") == [2.5, 3.5, 4.5]
+
+
 def test_without_pandas_a_plain_file_is_read(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     """As this project writes its own; of the rest it is said what it needs."""
     monkeypatch.setattr("maglev.files.extras.find_spec", lambda name: None)
