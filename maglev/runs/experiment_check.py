@@ -267,7 +267,7 @@ def times_of(experiment: CarriedExperiment, description: ModelDescription, run: 
     # A default experiment need not be that of the results: they can go on after it.
     stop = first(experiment.stop_time, run.get("StopTime"), max(float(of_default("stopTime") or 0.0), expected[-1]))
     step = first(experiment.step, run.get("StepSize") or None, of_default("stepSize"), internal,
-                 *(apart[apart > 0.0].min(keepdims=True) if (apart > 0.0).any() else ()))
+                 *((np.median(apart[apart > 0.0]),) if (apart > 0.0).any() else ()))   # an event can be just next to
     assert start is not None and stop is not None
     if step is None or not 0.0 < step <= stop - start + ON_GRID * step:
         raise FmuError(f"communication step = {step} s from {start} s to {stop} s, expected a positive step in a "

@@ -16,7 +16,7 @@ from left_processes import require_none
 from maglev.cosim.master import FmuSetup, Master
 from maglev.files.errors import FmuError
 from maglev.runs.baseline import Tolerance
-from maglev.runs.carried_experiments import File
+from maglev.runs.carried_experiments import CarriedExperiment, File
 from maglev.runs.experiment_check import (
     Expected,
     FmuRun,
@@ -26,6 +26,7 @@ from maglev.runs.experiment_check import (
     compare_results,
     named_experiments,
     run_where_it_belongs,
+    times_of,
 )
 from maglev.runs.experiment_tables import given_starts
 
@@ -126,6 +127,14 @@ def test_files_beside_an_fmu(fmus: Path, tmp_path: Path, fall: list[float]) -> N
     (tmp_path / "fall_ref.opt").write_text("\ufeffStopTime,0.02\nStepSize,0.0005\nAbsTol,v.position,2e-3\n",
                                            encoding="utf-8")
     assert outcome(path)[0] == "passed"
+
+
+def test_rows_just_beside_events_do_not_make_the_step() -> None:
+    """As tools with a variable step write them; where nothing else gives one, it is that of most rows."""
+    description = ModelDescription()
+    description.coSimulation = description.defaultExperiment = None
+    rows = np.array([0.0, 3.2e-30, 0.2, 0.4, 0.4, 0.4 + 1e-12, 0.6, 0.8, 1.0])
+    assert times_of(CarriedExperiment(""), description, {}, rows).step == pytest.approx(0.2)
 
 
 def test_files_beside_an_fmu_that_go_on_after_its_default_experiment(fmus: Path, tmp_path: Path) -> None:
