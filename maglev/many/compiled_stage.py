@@ -125,7 +125,7 @@ class CompiledStage:
 
     def start(self, parameters: Mapping[str, float | bool], limit: float,
               measurement: Mapping[str, float | bool]) -> None:
-        """Begin again at time 0, with parameters of the plant; direct and quadrature currents are limited to ±limit (A).
+        """Begin again at time 0, with parameters of the plant; direct and quadrature currents stay within ±limit (A).
 
         `measurement` has the parameters of that. FmuError if the plant or the measurement refuses its parameters.
         """

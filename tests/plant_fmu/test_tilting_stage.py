@@ -1,4 +1,4 @@
-"""The 5-DOF stage against its equations, written independently, against the 3-DOF stage, and its forces against virtual work."""
+"""The 5-DOF stage against its equations, written independently, and the 3-DOF stage; forces against virtual work."""
 
 from collections.abc import Callable, Sequence
 from typing import Any
