@@ -16,7 +16,7 @@ KEYWORDS = HELPERS.keys() | frozenset("""
     differentiate_start_block differentiate_measurement_block
 """.split())   # noqa: SIM905 - so many as a list would take a page
 MACROS = re.compile(r"_|(?:u?int\w*_t|size_t|ptrdiff_t|wchar_t|HUGE|FP|MATH|M|U?INT\d*|U?INTPTR|SIZE|PTRDIFF|WCHAR|"
-                    r"WINT|SIG_ATOMIC|RAND|EXIT|DBL|FLT|LDBL|AT|BLOCK|BLOCKS|FMI\d?|SEEK)(?:_|$)|\w*__|\w+_t$")
+                    r"WINT|SIG_ATOMIC|RAND|EXIT|DBL|FLT|LDBL|AT|BLOCK|BLOCKS|lanes|LANES|FMI\d?|SEEK)(?:_|$)|\w*__|\w+_t$")
 
 def identifier(name: str) -> str:
     """A name of the Python as one of C; different names stay different."""
