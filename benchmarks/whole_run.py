@@ -21,7 +21,7 @@ from rich.console import Console
 from rich.table import Table
 
 from maglev.api.options import experiments_of
-from maglev.cosim import block_loop
+from maglev.cosim import block_loop, lane_loop
 from maglev.cosim.master import FmuSetup, Master, Recording
 from maglev.many import batches
 from maglev.many.batches import runners
@@ -38,7 +38,7 @@ NAME = "3dof-setpoints-improved"
 SAMPLES = 80   # of the study
 
 STEPPING, IN_MEMORY, WITH_CSV = "stepping", "whole run in memory, measured", "whole run with CSV"
-BLOCKS = "by the blocks in one loop"
+BLOCKS, LANES = "by the blocks in one loop", "in lanes of that loop"
 # Largest multiples of the reference implementation. On three machines stepping took 1.02 to 1.14, a run in memory 1.05
 # to 2.08 (the last where the system was slow to give memory), with CSV 1.86 to 2.17: twice the largest fails, which no
 # disturbance reaches, but a step that is made in Python does.
@@ -129,8 +129,12 @@ def study_times(study: PlannedStudy) -> dict[str, float]:
     times = {}
     with patch.object(block_loop, "kept", lambda *_: None):   # no loop is found
         times["by calls of the FMUs"] = alone()
-    assert batches.has_loop(study.job, batches.WORTH_COMPILING)   # compiles it
-    times[BLOCKS] = alone()
+    with patch.object(lane_loop, "kept", lambda *_: None):
+        assert batches.has_loop(study.job, study.batches, study.values)   # compiles it
+        times[BLOCKS] = alone()
+    with patch.object(batches, "WORTH_WIDENING", 0):
+        assert batches.has_loop(study.job, study.batches, study.values)
+    times[LANES] = alone()
     return times | {f"{jobs} side by side: wall time": time_in_threads(study, jobs) / SAMPLES for jobs in (1, 2)}
 
 

@@ -33,8 +33,8 @@ LIBRARY = f"maglev_block_loop{sharedLibraryExtension}"
 FUNCTION = "maglev_whole_run"
 # Parts of blocks become part of their callers up to this size; an FMU's step takes no longer without it.
 PARTS_INLINED = ("-mllvm", "-inline-threshold=1000")
-LOOP_FILE, EXPORT_FILE = "loop.c", "export.h"
-DONE, REFUSED, ENDED = range(3)   # what the function returns: RUN_DONE and so on of loop.c
+LOOP_FILE, EXPORT_FILE, RUN_FILE = "loop.c", "export.h", "run.h"
+DONE, REFUSED, ENDED, OTHERWISE = range(4)   # what functions return: RUN_DONE and so on of run.h
 
 INSTANCE = {"instance.h", "model.h"}   # what an instance is
 
@@ -76,7 +76,8 @@ class Part(NamedTuple):
 class BlockLoop:
     """The function for a wiring, on its instances and rows."""
 
-    def __init__(self, loop: Kept, wiring: Wiring):
+    def __init__(self, loop: Kept, wiring: Wiring, sources: Mapping[str, str]):
+        self.sources = sources   # C files by name
         self.function = CDLL(str(loop.path.absolute()))[FUNCTION]
         self.function.restype = c_int64
         self.function.argtypes = [POINTER(c_void_p), POINTER(Moved), POINTER(c_void_p), c_int64, POINTER(c_int64),
@@ -115,7 +116,7 @@ def block_loop(wiring: Wiring, observer: str, seen: Mapping[str, str], build: bo
     if sources is None:
         return None
     path = loop_of(sources, build)
-    return None if path is None else BlockLoop(path, wiring)
+    return None if path is None else BlockLoop(path, wiring, sources)
 
 
 def loop_of(sources: Mapping[str, str], build: bool) -> Kept | None:
@@ -152,15 +153,21 @@ def loop_sources(wiring: Wiring, observer: str, seen: Mapping[str, str],
     begin = [f"{part.type} {part.block} = *(const {part.type} *)instances[{part.number}]->state->block;"
              for part in parts.values()] + [row_lines(number, track) for number, track in enumerate(wiring.tracks)]
     see = (f"seen.{member} = (double){value_at(*places[name], wiring.tracks)};" for member, name in seen.items())
-    return {**files, LOOP_FILE: filled_in(
+    return {**files, RUN_FILE: filled_in(HERE / RUN_FILE), LOOP_FILE: filled_in(
         HERE / LOOP_FILE, observer=observer, step=indented(steps, 8), begin=indented(begin, 4), see=indented(see, 8),
-        includes="\n".join(sorted({f'#include "{part.header}"' for part in parts.values()})),
-        not_ready=" || ".join(f"!ready(&instances[{part.number}]->state->progress)" for part in parts.values()))}
+        **of_parts(parts.values()))}
+
+
+def of_parts(parts: Iterable[Part]) -> dict[str, str]:
+    """C that includes the blocks of parts, and the test of whether an instance of one is not ready."""
+    parts = list(parts)
+    return {"includes": "\n".join(sorted({f'#include "{part.header}"' for part in parts})),
+            "not_ready": " || ".join(f"!ready(&instances[{part.number}]->state->progress)" for part in parts)}
 
 
 def row_lines(number: int, track: Track) -> str:
     """C that makes the row of a track: all points of signals, a copy of the first row of outputs."""
-    item, given = item_of(track), f"(const {item_of(track)} *)rows[{number}]"
+    item, given = c_type(track), f"(const {c_type(track)} *)rows[{number}]"
     if track.signals is not None:
         return f"const {item} *const row{number} = {given};"
     return (f"{item} row{number}[{len(track.names)}]; "
@@ -185,7 +192,7 @@ def native_parts(fmus: Iterable[Fmu], written: Mapping[str, Variables] | None = 
     return files, parts
 
 
-def item_of(track: Track) -> str:
+def c_type(track: Track) -> str:
     """C type of a value of a track: a Real, or a Boolean of FMI 2.0 or 3.0."""
     return {8: "double", 4: "int32_t", 1: "bool"}[track.item]
 

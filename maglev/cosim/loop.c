@@ -3,23 +3,10 @@
 #include <stdint.h>
 #include "instance.h"
 #include "export.h"
+#include "run.h"
 $includes
 
-/* How a run ends, as in block_loop.py. */
-enum { RUN_DONE, RUN_REFUSED, RUN_ENDED };
-
-/* The struct Moved of block_loop.py. */
-struct moved {
-    double time, time_stride, size;
-};
-
 $observer
-
-/* Whether an instance would take a step of co-simulation as it is. */
-static bool ready(const struct Progress *progress)
-{
-    return progress->phase == RUNNING && !progress->exchange && !progress->events && !progress->suspect;
-}
 
 /* All steps to communication point `last`, on copies of the blocks: the instances stay at the first point. Of a track of
    outputs, `rows` has the first row; of one of signals, the values of one after the other at all points. Returns

@@ -10,6 +10,7 @@ from contextlib import contextmanager
 from ctypes import c_int64
 from functools import partial
 
+from maglev.cosim.lane_loop import MOST_LANES
 from maglev.files.arrays import Array
 from maglev.files.errors import MaglevError, extra, option
 from maglev.files.side_by_side import Idle, Progress, Stopped, kept_processes, side_by_side, warn
@@ -32,6 +33,7 @@ FEWEST_BATCHES = 8                # of a small study, so that many workers have 
 MOST_BATCHES = 1_000              # of a large one: each becomes a file until all are done
 LARGEST_TRAJECTORIES = 32e6       # bytes of a batch
 WORTH_COMPILING = 10_000_000   # steps, which take longer by calls of FMUs than the compiler for a loop without
+WORTH_WIDENING = 100_000_000   # steps, which take a minute: the compiler for several side by side takes some seconds
 
 RunBatches = Callable[[Job, list[Batch], Array, Store], None]   # runs batches with values of the targets by sample
 
@@ -42,7 +44,7 @@ def batches_of(job: Job, samples: int, rows: int) -> list[Batch]:
     size = min(max(int(STEPS_OF_A_BATCH / steps), -(-samples // MOST_BATCHES)), -(-samples // FEWEST_BATCHES))
     if job.kept:
         size = min(size, int(LARGEST_TRAJECTORIES / (8 * rows * len(job.kept))))
-    size = max(1, size)
+    size = max(1, size // MOST_LANES * MOST_LANES or size)
     return [Batch(number, first, min(first + size, samples))
             for number, first in enumerate(range(0, samples, size))]
 
@@ -71,7 +73,7 @@ def run_here(jobs: int, idle: Idle, job: Job, batches: list[Batch], values: Arra
     MaglevError if a batch cannot be run at all; KeyboardInterrupt after Ctrl-C or SIGTERM: what was done until then is
     stored.
     """
-    if has_loop(job, sum(len(batch.samples) for batch in batches)):
+    if has_loop(job, batches, values):
         run_in_threads(jobs, job, batches, values, store)
         return
     by_name = {str(batch.number): batch for batch in batches}
@@ -98,15 +100,21 @@ def run_here(jobs: int, idle: Idle, job: Job, batches: list[Batch], values: Arra
         store(gathered(job, batch.first, samples))
 
 
-def has_loop(job: Job, samples: int) -> bool:
-    """Whether there is a loop with the FMUs' blocks, which is compiled now where so many samples are worth its time."""
-    if job.limit is not None:
+def has_loop(job: Job, batches: list[Batch], values: Array) -> bool:
+    """Whether there is a loop with the FMUs' blocks, which is compiled now where so many samples are worth its time.
+
+    Of many steps there is one more, for samples side by side.
+    """
+    samples = [sample for batch in batches for sample in batch.samples]
+    if job.limit is not None or not samples:
         return False
-    steps = job.experiment.plan.stop_time / job.experiment.step * samples
-    with said_if_slower("calls of the FMUs"), job.repeated_run() as repeated:
-        repeated.load(build=steps >= WORTH_COMPILING)
+    steps = job.experiment.plan.stop_time / job.experiment.step * len(samples)
+    with job.repeated_run() as repeated:
+        with said_if_slower("calls of the FMUs"):
+            repeated.load(build=steps >= WORTH_COMPILING)
+        with said_if_slower("one after the other"):
+            repeated.widen(job.changes(values[samples[0]].tolist()), build=steps >= WORTH_WIDENING)
         return repeated.loop is not None
-    return False
 
 
 @contextmanager

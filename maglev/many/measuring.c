@@ -183,6 +183,9 @@ static inline void begin_measuring(struct meter *meter, struct whole *whole)
     for (int i = 0; i < FLAGS; ++i) {
         whole->flag[i] = -1.0;
     }
+    for (int i = 0; i < FLAGS * AXES; ++i) {
+        whole->flag_position[i] = whole->flag_error[i] = 0.0;
+    }
 }
 
 /* Take in what is seen at a communication point. */

@@ -14,7 +14,6 @@ from typing import Any, NamedTuple
 import numpy as np
 import numpy.typing as npt
 
-from maglev.cosim.block_loop import BlockLoop
 from maglev.files.arrays import Array, Texts
 from maglev.runs.flagged_axes import axes_at_stops, axes_furthest_off
 from maglev.runs.metrics import (
@@ -169,11 +168,10 @@ class Meter:
             meter=self.meter.ctypes.data, whole=self.whole.ctypes.data, of_windows=self.found_windows.ctypes.data,
             of_events=self.found_events.ctypes.data, **{name: array.ctypes.data for name, array in self.arrays.items()})
 
-    def run(self, loop: BlockLoop, resistances: Mapping[str, float], ended: c_int64) -> int:
-        """Measure a run of a loop, with resistances of the phases by motor (ohm); returns what the loop does."""
+    def resist(self, resistances: Mapping[str, float]) -> None:
+        """Measure the next run with resistances of the phases by motor, ohm."""
         for i, motor in enumerate(self.measuring.plan.motors):
             self.arrays["resistances"][i] = resistances.get(motor, math.nan)
-        return loop.run(len(self.measuring.time) - 1, ended, self.observer)
 
     def found(self) -> "Found | None":
         """What was found on the run that is done; None if something of it is no number."""

@@ -1,6 +1,6 @@
 """One scenario run again and again in one process: loaded and wired once, reset between, arrays used again."""
 
-from collections.abc import Collection, Mapping
+from collections.abc import Collection, Mapping, Sequence
 from ctypes import c_int64
 from dataclasses import replace
 from typing import Self
@@ -8,8 +8,10 @@ from typing import Self
 import numpy as np
 
 from maglev.cosim.block_loop import DONE, ENDED, BlockLoop, block_loop
+from maglev.cosim.lane_loop import LaneLoop, Taken, Varied, lane_loop
 from maglev.cosim.master import Columns, Master
 from maglev.files.arrays import Array
+from maglev.files.errors import MaglevError
 from maglev.many.measuring import Found, Measuring, Meter
 from maglev.runs.metrics import phase_resistances
 from maglev.runs.preparation import Experiment, is_foreign
@@ -23,8 +25,8 @@ class RepeatedRun:
     """An experiment to be run many times with other start values; a context manager that frees its FMUs.
 
     Of what is recorded the columns `wanted` are kept, all without it. What is to be measured, `measuring`, can be so
-    without a recording where there is a loop with the FMUs' blocks for it, `written` ones by name among them. As
-    soon as `ended` is no longer 0 such a run ends.
+    without a recording where there is a loop with the FMUs' blocks for it, `written` ones by name among them; several
+    runs side by side, after `widen`. As soon as `ended` is no longer 0 such a run ends.
 
     Each run gives, bit for bit, what the experiment gives that is prepared with the same values: FMUs of this
     project, and written ones, are as new after fmi2Reset. Those of others, and all after a refusal, are loaded again.
@@ -38,8 +40,10 @@ class RepeatedRun:
         self.measuring = measuring
         self.ended = c_int64() if ended is None else ended   # one of 0 counts as false
         self.written = written
+        self.varied: Changes | None = None   # what runs side by side differ in
         self.loop: BlockLoop | None = None
-        self.meter: Meter | None = None   # of the references as they are now
+        self.lanes: LaneLoop | None = None
+        self.meters: dict[int, Meter] = {}   # of the references as they are now, by lane
         self.resettable = not any(is_foreign(path) for name, path in experiment.files.items()
                                   if name not in (written or {}))
         self.descriptions = experiment.check()
@@ -73,14 +77,41 @@ class RepeatedRun:
             self.master.wire(self.experiment.plan.stop_time, self.drives)
             assert self.master.wiring is not None
             self.driven = self.drives
-            self.columns = self.meter = self.loop = None
+            self.columns = self.loop = self.lanes = None
+            self.meters = {}
             signals = {name for track in self.master.wiring.tracks if track.signals is not None for name in track.names}
             axes = experiment.plan.axes.values()
             if self.measuring is not None and all(axis.reference in signals for axis in axes):
-                seen = self.measuring.seen({name for track in self.master.wiring.tracks for name in track.names})
-                self.loop = block_loop(self.master.wiring, self.measuring.source(), seen, build, self.written)
+                self.loop = block_loop(self.master.wiring, *self.observer, build, self.written)
             self.asked = {}
+            if self.varied is not None:
+                self.widen(self.varied)
         return self.master
+
+    @property
+    def observer(self) -> tuple[str, dict[str, str]]:
+        """C of what measures, and what it sees."""
+        assert self.measuring is not None and self.master is not None and self.master.wiring is not None
+        recorded = {name for track in self.master.wiring.tracks for name in track.names}
+        return self.measuring.source(), self.measuring.seen(recorded)
+
+    def widen(self, changes: Changes, build: bool = False) -> None:
+        """Measure runs that differ in what is changed side by side, if the loop was compiled for it before.
+
+        It is compiled now where `build` asks for it.
+        """
+        self.varied = changes
+        if self.loop is not None:
+            assert self.master is not None and self.master.wiring is not None
+            names = {f"{name}.{variable}" for name, own in self.start(changes).items() for variable in own
+                     if name in self.experiment.files}
+            varied = Varied(frozenset(names), bool(self.driven_by(changes)))
+            self.lanes = lane_loop(self.loop, self.master.wiring, *self.observer, varied, build)
+
+    @property
+    def width(self) -> int:
+        """How many runs are made side by side."""
+        return 1 if self.lanes is None else self.lanes.width
 
     def run(self, changes: Changes) -> tuple[Array, Mapping[str, Array]]:
         """Run with other values.
@@ -102,24 +133,45 @@ class RepeatedRun:
             self.close()
         return recording.time, recording.columns
 
-    def measure(self, changes: Changes) -> Found | None:
-        """What is found on a run with other values, without a recording; errors as of `run`.
+    def measure(self, runs: Sequence[Changes]) -> "list[Found | MaglevError | None]":
+        """What is found on runs with other values, `width` at most, without recordings, or why one cannot begin.
 
         None where there is no loop for it, something is refused, or is no number: `run` says what. KeyboardInterrupt
         where `ended` is no longer 0.
         """
-        if not self.begin(changes):
-            return None
-        assert self.loop is not None
-        meter = self.metering()
-        try:
-            ending = meter.run(self.loop, self.resistances(changes), self.ended)
-        except BaseException:
-            self.close()
-            raise
+        found: list[Found | MaglevError | None] = [None] * len(runs)
+        taken = Taken()
+        meters: dict[int, Meter] = {}   # of the runs in lanes, by number
+        for number, changes in enumerate(runs):
+            try:
+                if not self.begin(changes):
+                    continue
+            except MaglevError as error:
+                found[number] = error
+                continue
+            assert self.loop is not None
+            meter = self.metering(len(meters))
+            meter.resist(self.resistances(changes))
+            if self.lanes is None:
+                found[number] = self.found(meter, self.loop.run(self.steps, self.ended, meter.observer))
+            elif self.lanes.take(taken) == DONE:
+                meters[number] = meter
+        if meters:
+            assert self.lanes is not None
+            endings = self.lanes.run(taken, self.steps, self.ended, [meter.observer for meter in meters.values()])
+            for (number, meter), ending in zip(meters.items(), endings, strict=True):
+                found[number] = self.found(meter, ending)
+        return found
+
+    def found(self, meter: Meter, ending: int) -> Found | None:
         if ending == ENDED:
             raise KeyboardInterrupt
         return meter.found() if ending == DONE else None
+
+    @property
+    def steps(self) -> int:
+        assert self.measuring is not None
+        return len(self.measuring.time) - 1
 
     def begin(self, changes: Changes) -> bool:
         """Make ready a run with other values, for the loop; False where there is none. Errors as of `run`."""
@@ -134,15 +186,15 @@ class RepeatedRun:
             raise
         return self.loop is not None
 
-    def metering(self) -> Meter:
-        """What measures runs with the references as they are now; there is a loop for them."""
-        if self.meter is None:
+    def metering(self, lane: int = 0) -> Meter:
+        """What measures runs with the references as they are now, in a lane; there is a loop for them."""
+        if lane not in self.meters:
             assert self.master is not None and self.master.wiring is not None and self.measuring is not None
             given = {name: row for track in self.master.wiring.tracks if track.signals is not None
                      for name, row in zip(track.names, track.signals, strict=True)}
-            self.meter = Meter(self.measuring, {name: given[axis.reference]
-                                                for name, axis in self.experiment.plan.axes.items()})
-        return self.meter
+            self.meters[lane] = Meter(self.measuring, {name: given[axis.reference]
+                                                       for name, axis in self.experiment.plan.axes.items()})
+        return self.meters[lane]
 
     def start(self, changes: Changes) -> dict[str, dict[str, float | bool]]:
         by_fmu: dict[str, dict[str, float | bool]] = {}
@@ -152,10 +204,14 @@ class RepeatedRun:
             by_fmu.setdefault(name, {})[variable] = value
         return by_fmu
 
+    def driven_by(self, changes: Changes) -> Changes:
+        """Those of changes that references follow."""
+        return {name: value for name, value in changes.items()
+                if name.startswith(f"{REFERENCE}.") or name in self.drives}
+
     def drive(self, master: Master, changes: Changes) -> None:
         """Put the references of a run into the rows that the FMUs read."""
-        asked = {name: value for name, value in changes.items()
-                 if name.startswith(f"{REFERENCE}.") or name in self.drives}
+        asked = self.driven_by(changes)
         if asked != self.asked:
             # Those that a study varies go where it asks: a stop that is touched is what it finds.
             known = self.experiment.plan.signals, self.drives
@@ -164,7 +220,7 @@ class RepeatedRun:
             master.drive(others)
             self.driven = drives
             if any(axis.reference in others for axis in self.experiment.plan.axes.values()):
-                self.meter = None
+                self.meters = {}
             self.asked = asked
 
     def with_changes(self, changes: Changes) -> Experiment:

@@ -18,7 +18,7 @@ from maglev.files.beside import Forged, Gone, Said, Send, Silent
 from maglev.files.errors import MaglevError, in_one_line
 from maglev.files.installed import code
 from maglev.many.measuring import Found, Measuring, Meter
-from maglev.many.repeated_run import RepeatedRun
+from maglev.many.repeated_run import Changes, RepeatedRun
 from maglev.many.study_columns import Column, named_values
 from maglev.many.study_targets import Target
 from maglev.runs.endings import ABORTED, ending, endings
@@ -125,18 +125,30 @@ def run_samples(job: Job, values: Array, loaded: Callable[[], None] | None = Non
         repeated.load()   # what fails here is no sample's fault
         if loaded is not None:
             loaded()
-        for sample in values.tolist():
-            changes = job.changes(sample)
-            try:
-                found = repeated.measure(changes)
-                if found is None:
-                    time, columns = repeated.run(changes)
-                    metrics = run_metrics(plan, time, columns, repeated.resistances(changes))
-                    kept = np.column_stack([columns[name][::job.every] for name in job.kept]) if job.kept else None
-            except MaglevError as error:
-                yield failed_sample(job, in_one_line(error))
-                continue
-            yield found or Sample(metric_rows(job, metrics)[0], ending(plan, metrics), None, kept)
+        samples = [job.changes(sample) for sample in values.tolist()]
+        if len(samples) > 1:
+            repeated.widen(samples[0])
+        for first in range(0, len(samples), repeated.width):
+            yield from run_together(job, repeated, samples[first:first + repeated.width])
+
+
+def run_together(job: Job, repeated: RepeatedRun, samples: Sequence[Changes]) -> Iterator[Sample | Found]:
+    """Run samples side by side where there is a loop for it; others, and those that it cannot run, one by one."""
+    plan = job.experiment.plan
+    for changes, found in zip(samples, repeated.measure(samples), strict=True):
+        if isinstance(found, Found):
+            yield found
+            continue
+        try:
+            if found is not None:
+                raise found
+            time, columns = repeated.run(changes)
+            metrics = run_metrics(plan, time, columns, repeated.resistances(changes))
+        except MaglevError as error:
+            yield failed_sample(job, in_one_line(error))
+            continue
+        kept = np.column_stack([columns[name][::job.every] for name in job.kept]) if job.kept else None
+        yield Sample(metric_rows(job, metrics)[0], ending(plan, metrics), None, kept)
 
 
 def sampled_in_order(job: Job, ran: Sequence[Sample | Found]) -> list[Sample]:

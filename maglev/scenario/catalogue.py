@@ -72,7 +72,7 @@ def build_written(path: Path, folder: Path, kind: Kind = PYTHON) -> Path:
             raise BuildError(f"{path}: class {own.name} would overwrite an FMU of this project, expected another name")
         made = maker(kind, written.texts)(own, unfinished)
         if kind.native and own_code(own, project().packages).ends:
-            BUILT[digest_at(made)] = own.native_variables
+            BUILT[digest_at(made)] = own
         return folder / made.name
 
 

@@ -4,15 +4,20 @@ from collections.abc import Mapping
 from pathlib import Path
 
 from maglev.files.cache import digest_at
-from maglev.fmi.definition import Variable
+from maglev.fmi.definition import FmuDefinition, Variable
 
 Variables = tuple[Variable, ...]   # of an FMU, by their value references
 
 # By SHA-256 of a file that this process has built of a class, whose steps always end.
-BUILT: dict[str, Variables] = {}
+BUILT: dict[str, FmuDefinition] = {}
+
+
+def built_definition(path: Path) -> FmuDefinition | None:
+    """Definition of an FMU that this process has built of a user's class."""
+    return BUILT.get(digest_at(path)) if BUILT else None
 
 
 def built_blocks(files: Mapping[str, Path]) -> dict[str, Variables]:
     """Of FMUs by name, the variables of those that this process has built of users' classes."""
-    built = {name: BUILT.get(digest_at(path)) for name, path in files.items()} if BUILT else {}
-    return {name: variables for name, variables in built.items() if variables is not None}
+    built = {name: built_definition(path) for name, path in files.items()}
+    return {name: own.native_variables for name, own in built.items() if own is not None}

@@ -13,6 +13,8 @@ import pytest
 import maglev
 from maglev.api.studying import plain
 from maglev.cosim import block_loop
+from maglev.cosim.block_loop import DONE
+from maglev.cosim.lane_loop import LaneLoop
 from maglev.language.errors import ExportError
 from maglev.many import batches
 from maglev.many.measuring import Meter
@@ -55,6 +57,29 @@ def test_samples_are_runs(batch: maglev.Batch) -> None:
         assert run.result.provenance is not None
         assert f"plant.v.mass = {MASSES[sample]:g}" in " ".join(run.result.provenance.changes) or sample == 1
     assert len({*batch["overshoot of v"].tolist()}) == 3
+
+
+def test_samples_side_by_side_are_runs(native_fmus: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """One that an FMU refuses has a row that says so."""
+    for worth in ("WORTH_COMPILING", "WORTH_WIDENING", "FEWEST_BATCHES"):
+        monkeypatch.setattr(batches, worth, 1)
+    monkeypatch.setattr(batches, "side_by_side", None)
+    together: list[list[int]] = []
+    run_in_lanes = LaneLoop.run
+
+    def watched(*given: Any) -> list[int]:
+        together.append(run_in_lanes(*given))
+        return together[-1]
+
+    monkeypatch.setattr(LaneLoop, "run", watched)
+    found = maglev.batch(RUN, {"plant.v.mass": MASSES, "plant.h.position_start": [0.0, 9.0, 0.001]}, fmus=native_fmus,
+                         jobs=1)
+    assert together == [[DONE, DONE]]
+    assert found.failures[1] is not None
+    for sample in (0, 2):
+        run = found.run(sample)
+        assert run.metrics is not None and found["rms error of h"][sample] == run.metrics.rms_errors["h"]
+    assert found["rms error of h"][0] != found["rms error of h"][2]
 
 
 def test_a_loop_that_cannot_be_compiled_is_said(native_fmus: Path, monkeypatch: pytest.MonkeyPatch) -> None:

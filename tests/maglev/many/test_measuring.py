@@ -13,7 +13,7 @@ from written_controllers import trial as trial_file
 
 import maglev
 from maglev.cosim import Order
-from maglev.many.measuring import Measuring
+from maglev.many.measuring import Found, Measuring
 from maglev.many.repeated_run import Changes, RepeatedRun
 from maglev.many.study_columns import named_values
 from maglev.runs.endings import ending, endings
@@ -45,8 +45,8 @@ def trial_of(experiment: Experiment, kept: tuple[str, ...] = (), every: int = 1,
 
 def require_same(trial: RepeatedRun, changes: Changes) -> None:
     """The same metrics, and the same of what is kept, of both ways."""
-    measured = trial.measure(changes)
-    assert measured is not None
+    measured, = trial.measure([changes])
+    assert isinstance(measured, Found)
     meter, *forms, rows = measured
     plan = trial.experiment.plan
     time, columns = trial.run(changes)
@@ -94,7 +94,7 @@ def test_metrics_of_every_run(native_fmus: Path, name: str) -> None:
     """With the FMUs' own values where a run takes some from another."""
     experiment = experiment_of(native_fmus, name)
     with trial_of(experiment) as trial:
-        if trial.measure({}) is not None:   # else it shows a refusal
+        if trial.measure([{}])[0] is not None:   # else it shows a refusal
             require_same(trial, {})
 
 
@@ -117,19 +117,29 @@ def random_trial(native_fmus: Path) -> RepeatedRun:
 def test_what_is_refused_is_left_to_the_calls(native_fmus: Path) -> None:
     """Of a value that is none, and of a step that does not fit: they say what is wrong."""
     with trial_of(experiment_of(native_fmus, "2dof-setpoints", 1.5)) as trial:
-        assert trial.measure({"controller.sample_time": 0.7e-3}) is None
+        assert trial.measure([{"controller.sample_time": 0.7e-3}])[0] is None
         require_same(trial, {})
         trial.load().drive({"controller.v.reference": [math.nan] * len(trial.experiment.times)})
-        assert trial.measure({}) is None
+        assert trial.measure([{}])[0] is None
+
+
+def test_nothing_of_a_run_that_trips_stays_for_the_next(native_fmus: Path) -> None:
+    experiment = experiment_of(native_fmus, "3dof-laws-nonlinear")
+    with trial_of(experiment) as trial, trial_of(experiment) as fresh:
+        tripped, after, first = (*(trial.measure([changes])[0] for changes in ({"controller.current_limit": 0.5}, {})),
+                                 fresh.measure([{}])[0])
+        assert isinstance(tripped, Found) and isinstance(after, Found) and isinstance(first, Found)
+        assert tripped.whole["flag"].max() > 0.0 > first.whole["flag"].max()
+        assert after.whole.tobytes() == first.whole.tobytes()
 
 
 def test_it_ends_when_it_is_told_to(native_fmus: Path) -> None:
     ended = c_int64()
     with trial_of(experiment_of(native_fmus, "2dof-setpoints"), ended=ended) as trial:
-        assert trial.measure({}) is not None
+        assert trial.measure([{}])[0] is not None
         ended.value = 1   # as another thread says it
         with pytest.raises(KeyboardInterrupt):
-            trial.measure({})
+            trial.measure([{}])
 
 
 def test_fmus_of_fmi_3_are_taken(fmi3_fmus: Path) -> None:
@@ -166,4 +176,4 @@ def test_only_native_fmus_of_this_installation_are_taken(fmus: Path, clocked_fmu
         with RepeatedRun(experiment, None, Measuring(experiment.plan, experiment.times)) as trial:
             trial.load(build=True)
             assert trial.loop is None
-            assert trial.measure({}) is None
+            assert trial.measure([{}])[0] is None

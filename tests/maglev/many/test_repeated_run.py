@@ -10,7 +10,7 @@ from tiny_study import experiment, scenario
 import maglev
 from maglev.cosim.master import RunFailed
 from maglev.files.arrays import Array
-from maglev.many.measuring import Measuring
+from maglev.many.measuring import Found, Measuring
 from maglev.many.repeated_run import Changes, RepeatedRun
 from maglev.scenario.signals import Steps
 
@@ -59,9 +59,9 @@ def test_what_measures_stays_while_the_references_of_axes_do(native_fmus: Path, 
     own = experiment(tmp_path, native_fmus, WEAKER)
     with RepeatedRun(own, measuring=Measuring(own.plan, own.times)) as trial:
         trial.load(build=True)
-        first, weaker, larger = (trial.measure(changes) for changes in (
+        first, weaker, larger = (trial.measure([changes])[0] for changes in (
             {}, {"reference.plant.C1.end": 12.0}, {"reference.h.amplitude": 2.0}))
-        assert first is not None and weaker is not None and larger is not None
+        assert isinstance(first, Found) and isinstance(weaker, Found) and isinstance(larger, Found)
         assert first.meter is weaker.meter is not larger.meter
         (before, target), (same, twice) = (found.meter.own_steps["h"][100] for found in (first, larger))
         assert 2.0 * target == twice != before == same == 0.0

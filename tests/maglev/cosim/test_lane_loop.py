@@ -1,0 +1,162 @@
+"""Runs side by side have the bits of runs one by one, and what happens in one lane leaves the others alone."""
+
+from collections.abc import Sequence
+from pathlib import Path
+from typing import Any
+
+import pytest
+from hypothesis import HealthCheck, Phase, given, settings
+from hypothesis import strategies as st
+
+from maglev.cosim import lane_loop
+from maglev.cosim.block_loop import DONE, REFUSED
+from maglev.cosim.lane_loop import LEVEL_3, NARROW, WIDER, Vectors, widest
+from maglev.files.errors import MaglevError
+from maglev.many.measuring import Found, Measuring
+from maglev.many.repeated_run import Changes, RepeatedRun
+from maglev.runs.preparation import Experiment, prepare
+from maglev.scenario.loading import load_plan
+
+# Runs, and what is varied in them: lanes differ in masses, gains, friction that is off in one, where they begin and go,
+# limits, and errors that trip one of them.
+RUNS: dict[str, list[dict[str, float]]] = {
+    "2dof-laws-nonlinear": [
+        {"plant.v.mass": mass, "plant.h.friction.coulomb": friction, "controller.trip_error": trip,
+         "reference.h.amplitude": 1.0 + 0.1 * friction}
+        for mass, friction, trip in ((4.35, 0.0, 0.1), (5.0, 1.0, 1.0e-4), (9.0, 2.0, 2.0e-3), (4.0, 0.5, 0.1),
+                                     (4.2, 0.0, 0.02))],
+    "3dof-laws-nonlinear": [
+        {"plant.y.mass": mass, "controller.current_limit": limit, "plant.x.position_start": start}
+        for mass, limit, start in ((6.9, 4.0, 0.0), (8.0, 0.5, 0.01), (6.0, 3.0, -0.01), (7.1, 1.0e-3, 0.0))],
+    "5dof-laws-nonlinear": [{"plant.y.mass": mass, "controller.current_limit": limit}
+                            for mass, limit in ((18.0, 4.0), (20.0, 0.5), (22.0, 4.0))],
+}
+STATUS = "2dof-laws-nonlinear"
+
+
+def experiment_of(run: str, folder: Path) -> Experiment:
+    return prepare(load_plan(run), folder, {}, {})
+
+
+def measured(experiment: Experiment, runs: Sequence[Changes], together: bool) -> list[Found | Exception | None]:
+    """What is found on runs, in lanes or one after the other."""
+    kept = [axis.position for axis in experiment.plan.axes.values()]
+    measuring = Measuring(experiment.plan, experiment.times, kept, 10)
+    found: list[Found | Exception | None] = []
+    with RepeatedRun(experiment, measuring=measuring) as repeated:
+        repeated.load(build=True)
+        if together:
+            repeated.widen(runs[0], build=True)
+        assert (repeated.lanes is not None) == together
+        for first in range(0, len(runs), repeated.width):
+            found += repeated.measure(runs[first:first + repeated.width])
+    return found
+
+
+def require_same(one: Found | Exception | None, other: Found | Exception | None) -> None:
+    if not isinstance(one, Found) or not isinstance(other, Found):
+        assert str(one) == str(other)
+        return
+    assert one.kept is not None and other.kept is not None
+    for part in ("whole", "windows", "events", "kept"):
+        assert getattr(one, part).tobytes() == getattr(other, part).tobytes(), part
+
+
+@pytest.mark.parametrize("run", [pytest.param(run, marks=pytest.mark.thorough) if "5dof" in run else run
+                                 for run in RUNS])
+def test_lanes_have_the_bits_of_single_runs(run: str, native_fmus: Path) -> None:
+    """The last lanes have none where there are fewer runs than lanes."""
+    experiment = experiment_of(run, native_fmus)
+    alone, together = (measured(experiment, RUNS[run], how) for how in (False, True))
+    assert all(isinstance(each, Found) for each in alone)
+    assert len({each.whole.tobytes() for each in alone if isinstance(each, Found)}) == len(alone)
+    for one, other in zip(alone, together, strict=True):
+        require_same(one, other)
+
+
+# Values of one run: of every kind of target, some refused, some that make it trip, run away or touch a stop.
+ANY_RUN = st.fixed_dictionaries({
+    "plant.y.mass": st.sampled_from((6.9, 8.0, 0.01, 1.0e3, -1.0)), "controller.antiwindup": st.booleans(),
+    "plant.x.locked": st.booleans(), "plant.alpha.phase_a.open": st.booleans(),
+    "controller.trip_error": st.floats(1.0e-4, 0.1), "plant.x.position_start": st.floats(-0.03, 0.03),
+    "controller.current_limit": st.floats(0.1, 6.0), "reference.y.amplitude": st.floats(0.5, 3.0)})
+
+
+@given(st.lists(ANY_RUN, min_size=6, max_size=6))
+@settings(max_examples=5, derandomize=True, deadline=None, database=None, phases=[Phase.generate],
+          suppress_health_check=list(HealthCheck))
+def test_random_runs_have_the_same_bits_in_lanes(native_fmus: Path, runs: list[Changes]) -> None:
+    experiment = experiment_of("3dof-laws-nonlinear", native_fmus)
+    for one, other in zip(*(measured(experiment, runs, how) for how in (False, True)), strict=True):
+        require_same(one, other)
+
+
+@pytest.mark.parametrize("width", [1, 2, pytest.param(8, marks=pytest.mark.thorough)])
+def test_width_does_not_matter(width: int, native_fmus: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    experiment, runs = experiment_of(STATUS, native_fmus), RUNS[STATUS][:3]
+    alone = measured(experiment, runs, False)
+    monkeypatch.setattr(lane_loop, "widest", lambda: Vectors(width, "baseline", frozenset()))
+    for one, other in zip(alone, measured(experiment, runs, True), strict=True):
+        require_same(one, other)
+
+
+def test_widest_vectors_are_those_of_the_processor() -> None:
+    assert widest(frozenset()) is NARROW
+    assert widest(LEVEL_3) == (4, "x86_64_v3", LEVEL_3)
+    assert widest(LEVEL_3 - {"avx2"}) is NARROW
+    assert widest(LEVEL_3 | {"avx512f", "avx512bw", "avx512cd", "avx512dq", "avx512vl", "sse2"}).width == 8
+    assert widest().needed <= lane_loop.processor_flags()
+
+
+def test_a_library_for_other_vectors_is_never_loaded(native_fmus: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """One that lies in the cache, kept by a processor with wider vectors, is not found by one that has none."""
+    experiment, (changes, *_) = experiment_of(STATUS, native_fmus), RUNS[STATUS]
+    kept: dict[tuple[str, str], bytes] = {}
+    monkeypatch.setattr(lane_loop, "kept", lambda place, name: kept.get((place, name)))
+    monkeypatch.setattr(lane_loop, "keep_here", lambda place, name, content: kept.setdefault((place, name), content))
+    monkeypatch.setattr(lane_loop, "library", lambda _sources, _name, host: host.flags)
+    monkeypatch.setattr(lane_loop, "LaneLoop", lambda made, *_: made)
+    with RepeatedRun(experiment, measuring=Measuring(experiment.plan, experiment.times)) as repeated:
+        repeated.load(build=True)
+        for vectors in (*WIDER, NARROW):
+            monkeypatch.setattr(lane_loop, "widest", lambda vectors=vectors: vectors)
+            repeated.widen(changes)
+            assert repeated.lanes is None
+            repeated.widen(changes, build=True)
+            flags: Any = repeated.lanes
+            assert f"-mcpu={vectors.processor}" in flags
+
+
+def test_a_lane_that_is_refused_leaves_the_others_alone(native_fmus: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """A mover that is far too light for a stiff stop is thrown out; another lane never begins."""
+    experiment = experiment_of(STATUS, native_fmus)
+    runs = [{"plant.v.mass": mass, "plant.v.stop.stiffness": stiffness, "plant.v.position_start": start}
+            for mass, stiffness, start in ((4.35, 1.0e6, 0.02), (0.001, 1.0e8, 0.02), (30.0, 2.0e6, 0.02),
+                                           (4.35, 1.0e6, 1.0), (5.0, 1.0e6, 0.021))]
+    alone = measured(experiment, runs, False)
+    statuses: list[list[int]] = []
+    run_in_lanes = lane_loop.LaneLoop.run
+
+    def watched(*given: Any) -> list[int]:
+        statuses.append(run_in_lanes(*given))
+        return statuses[-1]
+
+    monkeypatch.setattr(lane_loop.LaneLoop, "run", watched)
+    together = measured(experiment, runs, True)
+    assert [status for each in statuses for status in each] == [DONE, REFUSED, DONE, DONE]
+    assert together[1] is None and isinstance(together[3], MaglevError)
+    for one, other in zip(alone, together, strict=True):
+        require_same(one, other)
+
+
+def test_nothing_else_of_a_beginning_may_differ(native_fmus: Path) -> None:
+    """A run that differs in what the library has as common is not made by it."""
+    experiment = experiment_of(STATUS, native_fmus)
+    measuring = Measuring(experiment.plan, experiment.times)
+    runs: list[Changes] = [{"plant.v.mass": 4.35}, {"plant.v.mass": 5.0, "controller.current_limit": 3.0}]
+    with RepeatedRun(experiment, measuring=measuring) as repeated:
+        repeated.load(build=True)
+        repeated.widen(runs[0], build=True)
+        found = repeated.measure(runs[:repeated.width])
+        assert isinstance(found[0], Found)
+        assert found[1] is None
