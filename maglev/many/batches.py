@@ -108,9 +108,9 @@ def has_loop(job: Job, batches: list[Batch], values: Array) -> bool:
     samples = [sample for batch in batches for sample in batch.samples]
     if job.limit is not None or not samples:
         return False
-    steps = job.experiment.plan.stop_time / job.experiment.step * len(samples)
+    steps = job.experiment.plan.stop_time / job.experiment.step * max(job.ahead, len(samples))
     with job.repeated_run() as repeated:
-        with said_if_slower("calls of the FMUs"):
+        with said_if_slower("by calls of the FMUs"):
             repeated.load(build=steps >= WORTH_COMPILING)
         with said_if_slower("one after the other"):
             repeated.widen(job.changes(values[samples[0]].tolist()), build=steps >= WORTH_WIDENING)
@@ -124,7 +124,7 @@ def said_if_slower(instead: str) -> Iterator[None]:
         yield
     except (ExportError, OSError) as error:
         if has_compiler():
-            warn(f"{error}; samples run by {instead}: the same results, slower")
+            warn(f"{error}; samples run {instead}: the same results, slower")
 
 
 def run_in_threads(jobs: int, job: Job, batches: list[Batch], values: Array, store: Store) -> None:

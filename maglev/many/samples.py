@@ -57,6 +57,7 @@ class Job:
     limit: float | None = None
     written: Mapping[str, Variables] = field(default_factory=dict)   # of users' classes, by name of the FMU
     native: bool = True            # whether all FMUs are, which takes less time
+    ahead: int = 0                 # samples of a search in all, whose generations are run one after the other
 
     def changes(self, sample: Sequence[float]) -> dict[str, float | bool]:
         return {target.name: bool(value) if target.boolean else value

@@ -3,7 +3,7 @@
 import hashlib
 from collections.abc import Callable
 from contextlib import AbstractContextManager
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from io import BytesIO
 from typing import Any
 
@@ -80,7 +80,8 @@ class Search:
             self.runs += len(result.values)
             self.watch(min(self.runs, self.all_runs - 1), self.all_runs)
 
-        self.run_batches(self.planned.job, batches_of(self.planned.job, len(values), 0), values, store)
+        job = replace(self.planned.job, ahead=self.all_runs)
+        self.run_batches(job, batches_of(job, len(values), 0), values, store)
         content = BytesIO()
         np.save(content, rows)
         self.parts.write(kept, content.getvalue())

@@ -12,7 +12,7 @@ import pytest
 
 import maglev
 from maglev.api.studying import plain
-from maglev.cosim import block_loop
+from maglev.cosim import block_loop, lane_loop
 from maglev.cosim.block_loop import DONE
 from maglev.cosim.lane_loop import LaneLoop
 from maglev.language.errors import ExportError
@@ -82,14 +82,18 @@ def test_samples_side_by_side_are_runs(native_fmus: Path, monkeypatch: pytest.Mo
     assert found["rms error of h"][0] != found["rms error of h"][2]
 
 
-def test_a_loop_that_cannot_be_compiled_is_said(native_fmus: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+@pytest.mark.parametrize(("loop", "instead"), [(block_loop, "by calls of the FMUs"),
+                                               (lane_loop, "one after the other")])
+def test_a_loop_that_cannot_be_compiled_is_said(loop: Any, instead: str, native_fmus: Path,
+                                                monkeypatch: pytest.MonkeyPatch) -> None:
     def refused(*_: Any) -> bytes:
         raise ExportError("the C compiler refuses the sources")
 
-    monkeypatch.setattr(batches, "WORTH_COMPILING", 1)
-    monkeypatch.setattr(block_loop, "kept", lambda *_: None)
-    monkeypatch.setattr(block_loop, "library", refused)
-    with pytest.warns(UserWarning, match="refuses the sources; samples run by calls of the FMUs: the same results"):
+    for worth in ("WORTH_COMPILING", "WORTH_WIDENING"):
+        monkeypatch.setattr(batches, worth, 1)
+    monkeypatch.setattr(loop, "kept", lambda *_: None)
+    monkeypatch.setattr(loop, "library", refused)
+    with pytest.warns(UserWarning, match=f"refuses the sources; samples run {instead}: the same results"):
         found = maglev.batch(RUN, {"plant.v.mass": MASSES[:1]}, fmus=native_fmus, jobs=1)
     run = found.run(0)
     assert run.metrics is not None and found["rms error of v"][0] == run.metrics.rms_errors["v"]

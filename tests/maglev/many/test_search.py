@@ -5,7 +5,7 @@ import shutil
 from collections.abc import Iterator
 from contextlib import nullcontext
 from pathlib import Path
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 import pytest
@@ -15,6 +15,7 @@ from tiny_study import experiment, simulate_samples
 from tiny_study import scenario as tiny_scenario
 
 import maglev
+from maglev.cosim.lane_loop import LaneLoop
 from maglev.files.errors import Interrupted, ScenarioError
 from maglev.many import batches
 from maglev.many.tuning_file import FOLDER, load_tuning, read_tuning
@@ -88,6 +89,28 @@ def left(fastest_fmus: Path, searched: Searched, tmp_path_factory: pytest.TempPa
     with pytest.raises(Interrupted, match=r"interrupted: generations that are done are kept in .*resume=True"):
         maglev.tune(searched.file, out=folder, fmus=fastest_fmus, jobs=1, watch=lambda _: nullcontext(interrupted))
     return folder / "tuned.parts"
+
+
+def test_candidates_run_side_by_side(native_fmus: Path, searched: Searched, tmp_path: Path,
+                                     monkeypatch: pytest.MonkeyPatch) -> None:
+    """The loop in lanes is compiled before the first generation, if the search is worth it; nothing of it changes."""
+    lanes: list[int] = []
+    run_in_lanes = LaneLoop.run
+
+    def watched(*given: Any) -> list[int]:
+        found = run_in_lanes(*given)
+        lanes.append(len(found))
+        return found
+
+    monkeypatch.setattr(LaneLoop, "run", watched)
+    for worth in ("WORTH_COMPILING", "WORTH_WIDENING"):
+        monkeypatch.setattr(batches, worth, 150 * 400)   # of the steps of all runs
+    tiny_scenario(tmp_path)
+    shutil.copy(searched.file, tmp_path / "tuning.toml")
+    found = maglev.tune(tmp_path / "tuning.toml", out=tmp_path / "whole", fmus=native_fmus, jobs=1)
+    assert max(lanes) > 1
+    assert found.parameters == searched.whole.parameters
+    assert found.found.cost == searched.whole.found.cost
 
 
 def planned(folder: Path, fmus: Path, **table: object) -> PlannedTuning:
