@@ -5,7 +5,7 @@ from controller_fmu.motor_current import MotorCurrent
 from controller_fmu.motor_layout import MotorLayout
 from pmlsm.gap_functions import gap_functions
 from pmlsm.stage_description import StageDescription
-from pmlsm.velocity_rows import normal_terms, thrust_acceleration
+from pmlsm.velocity_rows import normal_terms, thrust_term
 
 NONE = -0.0   # what a sum begins with that is to be its first term exactly, even where that is −0
 
@@ -34,6 +34,6 @@ class CommonRow:
             squares = squares + motor.i_q * motor.i_q + motor.i_d * motor.i_d
             thrust[k] += motor.i_q
         for k in range(len(thrust)):
-            thrust[k] = thrust_acceleration(sharing, f1, thrust[k])
+            thrust[k] = thrust_term(sharing, f1, thrust[k])
         self.attraction, self.coils, self.iron = normal_terms(self.carrying, sharing, sharing, f2, f3, f4, direct,
                                                               squares)

@@ -7,7 +7,7 @@ from controller_fmu.motor_layout import MotorLayout
 from controller_fmu.tilting_platform import TiltingPlatform
 from pmlsm.gap_functions import gap_functions
 from pmlsm.stage_description import StageDescription
-from pmlsm.velocity_rows import normal_terms, thrust_acceleration
+from pmlsm.velocity_rows import normal_terms, thrust_term
 
 
 class MotorRows:
@@ -41,4 +41,4 @@ class MotorRows:
             self.attraction += attraction
             self.coils += coils
             self.iron += iron
-            thrust[k] += thrust_acceleration(sharing * ratio.thrust, f1, motor.i_q)
+            thrust[k] += thrust_term(sharing * ratio.thrust, f1, motor.i_q)

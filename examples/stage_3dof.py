@@ -6,7 +6,7 @@ from maglev.descriptions.packaged import PACKAGED_STAGES
 from pmlsm.gap_functions import gap_functions
 from pmlsm.motor_geometry import MotorGeometry
 from pmlsm.saturation import saturate
-from pmlsm.velocity_rows import normal_acceleration, thrust_acceleration
+from pmlsm.velocity_rows import normal_acceleration, thrust_term
 
 MOTOR = MotorGeometry()
 
@@ -33,7 +33,7 @@ def accelerations(gap: float, i_d: float, i_qa: float, i_qb: float) -> tuple[flo
     """Accelerations of y, x, z (m/s²) that currents (A) make at an air gap (m), as the regulator knows the stage."""
     f1, f2, f3, f4 = gap_functions(MOTOR, gap)
     return (normal_acceleration(*VERTICAL, f2, f3, f4, i_d, i_d**2 + 0.5 * (i_qa**2 + i_qb**2)),
-            thrust_acceleration(THRUST_X, f1, i_qa), thrust_acceleration(THRUST_Z, f1, i_qb))
+            thrust_term(THRUST_X, f1, i_qa), thrust_term(THRUST_Z, f1, i_qb))
 
 
 def quadrature_currents(gap: float, x: float, z: float) -> tuple[float, float]:

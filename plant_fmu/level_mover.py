@@ -9,7 +9,7 @@ from plant_fmu.motor_mount import MotorMount
 from plant_fmu.motor_supply import MotorSupply
 from pmlsm.gap_functions import gap_functions
 from pmlsm.stage_description import StageDescription
-from pmlsm.velocity_rows import GRAVITY, normal_acceleration, normal_terms, thrust_acceleration
+from pmlsm.velocity_rows import GRAVITY, normal_acceleration, normal_terms, thrust_term
 
 
 class LevelMover:
@@ -51,7 +51,7 @@ class LevelMover:
             magnetics.carrying * share * magnetics.attraction, sharing * share * magnetics.coils,
             sharing * share * magnetics.iron, f2, f3, f4, direct, squares)
         for k in self.driven:
-            accelerations[k] = thrust_acceleration(
+            accelerations[k] = thrust_term(
                 sharing * axes[k].mass_ratio * magnetics.thrust[k - 1], f1, accelerations[k])
 
     def push_unlike(self, axes: list[Axis], motors: list[MotorSupply], magnetics: Magnetics) -> None:
@@ -76,7 +76,7 @@ class LevelMover:
                 motor.i_d, motor.i_q * motor.i_q + motor.i_d * motor.i_d)
             accelerations[0] += attraction + coils + iron
             driven = motor.axis
-            accelerations[driven] += thrust_acceleration(
+            accelerations[driven] += thrust_term(
                 ratio.thrust * sharing * axes[driven].mass_ratio * magnetics.thrust[driven - 1], f1 * strength,
                 motor.i_q)
 

@@ -5,7 +5,7 @@ from plant_fmu.end_stop import EndStop
 from pmlsm.gap_functions import gap_functions
 from pmlsm.motor_geometry import MotorGeometry
 from pmlsm.stage_description import Stop
-from pmlsm.velocity_rows import normal_terms, thrust_acceleration
+from pmlsm.velocity_rows import normal_terms, thrust_term
 
 
 class MotorMount:
@@ -77,7 +77,7 @@ class MotorMount:
         by_attraction, by_coils, by_iron = normal_terms(attraction, coils, iron, f2, f3, f4, i_d,
                                                         i_q * i_q + i_d * i_d)
         self.normal = by_iron + by_coils + by_attraction + self.stop.force(self.gap, self.gap_rate)
-        self.thrust = thrust_acceleration(thrust, f1, i_q)
+        self.thrust = thrust_term(thrust, f1, i_q)
 
     def roll_torque(self) -> float:
         """Torque of the normal force about x, N m."""

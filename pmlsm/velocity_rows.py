@@ -11,7 +11,7 @@ pair is two motors with one current, so that there a constant of a current count
 GRAVITY = 9.81   # G, m/s²
 
 
-def thrust_acceleration(thrust: float, f1: float, i_q: float) -> float:
+def thrust_term(thrust: float, f1: float, i_q: float) -> float:
     """Acceleration (m/s²) of a horizontal axis by its quadrature current (A); `thrust` in m/(s² A)."""
     return -thrust * f1 * i_q
 

@@ -8,7 +8,7 @@ from controller_fmu.motor_command import MotorCommand
 from pmlsm.gap_functions import gap_functions
 from pmlsm.motor_geometry import MotorGeometry
 from pmlsm.saturation import saturate
-from pmlsm.velocity_rows import normal_acceleration, thrust_acceleration
+from pmlsm.velocity_rows import normal_acceleration, thrust_term
 
 
 class Motors3DOF:
@@ -55,5 +55,5 @@ class Motors3DOF:
         squares = direct * direct + 0.5 * (alpha.i_q_cmd * alpha.i_q_cmd + beta.i_q_cmd * beta.i_q_cmd)
         self.y = normal_acceleration(4.0 * self.C3, 4.0 * self.C4, 4.0 * self.C5, self.f2, self.f3, self.f4, direct,
                                      squares)
-        self.x = thrust_acceleration(2.0 * self.C1, self.f1, alpha.i_q_cmd)
-        self.z = thrust_acceleration(2.0 * self.C2, self.f1, beta.i_q_cmd)
+        self.x = thrust_term(2.0 * self.C1, self.f1, alpha.i_q_cmd)
+        self.z = thrust_term(2.0 * self.C2, self.f1, beta.i_q_cmd)

@@ -11,8 +11,8 @@ from maglev.files.errors import ScenarioError, option
 from maglev.files.pictures import require_matplotlib
 from maglev.files.processes import processors
 from maglev.files.side_by_side import Say, Watch, unwatched, warn
-from maglev.runs.baseline import baseline_file
 from maglev.runs.baseline_check import check_runs
+from maglev.runs.baseline_file import baseline_file
 from maglev.runs.baseline_update import update_all
 from maglev.runs.check_outcome import CheckResult, UpdateResult, write_junit
 from maglev.runs.selection import Scenarios, needed, select

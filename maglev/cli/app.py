@@ -31,7 +31,7 @@ from maglev.cli.options import (
 from maglev.cli.region import region
 from maglev.cli.streams import CommandLine, Commands
 from maglev.cli.study import compare, study, tune
-from maglev.cli.terminal import finish, one_line_errors, progress_of, require_environment, say
+from maglev.cli.terminal import one_line_errors, progress_of, require_environment, run_and_print, say
 from maglev.files.errors import ScenarioError
 from maglev.scenario.options import KindName
 
@@ -155,8 +155,8 @@ def run(names: Names = None, everything: All = False, out: Out = Path("results")
         if everything == bool(names):
             raise ScenarioError("expected the name of a scenario, or --all" if not names else
                                 f"--all and {', '.join(names)}: expected one of them")
-        finish(names, json=json, debug=debug, fail_on_claims=fail_on_claims, open_page=open_page, out=out, plot=plot,
-               page=open_page and "run", claims=claims, format=form, every=every, jobs=jobs, **options)
+        run_and_print(names, json=json, debug=debug, fail_on_claims=fail_on_claims, open_page=open_page, out=out,
+                      plot=plot, page=open_page and "run", claims=claims, format=form, every=every, jobs=jobs, **options)
 
 
 @with_run_options()
@@ -177,8 +177,8 @@ def report(names: Names = None, out: Out = Path("results"),
     `maglev report 3dof-setpoints --controller my_controller.fmu`
     """
     with one_line_errors(debug):
-        finish(names, debug=debug, open_page=open_page, out=out, page=True, what_if=what_if, claims=claims, jobs=jobs,
-               **options)
+        run_and_print(names, debug=debug, open_page=open_page, out=out, page=True, what_if=what_if, claims=claims,
+                      jobs=jobs, **options)
 
 
 @with_run_options("fmus")

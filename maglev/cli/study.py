@@ -56,9 +56,9 @@ def study(what: Annotated[str, typer.Argument(metavar="STUDY", help="A study of 
     `maglev study 3dof-setpoints --vary plant.x.friction.coulomb=±20% --samples 200 --controller mine.py`
     """
     with one_line_errors(debug):
-        finish(maglev.study(what, vary=None if vary is None else read_vary(vary), samples=samples, seed=seed,
-                            keep=keep or (), name=name, out=out, jobs=jobs, scheduler=scheduler,
-                            resume=resume, sample_timeout=sample_timeout, watch=progress_of, say=say, **options))
+        write_and_print(maglev.study(what, vary=None if vary is None else read_vary(vary), samples=samples, seed=seed,
+                                     keep=keep or (), name=name, out=out, jobs=jobs, scheduler=scheduler,
+                                     resume=resume, sample_timeout=sample_timeout, watch=progress_of, say=say, **options))
 
 
 def read_vary(words: list[str]) -> dict[str, str]:
@@ -70,7 +70,7 @@ def read_vary(words: list[str]) -> dict[str, str]:
     return read
 
 
-def finish(study: "maglev.Study") -> None:
+def write_and_print(study: "maglev.Study") -> None:
     """Write the page, and print what the study found; exits with 2 if no sample came to its end."""
     from maglev.pages.study_text import show_study
 

@@ -107,7 +107,7 @@ def progress_of(names: Sequence[str]) -> Iterator["Watcher"]:
         yield watch
 
 
-def finish(names: list[str] | None, json: bool = False, debug: bool = False, fail_on_claims: bool = False,
+def run_and_print(names: list[str] | None, json: bool = False, debug: bool = False, fail_on_claims: bool = False,
            open_page: bool = False, **options: Any) -> None:
     """Run scenarios, open the page about them if that is asked for, and print what they gave, perhaps as JSON.
 

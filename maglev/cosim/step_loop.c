@@ -1,4 +1,4 @@
-/* The communication steps of a co-simulation whose calls are all C functions: the loop of stepping.py, compiled. */
+/* The communication steps of a co-simulation whose calls are all C functions: the loop of step_loop.py, compiled. */
 
 #include <math.h>
 #include <stdbool.h>
@@ -45,7 +45,7 @@ static unsigned int call_fmi3(const struct call *c, int64_t k, char *row, double
     if (status > WARNING) {
         return status;
     }
-    /* 1e-6 of a step is PUNCTUAL in versions/clocks.py; a time that is no number fails both comparisons. */
+    /* 1e-6 of a step is PUNCTUAL in clocks.py; a time that is no number fails both comparisons. */
     const bool made = *reached >= next - 1e-6 * c->step && *reached <= next + 1e-6 * c->step;
     return end ? END : early && !made ? EARLY : status;
 }

@@ -18,13 +18,13 @@ from maglev.linear.places import MotorPlaces
 from pmlsm.gap_functions import gap_functions
 from pmlsm.motor_geometry import MotorGeometry
 from pmlsm.stage_description import StageDescription
-from pmlsm.velocity_rows import GRAVITY, normal_terms, thrust_acceleration
+from pmlsm.velocity_rows import GRAVITY, normal_terms, thrust_term
 
 # Shape functions (4, n, motors), or (4, n, 1) where all have the same gap, i_d and i_q (n, motors) to A (n, p).
 Columns = Callable[[Array, Array, Array], Array]
 
 # The rows are plain arithmetic: they take n samples as they take one.
-thrusts = cast(Callable[[float, Array, Array], Array], thrust_acceleration)
+thrusts = cast(Callable[[float, Array, Array], Array], thrust_term)
 normals = cast(Callable[..., tuple[Array, Array, Array]], normal_terms)
 
 

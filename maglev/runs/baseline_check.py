@@ -15,7 +15,7 @@ from maglev.files.pictures import new_figure, write_figure
 from maglev.files.side_by_side import Progress, Watcher
 from maglev.files.time_grid import ON_GRID
 from maglev.files.units import si_factor
-from maglev.runs.baseline import (
+from maglev.runs.baseline_file import (
     Baseline,
     Tolerance,
     baseline_file,

@@ -9,7 +9,7 @@ from pathlib import Path
 from maglev.files.errors import FAILURES, BaselineError, CsvError, in_one_line
 from maglev.files.interrupts import held_interrupts
 from maglev.files.side_by_side import Progress, Watcher
-from maglev.runs.baseline import Baseline, baseline_file, from_recording, read_baseline, write_baseline
+from maglev.runs.baseline_file import Baseline, baseline_file, from_recording, read_baseline, write_baseline
 from maglev.runs.chain import Ends, ends_of, started
 from maglev.runs.check_outcome import UpdateResult
 from maglev.runs.deviation import WorstDifference, changes

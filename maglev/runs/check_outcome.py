@@ -8,7 +8,7 @@ from xml.etree import ElementTree
 
 from maglev.files.whole_file import whole_file
 from maglev.fmi.escapes import xml_text
-from maglev.runs.baseline import Baseline
+from maglev.runs.baseline_file import Baseline
 from maglev.runs.deviation import Deviation, WorstDifference
 
 ELEMENTS = {"deviated": "failure", "error": "error"}

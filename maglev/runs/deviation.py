@@ -10,7 +10,7 @@ from maglev.cosim.master import Recording
 from maglev.files.arrays import Array
 from maglev.files.errors import BaselineError
 from maglev.files.time_grid import ON_GRID
-from maglev.runs.baseline import Baseline, Tolerance, recorded
+from maglev.runs.baseline_file import Baseline, Tolerance, recorded
 
 
 @dataclass(frozen=True)

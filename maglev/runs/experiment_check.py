@@ -26,8 +26,8 @@ from maglev.files.side_by_side import Progress, Watch, Watcher, unwatched, watch
 from maglev.files.time_grid import ON_GRID
 from maglev.fmi.parameter import REALS
 from maglev.runs import experiment_tables as tables
-from maglev.runs.baseline import Tolerance
 from maglev.runs.baseline_check import deviation_text
+from maglev.runs.baseline_file import Tolerance
 from maglev.runs.carried_experiments import CarriedExperiment, File, carried_experiments
 from maglev.runs.chain import chained
 from maglev.runs.check_outcome import CheckResult, write_junit

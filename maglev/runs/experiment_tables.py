@@ -19,7 +19,7 @@ from maglev.files.table_columns import split_name
 from maglev.files.table_times import require_time, times_of
 from maglev.files.units import exact_product, exact_quotient, is_finite, known_unit, unit_of_powers
 from maglev.fmi.parameter import expected_of, require_parameter
-from maglev.runs.baseline import Tolerance
+from maglev.runs.baseline_file import Tolerance
 from maglev.runs.carried_experiments import File
 from maglev.runs.parameter_file import ParameterSet, of_type
 from maglev.scenario.run_plan import StartValue

@@ -8,7 +8,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 from reference_stage import G, shape_functions
 
-from pmlsm.velocity_rows import normal_acceleration, normal_terms, thrust_acceleration
+from pmlsm.velocity_rows import normal_acceleration, normal_terms, thrust_term
 
 gaps = st.floats(9e-3, 32e-3)
 currents = st.floats(-5.0, 5.0)
@@ -18,7 +18,7 @@ currents = st.floats(-5.0, 5.0)
 def test_rows_of_4_3(gap: float, i_d: float, i_q: float) -> None:
     f1, f2, f3, f4 = shape_functions(gap)
     squares = i_q**2 + i_d**2
-    assert thrust_acceleration(14.2, f1, i_q) == pytest.approx(-14.2 * f1 * i_q, rel=1e-14, abs=0.0)
+    assert thrust_term(14.2, f1, i_q) == pytest.approx(-14.2 * f1 * i_q, rel=1e-14, abs=0.0)
     assert normal_acceleration(791.0, 30.9, 0.12, f2, f3, f4, i_d, squares) == pytest.approx(
         G - 0.12 * f4 * squares + 30.9 * f3 * i_d - 791.0 * f2, rel=1e-13, abs=1e-13)
 

@@ -12,7 +12,7 @@ from maglev.descriptions.writer import PAGES, module
 from maglev.fmi.documentation import block_section
 from maglev.fmi.mathml import typeset
 from pmlsm.stage_description import StageDescription, StageMotor
-from pmlsm.velocity_rows import GRAVITY, normal_acceleration, thrust_acceleration
+from pmlsm.velocity_rows import GRAVITY, normal_acceleration, thrust_term
 
 AMPLIFIER = PACKAGED_STAGES["3dof"].motors[0].amplifier
 MOTORS = tuple(StageMotor(name, drives, AMPLIFIER) for name,
@@ -58,7 +58,7 @@ def test_the_equations_are_those_of_the_parts(stage: StageDescription) -> None:
     for tex, axis, constant in zip(horizontal, stage.horizontal, stage.constants, strict=False):
         quadrature = sum(i[f"{motor.name}.i_q"] for motor in stage.motors_of(axis.name))
         assert value(tex, stage) == pytest.approx(
-            thrust_acceleration(stage.sharing * constant.plant, F["f_1"], quadrature), rel=1e-12)
+            thrust_term(stage.sharing * constant.plant, F["f_1"], quadrature), rel=1e-12)
 
 
 @STAGES

@@ -9,7 +9,7 @@ from hypothesis import strategies as st
 
 from maglev.cosim.master import Recording
 from maglev.files.errors import BaselineError, CsvError
-from maglev.runs.baseline import Baseline, baseline_file, from_recording, read_baseline, write_baseline
+from maglev.runs.baseline_file import Baseline, baseline_file, from_recording, read_baseline, write_baseline
 from maglev.scenario.loading import load_plan
 from maglev.scenario.run_plan import CheckSettings, RunPlan, SignalTolerance
 

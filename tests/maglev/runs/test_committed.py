@@ -5,8 +5,8 @@ from pathlib import Path
 import pytest
 from packaged_plans import RUNS
 
-from maglev.runs.baseline import baseline_file
 from maglev.runs.baseline_check import check_run
+from maglev.runs.baseline_file import baseline_file
 from maglev.runs.check_outcome import CheckResult, describe
 from maglev.runs.digests import FILE, read_digests
 from maglev.runs.preparation import prepare

@@ -15,7 +15,7 @@ from left_processes import require_none
 
 from maglev.cosim.master import FmuSetup, Master
 from maglev.files.errors import FmuError
-from maglev.runs.baseline import Tolerance
+from maglev.runs.baseline_file import Tolerance
 from maglev.runs.carried_experiments import CarriedExperiment, File
 from maglev.runs.experiment_check import (
     Expected,
