@@ -156,7 +156,8 @@ def run(names: Names = None, everything: All = False, out: Out = Path("results")
             raise ScenarioError("expected the name of a scenario, or --all" if not names else
                                 f"--all and {', '.join(names)}: expected one of them")
         run_and_print(names, json=json, debug=debug, fail_on_claims=fail_on_claims, open_page=open_page, out=out,
-                      plot=plot, page=open_page and "run", claims=claims, format=form, every=every, jobs=jobs, **options)
+                      plot=plot, page=open_page and "run", claims=claims, format=form, every=every,
+                      jobs=jobs, **options)
 
 
 @with_run_options()

@@ -58,7 +58,8 @@ def study(what: Annotated[str, typer.Argument(metavar="STUDY", help="A study of 
     with one_line_errors(debug):
         write_and_print(maglev.study(what, vary=None if vary is None else read_vary(vary), samples=samples, seed=seed,
                                      keep=keep or (), name=name, out=out, jobs=jobs, scheduler=scheduler,
-                                     resume=resume, sample_timeout=sample_timeout, watch=progress_of, say=say, **options))
+                                     resume=resume, sample_timeout=sample_timeout, watch=progress_of, say=say,
+                                     **options))
 
 
 def read_vary(words: list[str]) -> dict[str, str]:

@@ -108,7 +108,7 @@ def progress_of(names: Sequence[str]) -> Iterator["Watcher"]:
 
 
 def run_and_print(names: list[str] | None, json: bool = False, debug: bool = False, fail_on_claims: bool = False,
-           open_page: bool = False, **options: Any) -> None:
+                  open_page: bool = False, **options: Any) -> None:
     """Run scenarios, open the page about them if that is asked for, and print what they gave, perhaps as JSON.
 
     Exits with 2 if a run did not complete; with `debug`, after the traceback. With `fail_on_claims` otherwise with 1 if
