@@ -42,7 +42,7 @@ autodoc_typehints = "signature"
 
 html_theme = "furo"
 html_title = f"Maglev FMUs {release}"
-html_favicon = "../maglev/pages/shell/shell/icon.svg"
+html_favicon = "../maglev/pages/shell/icon.svg"
 html_static_path = ["site/static", "_made/static", "live.png"]
 html_css_files = ["tokens.css", "site.css"]
 html_extra_path = ["_made/extra"] if (MADE / "extra").is_dir() else []   # the live page

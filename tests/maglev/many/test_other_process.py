@@ -114,7 +114,7 @@ from functools import partial
 from maglev.cosim.helper_process import other_process
 from maglev.many.samples import send_samples
 job, values = pickle.loads(open({job!r}, "rb").read())
-with other_process() as (next to, _):
+with other_process() as (beside, _):
     beside.ask(partial(send_samples, job, values))
     beside.next(600.0)
     print(beside.process.pid, flush=True)
