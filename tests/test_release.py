@@ -8,14 +8,23 @@ import tomllib
 import zipfile
 from pathlib import Path
 
+import numpy as np
 import pytest
 from command_line import error_line
 from command_line import maglev as command
+from fmpy.simulation import Input
 
 import maglev
+from maglev.cosim.open import read_description
 from maglev.cosim.step_loop import LIBRARY, build_loop, own_loop
-from maglev.descriptions.own_fmus import built_here
+from maglev.descriptions.own_fmus import built_here, definition
+from maglev.fmi.build import write_archive
+from maglev.fmi.model_description import model_description
 from maglev.fmi.native_build import host_platform
+from maglev.runs.carried_experiments import carried_experiments
+from maglev.runs.experiment_check import expected_results
+from maglev.runs.experiment_tables import input_array, run_options
+from maglev.scenario.catalogue import experiments_in
 
 ROOT = Path(__file__).parents[1]
 TOOL = ROOT / "tools" / "release.py"
@@ -56,6 +65,44 @@ def test_a_source_distribution_has_the_date_of_the_commit(tmp_path: Path) -> Non
     assert (tmp_path / "1.0-tidied.tar.gz").read_bytes() == (tmp_path / "2.0-tidied.tar.gz").read_bytes()
     with tarfile.open(tmp_path / "1.0-tidied.tar.gz") as archive:
         assert [(each.name, each.mtime) for each in archive] == [("a.py", 1_700_000_000), ("b.py", 1_700_000_000)]
+
+
+@pytest.mark.parametrize(("name", "interface"), [("Plant2DOF", "cs"), ("Plant2DOF", "me"), ("Regulator5DOF", "cs")])
+def test_compatibility_information_follows_the_rules_of_fmi_standard_org(
+        name: str, interface: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """A folder has the files with their names and limits; their numbers are those of the experiment in the FMU."""
+    own, step = definition(name), definition(name).experiment.step
+    monkeypatch.setenv("SOURCE_DATE_EPOCH", "1700000000")
+    write_archive(tmp_path / "native" / f"{name}.fmu", experiments_in(own) | {
+        "modelDescription.xml": model_description(own, "{1}", "9.8.7", 0, ["model.c"])})
+    folder = runpy.run_path(str(TOOL))["compatibility"](tmp_path / "made")
+    assert {path.name for path in (folder / "2.0").iterdir()} == ({"cs", "me"} if own.continuous else {"cs"})
+    place = folder / "2.0" / interface / "native" / name
+    fmu = place / f"{name}.fmu"
+    assert {path.name for path in place.iterdir()} == {
+        fmu.name, f"{name}_ref.csv", f"{name}_ref.opt", f"{name}_in.csv", "Readme.txt"}
+    for path in place.glob("*.csv"):
+        header = path.read_text(encoding="utf-8").splitlines()[0]
+        assert re.fullmatch(r'"time"(,"[^"]+")+', header) and path.stat().st_size < 1_000_000
+    variables = {v.name: v for v in read_description(name, fmu).modelVariables}
+    carried = {each.name: each for each in carried_experiments(fmu)}
+    ours, whole = carried[f"{name}_ref.csv"], carried[f"{name}_validation"]
+    assert ours.results and ours.inputs and whole.results and whole.inputs
+    results, all_results = (expected_results(file, variables, {}, False) for file in (ours.results, whole.results))
+    assert len(results.values) == 10
+    assert all((results.values[key] == all_results.values[key]).all() for key in results.values)
+    assert run_options(ours.options)[0] == {
+        "StartTime": 0.0, "StopTime": results.time[-1], "OutputIntervalLength": results.time[1],
+        **({"StepSize": step, "RelTol": 1e-6} if interface == "cs" else {"StepSize": 0.0, "RelTol": 1e-8})}
+    given, rows = input_array(ours.inputs, variables), input_array(whole.inputs, variables)
+    assert given.dtype == rows.dtype
+    for instant, row in zip(rows["time"] + (0.5 * step if interface == "me" else 0.0), rows, strict=True):
+        table = np.array([given[key] for key in given.dtype.names or ()][1:])
+        values, _ = Input.interpolate(instant, given["time"], table)   # a solver sees the same in all of a step
+        np.testing.assert_allclose(values, list(row)[1:], rtol=1e-12)
+    readme = (place / "Readme.txt").read_text(encoding="utf-8")
+    assert all(text in readme for text in (own.description, "Version: 9.8.7\n", "Date: 2023-11-14\n",
+                                           "Contact: The authors of Maglev FMUs\n"))
 
 
 @pytest.fixture

@@ -1,14 +1,16 @@
 """What a version ships, into the folder dist: `make release`, or `python tools/release.py`.
 
-Wheel and source distribution, the FMUs and SSP files of all kinds, the documentation site as `make docs` has left it,
-what they were made of (provenance.json), and the checksums of all (SHA256SUMS). The date in them is that of the commit,
-so that the same commit and the same tools give the same bytes.
+Wheel and source distribution, the FMUs and SSP files of all kinds, the compatibility information that fmi-standard.org
+asks for, the documentation site as `make docs` has left it, the commit and tools (provenance.json), and the checksums
+of all (SHA256SUMS). The date in them is that of the commit, so that the same commit and the same tools give the same
+bytes.
 
     python tools/release.py --begin 0.2.0    # gives what is under "Unreleased" that version, wherever one is written
     python tools/release.py --without site   # as long as one tries
 """
 
 import argparse
+import csv
 import gzip
 import hashlib
 import json
@@ -21,17 +23,34 @@ import sys
 import tarfile
 import tempfile
 import tomllib
+import zipfile
+from collections.abc import Mapping, Sequence
 from datetime import UTC, datetime
 from importlib.metadata import PackageNotFoundError
 from importlib.metadata import version as installed
 from io import BytesIO
+from itertools import pairwise
 from pathlib import Path
+from xml.etree.ElementTree import Element, fromstring
 
 ROOT = Path(__file__).parents[1]
 SITE = ROOT / "docs" / "_build" / "html"
-PARTS = ("python", "native", "site", "wheel")   # in this order: the wheel brings native FMUs of FMI 2.0
+# In this order: both the compatibility information and the wheel contain FMUs that were built before.
+PARTS = ("python", "native", "compatibility", "site", "wheel")
 VERSION = re.compile(r"\d+\.\d+\.\d+")
 UNRELEASED = "## Unreleased\n"
+
+# Rules of fmi-standard.org for the files of an FMU's compatibility information (CONTRIBUTING.md of its repository).
+INTERFACES = {"CoSimulation": "cs", "ModelExchange": "me"}
+MOST_COLUMNS, MOST_BYTES = 10, 1_000_000   # of results; of a CSV file
+IMPORTANT = ("position", "velocity", "i_d_cmd", "i_q_cmd", "error")   # endings of results, the most important first
+FIXED_STEP, SOLVER = """\
+A communication step has the inputs of the last row at or before its start. In FMI 3.0 the importer uses no event mode.
+RelTol is the tolerance of the results: a fraction of the largest absolute value of a variable, or of its nominal value
+(1 if it has none) if that is larger. Booleans are equal.""", """\
+Two rows of inputs at the same time are a step, which is an event.
+RelTol is the tolerance of the importer's solver. The results come from the fixed steps of co-simulation: the page "FMI
+support" of the documentation says how close a solver comes."""
 
 # What has a say in the bytes.
 TOOLS = ("setuptools", "pythonfmu", "fmpy", "ziglang", "numpy", "latex2mathml", "sphinx", "myst-nb", "furo")
@@ -162,11 +181,13 @@ def tidied(given: Path, path: Path, date: int) -> None:
 
 
 def fmus(folder: Path, part: str) -> Path:
-    """Build the FMUs of a part into a folder; with native ones the loops that step them, for every platform."""
+    """Write the FMUs of a part into a folder; with native ones the loops that step them, for every platform."""
     import maglev
     from maglev.descriptions.own_fmus import DEFINITIONS, definition
     from maglev.scenario.shipped import build_step_loops
 
+    if part == "compatibility":
+        return compatibility(folder)
     if part == "python":
         maglev.build(fmus=folder)
         return folder
@@ -176,6 +197,105 @@ def fmus(folder: Path, part: str) -> Path:
     maglev.build(sampled, fmus=folder, kind="native", fmi=3, clocked=True)
     build_step_loops(folder / "step_loop")
     return folder
+
+
+def compatibility(folder: Path) -> Path:
+    """Write the compatibility information of the FMUs of the parts next to a folder into it; return the folder.
+
+    Each FMU has the folders VERSION/INTERFACE/KIND/NAME, such as 2.0/me/native/Plant3DOF. FMUs that carry no
+    experiments, those with a clock, have no folder.
+    """
+    for kind in ("python", "native"):
+        for path in sorted((folder.parent / kind).rglob("*.fmu")):
+            for interface, files in compatibility_files(path).items():
+                target = folder / interface / kind / path.stem
+                target.mkdir(parents=True)
+                shutil.copy(path, target)
+                for name, text in files.items():
+                    if len(text) > MOST_BYTES:
+                        sys.exit(f"release.py: {target / name}: {len(text)} bytes, expected at most {MOST_BYTES}")
+                    (target / name).write_text(text, encoding="utf-8", newline="\n")
+    return folder
+
+
+def compatibility_files(path: Path) -> dict[str, dict[str, str]]:
+    """Return the texts of the files by interface, such as 2.0/cs, and name; empty if the FMU carries no experiment."""
+    from maglev.fmi.experiment_files import FOLDER, SHARE
+
+    name = path.stem
+    with zipfile.ZipFile(path) as archive:
+        prefix = f"{FOLDER}{name}_validation_"
+        carried = {entry.removeprefix(prefix): list(csv.reader(archive.read(entry).decode().splitlines()))
+                   for entry in archive.namelist() if entry.startswith(prefix)}
+        model = fromstring(archive.read("modelDescription.xml"))
+    if not carried:
+        return {}
+    options = {key: value for key, *_, value in carried["ref.opt"]}
+    experiment, made = model.find("DefaultExperiment"), {}
+    for interface in filter(lambda element: element.tag in INTERFACES, model):
+        solver = interface.tag == "ModelExchange"
+        tolerance = experiment.get("tolerance") if solver and experiment is not None else repr(SHARE)
+        numbers = {"StartTime": options["StartTime"], "StopTime": options["StopTime"],
+                   "StepSize": "0.0" if solver else options["StepSize"], "RelTol": tolerance,
+                   "OutputIntervalLength": options["OutputInterval"]}
+        files = {f"{name}_ref.csv": csv_text(most_important(carried["ref.csv"])),
+                 f"{name}_ref.opt": "".join(f"{key},{value}\n" for key, value in numbers.items()),
+                 "Readme.txt": readme(name, model, interface, options)}
+        if "in.csv" in carried:
+            rows = carried["in.csv"]
+            files[f"{name}_in.csv"] = csv_text(with_events(rows) if solver else rows)
+        made[f"{model.get('fmiVersion')}/{INTERFACES[interface.tag]}"] = files
+    return made
+
+
+def most_important(rows: Sequence[Sequence[str]]) -> list[list[str]]:
+    """Return the table with its first column and at most ten others; `rows` begins with the header."""
+    def place(k: int) -> int:
+        ending = rows[0][k].rpartition(".")[2]
+        return IMPORTANT.index(ending) if ending in IMPORTANT else len(IMPORTANT)
+
+    kept = [0, *sorted(sorted(range(1, len(rows[0])), key=place)[:MOST_COLUMNS])]
+    return [[row[k] for k in kept] for row in rows]
+
+
+def with_events(rows: Sequence[Sequence[str]]) -> list[Sequence[str]]:
+    """Return a table of inputs with two rows at the time of each change, which no importer interpolates."""
+    header, first, *others = rows
+    made = [header, first]
+    for before, after in pairwise([first, *others]):
+        if after[1:] != before[1:]:
+            made += [[after[0], *before[1:]], after]
+    return made
+
+
+def csv_text(rows: Sequence[Sequence[str]]) -> str:
+    """Return a table of numbers as CSV; the names in the header stand in double quotes."""
+    header, *others = rows
+    return "".join(f"{','.join(row)}\n" for row in ([f'"{name}"' for name in header], *others))
+
+
+def readme(name: str, model: Element, interface: Element, options: Mapping[str, str]) -> str:
+    """Return Readme.txt of an interface of an FMU."""
+    from maglev.fmi.build import build_date
+
+    citation = (ROOT / "CITATION.cff").read_text(encoding="utf-8")
+    contact = re.search(r"^authors:\n  - name: (.+)$", citation, re.MULTILINE)
+    features = [flag for flag, value in interface.attrib.items() if value == "true"]
+    return f"""\
+{name}: {model.get("description")}
+
+Interface: FMI {model.get("fmiVersion")}, {"model exchange" if interface.tag == "ModelExchange" else "co-simulation"}
+Features to test, by the flags that are true: {", ".join(features)}
+Tool: {model.get("generationTool")}
+Version: {model.get("version")}
+Date: {datetime.fromtimestamp(build_date(), UTC):%Y-%m-%d}
+Contact: {contact[1] if contact else ""}
+Made by: python tools/release.py, in a clone of the project
+
+{name}_ref.csv has outputs while the inputs step as in {name}_in.csv. The equations of the FMU gave them in Python, at
+fixed steps of {options["StepSize"]} s and without FMI, rounded to nine digits.
+{SOLVER if interface.tag == "ModelExchange" else FIXED_STEP}
+"""
 
 
 def pack_archive(path: Path, folder: Path) -> None:
