@@ -296,8 +296,8 @@ def told(folder: Path, *reports: object, track: str | None = "track0.float64") -
 
 STARTED = """
 from pathlib import Path
-from maglev.files.beside import Next to
-next to = Beside()
+from maglev.files.beside import Beside
+beside = Beside()
 print(Path(f"/proc/{beside.process.pid}/status").read_text())
 beside.end()
 """
