@@ -31,7 +31,7 @@ def as_data(value: Any) -> Any:
 
 
 def of_data(kind: Any, data: Any) -> Any:
-    """A value of a type of a description, of what `as_data` has made of it."""
+    """Return the value of a description's type from the data that `as_data` returned for it."""
     if get_origin(kind) in (Union, UnionType):
         kind = next(each for each in get_args(kind) if each is not NoneType)
     if is_dataclass(kind):

@@ -1,4 +1,4 @@
-"""The electrical angle of a motor (4.4), by its sine and cosine: what turns with it takes these."""
+"""The electrical angle of a motor (4.4), by its sine and cosine, as the rotations of vectors use it."""
 
 from math import nan
 

@@ -1,8 +1,8 @@
-"""e^x within 0.8 ULP and e^x − 1 within 0.9, at every number; what is too large is infinite, what is too small 0.
+"""e^x within 0.8 ULP and e^x − 1 within 0.9, at every number; infinite on overflow, 0 on underflow.
 
 x = k ln 2 + r in two parts of ln 2 (W. J. Cody and W. Waite, *Software Manual for the Elementary Functions*, 1980). The
-even function r (e^r + 1)/(e^r − 1) is 2 + r² P(r²), with a minimax polynomial P on ±0.415; solved for e^r, with
-c = r − r² P, that is 1 + r + r²/2 (1 + (c − 2 r P)/(2 − c)).
+even function r (e^r + 1)/(e^r − 1) is 2 + r² P(r²), with a minimax polynomial P on ±0.415. With c = r − r² P, solved
+for e^r, this is 1 + r + r²/2 (1 + (c − 2 r P)/(2 − c)).
 """
 
 from math import inf
@@ -28,7 +28,7 @@ def exponential(x: float) -> float:
     if x > LARGEST_EXPONENT:
         return inf
     if not x > SMALLEST_EXPONENT:
-        return 0.0 if x <= SMALLEST_EXPONENT else x   # NaN stays what it is
+        return 0.0 if x <= SMALLEST_EXPONENT else x   # NaN stays NaN
     k = (x * ONE_OVER_LN2 + NEAREST_WHOLE) - NEAREST_WHOLE
     high = x - k * LN2_HIGH
     rest = k * LN2_REST
@@ -63,7 +63,7 @@ def beyond_one(x: float) -> float:
         rest = k * LN2_REST
         one = power_of_two(-int(k)) if k < 62.0 else 0.0
         return scaled(1.0 + (high + (bend(high - rest) - rest - one)), int(k))
-    return -1.0 if x <= LOWEST_BESIDE_ONE else x   # NaN stays what it is
+    return -1.0 if x <= LOWEST_BESIDE_ONE else x   # NaN stays NaN
 
 
 def bend(r: float) -> float:

@@ -1,4 +1,4 @@
-"""What the motor's forces owe to the air gap: permeance, Carter's coefficient, shape functions."""
+"""Effect of the air gap on the motor's forces: permeance, Carter's coefficient, shape functions."""
 
 from pmlsm.arctangent import arctangent_integral
 from pmlsm.exponential import exponential_minus_one

@@ -1,4 +1,4 @@
-"""Natural logarithm within 0.9 ULP, of every number; of 0 it is −∞, of what is below NaN.
+"""Natural logarithm within 0.9 ULP, of every number: −∞ at 0, NaN below 0.
 
 x = 2^k (1 + f) with 1 + f between √½ and √2, then ln(1 + f) = 2 artanh s with s = f/(2 + f): f − (f²/2 − s (f²/2 + R)),
 with a minimax polynomial R of s² (W. J. Cody and W. Waite, *Software Manual for the Elementary Functions*, 1980).
@@ -7,7 +7,7 @@ with a minimax polynomial R of s² (W. J. Cody and W. Waite, *Software Manual fo
 from math import inf, nan
 
 LN2_HIGH = 0.6931471804855391        # ln 2 in 32 bits
-LN2_REST = 7.440617110012397e-11     # and what is left of it
+LN2_REST = 7.440617110012397e-11     # and the rest of it
 SQRT2 = 1.4142135623730951
 SQRT_HALF = 0.7071067811865476
 TWO_32 = 4294967296.0
@@ -20,7 +20,7 @@ def logarithm(x: float) -> float:
     if not 0.0 < x < inf:
         if x == 0.0:
             return -inf
-        return nan if x < 0.0 else x   # ∞ and NaN stay what they are
+        return nan if x < 0.0 else x   # ∞ and NaN stay as they are
     m, k = reduced_to_one(x)
     return combined(m - 1.0, 0.0, k)
 

@@ -1,4 +1,4 @@
-"""Geometry of a motor: what its forces and its commutation owe to slots, poles and magnets."""
+"""Geometry of a motor: slots, poles and magnets, on which forces and commutation depend."""
 
 from math import pi
 

@@ -14,7 +14,7 @@ TWO_PI = 6.283185307179586
 MOST_TURNS = 2251799813685248.0      # 2^51, to which the quick way to the nearest whole number goes
 TWO_OVER_PI = 0.6366197723675814
 HALF_PI_HIGH = 1.5707963267341256             # π/2 in 33 bits
-HALF_PI_REST = 6.077100506506192e-11         # and what is left of it
+HALF_PI_REST = 6.077100506506192e-11         # and the rest of it
 QUICK_QUARTERS = 1024.0                        # quarter turns for which these two do
 CLOSE_TO_QUARTER = 9.5367431640625e-07           # 2^-20 rad
 TINY_ANGLE = 7.450580596923828e-09          # 2^-27 rad: a sine is its angle, a cosine is 1
@@ -72,7 +72,7 @@ def near_zero(r: float, low: float) -> tuple[float, float]:
 
 
 def sine_of_turns(turns: float) -> float:
-    """Sine of an angle in turns, sin(2π t), of any size: what is left next to whole turns is exact."""
+    """Return the sine of an angle in turns, sin(2π t), of any size; the remainder after whole turns is exact."""
     part = turns - ((turns + NEAREST_WHOLE) - NEAREST_WHOLE) if -MOST_TURNS < turns < MOST_TURNS else fraction(turns)
     if part > 0.25:
         part = 0.5 - part
@@ -86,7 +86,7 @@ def sine_of_turns(turns: float) -> float:
 
 
 def reduced(angle: float) -> tuple[float, float, float]:
-    """Quarter turns, and what is left of an angle (rad), |angle| < LARGEST_REDUCED, in two parts (rad)."""
+    """Return quarter turns and the remainder of an angle (rad), |angle| < LARGEST_REDUCED, in two parts (rad)."""
     quarters = (angle * TWO_OVER_PI + NEAREST_WHOLE) - NEAREST_WHOLE
     high, low = less(angle, 0.0, quarters * HALF_PI_PART1)
     high, low = less(high, low, quarters * HALF_PI_PART2)

@@ -86,7 +86,7 @@ class StageAxis:
     """Axis of motion."""
 
     name: str
-    meaning: str                                     # what its position is
+    meaning: str                                     # of its position
     design: AxisDesign
     # Nominal mass that moves along it; the constants are accelerations at it. Of a rotation the inertia, kg m².
     mass: float = quantity("kg", 1e-3, 1e6)
@@ -218,7 +218,7 @@ class Estimator:
 
 @dataclass(frozen=True)
 class Design:
-    """What the controllers of a stage have next to the gains of each axis."""
+    """Settings of a stage's controllers next to the gains of each axis."""
 
     current_limit: float = quantity("A", 0.0, 1000.0)       # of the regulators; 0 = none
     pid_current_limit: float = quantity("A", 0.0, 1000.0)   # of the PID
@@ -235,7 +235,7 @@ class StageDescription:
 
     name: str                   # as in the names of experiments; its FMUs have it behind theirs, see `suffix`
     title: str                  # such as "3-DOF stage"
-    text: str                   # what carries and drives it
+    text: str                   # its guides and motors, in words
     axes: tuple[StageAxis, ...]   # the air gap first
     motors: tuple[StageMotor, ...]
     plant: Constants            # the true ones
@@ -251,15 +251,15 @@ class StageDescription:
     # Of the magnets' faces against the centre of mass, downwards; counts where the platform tilts.
     height: float = quantity("m", -1.0, 1.0, 0.0)
     motor_stop: Stop | None = None   # on the motors' air gaps, where the platform tilts; otherwise the axes have stops
-    equation: str = ""               # number of its equations of motion on the page, in parentheses; empty if on none
+    equation: str = ""               # number of its equations of motion on the page, in parentheses; empty without one
     # Whose loop a file of controller and plant has, with the start values of the FMUs; empty if there is none.
     experiment: str = ""
-    geometry: Mapping[str, float] = field(default_factory=dict)   # what differs from `pmlsm.motor_geometry`, by path
+    geometry: Mapping[str, float] = field(default_factory=dict)   # differences from `pmlsm.motor_geometry`, by path
     sources: Mapping[str, str] = field(default_factory=dict)      # where values come from, by the beginning of a path
 
     @property
     def suffix(self) -> str:
-        """What its FMUs and classes have behind their names, such as "3DOF"."""
+        """End of the names of its FMUs and classes, such as "3DOF"."""
         return self.name.upper() if self.name[0].isdigit() else self.name[0].upper() + self.name[1:]
 
     @property
@@ -291,7 +291,7 @@ class StageDescription:
 
     @property
     def arm(self) -> float:
-        """How far the outermost motor is from the centre of mass, m: what a tilt is there is the tilt times it."""
+        """Distance of the outermost motor from the centre of mass, m: a tilt moves its gap by the tilt times it."""
         return max(max(abs(motor.x), abs(motor.z)) for motor in self.motors)
 
     @property
@@ -301,7 +301,7 @@ class StageDescription:
 
     @property
     def encoders(self) -> tuple[str, ...]:
-        """Names of what encoders read: positions of axes, and where the platform tilts, air gaps at the motors."""
+        """Names of the values that encoders read: positions of axes, and gaps at the motors of a tilting platform."""
         gaps = self.motors if self.rotations else ()
         return (*(f"{axis.name}.encoder" for axis in self.measured), *(f"{motor.name}.gap_encoder" for motor in gaps))
 

@@ -59,7 +59,7 @@ def geometry(owner: str, path: str, given: Mapping[str, float], stage: StageDesc
 
 
 def bad_geometry(stage: StageDescription) -> str:
-    """Refusal of motors that are none."""
+    """Refusal of an impossible motor geometry."""
     owners = ["", *(f"{motor.name}." for motor in stage.unlike)]
     given = ", ".join(f"{owner}geometry.{name} = {{{owner}geometry.{name}}} m" for owner in owners for name in BOUNDS)
     return f"{given}, expected slots narrower than their pitch, and gaps from a lower to an upper one"

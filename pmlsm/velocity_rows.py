@@ -1,4 +1,4 @@
-"""Velocity rows of (4.3) and (5.3): what the motors do to the mover, as plant, controllers and estimators all model it.
+"""Velocity rows of (4.3) and (5.3): effect of the motors on the mover, in plants, controllers and estimators.
 
     vertical     g'' = G − C_iron f4 Σ(i_q² + i_d²) + C_coils f3 Σ i_d − C_attraction f2
     horizontal   x'' = −C_thrust f1 i_q

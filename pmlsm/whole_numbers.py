@@ -1,11 +1,11 @@
-"""Whole numbers, exactly: to round, a number is added and taken away next to which fractions have no place."""
+"""Whole numbers, exactly: to round, add and subtract a number so large that no fraction fits next to it."""
 
 NEAREST_WHOLE = 6755399441055744.0         # 1.5 · 2^52, for numbers to 2^51 either way
 NO_FRACTION = 4503599627370496.0      # 2^52: from here on all numbers are whole
 
 
 def rounded_down(x: float) -> float:
-    """The largest whole number that is not above x; what is no number, or infinite, stays what it is."""
+    """Return the largest whole number that is not above x; return x itself if it is NaN or infinite."""
     if not -NO_FRACTION < x < NO_FRACTION:
         return x
     whole = (x + NO_FRACTION) - NO_FRACTION if x >= 0.0 else (x - NO_FRACTION) + NO_FRACTION
@@ -13,7 +13,7 @@ def rounded_down(x: float) -> float:
 
 
 def fraction(x: float) -> float:
-    """What is left of x next to the nearest whole number, −1/2 to 1/2; exact, and 0 where all numbers are whole."""
+    """Return x minus the nearest whole number, −1/2 to 1/2; exact, and 0 where all numbers are whole."""
     if not -NO_FRACTION < x < NO_FRACTION:
         return 0.0 * x
     return x - ((x + NO_FRACTION) - NO_FRACTION if x >= 0.0 else (x - NO_FRACTION) + NO_FRACTION)
