@@ -1,1 +1,1 @@
-"""What the stages do: amplifiers, guides, end stops, encoders and the motion of the stages."""
+"""The plants: amplifiers, guides, end stops, encoders and the motion of the stages."""

@@ -31,7 +31,7 @@ class Axis:
                  lower: float, upper: float, position_start: float):
         self.mass = mass                       # kg, parameter
         self.nominal_mass = mass               # kg
-        self.payload = 0.0                     # kg, what a payload adds to the mass
+        self.payload = 0.0                     # kg, mass of a payload
         self.bias = bias                       # Δ, m/s², parameter
         self.position_start = position_start   # m, parameter
         self.locked = False                    # parameter: held in place by hardware
@@ -46,7 +46,7 @@ class Axis:
         self.velocity = 0.0                    # m/s, state and output
         self.deflection = 0.0                  # w of the guide friction, state
         self.encoder = position_start          # m, output
-        self.flexible = False                  # whether there is a mode
+        self.flexible = False                  # true if there is a mode
         self.swing = 0.0                       # m, how much more than the position the encoder sees, by the mode
         self.acceleration = 0.0                # m/s², at the last integration point
         self.drift = bias                      # m/s², bias less the acceleration of the floor, in this integration step
@@ -62,7 +62,7 @@ class Axis:
     def start(self, seed: int, number: int) -> bool:
         """Place the mover at rest at its start position, on the track of a seed and of the axis's number.
 
-        False where the start is not between the stops.
+        Return False if the start is not between the stops.
         """
         self.roughness.start(seed, number)
         self.position = self.position_start
@@ -73,7 +73,7 @@ class Axis:
         return not self.beyond_stop()
 
     def beyond_stop(self) -> bool:
-        """Whether the mover is beyond an end stop of this axis."""
+        """Return True if the mover is beyond an end stop of this axis."""
         return self.stop.touched(self.position)
 
     def time_to_stop(self, dt: float) -> float:
@@ -102,11 +102,11 @@ class Axis:
         self.swing = self.mode.encoder_share * self.mode.deflection
 
     def settle(self) -> bool:
-        """Take in an event of a continuous model; whether the mover is at a stop."""
+        """Take in an event of a continuous model; return True if the mover is at a stop."""
         return self.stop.settle(self.velocity)
 
     def contained(self) -> bool:
-        """Whether the mover has not run away."""
+        """Return True if the mover has not run away."""
         return (-LARGEST_POSITION < self.position < LARGEST_POSITION
                 and -LARGEST_SPEED < self.velocity < LARGEST_SPEED)
 

@@ -1,4 +1,4 @@
-"""The stage as a continuous model, for Model Exchange: its states, their rates, and what decides each of them."""
+"""The stage as a continuous model, for Model Exchange: its states, their rates, and the dependencies of each."""
 
 from dataclasses import dataclass
 
@@ -11,7 +11,7 @@ PHASES = ("a", "b", "c")
 
 @dataclass(frozen=True)
 class Reach:
-    """What of the motion a motor sees: names of positions by its gap and by its displacement, and of gap rates."""
+    """Motion that a motor sees: names of the positions in its gap and in its displacement, and of their rates."""
 
     gap: tuple[str, ...]
     displacement: tuple[str, ...]
@@ -30,11 +30,11 @@ def rate(of: str, unit: str, nominal: float) -> Variable:
 
 
 def reach(stage: StageDescription, motor: StageMotor) -> Reach:
-    """What of the motion a motor sees; where the platform tilts, its place on it counts."""
+    """Return the motion that a motor sees; on a tilting platform it depends on the motor's place."""
     gap, along = [stage.vertical.name], [motor.drives]
     if stage.rotations:
         gap += [axis.name for axis in stage.rotations]
-        if len(stage.rotations) == 2:   # a lever of the magnets, along what the motor drives
+        if len(stage.rotations) == 2:   # a lever of the magnets, along the axis that the motor drives
             along.append(gap[2] if motor.drives == stage.horizontal[0].name else gap[1])
     return Reach(*(tuple(f"{axis}.{what}" for axis in axes) for axes, what in (
         (gap, "position"), (along, "position"), (gap, "velocity"), (along, "velocity"))))
@@ -70,7 +70,7 @@ def axis_states(stage: StageDescription, axis: StageAxis) -> tuple[tuple[State, 
 
 
 def pulled(stage: StageDescription, axis: StageAxis) -> tuple[str, ...]:
-    """What decides the acceleration of an axis by the motors, and by the stops at them."""
+    """Return the names on which the acceleration of an axis by motors, and by the stops at them, depends."""
     names: list[str] = []
     for motor in stage.motors:
         seen = reach(stage, motor)
@@ -105,13 +105,13 @@ def motor_states(stage: StageDescription, motor: StageMotor) -> tuple[tuple[Stat
 
 
 def induced(stage: StageDescription, motor: StageMotor) -> tuple[str, ...]:
-    """What decides the voltages of a motor next to its commands."""
+    """Return the names on which the voltages of a motor depend, except for its commands."""
     seen = reach(stage, motor)
     return (*currents(motor), *seen.gap, *seen.displacement, *seen.gap_rate, *seen.rate, f"{motor.name}.winding.rise")
 
 
 def margins(stage: StageDescription, motor: StageMotor) -> dict[str, tuple[str, ...]]:
-    """What decides how much the clamp or the bus leaves to each phase of a motor."""
+    """Return the names on which the margin of each phase of a motor to the clamp or the bus depends."""
     return {f"{motor.name}.phase_{phase}.margin": (
         *induced(stage, motor), f"{motor.name}.phase_{phase}.heat", f"{current}_cmd")
         for phase, current in zip(PHASES, currents(motor), strict=True)}

@@ -171,7 +171,7 @@ class CurrentAmplifier:
             self.heat_rate = (self.target * self.target - self.heat) / rating.thermal_time
 
     def settle(self, rating: AmplifierRating) -> bool:
-        """Take in an event of a continuous model, whose rates are known; whether the current has jumped."""
+        """Take in an event of a continuous model, whose rates are known; return True if the current has jumped."""
         before = self.current
         if self.open:
             self.current = 0.0

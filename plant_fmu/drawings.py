@@ -50,7 +50,7 @@ def stage_sketch(title: str, vertical: str, *others: str) -> str:
 
 
 def side_view(vertical: str, horizontal: str) -> str:
-    """One motor: what its axes are called."""
+    """Draw one motor from the side, with the names of its axes."""
     middle, face, gap, width = WIDTH / 2, 92, 50, 4 * POLE
     top, left = face + gap, middle + 30 - width / 2
     slots = [middle + (SLOT + TOOTH) * (k - 5) - SLOT / 2 for k in range(11)]
@@ -104,7 +104,7 @@ def above(x: float, y: float, vertical: str, horizontal: tuple[str, ...]) -> str
 
 
 def turns(x: float, y: float, horizontal: tuple[str, ...], tilted: tuple[str, ...]) -> list[str]:
-    """What the tilts of a mover are, and the numbers of its motors, in the view from above."""
+    """Draw the names of the tilts and the numbers of the motors in the view from above; nothing without tilts."""
     if not tilted:
         return []
     numbers = ((x, y - 63, "1"), (x, y + 73, "2"), (x + 67, y + 5, "1"), (x - 67, y + 5, "2"))

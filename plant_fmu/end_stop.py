@@ -22,7 +22,7 @@ class EndStop:
         self.to_upper = 1.0
 
     def touched(self, position: float) -> bool:
-        """Whether a position (m) is beyond a stop that is there."""
+        """Return True if a position (m) is beyond a stop that is there."""
         return (position < self.lower or position > self.upper) and (self.stiffness > 0.0 or self.damping > 0.0)
 
     def time_to_meet(self, position: float, velocity: float, acceleration: float, dt: float) -> float:
@@ -70,7 +70,7 @@ class EndStop:
             self.to_upper = 1.0
 
     def settle(self, velocity: float) -> bool:
-        """Decide, at an event, which stop a mover is at until the next one; whether it is at one.
+        """Decide, at an event, which stop a mover is at until the next one; return True if it is at one.
 
         At a stop, where the event has been found except for rounding, the velocity (m/s) tells which way it goes.
         """

@@ -1,4 +1,4 @@
-"""A flexible mode of what moves along an axis: a share of its mass swings. All assumed."""
+"""A flexible mode along an axis: a share of the moving mass swings. All assumed."""
 
 from math import pi
 
@@ -20,7 +20,7 @@ class FlexibleMode:
         self.frequency = 0.0       # ω/2π, Hz, parameter
         self.damping = 0.01        # ζ, parameter
         self.mass_share = 0.1      # μ, parameter
-        self.encoder_share = 0.0   # parameter: of r, in what the encoder measures
+        self.encoder_share = 0.0   # parameter: of r in the measurement of the encoder
         self.stiffness = 0.0       # ω², 1/s²
         self.resistance = 0.0      # 2 ζ ω, 1/s
         self.lightness = 1.0       # 1/(1 − μ)
@@ -32,7 +32,7 @@ class FlexibleMode:
         self.rate_sum = 0.0
 
     def start(self) -> bool:
-        """Begin at rest; whether there is a mode."""
+        """Begin at rest; return True if there is a mode."""
         omega = 2.0 * pi * self.frequency
         self.stiffness = omega * omega
         self.resistance = 2.0 * self.damping * omega

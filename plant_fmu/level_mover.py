@@ -16,7 +16,7 @@ class LevelMover:
     """Accelerations of the axes by gravity and the motors, (4.3) and (5.3). See `TiltingMover` for one that tilts."""
 
     def __init__(self, stage: StageDescription):
-        self.alike = not stage.unlike   # whether all motors are of one kind
+        self.alike = not stage.unlike   # true if all motors are of one kind
         self.accelerations = [0.0 for _ in stage.axes]   # m/s², by axis
         self.driven = list(range(1, len(stage.axes)))    # numbers of the horizontal axes
         self.mounts: list[MotorMount] = []             # no motor has an air gap of its own
@@ -132,5 +132,5 @@ class LevelMover:
         return dt
 
     def settle(self) -> bool:
-        """Whether a motor is at such a stop at an event."""
+        """Return True if a motor is at such a stop at an event."""
         return False

@@ -1,4 +1,4 @@
-"""What the forces of the motors follow from: constants of the velocity rows, geometry, magnets, electrical angles."""
+"""Data of the motors' forces: constants of the velocity rows, geometry, magnets, electrical angles."""
 
 from plant_fmu.motor_group import MotorGroup
 from pmlsm.motor_kind import motor_kinds

@@ -37,7 +37,7 @@ class MotorMount:
         return self.gap + (y.swing - self.z * roll.swing + self.x * pitch.swing)
 
     def beyond_stop(self) -> bool:
-        """Whether the gap is beyond an end stop."""
+        """Return True if the gap is beyond an end stop."""
         return self.stop.touched(self.gap)
 
     def time_to_stop(self, y: Axis, roll: Axis, pitch: Axis, dt: float) -> float:
@@ -57,7 +57,7 @@ class MotorMount:
         self.stop.resume(self.gap)
 
     def settle(self) -> bool:
-        """Take in an event of a continuous model; whether the gap is at a stop."""
+        """Take in an event of a continuous model; return True if the gap is at a stop."""
         return self.stop.settle(self.gap_rate)
 
     def push(self, geometry: MotorGeometry, i_d: float, i_q: float, thrust: float, attraction: float, coils: float,

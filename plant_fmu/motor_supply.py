@@ -1,4 +1,4 @@
-"""Supply of one three-phase motor, or of a pair wired in parallel: three amplifiers and what the mover sees."""
+"""Supply of one three-phase motor, or of a pair wired in parallel: three amplifiers and the mover's i_d and i_q."""
 
 from math import fabs
 
@@ -134,7 +134,7 @@ class MotorSupply:
         winding.derive(self.i_a * self.i_a + self.i_b * self.i_b + self.i_c * self.i_c)
 
     def settle(self) -> bool:
-        """Take in an event of a continuous model, whose rates are known; whether a current has jumped."""
+        """Take in an event of a continuous model, whose rates are known; return True if a current has jumped."""
         jumps = False
         for phase in self.phases:
             if phase.settle(self.amplifier):

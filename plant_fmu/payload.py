@@ -15,11 +15,11 @@ class Payload:
         self.z = 0.0      # m, parameter
 
     def roll_inertia(self) -> float:
-        """What it adds to the inertia about x, kg m²."""
+        """Inertia about x that it adds, kg m²."""
         return self.mass * self.z * self.z
 
     def pitch_inertia(self) -> float:
-        """What it adds to the inertia about z, kg m²."""
+        """Inertia about z that it adds, kg m²."""
         return self.mass * self.x * self.x
 
     def roll_torque(self) -> float:

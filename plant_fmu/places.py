@@ -19,7 +19,7 @@ def placed(stage: StageDescription, variables: Iterable[Variable]) -> tuple[Vari
 
 
 def place(stage: StageDescription, name: str) -> str:
-    """Return the path of what has a name, such as a variable."""
+    """Return the path of a named object, such as a variable."""
     rated = name.startswith("der(")
     name = name[4:-1] if rated else name
     owner, _, part = name.partition(".")
@@ -41,7 +41,7 @@ def place(stage: StageDescription, name: str) -> str:
 
 
 def constant_place(stage: StageDescription, name: str) -> str:
-    """Return the path of a constant of the velocity rows; empty if it is none."""
+    """Return the path of a constant of the velocity rows; empty for any other name."""
     for number, constant in enumerate(stage.constants):
         if constant.name == name:
             return f"magnetics.{CONSTANTS.get(constant.unit, f'thrust[{number}]')}"
@@ -49,7 +49,7 @@ def constant_place(stage: StageDescription, name: str) -> str:
 
 
 def of_axis(stage: StageDescription, axis: str, part: str, rated: bool) -> str:
-    """Return the path of what an axis has; of the rate of a state the sum of its weighted slopes."""
+    """Return the path of a part of an axis; for the rate of a state, the sum of its weighted slopes."""
     tilts = [tilt.name for tilt in stage.rotations]
     first, _, rest = part.partition(".")
     if first == "guide":
@@ -59,7 +59,7 @@ def of_axis(stage: StageDescription, axis: str, part: str, rated: bool) -> str:
 
 
 def of_motor(stage: StageDescription, motor: str, part: str, rated: bool) -> str:
-    """Return the path of what a motor has."""
+    """Return the path of a part of a motor."""
     number = stage.motor_names.index(motor)
     first, _, rest = part.partition(".")
     if first == "geometry" or first.endswith("_ratio"):

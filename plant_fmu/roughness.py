@@ -18,8 +18,8 @@ FURTHEST = 1.0e9               # nodes
 class Roughness:
     """Acceleration r(q) = σ Σ w_k B(q/Δ + u − k), fixed by a seed. Off where its rms σ is 0.
 
-    B is the cubic B-spline, scaled such that σ is the rms over all tracks; the nodes are Δ = 1.2 ℓ apart, with the
-    correlation length ℓ, the weights w_k are normal and independent, and 0 < u < 1 places the nodes. So r is Gaussian,
+    B is the cubic B-spline, scaled such that σ is the rms over all tracks. The nodes are Δ = 1.2 ℓ apart, with the
+    correlation length ℓ. The weights w_k are normal and independent, and 0 < u < 1 places the nodes. So r is Gaussian,
     has two continuous derivatives, and its covariance is σ² exp(−d²/2ℓ²) within 0.01 σ². The cubic of the cell between
     two nodes is kept until the mover leaves it.
     """

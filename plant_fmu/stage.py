@@ -163,7 +163,10 @@ class Stage:
         return STARTED
 
     def settle(self) -> bool:
-        """Take in an event of a continuous model: stops, clamps, first currents, encoders; whether a current jumps."""
+        """Take in an event of a continuous model: stops, clamps, first currents, encoders.
+
+        Return True if a current jumps.
+        """
         self.derive()
         self.at_stop = self.mover.settle()
         for number in self.stopped:
@@ -183,7 +186,7 @@ class Stage:
         return self.mover.time_to_stop(self.axes, dt)
 
     def beyond_stop(self) -> bool:
-        """Whether any axis or motor is beyond an end stop."""
+        """Return True if any axis or motor is beyond an end stop."""
         for number in self.stopped:
             if self.axes[number].beyond_stop():
                 return True

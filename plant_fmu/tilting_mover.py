@@ -195,7 +195,7 @@ class TiltingMover:
         return dt
 
     def settle(self) -> bool:
-        """Take in an event of a continuous model; whether a gap is at a stop."""
+        """Take in an event of a continuous model; return True if a gap is at a stop."""
         stopped = False
         for mount in self.mounts:
             if mount.settle():

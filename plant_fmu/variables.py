@@ -137,7 +137,7 @@ def mount_variables(stage: StageDescription, motor: str) -> tuple[tuple[Variable
 
 
 def platform_variables(stage: StageDescription) -> tuple[Variable, ...]:
-    """What a platform that tilts has next to axes and motors: an output, then parameters."""
+    """Variables of a tilting platform next to those of axes and motors: an output, then parameters."""
     yaw = f"moment of the motors about {stage.vertical.name}, which the guides hold"
     guides = [v for axis in stage.rotations for v in (
         parameter(f"{axis.name}.guide.stiffness", "N.m/rad", f"stiffness of guides against {axis.name}; 0 = none", NONE,
