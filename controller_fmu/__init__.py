@@ -1,1 +1,1 @@
-"""What the real-time computer does: observer, internal model, regulator, anti-windup, commutation, safety trip."""
+"""Programs of the real-time computer: observer, internal model, regulator, anti-windup, commutation, safety trip."""

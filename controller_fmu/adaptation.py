@@ -8,15 +8,15 @@ class Adaptation:
     """When the constants follow, and how; all of it assumed."""
 
     def __init__(self) -> None:
-        self.active = True    # parameter: whether they do at all
+        self.active = True    # parameter: true if they follow at all
         self.range = 0.6      # parameter: largest distance from where they begin, relative
         self.time = 0.5       # s, parameter: time constant with which they follow
         self.pause = 0.1      # s, parameter: how long data mislead after a limit or a stop
-        self.waiting = 0.0    # s, state: what is left of the pause
-        self.frozen = False   # output: whether the constants stay as they are
+        self.waiting = 0.0    # s, state: rest of the pause
+        self.frozen = False   # output: true if the constants stay as they are
 
     def judge(self, misleading: bool, sample_time: float) -> bool:
-        """Take in whether the data of a sample mislead; whether the constants stay as they are."""
+        """Note if the data of a sample mislead; return True if the constants stay as they are."""
         if misleading:
             self.waiting = self.pause
         elif self.waiting > 0.0:
@@ -37,7 +37,7 @@ class Travel:
         self.upper = upper   # m, parameter
 
     def ends(self, measured: float) -> bool:
-        """Whether a measured position (m) is at a stop."""
+        """Return True if a measured position (m) is at a stop."""
         return measured <= self.lower or measured >= self.upper
 
 

@@ -10,8 +10,8 @@ from pmlsm.stage_description import StageDescription
 class AdaptiveRegulator:
     """The nonlinear regulator, and the estimator (3.8) whose constants it takes over where data decide them.
 
-    The estimator sees what the regulator measures and commands. The constant of the iron is not adapted: what it does
-    is too little.
+    The estimator sees what the regulator measures and commands. The constant of the iron is not adapted: its effect is
+    too small.
     """
 
     def __init__(self, stage: StageDescription):
@@ -90,7 +90,7 @@ class AdaptiveRegulator:
         estimator.take(regulator.model.layout)
 
     def at_stop(self) -> bool:
-        """Whether an axis or a motor's gap is at a stop."""
+        """Return True if an axis or a motor's gap is at a stop."""
         for k, travel in zip(self.stopped, self.travels, strict=True):
             if travel.ends(self.regulator.axes[k].measured):
                 return True

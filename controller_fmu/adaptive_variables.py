@@ -13,7 +13,7 @@ ESTIMATOR = "estimator."   # part of the block
 
 def adaptive_variables(stage: StageDescription, regulator: FmuDefinition, estimator: FmuDefinition) -> tuple[Variable,
                                                                                                              ...]:
-    """Variables of the regulator, whose constants are only where it begins; what the estimator finds; the adaptation.
+    """Variables of the regulator, whose constants are only first values, of the estimator and of the adaptation.
 
     Both parts have one motor, one sample time and one observer; the estimator's inputs are within the block.
     """

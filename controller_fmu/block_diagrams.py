@@ -1,10 +1,10 @@
-"""Block diagrams of the controllers: signals go from above to below, what is measured next to them on the right."""
+"""Block diagrams of the controllers: signals go downwards, measurements next to them on the right."""
 
 from maglev.fmi.sketch import arrow, box, junction, line, picture, sketch, symbol, words
 
 LAWS = {"nonlinear": ("feedback", "linearisation"), "linear": ("motor linearised", "about g*"),
         "scheduled": ("one of four", "linearisations"), "interpolated": ("linearised at", "the gap")}
-RAIL = 335   # px across, of what is measured
+RAIL = 335   # px across, of the measurements
 
 
 def regulator(law: str) -> str:
@@ -76,5 +76,5 @@ def limit_and_commutation(x: float, y: float) -> str:
 
 
 def measured_inputs(y: float) -> str:
-    """What is measured, on the right, from above to the commutation at y."""
+    """Draw the measurements, on the right, from the top to the commutation at y."""
     return words(RAIL + 10, 16, "measured", "end") + line([(RAIL, 22), (RAIL, y)])

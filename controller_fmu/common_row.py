@@ -7,7 +7,7 @@ from pmlsm.gap_functions import gap_functions
 from pmlsm.stage_description import StageDescription
 from pmlsm.velocity_rows import normal_terms, thrust_term
 
-NONE = -0.0   # what a sum begins with that is to be its first term exactly, even where that is −0
+NONE = -0.0   # first value of a sum: the sum of it and one term is exactly the term, even if that is −0
 
 
 class CommonRow:

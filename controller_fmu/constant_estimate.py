@@ -4,7 +4,7 @@ INFORMED = 10.0   # times the weight of the start value that the data must weigh
 
 
 class ConvergenceRule:
-    """What is asked of every constant; assumed."""
+    """Condition that every constant has to meet to count as converged; assumed."""
 
     def __init__(self) -> None:
         self.tolerance = 0.01   # parameter: band that the estimate keeps to, relative

@@ -14,7 +14,7 @@ from maglev.fmi.definition import DefaultExperiment, Drawing, FmuDefinition, Var
 from pmlsm.stage_description import StageDescription
 from pmlsm.variables import RATIOS, bad_geometry, motor_geometry
 
-# Name, and what the description says, of the regulator with each law.
+# Name and description of the regulator with each law.
 LAWS = {NONLINEAR: ("nonlinear", "Regulator", "on the feedback-linearised motors"),
         LINEAR: ("linear", "LinearRegulator", "on the motors linearised about a setpoint"),
         SCHEDULED: ("scheduled", "ScheduledRegulator",
@@ -35,7 +35,7 @@ def tilts(stage: StageDescription, *pages: str) -> tuple[tuple[str, str], ...]:
 
 
 def default_experiment(stage: StageDescription) -> DefaultExperiment:
-    """Five hundred samples, which no tool divides into steps that are none."""
+    """Return an experiment of five hundred samples, so that tools choose default steps that the FMU accepts."""
     return DefaultExperiment(stop_time=500 * stage.sample_time, step=stage.sample_time)
 
 

@@ -13,7 +13,7 @@ def platform_of(stage: StageDescription) -> TiltingPlatform:
 
 
 def allocation_of(stage: StageDescription) -> ForceAllocation:
-    """Return the allocation of a stage; masses of what guides hold may be any."""
+    """Return the allocation of a stage; directions that guides hold get an arbitrary mass."""
     x, *z = (axis.mass for axis in stage.horizontal)
     roll, *pitch = (axis.mass for axis in stage.rotations)
     return ForceAllocation(stage.vertical.mass, x, z[0] if z else 1.0, roll, pitch[0] if pitch else 1.0)

@@ -1,4 +1,4 @@
-"""What the controllers' FMUs show of themselves: icons and block diagrams, by the names of their modules."""
+"""Drawings of the controllers' FMUs, icons and block diagrams, by the names of their modules."""
 
 from maglev.fmi.definition import Drawing
 

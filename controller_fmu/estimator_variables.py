@@ -72,7 +72,7 @@ def row_inputs(stage: StageDescription, axis: str) -> tuple[str, ...]:
 
 
 def axis_outputs(axis: str, measured: tuple[str, ...], inputs: tuple[str, ...]) -> tuple[Variable, ...]:
-    """What the estimator sees of one axis; `measured` are the inputs that measure it, `inputs` those of its row."""
+    """Outputs of the estimator for one axis; `measured` are the inputs that measure it, `inputs` those of its row."""
     return (real_output(f"{axis}.velocity", "m/s", "velocity by the observer (Fig. 4.7)", 0.1, discrete=True,
                         depends_on=measured),
             real_output(f"{axis}.residual", "m/s2", "acceleration that the model with these estimates does not explain,"

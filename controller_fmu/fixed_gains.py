@@ -5,7 +5,7 @@ from pmlsm.motor_geometry import MotorGeometry
 
 
 class FixedGains:
-    """What takes the place of a gain schedule or a gain table where a law has none."""
+    """Stand-in for a gain schedule or a gain table in a law that has neither."""
 
     def prepare(self, motor: MotorGeometry, attraction: float, coils: float, iron: float) -> bool:
         """Return True: there is nothing to linearise."""

@@ -7,14 +7,14 @@ from pmlsm.velocity_rows import GRAVITY
 
 
 class ForceAllocation:
-    """The even split over the motors of what y, roll and pitch need.
+    """Even split over the motors of the force for y and the torques for roll and pitch.
 
     With the normal forces N (downwards), the thrusts Tx and Tz, and the height h of the magnets' faces:
 
         M_y y'' = M_y G + Σ N     I_roll roll'' = −Σ z N + h Tz     I_pitch pitch'' = Σ x N − h Tx
 
-    The thrusts are those that the horizontal axes ask for. What is left, Jᵀ N = w, has many solutions with more than
-    three motors; N = J (JᵀJ)⁻¹ w is the one with the smallest sum of squares. All forces are for each kg of M_y.
+    The thrusts are those that the horizontal axes ask for. The rest, Jᵀ N = w, has many solutions with more than three
+    motors; N = J (JᵀJ)⁻¹ w is the one with the smallest sum of squares. All forces are for each kg of M_y.
     """
 
     def __init__(self, mass_y: float, mass_x: float, mass_z: float, inertia_roll: float, inertia_pitch: float):
@@ -24,7 +24,7 @@ class ForceAllocation:
         self.inertia_roll = inertia_roll      # kg m², parameter
         self.inertia_pitch = inertia_pitch    # kg m², parameter
         self.motors = 1.0                     # how many there are
-        self.weight = GRAVITY                 # m/s²: what the normal forces hold; 0 in a law about an equilibrium
+        self.weight = GRAVITY                 # m/s², held by the normal forces; 0 in a law about an equilibrium
         self.force = 0.0                      # w, m/s²
         self.roll_torque = 0.0                # m²/s²
         self.pitch_torque = 0.0               # m²/s²
@@ -41,7 +41,7 @@ class ForceAllocation:
         return self.weight + self.motors * place.carried(self.force, self.roll_torque, self.pitch_torque)
 
     def gather(self, tilts: TiltMeasurement, place: MotorPlace, demand: float) -> None:
-        """Add to what y, roll and pitch demand what a motor does (m/s²); without thrust the inverse of `demand_at`."""
+        """Add a motor's demand (m/s²) to those of y, roll and pitch; without thrust the inverse of `demand_at`."""
         force = demand / self.motors
         tilts.y += force
         tilts.roll -= place.z * force * self.mass_y / self.inertia_roll

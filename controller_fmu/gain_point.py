@@ -1,4 +1,4 @@
-"""What an interpolated law has at one air gap."""
+"""Linearisation of an interpolated law at one air gap."""
 
 from controller_fmu.feedback_linearisation import equilibrium_current
 from controller_fmu.linearisation import Linearisation

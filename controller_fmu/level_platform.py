@@ -6,10 +6,10 @@ from controller_fmu.pid_axis import PIDAxis
 
 
 class LevelPlatform:
-    """What takes the place of a `TiltingPlatform` where nothing tilts."""
+    """Stand-in for a `TiltingPlatform` on a stage that does not tilt."""
 
     def __init__(self) -> None:
-        self.places: list[MotorPlace] = []   # none that matters
+        self.places: list[MotorPlace] = []   # unused
 
     def prepare(self) -> bool:
         """Return True: the motors may be anywhere."""
@@ -36,5 +36,5 @@ class LevelPlatform:
         return displacement
 
     def moved(self, motor: int, y: float, roll: float, pitch: float) -> float:
-        """What a displacement of the mover and tilts are at a motor: the displacement."""
+        """Return the displacement at a motor for a displacement and tilts of the mover: the displacement itself."""
         return y

@@ -1,4 +1,4 @@
-"""The delay of the velocity observer, given to what the measured velocity is compared with."""
+"""The delay of the velocity observer, for signals that are compared with the measured velocity."""
 
 from controller_fmu.velocity_observer import ObserverFilter
 

@@ -1,4 +1,4 @@
-"""One encoder as the controller sees it: what is assumed to go wrong with it, each at zero off."""
+"""One encoder as the controller sees it, with its assumed errors, each off at zero."""
 
 from controller_fmu.interpolation_error import InterpolationError
 from controller_fmu.sampling_instant import SLOTS, SamplingInstant

@@ -1,4 +1,4 @@
-"""What the controller of any stage gets of its encoders."""
+"""Measurements of the encoders, as the controller of any stage receives them."""
 
 from controller_fmu.measured_position import MeasuredPosition
 from controller_fmu.sample_clock import SampleClock

@@ -17,7 +17,7 @@ def icon(axes: int) -> tuple[Shape, ...]:
 
 
 def block_diagram() -> str:
-    """From the encoder to what the controller gets."""
+    """Draw the way from the encoder to the controller."""
     return sketch(
         "Block diagram: each encoder is read with a delay and jitter; the interpolation error, offset, drift and noise "
         "are added; a sample that is lost, or a frozen encoder, leaves the measurement as it was.",

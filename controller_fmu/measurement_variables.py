@@ -1,4 +1,4 @@
-"""Variables of what lies between encoders and controller, encoder by encoder."""
+"""Variables of a measurement, between encoders and controller, encoder by encoder."""
 
 from collections.abc import Iterator
 from dataclasses import replace
@@ -19,7 +19,7 @@ REFUSALS = {
 
 
 def encoders(stage: StageDescription) -> Iterator[tuple[str, str, Variable]]:
-    """Of each encoder: whose it is, what a plant calls it, and the input of a controller that it is for."""
+    """Yield for each encoder its owner, its name in the plant, and the controller's input that it feeds."""
     for axis in stage.measured:
         yield axis.name, f"{axis.name}.encoder", measured_axis(axis)
     for motor, gap in zip(stage.motor_names, gap_inputs(stage), strict=False):
@@ -49,7 +49,7 @@ def measurement_variables(stage: StageDescription) -> tuple[Variable, ...]:
 
 
 def encoder_parameters(owner: str) -> tuple[Variable, ...]:
-    """What can go wrong with one encoder."""
+    """Parameters of the errors of one encoder."""
     return (parameter(f"{owner}.noise", "m", "standard deviation of white, normal noise", NONE, 0.0, 1.0, 1e-6),
             parameter(f"{owner}.interpolation.amplitude", "m", "amplitude of the error that is periodic along the way",
                       NONE, 0.0, 1.0, 1e-6),

@@ -13,7 +13,7 @@ class MotorCommand:
         self.i_a_cmd = 0.0       # A, output
         self.i_b_cmd = 0.0       # A, output
         self.i_c_cmd = 0.0       # A, output
-        self.limited = False     # whether a command is at its limit
+        self.limited = False     # true if a command is at its limit
         self.excess_d = 0.0      # sat(i_d) − i_d, A
         self.excess_q = 0.0      # sat(i_q) − i_q, A
 

@@ -4,8 +4,8 @@
 class MotorPlace:
     """A motor's row of J, gap = y − z roll + x pitch, and its column of S = (JᵀJ)⁻¹Jᵀ.
 
-    S is what makes one vertical motion of many: y, roll and pitch by least squares from the gaps at the motors. Its
-    transpose spreads a force and two torques over the motors with the smallest sum of squares.
+    S turns the gaps at the motors into one vertical motion: y, roll and pitch by least squares. Its transpose spreads a
+    force and two torques over the motors with the smallest sum of squares.
     """
 
     def __init__(self, x: float, z: float, gap: float):
@@ -17,9 +17,9 @@ class MotorPlace:
         self.share_pitch = 0.0      # 1/m
 
     def moved(self, y: float, roll: float, pitch: float) -> float:
-        """What a displacement (m) and tilts (rad) of the platform are at the motor, m: its row of J."""
+        """Return the displacement (m) at the motor for one (m) and tilts (rad) of the platform: its row of J."""
         return y - self.z * roll + self.x * pitch
 
     def carried(self, force: float, roll_torque: float, pitch_torque: float) -> float:
-        """What the motor carries of a force (N) and torques (N m), N; or of these for each kg."""
+        """Return the motor's share of a force (N) and torques (N m) in N; in N/kg if these are for each kg."""
         return self.share_y * force + self.share_roll * roll_torque + self.share_pitch * pitch_torque

@@ -39,7 +39,7 @@ class OutputRegulator:
         self.error_rate = self.observer.velocity - self.reference_rate
 
     def demand(self) -> float:
-        """Demanded acceleration v (m/s²), equation (4.16), and what overcomes Coulomb friction at the present speed."""
+        """Return the demanded acceleration v (m/s²), (4.16), with compensation of Coulomb friction at this speed."""
         model = self.model
         demand = (self.k1 * self.error + self.k2 * self.error_rate
                   + self.k3 * model.xi1 + self.k4 * model.xi2 + self.k5 * model.xi3 + model.xi1)

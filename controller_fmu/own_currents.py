@@ -14,7 +14,7 @@ class OwnCurrents:
     def __init__(self, stage: StageDescription, law: int):
         self.laws = [VerticalLaw(law) for _ in stage.motors]
         self.demands = [0.0 for _ in stage.axes]   # m/s², with which the axes begin
-        self.short = [0.0 for _ in stage.axes]     # A s: what the limit takes from the current of an axis
+        self.short = [0.0 for _ in stage.axes]     # A s: share of an axis's current that the limit cuts off
         self.share = 1.0 / len(stage.motors)
         # of one of an axis's motors
         self.shares = [1.0 / len(stage.motors_of(axis.name)) for axis in stage.horizontal]
@@ -29,7 +29,7 @@ class OwnCurrents:
             law.take_constants(attraction, coils, iron)
 
     def linearise(self, model: MotorModel, setpoint: float) -> bool:
-        """Linearise the motors about a setpoint (m); whether there is an equilibrium for each."""
+        """Linearise the motors about a setpoint (m); return True if there is an equilibrium for each."""
         for law, kind in zip(self.laws, model.layout.kind, strict=True):
             if not law.linearise(model.layout.kinds[kind].geometry, setpoint):
                 return False
@@ -55,7 +55,10 @@ class OwnCurrents:
 
     def command(self, axes: list[OutputRegulator], motors: list[MotorCommand], model: MotorModel,
                 platform: LevelPlatform, limit: float) -> bool:
-        """Command the motors what the axes demand, within a limit (A, 0 = none); whether the demand can be made."""
+        """Command the currents that the axes demand, within a limit (A, 0 = none).
+
+        Return True if the demand is feasible.
+        """
         layout = model.layout
         gap = axes[0]
         demand = gap.demand()
@@ -74,7 +77,7 @@ class OwnCurrents:
         return feasible
 
     def compare(self, motors: list[MotorCommand], model: MotorModel, platform: LevelPlatform, time: float) -> bool:
-        """Compute what the limit has taken from the currents, times the time of a sample (s); whether it has anything.
+        """Compute the currents cut off by the limit, times the time of a sample (s); return True if it cut off any.
 
         The time is 0 without antiwindup.
         """

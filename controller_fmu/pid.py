@@ -56,16 +56,16 @@ class PID(Sampled):
         # The vertical axis, the horizontal ones, the tilts.
         axes = (stage.vertical, *stage.horizontal, *stage.rotations)
         self.axes = [axis_pid(axis) for axis in axes]
-        self.tilted = [axis.rotation for axis in axes]   # whether an axis is a tilt
+        self.tilted = [axis.rotation for axis in axes]   # true if an axis is a tilt
         self.motors = [MotorCommand() for _ in stage.motors]
         self.linears = [Linearisation() for _ in self.model.layout.kinds]
         # Of any type: the currents below know which one they go with.
         self.platform: Any = platform_of(stage) if rotations else LevelPlatform()
         self.holding = PlatformCurrents(stage) if rotations else LevelCurrents(stage)
-        # A or A/m, of y, x, z, roll, pitch; what guides hold stays 0.
+        # A or A/m, of y, x, z, roll, pitch; directions that guides hold stay 0.
         self.currents = [0.0, 0.0, 0.0, 0.0, 0.0]
         self.places = [*range(1 + horizontal), *range(3, 3 + rotations)]   # of each axis among them
-        self.held = [False for _ in stage.axes]   # whether the limit holds the integral of an axis
+        self.held = [False for _ in stage.axes]   # true if the limit holds the integral of an axis
         self.started = False    # state: a measurement has come in
         self.saturated = False  # output
         self.feasible = True    # output; a current is always commanded

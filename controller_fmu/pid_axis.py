@@ -29,7 +29,7 @@ class PIDAxis:
         self.error = 0.0                         # m, output: measured − reference
         self.deviation = 0.0                     # m: measured − filtered reference, the e of the law
         self.deviation_rate = 0.0                # m/s
-        self.designed_kp = 0.0                   # what the last design gave
+        self.designed_kp = 0.0                   # of the last design
         self.designed_ki = 0.0
         self.designed_kd = 0.0
 
@@ -51,7 +51,7 @@ class PIDAxis:
         self.designed_kd = kd
 
     def filterable(self, sample_time: float) -> bool:
-        """Whether the pre-filter is stable at a sample time (s)."""
+        """Return True if the pre-filter is stable at a sample time (s)."""
         return self.prefilter * sample_time <= LARGEST_ANGLE
 
     def start(self, current: float) -> None:

@@ -45,7 +45,7 @@ def axis_number(stage: StageDescription, axis: str) -> int:
 
 
 def of_axis(stage: StageDescription, axis: str, part: str, allocation: str) -> str:
-    """Path of what an axis has, such as "reference"."""
+    """Return the path of a part of an axis, such as "reference"."""
     number = axis_number(stage, axis)
     if part in ("mass", "inertia"):
         names = ("mass_y", *("mass_x", "mass_z")[:len(stage.horizontal)], "inertia_roll", "inertia_pitch")
@@ -54,7 +54,7 @@ def of_axis(stage: StageDescription, axis: str, part: str, allocation: str) -> s
 
 
 def of_motor(stage: StageDescription, motor: str, part: str, layout: str) -> str:
-    """Path of what a motor has, such as "i_a_cmd"."""
+    """Return the path of a part of a motor, such as "i_a_cmd"."""
     number = stage.motor_names.index(motor)
     if part.startswith("geometry.") or part.endswith("_ratio"):
         kind = f"{layout}.kinds[{1 + [each.name for each in stage.unlike].index(motor)}]"

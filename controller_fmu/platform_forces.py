@@ -25,14 +25,14 @@ class PlatformForces:
         self.gains = gains
         self.allocation = allocation_of(stage)
         self.unlike = len(stage.unlike) > 0
-        # Of y, x, z, roll, pitch; what guides hold stays 0.
+        # Of y, x, z, roll, pitch; directions that guides hold stay 0.
         self.places = [0, 1, 2, 3, 4] if len(stage.horizontal) == 2 else [0, 1, 3]   # of each axis among them
         self.wanted = [0.0, 0.0, 0.0, 0.0, 0.0]           # m/s², rad/s², demands
         self.goal = [0.0, 0.0, 0.0, 0.0, 0.0]             # m, rad, references
         self.held = TiltMeasurement()
         self.missing = TiltMeasurement()                  # of the direct currents
         self.demands = [0.0 for _ in stage.axes]            # m/s², rad/s², with which the axes begin
-        self.short = [0.0 for _ in stage.axes]              # A s: what the limit takes from the current of an axis
+        self.short = [0.0 for _ in stage.axes]              # A s: share of an axis's current cut off by the limit
         # of one of an axis's motors
         self.shares = [1.0 / len(stage.motors_of(axis.name)) for axis in stage.horizontal]
 
@@ -48,14 +48,14 @@ class PlatformForces:
             law.take_constants(attraction, coils, iron)
 
     def linearise(self, model: MotorModel, setpoint: float) -> bool:
-        """Linearise the motors about a setpoint (m); whether there is an equilibrium for each."""
+        """Linearise the motors about a setpoint (m); return True if there is an equilibrium for each."""
         for law, kind in zip(self.laws, model.layout.kind, strict=True):
             if not law.linearise(model.layout.kinds[kind].geometry, setpoint):
                 return False
         return True
 
     def tabulate(self, model: MotorModel) -> bool:
-        """Linearise the motors at the gaps of a table; whether there is an equilibrium at each."""
+        """Linearise the motors at the gaps of a table; return True if there is an equilibrium at each."""
         law = self.laws[0]
         return self.gains.prepare(model.layout.kinds[0].geometry, law.attraction, law.coils, law.iron)
 
@@ -78,7 +78,7 @@ class PlatformForces:
             geometry = model.layout.kinds[kind].geometry
             gap = place.gap_measured if bumpless else setpoint
             error = gap - place.moved(goal[0], goal[3], goal[4]) if bumpless else 0.0
-            if self.unlike:   # each carries what it does while the platform is level
+            if self.unlike:   # each carries its share of the level platform
                 left = GRAVITY - platform.motors * place.share_y * GRAVITY
                 allocation.gather(held, place, law.carrying_demand(geometry, gap, error, left))
             else:
@@ -92,7 +92,10 @@ class PlatformForces:
 
     def command(self, axes: list[OutputRegulator], motors: list[MotorCommand], model: MotorModel,
                 platform: TiltingPlatform, limit: float) -> bool:
-        """Command the motors what the axes demand, within a limit (A, 0 = none); whether the demand can be made."""
+        """Command the currents that the axes demand, within a limit (A, 0 = none).
+
+        Return True if the demand is feasible.
+        """
         layout = model.layout
         allocation = self.allocation
         wanted = self.wanted
@@ -125,7 +128,7 @@ class PlatformForces:
         return feasible
 
     def compare(self, motors: list[MotorCommand], model: MotorModel, platform: TiltingPlatform, time: float) -> bool:
-        """Compute what the limit has taken from the currents, times the time of a sample (s); whether it has anything.
+        """Compute the currents cut off by the limit, times the time of a sample (s); return True if it cut off any.
 
         The time is 0 without antiwindup.
         """

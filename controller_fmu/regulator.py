@@ -68,8 +68,8 @@ class Regulator(Sampled):
         # The vertical axis, the horizontal ones, the tilts.
         axes = (stage.vertical, *stage.horizontal, *stage.rotations)
         self.axes = [axis_regulator(axis) for axis in axes]
-        self.tilted = [axis.rotation for axis in axes]                       # whether an axis is a tilt
-        self.by_gap = [axis.rotation or axis is stage.vertical for axis in axes]   # whether a normal force serves it
+        self.tilted = [axis.rotation for axis in axes]                       # true if an axis is a tilt
+        self.by_gap = [axis.rotation or axis is stage.vertical for axis in axes]   # true if a normal force serves it
         self.motors = [MotorCommand() for _ in stage.motors]
         # Of any type: the currents below know which one they go with.
         self.platform: Any = platform_of(stage) if rotations else LevelPlatform()

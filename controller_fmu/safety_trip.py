@@ -2,5 +2,5 @@
 
 
 def exceeds(error: float, trip_error: float) -> bool:
-    """Whether a tracking error is larger than the error that trips (m, 0 = never)."""
+    """Return True if a tracking error is larger than the error that trips (m, 0 = never)."""
     return trip_error > 0.0 and (error > trip_error or error < -trip_error)

@@ -9,11 +9,11 @@ class SampleClock:
 
     def __init__(self) -> None:
         self.checked_step = 0.0   # s, communication step that was checked last
-        self.divides = False      # whether it divides the sample time
+        self.divides = False      # true if it divides the sample time
         self.remaining = 0.0      # s, state: time until the next sample
 
     def fits(self, dt: float, sample_time: float) -> bool:
-        """Whether a communication step dt (s) divides the sample time (s), and does not step over a sample."""
+        """Return True if a communication step dt (s) divides the sample time (s) and does not step over a sample."""
         if dt != self.checked_step:
             self.checked_step = dt
             steps = sample_time / dt
@@ -25,7 +25,7 @@ class SampleClock:
         return self.divides and (self.remaining < 0.5 * dt or dt < self.remaining * (1.0 + TOLERANCE))
 
     def due(self, dt: float, sample_time: float) -> bool:
-        """Whether a sample falls on the start of this communication step dt (s); counts the step."""
+        """Count the communication step dt (s); return True if a sample falls on its start."""
         sample = self.remaining < 0.5 * dt
         if sample:
             self.remaining = sample_time

@@ -1,4 +1,4 @@
-"""What all blocks that sample have in common: they are stepped on the grid of their samples."""
+"""Common part of all blocks that sample: they are stepped on the grid of their samples."""
 
 from controller_fmu.sample_clock import SampleClock
 from controller_fmu.status import STEP_MISFIT, STEPPED

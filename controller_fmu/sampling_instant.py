@@ -9,7 +9,7 @@ STREAM = 0            # of the random words; the encoders have the others
 
 STEPPED = 0       # status of a measurement's `start` and `step`
 STEP_MISFIT = 1   # the communication step does not fit the sample time
-TOO_LATE = 2      # the delay is longer than what is kept of the past
+TOO_LATE = 2      # the delay is longer than the recorded past
 NO_SEED = 3       # the seed is no whole number
 
 
@@ -22,19 +22,19 @@ class SamplingInstant:
     def __init__(self) -> None:
         self.delay = 0.0      # s, parameter
         self.jitter = 0.0     # s, parameter
-        self.late = False     # whether there is any of them
+        self.late = False     # true if there is a delay or jitter
         self.newest = 0       # state: slot of the sample that came last
         self.slot = 0         # of the sample after the instant
         self.earlier = 0      # slot of the one before it
         self.fraction = 0.0   # of a sample, from the later one back to the instant
 
     def prepare(self, sample_time: float) -> bool:
-        """Whether so long a delay can be, with a sample time (s)."""
+        """Return True if the delay and the jitter are short enough for a sample time (s)."""
         self.late = self.delay > 0.0 or self.jitter > 0.0
         return self.delay + self.jitter <= LATEST * sample_time
 
     def advance(self, seed: int, number: int, sample_time: float) -> None:
-        """Go on to the next sample, by the seed and the number of the sample."""
+        """Move to the next sample, by the seed and the number of the sample."""
         self.newest = (self.newest + 1) & (SLOTS - 1)
         age = self.delay
         if self.jitter > 0.0:

@@ -19,7 +19,7 @@ class SharedCurrent:
         self.gains = gains
         self.i_q = [0.0 for _ in stage.horizontal]         # A, by axis
         self.demands = [0.0 for _ in stage.axes]           # m/s², with which the axes begin
-        self.short = [0.0 for _ in stage.axes]             # A s: what the limit takes from the current of an axis
+        self.short = [0.0 for _ in stage.axes]             # A s: share of an axis's current that the limit cuts off
         horizontal = [axis.name for axis in stage.horizontal]
         motors = [motor.drives for motor in stage.motors]
         self.first = [motors.index(axis) for axis in horizontal]   # motor of each axis: the others do as it does
@@ -34,11 +34,11 @@ class SharedCurrent:
         self.vertical.take_constants(carrying * model.attraction, carrying * model.coils, carrying * model.iron)
 
     def linearise(self, model: MotorModel, setpoint: float) -> bool:
-        """Linearise the motors about a setpoint (m); whether there is an equilibrium."""
+        """Linearise the motors about a setpoint (m); return True if there is an equilibrium."""
         return self.vertical.linearise(model.layout.kinds[0].geometry, setpoint)
 
     def tabulate(self, model: MotorModel) -> bool:
-        """Linearise the motors at the gaps of a schedule or a table; whether there is an equilibrium at each."""
+        """Linearise the motors at the gaps of a schedule or a table; return True if there is an equilibrium at each."""
         vertical = self.vertical
         return self.gains.prepare(model.layout.kinds[0].geometry, vertical.attraction, vertical.coils, vertical.iron)
 
@@ -55,7 +55,10 @@ class SharedCurrent:
 
     def command(self, axes: list[OutputRegulator], motors: list[MotorCommand], model: MotorModel,
                 platform: LevelPlatform, limit: float) -> bool:
-        """Command the motors what the axes demand, within a limit (A, 0 = none); whether the demand can be made."""
+        """Command the currents that the axes demand, within a limit (A, 0 = none).
+
+        Return True if the demand is feasible.
+        """
         vertical = self.vertical
         layout = model.layout
         geometry = layout.kinds[0].geometry
@@ -79,7 +82,7 @@ class SharedCurrent:
         return vertical.feasible
 
     def compare(self, motors: list[MotorCommand], model: MotorModel, platform: LevelPlatform, time: float) -> bool:
-        """Compute what the limit has taken from the currents, times the time of a sample (s); whether it has anything.
+        """Compute the currents cut off by the limit, times the time of a sample (s); return True if it cut off any.
 
         The time is 0 without antiwindup.
         """

@@ -6,10 +6,11 @@ from controller_fmu.motor_place import MotorPlace
 class TiltMeasurement:
     """y, roll and pitch by least squares, S = (JᵀJ)⁻¹Jᵀ times the values of the motors.
 
-    Of the measured gaps it makes the air gap at the centre (m) and the tilts (rad). Of what the limits have taken from
-    the direct currents (A) it makes what the antiwindup (5.13) of each axis acts on: a current that all motors have in
-    common (A) and its slopes over the platform (A/m). S is the transpose of the allocation of the forces, and a left
-    inverse of J: a current that is short by the same in all motors concerns y alone, as on a stage without tilts.
+    From the measured gaps it computes the air gap at the centre (m) and the tilts (rad). From the direct currents (A)
+    that the limits have cut off, it computes the inputs of the antiwindup (5.13). These are a current that all motors
+    have in common (A) and its slopes over the platform (A/m). S is the transpose of the allocation of the forces, and a
+    left inverse of J. A current that is short by the same amount in all motors affects y alone, as on a stage without
+    tilts.
     """
 
     def __init__(self) -> None:

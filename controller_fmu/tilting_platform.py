@@ -1,4 +1,4 @@
-"""A platform that tilts: where its motors are, and what their air gaps say of its position."""
+"""A platform that tilts: the places of its motors, and its position from their air gaps."""
 
 from typing import Any
 
@@ -22,7 +22,7 @@ class TiltingPlatform:
         self.tilts = TiltMeasurement()
 
     def prepare(self) -> bool:
-        """Compute the motors' shares; whether they feel and make every tilt, that is are not all on one line."""
+        """Compute the motors' shares; return True if the motors measure and make every tilt: not all on one line."""
         square = self.square
         square.set_diagonal(0.0, 0.0, 0.0)
         for place in self.places:
@@ -35,7 +35,10 @@ class TiltingPlatform:
         return True
 
     def measure(self, gap: float) -> bool:
-        """Compute the air gap at the centre and the tilts from the gaps at the motors; whether all were measured."""
+        """Compute the air gap at the centre and the tilts from the gaps at the motors.
+
+        Return True if all gaps were measured.
+        """
         tilts = self.tilts
         tilts.clear()
         seen = True
@@ -50,11 +53,11 @@ class TiltingPlatform:
         return self.tilts.y
 
     def gap(self, motor: int, gap: float) -> float:
-        """Air gap (m) at a motor: what is measured there."""
+        """Return the measured air gap (m) at a motor."""
         return self.places[motor].gap_measured
 
     def observe(self, axes: list[Any]) -> bool:
-        """Give the vertical axis and the tilts their measurements; whether all gaps were measured."""
+        """Give the vertical axis and the tilts their measurements; return True if all gaps were measured."""
         tilts = self.tilts
         seen = self.measure(0.0)
         axes[0].measured = tilts.y
@@ -73,7 +76,7 @@ class TiltingPlatform:
         return displacement + self.height * self.tilts.roll
 
     def moved(self, motor: int, y: float, roll: float, pitch: float) -> float:
-        """What a displacement (m) and tilts (rad) of the platform are at a motor, m."""
+        """Return the displacement (m) at a motor for a displacement (m) and tilts (rad) of the platform."""
         return self.places[motor].moved(y, roll, pitch)
 
     def spread_x(self) -> float:

@@ -28,7 +28,7 @@ def measured_axis(axis: StageAxis) -> Variable:
 
 
 def by_gaps(stage: StageDescription, axis: str) -> bool:
-    """Whether an axis is measured by the gaps at the motors."""
+    """Return True if an axis is measured by the gaps at the motors."""
     return bool(stage.rotations) and axis not in [horizontal.name for horizontal in stage.horizontal]
 
 
@@ -151,9 +151,9 @@ def ports(stage: StageDescription, by_all: bool = False, by_gap: bool = False) -
     ----------
     stage : Stage
     by_all : bool
-        Whether i_d follows from the inputs of all axes, not of the vertical one and the tilts alone.
+        True if i_d depends on the inputs of all axes, not only on those of the vertical one and the tilts.
     by_gap : bool
-        Whether the quadrature currents follow from the measured gap too.
+        True if the quadrature currents depend on the measured gap too.
     """
     vertical = stage.vertical.name
     d_from = input_names(stage, *(stage.axis_names if by_all else (vertical, *(axis.name for axis in stage.rotations))))
@@ -191,7 +191,7 @@ def loop_parameters(stage: StageDescription, limit_source: str) -> tuple[Variabl
 
 
 def sampling_and_limit(sample_time_source: str, limit_source: str) -> tuple[Variable, ...]:
-    """Parameters of what samples and commands currents."""
+    """Parameters of the sampling and of the limit of commanded currents."""
     return (sample_time(sample_time_source),
             parameter("current_limit", "A", "limit on i_d and i_q commands; 0 = none", limit_source,
                       0.0, 1000.0, 1.0))

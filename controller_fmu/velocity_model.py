@@ -13,7 +13,7 @@ NEARLY_CRITICAL = 1.0e-8     # (r τ)² below which the two rates of the filter 
 
 
 class EstimatorLaw:
-    """Settings of the estimator, and what follows from them for a sample."""
+    """Settings of the estimator, and the quantities of a sample that follow from them."""
 
     def __init__(self) -> None:
         self.sample_time = 1.0e-3   # s
@@ -21,7 +21,7 @@ class EstimatorLaw:
         self.growth = 0.0           # 1 − γ⁻², of Σ' = AᵀA − γ⁻² AᵀA
         self.forgotten = 0.0        # share of Σ that a sample forgets
         self.added = 0.0            # s, weight of a sample's AᵀA in Σ
-        self.held = False           # whether the estimates and Σ stay as they are
+        self.held = False           # true if the estimates and Σ stay as they are
 
     def prepare(self, sample_time: float, epsilon: float, gamma: float, forgetting: float) -> None:
         """Take in the parameters: sample time (s), ε (s), γ, rate of forgetting (1/s)."""
@@ -45,13 +45,13 @@ class EstimatorLaw:
 class VelocityModel:
     """x̂' = A θ̂ + b + (y − x̂)/ε of one row, together with the θ̂' that acts on it.
 
-    With y, A and b held over a sample, Σ⁻¹Aᵀ keeps its direction and only shrinks, since Σ grows by AᵀA alone. What is
-    left are two numbers, the error e = y − x̂ and the model's acceleration w = A θ̂ + b:
+    With y, A and b held over a sample, Σ⁻¹Aᵀ keeps its direction and only shrinks, since Σ grows by AᵀA alone. This
+    leaves two numbers, the error e = y − x̂ and the model's acceleration w = A θ̂ + b:
 
         e' = −w − e/ε,   w' = s e/ε,   s = A Σ⁻¹ Aᵀ,   s' = −(1 − γ⁻²) s²
 
-    They are advanced by the exact solution for the mean s, over parts of the sample in which s changes little: an
-    undamped or a stiff error, which Euler's method would let grow, needs no shorter sample time.
+    They are advanced by the exact solution for the mean s, over parts of the sample in which s changes little. An
+    undamped or a stiff error, which Euler's method would let grow, therefore needs no shorter sample time.
     """
 
     def __init__(self) -> None:

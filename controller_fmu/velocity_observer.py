@@ -4,7 +4,7 @@ from pmlsm.exponential import exponential
 
 
 class ObserverFilter:
-    """Time constants of the observers of a controller or an estimator, and what follows from them.
+    """Time constants of the observers of a controller or an estimator, and the filter coefficients of a sample.
 
     The thesis draws an approximate derivative and a low-pass filter; the time constants are assumed.
     """

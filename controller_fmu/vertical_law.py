@@ -24,8 +24,8 @@ class VerticalLaw:
         self.f3 = 1.0
         self.f4 = 0.0            # stays so in a linear law: its row has no squares
         self.linear = Linearisation()   # the one that counts now
-        self.forward = 0.0       # A, what an interpolated law feeds forward
-        self.feasible = True     # whether the last current makes the demanded acceleration
+        self.forward = 0.0       # A, current that an interpolated law feeds forward
+        self.feasible = True     # true if the last current makes the demanded acceleration
 
     def take_constants(self, attraction: float, coils: float, iron: float) -> None:
         """Take in the constants of the model, which may have been tuned."""
@@ -34,7 +34,7 @@ class VerticalLaw:
         self.iron = iron
 
     def linearise(self, motor: MotorGeometry, gap: float) -> bool:
-        """Linearise about a gap (m); whether there is an equilibrium that a direct current can control."""
+        """Linearise about a gap (m); return True if there is an equilibrium that a direct current can control."""
         return self.linear.prepare(motor, self.attraction, self.coils, self.iron, gap)
 
     def holding_demand(self, motor: MotorGeometry, gap: float, error: float) -> float:
@@ -53,7 +53,7 @@ class VerticalLaw:
         return self.linear.demand(current, error)
 
     def take(self, current: float, gain: float, f1: float) -> None:
-        """Take in what counts at the measured gap, in an interpolated law: see `GainPoint`."""
+        """Take over the linearisation at the measured gap in an interpolated law: see `GainPoint`."""
         self.forward = current
         self.linear.gain = gain
         self.linear.f1 = f1
@@ -75,7 +75,7 @@ class VerticalLaw:
         error : float
             Of the gap, m; counts in a linear law.
         by_quadrature : float
-            What the quadrature currents take from the acceleration, m/s²; counts in a nonlinear law.
+            Acceleration that the quadrature currents take away, m/s²; counts in a nonlinear law.
         """
         if self.law == INTERPOLATED:
             return self.forward + demand / self.linear.gain
