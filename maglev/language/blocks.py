@@ -1,4 +1,4 @@
-"""What is made of a block: its C, and its derivative in Python."""
+"""The results of translating a block: its C, and its derivative in Python."""
 
 from collections.abc import Callable, Collection, Sequence
 from functools import lru_cache
@@ -12,7 +12,7 @@ from maglev.language.statements import Program
 
 METHODS: dict[str, tuple[Type, ...]] = {"start": (), "step": (FLOAT, FLOAT)}
 CONTINUOUS_METHODS: dict[str, tuple[Type, ...]] = {"derive": (), "settle": ()}
-# Methods that have derivatives, by what these are called.
+# Methods that have derivatives, by the names of these.
 DIFFERENTIATED = {"differentiate": "derive", "differentiate_start": "start", "differentiate_measurement": "measure"}
 
 
@@ -24,16 +24,16 @@ class BlockText(NamedTuple):
     functions: str                    # with constants and helpers before them
     initial: str
     methods: dict[str, Function]      # by their names, and those that `DIFFERENTIATED` names
-    sites: tuple[Site, ...]           # what can fail in them
+    sites: tuple[Site, ...]           # places that can fail in them
     library: frozenset[str]           # functions of <math.h> that they call
-    ends: bool                        # whether every call comes to an end, whatever the values
+    ends: bool                        # true if every call comes to an end, whatever the values
 
 
 def block_text(block: Any, continuous: bool = False, prefix: str = "", careful: Collection[str] = (),
                reserved: Collection[str] = ()) -> BlockText:
     """The C of a block with `start` and `step`, and of a continuous one with `derive`, `settle` and derivatives.
 
-    Structs have `prefix` before their names. `careful` and `reserved` as of `Program`, and so are the errors.
+    Struct names begin with `prefix`. For `careful`, `reserved` and the errors see `Program`.
     """
     program = Program(block, careful, reserved, prefix)
     methods = {name: program.method(name, types)
@@ -47,13 +47,13 @@ def block_text(block: Any, continuous: bool = False, prefix: str = "", careful: 
 
 
 def rules(program: Program) -> dict[str, Function]:
-    """Functions of the program, by their names, which rules of derivatives may call."""
+    """Return the functions of the program, by name, that rules of derivatives may call."""
     return {function.source.__name__: function for function in program.functions.values()
             if "." not in function.source.__qualname__}
 
 
 def shape(block: Any) -> tuple[Any, ...]:
-    """What the program of a block depends on: its class and the types of its attributes, and of those of its parts."""
+    """Return the properties that the program of a block depends on: classes and types of attributes, parts included."""
     layout = Program(block).layout
     return layout.root, *((layout.classes[name], *fields.items()) for name, fields in layout.fields.items())
 
@@ -73,10 +73,10 @@ class Shaped:
 
 
 def derivative(block: Any, method: str, arguments: Sequence[Type] = ()) -> Callable[..., Any]:
-    """The function that does what a method does, to a block and to a second one with its derivatives along a direction.
+    """Return a function that computes a method and its derivative along a direction.
 
-    It takes both blocks, and after each argument its derivative. Untranslatable if the method is not of the language,
-    or has no derivative.
+    It takes the block and a second one with its derivatives, and after each argument its derivative. Untranslatable if
+    the method is not in the language of blocks, or has no derivative.
     """
     return derivative_of(Shaped(block), method, tuple(arguments))
 

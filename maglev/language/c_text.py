@@ -44,7 +44,7 @@ from maglev.language.program import (
 
 SCALARS = {FLOAT: "double", INT: "int64_t", BOOL: "bool"}
 
-# How closely an operator of C binds; what stands in a closer one gets parentheses.
+# How closely an operator of C binds; an operand of a closer one gets parentheses.
 UNARY, ATOM = 12, 14
 BINDS = {"*": 11, "/": 11, "+": 10, "-": 10, "<<": 9, ">>": 9, "<": 8, "<=": 8, ">": 8, ">=": 8, "==": 7, "!=": 7,
          "&": 6, "^": 5, "|": 4, "and": 3, "or": 2, "?": 1}
@@ -81,13 +81,13 @@ def referred(kind: Type, name: str, constant: bool = False) -> str:
     if isinstance(kind, List):
         inner = kind.item
         assert inner is not None
-        constant = constant and of_numbers(inner)   # what a pointer to an object leads to can change
+        constant = constant and of_numbers(inner)   # the object behind a pointer can change
         return declared(inner, f"(*{name})" if isinstance(inner, List) else f"*{name}", constant)
     return declared(kind, name)
 
 
 def of_numbers(kind: Type) -> bool:
-    """Whether values of a type are numbers or Booleans, or lists of such."""
+    """Return True if values of a type are numbers or Booleans, or lists of them."""
     return isinstance(kind, Scalar) or (isinstance(kind, List) and kind.item is not None and of_numbers(kind.item))
 
 
@@ -150,7 +150,7 @@ class CText:
 
 
 def filled(kind: Type) -> bool:
-    """Whether a member of a type takes room: a list without elements takes none."""
+    """Return True if a member of a type takes memory: a list without elements takes no memory."""
     return not isinstance(kind, List) or (kind.length > 0 and kind.item is not None and filled(kind.item))
 
 
@@ -265,7 +265,7 @@ class FunctionText:
     # Expressions
 
     def expression(self, value: Expr, within: int = 0) -> str:
-        """An expression, in parentheses if it binds less closely than what it stands in."""
+        """Return an expression, in parentheses if it binds less closely than the expression around it."""
         text, binds = self.bound(value)
         return f"({text})" if binds < within else text
 

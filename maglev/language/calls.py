@@ -201,7 +201,7 @@ class Calls(Expressions):
         return total
 
     def any_or_all(self, node: ast.Call, name: str, generator: ast.GeneratorExp) -> Expr:
-        """any() or all() of what is computed for each element of a list, until it is decided."""
+        """any() or all() of a value computed for each element of a list, until the result is decided."""
         each = generator.generators[0]
         if len(generator.generators) > 1 or each.ifs or not isinstance(each.target, ast.Name):
             raise self.refusal(node, f"{ast.unparse(node)}: expected one for over a list, without an if")
@@ -227,7 +227,7 @@ class Calls(Expressions):
 
 
 def calls(value: Expr) -> bool:
-    """Whether a function of the program is called for a value."""
+    """Return True if a function of the program is called for a value."""
     return isinstance(value, Call) or any(map(calls, getattr(value, "operands", ()))) or any(
         calls(getattr(value, part)) for part in ("base", "index", "test", "yes", "no") if hasattr(value, part))
 

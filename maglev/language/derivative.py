@@ -54,7 +54,7 @@ RULES = {
 TURNED = "sine_of_turns"
 PAIR = "sine_cosine"   # has two values, each the other's derivative except for a sign
 
-# Methods that keep what does not change along a direction, and so are called as they are.
+# Methods that store values constant along every direction, and so are called as they are.
 KEEPING = ("Roughness__enter",)
 
 Dual = tuple[Expr, Expr | None]   # a number and its derivative, None where that is zero whatever the direction
@@ -87,13 +87,13 @@ class Derivatives:
 
 
 def varies(kind: Type | None) -> bool:
-    """Whether values of a type have a derivative next to them."""
+    """Return True if values of a type have a derivative next to them."""
     return kind == FLOAT or isinstance(kind, Struct) or (isinstance(kind, List) and kind.item is not None
                                                          and varies(kind.item))
 
 
 def spread(names: Sequence[tuple[str, Type]]) -> "list[tuple[str, Type]]":
-    """Names with their types, and after each what has its derivative."""
+    """Names with their types, each followed by the name of its derivative if it has one."""
     return [part for name, kind in names for part in [(name, kind), (dual(name), kind)][:2 if varies(kind) else 1]]
 
 
@@ -146,7 +146,7 @@ class Differentiated:
         return body
 
     def statement(self, statement: Statement) -> None:
-        """Add a statement, and what differentiates it."""
+        """Add a statement and its derivative."""
         match statement:
             case Assign(target=target, value=value):
                 self.assign(target, value)
@@ -172,7 +172,7 @@ class Differentiated:
                 self.body.append(statement)
 
     def assign(self, target: Expr, value: Expr) -> None:
-        """Add an assignment: the derivative first, which may need what is there."""
+        """Add an assignment: the derivative first, because it may need the old value."""
         if target.type == FLOAT:
             result, slope = self.number(value)
             self.body += [Assign(self.along(target), slope or ZERO), Assign(self.plain(target), result)]
@@ -211,7 +211,7 @@ class Differentiated:
     # Values without a derivative, or where it is
 
     def along(self, place: Expr) -> Expr:
-        """Where the derivative of what is at a place is."""
+        """Return the place of the derivative of the value at a place."""
         match place:
             case Local(name=name, type=kind):
                 return Local(dual(name), kind)
@@ -307,7 +307,7 @@ class Differentiated:
         return result, slope
 
     def short(self, value: Expr) -> Dual:
-        """A number and its derivative; what is more than a name is computed before, as the rule needs it twice."""
+        """A number and its derivative; anything longer than a name is computed before, as the rule needs it twice."""
         result, slope = self.number(value)
         if slope is None or isinstance(value, Local | Field | Item):
             return result, slope

@@ -1,4 +1,4 @@
-"""What can go wrong while an FMU is built that whoever builds it can put right."""
+"""Error while an FMU is built, which the person who builds it can correct."""
 
 
 class ExportError(Exception):

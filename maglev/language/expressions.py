@@ -38,7 +38,7 @@ from maglev.language.program import (
 from maglev.language.reader import Reader
 from maglev.language.texts import definition_of
 
-# What is no expression of the language, and what to write instead.
+# Expressions that the language does not have, and their replacements.
 EXPRESSIONS: dict[type[ast.AST], str] = {
     ast.Lambda: "lambda: expected a def", ast.Yield: "yield: expected a return",
     ast.YieldFrom: "yield: expected a return",
@@ -65,7 +65,7 @@ FAILURES = {"//": ("division by zero", TOO_LARGE), "%": ("division by zero",),
 
 
 class Expressions:
-    """The expressions of one function, and what stands before them in its body."""
+    """The expressions of one function, and the statements before them in its body."""
 
     def __init__(self, program: Reader, function: Function):
         self.program = program
@@ -76,7 +76,7 @@ class Expressions:
         self.types: dict[str, Type] = dict(function.parameters)
         self.known: set[str] = set(self.parameters)     # names that have a value for certain
         self.within: dict[str, range] = {}              # values of the names of loops
-        self.refers: dict[str, list[Expr]] = {}         # what local names of objects and lists stand for
+        self.refers: dict[str, list[Expr]] = {}         # values of local names of objects and lists
         self.jumps: list[set[str]] = []
         self.returned: tuple[Type, ...] | None = None
         self.ended = False
@@ -90,7 +90,7 @@ class Expressions:
         return f"{self.function.file}, line {getattr(node, 'lineno', self.function.line)}"
 
     def refusal(self, node: ast.AST, what: str) -> Untranslatable:
-        """The error that says where something is that cannot be, and what to write instead."""
+        """Return the error that names the place of an unsupported construct, and its replacement."""
         return Untranslatable(f"{self.place_of(node)}: {what}")
 
     def float_site(self, node: ast.AST, text: str) -> Site | None:
@@ -113,7 +113,7 @@ class Expressions:
         return "nothing" if kind is None else {FLOAT: "a float", INT: "a whole number", BOOL: "a Boolean"}[kind]
 
     def instead(self, kind: Type, other: Type) -> str:
-        """What to write where a value of another type stands."""
+        """Return advice for a place where a value of another type is expected."""
         if {kind, other} == {FLOAT, INT}:
             return "a float, such as 0.0 for 0" if kind == FLOAT else "int() of it, or a float from the start"
         if isinstance(kind, Struct) and isinstance(other, Struct):
@@ -165,7 +165,7 @@ class Expressions:
     # Values that are known while the program is read
 
     def constant(self, node: ast.expr) -> Any:
-        """What a name, or a name of a module, stands for where it is no local name; None if it is none."""
+        """Return the value of a name that is not local, or of a name in a module; None if there is no such value."""
         if isinstance(node, ast.Name) and node.id not in self.types and node.id not in self.assigned:
             names = self.function.source.__globals__
             return names.get(node.id, getattr(builtins, node.id, None))
@@ -210,13 +210,13 @@ class Expressions:
         return values if len(values) == 1 else [self.temporary(each) if writes(each) else each for each in values]
 
     def kept(self, value: Expr) -> Expr:
-        """A value that what follows cannot change."""
+        """Return the value in a form that later statements cannot change."""
         if not isinstance(value.type, Scalar):
             return self.steady(value)
         return value if isinstance(value, Const) else self.temporary(value)
 
     def steady(self, place: Expr) -> Expr:
-        """A place that is the same one whatever follows: what says which element it is has a name."""
+        """Return a place that stays the same whatever follows: an index that could change gets a name of its own."""
         if isinstance(place, Field):
             return replace(place, base=self.steady(place.base))
         if isinstance(place, Item):
@@ -324,7 +324,7 @@ class Expressions:
         return Item(base, index, item, self.site(node, f"no such element of a list of {length}"))
 
     def numbers(self, node: ast.AST, *values: Expr) -> list[Expr]:
-        """Values of one type, floats if one is; refuse what is no number."""
+        """Values of one type, floats if one is; raise if one is no number."""
         for value in values:
             if value.type not in (FLOAT, INT):
                 raise self.refusal(node, f"{ast.unparse(node)} has {self.words(value.type)}: expected numbers"
@@ -390,14 +390,14 @@ class Expressions:
         return value
 
     def aside(self, read: Callable[[], Expr]) -> tuple[list[Statement], Expr]:
-        """Read what is not always evaluated: the statements that stand before it, and the value."""
+        """Read an expression that is not always evaluated: the statements before it, and the value."""
         before, self.body = self.body, []
         value = read()
         own, self.body = self.body, before
         return own, value
 
     def logic(self, word: str, nodes: Sequence[ast.expr]) -> Expr:
-        """`and` or `or`; where a later part has to compute something before, an if does what it says."""
+        """`and` or `or`; if a later part needs statements of its own, an `if` replaces the operator."""
         parts = [self.truth(nodes[0])]
         for number, node in enumerate(nodes[1:], 1):
             own, value = self.aside(partial(self.truth, node))
@@ -472,12 +472,12 @@ class Expressions:
 
 
 def exact(value: Expr) -> bool:
-    """Whether a whole number is written there and is the same as a float."""
+    """Return True if a literal whole number is the same as a float."""
     return isinstance(value, Const) and abs(value.value) <= 2**53
 
 
 def writes(value: Expr) -> bool:
-    """Whether something changes while a value is computed."""
+    """Return True if something changes while a value is computed."""
     if isinstance(value, Call):
         return value.function.writes or any(map(writes, value.arguments))
     if isinstance(value, Operation | Logic):

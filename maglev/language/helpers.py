@@ -1,4 +1,4 @@
-"""Functions of C that a translated block calls where C has no operator that does what Python does."""
+"""C functions that a translated block calls for operations of Python that C has no operator for."""
 
 from maglev.language.program import FLOAT, INT
 

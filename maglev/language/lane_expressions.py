@@ -1,6 +1,7 @@
 """Prints the expressions of a function for lanes: a vector where lanes differ, a scalar where they have it in common.
 
-What is only computed in some lanes, and can fail or calls a function, becomes a statement before the present one.
+An expression that is computed in some lanes only, and can fail or calls a function, becomes a statement before the
+present one.
 """
 
 from collections.abc import Sequence
@@ -54,7 +55,7 @@ class Place(NamedTuple):
 
 
 def plain(value: Expr) -> bool:
-    """Whether a value can be computed where it is not asked for: it calls nothing, and nothing of it can fail."""
+    """Return True if a value can be computed where it is not needed: it calls no function, and no part can fail."""
     return not any(isinstance(each, Call) or getattr(each, "site", None) is not None for each in within(value))
 
 
@@ -67,7 +68,7 @@ def item_type(kind: Type) -> Type:
 
 
 class LaneExpressions:
-    """The expressions of one clone of a function, and what stands before them."""
+    """The expressions of one clone of a function, and the statements before them."""
 
     def __init__(self, whole: "LanesText", clone: "Clone"):
         self.whole = whole
@@ -76,7 +77,7 @@ class LaneExpressions:
         self.lines: list[str] = []
         self.depth = 1
         self.numbers = 0
-        self.counters: dict[str, bool] = {}   # names of the loops around, and whether lanes differ in them
+        self.counters: dict[str, bool] = {}   # names of the loops around, true if lanes differ in them
 
     def out(self, text: str, deeper: int = 0) -> None:
         self.lines.append("    " * (self.depth + deeper) + text)
@@ -144,7 +145,7 @@ class LaneExpressions:
     # Places
 
     def varies_in(self, place: Expr) -> bool:
-        """Whether lanes differ in the numbers at a place, or in those of the list there."""
+        """Return True if lanes differ in the numbers at a place, or in those of the list there."""
         match place:
             case Field(base=base, name=name):
                 return self.whole.is_varying(base.type, name)
@@ -287,7 +288,7 @@ class LaneExpressions:
                             FLOAT, place, mask)
 
     def in_common(self, name: str, texts: Sequence[str], result: Type, place: int, mask: str | None) -> str:
-        """An operation on what all lanes have in common."""
+        """An operation on values that all lanes have in common."""
         if name == "float":
             return f"((double){texts[0]})"
         if name in ("min", "max"):
@@ -342,7 +343,7 @@ class LaneExpressions:
         return made
 
     def settled(self, written: Expr, value: Value, always: bool = False) -> Value:
-        """A Boolean that is computed before what follows, where that matters."""
+        """A Boolean that is computed before the following code, where that matters."""
         if not always and not writes(written):
             return value
         if value.varies:

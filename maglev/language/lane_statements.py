@@ -1,7 +1,7 @@
 """Prints the statements of a function for lanes: an assignment goes to the lanes that are live, an `if` narrows them.
 
-A mask is the name of a vector, or None while all lanes are live. Lanes that return, or leave a loop, while others go on
-are noted; what follows is done without them, and where there are none, without a mask.
+A mask is the name of a vector, or None while all lanes are live. Lanes that return, or leave a loop, while others
+continue are noted. The code that follows excludes them, and needs no mask if there are none.
 """
 
 from collections.abc import Sequence
@@ -40,7 +40,7 @@ if TYPE_CHECKING:
 
 GONE = "_gone"        # lanes that have returned
 ENTRY = "_live"       # lanes that are live when a function begins
-NOWHERE = ""          # mask of what is never reached
+NOWHERE = ""          # mask of code that is never reached
 
 
 class Loop:
@@ -91,7 +91,7 @@ class LaneStatements(LaneExpressions):
         return f"{self.head()}\n{{\n{code}\n}}\n"
 
     def is_copied(self, name: str, kind: Type, given: bool) -> bool:
-        """Whether a parameter that lanes have in common becomes one that they differ in."""
+        """Return True if a parameter that lanes have in common becomes one that they differ in."""
         return isinstance(kind, Scalar) and self.clone.varies(name) and not given
 
     def head(self) -> str:
@@ -157,7 +157,7 @@ class LaneStatements(LaneExpressions):
         return mask
 
     def is_long(self, body: Sequence[Statement]) -> bool:
-        """Whether statements are worth to be printed twice: with a mask and without one."""
+        """Return True if statements are worth printing twice: with a mask and without one."""
         return any(isinstance(each, While | For | Perform) or calls(each) for each in inner(list(body)))
 
     def remaining(self, mask: str | None, left: set[str]) -> str:
@@ -284,7 +284,7 @@ class LaneStatements(LaneExpressions):
         self.kept_names = outer
 
     def leave(self, values: Sequence[Expr], mask: str | None) -> None:
-        """Return, in some lanes while others go on."""
+        """Return, in some lanes while others continue."""
         clone = self.clone
         given = [self.expression(each, mask) for each in values]
         whole = mask == self.entry
@@ -426,7 +426,7 @@ class LaneStatements(LaneExpressions):
 
 
 def calls(statement: Statement) -> bool:
-    """Whether a function is called in a statement."""
+    """Return True if a function is called in a statement."""
     values: tuple[Expr, ...] = ()
     match statement:
         case Assign(target=target, value=value):

@@ -1,4 +1,4 @@
-"""A typed program as C for several blocks at once: what differs between them is a vector, the rest stays a scalar.
+"""A typed program as C for several blocks at once: values that differ become vectors, all others stay scalars.
 
 Which attributes differ is found from those that are known to: whatever is computed from them, or assigned in some
 lanes only. A function is printed for each set of arguments that differ, and once more for calls in some lanes only.
@@ -26,7 +26,7 @@ class Clone:
     def __init__(self, function: Function, varying: tuple[bool, ...], masked: bool, name: str):
         self.function, self.varying, self.masked, self.name = function, varying, masked, name
         self.changed = False
-        self.partial = False      # whether lanes return while others go on
+        self.partial = False      # true if lanes return while others go on
         self.results_vary = [False] * len(function.results)
         self.differing: dict[str, bool] = {}     # names, of objects and lists those that stand for several
         self.elements: dict[str, bool] = {}      # names of lists, whose numbers differ
@@ -110,7 +110,7 @@ class LanesText:
                 for k, _ in enumerate(varying)]
 
     def harmless(self, function: Function) -> bool:
-        """Whether a function can be called in lanes that are not meant."""
+        """Return True if a function may be called in lanes that are masked out."""
         return not function.writes and not function.fails and ends(functions_of([function]))
 
     # Attributes
@@ -173,9 +173,9 @@ class LanesText:
 
     def load(self, place: str, block: str, kind: Type | None = None, depth: int = 1, name: str = "",
              varies: bool = False) -> list[str]:
-        """C that puts a block into a lane: `same` becomes false where it differs in what lanes have in common.
+        """C that puts a block into a lane; it sets `same` to false if the values that lanes have in common differ.
 
-        `lane` is its number; with 0 what they have in common is taken from the block.
+        `lane` is its number; lane 0 sets the values that all have in common.
         """
         kind = kind or self.layout.root
         pad = "    " * depth
@@ -195,7 +195,7 @@ class LanesText:
                 f"{pad}same = same && __builtin_memcmp(&{place}, &{block}, sizeof {block}) == 0;"]
 
     def copied(self, place: str, kind: Type | None = None, depth: int = 1, varies: bool = False) -> list[str]:
-        """C that gives lane `to` what lane `from` has."""
+        """C that copies lane `from` to lane `to`."""
         kind = kind or self.layout.root
         pad = "    " * depth
         if isinstance(kind, Struct):
@@ -211,7 +211,7 @@ class LanesText:
 
 
 def helper_text(texts: Iterable[LanesText]) -> str:
-    """What the functions of programs of lanes need before them; LANES is defined, and <math.h> included."""
+    """C that must precede the functions of programs of lanes; LANES is defined, and <math.h> included."""
     lanes = {name for text in texts for name in text.helpers}
     single = {name for text in texts for name in text.scalar_helpers}
     for name in list(lanes):

@@ -1,4 +1,4 @@
-"""C of numbers that differ from lane to lane: vectors of LANES of them, masks, and what has no operator for these.
+"""C of numbers that differ between lanes: vectors of LANES numbers, masks, and functions that replace operators.
 
 A mask is a vector of whole numbers, -1 in the lanes that are meant and 0 in others. Compilers with clang's vectors take
 these, which select by `?:`; others take GCC's.
@@ -218,7 +218,7 @@ static inline {LANES_OF[result]} lanes_{name}{suffix}({given}, lanes_int live, l
 
 
 def failing_together(name: str) -> str:
-    """A helper of what all lanes have in common, which fails in those that are live."""
+    """A helper for values that all lanes have in common; it fails in the live lanes."""
     result, *operands = FAILING[name]
     given = ", ".join(f"{kind} {letter}" for kind, letter in zip(operands, "abc", strict=False))
     values = ", ".join(letter for letter, _ in zip("abc", operands, strict=False))

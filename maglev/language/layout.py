@@ -1,4 +1,4 @@
-"""What a block is made of: the types of the attributes that its constructor has left in it, and their values."""
+"""Layout of a block: the types and values of the attributes that its constructor has set."""
 
 from collections.abc import Callable, Iterator
 from typing import Any
@@ -29,7 +29,7 @@ def items_of(value: Any) -> list[Any] | None:
 class Layout:
     """The types of objects: a struct for every class, and for every set of attributes that its instances have.
 
-    What is no number, object or list, such as a text, has no type: a method that reads it is refused.
+    Values other than numbers, objects and lists, such as texts, have no type; a method that reads one is refused.
     """
 
     def __init__(self, block: Any, free_name: Callable[[str], str]):
@@ -67,7 +67,7 @@ class Layout:
         return None
 
     def own(self, value: Any, place: str) -> None:
-        """Refuse an object that stands in two places: in C it would be two."""
+        """Raise for an object that stands in two places: in C it would be two."""
         if isinstance(value, tuple):
             return
         before = self.places.setdefault(id(value), place)

@@ -1,4 +1,4 @@
-"""A typed program: what a block's instance and its methods are read into, and what every backend prints.
+"""A typed program: the form into which a block and its methods are read, and which every backend prints.
 
 Expressions have no effect and no order: a call that changes something is a statement, or the only call in its place.
 """
@@ -11,7 +11,7 @@ from maglev.language.errors import ExportError
 
 
 class Untranslatable(ExportError):
-    """What a block cannot have; the message names file and line, says what it is, and what to write instead."""
+    """A block has an unsupported construct; the message gives file and line, the construct, and its replacement."""
 
 
 @dataclass(frozen=True)
@@ -43,7 +43,7 @@ FLOAT, INT, BOOL = Scalar("float"), Scalar("int"), Scalar("bool")
 
 @dataclass(frozen=True)
 class Site:
-    """A place that can fail while a step is computed: what is wrong there, with file and line."""
+    """A place that can fail while a step is computed: the failure, with file and line."""
 
     number: int   # from 1 on
     text: str
@@ -148,7 +148,7 @@ class Assign:
 
 @dataclass
 class Perform:
-    """A call as a statement; its results go to the targets, in their order, or nowhere where there are none."""
+    """A call as a statement; its results go to the targets, in their order, or nowhere without targets."""
 
     call: Call
     targets: tuple[Expr, ...] = ()
@@ -208,11 +208,11 @@ class Function:
     changed: set[str] = field(default_factory=set)          # parameters and lists through which it writes
     calls: "list[Function]" = field(default_factory=list)   # each once, in their order
     sites: list[Site] = field(default_factory=list)         # of its own
-    fails: bool = False                                     # whether a place in it, or in what it calls, can fail
+    fails: bool = False                                     # true if it or a function that it calls can fail
 
     @property
     def writes(self) -> bool:
-        """Whether it changes anything that is not its own."""
+        """Return True if it changes values outside itself."""
         return any(name in self.changed for name, _ in self.parameters)
 
 
@@ -243,7 +243,7 @@ def inner(body: "list[Statement]") -> "Iterator[Statement]":
 
 
 def ends(functions: "list[Function]") -> bool:
-    """Whether every call comes to an end soon, whatever the values: loops go over numbers that are written there."""
+    """Return True if every call ends soon, whatever the values: all loops have literal bounds."""
     loops = [statement for function in functions for statement in inner(function.body)
              if isinstance(statement, While | For)]
     return all(isinstance(loop, For) and isinstance(loop.start, Const) and isinstance(loop.stop, Const)

@@ -19,7 +19,7 @@ class Reader:
     block : object
         Whose attributes are as its constructor has left them.
     careful : collection of str
-        Packages whose code looks before it divides or takes a root: what they compute is not looked at again.
+        Packages whose code checks values before it divides or takes a root: their results are not checked again.
     reserved : collection of str
         Names that no struct and no function may have.
     prefix : str
@@ -46,7 +46,7 @@ class Reader:
     def method(self, name: str, arguments: Sequence[Type] = (), place: str = "") -> Function:
         """The program of a method of the block, or of its part at a place such as "law", called with numbers.
 
-        Untranslatable if there is none, or what it does is not of the language.
+        Untranslatable if there is no such method, or it is not in the language of blocks.
         """
         owner: Type = self.layout.root
         for part in place.split(".") if place else []:
@@ -69,7 +69,7 @@ class Reader:
         return self.sites[-1]
 
     def read_body(self, function: Function, node: ast.FunctionDef) -> None:
-        """Fill in what a function does: `Program` does it."""
+        """Fill in the body of a function; `Program` does it."""
         raise NotImplementedError
 
     def function(self, source: Callable[..., Any], types: Sequence[Type], owner: Struct | None) -> Function:

@@ -17,7 +17,7 @@ def parsed(text: str, file: str = "<unknown>") -> ast.Module:
 
 
 def parsed_expression(text: str) -> ast.expr:
-    """Syntax tree of an expression, as of `parsed`."""
+    """Syntax tree of an expression; see `parsed`."""
     with PARSING:
         return ast.parse(text, mode="eval").body
 

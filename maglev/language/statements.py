@@ -33,7 +33,7 @@ from maglev.language.program import (
 from maglev.language.reader import Reader
 from maglev.language.sources import parsed_expression
 
-# What is no statement of the language, and what to write instead.
+# Statements that the language does not have, and their replacements.
 STATEMENTS: dict[type[ast.AST], str] = {
     ast.Raise: "raise: expected a value that says so", ast.Try: "try: expected an if before it can fail",
     ast.With: "with: expected numbers only", ast.Assert: "assert: expected an if",
@@ -49,7 +49,7 @@ class Statements(Calls):
     """The state of reading one function."""
 
     def block(self, nodes: Sequence[ast.stmt], body: list[Statement]) -> None:
-        """Read statements into a body; what stands behind a return has no effect, and is not read."""
+        """Read statements into a body; statements behind a return have no effect, and are not read."""
         for node in nodes:
             if self.ended:
                 return
@@ -176,7 +176,7 @@ class Statements(Calls):
         return place
 
     def checked_place(self, target: ast.expr, place: Expr, kind: Type) -> None:
-        """Refuse what cannot be assigned, and note what is changed."""
+        """Raise if a target cannot be assigned, and note what the assignment changes."""
         shown = ast.unparse(target)
         if not isinstance(place, Field | Item):
             raise self.refusal(target, f"{shown} cannot be assigned: expected an attribute that __init__ sets")
@@ -206,7 +206,7 @@ class Statements(Calls):
         for each, kind in zip(target.elts, call.function.results, strict=True):
             if isinstance(each, ast.Name) and each.id == "_":
                 places.append(self.new_local(kind))
-            elif isinstance(each, ast.Name) and not late:   # what is behind an element may choose it
+            elif isinstance(each, ast.Name) and not late:   # a later value may choose the element
                 self.declare(each, each.id, kind)
                 self.known.add(each.id)
                 places.append(Local(each.id, kind))
@@ -230,7 +230,7 @@ class Statements(Calls):
         self.ended = ended and ended_other
 
     def loop_while(self, test: ast.expr, inner: Sequence[ast.stmt]) -> None:
-        """Read a loop; what its condition has to compute before is computed at its beginning, each time."""
+        """Read a loop; statements that its condition needs are computed at its beginning, in each turn."""
         endless = isinstance(test, ast.Constant) and test.value is True
         before, known, self.jumps, outer = self.body, set(self.known), [], self.jumps
         head: list[Statement] = []
@@ -351,14 +351,14 @@ class Statements(Calls):
         return rest, known, ended
 
     def after_loop(self, known: set[str], ended: bool, turns: bool) -> None:
-        """What is known behind a loop, which has a turn for certain or not."""
+        """Update the known names behind a loop; `turns` is true if it has a turn for certain."""
         if turns and not ended:
             self.known |= known
         elif turns:
             self.ended = True
 
     def own_counter(self, node: ast.For, name: str) -> bool:
-        """Whether a loop's name is only read, and only within loops that have it as theirs."""
+        """Return True if a loop's name is only read, and only within loops over this name."""
         if name in self.parameters:
             return False
         loops = [each for each in ast.walk(self.node) if isinstance(each, ast.For) and name in stored(each.target)]
@@ -411,7 +411,7 @@ class Program(Reader):
     """A block as a typed program, see `Reader`."""
 
     def read_body(self, function: Function, node: ast.FunctionDef) -> None:
-        """Fill in what a function does."""
+        """Fill in the body of a function."""
         reader = Statements(self, function)
         if node.decorator_list:
             raise reader.refusal(node, f"a decorator of {node.name}: expected none")
