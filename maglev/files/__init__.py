@@ -1,1 +1,1 @@
-"""Files, processes, units, tables and errors: what everything else stands on."""
+"""Files, processes, units, tables and errors: the base of all other packages."""

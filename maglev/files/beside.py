@@ -1,4 +1,4 @@
-"""Processes next to this one: each does one task after the other, says what comes of it, and does not outlive this one.
+"""Processes next to this one: each does one task after the other, sends the results, and does not outlive this one.
 
 They start again, for a fork would share the FMUs' libraries and threads in the middle of something, and Ctrl-C does not
 reach them. They are no children as multiprocessing starts them: a daemonic process, such as a worker of a cluster, may
@@ -29,10 +29,10 @@ from maglev.files.programs import end_with_children
 
 PATIENCE = 10.0   # s, for a process that is asked to end
 POLL = 0.05       # s, between two looks at a process
-LONGEST = 1 << 30   # bytes of a line that is read of what is not ours
+LONGEST = 1 << 30   # bytes of a line from third-party code
 PROGRAM = "import sys; sys.path[:] = {path!r}; from maglev.files.beside import serve; serve({folder!r})"
 
-Send = Callable[[object], None]   # what a task calls with its reports
+Send = Callable[[object], None]   # called by a task with its reports
 Task = Callable[[Send], Any]      # can be pickled, as can its reports and its result
 
 SERVING: list[str | None] = []    # in a process next to another: the folder that it was given, if any
@@ -42,19 +42,19 @@ Kind = Literal["report", "result", "error", "interrupt"]
 
 
 class Said(NamedTuple):
-    """What a process says: a "report" of its task; at the end the "result", an "error", or what an "interrupt" left."""
+    """A message of a process: a "report" of its task; at the end the "result", an "error", or an "interrupt"."""
 
     kind: Kind
     what: Any
 
     @property
     def last(self) -> bool:
-        """Whether nothing more comes of the task."""
+        """Return True if the task sends nothing after this message."""
         return self.kind != "report"
 
 
 class Gone(Exception):
-    """A process is not to be heard any more; what it did, as the end of a sentence.
+    """A process that no longer answers; how it ended, as the end of a sentence.
 
     `how` is the signal or exit code of one that has ended.
     """
@@ -65,30 +65,30 @@ class Gone(Exception):
 
 
 class Forged(Gone):
-    """A process has said what no task of this project says."""
+    """A process has sent a message that no task of this project sends."""
 
     def __init__(self) -> None:
         super().__init__("has written into the pipe of its process")
 
 
 class Silent(Gone):
-    """A process has said nothing for too long."""
+    """A process has sent no message for too long."""
 
 
 class Beside:
     """A process next to this one.
 
-    With a folder to unpack in it is for what is not ours: it is ended from here alone, with all that it has started,
-    and the folder goes with it; what comes from it is not trusted. Without one it takes SIGTERM, and the end of this
-    process, as Ctrl-C, and says what it leaves. What it says arrives in the inbox, of this process and perhaps of
-    others; None when it has ended.
+    A process with a folder to unpack in runs third-party code. It is ended from here alone, with all the processes that
+    it has started, and the folder is removed with it. Its messages are not trusted. A process without such a folder
+    takes SIGTERM, and the end of this process, as Ctrl-C, and reports what it leaves behind. Messages arrive in the
+    inbox, which several processes may share; None when it has ended.
     """
 
     def __init__(self, folder: Path | None = None, inbox: "Inbox | None" = None):
         self.folder = folder
         self.inbox: Inbox = inbox or SimpleQueue()
         self.let_through: Callable[[], None] = lambda: None   # lets interrupts through that are held back
-        self.left = False   # whether it has ended itself and left something that it has started
+        self.left = False   # true if it has ended itself and left something that it has started
         program = PROGRAM.format(path=sys.path, folder=None if folder is None else str(folder))
         with interrupts_blocked():
             self.process = subprocess.Popen([sys.executable, "-c", program], stdin=subprocess.PIPE,
@@ -97,7 +97,7 @@ class Beside:
         self.send(sys.argv)   # not in the program: an argument has a largest length
 
     def receive(self) -> None:
-        """Pass on what the process sends, and at last that it has ended."""
+        """Pass on the messages of the process, and at last that it has ended."""
         assert self.process.stdout is not None
         with self.process.stdout as pipe, suppress(EOFError, pickle.UnpicklingError):   # in the middle of a report
             while frame := pickle.load(pipe) if self.folder is None else pipe.readline(LONGEST):
@@ -117,9 +117,9 @@ class Beside:
             self.inbox.put((self, None))
 
     def next(self, limit: float, sign: Callable[[], object] = lambda: None) -> Said:
-        """What it says next: a report or the result; what the task has raised is raised.
+        """Return its next message, a report or the result; raise the error that the task has raised.
 
-        What `sign` returns changes as long as the process lives. Gone if it has ended or closed its pipe, or something
+        The result of `sign` changes as long as the process lives. Gone if it has ended or closed its pipe, or something
         else than reports has come; Silent if that has taken longer than the limit (s).
         """
         silent, ended, before = 0.0, 0.0, sign()
@@ -130,7 +130,7 @@ class Beside:
                 break
             except Empty:
                 now = sign()
-            if self.process.poll() is not None:   # what it has started holds the pipe
+            if self.process.poll() is not None:   # a process that it has started holds the pipe
                 self.end()
                 ended += POLL
             if ended > PATIENCE:
@@ -150,7 +150,7 @@ class Beside:
         return said
 
     def gone(self) -> Gone:
-        """What is known of a process from which nothing more comes."""
+        """Return the known facts about a process that sends nothing any more."""
         for _ in range(round(PATIENCE / POLL)):
             self.let_through()
             with suppress(subprocess.TimeoutExpired):
@@ -166,7 +166,7 @@ class Beside:
         return f"signal {-code}"
 
     def end(self) -> None:
-        """End it, whatever it does, with what it has started if it is not ours, and wait for that."""
+        """End it, whatever it does, and wait for that; with third-party code also the processes that it has started."""
         if self.folder is None:
             self.process.kill()
             with suppress(subprocess.TimeoutExpired):   # where the system itself does not come back
@@ -179,7 +179,7 @@ class Beside:
 
 
 def said_in(line: bytes) -> Said:
-    """What a line says; ValueError where that is nothing that `serve` writes."""
+    """Return the message in a line; ValueError if `serve` cannot have written the line."""
     said = value_of(line)
     if (not isinstance(said, Said) or (said.kind == "error") != isinstance(said.what, Exception)
             or said.kind == "interrupt"):   # only a process of ours is asked to end in order
@@ -197,14 +197,14 @@ def serve(folder: str | None) -> None:
         signal.signal(signal.SIGTERM, signal.SIG_IGN)   # else it ends without a word until a task begins
     SERVING.append(folder)
     if folder:
-        tempfile.tempdir = folder   # what is unpacked goes with it, however this process ends
+        tempfile.tempdir = folder   # unpacked files go with it, however this process ends
     given, said = os.fdopen(os.dup(0), "rb"), os.fdopen(os.dup(1), "wb")
     os.dup2(os.open(os.devnull, os.O_RDONLY), 0)
-    os.dup2(2, 1)   # what is printed here is no result
+    os.dup2(2, 1)   # prints are no results
     sys.stdout = sys.stderr
     try:
         sys.argv[:] = pickle.load(given)
-    except (EOFError, pickle.UnpicklingError):   # who asked for this process ended before it was there
+    except (EOFError, pickle.UnpicklingError):   # the parent ended before this process was there
         if folder:
             shutil.rmtree(folder, ignore_errors=True)
         return
@@ -220,7 +220,7 @@ def serve(folder: str | None) -> None:
             if hasattr(os, "killpg"):
                 os.killpg(own, signal.SIGKILL)
         else:
-            os.kill(os.getpid(), signal.SIGTERM)   # the task removes what it has unpacked
+            os.kill(os.getpid(), signal.SIGTERM)   # the task removes its unpacked files
             time.sleep(PATIENCE)
         os._exit(1)
 

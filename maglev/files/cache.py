@@ -1,7 +1,7 @@
-"""The cache of this user: what takes long to make, kept for the next time and known by its content.
+"""The cache of this user: results that take long to make, kept for the next time and known by their content.
 
-A file in it is named after its own digest, in a folder that is named after what it is made of. It is found for as long
-as its content has that digest, and nobody else can write there.
+A file in it is named after its own digest, in a folder that is named after the sources of the content. It is found for
+as long as its content has that digest, and nobody else can write there.
 """
 
 import atexit
@@ -32,7 +32,7 @@ class Kept(NamedTuple):
         return digest_at(self.path) == self.sha256
 
 
-HERE: dict[tuple[str, str], Kept] = {}   # what this process alone keeps, by key and name
+HERE: dict[tuple[str, str], Kept] = {}   # kept by this process alone, by key and name
 
 
 def cache_folder() -> Path:
@@ -49,12 +49,12 @@ def cache_folder() -> Path:
 
 
 def key_of(folder: str, *made_of: object) -> str:
-    """Key, in a folder of the cache, of what is made of these: their texts tell it from all else."""
+    """Return the key, in a folder of the cache, of a result made of these, whose texts tell it from all others."""
     return f"{folder}/{hashlib.sha256(repr(made_of).encode('utf-8')).hexdigest()[:32]}"
 
 
 def kept(key: str, name: str) -> Kept | None:
-    """What was kept under a key, a path in the cache, and a file name; None if there is nothing, or it was changed."""
+    """Return the content under a key, a path in the cache, and a file name; None if it is missing or was changed."""
     if (key, name) in HERE:
         return HERE[key, name]
     folder = cache_folder() / key
@@ -66,7 +66,7 @@ def kept(key: str, name: str) -> Kept | None:
 
 
 def keep(key: str, name: str, content: bytes) -> Kept:
-    """Keep a content under a key and a file name, instead of what was there; OSError if it cannot be written."""
+    """Keep a content under a key and a file name, and replace the earlier one; OSError if it cannot be written."""
     folder = cache_folder() / key
     if not folder.is_absolute():   # where this user has no home folder
         raise OSError(errno.ENOENT, "there is no home folder", str(folder))
@@ -111,7 +111,7 @@ def clear() -> None:
 
 
 def digest_at(path: Path) -> str:
-    """SHA-256 of a file, by which it is known to be the one that it was; empty text if it cannot be read, or is none.
+    """SHA-256 of a file, by which a changed file is noticed; empty text if it cannot be read, or is no file.
 
     Size and time do not tell: an edit in place can leave both.
     """
@@ -125,7 +125,7 @@ def digest_at(path: Path) -> str:
 
 
 def digest_of_all(files: Mapping[str, bytes]) -> str:
-    """SHA-256 of files, of their names and what is in them."""
+    """SHA-256 of files, of their names and contents."""
     hashed = hashlib.sha256()
     for name, content in sorted(files.items()):
         hashed.update(f"{name}\0{len(content)}\0".encode("utf-8", "surrogateescape"))
@@ -134,7 +134,7 @@ def digest_of_all(files: Mapping[str, bytes]) -> str:
 
 
 def is_private(path: Path) -> bool:
-    """Whether only this user, or the system's, can change a file or a folder; where owners are unknown, it is."""
+    """Return True if only this user, or the system's, can change a file or folder; True where owners are unknown."""
     try:
         status = path.stat()
     except OSError:

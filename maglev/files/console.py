@@ -1,4 +1,4 @@
-"""A console that prints texts of others, of FMUs and files, and obeys nothing in them; and tables that fit it."""
+"""A console that prints texts from FMUs and files but obeys nothing in them, and tables that fit it."""
 
 import re
 from collections.abc import Iterable, Sequence
@@ -17,7 +17,7 @@ from maglev.files.text_columns import unbroken
 
 
 class Escaped:
-    """What is printed, with escapes instead of control characters."""
+    """Printed text, with escapes instead of control characters."""
 
     def __init__(self, printed: ConsoleRenderable):
         self.printed = printed
@@ -125,7 +125,7 @@ def result_table(title: str, heads: Sequence[str], rows: Iterable[Sequence[str |
                  keys: int | None = None, spare: int = 0) -> ResultTable:
     """Table whose `left` columns are texts, and the others numbers; None is a line between rows, no text is markup.
 
-    The first `keys` columns, those on the left if not given, are repeated where it has to go on below.
+    The first `keys` columns, those on the left if not given, are repeated where the table continues below.
     """
     return ResultTable(title, heads, rows, left, keys, spare)
 

@@ -47,7 +47,7 @@ def copied(files: Mapping[str, bytes], origin: Path) -> Path:
 
 
 def original(path: Path) -> Path:
-    """The file or folder that a copy is of; the path itself of what is no copy."""
+    """Return the file or folder that was copied to a path; the path itself if it is no copy."""
     beside = path if path.is_dir() else path.parent
     try:
         folder = Path(os.fsdecode(regular(beside / ORIGIN).read_bytes()))

@@ -9,7 +9,7 @@ MOST_UNPACKED = "MAGLEV_MOST_UNPACKED"
 
 
 class Number(NamedTuple):
-    """A whole number from 0 on: what it is without the variable, what it is below, and what it counts."""
+    """A whole number from 0 on: its default without the variable, its least value, and the thing that it counts."""
 
     default: int
     limit: int
@@ -23,7 +23,7 @@ NUMBERS: Mapping[str, Number] = {
 
 
 def number_in(variable: str) -> int:
-    """Number in one of these variables; its default where it is not set, or empty. ValueError of anything else."""
+    """Number in one of these variables; its default if it is not set, or empty. ValueError if it is no number."""
     default, limit, what = NUMBERS[variable]
     text = os.environ.get(variable) or str(default)
     if not (text.isascii() and text.isdigit() and len(text) <= len(str(limit)) and int(text) < limit):
@@ -32,7 +32,7 @@ def number_in(variable: str) -> int:
 
 
 def require_numbers() -> None:
-    """Refuse, by ValueError, what is no number; what is empty is taken away, for numpy takes that for a number, too."""
+    """Raise ValueError if a variable is no number; remove empty ones, because numpy would read them as numbers."""
     for variable in NUMBERS:
         number_in(variable)
         if not os.environ.get(variable, "0"):

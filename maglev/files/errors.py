@@ -1,27 +1,28 @@
-"""What users can put right, told from bugs: one root of errors, and the words that all refusals share.
+"""Errors that users can correct, as opposed to bugs: one root class, and the words that all messages share.
 
     MaglevError
     ├── ScenarioError          a scenario file, a port map or an option cannot be used
     ├── StageError               a description of a stage cannot be used
-    ├── QuantityError          a number, a unit or a dimension (also a ValueError: pydantic takes it for a refusal)
+    ├── QuantityError          a number, a unit or a dimension (also a ValueError: so that pydantic reports it)
     ├── UnknownName            a column or entry that does not exist (also a KeyError)
     ├── FmuError               an FMU cannot be loaded, or refused a call
-    ├── RunFailed              a co-simulation ended early; what was recorded until then is in `cosim.master`
+    ├── RunFailed              a co-simulation ended early; the recording until then is in `cosim.master`
     ├── MeasurementError       a recording on which nothing can be measured or judged
     ├── CsvError               a CSV file that cannot be read, or has no numbers where it should
     ├── BaselineError          a baseline that is missing or cannot be used
     ├── IdentificationError    data, settings or a model file of an identification
     ├── ControllerError        a Python file or class that cannot be run
-    ├── LinearModelError       an operating point, a parameter or a signal by which nothing can be linearised
-    ├── StabilityError         a loop whose region of stability cannot be told
+    ├── LinearModelError       an operating point, a parameter or a signal at which nothing can be linearised
+    ├── StabilityError         a loop whose region of stability cannot be computed
     └── BuildError             an FMU cannot be built
 
     KeyboardInterrupt
-    └── Interrupted            Ctrl-C or SIGTERM ended what was going on
-        ├── RunInterrupted     the same in a co-simulation; what was recorded until then is in `cosim.master`
-        └── BatchInterrupted   the same in `maglev.batch`; the samples that were done are in its `batch`
+    └── Interrupted            Ctrl-C or SIGTERM ended the work
+        ├── RunInterrupted     the same in a co-simulation; the recording until then is in `cosim.master`
+        └── BatchInterrupted   the same in `maglev.batch`; the finished samples are in its `batch`
 
-Whoever catches `MaglevError` catches mistakes and refusals; every other exception but OSError is a bug of this package.
+Code that catches `MaglevError` catches all mistakes of users. Any other exception except OSError is a bug of this
+package.
 """
 
 import copyreg
@@ -50,32 +51,32 @@ def in_python(name: str, value: object) -> str:
 
 
 spelling: ContextVar[Callable[[str, object], str]] = ContextVar("spelling", default=in_python)
-"""How messages write options: in Python, unless the command line says otherwise for what it calls."""
+"""The notation of options in messages: Python's, unless the command line has set its own."""
 
 
 def option(name: str, value: object = None) -> str:
-    """An option, with its value, as the person who reads it would write it: step=-1, or --step -1."""
+    """An option, with its value, in the reader's notation: step=-1 in Python, --step -1 on the command line."""
     return spelling.get()(name, value)
 
 
 def or_of_own_stage() -> str:
-    """Say what else is expected instead of the name of an FMU of this project."""
+    """Return the alternative to the name of an FMU of this project, for a message."""
     return f"or with {option('stage', 'mine.toml')} one of your own stage"
 
 
 class Sendable:
-    """What can be pickled, as an error that ends the work of another process has to be, whatever it is made of."""
+    """An error that can be pickled whatever it is made of, because it may end the work of another process."""
 
     def __reduce__(self) -> tuple[Any, ...]:   # an exception would be made again of its message alone
         return copyreg.__newobj__, (type(self), *self.args), vars(self)   # type: ignore[attr-defined]
 
 
 class MaglevError(Sendable, Exception):
-    """What the user of this package can put right; one line with the name, its value and what was expected."""
+    """A mistake that the user of this package can correct; one line with the name, its value and the expected value."""
 
 
 class ScenarioError(MaglevError):
-    """A scenario, port map or option that cannot be used; one line with file, key, value and what was expected."""
+    """A scenario, port map or option that cannot be used; one line with file, key, value and expected value."""
 
 
 class QuantityError(MaglevError, ValueError):
@@ -105,7 +106,7 @@ class CsvError(MaglevError):
 
 
 class BaselineError(MaglevError):
-    """A baseline that cannot be used; one line with file, line, value and what was expected."""
+    """A baseline that cannot be used; one line with file, line, value and expected value."""
 
 
 class IdentificationError(MaglevError):
@@ -113,15 +114,15 @@ class IdentificationError(MaglevError):
 
 
 class LinearModelError(MaglevError):
-    """What cannot be linearised: an equilibrium that does not exist, an unknown axis, parameter or signal."""
+    """An operating point that cannot be linearised: no equilibrium, an unknown axis, parameter or signal."""
 
 
 class ControllerError(MaglevError):
-    """A Python file or class that cannot be run; one line with file, line and what was expected."""
+    """A Python file or class that cannot be run; one line with file, line and the expected code."""
 
 
 class StabilityError(MaglevError):
-    """A loop whose region of stability cannot be told: unstable, without a limit, or without a solver."""
+    """A loop whose region of stability cannot be computed: unstable, without a limit, or without a solver."""
 
 
 class BuildError(MaglevError):
@@ -129,9 +130,9 @@ class BuildError(MaglevError):
 
 
 class Interrupted(Sendable, KeyboardInterrupt):
-    """Ctrl-C or SIGTERM ended what was going on; one line that says what stands.
+    """Ctrl-C or SIGTERM ended the work; one line that names the finished part.
 
-    No MaglevError: who continues after a mistake does not want to go on after Ctrl-C.
+    It is no MaglevError: a program that continues after a mistake should not continue after Ctrl-C.
     """
 
     def __init__(self, message: str = "interrupted", number: int = signal.SIGINT):
@@ -144,17 +145,17 @@ def signal_of(error: KeyboardInterrupt) -> int:
 
 
 def ended_by(error: KeyboardInterrupt) -> str:
-    """What the signal behind an error has done."""
+    """Return the words for the effect of the signal behind an error."""
     return "terminated" if signal_of(error) == signal.SIGTERM else "interrupted"
 
 
-FAILURES = (MaglevError, OSError)   # what users can put right; everything else is a bug
+FAILURES = (MaglevError, OSError)   # mistakes that users can correct; all others are bugs
 
 
 def nearest(name: object, valid: Iterable[str], *endings: str) -> str:
     """Return "nearest is 'y.mass'": the file that has this name and one of the endings, or the most similar valid name.
 
-    If none is similar, return what is valid: "there are 'y.mass', 'y.bias', 'y.start' and 9 others".
+    If none is similar, return the valid names: "there are 'y.mass', 'y.bias', 'y.start' and 9 others".
     """
     names = [*valid]
     if like := most_like(name, names, *endings):
@@ -170,17 +171,17 @@ def most_like(name: object, valid: Iterable[str], *endings: str) -> list[str]:
 
 
 def one_of(name: object, valid: Collection[str], otherwise: str = "", *endings: str) -> str:
-    """What is valid instead of a name, or otherwise, and what is like it: "one of a, b; nearest is 'a'"."""
+    """Return the valid names, and those similar to a wrong one: "one of a, b; nearest is 'a'"."""
     return f"one of {', '.join([*valid, *filter(None, [otherwise])])}{similar(name, valid, *endings)}"
 
 
 def similar(name: object, valid: Iterable[str], *endings: str) -> str:
-    """Return "; nearest is 'a'" after a list of what is valid; an empty text if none is similar."""
+    """Return "; nearest is 'a'" after a list of valid names; an empty text if none is similar."""
     return "".join(f"; nearest is {known!r}" for known in most_like(name, valid, *endings)[:1])
 
 
 def require_table(given: Any, place: str, error: type[MaglevError], like: str) -> None:
-    """Refuse what has no values by name, from Python, where a table is asked for."""
+    """Raise if a value given from Python has no values by name where a table is expected."""
     if not hasattr(given, "items") or not all(isinstance(name, str) for name, _ in given.items()):
         raise error(f"{place} = {shortened(given)}, expected a table, values by name, such as {like}")
 
@@ -215,7 +216,7 @@ def visible(text: str) -> str:
 def in_one_line(text: object) -> str:
     """Message of an error, or another text, in one line without control characters; of a file its name goes before."""
     if isinstance(text, OSError) and text.filename is not None and text.strerror:
-        wanted = ", expected a folder" if isinstance(text, FileExistsError) else ""   # what making one raises of a file
+        wanted = ", expected a folder" if isinstance(text, FileExistsError) else ""   # raised if a file has this name
         text = f"{text.filename}: {text.strerror}{wanted}"
     return visible(" ".join(str(text).split()))
 
@@ -245,17 +246,17 @@ def key_path(keys: Sequence[str | int]) -> str:
 
 
 def quoted(key: str) -> str:
-    """Write a key in quotes as TOML does, in one line and without what cannot be seen."""
+    """Write a key in quotes as TOML does, in one line and without invisible characters."""
     return "".join(letter if letter.isprintable() else f"\\U{ord(letter):08x}"
                    for letter in json.dumps(key, ensure_ascii=False))
 
 
 class StageError(MaglevError):
-    """A description of a stage that cannot be used; one line with file, key, value and what was expected."""
+    """A description of a stage that cannot be used; one line with file, key, value and expected value."""
 
 
 def extra(module: str, name: str, user: str = "this", error: type[MaglevError] = MaglevError) -> Any:
-    """A module of an extra of this package; where it is not installed, an error says who needs it, and what to do."""
+    """Import a module of an extra of this package; without it an error names the need for it, and the remedy."""
     if missing := lacking(module, name, user):
         raise error(missing)
     return import_module(module)

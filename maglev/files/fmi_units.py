@@ -1,4 +1,4 @@
-"""Units of the variables as FMI defines them: exponents of the SI base units, of what they are made of."""
+"""Units of the variables as FMI defines them: exponents of the SI base units."""
 
 import re
 from collections.abc import Mapping
@@ -33,7 +33,7 @@ class UnknownUnit(ValueError):
 
 @lru_cache(maxsize=512)
 def factors(unit: str) -> tuple[tuple[str, int], ...]:
-    """Symbols and powers of a unit: m and 1, s and -2, A and -1 of "m/(s2.A)"; UnknownUnit if it is none."""
+    """Symbols and powers of a unit: m and 1, s and -2, A and -1 of "m/(s2.A)"; UnknownUnit if it cannot be read."""
     found: list[tuple[str, int]] = []
     signs, next_sign, place, expects_symbol = [1], 1, 0, True
     while place < len(unit.rstrip()):
@@ -71,7 +71,7 @@ def exponents(unit: str) -> dict[str, int]:
 
 
 def unit_text(powers: Mapping[str, int]) -> str:
-    """Unit of exponents of the SI base units: a symbol that has them, or what they make, such as "kg/(m.s2)"."""
+    """Return a unit with these exponents: a single symbol if there is one, or a product such as "kg/(m.s2)"."""
     found = {base: power for base, power in powers.items() if power}
     for symbol, made_of in SYMBOLS.items():
         if made_of == found and symbol not in ("Hz", "J"):   # 1/s need not be cycles, nor N.m an energy

@@ -11,7 +11,7 @@ from maglev.files.cache import digest_of_all
 from maglev.files.packages import PACKAGES
 
 HERE = Path(__file__).parents[2]
-COMPARED = (".py", ".c", ".h", ".toml", ".j2")   # endings of what executes, or says what is run
+COMPARED = (".py", ".c", ".h", ".toml", ".j2")   # endings of files that execute, or select the code to run
 
 
 @cache
@@ -21,7 +21,7 @@ def code() -> str:
 
 
 def files_digest(root: Path, files: Iterable[Path]) -> str:
-    """SHA-256 of files below a folder, of their paths in it and what is in them; not of what Python has compiled."""
+    """SHA-256 of files below a folder, of their paths in it and their contents; without Python's compiled files."""
     return digest_of_all({path.relative_to(root).as_posix(): path.read_bytes() for path in files
                           if path.suffix != ".pyc"})
 

@@ -45,7 +45,7 @@ def held_interrupts() -> Iterator[Callable[[], None]]:
 
 
 def terminate(_number: int, _frame: FrameType | None) -> None:
-    """Handle SIGTERM as Ctrl-C is handled: what is under way is ended in order."""
+    """Handle SIGTERM like Ctrl-C: running work is ended in order."""
     raise Interrupted("terminated", signal.SIGTERM)
 
 

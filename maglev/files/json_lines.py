@@ -1,8 +1,8 @@
-"""Values as lines of JSON, and back: what comes from a process that runs what is not ours is read without trust.
+"""Values as lines of JSON, and back: messages of processes that run third-party code are read without trust.
 
-Nothing in such a line is executed, as what is pickled would be. It holds numbers, texts, bytes, paths, arrays of
-numbers, tuples, lists, dicts, errors, and this project's named tuples, frozen dataclasses and parts of the motor. Each
-field of these must have the type that its class declares.
+Nothing in such a line is executed, as pickled data would be. It holds numbers, texts, bytes, paths, arrays of numbers,
+tuples, lists, dicts, errors, and this project's named tuples, frozen dataclasses and parts of the motor. Each field of
+these must have the type that its class declares.
 """
 
 import json
@@ -25,11 +25,11 @@ OWN = ("maglev", "pmlsm")   # packages whose named tuples and dataclasses are ma
 PARTS = "pmlsm"             # package whose other classes are, too: they hold numbers, and one another
 NUMBERS = "biufc"           # kinds of arrays
 LARGEST = 2**63             # of the whole numbers in fields, which are counts
-NUMBER = re.compile(rf"[<>|][{NUMBERS}]\d{{1,2}}")   # what an array of numbers says its type is
+NUMBER = re.compile(rf"[<>|][{NUMBERS}]\d{{1,2}}")   # type of an array of numbers, as it states it
 
 
 def line_of(value: Any) -> bytes:
-    """A value in one line, with its end; TypeError of what is none of these."""
+    """Return a value as one line, with its end; TypeError if it has no such form."""
     return json.dumps(as_json(value)).encode("ascii") + b"\n"
 
 
@@ -37,12 +37,12 @@ def value_of(line: bytes) -> Any:
     """Return the value of a line; ValueError if it is not one that `line_of` writes."""
     try:
         return unpacked(json.loads(line))
-    except Exception as error:   # the values are anybody's, and so is what goes wrong with them
+    except Exception as error:   # the values are not trusted, and may raise anything
         raise ValueError(f"{error}") from error
 
 
 def as_json(value: Any) -> Any:
-    """The same of what JSON has."""
+    """Return a value as JSON types."""
     if value is None or isinstance(value, bool | int | float | str):
         return value
     if isinstance(value, tuple) and not hasattr(value, "_fields"):
@@ -62,7 +62,7 @@ def as_json(value: Any) -> Any:
 
 
 def unpacked(message: Any) -> Any:
-    """The value of what JSON has."""
+    """Return the value of JSON types."""
     if isinstance(message, list):
         return tuple(unpacked(entry) for entry in message)
     if not isinstance(message, dict):
@@ -92,7 +92,7 @@ def unpacked(message: Any) -> Any:
     return part
 
 
-# Classes with what JSON has of an object, and the object of that.
+# Classes with the functions from an object to JSON and back.
 PLAIN: dict[str, tuple[type, Callable[[Any], Any], Callable[[Any], Any]]] = {
     "list": (list, lambda value: [as_json(entry) for entry in value], lambda what: [unpacked(entry) for entry in what]),
     "dict": (dict, lambda value: [[as_json(key), as_json(entry)] for key, entry in value.items()],
@@ -102,7 +102,7 @@ PLAIN: dict[str, tuple[type, Callable[[Any], Any], Callable[[Any], Any]]] = {
 
 
 def is_own(kind: Any) -> bool:
-    """Whether a class is one of ours that is made again."""
+    """Return True if a class belongs to this project and its objects can be made again."""
     if not isinstance(kind, type) or kind.__module__.partition(".")[0] not in OWN:
         return False
     if is_dataclass(kind):
@@ -112,7 +112,7 @@ def is_own(kind: Any) -> bool:
 
 @cache
 def hints(kind: Any) -> dict[str, Any]:
-    """Return the declared type of each field of a class, or of each argument of a function and of what it returns."""
+    """Return the declared type of each field of a class, or of each argument and result of a function."""
     return get_type_hints(kind)
 
 
@@ -142,7 +142,7 @@ def fits(value: Any, hint: Any) -> bool:
 
 
 def packed_error(error: BaseException) -> Any:
-    """What is known of an error: of ours the class, of the system its number, of others the text."""
+    """Return an error as data: the class of this project's errors, the number of the system's, or the text."""
     notes = list(getattr(error, "__notes__", ()))
     if isinstance(error, OSError):
         return [None, [error.errno, error.strerror or str(error), error.filename and str(error.filename)], notes]
@@ -163,6 +163,6 @@ def unpacked_error(own: str | None, arguments: list[Any], notes: list[str]) -> E
 
 
 def plain_error(kind: Any) -> bool:
-    """Whether it is a class of `maglev.files.errors` whose errors are made of a message alone."""
+    """Return True for a class of `maglev.files.errors` whose errors are made of a message alone."""
     return (isinstance(kind, type) and issubclass(kind, MaglevError) and kind.__module__ == MaglevError.__module__
             and not isfunction(kind.__init__))

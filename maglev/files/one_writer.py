@@ -27,7 +27,9 @@ class NoLock(OSError):
 
 @contextmanager
 def only_writer(path: Path, wait: float = 0.0) -> Iterator[None]:
-    """Keep others out for the block, who ask by the same path: a file next to what is written, which goes at the end.
+    """Lock a path for the block against others who lock the same path.
+
+    The lock is a file next to it, which is removed at the end.
 
     Busy if another is at work, and still is after a wait (s); NoLock if nobody can be kept out; OSError if nothing can
     be written there.
@@ -39,7 +41,7 @@ def only_writer(path: Path, wait: float = 0.0) -> Iterator[None]:
             raise NoLock(errno.EINVAL, "what lies there is no file", str(path))
         try:
             file = path.open("a")
-        except OSError as error:   # what is to be written there cannot be either
+        except OSError as error:   # neither could the file itself be written
             raise OSError(error.errno, error.strerror, str(path.parent)) from None
         with file:
             try:
@@ -52,7 +54,7 @@ def only_writer(path: Path, wait: float = 0.0) -> Iterator[None]:
                                str(path)) from None
                 time.sleep(POLL)
                 continue
-            if not is_at(path, file):   # who had it has just removed it
+            if not is_at(path, file):   # its last owner has just removed it
                 continue
             try:
                 yield

@@ -16,7 +16,7 @@ from pathlib import Path
 from threading import Event
 
 LONGEST = 1800.0   # s, in which a program has to end: a compiler takes seconds
-PATIENCE = 10.0    # s, for the system to end what is killed
+PATIENCE = 10.0    # s, for the system to end killed processes
 
 # Runs the program that its arguments name; when the pipe on its standard input ends, it ends with all in its group.
 KEEPER = """
@@ -36,7 +36,7 @@ os._exit(code) if code >= 0 else os.kill(os.getpid(), -code)
 """
 
 RUNNING: set["subprocess.Popen[str]"] = set()   # of `output_of`
-ENDING = Event()                                # what `output_of` starts ends at once
+ENDING = Event()                                # programs of `output_of` end at once
 
 
 def end_with_children(process: "subprocess.Popen[bytes] | subprocess.Popen[str]") -> bool:
@@ -58,13 +58,13 @@ def end_with_children(process: "subprocess.Popen[bytes] | subprocess.Popen[str]"
 
 
 def python_environment() -> dict[str, str]:
-    """Environment in which another Python imports what this one does: packages may be in `sys.path` alone."""
+    """Environment in which another Python imports the same packages: they may be in `sys.path` alone."""
     return {**os.environ, "PYTHONPATH": os.pathsep.join(place for place in sys.path if Path(place).is_absolute())}
 
 
 def output_of(arguments: Sequence[str | Path], folder: Path, environment: Mapping[str, str],
               limit: float = LONGEST) -> tuple[int, str]:
-    """Exit code of a program in a folder, and what it printed; it ends with its children where this is interrupted.
+    """Return the exit code and the output of a program run in a folder; an interrupt here ends it with its children.
 
     TimeoutError, which names the program, if it takes longer than `limit` (s).
     """

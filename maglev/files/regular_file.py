@@ -1,4 +1,4 @@
-"""Files that can be opened without a wait: what reads a named pipe or a terminal may wait for ever."""
+"""Files that can be opened without a wait: a reader of a named pipe or a terminal may wait for ever."""
 
 import errno
 import stat
@@ -9,9 +9,9 @@ SPECIAL = {stat.S_ISFIFO: "a named pipe", stat.S_ISCHR: "a device", stat.S_ISBLK
 
 
 def regular(path: Path) -> Path:
-    """Return the path; OSError, which names it, if it is that of a named pipe, a device or a socket.
+    """Return the path; OSError, which names it, if it is a named pipe, a device or a socket.
 
-    What else is wrong with it who opens it will say.
+    Any other error is left to the code that opens it.
     """
     try:
         mode = path.stat().st_mode

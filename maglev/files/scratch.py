@@ -1,4 +1,4 @@
-"""Temporary folders that are removed with what needs them, or after a process that was killed by the next one."""
+"""Temporary folders that are removed after use, or by the next process after one that was killed."""
 
 import errno
 import os
@@ -23,7 +23,7 @@ if find_spec("fcntl") is not None:   # not on Windows
 def scratch_folder(place: str | None = None) -> Path:
     """Make a temporary folder, inside a folder if one is given; `remove_scratch` removes it.
 
-    It is locked for as long as this process lives, whatever ends it: what is not locked may go.
+    It is locked for as long as this process lives, whatever ends it: an unlocked folder may be removed.
     """
     inside = place or tempfile.gettempdir()
     if inside not in LOOKED_THROUGH:
@@ -58,7 +58,7 @@ def scratch(place: str | None = None) -> Iterator[Path]:
 
 @contextmanager
 def naming_full(folder: Path) -> Iterator[None]:
-    """Name the folder of temporary files in the error of a full disk, which names none, of what a block writes."""
+    """Name the folder of temporary files in the error of a full disk, which names no file, while a block writes."""
     try:
         yield
     except OSError as error:
@@ -69,7 +69,7 @@ def naming_full(folder: Path) -> Iterator[None]:
 
 
 def remove_leftovers(place: Path) -> None:
-    """Remove the temporary folders in a folder that no process has locked, and nothing that a person has called so."""
+    """Remove the temporary folders in a folder that no process has locked; folders with a person's names stay."""
     for folder in place.glob(f"{PREFIX}*"):
         if not (MADE.fullmatch(folder.name) and is_of_this_user(folder)):
             continue
@@ -80,7 +80,7 @@ def remove_leftovers(place: Path) -> None:
 
 
 def is_of_this_user(folder: Path) -> bool:
-    """Whether nobody else may look into a folder, as into one that `mkdtemp` has made."""
+    """Return True if nobody else may look into a folder, as into one from `mkdtemp`."""
     try:
         return not folder.lstat().st_mode & 0o077
     except OSError:

@@ -24,12 +24,12 @@ Progress = Callable[[int, int], None]       # steps done, steps in all
 Task = Callable[[Progress], T]              # can be pickled, as can its result; reports its progress
 Watcher = Callable[[str, int, int], None]   # name of a task, steps done, steps in all
 Idle = list[Beside]                         # processes that wait for tasks
-Say = Callable[[str], None]                 # told, in sentences, what continues
-Watch = Callable[[Sequence[str]], AbstractContextManager[Watcher]]   # from the names of tasks to what is told of them
+Say = Callable[[str], None]                 # takes sentences about the work that continues
+Watch = Callable[[Sequence[str]], AbstractContextManager[Watcher]]   # from the names of tasks to their watcher
 
 
 class Stopped(Interrupted):
-    """Ctrl-C or SIGTERM ended tasks: the results of those that were done, and what others left, by name."""
+    """Ctrl-C or SIGTERM ended tasks: the results of finished tasks, and the notes of the others, by name."""
 
     def __init__(self, number: int, what: str, results: Mapping[str, Any], left: Mapping[str, str]):
         super().__init__(what, number)
@@ -53,14 +53,14 @@ def side_by_side(tasks: Mapping[str, Task[T]], jobs: int, died: Callable[[str, s
                  idle: Idle, take: Callable[[str, T], None] | None = None) -> dict[str, T]:
     """Do the tasks, by name, in at most so many processes at a time; their results are in the order of the tasks.
 
-    A task says itself what becomes of its errors; `died` makes, of its name and a message, the result of one whose
-    process ended without one. Processes that are idle, as of `kept_processes`, are taken before others are started, and
-    left there. With `take` each result goes there as it comes, and is not kept. Stopped after Ctrl-C or SIGTERM: the
-    tasks that were under way have ended.
+    Each task handles its own errors; `died` returns, for its name and a message, the result of a task whose process
+    ended without one. Idle processes from `kept_processes` are used before others are started, and returned there. With
+    `take`, each result is passed to it when it arrives, and is not kept. Stopped after Ctrl-C or SIGTERM: the tasks
+    that were under way have ended.
 
-    What these processes say is unpickled: tasks run what is of this project alone, and the rest in `other_process`.
-    They have no limit of time, for each call of the rest has one. `concurrent.futures` would lose all tasks with one
-    that dies, and those under way after Ctrl-C.
+    The messages of these processes are unpickled: tasks run only code of this project, and leave all other code to
+    `other_process`. They have no time limit, for each call of other code has one. `concurrent.futures` would lose all
+    tasks with one that dies, and those under way after Ctrl-C.
     """
     waiting, inbox = deque(tasks), SimpleQueue[tuple[Beside, bytes | None]]()
     running: dict[Beside, str] = {}
@@ -108,7 +108,7 @@ def side_by_side(tasks: Mapping[str, Task[T]], jobs: int, died: Callable[[str, s
 
 
 def next_of(inbox: Inbox) -> tuple[Beside | None, Said | None]:
-    """Who says what next, if anybody does soon; None instead of it from one that has ended."""
+    """Return the next message and its process, if one arrives soon; None instead of the message if it has ended."""
     try:
         process, frame = inbox.get(timeout=POLL)
     except Empty:
@@ -117,7 +117,7 @@ def next_of(inbox: Inbox) -> tuple[Beside | None, Said | None]:
 
 
 def asked_to_end(running: Mapping[Beside, str], inbox: Inbox, results: dict[str, Any]) -> dict[str, str]:
-    """Ask processes to end, wait a while for it, keep late results, and return what others say that they leave."""
+    """Ask processes to end, wait a while for it, keep late results, and return their notes about remains."""
     for process in running:
         process.process.terminate()
     left: dict[str, str] = {}
@@ -127,7 +127,7 @@ def asked_to_end(running: Mapping[Beside, str], inbox: Inbox, results: dict[str,
         if heard in waiting and said is None:
             del waiting[heard]
         elif heard in waiting and said is not None and said.last:
-            # Nothing else comes: one that has handed over what it had done waits for another task.
+            # Nothing else comes: a process that has sent its result waits for another task.
             (left if said.kind == "interrupt" else results)[waiting.pop(heard)] = said.what
     return left
 
@@ -147,7 +147,7 @@ def watched(task: Task[T], send: Send) -> T:
 
 
 def warn(sentence: str) -> None:
-    """Say a sentence as Python does, at the line of who called this package."""
+    """Warn with a sentence, as Python does, at the line that called this package."""
     frame, level = sys._getframe(), 1
     while frame.f_back is not None and frame.f_globals["__name__"].partition(".")[0] in OURS:
         frame, level = frame.f_back, level + 1

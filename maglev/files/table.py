@@ -31,11 +31,11 @@ PARQUET = b"PAR1"
 class DataTable:
     """Columns of a file by name, or columns that are given; a refusal names file, row, column and value.
 
-    Rows of a file are counted by its lines, and those of given columns from 0. `assumed` is what its reading took for
-    granted, in words; `said` has that in one line.
+    Rows of a file are counted by its lines, and those of given columns from 0. `assumed` has the assumptions made in
+    reading it, in words; `said` has them in one line.
     """
 
-    path: Path   # of the file, or what messages call what is given
+    path: Path   # of the file, or the name of given columns in messages
     names: Sequence[str]
     layout: Layout | None = None
     given: dict[str, NDArray[Any]] = field(default_factory=dict)   # columns as they are, or fields as texts
@@ -59,14 +59,14 @@ class DataTable:
         return None
 
     def unit(self, name: str, exact: str = "") -> str:
-        """Unit that is said of a column; "" if none is. A column that is called exactly so says none."""
+        """Unit in the table for a column; "" if there is none. A column with exactly this name has none."""
         if name in self.units:
             return self.units[name]
         below = self.layout.units.get(name, "") if self.layout is not None else ""
         return below or ("" if name == exact else split_name(name)[1])
 
     def column(self, name: str, unit: str = "", exact: str = "") -> Array:
-        """Numbers of a column, all finite, in a unit if one is given and the table says which it has.
+        """Numbers of a column, all finite, in a unit if one is given and the table states that of the column.
 
         CsvError if a field is missing or no finite number, or the unit is another one. `exact` as in `unit`.
         """
@@ -110,7 +110,7 @@ class DataTable:
         return numbers_of(self.texts(name).tolist(), self.layout.decimal)
 
     def texts(self, name: str) -> NDArray[Any]:
-        """Fields of a column as texts, shape (n,); CsvError of a row with more or fewer fields than the header."""
+        """Fields of a column as texts, shape (n,); CsvError if a row has more or fewer fields than the header."""
         if self.layout is None:
             return np.array([str(value) for value in self.given[name]], dtype=object)
         if name not in self.given:
@@ -120,7 +120,7 @@ class DataTable:
         return self.given[name]
 
     def rows(self) -> Iterator[Row]:
-        """Rows of the file below the header; CsvError of what is no CSV."""
+        """Yield the rows of the file below the header; CsvError if it is no CSV."""
         assert self.layout is not None
         rows = self.layout.rows()
         while True:
@@ -188,13 +188,13 @@ class DataTable:
         return CsvError(self.path, f"row {self.line(k)}, column {name} is {self.numbers[name][k]:.9g}, {expectation}")
 
     def assume(self, words: str) -> None:
-        """Note what the reading takes for granted."""
+        """Note an assumption of the reading."""
         if words not in self.assumed:
             self.assumed.append(words)
 
     @property
     def said(self) -> str:
-        """What was assumed, in one line that begins with the file; "" of a plain table in SI."""
+        """The assumptions, in one line that begins with the file; "" for a plain table in SI."""
         return f"{self.path}: {'; '.join(self.assumed)}" if self.assumed else ""
 
 
@@ -206,9 +206,9 @@ def scaled(numbers: Array, own: Unit, expected: Unit) -> Array:
 
 
 def read_table(path: Path) -> DataTable:
-    """Read a table from a file; CsvError, one line with the file, of what cannot be read.
+    """Read a table from a file; CsvError, one line with the file, if it cannot be read.
 
-    Also if it is not the file that the record of a run next to it is of.
+    CsvError also if the record of a run next to it is of another file.
     """
     data = file_bytes(path)
     if why := stranger(path):
@@ -231,7 +231,7 @@ def table_of(data: bytes, path: Path) -> DataTable:
     pandas = required_pandas(path, " and ".join(assumed))
     table = DataTable(path, layout.names, layout, assumed=assumed)
     if len(next(table.rows()).fields) > len(layout.names):
-        table.require_full_rows()   # pandas would leave out what is too much in all of them
+        table.require_full_rows()   # pandas would leave out surplus fields of all rows
     body = layout.body
     if any(line.startswith(COMMENTS) for line in body.split("\n")):
         body = "\n".join(line for line in body.split("\n") if not line.startswith(COMMENTS))
@@ -247,7 +247,7 @@ def table_of(data: bytes, path: Path) -> DataTable:
 
 
 def required_pandas(path: Path, why: str) -> Any:
-    """The library that reads what is no plain CSV; CsvError, with what installs it, where it is not."""
+    """Return pandas, which reads all but plain CSV; CsvError, with the install command, if it is missing."""
     if missing := lacking("pandas", "data", f"what {why}"):
         raise CsvError(path, f"{why}, expected a plain CSV: UTF-8, commas, decimal points; {missing}")
     return import_module("pandas")

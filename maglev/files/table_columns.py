@@ -30,7 +30,7 @@ def is_time_stamp(text: str) -> bool:
 
 
 def numbers_of(texts: Sequence[str], decimal: str = ".") -> Array:
-    """Numbers of fields, with a decimal comma, a minus sign or Fortran's exponent; ValueError if one is none."""
+    """Numbers of fields, with a decimal comma, a minus sign or Fortran's exponent; ValueError if one is no number."""
     joined = "\n".join(texts)
     if decimal == ",":
         if "." in joined:
@@ -47,7 +47,7 @@ def numbers_of(texts: Sequence[str], decimal: str = ".") -> Array:
 
 
 def unit_word(text: str) -> str | None:
-    """Unit that a word means, "" of one that says there is none, such as "-"; None if it means no unit."""
+    """Unit that a word means; "" for a word for no unit, such as "-"; None if the word is no unit."""
     if text in ("", "-", "–", "1"):
         return ""
     return text if known_unit(text) is not None else written_out(text)

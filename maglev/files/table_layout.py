@@ -1,4 +1,4 @@
-"""How a text is laid out as a table: what stands between columns, decimal marks, header, units, what is no row."""
+"""Layout of a text as a table: separators, decimal marks, header, units, lines that are no rows."""
 
 import csv
 from collections import Counter
@@ -10,7 +10,7 @@ from maglev.files.errors import CsvError, shortened
 from maglev.files.table_columns import is_number, is_time_stamp, unit_word
 
 SEPARATORS = {",": "commas", ";": "semicolons", "\t": "tabs", "|": "bars", " ": "blanks"}
-COMMENTS = ("#", "%", "//", '"#')   # what lines of comments begin with
+COMMENTS = ("#", "%", "//", '"#')   # beginnings of comment lines
 SAMPLE = 300   # lines that tell the layout
 FOOTER = 30    # lines at the end that may be no rows
 NAMES = "expected the names of the columns, such as time,v,h,i_d,i_q"
@@ -32,7 +32,7 @@ class Layout(NamedTuple):
     units: dict[str, str]   # by name, of a row of units below the header
     before: int             # lines before the first row
     body: str               # lines of the rows, and of comments between them
-    assumed: tuple[str, ...]   # what differs from a plain CSV, in words
+    assumed: tuple[str, ...]   # differences from a plain CSV, in words
 
     def rows(self) -> Iterator[Row]:
         """The rows below the header."""
@@ -40,7 +40,7 @@ class Layout(NamedTuple):
 
 
 def parsed(lines: Iterable[str], separator: str, before: int = 0) -> Iterator[Row]:
-    """Rows of lines that are no comments and not blank; csv.Error of what is no CSV."""
+    """Rows of lines that are no comments and not blank; csv.Error if they are no CSV."""
     blank = ("" if line.startswith(COMMENTS) and separator != line[0] else line for line in lines)
     if separator == " ":
         blank = (" ".join(line.split()) for line in blank)
@@ -52,7 +52,7 @@ def parsed(lines: Iterable[str], separator: str, before: int = 0) -> Iterator[Ro
 
 
 def layout_of(text: str, path: Path) -> Layout:
-    """Find out how a text is laid out; CsvError, which names the line, of what is no table with a header."""
+    """Find out how a text is laid out; CsvError, which names the line, if it is no table with a header."""
     lines = text.split("\n")
     head = lines[:SAMPLE]
     if not any(line.strip() for line in lines):
@@ -86,7 +86,7 @@ def layout_of(text: str, path: Path) -> Layout:
 
 
 def best_separator(lines: Sequence[str]) -> tuple[str, str, list[Row]]:
-    """What separates columns, the decimal mark, and the rows: what makes the largest share of fields numbers.
+    """Return the separator and the decimal mark that make the largest share of fields numbers, and the rows.
 
     A field can have several numbers, the elements of an array. Where shares are equal, a row of as many names decides.
     """
@@ -165,7 +165,7 @@ def header_line(rows: Sequence[Row], header: Sequence[str]) -> int:
 
 
 def end_of(lines: Sequence[str], width: int, numeric: Sequence[int], decimal: str, separator: str) -> int:
-    """Number of lines to the last row: what ends a file without a number where each row has one is no row."""
+    """Return the number of lines to the last row; final lines without a number where each row has one are no rows."""
     start = max(0, len(lines) - FOOTER)
     rows = list(parsed(lines[start:], separator, start))
     if not numeric:

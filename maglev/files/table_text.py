@@ -27,7 +27,7 @@ def file_bytes(path: Path) -> bytes:
 
 
 def decoded(data: bytes, path: Path) -> tuple[str, str]:
-    """Text with plain line ends, and its encoding if that is not UTF-8; CsvError of what is no text."""
+    """Return the text with plain line ends, and its encoding if that is not UTF-8; CsvError if it is no text."""
     for begin, what in OTHER_FORMATS.items():
         if data.startswith(begin):
             raise CsvError(path, f"{what}, expected a CSV file: export the data as CSV")

@@ -13,7 +13,7 @@ from maglev.files.table import DataTable, required_pandas, scaled
 from maglev.files.table_columns import TIME_OF_DAY, is_time_stamp
 from maglev.files.units import unit_of
 
-Gaps = Literal["refuse", "fill", "longest"]   # what becomes of times that are not even
+Gaps = Literal["refuse", "fill", "longest"]   # treatment of uneven times
 
 NAMES = ("time", "t", "timestamp", "time stamp", "datetime", "date time", "zeit")
 UNITS = ("s", "ms", "µs", "ns")   # that times without a unit may have
@@ -24,7 +24,7 @@ JITTER = 0.05     # of the sample time, from which on that is left to the user
 
 
 class Times(NamedTuple):
-    """Times of the rows, s, and whether the table says their unit: in its header, or as time stamps."""
+    """Times of the rows, s, and a flag, true if the table states their unit: in its header, or as time stamps."""
 
     name: str
     seconds: Array
@@ -40,8 +40,8 @@ def time_column(table: DataTable) -> str | None:
 def times_of(table: DataTable, name: str, guess: bool = False) -> Times:
     """Times of a table; of time stamps, and if they count from an epoch on request, from the first row on.
 
-    With `guess` times without a unit are in that which makes a recording of them, if they cannot be in s. CsvError of
-    what is no time.
+    With `guess`, times without a unit that cannot be in s get the unit that makes a recording of them. CsvError if a
+    value is no time.
     """
     raw = table.given.get(name)
     if raw is not None and raw.dtype.kind in "mM":
@@ -75,7 +75,7 @@ def seconds_since_first(moments: NDArray[np.datetime64]) -> Array:
 
 
 def stamps(table: DataTable, name: str, first: str) -> Array:
-    """Seconds since the first of time stamps by ISO 8601, or of times of a day; CsvError of what is none."""
+    """Seconds since the first of time stamps by ISO 8601, or of times of a day; CsvError if one is no time stamp."""
     texts = table.texts(name)
     pandas = required_pandas(table.path, f"column {name} has time stamps")
     plain = pandas.Series(texts).str.replace(",", ".")
@@ -97,7 +97,7 @@ def stamps(table: DataTable, name: str, first: str) -> Array:
 
 
 class Even(NamedTuple):
-    """Evenly spaced times, s, and what makes the numbers of a column those at these times."""
+    """Evenly spaced times, s, and the way to resample a column at these times."""
 
     time: Array
     resample: Callable[[Array], Array]
@@ -106,9 +106,9 @@ class Even(NamedTuple):
 def even(table: DataTable, times: Times, gaps: Gaps = "refuse") -> Even:
     """Even times: as they are to 1 % of the sample time, resampled to 5 %; beyond, `gaps` decides.
 
-    "fill" resamples whatever is there by straight lines, "longest" takes the longest part without a gap, "refuse"
-    names the first. A shorter last step is left out, as results of this project may have one. CsvError of times that
-    do not ascend.
+    "fill" resamples whatever is there by straight lines, "longest" takes the longest part without a gap, "refuse" names
+    the first. A shorter last step is left out, as results of this project may have one. CsvError if times do not
+    ascend.
     """
     time = times.seconds
     if gaps not in get_args(Gaps):

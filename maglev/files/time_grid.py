@@ -9,7 +9,8 @@ ON_GRID = 1e-6     # steps that a time may lie next to the grid: k h is rounded,
 def whole_steps(time: float, step: float) -> int:
     """Number of steps (s) in a time (s), at least 1 and at most `MOST_STEPS`.
 
-    QuantityError if it is not whole; it begins with what was expected, for whom the time is of goes before it.
+    QuantityError if it is not whole. The message begins with the expected value: the caller puts the owner of the time
+    before it.
     """
     steps = time / step
     if not steps < MOST_STEPS + 0.5:   # the quotient rounds as well

@@ -22,7 +22,7 @@ def toml_text(path: Path) -> str:
 
 
 def read_toml(path: Path, text: str | None = None) -> dict[str, Any]:
-    """Read a TOML file, or its text; ScenarioError as of `text_of`, or if it is no TOML, or has control characters."""
+    """Read a TOML file, or its text; ScenarioError as in `text_of`, or if it is no TOML, or has control characters."""
     try:
         table = tomllib.loads(toml_text(path) if text is None else text)
     except ValueError as error:   # of TOML, or of a number with thousands of digits
@@ -34,7 +34,7 @@ def read_toml(path: Path, text: str | None = None) -> dict[str, Any]:
 
 
 def require_showable(path: Path, value: object, keys: tuple[str | int, ...] = ()) -> None:
-    """Refuse what no message can show: control characters, and tables in tables without end."""
+    """Raise if a message could not show a value: control characters, and tables in tables without end."""
     if len(keys) > DEEPEST:
         raise ScenarioError(f"{path}: {NESTED}")
     if isinstance(value, str) and visible(value) != value:

@@ -1,7 +1,7 @@
 """Quantities with units: numbers are SI, text such as "25 mm", "-4 A" or "3 V/s" is converted to SI.
 
-A unit is one of `UNITS`, or is made of these: "mV.s/rad", "kg.m2", "1/s3", "m/(s2.A)", with a point, a blank or ·
-between factors, a slash before each that divides, and powers as "m2", "m²", "m^2" or "s-1".
+A unit is one of `UNITS`, or is made of these: "mV.s/rad", "kg.m2", "1/s3", "m/(s2.A)". A point, a blank or · stands
+between factors, a slash before each divisor. Powers are written as "m2", "m²", "m^2" or "s-1".
 """
 
 import math
@@ -35,7 +35,7 @@ UNITS = {
     "1": ("1", 1.0), "%": ("1", 1e-2),
 }
 
-# The same by what they measure, for the documentation; the letters before a symbol are PREFIXES.
+# The same by dimension, for the documentation; the letters before a symbol are PREFIXES.
 MEASURED = {
     "length": "m, cm, mm, um, nm", "time": "s, ms, us, ns, min, h", "mass": "kg, g",
     "angle": "rad, mrad, urad, deg (°)", "current": "A", "voltage": "V", "resistance": "Ohm (ohm, Ω)",
@@ -80,7 +80,7 @@ class Unit(NamedTuple):
 
 @lru_cache(maxsize=512)
 def unit_of(unit: str) -> Unit:
-    """A unit; QuantityError, with the nearest one of the table, if there is none of that name."""
+    """Return a unit; QuantityError, with the nearest one of the table, if there is none of that name."""
     spelled = spelling(unit)
     if spelled in UNITS:
         si, by = UNITS[spelled]
@@ -95,7 +95,7 @@ def unit_of(unit: str) -> Unit:
 
 
 def like(unit: str, units: Iterable[str] = UNITS) -> str:
-    """What may be meant by an unknown unit: the symbol of a name that is written out, the nearest one, or examples."""
+    """Return suggestions for an unknown unit: the symbol of a name written out, the nearest one, or examples."""
     if unit.startswith("/"):
         return f"nearest is '1{unit}'"
     if (symbol := written_out(unit)) is not None:
@@ -119,7 +119,7 @@ def in_parentheses(si: str) -> str:
 
 
 def measures(unit: str, expected: str) -> bool:
-    """Whether a unit is of the dimension of another; an unknown one only of that of its own name."""
+    """Return True if a unit has the dimension of another; an unknown one only has that of its own name."""
     one, other = known_unit(unit), known_unit(expected)
     return unit == expected or (one is not None and other is not None and one.dimension == other.dimension)
 
@@ -144,7 +144,7 @@ POWERS = str.maketrans("⁻⁰¹²³⁴⁵⁶⁷⁸⁹", "-0123456789")
 
 
 def unit_of_powers(powers: Mapping[str, int], by: float) -> Unit:
-    """Unit by its exponents of the SI base units, and how many of what these make it is."""
+    """Return the unit with these exponents of the SI base units, and how many of that unit they make."""
     si = unit_text(powers)
     return Unit(si, by, dimension_of(si))
 
@@ -156,7 +156,7 @@ def dimension_of(si: str) -> tuple[tuple[str, int], ...]:
 
 
 def units_markdown() -> str:
-    """The units by what they measure, for docs/scenario_keys.md."""
+    """Return the units by dimension, for docs/scenario_keys.md."""
     prefixed = sorted({si for si, _ in UNITS.values() if f"k{si}" in UNITS and f"n{si}" in UNITS})
     return "\n".join(["| | |", "|---|---|", *(f"| {measured} | {units} |" for measured, units in MEASURED.items()), "",
                       f"{', '.join(prefixed)} also with {', '.join(PREFIXES)} before them.", ""])
@@ -230,7 +230,7 @@ def with_hyphen(text: str) -> str:
 
 
 def well_written(text: str) -> str:
-    """What is expected instead of a text that continues after its number as none does."""
+    """Return the expected form for a text whose number is followed by text that is no unit."""
     comma = DECIMAL_COMMA.fullmatch(text)
     if comma is not None:
         return f"a decimal point: '{comma[1]}.{comma[2]}'"
@@ -256,7 +256,7 @@ def parse_quantity(value: object, unit: str | None = None) -> float:
 
 @contextmanager
 def refused_as(error: type[MaglevError], place: str) -> Iterator[None]:
-    """Refuse what is no quantity in a block by an error that begins with its place."""
+    """Turn errors about quantities in a block into an error that begins with their place."""
     try:
         yield
     except QuantityError as wrong:

@@ -10,7 +10,7 @@ from pathlib import Path
 
 from maglev.files.scratch import PREFIX, scratch
 
-PATIENCE = 10.0   # s, for who reads a named pipe that is written into
+PATIENCE = 10.0   # s, until a written named pipe has a reader
 POLL = 0.05       # s, between two looks for it
 
 
@@ -18,10 +18,10 @@ POLL = 0.05       # s, between two looks for it
 def whole_file(path: Path) -> Iterator[Path]:
     """Give a file in a folder next to `path` to write to, which takes its place at the end of the block.
 
-    What stood there before is intact until then, and stays if the block fails. Two processes that write the same file
-    both write a whole one, and the last one stays. The folder is made if it is not there. Behind a link it is the file
-    that the link leads to; a device or a pipe is written into. What a process that was killed has left, the next one
-    that writes into the folder removes. OSError, with the name of the file that was to be, if it cannot be written.
+    The file that stood there before is intact until then, and stays if the block fails. Two processes that write the
+    same file both write a whole one, and the last one stays. The folder is made if it is not there. Behind a link, the
+    target of the link is written; a device or a pipe is written into. The next process that writes into the folder
+    removes the files of a process that was killed. OSError, with the name of the file to be written, if that fails.
     """
     try:
         path.parent.mkdir(parents=True, exist_ok=True)
@@ -42,7 +42,7 @@ def whole_file(path: Path) -> Iterator[Path]:
 
 
 def opened(path: Path) -> int:
-    """Open what is written into and never replaced; OSError if it is a pipe that nobody reads within `PATIENCE`."""
+    """Open a file to write into, never to replace it; OSError if it is a pipe that nobody reads within `PATIENCE`."""
     until = time.monotonic() + PATIENCE
     while True:
         try:
@@ -60,7 +60,7 @@ def opened(path: Path) -> int:
 
 
 def takes_text(path: Path) -> bool:
-    """Whether what is there is written into and never replaced: a device, a pipe, or what a shell has opened for us."""
+    """Return True if the file there is written into, never replaced: a device, a pipe, or a file opened by a shell."""
     try:
         mode = path.stat().st_mode
     except FileNotFoundError:
