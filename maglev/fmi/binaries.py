@@ -6,7 +6,7 @@ from importlib.resources import files
 from maglev.language.errors import ExportError
 
 # Bytes of the Linux binary of pythonfmu 0.7.0 that are to be others: instructions that occur once, the place of the
-# bytes in them, and what stands there instead.
+# bytes in them, and their replacement.
 CORRECTIONS = tuple((bytes.fromhex(code), place, bytes.fromhex(instead)) for code, place, instead in (
     # Start of finalizePythonInterpreter. The function runs as a destructor of the library, after the static object that
     # it releases is gone, and so writes to freed memory at the end of every process that has used a pythonfmu FMU; now

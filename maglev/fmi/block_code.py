@@ -1,4 +1,4 @@
-"""The block of an FMU as C: one header with structs, functions, start values, and what it may fail at."""
+"""The block of an FMU as C: one header with structs, functions, start values, and its possible failures."""
 
 import re
 from collections.abc import Collection
@@ -63,7 +63,7 @@ def failures(text: BlockText) -> str:
 
 
 def wrapper(definition: FmuDefinition, name: str, function: Function) -> str:
-    """A function of the C layer's over one of the block's; what fails in it is its status."""
+    """Return a function of the C layer that calls one of the block's; a failure in it becomes its status."""
     head, given = WRAPPED[name]
     failing = ", &failure" if function.fails else ""
     call = f"{function.name}(block{given}{failing})"

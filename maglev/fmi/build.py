@@ -73,7 +73,7 @@ def build_fmu(definition: FmuDefinition, written: str, maker: Maker, destination
     `written` is the definition as Python, which the FMU runs to have it as DEFINITION. The FMU carries those modules of
     the maker's packages that it imports, and `extra`, further files by their names in it, which do not run.
 
-    pythonfmu's slave class and binaries are used, its builder is not: that one names modules as they are, so that a
+    pythonfmu's slave class and binaries are used, but not its builder. The builder names modules as they are, so that a
     second FMU in the process runs the first one's code, and stamps clock and random GUID into the file.
     """
     packages = (*maker.packages, *CARRIED)
@@ -132,7 +132,7 @@ def what_runs(definition: FmuDefinition, written: str, maker: Maker, texts: Mapp
 
 
 def common_files(definition: FmuDefinition, maker: Maker, fmi: str = "2.0") -> dict[str, bytes]:
-    """What every FMU of a version of FMI has next to its model description: icon, documentation, licence; terminals.
+    """Return the files next to the model description of every FMU: icon, documentation, licence; terminals.
 
     The latter only in FMI 3.0: FMI 2.0.4 allows them, with the schema of FMI 3.0, and FMI Library refuses just that.
     """

@@ -22,7 +22,7 @@ FLAGS = ("-std=c99", "-O2", "-ffp-contract=off", "-fno-math-errno", "-DBLOCKS_IN
          "-fno-sanitize=all", "-g0", "-s", "-DFMI2_OVERRIDE_FUNCTION_PREFIX",
          "-DFMI3_OVERRIDE_FUNCTION_PREFIX")
 
-UNIT = "{}_in_one.c"   # a name of its own: zig locks what it keeps of a file by its name
+UNIT = "{}_in_one.c"   # a name of its own: zig locks its cache of a file by the file's name
 
 
 class Platform(NamedTuple):
@@ -60,7 +60,7 @@ def library(sources: Mapping[str, str], name: str, platform: Platform) -> bytes:
     """Library of C files by name, and their headers, for a platform; `name` is its file name's stem.
 
     They are compiled as one translation unit: the step of a block, its parts and the functions of FMI over it lie in
-    different files, and calls between them are inlined. Each operation stays what it is, so that no bit differs.
+    different files, and calls between them are inlined. Inlining changes no operation, so that no bit differs.
     ExportError if the compiler refuses the sources.
     """
     with in_one_unit(sources, name) as root:
@@ -87,7 +87,7 @@ def in_one_unit(sources: Mapping[str, str], name: str) -> Iterator[Path]:
 
 
 def kept_at_home() -> bool:
-    """Whether zig can keep what it has compiled of the C libraries in this user's home, which not every service has."""
+    """Return True if zig can keep compiled C libraries in this user's home, which not every service has."""
     home = os.environ.get("XDG_CACHE_HOME") or os.environ.get("HOME")
     if not home:
         return False

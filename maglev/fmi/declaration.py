@@ -1,4 +1,4 @@
-"""What a user's class declares, as the definition of an FMU.
+"""Definition of an FMU from the declarations of a user's class.
 
 A port or parameter "y.measured" is the attribute `self.y.measured`, or `self.y_measured` where there is no such part.
 """
@@ -28,7 +28,7 @@ REFUSED_STEP = ("communication step = {step} s, expected one that divides its sa
 
 
 class Undeclared(ExportError):
-    """What a class declares cannot be used; `word` is the port, the parameter or the table that is wrong."""
+    """A declaration of a class cannot be used; `word` is the wrong port, parameter or table."""
 
     def __init__(self, text: str, word: str):
         super().__init__(text)
@@ -49,11 +49,11 @@ def definition_of(written: type, clock: type, icon: Drawing, sketch: Drawing,
                   requires: tuple[str, ...] = ()) -> WrittenDefinition:
     """Definition of the FMU that steps a class at its samples.
 
-    The class has tables `inputs`, `outputs` and, if it has any, `parameters`, from a name to a unit, "" for none;
-    `step(self, t)` with an attribute `sample_time` (s), or `step(self, t, dt)`, called at every communication step;
+    The class has tables `inputs`, `outputs` and, if it has any, `parameters`, from a name to a unit, "" for none. It
+    has `step(self, t)` with an attribute `sample_time` (s), or `step(self, t, dt)`, called at every communication step;
     perhaps `start(self)`, called when the parameters are set. ExportError if it lacks something, or these do not fit
-    each other. The `clock` of the samples has `fits` and `due`; the sketch is drawn for whether the class has samples,
-    0 or 1; `requires`, which the FMU of a class gives itself, are packages of the importer's Python.
+    each other. The `clock` of the samples has `fits` and `due`. The sketch is drawn for 1 if the class has samples,
+    else for 0. `requires` are packages of the importer's Python; the FMU of a class sets them itself.
     """
     name = written.__name__
     require_steps(written)
@@ -116,7 +116,7 @@ def definition_of(written: type, clock: type, icon: Drawing, sketch: Drawing,
 
 
 def require_steps(written: type) -> None:
-    """Refuse a class without `step(self, t)` or `step(self, t, dt)`, or with a `start` that wants something."""
+    """Raise for a class without `step(self, t)` or `step(self, t, dt)`, or with a `start` that has arguments."""
     name = written.__name__
     if not name.isascii():
         raise ExportError(f"class {name}: expected a name of ASCII letters, digits and underscores")
@@ -136,7 +136,7 @@ def require_steps(written: type) -> None:
 
 
 def takes(function: Callable[..., Any], number: int) -> bool:
-    """Whether a function can be called with a number of values."""
+    """Return True if a function can be called with this number of values."""
     try:
         inspect.signature(function).bind(*range(number))
     except TypeError:
@@ -188,7 +188,7 @@ def attribute_path(law: Any, port: str, place: str) -> str:
 
 
 def variability(causality: str, port: str, written: type, boolean: bool) -> str:
-    """Variability of a variable; what `start` may compute from is fixed."""
+    """Variability of a variable; fixed for the parameters from which `start` may compute."""
     if causality != "parameter":
         return "discrete" if causality == "output" or boolean else "continuous"
     return "fixed" if port == SAMPLE_TIME or hasattr(written, "start") else "tunable"

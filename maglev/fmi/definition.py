@@ -1,4 +1,4 @@
-"""What an FMU is: a block and the table of its variables. Everything else is derived from these."""
+"""Definition of an FMU: a block and the table of its variables. Everything else is derived from these."""
 
 import re
 from collections.abc import Callable, Mapping, Sequence
@@ -59,7 +59,7 @@ def reader(places: Sequence[str]) -> Callable[[Any], tuple[Any, ...]]:
 
 @dataclass(frozen=True)
 class Variable:
-    """One FMI variable: a value of the block, and what a user must know of it.
+    """One FMI variable: a value of the block, with the facts that a user must know about it.
 
     The start value is the one that a new block has. Minimum and maximum are enforced on inputs and parameters.
     """
@@ -77,7 +77,7 @@ class Variable:
     starts_from: tuple[str, ...] = ()      # parameters that decide this output's initial value
     boolean: bool = False
     path: str = ""                         # attribute path of the block where it is not the name
-    hint: str = ""                         # what to write instead of a value that is out of range
+    hint: str = ""                         # advice for a value that is out of range
 
     @property
     def place(self) -> str:
@@ -134,14 +134,14 @@ class State:
 class ContinuousModel:
     """A block as a system of differential equations, for Model Exchange.
 
-    The block has `derive() -> int`, which computes all that is continuous at the present point and returns what `step`
-    does, `settle() -> bool`, which takes in an event and says whether a state jumps, and `measure()`, which sets the
+    The block has three methods. `derive() -> int` computes all continuous values at the present point and returns a
+    status, like `step`. `settle() -> bool` takes in an event and returns True if a state jumps. `measure()` sets the
     real outputs that change at events. A native FMU has the variables after those of the definition.
     """
 
     states: tuple[State, ...]
     variables: tuple[Variable, ...]              # local: states and rates that are no outputs, and indicators
-    indicators: Mapping[str, tuple[str, ...]]    # states and inputs that decide what changes its sign at an event
+    indicators: Mapping[str, tuple[str, ...]]    # states and inputs on which an event indicator depends
     outputs: Mapping[str, tuple[str, ...]]       # states and inputs that decide an output, by its name
 
 
@@ -157,7 +157,7 @@ class Drawing:
     arguments: tuple[int | str, ...] = ()
 
     def drawn(self) -> Any:
-        """What the function draws."""
+        """Return the drawing of the function."""
         return getattr(import_module(self.module), self.function)(*self.arguments)
 
 
@@ -178,7 +178,7 @@ class FmuDefinition:
     variable_step: bool = False                        # any communication step, changing ones as well
     documentation: tuple[tuple[str, str], ...] = ()    # (package, file in its folder `documentation`)
     icon: Drawing | None = None
-    sketch: Drawing | None = None                      # what the documentation begins with
+    sketch: Drawing | None = None                      # first drawing of the documentation
     arguments: tuple[Any, ...] = ()                    # of the block's constructor, such as the law of a regulator
     slave: tuple[str, str] = ("maglev.fmi.slave", "BlockSlave")   # module and class, of an FMU that runs in Python
     author: str = "Maglev FMUs contributors"           # "" if the block is somebody else's, with a licence of theirs

@@ -21,7 +21,7 @@ LOOKS = ("name", "number", "unit", "number", "variability", "text", "text")   # 
 
 
 def external_dependencies(definition: FmuDefinition) -> str:
-    """Text of what an FMU that runs in Python needs around it."""
+    """Return the text about the environment that an FMU needs to run in Python."""
     needed = ", ".join(definition.requires)
     return filled(HERE / "externalDependencies.txt", {
         "PACKAGES": f"with the packages {needed}" if needed else "its standard library alone: no other packages"})
@@ -45,7 +45,7 @@ def documentation(definition: FmuDefinition, version: str, pages: Sequence[Path]
 
 
 def block_section(pages: Sequence[Path], package: str, name: str) -> str:
-    """HTML of a section: what is written in one of further folders of packages, or else from that of the package."""
+    """HTML of a section: from one of the further folders of packages, or else from that of the package."""
     written = (folder / package / "documentation" / name for folder in pages)
     page = next((file for file in written if file.is_file()), module_path(package).parent / "documentation" / name)
     return page.read_text(encoding="utf-8").strip()

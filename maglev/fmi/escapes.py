@@ -40,5 +40,5 @@ def csv_text(text: str) -> str:
 
 
 def xml_text(text: str) -> str:
-    """Text without what no XML can hold."""
+    """Text without the characters that no XML can hold."""
     return NO_XML.sub("", text)

@@ -46,7 +46,7 @@ class ExperimentFiles:
 
     name: str          # of the experiment and, with endings, of its files
     role: str          # `SMOKE_TEST` or `VALIDATION`
-    description: str   # what it is, in a sentence
+    description: str   # in a sentence
     step: float        # communication step, s
     results: Mapping[str, Sequence[float]]            # "time" (s) first, then outputs, SI; Booleans as 0 and 1
     tolerances: Mapping[str, tuple[float, float]]     # of each output: absolute, and relative to the expected value
@@ -84,13 +84,13 @@ class ExperimentFiles:
 
 
 def smoke_test(definition: FmuDefinition) -> ExperimentFiles:
-    """What a new block gives at the communication points of its default experiment; ExportError if it refuses."""
+    """Return the results of a new block in its default experiment; ExportError if it returns a status."""
     about = f"{definition.name} from its start values, {STEPS} communication steps"
     return computed(definition, "smoke_test", SMOKE_TEST, about, STEPS, 1, {})
 
 
 def response(definition: FmuDefinition) -> ExperimentFiles:
-    """What a new block gives while its inputs step by a hundredth of their nominal values, one after the other.
+    """Return the results of a new block while its inputs step by a hundredth of their nominal values, one by one.
 
     Where there are more inputs than steps, some step together. A Boolean changes to its other value. ExportError if the
     block refuses.
@@ -110,7 +110,7 @@ def response(definition: FmuDefinition) -> ExperimentFiles:
 
 def computed(definition: FmuDefinition, name: str, role: str, about: str, steps: int, every: int,
              inputs: Mapping[str, Sequence[float]]) -> ExperimentFiles:
-    """What a new block gives at every so many communication points, with inputs for each step."""
+    """Return the results of a new block at every `every`-th communication point, with inputs for each step."""
     block, step = definition.new_block(), definition.experiment.step
     outputs = {v.name: v for v in definition.variables if v.causality == "output"}
     fed = [(v, inputs[v.name]) for v in definition.variables if v.name in inputs]
@@ -132,7 +132,7 @@ def computed(definition: FmuDefinition, name: str, role: str, about: str, steps:
 def rows_of(definition: FmuDefinition, inputs: Mapping[str, Sequence[float]]) -> dict[str, Sequence[float]]:
     """Rows of a file of inputs for each step, "time" (s) first.
 
-    What is held has rows at its changes alone, half a step early: no rounding error of a clock misses them.
+    Held inputs have rows only at their changes, half a step early: no rounding error of a clock misses them.
     """
     if not inputs:
         return {}
@@ -169,8 +169,8 @@ def experiments_files(experiments: Mapping[str, tuple[str, Mapping[str, bytes]]]
                       before: Mapping[str, bytes] | None = None) -> dict[str, bytes]:
     """Files of experiments by name in the FMU, and a manifest that lists them.
 
-    Experiments are, by name, a role and files as of `ExperimentFiles.files`. What the manifest in the files `before`
-    lists stays listed, except for files that take the place of others.
+    Experiments are, by name, a role and files as in `ExperimentFiles.files`. Entries of the manifest in the files
+    `before` stay listed, except for files that others replace.
     """
     new = {f"{FOLDER}{name}": data for _, files in experiments.values() for name, data in files.items()}
     root = Element("fmiReferences", ROOT)

@@ -1,7 +1,7 @@
 """A block as freestanding C99 for a microcontroller: one header with its ports, one source, no library, no memory.
 
-What is translated of the block's modules becomes one file of static functions; what nothing calls goes. Around it lie
-three functions, `NAME_init`, `NAME_start`, `NAME_sample`, which do what an FMU does: ranges are checked, times counted.
+The translated modules of the block become one file of static functions, without uncalled ones. Three functions,
+`NAME_init`, `NAME_start`, `NAME_sample`, enclose it and do the work of an FMU: ranges are checked, times counted.
 """
 
 from collections.abc import Collection, Iterable
@@ -47,9 +47,9 @@ def ports_of(definition: FmuDefinition) -> tuple[tuple[Variable, ...], tuple[Var
 def freestanding(definition: FmuDefinition, careful: Collection[str], maker: str) -> dict[str, str]:
     """C files by name: NAME.h and NAME.c, an example over them, a file for CMake, and a board in QEMU to run it on.
 
-    `careful` are packages whose code looks before it divides; `maker` stands in the header. ExportError if the block
-    does not sample, calls what a mathematical library has, or two of its ports become one name; Untranslatable if it is
-    not of the language of blocks.
+    `careful` are packages whose code checks values before it divides; `maker` stands in the header. ExportError if the
+    block does not sample, calls functions of a mathematical library, or two of its ports become one name;
+    Untranslatable if it is not of the language of blocks.
     """
     if not definition.sampled:
         raise ExportError(f"{definition.name}: has no {SAMPLE_TIME}, expected a controller, or another block that "
@@ -106,7 +106,7 @@ def code_of(definition: FmuDefinition, careful: Collection[str]) -> BlockText:
 
 
 def called(text: BlockText, method: str, arguments: str) -> str:
-    """Call of a method of the block, which notes what fails in it."""
+    """Call of a method of the block, which notes failures in it."""
     function = text.methods[method]
     return f"{function.name}({arguments}{', &failure' if function.fails else ''})"
 
@@ -140,7 +140,7 @@ def members(variables: Iterable[Variable]) -> str:
 
 
 def parameter_line(definition: FmuDefinition, variable: Variable, number: int) -> str:
-    """Number of a parameter, where it is, its value and unit, and what it is."""
+    """Number of a parameter, its place, its value and unit, and its meaning."""
     value = definition.start_value(variable)
     shown = " ".join(filter(None, (str(value).lower() if variable.boolean else repr(value), variable.unit)))
     tunable = ", tunable" if variable.variability == "tunable" else ""

@@ -37,10 +37,10 @@ def model_description(definition: FmuDefinition, guid: str, version: str, date: 
         root.set("numberOfEventIndicators", str(len(continuous.indicators)))
         able = ("canGetAndSetFMUstate", "canSerializeFMUstate", "providesDirectionalDerivative")
         interfaces.append(SubElement(root, "ModelExchange", {
-            "modelIdentifier": definition.name, **dict.fromkeys(able, "true")}))   # what else there is stays false
+            "modelIdentifier": definition.name, **dict.fromkeys(able, "true")}))   # all others stay false
     interfaces.append(SubElement(root, "CoSimulation", {
         "modelIdentifier": definition.name,
-        "needsExecutionTool": xml_boolean(not native),   # Python, which executes what the FMU carries (4.3.1)
+        "needsExecutionTool": xml_boolean(not native),   # Python, which executes the FMU's code (4.3.1)
         "canHandleVariableCommunicationStepSize": xml_boolean(definition.variable_step),
         "canInterpolateInputs": "false",
         "maxOutputDerivativeOrder": "0",
@@ -73,7 +73,7 @@ def model_description(definition: FmuDefinition, guid: str, version: str, date: 
 
 def attributes(definition: FmuDefinition, fmi: str, key: str, guid: str, version: str, date: int,
                means: str) -> dict[str, str]:
-    """Attributes of a model description; `key` is what a version of FMI calls the GUID, `means` what made the FMU."""
+    """Attributes of a model description; `key` is the name of the GUID in this FMI, `means` the tool of the build."""
     return {
         "fmiVersion": fmi,
         "modelName": definition.name,
@@ -116,7 +116,7 @@ def add_common(root: Element, definition: FmuDefinition, variables: Iterable[Var
 
 
 def state_attributes(continuous: ContinuousModel | None, name: str, reference: Mapping[str, int]) -> dict[str, str]:
-    """What says of a variable which state it is the derivative of, and that it is a state which jumps at events."""
+    """Attributes of a variable that is the derivative of a state, or a state that jumps at events."""
     states = continuous.states if continuous else ()
     items = [("derivative", str(reference[state.variable])) for state in states if state.derivative == name]
     return dict(items + [("reinit", "true") for state in states if state.variable == name and state.jumps])
@@ -145,13 +145,13 @@ def typed_attributes(definition: FmuDefinition, variable: Variable) -> dict[str,
 
 
 def dependencies(knowns: Iterable[str], reference: Mapping[str, int]) -> dict[str, str]:
-    """Attribute that says what decides an unknown, by name; of what kind is not said, which means any."""
+    """Attribute with the dependencies of an unknown; it names no kind, so that any is possible."""
     return {"dependencies": " ".join(str(number) for number in sorted(reference[name] for name in knowns))}
 
 
 def structure_of(definition: FmuDefinition,
                  continuous: ContinuousModel | None) -> dict[str, dict[str, tuple[str, ...]]]:
-    """Names of unknowns, each with the names of what decides it, by the element of FMI 2.0 that they stand in."""
+    """Names of unknowns, each with the names that it depends on, by their element of FMI 2.0."""
     outputs = [v for v in definition.variables if v.causality == "output"]
     unknowns = {"Outputs": {v.name: continuous.outputs[v.name] if continuous else v.depends_on for v in outputs}}
     initial = {v.name: v.starts_from for v in outputs}

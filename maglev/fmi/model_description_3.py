@@ -22,7 +22,7 @@ SCALE = 0.1   # mm in a unit of the plane of the icon, in which FMI has it from 
 
 
 def model_description_3(definition: FmuDefinition, token: str, version: str, date: int) -> bytes:
-    """Model description as UTF-8 XML, with the instantiation token; other parameters as of `model_description`.
+    """Model description as UTF-8 XML, with the instantiation token; for other parameters see `model_description`.
 
     Variables and value references are those of FMI 2.0; after them comes the time. ExportError if its name is taken.
     """

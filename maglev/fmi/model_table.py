@@ -28,7 +28,7 @@ def model_table(definition: FmuDefinition, guid: str, timed: bool) -> str:
         for name in re.findall(r"\{([\w.]+)\}", text):
             if name not in known:
                 raise ValueError(f"{definition.name}: the refusal {text!r} names {name}, expected a variable")
-    sampling = ""   # what the layer knows of the grid of samples
+    sampling = ""   # the layer's entry of the grid of samples
     if timed and definition.sampled:
         clock = len(definition.native_variables) + 1   # after the time
         sampling = (f"static const struct Sampling SAMPLING = {{"
@@ -47,7 +47,7 @@ def model_table(definition: FmuDefinition, guid: str, timed: bool) -> str:
 
 
 def continuous_tables(definition: FmuDefinition) -> str:
-    """C source of what the layer knows of a continuous model; nothing of a block that is none."""
+    """C source of the layer's table of a continuous model; nothing for any other block."""
     model = definition.continuous
     if model is None:
         return ""

@@ -48,7 +48,7 @@ SHELLS = {
 
 TABLE = "model.c"
 BUILD = "buildDescription.xml"
-KEYS = {False: ' guid=""', True: ' instantiationToken=""'}   # what becomes the GUID, by whether it is FMI 3.0
+KEYS = {False: ' guid=""', True: ' instantiationToken=""'}   # place of the GUID, by True for FMI 3.0
 IN_BROWSERS = SHELLS[2]._replace(layer=(*SHELLS[2].layer, "webassembly_host.c"))
 FILE_SCOPE = re.compile(r"^(?:static [\w *]*?\b|#define |enum \{ )(\w+)(?=\(| =| [\d(]|\[)", re.MULTILINE)
 PREFIX = "prefix.h"
@@ -87,8 +87,8 @@ def build_webassembly(definition: FmuDefinition, maker: Maker, destination: Path
                       further: Mapping[str, str] | None = None) -> tuple[Path, Path]:
     """Write `destination/NAME.wasm`, the FMU's functions in a module without imports, and its description `NAME.xml`.
 
-    It is for co-simulation alone. The last line of the description says what both are made of, see `made_of`. Arguments
-    and errors as of `build_native_fmu`; returns both paths.
+    It is for co-simulation alone. The last line of the description names the sources of both, see `made_of`. Arguments
+    and errors as in `build_native_fmu`; returns both paths.
     """
     definition = replace(definition, continuous=None)
     chosen = {"wasm32": WEBASSEMBLY}
@@ -103,9 +103,9 @@ def build_webassembly(definition: FmuDefinition, maker: Maker, destination: Path
 
 
 def made_of(definition: FmuDefinition, module: bytes, maker: Maker) -> bytes:
-    """Line with the digest of a WebAssembly module and of the sources that it is made of, as they are now.
+    """Line with the digests of a WebAssembly module and of its present sources.
 
-    Neither translator nor compiler is asked: what remains trusted is as of `is_native_build`.
+    Neither translator nor compiler runs; see `is_native_build` for the remaining trust.
     """
     definition = replace(definition, continuous=None)
     files = carried_modules(definition.block.__module__, maker.packages) | layer_files(IN_BROWSERS.layer)
@@ -158,7 +158,7 @@ def native_sources(definition: FmuDefinition, texts: Mapping[str, str], code: st
 
 
 def prefix_header(name: str, headers: Iterable[str], functions: str) -> str:
-    """C header that gives what the headers of an FMU declare for its other files the FMU's name as a prefix.
+    """C header that adds the FMU's name as a prefix to the names that its headers declare for its other files.
 
     `functions` is FMI's header of its functions, "fmi2Functions.h" or "fmi3Functions.h".
     """

@@ -1,6 +1,6 @@
-"""Blocks that step a user's object in a native FMU: what `SampledBlock` does, in the language of blocks.
+"""Blocks that step a user's object in a native FMU: `SampledBlock` in the language of blocks.
 
-What an output must be is looked at by the C around it, see `FmuDefinition.finite`.
+The C around it checks the outputs, see `FmuDefinition.finite`.
 """
 
 from typing import Any
@@ -41,7 +41,7 @@ class StartedSteppedLaw(SteppedLaw):
     """The same of an object that computes something from its parameters."""
 
     def start(self) -> int:
-        """Let the object compute what follows from its parameters."""
+        """Let the object compute the values that follow from its parameters."""
         self.law.start()
         return STEPPED
 
@@ -50,7 +50,7 @@ class StartedSampledLaw(SampledLaw):
     """The same of an object with samples."""
 
     def start(self) -> int:
-        """Let the object compute what follows from its parameters."""
+        """Let the object compute the values that follow from its parameters."""
         self.law.start()
         return STEPPED
 

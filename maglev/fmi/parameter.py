@@ -1,4 +1,4 @@
-"""Parameters that somebody gives values to: one check of name, value and unit, and one wording of what is refused."""
+"""Parameters with values from outside: one check of name, value and unit, and one wording of errors."""
 
 from collections.abc import Iterable
 from math import inf
@@ -27,7 +27,7 @@ class Described(Protocol):
 
 
 class Parameter(NamedTuple):
-    """What a value has to be: true or false, or a number of a unit within a range.
+    """The valid values: true or false, or a number of a unit within a range.
 
     A unit that is not known here is one that an FMU declares: of it plain numbers are taken, as they are.
     """
@@ -36,7 +36,7 @@ class Parameter(NamedTuple):
     boolean: bool = False
     low: float = -inf
     high: float = inf
-    hint: str = ""   # what to write instead of a value that is out of range
+    hint: str = ""   # advice for a value that is out of range
 
     @classmethod
     def of(cls, variable: Variable) -> "Parameter":
@@ -52,9 +52,9 @@ class Parameter(NamedTuple):
         return "true or false" if self.boolean else f"a number{f' of {self.unit}' if self.unit else ''}"
 
     def read(self, given: object, place: str, error: type[MaglevError]) -> float | bool:
-        """Value in SI of what is given: a Boolean, a number in SI, or text with a unit.
+        """Return a given value in SI: a Boolean, a number in SI, or text with a unit.
 
-        An error in one line that begins with the place, with what is given and what was expected.
+        An error in one line begins with the place and gives the value and the expected values.
         """
         plain = own_number(given)
         if isinstance(plain, bool) or self.boolean:
@@ -75,7 +75,7 @@ class Parameter(NamedTuple):
 
 
 def expected_of(kind: str, value: object) -> str:
-    """Return what a variable of a type of FMI expects instead of a value; empty if it fits."""
+    """Return the values that a variable of a type of FMI expects instead of a value; empty if it fits."""
     boolean = isinstance(value, bool)
     if kind == "Boolean":
         return "" if boolean else "true or false"
@@ -98,7 +98,7 @@ def range_of(kind: str) -> tuple[int, int]:
 
 
 def require_parameter(name: str, known: Iterable[str], owner: str, error: type[MaglevError]) -> None:
-    """Refuse a name that no parameter of the owner has; the error has the nearest one that there is."""
+    """Raise if no parameter of the owner has a name; the error has the nearest name."""
     valid = list(known)
     if name not in valid:
         raise error(f"{owner} has no parameter {name!r}; {nearest(name, valid)}")

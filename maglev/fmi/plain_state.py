@@ -1,4 +1,4 @@
-"""The state of a user's object as JSON, and back: nothing of it is executed, as what is pickled would be.
+"""The state of a user's object as JSON, and back: nothing of it is executed, as pickled data would be.
 
 An object that is held twice is one object again, and objects may hold each other in a circle. Objects are of classes
 in the folder of the user's file; they are made without a call of the class.
@@ -79,7 +79,7 @@ class Writer:
 
 
 def written_state(values: tuple[Any, ...], name: str) -> dict[str, Any]:
-    """Return values as JSON has them; NotPlain, with the name of what holds it, of what has no plain form."""
+    """Return values as JSON has them; NotPlain, with the owner's name, if a value has no plain form."""
     writer = Writer()
     return {"value": {"tuple": [writer.plain(entry, name) for entry in values]}, "objects": writer.objects}
 
@@ -122,7 +122,7 @@ class Reader:
         return numpy.frombuffer(b64decode(data), item)
 
     def fill(self) -> None:
-        """Fill in what the objects hold; sets last: what is in them has to be whole."""
+        """Fill in the contents of the objects; sets last, because their elements have to be complete."""
         for made, (kind, *content) in sorted(zip(self.made, self.contents, strict=True),
                                              key=lambda pair: bool(pair[1][0] == "set")):
             if kind in ("list", "deque"):
@@ -158,10 +158,10 @@ class Reader:
 
 
 def read_state(state: Any, folder: Path | None) -> Any:
-    """Return the values that `written_state` has written, with objects of classes in a folder; NotPlain of others."""
+    """Return the values that `written_state` has written, with objects of classes in a folder; NotPlain for others."""
     try:
         reader = Reader(state["objects"], folder)
         reader.fill()
         return reader.value(state["value"])
-    except Exception as error:   # the text may be anybody's, and so is what goes wrong with it
+    except Exception as error:   # the text is not trusted, and may raise anything
         raise NotPlain(f"{type(error).__name__}: {error}") from error

@@ -1,4 +1,4 @@
-"""Whether an FMU is what the installed sources make: by what is in it, not by what it says of itself."""
+"""Check that an FMU is a build of the installed sources: by its contents, not by its own statements."""
 
 import re
 from collections.abc import Mapping
@@ -12,7 +12,7 @@ from maglev.fmi.definition import FmuDefinition
 from maglev.fmi.native_build import BINARIES, DIGESTS, SHELLS, SOURCES, library_digests, native_sources
 from maglev.language.sources import carried_modules, module_path
 
-# What is only read, by people or by tools next to it; what runs is compared byte for byte.
+# Files that people or other tools only read; files that run are compared byte for byte.
 FOR_READERS = ("documentation/", "model.png", "terminalsAndIcons/", "extra/")
 
 DATE = re.compile(rb'generationDateAndTime="(\d{4}-\d\d-\d\dT\d\d:\d\d:\d\dZ)"')
@@ -20,10 +20,10 @@ MODULE = re.compile(r"resources/\w+/(\w+(?:/\w+)*)\.py")
 
 
 def is_python_build(contents: Mapping[str, bytes], definition: FmuDefinition, written: str, maker: Maker) -> bool:
-    """Whether files by name are what `build_fmu` puts into an FMU: modules, binaries and model description, all bytes.
+    """Return True if files by name are those of `build_fmu`: modules, binaries and model description, all bytes.
 
-    Nothing of it remains to be trusted; only the date may be another one. Parameters as of `build_fmu`. KeyError,
-    ValueError or ModuleNotFoundError if something is not there, or cannot be read, that every FMU of ours has.
+    Nothing remains to be trusted; only the date may be another one. For the parameters see `build_fmu`. KeyError,
+    ValueError or ModuleNotFoundError if a file that such an FMU has is missing, or cannot be read.
     """
     texts = {}
     for match in filter(None, map(MODULE.fullmatch, contents)):
@@ -34,13 +34,13 @@ def is_python_build(contents: Mapping[str, bytes], definition: FmuDefinition, wr
 
 
 def is_native_build(contents: Mapping[str, bytes], definition: FmuDefinition, maker: Maker) -> bool:
-    """Whether files by name are what `build_native_fmu` puts into an FMU.
+    """Return True if files by name are those of `build_native_fmu`.
 
     Model description, FMI layer and table are compared byte for byte. The GUID must be that of the sources in the FMU
     and of the Python modules here that they were translated from, and each library must have the digest that the FMU
-    says. What remains trusted, for neither translator nor compiler is asked, is that these libraries were compiled
-    from these sources: who replaces a library and writes GUID or digests again to match is believed.
-    Parameters and errors as of `is_python_build`.
+    says. Neither translator nor compiler runs, so it is still trusted that these libraries were compiled from these
+    sources. A replaced library with matching GUID and digests is not noticed. For parameters and errors see
+    `is_python_build`.
     """
     runs = running(contents)
     sources = {name.removeprefix(SOURCES): data.decode("utf-8") for name, data in runs.items()

@@ -1,4 +1,4 @@
-"""Block that steps a user's object at its samples, or at each communication step, and looks at what it gives."""
+"""Block that steps a user's object at its samples, or at each communication step, and checks its outputs."""
 
 from math import isfinite
 from numbers import Real
@@ -11,7 +11,7 @@ FIRST_PORT = 2    # this and the following: which output is no finite number
 
 
 class SampledBlock:
-    """A user's object as a block: in Python what `native_block` writes for C."""
+    """A user's object as a block: the Python counterpart of the C from `native_block`."""
 
     def __init__(self, written: type, clock: type, ports: tuple[str, ...], sampled: bool):
         self.law = written()
@@ -21,7 +21,7 @@ class SampledBlock:
         self.starts = hasattr(written, "start")
 
     def start(self) -> int:
-        """Let the object compute what follows from its parameters."""
+        """Let the object compute the values that follow from its parameters."""
         if self.starts:
             self.law.start()
         return self.check()

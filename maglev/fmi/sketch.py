@@ -36,7 +36,7 @@ stroke: var(--north); } .sketch .paper { fill: var(--page); }
 
 
 def sketch(title: str, *pictures: str) -> str:
-    """A sketch of one or more pictures, side by side where there is room; its title says in words what it shows."""
+    """A sketch of one or more pictures, side by side where there is room; its title describes it in words."""
     return f'<div class="sketch" role="img" aria-label="{escape(title)}">{"".join(pictures)}</div>'
 
 
@@ -51,7 +51,7 @@ def words(x: float, y: float, text: str, kind: str = "") -> str:
 
 
 def symbol(x: float, y: float, text: str, kind: str = "") -> str:
-    """Symbols of equations: "i_d, i_{qα}", with what follows "_" as an index."""
+    """Symbols of equations: "i_d, i_{qα}", with the letters after "_" as an index."""
     parts = []
     for k, part in enumerate(re.split(r"_(\{[^}]*\}|.)", text)):
         if k % 2:

@@ -34,7 +34,7 @@ PHASES = (INSTANTIATED, INITIALIZING, RUNNING, TERMINATED)
 
 
 class Refused(ValueError):
-    """A request that the FMU does not carry out; the message names the variable, its value and what was expected."""
+    """A request that the FMU does not carry out; the message names the variable, its value and the expected value."""
 
 
 def one_more_reference(held: object) -> None:
@@ -43,7 +43,7 @@ def one_more_reference(held: object) -> None:
 
 
 def described_guid(resources: str | None) -> str | None:
-    """GUID in the model description next to the resources of an FMU, which is what importers give; None without one.
+    """GUID in the model description next to the resources of an FMU, which importers pass on; None without one.
 
     That they give it to fmi2Instantiate is of no use: pythonfmu's binary keeps it to itself.
     """
@@ -75,10 +75,10 @@ def scalar_slots(block: Any, template: Any) -> list[Slot]:
 
 
 class BlockSlave(Fmi2Slave):
-    """Executes a block; pythonfmu calls its methods and reports what they raise.
+    """Executes a block; pythonfmu calls its methods and reports their exceptions.
 
     Raising is the only refusal that every importer notices: a step that returns False ends a simulation early without
-    an error, and pythonfmu ignores what the end of the initialization returns.
+    an error, and pythonfmu ignores the result of the end of the initialization.
     """
 
     # What a block may raise, and a refusal says: C continues with inf or NaN where Python's numbers end.
@@ -194,7 +194,7 @@ class BlockSlave(Fmi2Slave):
         return True
 
     def whole_step(self, size: float, resolution: float) -> float:
-        """Step (s) of whole samples, or of a whole share of one, that differs by what late times resolve; else `size`.
+        """Return `size` (s), rounded to whole samples or a share of one if the difference is below the resolution.
 
         From 1.7e9 s on, where clocks of computers are, a difference of two times misses 0.5 ms by up to 0.24 µs.
         """
@@ -205,7 +205,7 @@ class BlockSlave(Fmi2Slave):
         steps, samples = (float(floor(ratio + 0.5)), 1.0) if ratio >= 1.0 else (1.0, float(floor(size / sample + 0.5)))
         whole = samples * sample / steps
         miss = abs(size - whole)
-        # Where neighbouring shares of a sample cannot be told apart, the block refuses what does not fit.
+        # Where neighbouring shares of a sample cannot be told apart, the block refuses a step that does not fit.
         return whole if FITTING * whole < miss <= resolution and 2.0 * steps * resolution < whole else size
 
     def failed(self, error: BaseException, time: float | None = None) -> Refused:
@@ -226,7 +226,7 @@ class BlockSlave(Fmi2Slave):
         raise self.refused(re.sub(r"\{([\w.]+)\}", value, self.definition.refusals[status]))
 
     def out_of_range(self) -> str | None:
-        """What is wrong with the first input or parameter that is not a finite number within its range."""
+        """Error about the first input or parameter that is not a finite number within its range."""
         for v in self.checked:
             value = v.read(self.block)
             if not (v.low <= value <= v.high and -inf < value < inf):
@@ -239,7 +239,7 @@ class BlockSlave(Fmi2Slave):
         return f"{v.name} = {value}{unit}, expected a number from {v.low} to {v.high}{unit}{v.hinted}"
 
     def check_ranges(self) -> None:
-        """Refuse inputs and parameters that are not finite numbers within their range."""
+        """Raise for inputs and parameters that are not finite numbers within their range."""
         wrong = self.out_of_range()
         if wrong is not None:
             raise self.refused(wrong)
@@ -263,7 +263,7 @@ class BlockSlave(Fmi2Slave):
         return getter
 
     def refresh(self) -> None:
-        """Compute the initial outputs from what is set so far, if it is in range."""
+        """Refresh the initial outputs from the values set so far, if they are in range."""
         if self.out_of_range() is None:   # if it is not, or fails, the end of the initialization says so
             with suppress(*self.raised):
                 self.block.start()
@@ -284,7 +284,7 @@ class BlockSlave(Fmi2Slave):
         return slots
 
     def write(self, vrs: list[int], values: list[Any], boolean: bool) -> None:
-        """Set variables; what is out of range is refused before the next step."""
+        """Set variables; the next step is refused if one is out of range."""
         key = tuple(vrs)
         slots = self.setters.get(key)
         if slots is None:
@@ -321,7 +321,7 @@ class BlockSlave(Fmi2Slave):
         self.write(vrs, values, True)
 
     def no_such_type(self, vrs: list[int], *_: Any) -> Any:
-        """Refuse access to Integer and String variables: there are none."""
+        """Raise for access to Integer and String variables, which no FMU here has."""
         if not vrs:
             return []
         raise self.refused(f"value references {vrs}: expected Real or Boolean variables, there are no others")
@@ -346,7 +346,7 @@ class BlockSlave(Fmi2Slave):
         self.setters.clear()
 
     def is_state(self, block: Any, slave: Any) -> bool:
-        """Return True if this is what `_get_fmu_state` gives: a serialized state may be anybody's."""
+        """Return True if this is a state from `_get_fmu_state`: a serialized state may come from anywhere."""
         numbers = (bool, int, float)
         return (isinstance(block, list) and len(block) == len(self.state_slots)
                 and all(isinstance(value, numbers) for value in block) and isinstance(slave, list) and len(slave) == 5

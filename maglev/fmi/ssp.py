@@ -32,8 +32,8 @@ def write_ssp(path: Path, components: Mapping[str, tuple[FmuDefinition, Path]], 
     They keep the names that they have in their FMU: fmpy takes a port of the system that is named `component.variable`
     for the port of the component. An output that is called as a port before it stays within the system.
 
-    Components are, by name in the system and in the order in which they should step, what an FMU is, and its file;
-    connections go from an output to an input, both `component.variable`; the stop time (s) is that of the default
+    Components are, by name in the system and in the order of their steps, the definition of an FMU, and its file.
+    Connections go from an output to an input, both `component.variable`. The stop time (s) is that of the default
     experiment. Without `ports` the system has none: ecos and libcosim read no system that has. With FMUs of FMI 3 the
     file is SSP 2.0, and the parameter sets are files of their own. `start` has start values by component, where they
     are not the FMU's. ExportError if two inputs of the system would have the same name.
@@ -89,7 +89,7 @@ def write_ssp(path: Path, components: Mapping[str, tuple[FmuDefinition, Path]], 
 
 
 def add_connectors(connectors: Element, variables: Sequence[Variable], fmi: int) -> None:
-    """Add ports with their types and units, and for inputs and outputs the place at the edge of what they belong to."""
+    """Add ports with their types and units; inputs and outputs also with their place at the edge of their owner."""
     sides = {side: [v.name for v in variables if v.causality == side] for side in ("input", "output")}
     for variable in variables:
         connector = SubElement(connectors, f"{{{SSD}}}Connector", {"name": variable.name, "kind": variable.causality})
@@ -118,7 +118,7 @@ def add_connection(links: Element, source: Sequence[str | None], target: Sequenc
 
 
 def add_units(root: Element, namespace: str, names: set[str]) -> None:
-    """Add the definitions of the units, if there are any: what a file refers to is in it."""
+    """Add the definitions of the units, if there are any: the file contains all that it refers to."""
     if not names:
         return
     units = SubElement(root, f"{{{namespace}}}Units")

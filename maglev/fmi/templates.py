@@ -1,4 +1,4 @@
-"""Files with places for what follows from an FMU."""
+"""Files with placeholders for texts that follow from an FMU."""
 
 import re
 from collections.abc import Mapping

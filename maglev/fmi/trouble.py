@@ -3,7 +3,7 @@
 import traceback
 from pathlib import Path
 
-RAISED = (Exception, SystemExit)   # what ends a step, but no process: a class that exits has not done its work
+RAISED = (Exception, SystemExit)   # end a step, but no process: a class that exits has not done its work
 
 OWN = "own_"   # begins the names of the user's modules in an FMU: a model.py must not meet another model.c
 

@@ -13,7 +13,7 @@ from maglev.fmi.trouble import RAISED, error_text
 
 
 class WrittenSlave(BlockSlave):
-    """Executes a `SampledBlock`; what the user's class raises is a refusal that says where."""
+    """Executes a `SampledBlock`; an exception of the user's class becomes an error that names its place."""
 
     raised = RAISED
 
