@@ -53,7 +53,7 @@ class ClosedLoop:
 
 
 class AdaptiveLoop:
-    """A plant under a regulator that takes over what it estimates; see `ClosedLoop`."""
+    """A plant under a regulator that takes over its own estimates; see `ClosedLoop`."""
 
     def __init__(self, controller: type, controller_arguments: tuple[Any, ...], plant: type,
                  plant_arguments: tuple[Any, ...]):

@@ -16,7 +16,7 @@ REFUSED_STEP = ("communication step = {step} s, expected a whole multiple of con
 def loop_variables(controller: FmuDefinition, plant: FmuDefinition) -> tuple[Variable, ...]:
     """Inputs that the loop leaves open, then outputs and parameters of both parts, the controller's first.
 
-    Connected are what the encoders show, and the commands, which have the same name in both parts.
+    The loop connects the readings of the encoders, and the commands, which have the same name in both parts.
     """
     commands = connected_commands(controller, plant)
     references = [v for v in controller.variables if v.causality == "input" and not v.name.endswith("measured")]
@@ -46,7 +46,7 @@ def part_variable(part: str, variable: Variable, inputs: set[str]) -> Variable:
 
 
 def loop_refusals(controller: FmuDefinition, plant: FmuDefinition) -> dict[int, str]:
-    """Texts of what either part refuses, about the loop's variables."""
+    """Texts of the errors of either part, about the loop's variables."""
     commands = ", ".join(f"controller.{name} = {{controller.{name}}} A"
                          for name in connected_commands(controller, plant))
     return {**{status: of_part("controller", text) for status, text in controller.refusals.items()},

@@ -55,7 +55,7 @@ class Catalogue:
     peak: float | None = optional("A", 1e-3, 700.0)             # current of its amplifiers
     continuous: float | None = optional("A", 0.0, 700.0)        # current of its amplifiers
     lag: float | None = optional("s", 0.0, 0.1)                 # of its amplifiers: 1/(2 π bandwidth)
-    # Of a phase: half of what is measured from one phase to another.
+    # Of a phase: half of the value measured from one phase to another.
     resistance: float | None = optional("Ohm", 1e-3, 1e4)
     inductance: float | None = optional("H", 1e-6, 10.0)
     winding: Winding | None = None                              # for the formulas, where something above is missing
@@ -124,7 +124,7 @@ def sampled_field(place: str, of: Field, gaps: Any) -> Any:
     if known[0] > of.lower or known[-1] < of.upper:
         raise StageError(f"{place}: gaps from {1e3 * known[0]:g} to {1e3 * known[-1]:g} mm, expected a table from "
                        f"lower = {1e3 * of.lower:g} mm to upper = {1e3 * of.upper:g} mm")
-    from scipy.interpolate import PchipInterpolator  # a third of the start of every command, for what few stages have
+    from scipy.interpolate import PchipInterpolator  # a third of the start of every command, needed by few stages
 
     return np.exp(PchipInterpolator(known, np.log(values))(gaps))
 
@@ -132,12 +132,11 @@ def sampled_field(place: str, of: Field, gaps: Any) -> Any:
 def catalogue_constants(place: str, sheet: Catalogue, stage: StageDescription) -> Constants:
     """Constants of a stage whose motors have a data sheet.
 
-    With peaks of the currents, F = Kf i_q and N at the gaps of the data sheet. What it leaves out of the normal force
-    follows from it: i_d acts on the same flux as i_q, so that it gives Kf coth a by virtual work, and the fields of
+    With peaks of the currents, F = Kf i_q and N at the gaps of the data sheet. Two terms of the normal force are not in
+    it, but follow from it. i_d acts on the same flux as i_q, so that it gives Kf coth a by virtual work. The fields of
     magnets and coils add before they are squared, 4 C_attraction C_iron = C_coils². On the stages of the thesis these
-    two
-    are 0.83 and 0.58 times, 2.5 and 13 times what was identified; with a winding the formulas stand in their place.
-    StageError if a number is missing that nothing can replace, or a gap is outside the field's range.
+    two are 0.83 and 0.58 times, 2.5 and 13 times the identified values; with a winding the formulas replace them.
+    StageError if a number without a substitute is missing, or a gap is outside the field's range.
     """
     if sheet.currents not in ("rms", "peak"):
         raise StageError(f"{place}.currents: {sheet.currents!r}, expected 'rms' or 'peak'")
@@ -177,9 +176,9 @@ def catalogue_constants(place: str, sheet: Catalogue, stage: StageDescription) -
 def formulas(of: Winding, motor: MotorGeometry) -> tuple[float, float, float, float]:
     """Forces of one motor over its shape functions, K1/f1 … K4/f4, by (2.2) and (2.4), as in (4.1) and (5.2).
 
-    With σm = Hc and kw1 = 1 they give, of what was identified, 3.1 times the thrust on the 2-DOF stage, 10.8 (x) and
-    9.9 (z) times on the 3-DOF stage; 0.66 and 0.985 of the attraction, 0.63 and 1.41 of the coils; of the iron 14 and
-    230 times. Returned are thrust, attraction, coils and iron: N/A, N/T², N/(A T), N/A².
+    With σm = Hc and kw1 = 1 they give 3.1 times the identified thrust on the 2-DOF stage, and 10.8 (x) and 9.9 (z)
+    times on the 3-DOF stage. They give 0.66 and 0.985 of the attraction, 0.63 and 1.41 of the coils, and 14 and 230
+    times the iron. Returns thrust, attraction, coils and iron: N/A, N/T², N/(A T), N/A².
     """
     tau, area = motor.pole_pitch, of.length * of.magnets
     turns = of.turns * of.factor

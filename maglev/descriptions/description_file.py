@@ -26,9 +26,8 @@ LIST_UNITS = {"bounds": "m", "setpoints": "m", "gaps": "m", "B": "T", "coefficie
 def read_stage(path: Path) -> StageDescription:
     """Read a description.
 
-    StageError, ScenarioError if the file cannot be read, or what it says is no stage; the message names the key, its
-    value,
-    and what was expected.
+    StageError, ScenarioError if the file cannot be read or describes no stage; the message names the key, its value,
+    and the expected value.
     """
     reader = Reader(path)
     stage = cast(StageDescription, reader.read(StageDescription, read_toml(path), ""))
@@ -41,7 +40,7 @@ class Reader:
 
     def __init__(self, path: Path):
         self.path = path
-        self.rotation = False   # whether what is read is an axis in rad
+        self.rotation = False   # true while an axis in rad is read
 
     def refuse(self, key: str, message: str) -> NoReturn:
         raise StageError(f"{self.path}: {key}: {message}" if key else f"{self.path}: {message}")
@@ -128,13 +127,13 @@ class Reader:
                 for name, value in given.items()}
 
     def check(self, stage: StageDescription) -> None:
-        """Refuse what does not fit together."""
+        """Raise if settings do not fit together."""
         for part in (of_words, of_platform, of_names, of_whole_numbers, of_motors, of_axes, of_constants):
             for key, message in part(stage):
                 self.refuse(key, message)
 
 
-Misfits = Iterator[tuple[str, str]]   # keys that do not fit with others, and what is wrong
+Misfits = Iterator[tuple[str, str]]   # keys that do not fit with others, and the error of each
 
 
 def of_words(stage: StageDescription) -> Misfits:
@@ -147,7 +146,7 @@ def of_words(stage: StageDescription) -> Misfits:
 
 
 def of_platform(stage: StageDescription) -> Misfits:
-    """Axes of no platform, and what is not for the one that they make."""
+    """Yield axes that make no platform, and settings that do not fit their platform."""
     if len(stage.axes) < 2:
         yield "axes", f"{', '.join(stage.axis_names)}, expected the air gap, then one or two horizontal axes"
     field, table = stage.motor().field, stage.design.table

@@ -38,15 +38,15 @@ MOST = 50_000_000   # bytes, more than any of them unpacks to
 
 
 def own_fmu(name: str, folder: Path) -> Path:
-    """File of an FMU of this project, or of a stage of the user's, in a folder with such.
+    """Path of an FMU of this project, or of a user's stage, in a folder of FMUs.
 
-    Whoever runs one asks here where it is, and asks `stale` whether it is what the sources make now.
+    A caller that runs one finds it here, and asks `stale` if it is a build of the present sources.
     """
     return folder / f"{name}.fmu"
 
 
 def current_fmu(name: str, folder: Path) -> Path:
-    """The same file, for what describes the sources as they are: FmuError if it is not what these make now."""
+    """The same file, for descriptions of the present sources: FmuError if it is not built from these."""
     path = own_fmu(name, folder)
     if old := stale(name, path):
         raise FmuError(old)
@@ -56,7 +56,7 @@ def current_fmu(name: str, folder: Path) -> Path:
 def stale(name: str, path: Path) -> str:
     """That a file is not the FMU, system or module of a name as this installation builds it now: a sentence.
 
-    Empty if it is; also if it is not there, which is refused in other words where it is needed.
+    Empty if it is; also if it is not there, which raises its own error where it is needed.
     """
     same = {".ssp": is_own_system, ".wasm": is_own_module}.get(path.suffix, is_own_fmu)
     if not path.is_file() or same(name, path):
@@ -106,7 +106,7 @@ def definition(name: str) -> FmuDefinition:
 
 
 def installed() -> Maker:
-    """This installation as what makes FMUs, without its licence text, which nothing is known by."""
+    """This installation as the maker of FMUs, without its licence text, which identifies nothing."""
     return Maker(version("maglev-fmus"), "", PACKAGES)
 
 
@@ -115,12 +115,12 @@ def project() -> Maker:
 
 
 def built_here(path: Path) -> bool:
-    """Whether an FMU is one that the installed version builds of its own sources, whatever it says of itself.
+    """Return True if the installed version builds this FMU from its own sources, whatever the FMU states.
 
-    Its code is compared with what this installation makes: all of it in one that runs Python; of a native one see
-    `is_native_build`, which says what remains trusted. So neither another project's FMU with our name in it, nor one
-    that somebody changed, nor one of another version of the sources is; its file's name, the date of the build and the
-    machine that built it do not matter. False also of a user's class as an FMU, and of what is no FMU at all.
+    Its code is compared with a build of this installation: all of it in one that runs Python; for a native one see
+    `is_native_build`, which names the remaining trust. It is therefore False for another project's FMU with the same
+    name, for a changed one, and for one of another version of the sources. The file's name, the date of the build and
+    the machine that built it do not matter. False also for a user's class as an FMU, and for any other file.
     """
     return own_build(path) is not None
 
@@ -133,7 +133,7 @@ class OwnBuild(NamedTuple):
 
 
 def own_build(path: Path) -> OwnBuild | None:
-    """What a file is, if it was built here; None of what was not."""
+    """Return name and kind of a file that was built here; None for any other."""
     sha256 = digest_at(path)
     known = tuple(to_text(own.description) for own in STAGES.own.values())
     return build_of_file(path, sha256, known) if sha256 else None
@@ -144,7 +144,7 @@ UNREADABLE = (OSError, BadZipFile, zlib.error, KeyError, ValueError, EOFError, R
 
 @lru_cache(maxsize=64)
 def build_of_file(path: Path, _sha256: str, _stages: tuple[str, ...]) -> OwnBuild | None:
-    """What a file is, looked at once for each content and for the stages that are known."""
+    """Return the build of a file, found once for each content and for the known stages."""
     try:
         return build_of(path)
     except UNREADABLE:
@@ -152,7 +152,7 @@ def build_of_file(path: Path, _sha256: str, _stages: tuple[str, ...]) -> OwnBuil
 
 
 def build_of(file: Path | BytesIO) -> OwnBuild | None:
-    """What an archive is, if it was built here; one of UNREADABLE of what is no FMU at all."""
+    """Return the build of an archive, if it was built here; raises one of UNREADABLE if it is no FMU at all."""
     contents = files_in(file)
     match = NAME.search(contents["modelDescription.xml"])
     name = match[1].decode("ascii") if match else ""
@@ -171,7 +171,7 @@ def is_own_fmu(name: str, path: Path) -> bool:
 
 
 def is_own_module(name: str, path: Path) -> bool:
-    """Whether a WebAssembly module, and the description next to it, are those of a name, built here."""
+    """Return True if a WebAssembly module of this name, and the description next to it, were built here."""
     try:
         made = made_of(definition(name), path.read_bytes(), installed())
         return path.with_suffix(".xml").read_bytes().endswith(b"\n" + made)
@@ -180,7 +180,7 @@ def is_own_module(name: str, path: Path) -> bool:
 
 
 def is_own_system(name: str, path: Path) -> bool:
-    """Whether all FMUs in a system are of this installation."""
+    """Return True if this installation built all FMUs in a system."""
     try:
         fmus = {file: data for file, data in files_in(path).items() if file.endswith(".fmu")}
         return (name in STAGES.systems() and bool(fmus)
@@ -190,7 +190,7 @@ def is_own_system(name: str, path: Path) -> bool:
 
 
 def files_in(path: Path | BytesIO) -> dict[str, bytes]:
-    """Files of an archive by name; ValueError if it is none of ours: too large, or two files of one name."""
+    """Files of an archive by name; ValueError if it is too large, or two files have one name."""
     with ZipFile(path) as archive:
         entries = archive.infolist()
         if sum(entry.file_size for entry in entries) > MOST or len(entries) > len(set(archive.namelist())):

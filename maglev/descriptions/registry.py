@@ -34,7 +34,7 @@ class Stages:
         self.own[stage.description.name] = stage
 
     def forget(self, *names: str) -> None:
-        """Take back what is known of stages of the user's; those of this project stay."""
+        """Forget the stages of the user; those of this project stay."""
         for name in names:
             if (stage := self.own.pop(name, None)) is not None:
                 self.made = {fmu: made for fmu, made in self.made.items() if fmu not in definitions(stage.description)}
@@ -93,7 +93,7 @@ class Made(NamedTuple):
 
 
 def last(path: str) -> str:
-    """Name of what stands at a path, as "plant" of "plant_fmu.definition.plant"."""
+    """Last name in a path, as "plant" of "plant_fmu.definition.plant"."""
     return path.rpartition(".")[2]
 
 

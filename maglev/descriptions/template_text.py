@@ -1,4 +1,4 @@
-"""What templates of Python modules do to text: terms, imports, comments below each other, lines within their length."""
+"""Text of templates of Python modules: terms, imports, comments below each other, lines within their length."""
 
 import re
 from collections.abc import Iterable, Sequence
@@ -47,7 +47,7 @@ def stated(part: Any) -> dict[str, Any]:
 
 
 def not_default(part: Ripple | Roughness | Stop | Mode) -> list[tuple[str, float]]:
-    """Names and values of what the constructor of an axis does not take and is not as it has it."""
+    """Names and values that the constructor of an axis does not take and that differ from its defaults."""
     return [(name, value) for name, value in stated(part).items() if hasattr(type(part), name)]   # a default is there
 
 

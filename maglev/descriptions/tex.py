@@ -10,11 +10,11 @@ GROUPS = {1.0: "motor", 2.0: "pair of motors", 3.0: "three motors"}   # with one
 
 
 def tex(stage: StageDescription) -> dict[str, Any]:
-    """What stands in the equations: axes, constants and currents by their names, and factors.
+    """Values for equations: axes, constants and currents by their names, and factors.
 
     `i_q` are the quadrature currents of each horizontal axis, `i_d` and `squares` the direct ones and the squares of
     all; `shared_squares` with one direct current in all motors and one quadrature current for each axis. `drivers` are
-    the words for what drives an axis.
+    the words for the motors that drive an axis.
     """
     horizontal = [axis.name for axis in stage.horizontal]
     attraction, coils, iron = (constant_symbol(name) for name in stage.constants_of(stage.vertical.name))
@@ -37,7 +37,7 @@ def tex(stage: StageDescription) -> dict[str, Any]:
 
 
 def drivers(stage: StageDescription, name: str) -> str:
-    """What drives an axis, such as "the pair of motors alpha"."""
+    """Words for the motors that drive an axis, such as "the pair of motors alpha"."""
     group = GROUPS.get(stage.sharing, "motors")
     if len(stage.motors) == 1:
         return f"one {group}" if stage.sharing < 3.0 else group

@@ -1,4 +1,4 @@
-"""Writes modules and pages of a stage: templates that look like what they make, with the stage's names in them."""
+"""Writes modules and pages of a stage: templates that look like their results, with the stage's names in them."""
 
 from functools import cache
 from pathlib import Path
@@ -44,20 +44,20 @@ def render(template: str, stage: StageDescription, **more: Any) -> str:
 
 
 def template_values(stage: StageDescription) -> dict[str, Any]:
-    """What stands in the templates of a stage.
+    """Values for the templates of a stage.
 
-    `y` is the name of the vertical axis, `x`, `z`, `roll` and `pitch` are those of the others where the platform tilts;
-    with one horizontal axis there is no `z`, and guides hold `pitch` (`single`). `stopped` are those that have stops.
-    `attraction`, `coils` and `iron` are the constants in the row of the vertical axis,
-    `carried` all three with one direct current in all motors. Factors before a term are `n`, motors that share a
-    current, and `all` motors. By horizontal axis: `thrust`, the constant in its row, `motors_of`, the motors that drive
-    it, and `driving`, their number as a factor. `drives` has each motor with the axis that it drives, `place` by
-    axis what its motors commutate with, `driven` the axes, each as often as motors drive it. `unlike` are the motors
-    of another kind; `its` is what the geometry of a motor is called in what is done for each, `kinds` has each motor
-    with the geometry that it has, `angles` each electrical angle with its geometry and displacement,
-    `turning` each motor with its angle, `carries` by motor what `carried` is where all motors are as this one,
-    `linears` the linearisation of each, `held_tilts` what tilts begin with where it is not 0, and `added` by axis how
-    an estimator takes in its motors.
+    `y` is the name of the vertical axis, `x`, `z`, `roll` and `pitch` are those of the others where the platform tilts.
+    With one horizontal axis there is no `z`, and guides hold `pitch` (`single`). `stopped` are those that have stops.
+    `attraction`, `coils` and `iron` are the constants in the row of the vertical axis, `carried` all three with one
+    direct current in all motors. Factors before a term are `n`, motors that share a current, and `all` motors. By
+    horizontal axis: `thrust`, the constant in its row, `motors_of`, the motors that drive it, and `driving`, their
+    number as a factor. `drives` has each motor with the axis that it drives, `place` by axis the position with which
+    its motors commutate, `driven` the axes, each as often as motors drive it. `unlike` are the motors of another kind;
+    `its` is the name of a motor's geometry in loops over motors. `kinds` has each motor with its geometry, `angles`
+    each electrical angle with its geometry and displacement, `turning` each motor with its angle. `carries` has by
+    motor the value of `carried` if all motors were like this one, `linears` the linearisation of each. `held_tilts` are
+    the initial values of tilts that are not 0, and `added` is by axis the way in which an estimator takes in its
+    motors.
     """
     horizontal = [axis.name for axis in stage.horizontal]
     single = len(horizontal) == 1
@@ -76,7 +76,7 @@ def template_values(stage: StageDescription) -> dict[str, Any]:
                     strict=True)) if tilts else {}),
         "single": single,
         "axes": list(stage.axis_names), "horizontal": horizontal, "tilts": tilts,
-        # Of y, x, z, roll, pitch where the platform tilts; what guides hold has any.
+        # Of y, x, z, roll, pitch where the platform tilts; directions that guides hold have any.
         "masses": [stage.vertical.mass, *(axis.mass for axis in stage.horizontal), *([1.0] if single else []),
                    *(axis.mass for axis in stage.rotations), *([1.0] if single else [])],
         "stopped": [axis.name for axis in stage.axes if axis.stop is not None],
@@ -114,7 +114,7 @@ def paths(stage: StageDescription) -> tuple[str, ...]:
 
 
 def module_template(path: str, tilting: bool) -> str:
-    """Template of a module, by its path; of what is written for users too."""
+    """Template of a module, by its path; users' modules have one, too."""
     own = path.replace("{}", "tilting") + ".j2"
     return own if tilting and (TEMPLATES / own).is_file() else path.replace("_{}", "") + ".j2"
 
