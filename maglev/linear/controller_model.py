@@ -24,7 +24,7 @@ STATES = {"observer.position": "m", "observer.velocity": "m/s", "model.xi1": "m.
           "model.xi3": "m.s", "filter.position": "m", "filter.rate": "m/s", "integral": "m.s"}
 
 ITERATIONS = 60   # more than Newton's method takes where there is a solution
-SELDOM = 1e-6     # weight of what is moved only where no integral holds a current
+SELDOM = 1e-6     # weight of states moved only if no integral holds a current
 SETTLED = 1e-10   # A, last step of the currents; the one after it would be of the size of its square
 
 
@@ -83,7 +83,7 @@ def commanded(name: str, description: StageDescription, block: Any, stage: Any, 
 
 
 def has(axis: Any, state: str) -> bool:
-    """Whether the law of an axis has a state; a pre-filter without a corner passes its input through."""
+    """Return True if the law of an axis has a state; a pre-filter without a corner passes its input through."""
     part = state.partition(".")[0]
     return hasattr(axis, part) and not (part == "filter" and axis.prefilter == 0.0)
 
@@ -121,7 +121,7 @@ def come_to_rest(name: str, stage: StageDescription, block: Any, at: Equilibrium
             write(block, path, value)
         ahead = deepcopy(block)
         ahead.sample()
-        if not ahead.feasible:   # a step too far: in its model no current makes what the law demands there
+        if not ahead.feasible:   # a step too far: in its model no current meets the law's demand there
             change /= 2.0
             continue
         slopes = derivatives(block, {"sample": ()}, variables, commands)

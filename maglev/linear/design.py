@@ -1,4 +1,4 @@
-"""What the gains of the output regulator are designed for: the poles of a double integrator with the internal model."""
+"""Model for the design of the output regulator's gains: poles of a double integrator with the internal model."""
 
 from collections.abc import Sequence
 
@@ -10,9 +10,8 @@ from maglev.files.arrays import Array
 def regulator_polynomial(gains: Sequence[float], omega0: float) -> Array:
     """Characteristic polynomial of e'' = K [e, ė, ξ1, ξ2, ξ3]ᵀ + ξ1, ξ' = φ ξ + N e (4.15), (4.16), of s⁵ first, (6,).
 
-    s⁵ − k2 s⁴ + (ω0² − k1) s³ − (k2 ω0² + k5) s² − (k1 ω0² + k4) s − (k3 + 1): what a feedback-linearised axis has but
-    for sampling, observer and amplifiers. Gains k1…k5 in 1/s², 1/s, 1/s⁵, 1/s⁴, 1/s³; ω0 of the internal model in
-    rad/s.
+    s⁵ − k2 s⁴ + (ω0² − k1) s³ − (k2 ω0² + k5) s² − (k1 ω0² + k4) s − (k3 + 1): a feedback-linearised axis without
+    sampling, observer and amplifiers. Gains k1…k5 in 1/s², 1/s, 1/s⁵, 1/s⁴, 1/s³; ω0 of the internal model in rad/s.
     """
     k1, k2, k3, k4, k5 = gains
     square = omega0 * omega0

@@ -34,9 +34,9 @@ def equilibrium(name: str, at: Mapping[str, Quantity], parameters: Mapping[str, 
     `linearise_loop`. Friction holds nothing, ripple, the modulation of the attraction, guides against a tilt and a
     payload count. A controller's model has none of these, and no bias.
 
-    Names, positions and parameters as of `linearise`. LinearModelError if an axis or a parameter is unknown, the gap is
-    outside 8…40 mm or beyond a stop, no current holds the mover there, or the amplifiers cannot hold that current, or
-    the controller does not command it.
+    For names, positions and parameters see `linearise`. LinearModelError if an axis or a parameter is unknown, the gap
+    is outside 8…40 mm or beyond a stop, or no current holds the mover there. Also if the amplifiers cannot hold that
+    current, or the controller does not command it.
     """
     return equilibrium_of(name, block_of(name, parameters or {}), read_positions(name, at))
 
@@ -108,7 +108,7 @@ def model_of(name: str, block: Any) -> Any:
 
 def check_gaps(place: str, stage: StageDescription, block: Any, places: MotorPlaces,
                positions: Mapping[str, float]) -> None:
-    """Refuse a tilt at which the gap of a motor is beyond the motor's field or a stop."""
+    """Raise for a tilt at which the gap of a motor is beyond the motor's field or a stop."""
     if not stage.rotations:
         return
     mounts = block.mover.mounts if isinstance(block, Stage) else [None] * len(stage.motors)
@@ -187,7 +187,7 @@ def balanced(place: str, description: StageDescription, stage: Any, places: Moto
 
 
 def check_amplifiers(place: str, block: Any, equilibrium: Equilibrium) -> None:
-    """Refuse currents that amplifiers do not hold for good.
+    """Raise for currents that amplifiers cannot hold for ever.
 
     At rest the I²t limit has followed the current, and the clamp is at the continuous rating where that is the lower
     one. Any phase has to carry the whole current at some displacement, by the voltage of the bus.
@@ -213,7 +213,7 @@ def check_amplifiers(place: str, block: Any, equilibrium: Equilibrium) -> None:
 
 
 def check_limit(place: str, block: Any, equilibrium: Equilibrium) -> None:
-    """Refuse currents that a controller does not command."""
+    """Raise for currents that a controller does not command."""
     for name, value in equilibrium.currents.items():
         layout = block.model.layout
         motor = equilibrium.motors.index(name.partition(".")[0])
@@ -226,7 +226,7 @@ def check_limit(place: str, block: Any, equilibrium: Equilibrium) -> None:
 
 
 def read_positions(name: str, at: Mapping[str, Quantity]) -> dict[str, float]:
-    """Positions of all axes (m) from what a user gives; see `equilibrium`."""
+    """Positions of all axes (m) from a user's values; see `equilibrium`."""
     stage = linear_stage(name)
     require_table(at, f"{name} at", LinearModelError, f"{{{stage.axis_names[0]!r}: '25 mm'}}")
     positions = dict.fromkeys(stage.axis_names, 0.0)

@@ -20,16 +20,16 @@ def linearise(name: str, at: Mapping[str, Quantity] | Equilibrium, *, currents: 
               parameters: Mapping[str, Quantity | bool] | None = None) -> LinearModel:
     """Linearise a plant, a controller or a measurement about an equilibrium.
 
-    The model is exact: its matrices are derivatives of what the block computes, not differences.
+    The model is exact: its matrices are derivatives of the block's computations, not differences.
 
     In the model of a plant: motors (4.3), (5.3) with the modulation of the attraction, gravity, bias (through the
-    equilibrium), mass, viscous friction, ripple, flexible modes, the lag of the amplifiers. Left out, for they are not
-    smooth: Coulomb friction with its presliding spring, end stops, the limits of the amplifiers, the rounding of the
-    encoders; and the roughness of the guides, whose slope is a random number at each place. With friction on, motions
-    that are short next to its presliding displacement meet its spring, which is not in here.
+    equilibrium), mass, viscous friction, ripple, flexible modes, the lag of the amplifiers. Terms that are not smooth
+    are left out: Coulomb friction with its presliding spring, end stops, the limits of the amplifiers, the rounding of
+    the encoders. So is the roughness of the guides, whose slope is a random number at each place. With friction on,
+    motions that are short next to its presliding displacement meet its spring, which this model does not have.
 
     The model of a measurement has its delay and the slope of its periodic error; offset, drift and noise are added to
-    what it gives, and jitter and lost samples are refused. That of a controller is sampled at its sample time:
+    its outputs, and jitter and lost samples raise an error. The model of a controller is sampled at its sample time:
     observer, internal model or integral and pre-filter, and its law at the operating point. Left out: the current limit
     with its anti-windup, the safety trip, and the compensation of Coulomb friction. A scheduled law has the gains of
     the region that the gap lies in, an adaptive one the constants of its parameters: at rest none of them moves.
@@ -47,12 +47,12 @@ def linearise(name: str, at: Mapping[str, Quantity] | Equilibrium, *, currents: 
         Inputs of a plant, outputs of a controller: direct and quadrature currents or phase currents. Those in d and q
         are commutated with the true displacement at every moment, or, where they are held, with that at the sample.
     amplifier : bool
-        Whether the plant has the first-order lag of its amplifiers.
+        True if the plant has the first-order lag of its amplifiers.
     hold : float or str, optional
         Sample time, s or text such as "0.2 ms", of a plant whose phase currents are held between the samples; exact.
         Without it a plant is continuous in time.
     forces : bool
-        Whether the external forces, or torques, on the axes are inputs of the plant, too.
+        True if the external forces, or torques, on the axes are inputs of the plant, too.
     parameters : mapping, optional
         Parameters of the FMU that differ from their start values, such as {"y.mass": 7.2, "C3": 330.0}.
 
@@ -60,10 +60,10 @@ def linearise(name: str, at: Mapping[str, Quantity] | Equilibrium, *, currents: 
     -------
     LinearModel
         Of a plant: states are positions, velocities, with lag delivered i_d, i_q of each motor, and deflection and rate
-        of each flexible mode; outputs are positions, and where the platform tilts, the gaps at the motors, which its
-        controllers measure; next to these what encoders measure, where they see a mode. Of a controller:
-        inputs are reference and rate of each axis and the measurements, outputs the commanded currents. Of a
-        measurement: inputs are what encoders read, outputs what a controller measures, states the samples in between.
+        of each flexible mode. Its outputs are positions, and on a tilting platform the gaps at the motors, which its
+        controllers measure; next to these the encoders' readings, where they see a mode. Of a controller: inputs are
+        reference and rate of each axis and the measurements, outputs the commanded currents. Of a measurement: inputs
+        are the encoders' readings, outputs the controller's measurements, states the samples in between.
 
     Raises
     ------

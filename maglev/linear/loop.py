@@ -46,7 +46,7 @@ class Loop:
                                    f"{controller.sample_time} s: expected the same sample time of both")
         for name in plant.inputs:
             controller.index("output", name)
-        axes = len(plant.equilibrium.positions)   # the first states; what else encoders see needs no measurement
+        axes = len(plant.equilibrium.positions)   # the first states; other readings of encoders need no measurement
         if np.linalg.matrix_rank(self.sensed[:, :axes]) < np.linalg.matrix_rank(plant.C[:, :axes]):
             for name in self.measured:
                 controller.index("input", name)
@@ -56,7 +56,7 @@ class Loop:
 
     @property
     def measured(self) -> tuple[str, ...]:
-        """What is measured of each axis; where the platform tilts, some of it is in the gaps at the motors."""
+        """Measurement of each axis; on a tilting platform the gaps at the motors have some of them."""
         return tuple(f"{axis}.measured" for axis in self.plant.equilibrium.positions
                      if f"{axis}.position" in self.plant.outputs)
 
@@ -78,7 +78,7 @@ class Loop:
 
     @property
     def openings(self) -> tuple[str, ...]:
-        """Where the loop can be opened: what is measured of every axis, every other measurement, and every command."""
+        """Signals at which the loop can be opened: measurements of every axis, all other measurements, and commands."""
         return (*dict.fromkeys((*self.measured, *self.signals)), *self.plant.inputs)
 
     @property
@@ -109,7 +109,7 @@ class Loop:
 
     @property
     def stable(self) -> bool:
-        """Whether every pole of the closed loop is inside the unit circle."""
+        """Return True if every pole of the closed loop is inside the unit circle."""
         return bool((np.abs(self.poles) < 1.0).all())
 
     def opened(self, at: str) -> LinearModel:
@@ -162,7 +162,7 @@ class Loop:
         return (output[:axes] @ np.linalg.pinv(self.sensed[:, :axes]))[None], moved[:, None]
 
     def margins(self, at: str) -> Margins:
-        """Margins of the loop opened at one signal, a name as of `opened`; its errors, and one if it is unstable."""
+        """Margins of the loop opened at one signal; for name and errors see `opened`; an error if it is unstable."""
         if not self.stable:
             worst = max(self.poles, key=abs)
             raise LinearModelError(f"{self.closed.name}: a pole at |z| = {abs(worst):.6f}, expected a stable loop for "
@@ -175,7 +175,7 @@ class Loop:
 
 
 def opening_among(at: str, openings: Sequence[str], loop: str) -> str:
-    """Full name of a signal at which a user opens a loop; LinearModelError if it is none of the openings."""
+    """Full name of a signal at which a user opens a loop; LinearModelError if the loop cannot be opened there."""
     for name in (at, f"{at}.measured", f"{at}.gap_measured", f"{at}_cmd"):
         if name in openings:
             return name
@@ -191,7 +191,7 @@ def openings_of(stage: StageDescription, currents: Currents) -> tuple[str, ...]:
 
 
 def measured_as(output: str) -> str:
-    """Name that a controller has for what it measures of an output of the plant, such as "y.measured"."""
+    """The controller's name for the measurement of an output of the plant, such as "y.measured"."""
     for own, measured in ((".gap_encoder", ".gap_measured"), (".gap", ".gap_measured"), (".encoder", ".measured"),
                           (".position", ".measured")):
         if output.endswith(own):
@@ -216,12 +216,12 @@ def linearise_loop(plant: str, controller: str | LinearModel, at: Mapping[str, Q
     controller : str or LinearModel
         One of the controllers, or a sampled linear model of one's own (see `Loop`).
     at : mapping of str to float or str
-        Position of each axis, as of `linearise`.
+        Position of each axis, as in `linearise`.
     amplifier : bool
-        Whether the plant has the lag of its amplifiers.
+        True if the plant has the lag of its amplifiers.
     measurement : str, optional
         Such as "Measurement3DOF", between encoders and controller. The commands of its loop are phase currents: they
-        are commutated with what is measured.
+        are commutated with the measurements.
     plant_parameters, controller_parameters, measurement_parameters : mapping, optional
         Parameters that differ from their start values.
 

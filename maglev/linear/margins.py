@@ -66,7 +66,7 @@ class Margins:
         return 2.0 * float(np.arctan(self.disk / 2.0))
 
     def __str__(self) -> str:
-        """The margins in one line; "?" of what is not known."""
+        """The margins in one line; "?" for an unknown one."""
         text = (f"{self.at}: gain {self.gain_down:.3g}…{self.gain_up:.3g}, phase {degrees(self.phase):.1f}° at "
                 f"{self.phase_frequency:.4g} rad/s, delay {1e3 * self.delay:.3g} ms, Ms {self.sensitivity_peak:.3g} at "
                 f"{self.sensitivity_frequency:.4g} rad/s, disk {self.disk:.3g}")
@@ -96,9 +96,9 @@ def margins_of(loop: LinearModel, at: str) -> Margins:
 
 def margins_between(at: str, grid: Array, values: Complex, response: Callable[[float], complex],
                     ends: Sequence[float] = ()) -> Margins:
-    """Margins of a loop L, stable when it is closed by 1 + L, by what it is between two frequencies.
+    """Margins of a loop L, stable when it is closed by 1 + L, from its response between two frequencies.
 
-    Crossings and peaks are looked for on a grid of frequencies, rad/s, (n,), where L has these values, (n,); `response`
+    Crossings and peaks are searched on a grid of frequencies, rad/s, (n,), where L has these values, (n,). `response`
     gives L at any frequency between, and `ends` are values of L where it is real beyond the grid.
     """
     real_axis = [response(w).real for w in crossings(grid, values.imag, lambda w: response(w).imag)]

@@ -1,4 +1,4 @@
-"""Linear model of what lies between the encoders and a controller: a delay, and the slope of the periodic error."""
+"""Linear model of the measurement between encoders and controller: a delay, and the slope of the periodic error."""
 
 from dataclasses import replace
 from math import cos, pi
@@ -19,7 +19,7 @@ def linear_measurement(name: str, stage: StageDescription, block: Any, at: Equil
     """Linearise a measurement: exact, with the samples that a delay needs as its states, from each encoder on.
 
     Measured is (1 − f) q[k − n] + f q[k − n − 1], times the slope of q + A sin(2π q/p), for a delay of n + f samples.
-    Offset, drift and noise are added to it. LinearModelError of what is not linear: jitter, lost samples, one frozen.
+    Offset, drift and noise are added to it. LinearModelError if it is not linear: jitter, lost samples, a frozen one.
     """
     prepare_fixed(name, block)
     parts = list(encoders(stage))

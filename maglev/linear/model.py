@@ -61,9 +61,9 @@ class LinearModel:
     Attributes
     ----------
     name : str
-        What was linearised.
+        Name of the linearised block.
     states, inputs, outputs : tuple of str
-        Names, such as "y.velocity"; what a block has as a variable is called what the block calls it.
+        Names, such as "y.velocity"; a variable of the block has the name that the block uses.
     A, B, C, D : ndarray
         Shapes (n, n), (n, m), (p, n), (p, m) for n states, m inputs and p outputs, SI units.
     units : dict of str to str
@@ -73,8 +73,8 @@ class LinearModel:
     equilibrium : Equilibrium
         Positions and currents that the model holds about.
     commutation : ndarray or None
-        Of a plant whose held inputs in d and q are commutated with its sampled outputs: what an output adds to each
-        input, shape (m, p), A/m; B commutation C is part of A. None where nothing is commutated by a measurement.
+        Of a plant whose held inputs in d and q are commutated with its sampled outputs: the share that an output adds
+        to each input, shape (m, p), A/m. B commutation C is part of A. None if no measurement commutates anything.
     """
 
     name: str
@@ -91,7 +91,7 @@ class LinearModel:
     commutation: Array | None = None
 
     def __post_init__(self) -> None:
-        """Refuse entries that are no finite numbers."""
+        """Raise for entries that are no finite numbers."""
         if not all(np.all(np.isfinite(matrix)) for matrix in (self.A, self.B, self.C, self.D)):
             at = "" if self.sample_time is None else f", held for {self.sample_time:g} s"
             raise LinearModelError(f"{self.name}{at}: its linear model is beyond all numbers, expected a time and "
@@ -115,7 +115,7 @@ class LinearModel:
         """
         return slowest_first(self.poles if self.sample_time is None else equivalents(self.poles, self.sample_time))
 
-    @np.errstate(over="ignore", invalid="ignore")   # what is no number is refused as such
+    @np.errstate(over="ignore", invalid="ignore")   # values that are no numbers raise later
     def discretise(self, sample_time: float) -> "LinearModel":
         """Sample a continuous-time model (s) whose inputs are held between the samples, exactly.
 

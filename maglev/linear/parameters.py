@@ -19,7 +19,7 @@ Quantity = float | str   # SI, or text with a unit such as "25 mm"
 
 
 def linear_names(stage: StageDescription) -> list[str]:
-    """What can be linearised of a stage: its plant, then its controllers."""
+    """Names that can be linearised of a stage: its plant, then its controllers."""
     made = definitions(stage)
     return [name for name in (f"{kind}{stage.suffix}" for kind in KINDS) if name in made]
 
@@ -37,7 +37,7 @@ def measurements() -> dict[str, StageDescription]:
 
 
 def linear_stage(name: str) -> StageDescription:
-    """Stage of what can be linearised; LinearModelError if there is no linear model of an FMU of this name."""
+    """Stage of an FMU that can be linearised; LinearModelError if there is no linear model of this name."""
     known = plants() | controllers() | measurements()
     if name not in known:
         raise LinearModelError(f"{name!r} cannot be linearised, expected "
@@ -51,7 +51,7 @@ def regulator_in(name: str) -> str:
 
 
 def block_of(name: str, parameters: Mapping[str, Quantity | bool]) -> Any:
-    """New block of what can be linearised, with parameters by the names that the FMU has for them.
+    """New block for a linear model, with parameters by the names that the FMU has for them.
 
     Of a regulator that adapts it is its law, with the constants that it begins with: no constant moves at rest.
     LinearModelError if the FMU has no such parameter or cannot take its value.
@@ -91,9 +91,9 @@ def by_part(settings: Mapping[str, Quantity | bool], error: type[MaglevError], *
 
 
 def prepare_fixed(name: str, block: Any) -> None:
-    """Have a controller compute what follows from its fixed parameters.
+    """Have a controller compute the values that follow from its fixed parameters.
 
-    LinearModelError with the text by which the FMU refuses them.
+    LinearModelError with the text of the FMU's status if it does not accept them.
     """
     status = block.start()
     if status:

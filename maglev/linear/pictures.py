@@ -9,13 +9,13 @@ from maglev.linear.loop import Loop
 from maglev.linear.margins import frequencies_of
 
 JUMP = 1.5     # rad, of phase between neighbouring frequencies
-WIDEST = 4.0   # of the Nyquist picture to either side: what counts is near −1
+WIDEST = 4.0   # of the Nyquist picture to either side: the part near −1 counts
 
 
 def write_bode(path: Path, loop: Loop, signals: tuple[str, ...]) -> None:
     """Write a PNG with gain and phase of the loop opened at each of the signals, and the gain of its sensitivity.
 
-    Errors as of `Loop.opened`, and MaglevError without matplotlib.
+    Errors as in `Loop.opened`, and MaglevError without matplotlib.
     """
     figure = new_figure(8, 8)
     gain, phase, sensitivity = figure.subplots(3, 1, sharex=True)
@@ -39,8 +39,8 @@ def write_bode(path: Path, loop: Loop, signals: tuple[str, ...]) -> None:
 def write_nyquist(path: Path, loop: Loop, signals: tuple[str, ...]) -> None:
     """Write a PNG with the Nyquist curve, near −1, of the loop opened at each of the signals.
 
-    The circle about −1 is the distance that the largest peak of the sensitivity leaves. Errors as of `write_bode`, and
-    LinearModelError if the loop is unstable.
+    The radius of the circle about −1 is the distance that the largest peak of the sensitivity leaves. Errors as in
+    `write_bode`, and LinearModelError if the loop is unstable.
     """
     figure = new_figure(7, 7)
     from matplotlib.patches import Circle  # an extra: only who plots needs it

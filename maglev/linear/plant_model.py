@@ -16,10 +16,10 @@ from plant_fmu.places import place
 from pmlsm.stage_description import StageDescription
 from pmlsm.velocity_rows import GRAVITY
 
-BALANCED = 1e-12 * GRAVITY   # m/s², what an equilibrium may leave
+BALANCED = 1e-12 * GRAVITY   # m/s², largest residual of an equilibrium
 
 
-@np.errstate(over="ignore", invalid="ignore")   # what is no number is refused as such
+@np.errstate(over="ignore", invalid="ignore")   # values that are no numbers raise later
 def linear_plant(name: str, stage: StageDescription, block: Any, at: Equilibrium, phases: bool, amplifier: bool,
                  forces: bool,
                  hold: float | None) -> LinearModel:
@@ -74,7 +74,7 @@ def linear_plant(name: str, stage: StageDescription, block: Any, at: Equilibrium
 
 def moved(description: StageDescription, stage: Any, currents: Sequence[float] | Array,
           wanted: Sequence[str] = ()) -> tuple[Array, Array]:
-    """What the motion of a stage at rest computes under i_d, i_q of each motor (A), and its derivatives by them.
+    """Results of the motion of a stage at rest under i_d, i_q of each motor (A), and derivatives by these.
 
     The accelerations of the axes, unless something else is wanted.
     """
@@ -89,7 +89,7 @@ def moved(description: StageDescription, stage: Any, currents: Sequence[float] |
 
 
 def at_rest(stage: StageDescription, block: Any, positions: Mapping[str, float]) -> Any:
-    """A copy of a stage at rest at positions of its axes (m), without currents and without what is not smooth."""
+    """A copy of a stage at rest at positions of its axes (m), without currents and terms that are not smooth."""
     block = deepcopy(block)
     block.encoder.resolution = 0.0
     for name, position in positions.items():
@@ -101,7 +101,7 @@ def at_rest(stage: StageDescription, block: Any, positions: Mapping[str, float])
 
 
 def measured_rows(stage: StageDescription, block: Any, motion: Sequence[str]) -> dict[str, Array]:
-    """Outputs by positions, velocities and modes: positions, gaps, and what encoders read where they see a mode.
+    """Outputs by positions, velocities and modes: positions, gaps, and encoder readings where these see a mode.
 
     Where the platform tilts, its encoders are at the motors: if one of them sees a mode, all do.
     """
@@ -118,7 +118,7 @@ def measured_rows(stage: StageDescription, block: Any, motion: Sequence[str]) ->
 
 
 def measuring(stage: StageDescription, places: MotorPlaces, outputs: Sequence[str]) -> Array:
-    """Positions that a controller commutates with by the outputs, (axes, outputs): by encoders, or what these show."""
+    """Positions that a controller commutates with, by the outputs, (axes, outputs): encoders, or true positions."""
     shown = [name if name in outputs else name.replace("gap_encoder", "gap").replace(".encoder", ".position")
              for name in stage.encoders]
     matrix = np.zeros((len(stage.axes), len(outputs)))
