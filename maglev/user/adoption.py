@@ -52,7 +52,7 @@ def know_stage(path: str | Path) -> StageDescription:
 def stage_named(stage: str | Path) -> StageDescription:
     """A stage by its name, or a stage of the user's by the file of its description, NAME.toml.
 
-    StageError if there is no such stage, or as of `know_stage`.
+    StageError if there is no such stage, or as in `know_stage`.
     """
     if str(stage).endswith(".toml"):
         return know_stage(stage)
@@ -64,7 +64,7 @@ def stage_named(stage: str | Path) -> StageDescription:
 
 
 def require_free_name(file: Path, name: str) -> None:
-    """Refuse a name whose FMUs are others."""
+    """Raise if other FMUs have this name."""
     if not re.fullmatch("[a-z][a-z0-9]*", name):
         raise StageError(f"{file}: name: {name!r}, expected small letters and digits, a letter first: the FMUs are "
                          f"named "

@@ -1,4 +1,4 @@
-"""FMUs of a user's class: the file and the modules next to it, under names of their own, and what goes around them."""
+"""FMUs of a user's class: the file and the modules next to it, under names of their own, and the files around them."""
 
 import sys
 from collections.abc import Iterator, Mapping
@@ -28,7 +28,7 @@ class Buildable:
     """A user's class ready to be built, for as long as its modules can be imported; or an FMU of this project."""
 
     definition: FmuDefinition   # with a block in the language of blocks, if it is to be native
-    texts: Mapping[str, str]    # of the user's modules, and of what is written around them, by their names in the FMU
+    texts: Mapping[str, str]    # of the user's modules, and of the files around them, by their names in the FMU
 
 
 @contextmanager
@@ -81,7 +81,7 @@ def native_definition(definition: WrittenDefinition, file: Path) -> WrittenDefin
 
 @contextmanager
 def language_errors() -> Iterator[None]:
-    """Say of what is not of the language of blocks that an FMU that runs Python can have it."""
+    """Add to errors about the language of blocks that an FMU that runs Python has no such limit."""
     try:
         yield
     except Untranslatable as error:
@@ -89,7 +89,7 @@ def language_errors() -> Iterator[None]:
 
 
 def require_floats(definition: WrittenDefinition, file: Path) -> None:
-    """Refuse whole numbers where an FMU has Reals: C keeps the type that an attribute begins with."""
+    """Raise for whole numbers where an FMU has Reals: C keeps the type that an attribute begins with."""
     law = definition.new_block()
     for v in definition.variables:
         value = v.read(law)

@@ -1,4 +1,4 @@
-"""Whether a stage can run, and what follows from it: constants, currents, times, margins over the travel, warnings."""
+"""Check that a stage can run, and its consequences: constants, currents, times, margins over the travel, warnings."""
 
 from collections.abc import Mapping
 from dataclasses import asdict, dataclass
@@ -41,8 +41,8 @@ class Place:
     currents : dict of str to float
         i_d that hold the mover, A, by motor, as the controllers' model has it; none where none do.
     closing, opening : float
-        Net force on the mover at the limits of i_d, N: the most that closes the gap, and that opens it. What is left
-        over to hold it is the smaller one; one below 0 N is missing.
+        Net force on the mover at the limits of i_d, N: the most that closes the gap, and that opens it. The smaller one
+        is the reserve to hold it; a force below 0 N is missing.
     margins : dict of str to (float, float)
         Of the measurement of each axis, all others closed, exact for plant, hold, lag, observer and law: phase
         (degrees), and gain (dB), the smaller of that upwards and that downwards.
@@ -57,7 +57,7 @@ class Place:
 
 @dataclass(frozen=True)
 class Consequences:
-    """What follows from the description of a stage.
+    """Consequences of the description of a stage.
 
     Attributes
     ----------
@@ -75,7 +75,7 @@ class Consequences:
     places : tuple of Place
         The start, and both ends of travel.
     sheet : str
-        What numbers of the data sheet for rms currents are for peak currents; empty if it states peaks.
+        The data sheet's numbers for rms currents, converted for peak currents; empty if it states peaks.
     """
 
     stage: StageDescription
@@ -103,7 +103,7 @@ class Consequences:
 
     @property
     def warnings(self) -> list[str]:
-        """What keeps it from working well, each with what to change."""
+        """Warnings about obstacles to its good work, each with the necessary change."""
         stage, vertical = self.stage, self.stage.vertical.name
         texts = []
         if stage.sample_time > 2.0 * design.longest_sample_time(stage):
@@ -180,7 +180,7 @@ class Consequences:
 
     @property
     def table(self) -> list[list[str]]:
-        """Cells of what holds at each place, a row for each quantity."""
+        """Cells of the values at each place, a row for each quantity."""
         rows = [["gap", *(f"{1e3 * place.gap:.4g} mm" for place in self.places)]]
         for name in self.resting(self.places[0]):
             currents = [self.resting(place).get(name) for place in self.places]
@@ -204,12 +204,12 @@ class Consequences:
 
 
 def stage(path: str | Path) -> Consequences:
-    """Say what follows from the description of a stage, NAME.toml.
+    """Return the consequences of the description of a stage, NAME.toml.
 
     Raises
     ------
     StageError, ScenarioError
-        If it is no description, or no stage that can work, with what to change.
+        If it is no description, or no stage that can work, with the necessary change.
 
     Examples
     --------
@@ -236,7 +236,7 @@ def stage(path: str | Path) -> Consequences:
 
 
 def peaks_of(description: Mapping[str, Any], start: float) -> str:
-    """What the numbers of a description's data sheet for rms currents are for peak currents; empty if it has peaks."""
+    """Return a data sheet's numbers for rms currents, converted for peak currents; empty if it states peaks."""
     sheet = description.get("catalogue", {})
     if sheet.get("currents") != "rms":
         return ""
@@ -296,9 +296,8 @@ def runnable(path: str | Path) -> StageDescription:
     """Read a description and check that its stage can run.
 
     StageError, ScenarioError if it is no description; if stops are outside the field's range, no current below the
-    limits
-    holds the mover at its start, thrust does not overcome bias and friction, sampling is too slow for the unstable
-    pole, or the loop of a regulator is unstable; with the numbers.
+    limits holds the mover at its start, or thrust does not overcome bias and friction. Also if sampling is too slow for
+    the unstable pole, or the loop of a regulator is unstable. The messages have the numbers.
     """
     stage = know_stage(path)
     try:
@@ -336,7 +335,7 @@ def require_field(stage: StageDescription) -> None:
 
 
 def require_within_ranges(stage: StageDescription) -> None:
-    """Refuse what no FMU takes as a start value."""
+    """Raise for values that no FMU takes as a start value."""
     for definition in map(STAGES.definition, linear_names(stage)):
         block = definition.new_block()
         for variable in definition.variables:

@@ -16,7 +16,7 @@ def table_lines(tree: ast.Module, name: str | None) -> list[tuple[int, int]]:
 
 
 def declaring_line(text: str, name: str | None, word: str) -> int | None:
-    """Line in which a class, or any, declares a port, a parameter, or a table of these; None if there is none."""
+    """Line in which a class, or any class, declares a port, a parameter, or a table of these; None without one."""
     tree = parsed(text)
     tables = table_lines(tree, name)
     words = [(node.lineno, node.value if isinstance(node, ast.Constant) else node.id)

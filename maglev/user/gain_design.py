@@ -31,7 +31,7 @@ BANDWIDTH = 0.7     # of the three poles of the controller that a user begins wi
 # and 36.9° at 2/3. More is wanted, for encoders, friction and the motion of other axes are not in the model.
 DISK = 0.85
 RATES = np.geomspace(1.2, 5.0, 16)                    # of the fast pair, by how fast the mover leaves its place
-SLOWER = np.geomspace(1.0, 0.1, 16)                   # by what is wanted of an axis that stays where it is
+SLOWER = np.geomspace(1.0, 0.1, 16)                   # shares of the rate wanted of an axis that stays in place
 SHORTEST_WAY = 1e-9  # m, for which it is to be fast: an axis may begin at its stop
 OBSERVER_TIMES = (1e-3, 5e-4, 3e-4, 2e-4, 1e-4, 5e-5)   # s
 FREQUENCIES = 200
@@ -79,7 +79,7 @@ class Pull(NamedTuple):
 
     @property
     def missing(self) -> float:
-        """What the current has to take off the attraction (m/s²)."""
+        """Share of the attraction that the current has to remove (m/s²)."""
         return self.attraction - self.share * GRAVITY
 
 
@@ -112,7 +112,7 @@ def held(stage: StageDescription, gap: float) -> list[Held] | None:
 
 
 def gap_travel(stage: StageDescription) -> tuple[float, float, float]:
-    """Air gaps (m): the start, and both ends of what the stops leave."""
+    """Air gaps (m): the start, and both ends of the travel between the stops."""
     return stage.vertical.start, stage.gap_stop.lower, stage.gap_stop.upper
 
 
@@ -197,14 +197,14 @@ def feasible_steps(stage: StageDescription) -> dict[str, float]:
 
 
 def longest_sample_time(stage: StageDescription) -> float:
-    """Sample time (s) by which sampling costs the fastest axis 5° of phase; StageError as of `unstable_rate`."""
+    """Sample time (s) by which sampling costs the fastest axis 5° of phase; StageError as in `unstable_rate`."""
     alphas = [stiffness(stage, axis, at) for gap in gap_travel(stage) if (at := held(stage, gap)) is not None
               for axis in uncontrolled(stage)]
     return WANTED_SAMPLING / max(unstable_rate(stage), sqrt(max(0.0, *alphas)))
 
 
 def wanted_sample_time(stage: StageDescription) -> float:
-    """The next shorter sample time (s) of 1, 2 or 5 times a power of ten; StageError as of `unstable_rate`."""
+    """The next shorter sample time (s) of 1, 2 or 5 times a power of ten; StageError as in `unstable_rate`."""
     longest = longest_sample_time(stage)
     decade = 10.0 ** np.floor(np.log10(longest))
     return float(f"{max(step for step in (1.0, 2.0, 5.0) if step * decade <= longest) * decade:.3g}")
@@ -213,12 +213,12 @@ def wanted_sample_time(stage: StageDescription) -> float:
 class DelayedAxis(NamedTuple):
     """An axis with the lag of its amplifiers, sampled, as its measurement sees it: δ'' = α δ + a, a → v − α δ.
 
-    The law gives the acceleration v; what it measures also goes into the feedback linearisation of the air gap, and
-    horizontally into the commutation, both of which take off the stiffness α where the mover is.
+    The law gives the acceleration v. Its measurement also goes into the feedback linearisation of the air gap, and
+    horizontally into the commutation; both cancel the stiffness α where the mover is.
     """
 
     rates: Array       # rad/s, that come into question for the fast poles, the first that of a stage without delays
-    best: bool         # whether the rate with the largest margin is wanted, not the first with enough
+    best: bool         # true if the rate with the largest margin is wanted, not the first with enough
     places: tuple[tuple[float, Complex], ...]   # α (1/s²), and δ by a at the frequencies, wherever it can be
 
     def disk(self, law: Complex) -> float:
@@ -286,7 +286,7 @@ def transfer(a: Array, b: Array, z: Complex) -> Complex:
 
 
 def law_terms(observer_time: float, sample_time: float, z: Complex) -> Complex:
-    """What the demand of the output regulator (4.16) weighs, by its measurement at z, sampled as its blocks do.
+    """Terms of the demand of the output regulator (4.16) by its measurement at z, sampled as its blocks do.
 
     Measurement, velocity, ξ1, ξ2, ξ3: shape (frequencies, 5).
     """
@@ -316,7 +316,7 @@ def gains_at_rate(rate: float) -> tuple[float, ...]:
 
 
 def axis_design(stage: StageDescription, axis: StageAxis, rate: float) -> dict[str, Any]:
-    """What the design of an axis follows from the rate (rad/s) of its fast poles, by its names."""
+    """Values of the design of an axis, by name, for the rate (rad/s) of its fast poles."""
     bandwidth = twelve_digits(BANDWIDTH * rate)
     # Steps of gap and tilts share the currents of the motors: without a pre-filter they end on the stops.
     tilting = stage.rotations and axis not in stage.horizontal
@@ -325,12 +325,12 @@ def axis_design(stage: StageDescription, axis: StageAxis, rate: float) -> dict[s
             "prefilter": min(bandwidth, 1.0 / stage.sample_time) if tilting else 0.0}
 
 
-@np.errstate(all="ignore")   # what is no number is no margin
+@np.errstate(all="ignore")   # a value that is no number is no margin
 def designed_rates(stage: StageDescription, axes: Sequence[str], observer_time: float | None) -> tuple[float,
                                                                                                        dict[str,
                                                                                                             float],
                                                                                                             float]:
-    """What the gains of axes follow from, by the disk margin that they leave over the travel of the air gap.
+    """Rates from which the gains of axes follow, by the disk margin that they leave over the travel of the air gap.
 
     Time constant of the observers (s), a given one or the longest that leaves enough; rates (rad/s) of the fast poles
     by axis; the smallest disk margin.

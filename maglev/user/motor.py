@@ -1,4 +1,4 @@
-"""A motor by its data sheet, as `--motor` takes it, and a stage with such motors instead of those it is like."""
+"""A motor by its data sheet, as `--motor` takes it, and a copy of a stage with such motors instead of its own."""
 
 from collections.abc import Sequence
 from dataclasses import MISSING, asdict, dataclass, fields, replace
@@ -65,13 +65,13 @@ class Motor:
     slot_width: float | None = optional("m", 1e-5, 1.0)      # half of the slot pitch
     magnet_height: float | None = optional("m", 1e-5, 0.1)   # a quarter of the pole pitch
     gap: float | None = optional("m", 2e-4, 0.05)            # nominal, of the stage
-    mass: float | None = optional("kg", 1e-3, 1e6)           # of the mover; what the motors carry without current
+    mass: float | None = optional("kg", 1e-3, 1e6)           # of the mover; by default carried without current
 
 
 def read_motor(given: Sequence[str]) -> Motor:
-    """A motor by texts: the name of a packaged one, or KEY=VALUE, which go over its numbers.
+    """Return a motor by texts: the name of a packaged one, or KEY=VALUE, which replace its numbers.
 
-    StageError with name, value and what was expected.
+    StageError with name, value and expected value.
     """
     table: dict[str, object] = {}
     known = [field.name for field in fields(Motor)]

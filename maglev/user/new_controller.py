@@ -29,7 +29,7 @@ def new_controller(path: str | Path, stage: str = EXAMPLE) -> Path:
     Raises
     ------
     ControllerError
-        If the file is there already, or its name or the stage is no such thing.
+        If the file exists already, or its name or the stage is not valid.
 
     Examples
     --------

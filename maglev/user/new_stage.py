@@ -1,4 +1,4 @@
-"""What a user begins with, as files: a stage with a scenario next to it, or a scenario."""
+"""Files for a user's first step: a stage with a scenario next to it, or a scenario."""
 
 from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
@@ -92,7 +92,7 @@ def new_scenario(path: str | Path, stage: str | Path = EXAMPLE) -> Path:
     Raises
     ------
     StageError
-        If the file is there already, or its name or the stage is no such thing.
+        If the file exists already, or its name or the stage is not valid.
 
     Examples
     --------
@@ -108,7 +108,7 @@ def new_scenario(path: str | Path, stage: str | Path = EXAMPLE) -> Path:
 
 
 def toml_file(path: str | Path) -> Path:
-    """File NAME.toml by its path or by NAME; StageError of a name after which no run can be named."""
+    """File NAME.toml by its path or by NAME; StageError if no run can have the name."""
     file = file_named(path, ".toml")
     if not file.stem.replace("-", "_").replace(".", "_").isidentifier() or not file.stem.isascii():
         raise StageError(f"{file}: expected a name of letters, digits and - _ ., a letter first: results have it")
@@ -168,8 +168,8 @@ def sheet_of_stage(description: StageDescription) -> Catalogue:
 def scenario_text(stage: StageDescription, scenario: Path, own: str | None, more: bool, controller: str = "") -> str:
     """Text of a scenario of setpoints that the stage can follow.
 
-    `own` is the description of a stage of the user's; with `more` it has the setpoints themselves, claims, and
-    comments on what else there is, or instead of these the file of a `controller` and what a baseline keeps.
+    `own` is the description of a user's stage. With `more` the scenario has the setpoints themselves, claims, and
+    comments on further keys; or instead of these the file of a `controller` and the values that a baseline keeps.
     """
     return render("new/scenario.toml.j2", stage, own=own, name=scenario.stem, scenario=scenario.name,
                   setpoints=setpoints(stage) if more else {}, times=list(TIMES),

@@ -36,10 +36,10 @@ class OwnModules:
 
 
 def own_modules(file: Path) -> OwnModules:
-    """Read a controller's file, and what it imports from its folder.
+    """Read a controller's file, and the modules that it imports from its folder.
 
-    SyntaxError, UnicodeDecodeError or ValueError if a file is not in Python, ControllerError if it imports a module
-    next to it by a name of ours.
+    SyntaxError, UnicodeDecodeError or ValueError if a file is not in Python, ControllerError if a module next to it has
+    the name of a package of this project.
     """
     reader = Reader(file.absolute().parent)
     waiting: list[tuple[str, Path]] = [(file.stem, file)]
@@ -75,7 +75,7 @@ class Reader:
         return next((path for path in (beside / "__init__.py", beside.with_suffix(".py")) if path.is_file()), None)
 
     def own(self, module: str) -> bool:
-        """Whether a module is the user's; it is then to be read as well. ControllerError if it is called as ours."""
+        """Return True if a module is the user's, and so is read. ControllerError if it has a name of this project."""
         path, top = self.path(module), module.split(".")[0]
         if top in PACKAGES:
             if path is not None and HERE not in path.resolve().parents:
@@ -122,7 +122,7 @@ class Reader:
         if known and names:
             written.insert(0, ast.unparse(ast.ImportFrom(own_name(module), names, 0)))
         if not written:
-            if not node.level:   # of a relative one, Python itself says what is wrong
+            if not node.level:   # for a relative one, Python raises its own error
                 self.elsewhere(module, place, "." in module)
             return None
         return "; ".join(written)

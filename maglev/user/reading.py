@@ -1,4 +1,4 @@
-"""Description of a stage of the user's: what it leaves open is completed from its data sheet and its poles."""
+"""Description of a user's stage: omitted values are completed from its data sheet and its poles."""
 
 from dataclasses import replace
 from functools import lru_cache
@@ -20,9 +20,9 @@ KIND = ("geometry", "catalogue", "field")   # tables that a motor can have for i
 
 
 def read_own(path: Path) -> StageDescription:
-    """Read a description, which may have a catalogue, a field and poles; what it leaves out of the design is designed.
+    """Read a description, which may have a catalogue, a field and poles; omitted values of the design are designed.
 
-    StageError, ScenarioError as of `read_stage`.
+    StageError, ScenarioError as in `read_stage`.
     """
     if str(path) in PACKAGED_STAGES and not path.exists():
         raise StageError(f"{path}: is a stage of the package, expected the description of one of yours, NAME.toml")
@@ -31,7 +31,7 @@ def read_own(path: Path) -> StageDescription:
 
 @lru_cache(maxsize=32)   # a run asks for its stage a dozen times, and the design takes its time
 def stage_from_text(path: Path, text: str) -> StageDescription:
-    """What the text of a description says; errors as of `read_own`."""
+    """Return the stage in the text of a description; errors as in `read_own`."""
     table, reader = read_toml(path, text), Reader(path)
     if "extends" in table or isinstance(table.get("stage"), str):
         raise StageError(f"{path}: is a scenario, expected the description of a stage")
@@ -94,9 +94,9 @@ def put_packaged_motors(reader: Reader, table: Table) -> None:
 
 
 def unlike_motors(table: Table) -> dict[str, Table]:
-    """What motors say of their own instead of [geometry], [catalogue] and [field], which leave the table.
+    """Motors' own tables instead of [geometry], [catalogue] and [field], which leave the table of the motor.
 
-    What all of them say and the table does not is the first one's.
+    If all of them have such a table and the description does not, it gets that of the first motor.
     """
     motors = tables(table, "motors")
     kinds = {name: {key: motor.pop(key) for key in KIND if isinstance(motor.get(key), dict)}
@@ -129,7 +129,7 @@ def with_kind(reader: Reader, stage: StageDescription, motor: StageMotor, of: Ta
 
 def fill_in(path: Path, table: Table, sheet: Catalogue | None, own: dict[str, Catalogue | None]
             ) -> dict[str, set[str]]:
-    """Put into a table what it may leave out; returns, for each axis, what of its design is still to be found.
+    """Add omitted values to a table; return, for each axis, the keys of its design that are still missing.
 
     The motors of `own` have their data sheets there.
     """
@@ -174,13 +174,13 @@ def fill_in(path: Path, table: Table, sheet: Catalogue | None, own: dict[str, Ca
 
 
 def tables(table: Table, key: str) -> dict[str, Table]:
-    """Tables by name; of what is no such thing none, for it is refused where it is read."""
+    """Tables by name; anything else is left out here, for the reader of descriptions raises for it."""
     given = table.get(key)
     return {name: entry for name, entry in given.items() if isinstance(entry, dict)} if isinstance(given, dict) else {}
 
 
 def design_of(table: Table) -> Table:
-    """The table [design]; what is no such thing is refused where it is read."""
+    """The table [design]; empty for anything else, for the reader of descriptions raises for it."""
     design = table.get("design")
     return design if isinstance(design, dict) else {}
 
@@ -197,7 +197,7 @@ def thesis_weights(stage: StageDescription) -> Constants:
 
 
 def designed(stage: StageDescription, missing: dict[str, set[str]], observer_time: bool) -> StageDescription:
-    """Stage with what is missing of its design: on its linear model, over the travel of the air gap."""
+    """Stage with the missing values of its design: on its linear model, over the travel of the air gap."""
     if not any(missing.values()):
         return stage
     unstable_rate(stage)   # refuses a mover that nothing holds at its start

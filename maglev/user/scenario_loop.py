@@ -1,4 +1,4 @@
-"""The closed loop of a stage as a scenario has it: what stands in `scenarios/loops` for the stages of the project."""
+"""The closed loop of a user's stage as a scenario has it; `scenarios/loops` has those of the project's stages."""
 
 from itertools import pairwise
 from typing import Any
@@ -43,10 +43,10 @@ def setpoint_signals(stage: StageDescription) -> list[dict[str, Any]]:
 
 
 def loop_table(stage: StageDescription) -> dict[str, Any]:
-    """Table of a loop: step, connections, FMUs, axes, motors, and what is measured and compared."""
+    """Table of a loop: step, connections, FMUs, axes, motors, measurements and comparisons."""
     motors, finest = stage.motor_names, max(stage.resolution, 1e-6)
     bands = [*dict.fromkeys((max(settling_band(stage), finest), finest))]
-    # Tilts by what moves the outermost motor as much.
+    # Tilts that move the outermost motor as much.
     arm = stage.arm or 1.0
     tilts: dict[str, Any] = {"tilt_bands": [band / arm for band in bands], "fail_tilt": 1e-3 / arm}
     commands = [f"{current}_cmd" for current in stage.phase_names]

@@ -53,12 +53,12 @@ class Written:
 
 
 def is_written(path: Path) -> bool:
-    """Whether a path names a Python file, perhaps with a class in it, or stands for a class."""
+    """Return True if a path names a Python file, perhaps with a class in it, or stands for a class."""
     return is_class(path) or SOURCE.match(str(path)) is not None
 
 
 def is_class(path: Path) -> bool:
-    """Whether a path stands for a class, which no other process knows."""
+    """Return True if a path stands for a class, which no other process knows."""
     return str(path).startswith(GIVEN)
 
 
@@ -91,9 +91,9 @@ def class_of(given: object) -> type:
 
 
 def carried(given: Given) -> str | Path:
-    """What an FMU can carry of a block: of a class, the file that defines it, with its name.
+    """Return the form of a block that an FMU can carry: for a class, the file that defines it, with its name.
 
-    ControllerError if an object is given, or no file defines the class at its top level, or one that is a script.
+    ControllerError if an object is given, if no file defines the class at its top level, or if the file is a script.
     """
     if isinstance(given, str | Path):
         return given
@@ -124,9 +124,9 @@ def file_of(path: Path) -> tuple[Path, str | None]:
 
 @contextmanager
 def folder_first(folder: Path) -> Iterator[None]:
-    """Import from a folder first, as a script in it does; its modules do not stay, for another folder may have such.
+    """Import from a folder first, as a script in it does; its modules are removed, as other folders may have the same.
 
-    What a folder of copies lacks comes from the one that they are of.
+    Modules that a folder of copies lacks come from the original folder.
     """
     before = set(sys.modules)
     writes = sys.dont_write_bytecode
@@ -145,7 +145,7 @@ def folder_first(folder: Path) -> Iterator[None]:
 
 
 def load(path: Path) -> Written:
-    """Read, and execute, what a path names.
+    """Read and execute the file or class that a path names.
 
     ControllerError if there is no such file or class, it cannot be executed, or it declares what does not fit.
     """
@@ -162,7 +162,7 @@ def load(path: Path) -> Written:
 def digests(path: Path) -> tuple[tuple[str, str], ...]:
     """Names and digests of the file that a path names and of the modules next to it, or of a class's text.
 
-    Nothing is executed; errors of the files as of `load`.
+    Nothing is executed; errors of the files as in `load`.
     """
     return load_class(path).sha256 if is_class(path) else read_modules(existing(path)).sha256
 
@@ -173,9 +173,9 @@ def requirements(path: Path) -> tuple[str, ...]:
 
 
 def keeps_bits(path: Path) -> bool:
-    """Whether what a path names computes the same bits everywhere: of packages it imports ours, and exact functions.
+    """Return True if the code at a path computes the same bits everywhere: it imports only ours and exact functions.
 
-    False of a class, whose file is not known; errors of files as of `load`.
+    False for a class, whose file is not known; errors of files as in `load`.
     """
     if is_class(path):
         return False
@@ -204,7 +204,7 @@ def existing(path: Path) -> Path:
 
 
 def copy_of(path: Path) -> Path:
-    """Path of copies of the file and of the modules next to it, errors as of `load`; of a class its own."""
+    """Path of copies of the file and of the modules next to it, errors as in `load`; for a class its own path."""
     if is_class(path):
         return path
     file, name = existing(path), file_of(path)[1]
