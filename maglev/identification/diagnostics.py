@@ -1,4 +1,4 @@
-"""What a recording says about an estimate: excitation, correlation, standard errors, residuals."""
+"""Diagnostics of an estimate from its recording: excitation, correlation, standard errors, residuals."""
 
 from dataclasses import dataclass
 
@@ -12,7 +12,7 @@ SMALLEST_MOTION = 1e-4       # m; an axis that moves less than ten encoder count
 SMALLEST_EXCITATION = 1e-6   # of ∫Q dt, scaled; below, its columns are one
 BLOCK = 0.5                  # s, residuals further apart count as independent: about a stroke; assumed
 CREEP = 5e-3                 # m/s, speed over which the Coulomb term of the check for friction turns; assumed
-SETTLING = 6.0               # ε, after which what a lag of ε began with is gone (0.2 %)
+SETTLING = 6.0               # ε, after which the start of a lag of ε has decayed (to 0.2 %)
 OBSERVER_SETTLING = 0.02     # s, the same for the observer's two time constants of 1 ms
 CURVE = 200                  # points of the excitation over time
 
@@ -25,7 +25,7 @@ RELATED = 0.95               # correlation of two constants from which it is war
 class RowDiagnostics:
     """Diagnostics of one row with p constants."""
 
-    excited: bool   # whether the row says anything: the axis moves, and the columns of A are there and differ
+    excited: bool   # true if the row says anything: the axis moves, and the columns of A are there and differ
     # λmin of ∫Q dt (3.5), each column of A scaled such that its ∫a² over the whole recording is 1: from 0, at the end 1
     # for columns that are orthogonal and 0 for columns that are one; shape (m,)
     time: Array
@@ -70,10 +70,10 @@ def diagnose(data: RowData, motion: float, time: Array, estimate: Estimate) -> R
 
 
 def compared(data: RowData, terms: Array, dt: float, epsilon: float) -> tuple[Array, Array, Array]:
-    """A, velocity' − b and further terms of a row, (n, m), behind a lag of ε (s), once what it began with is gone.
+    """A, velocity' − b and further terms of a row, (n, m), behind a lag of ε (s), after its initial transient.
 
-    Differences of a velocity are noise; behind a lag of ε they are what the estimators compare. A recording may begin
-    in motion, but the observer and the lag begin at rest.
+    Differences of a velocity are noise; the estimators compare them behind a lag of ε. A recording may begin in motion,
+    but the observer and the lag begin at rest.
     """
     settled = min(round((SETTLING * epsilon + OBSERVER_SETTLING) / dt), len(data.velocity) // 2)
     a, c, more = (behind_lag(held, dt, epsilon)[1 + settled:] for held in (
@@ -103,13 +103,13 @@ def block_covariance(a: Array, c: Array, block: int) -> Array:
 
 
 def unidentified(data: RowData, diagnostics: RowDiagnostics, estimate: Estimate) -> list[str]:
-    """Constants of a row that the recording does not tell: not excited, not above 0, or lost in what is unexplained."""
+    """Constants of a row that the recording does not identify: not excited, not above 0, or lost in the residual."""
     return [name for name, error in zip(data.row.constants, diagnostics.standard_error, strict=True)
             if not diagnostics.excited or not error <= UNIDENTIFIABLE * estimate.final[name]]
 
 
 def warnings_of(data: RowData, diagnostics: RowDiagnostics, estimate: Estimate) -> list[str]:
-    """What a person should know before using the constants of a row, one plain sentence each."""
+    """Warnings for users of the constants of a row, one plain sentence each."""
     names, axis = data.row.constants, data.row.axis
     if not diagnostics.excited:
         return [f"{', '.join(names)}: cannot be identified, for nothing in this recording of axis {axis} tells "

@@ -1,6 +1,6 @@
-"""What the model leaves out: friction, bias, ripple and modulation, as the description of the stage has them.
+"""Effects that the model leaves out: friction, bias, ripple and modulation, as the stage's description has them.
 
-How much each changes in the constants, and whether the recording shows as much of it as the description says.
+The change of the constants by each, and a check that the recording shows as much of it as the description states.
 """
 
 from collections.abc import Callable, Iterator, Mapping, Sequence
@@ -35,7 +35,7 @@ class Effect:
 
 def effects_of(recording: MotionRecording, rows: Sequence[RowData], delayed: Callable[[Array], Array],
                constants: Mapping[str, float]) -> list[Effect]:
-    """The effects that the stage has; `delayed` is what the velocities have gone through, of signals (n, m)."""
+    """The effects that the stage has; `delayed` applies the filters of the velocities to signals (n, m)."""
     return [*plain_effects(recording, rows, delayed), *modulations(recording, rows, delayed, constants)]
 
 
@@ -52,7 +52,7 @@ def plain_effects(recording: MotionRecording, rows: Sequence[RowData],
 
 def modulations(recording: MotionRecording, rows: Sequence[RowData], delayed: Callable[[Array], Array],
                 constants: Mapping[str, float]) -> Iterator[Effect]:
-    """The attraction of each motor times 1 − k sin²(π d/t1), as of `plant_fmu.attraction`."""
+    """The attraction of each motor times 1 − k sin²(π d/t1), as in `plant_fmu.attraction`."""
     stage, k = recording.stage, recording.stage.described.modulation
     if not k:
         return
@@ -70,7 +70,7 @@ def modulations(recording: MotionRecording, rows: Sequence[RowData], delayed: Ca
 
 
 def friction(axis: StageAxis, x: Array, velocity: Array) -> Array:
-    """Acceleration (m/s²) by the guide, as of `plant_fmu.guide`, at positions (m) and velocities (m/s)."""
+    """Acceleration (m/s²) by the guide, as in `plant_fmu.guide`, at positions (m) and velocities (m/s)."""
     guide, deflection, path = axis.friction, 0.0, [0.0]
     on = guide.presliding > 0.0 and guide.coulomb > 0.0
     for way in np.diff(x).tolist():
@@ -87,14 +87,14 @@ def bias(axis: StageAxis, x: Array, _velocity: Array) -> Array:
 
 
 def ripple(axis: StageAxis, x: Array, _velocity: Array) -> Array:
-    """Periodic acceleration (m/s²) of an axis, as of `plant_fmu.ripple`."""
+    """Periodic acceleration (m/s²) of an axis, as in `plant_fmu.ripple`."""
     if axis.ripple.amplitude == 0.0 or axis.ripple.period < SHORTEST_RIPPLE:
         return np.zeros(len(x))
     return np.asarray(axis.ripple.amplitude * np.sin(2.0 * pi * x / axis.ripple.period + RIPPLE_PHASE))
 
 
 def changes(effects: Sequence[Effect], constants: Mapping[str, float], again: Again) -> list[dict[str, float]]:
-    """What each effect changes in the constants, with its sign: they without it in the model, less they with it.
+    """Change of the constants by each effect, with its sign: they without it in the model, less they with it.
 
     The estimator `again` found `constants` in rows that have none.
     """
@@ -103,12 +103,12 @@ def changes(effects: Sequence[Effect], constants: Mapping[str, float], again: Ag
 
 def judge_description(data: RowData, effects: Sequence[Effect], by_effect: Sequence[Mapping[str, float]],
                       estimate: Estimate, errors: Mapping[str, float], bound: dict[str, float]) -> list[str]:
-    """Make the bounds of a row larger where the recording shows more of an effect than described, and say so.
+    """Enlarge the bounds of a row where the recording shows more of an effect than described, and say so.
 
-    Least squares on the row find the constants and how many times each effect is there, whatever its sign, as far as
-    the recording tells it from the others. Where that is more than once by SURE standard errors, so many times the
-    change by the effect counts, and two standard errors more. A change of the constants by what adds to b is
-    proportional to it, that by the modulation nearly.
+    Least squares on the row find the constants and the multiple of each effect, whatever its sign, as far as the
+    recording separates it from the others. If the multiple exceeds 1 by SURE standard errors, the bound counts that
+    multiple of the change by the effect, and two standard errors more. A change of the constants by terms that add to b
+    is proportional to it, that by the modulation nearly.
     """
     axis, dt = data.row.axis, float(estimate.time[-1] - estimate.time[0]) / (len(estimate.time) - 1)
     there = [(effect, change) for effect, change in zip(effects, by_effect, strict=True) if effect.added[axis].any()]

@@ -1,8 +1,8 @@
 """The estimators of chapter 3: FSDI (3.3), NPFSI of full order (3.6), (3.7) and of reduced order (3.8).
 
 The rows of A decouple, so each velocity row has an estimator of its own. Between two samples the regressor is held at
-their mean and the velocity runs straight; what is left is integrated exactly (FSDI, of the mean behind its lag) or with
-the gain at the middle of the sample (NPFSI), which is of second order and stable for any ε. The derivation is in
+their mean and the velocity runs straight. The rest is integrated exactly (FSDI, of the mean behind its lag) or with the
+gain at the middle of the sample (NPFSI), which is of second order and stable for any ε. The derivation is in
 docs/results_identification.md.
 """
 
@@ -42,10 +42,10 @@ def run_estimator(method: str, rows: Sequence[RowData], time: Array, guess: Mapp
                   epsilon: float = EPSILON, gamma: float = GAMMA, q0: float | None = None) -> Estimate:
     """Run an estimator, "reduced", "full" or "fsdi", over a recording with evenly spaced times, s, shape (n,).
 
-    `guess` has the initial value of every constant, ε is the confidence level of the measurement, here a time (s):
-    (3.3) has none, and for FSDI it is the lag that both sides of v' = a θ + b are put behind. γ > 1 is the attenuation,
-    `q0` Q0 in ε diag(max AᵀA), by default `FULL_Q0` or `TINY_Q0`. IdentificationError if the method is unknown, ε or γ
-    is out of range, or Σ of (3.7) loses its definiteness.
+    `guess` has the initial value of every constant. ε is the confidence level of the measurement, here a time (s).
+    (3.3) has no such level; for FSDI it is the lag of both sides of v' = a θ + b. γ > 1 is the attenuation, `q0` Q0 in
+    ε diag(max AᵀA), by default `FULL_Q0` or `TINY_Q0`. IdentificationError if the method is unknown, ε or γ is out of
+    range, or Σ of (3.7) loses its definiteness.
     """
     if method not in METHODS:
         raise IdentificationError(f"method {method}: expected {one_of(method, METHODS)}")
@@ -73,7 +73,7 @@ def run_estimator(method: str, rows: Sequence[RowData], time: Array, guess: Mapp
 
 @dataclass(frozen=True)
 class Samples:
-    """What an estimator sees of one row between its samples."""
+    """Data of one row that an estimator sees between its samples."""
 
     a: Array    # regressor, shape (n − 1, p)
     c: Array    # velocity' − b, m/s², shape (n − 1,)
@@ -108,7 +108,7 @@ def solve(sigma: Array, a: Array) -> Array:
 def behind_lag(held: Array, dt: float, epsilon: float) -> Array:
     """First-order lag of ε (s) that starts at 0, at the samples.
 
-    Exact for what is held between samples: shape (n − 1,) or (n − 1, p) in, one row more out.
+    Exact for signals held between samples: shape (n − 1,) or (n − 1, p) in, one row more out.
     """
     from scipy.signal import lfilter  # half of the start of every run, which estimates nothing
 
@@ -126,7 +126,7 @@ def mean_behind_lag(samples: Samples, epsilon: float) -> Samples:
     with: together they bias the estimate.
     """
     dt = samples.dt
-    # Over a sample the distance of the lag from what is held decays: this is its mean.
+    # Over a sample the distance of the lag from the held value decays: this is its mean.
     left = -np.expm1(-dt / epsilon) * epsilon / dt
     a, c = (held + (behind_lag(held, dt, epsilon)[:-1] - held) * left for held in (samples.a, samples.c))
     return Samples(a, c, dt)

@@ -1,4 +1,4 @@
-"""From a recording to constants: velocities, estimator, diagnostics, replay, and what the model leaves out of them."""
+"""From a recording to constants: velocities, estimator, diagnostics, replay, and effects outside the model."""
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
@@ -23,16 +23,16 @@ SMOOTHING = 0.02    # s, of the states that a replay starts from
 
 @dataclass(frozen=True)
 class Identification:
-    """An estimate with what is known about it; errors, replays and shares by constant or axis."""
+    """An estimate with its diagnostics; errors, replays and shares by constant or axis."""
 
     recording: MotionRecording
     estimate: Estimate
     guess: dict[str, float]
-    matched: bool   # whether y and u went through the observer's filters
+    matched: bool   # true if y and u went through the observer's filters
     diagnostics: dict[str, RowDiagnostics]
     standard_error: dict[str, float]   # the scatter to expect from another recording, no more
     with_friction: dict[str, float]
-    # what friction, bias, ripple and modulation, as described, change in it, with their signs, and a bound of that,
+    # changes of it by friction, bias, ripple and modulation, as described, with their signs, and a bound of that,
     # which is larger where the recording shows more of them; NaN and infinite where not excited
     bias: dict[str, float]
     left_out: dict[str, float]
@@ -47,7 +47,7 @@ class Identification:
 
     @property
     def uncertainty(self) -> dict[str, float]:
-        """How far each constant may be from the true one: two standard errors, and what is left out."""
+        """Largest likely error of each constant: two standard errors, and the effects that the model leaves out."""
         return {name: 2.0 * error + self.left_out[name] for name, error in self.standard_error.items()}
 
 
@@ -58,7 +58,7 @@ def identify(recording: MotionRecording, method: str = "reduced", epsilon: float
 
     A `guess` has initial values; those of the estimator FMU are for constants that it does not name. `match` puts
     positions and currents through the filters that the observer's velocity has gone through. `velocities` are in m/s,
-    shape (n, axes), by default those of the high-gain observer. IdentificationError if no axis is excited, or as of
+    shape (n, axes), by default those of the high-gain observer. IdentificationError if no axis is excited, or as in
     `run_estimator`.
     """
     stage, dt = recording.stage, recording.dt
@@ -91,7 +91,7 @@ def identify(recording: MotionRecording, method: str = "reduced", epsilon: float
         warnings += warnings_of(data, diagnosis, estimates)
         unknown += unidentified(data, diagnosis, estimates)
     error, motion = replay(recording, estimates.final)
-    # True velocities are what they are; observed ones lag, whether the rows do so with them or not.
+    # True velocities have no lag; observed ones have one, even if the rows have none.
     delayed = partial(matched, dt=dt) if velocities is None else np.asarray
     effects = effects_of(recording, rows, delayed, estimates.final)
     by_effect = changes(effects, estimates.final, lambda others: estimated(others).final)
@@ -130,10 +130,10 @@ def observed(positions: Array, dt: float) -> Array:
 
 
 def matched(signals: Array, dt: float) -> Array:
-    """Signals, shape (n, m), through the two low-pass filters that the observer's velocity has gone through.
+    """Signals, shape (n, m), through the two low-pass filters of the observer's velocity.
 
-    They begin at the first sample. What the observer's derivative is of the measured position, it is exactly of a
-    signal that has gone through this: the delay is the same on both sides of velocity' = A θ + b.
+    They begin at the first sample. The observer's velocity is exactly the derivative of the position behind these
+    filters. With the signals behind them too, the delay is the same on both sides of velocity' = A θ + b.
     """
     from scipy.signal import lfilter  # see behind_lag
 

@@ -33,7 +33,7 @@ class MotionRecording:
     positions: Array   # m, or rad of tilts, measured; shape (n, axes)
     i_d: Array   # A, delivered; shape (n, motors)
     i_q: Array   # A, delivered; shape (n, motors)
-    said: str = ""   # what its reading took for granted, in one line
+    said: str = ""   # assumptions made in reading it, in one line
 
     @property
     def dt(self) -> float:
@@ -44,12 +44,12 @@ class MotionRecording:
 def read_recording(given: Path | DataTable, stage_name: str | None = None, gaps: Gaps = "refuse") -> MotionRecording:
     """Read a recording.
 
-    The columns are `time` (s), the positions `v`, `h` or `y`, `x`, `z` (m), of a stage that tilts `x`, `z` and the gaps
-    at the motors, `alpha1.gap_encoder` …, or `y`, `roll`, `pitch` (rad), and of each motor `i_d`, `i_q` or `i_a`,
-    `i_b`, `i_c` (A), with the motor's name and a point in front where there are two. Names as in results of this
-    project, such as `plant.v.encoder`, are understood too; the encoder goes before the true position. Units in the
-    header, as in `v [mm]`, are converted. What becomes of times that are not even, `gaps` says as in `even`.
-    IdentificationError or CsvError, in one line, with file, column, row, value and what was expected.
+    The columns are `time` (s), the positions `v`, `h` or `y`, `x`, `z` (m), and of each motor `i_d`, `i_q` or `i_a`,
+    `i_b`, `i_c` (A). Where there are two motors, the motor's name and a point stand in front. A stage that tilts has
+    `x`, `z` and the gaps at the motors, `alpha1.gap_encoder` …, or `y`, `roll`, `pitch` (rad). Names as in results of
+    this project, such as `plant.v.encoder`, are understood too; the encoder goes before the true position. Units in the
+    header, as in `v [mm]`, are converted. `gaps` decides about uneven times, as in `even`. IdentificationError or
+    CsvError, in one line, with file, column, row, value and expected value.
     """
     table = read_table(given) if isinstance(given, Path) else given
     stage = chosen_stage(table, stage_name)
@@ -117,13 +117,13 @@ def own_plant(recording: Path) -> str | None:
 
 
 def has_axis(table: DataTable, stage: EstimatedStage, axis: str) -> bool:
-    """Whether a position is recorded, or follows from the gaps at the motors."""
+    """Return True if a position is recorded, or follows from the gaps at the motors."""
     return table.find(*axis_names(axis)) is not None or (
         has_gaps(table, stage) and axis not in (horizontal.name for horizontal in stage.described.horizontal))
 
 
 def has_gaps(table: DataTable, stage: EstimatedStage) -> bool:
-    """Whether the gaps are recorded at all motors of a platform that tilts."""
+    """Return True if the gaps are recorded at all motors of a platform that tilts."""
     return bool(stage.described.rotations) and all(table.find(*gap_columns(motor)) for motor in stage.motors)
 
 
@@ -168,7 +168,7 @@ def even_times(table: DataTable, gaps: Gaps) -> Even:
 
 def check_positions(table: DataTable, stage: EstimatedStage, units: Mapping[str, str], positions: Array,
                     gaps: range) -> None:
-    """Refuse positions in another unit than m or rad, and gaps, some of the columns, that the model does not know."""
+    """Raise if positions and gaps, some of the columns, have other units than m or rad, or are not in the model."""
     names = [*units]
     gap = float(np.median(positions[:, gaps[0]]))
     for least, unit in ((5e3, "µm"), (5.0, "mm"), (0.5, "cm")):

@@ -92,11 +92,11 @@ class RowData:
 
 
 def columns(normal: Array, thrust: Array, sharing: float) -> Columns:
-    """A of a row: of each thrust that moves its axis, then if normal forces do, of attraction, coils and iron.
+    """A of a row: a column for each thrust that moves its axis, then for attraction, coils and iron if these do.
 
-    What the motors' vertical accelerations do to the axis is `normal`, (motors,); what the horizontal ones do, each
-    column for the motors of one constant, is `thrust`, (motors, thrusts); `sharing` is the number of motors with one
-    current.
+    `normal`, (motors,), is the effect of the motors' vertical accelerations on the axis. `thrust`, (motors, thrusts),
+    is the effect of the horizontal ones, each column for the motors of one constant. `sharing` is the number of motors
+    with one current.
     """
     def of(f: Array, i_d: Array, i_q: Array) -> Array:
         columns = [thrusts(sharing, f[0], i_q) @ thrust]
@@ -134,7 +134,7 @@ ESTIMATED_STAGES = {name: estimated_stage(described) for name, described in PACK
 
 
 def shape_functions(motor: MotorGeometry, gaps: Array) -> Array:
-    """f1…f4 of `pmlsm` at air gaps (m), shape (4, …) of theirs."""
+    """f1…f4 of `pmlsm` at air gaps (m), shape (4, …) for gaps of shape (…)."""
     # Encoders repeat themselves: most recordings have a few thousand different gaps.
     distinct, inverse = np.unique(gaps, return_inverse=True)
     values = np.array([gap_functions(motor, gap) for gap in distinct.tolist()])
@@ -201,7 +201,7 @@ def thrust_of_parabola(stage: EstimatedStage, axis: str, time: Array, position: 
 def equilibrium_currents(stage: EstimatedStage, gaps: Array, constants: Mapping[str, float]) -> Array:
     """Direct currents (A), the same in all motors, that hold air gaps (m), shape (n,), without quadrature current.
 
-    The smaller root of the vertical row, (4.10) and its like in section 5.4.2; NaN where there is none.
+    The smaller root of the vertical row, (4.10) and its like in section 5.4.2; NaN without a root.
     """
     attraction, coils, iron = (stage.described.carrying * constants[name] for name in stage.rows[0].constants)
     currents = [equilibrium_current(stage.motor, attraction, coils, iron, gap) for gap in gaps.tolist()]
