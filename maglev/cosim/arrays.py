@@ -32,7 +32,7 @@ def of_variable(variable: ScalarVariable) -> int:
 
 
 def elements_of(variables: Sequence[ScalarVariable], kinds: Mapping[str, object]) -> Iterator[ScalarVariable]:
-    """The variables with the elements of arrays of these types instead of the arrays; the type of others ends in [].
+    """Yield the variables, with elements instead of arrays of these types; arrays of other types get the type "…[]".
 
     The structural parameters that decide how many there are keep their start values.
     """

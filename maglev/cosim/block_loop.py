@@ -1,10 +1,10 @@
 """A whole run of native FMUs of this installation as one C function, with the FMUs' blocks in it.
 
 The calls of a step go through FMI: a function for each, a table for each variable, checks. FMUs of this installation
-carry their blocks as C, so that whoever runs them often compiles these into the calls' place. The function begins with
-the initialised instances and with their first row, and has the operations of the calls: its bits are theirs. What comes
-of a run is up to C that is given: it sees chosen columns at each communication point. A run that an FMU would refuse is
-said to be one; then the calls are made, and say what is wrong.
+carry their blocks as C, so that frequent runs can replace the calls with these blocks, compiled together. The function
+begins with the initialised instances and with their first row, and has the operations of the calls: the bits are the
+same. The results of a run are up to C that is given: it sees chosen columns at each communication point. The function
+reports a run that an FMU would refuse; then the calls are made, and give the error.
 """
 
 from collections.abc import Iterable, Iterator, Mapping, Sequence
@@ -34,13 +34,13 @@ FUNCTION = "maglev_whole_run"
 # Parts of blocks become part of their callers up to this size; an FMU's step takes no longer without it.
 PARTS_INLINED = ("-mllvm", "-inline-threshold=1000")
 LOOP_FILE, EXPORT_FILE, RUN_FILE = "loop.c", "export.h", "run.h"
-DONE, REFUSED, ENDED, OTHERWISE = range(4)   # what functions return: RUN_DONE and so on of run.h
+DONE, REFUSED, ENDED, OTHERWISE = range(4)   # results of functions: RUN_DONE and so on of run.h
 
-INSTANCE = {"instance.h", "model.h"}   # what an instance is
+INSTANCE = {"instance.h", "model.h"}   # headers of an instance
 
 
 class Moved(Structure):
-    """What moves in a call from step to step, as the C function takes it."""
+    """Arguments of a call that move from step to step, as the C function takes them."""
 
     _fields_ = (("time", c_double), ("time_stride", c_double), ("size", c_double))
 
@@ -107,10 +107,9 @@ def block_loop(wiring: Wiring, observer: str, seen: Mapping[str, str], build: bo
     """The loop for a wiring, compiled now if it was not before and `build` asks for it.
 
     `observer` is C with a struct seen, a struct observer and a function observe; `seen` has the recorded variable, by
-    full name, for each member of the struct seen that it reads. None where there is no loop, or can be none: the FMUs
-    are native ones that this installation builds, or `written` ones by name, all of them with steps of one length and
-    none with clocks, and all that is seen is recorded. ExportError of the compiler; OSError if the result cannot be
-    kept.
+    full name, for each member of the struct seen that it reads. None if no loop is there, or possible. A loop needs
+    native FMUs that this installation builds, or `written` ones by name, with steps of one length and without clocks,
+    and all variables of `seen` recorded. ExportError from the compiler; OSError if the result cannot be kept.
     """
     sources = loop_sources(wiring, observer, seen, written or {})
     if sources is None:
@@ -120,7 +119,7 @@ def block_loop(wiring: Wiring, observer: str, seen: Mapping[str, str], build: bo
 
 
 def loop_of(sources: Mapping[str, str], build: bool) -> Kept | None:
-    """Library of C files, compiled now if it was not before and `build` asks for it; errors as of `block_loop`."""
+    """Library of C files, compiled now if it was not before and `build` asks for it; errors as in `block_loop`."""
     platform, = host_platform().values()
     platform = platform._replace(flags=(*platform.flags, *PARTS_INLINED))
     place = key_of(BLOCK_LOOPS, sorted(sources.items()), FLAGS, platform)
@@ -137,7 +136,7 @@ def fmus_of(calls: Iterable[Call]) -> list[Fmu]:
 
 def loop_sources(wiring: Wiring, observer: str, seen: Mapping[str, str],
                  written: Mapping[str, Variables]) -> dict[str, str] | None:
-    """C files by name; None where there are none for this wiring, see `block_loop`."""
+    """C files by name; None if this wiring has no loop, see `block_loop`."""
     if len(wiring.phases) != 1 or not in_c(wiring.phases):
         return None
     calls, = wiring.phases
@@ -200,14 +199,14 @@ def c_type(track: Track) -> str:
 def value_at(number: int, column: int, tracks: Sequence[Track]) -> str:
     """C expression of a value of a track at the present point.
 
-    One row of outputs is enough, for who steps later sets from it.
+    One row of outputs is enough, because later steps set from it.
     """
     return f"row{number}[{column}]" if tracks[number].signals is None else f"row{number}[{column} * points + k]"
 
 
 @lru_cache(maxsize=16)
 def block_files(path: Path, _sha256: str) -> tuple[str, dict[str, str]]:
-    """C that an FMU carries of its block, and the headers, by name, of what an instance is.
+    """C of the block in an FMU, and the headers, by name, of its instances.
 
     Read once for each content of the file: every batch asks for them. Nothing may be changed in them.
     """
@@ -244,7 +243,7 @@ def out_of_range(variable: Variable, value: str) -> str:
 
 
 def filled_in(file: Path, **what: object) -> str:
-    """Text of a file of C, with what stands instead of its `$names`."""
+    """Text of a file of C, with values instead of its `$names`."""
     return Template(file.read_text(encoding="utf-8")).substitute(what)
 
 

@@ -42,13 +42,13 @@ class Clock:
 
 
 class Values:
-    """Access to variables of one type; what belongs to a clock is kept here until that ticks, or since it has."""
+    """Access to variables of one type; values of a clock's variables are kept here until it ticks, or since it has."""
 
     def __init__(self, getter: Any, setter: Any, value: Any, variables: Mapping[int, ScalarVariable],
                  free: Callable[[], bool]):
         self.call_get, self.call_set = getter, setter
         self.value = value
-        self.free = free   # whether the FMU gives access to all, as in its initialization
+        self.free = free   # true if the FMU gives access to all, as in its initialization
         self.clocks = {reference: {clock.valueReference for clock in variable.clocks or ()}
                        for reference, variable in variables.items()}
         self.names = {reference: variable.name for reference, variable in variables.items()}
@@ -153,7 +153,7 @@ class Ticking:
         return interval[0], qualifier[0]
 
     def begin(self, time: float) -> None:
-        """After the initialization, in event mode at the start time (s): go on to steps, before the first tick."""
+        """Change to stepping after the initialization, in event mode at the start time (s), before the first tick."""
         for clock in self.clocks:
             clock.begin(time + clock.shift)
         self.settle(time)

@@ -1,4 +1,4 @@
-"""What differs between FMI 2.0 and 3.0 in a co-simulation: names, types and arguments of functions; and messages."""
+"""Differences of FMI 2.0 and 3.0 in a co-simulation: names, types and arguments of functions; and messages."""
 
 import ctypes
 import re
@@ -29,7 +29,7 @@ DISCARD = 2   # fmi2Discard, fmi3Discard
 
 
 class Listening(NamedTuple):
-    """Who is told what an FMU says, the environment that it is given, and whether it says to be of this project."""
+    """Receiver of an FMU's messages, the environment that it gets, and True if it claims to be of this project."""
 
     listener: Listener
     environment: Any
@@ -85,7 +85,7 @@ class Fmi:
         return {kind: function_of(instance, self.name(verb, kind)) for kind in self.types}
 
     def do_step(self, instance: Any, description: ModelDescription, say: Callable[[str], None]) -> Any:
-        """The C function that makes a communication step, or what calls it; a solver where there is none."""
+        """The C function that makes a communication step, or a wrapper of it; for FMUs without one, a solver."""
         if isinstance(instance, fmi2.FMU2Model):
             return Integration(instance, description, instance.newDiscreteStates, say)
         return function_of(instance, "fmi2DoStep")
@@ -122,7 +122,7 @@ class Step3:
 
     @property
     def event(self) -> bool:
-        """Whether the last step has ended in an event."""
+        """Return True if the last step has ended in an event."""
         return bool(self.flags[0].value)
 
     def __call__(self, instance: c_void_p, time: c_double, step: c_double, _no_set_before: c_int) -> int:
@@ -224,7 +224,7 @@ def fmi_of(description: ModelDescription) -> Fmi:
 MOST_MESSAGES = 20      # of an FMU that are kept
 LONGEST_MESSAGE = 500   # characters of one of them
 
-# How pythonfmu's binary reports an exception; its text is what a person wants to read.
+# How pythonfmu's binary reports an exception; its text is the part for people.
 PYTHON_EXCEPTION = re.compile(r"""^Fatal py exception encountered: \[\w+\] \w+ \w+\((["'])(.*)\1\)$""")
 
 
@@ -247,7 +247,7 @@ class Messages:
             self.others += 1
 
     def told(self, status: int, message: bytes) -> None:
-        """Take in what an FMU says, with its status."""
+        """Take in a message of an FMU, with its status."""
         if status != 0:
             self.add((message or b"").decode("utf-8", "replace"))
 
@@ -261,7 +261,7 @@ class Messages:
         return text
 
     def summary(self) -> str:
-        """What was said since the beginning, each text once with its number; empty if nothing was.
+        """All messages since the beginning, each text once with its number; empty if there are none.
 
         Of calls that returned a warning it is said only where no text came with it.
         """

@@ -38,7 +38,7 @@ from maglev.files.units import known_unit, own_number
 from maglev.fmi.parameter import REALS, expected_of
 
 FATAL = 4   # fmi2Fatal, fmi3Fatal
-STATUSES = {DISCARD: "discard", 3: "error", FATAL: "fatal error"}   # what FMI calls those beyond a warning
+STATUSES = {DISCARD: "discard", 3: "error", FATAL: "fatal error"}   # FMI's names of those beyond a warning
 COUNT = count(1)   # makes instance names unique
 EXECUTABLE = 0o111       # bits of a file's mode
 IDENTIFIER = re.compile(r"\w[\w.+-]*")   # as lenient as a name that is no path can be
@@ -52,7 +52,7 @@ HERE = (f"binaries/{fmpy.platform}/", f"binaries/{fmpy.platform_tuple}/")       
 OLDER_TYPES = {"Float64": "Real", "Int32": "Integer", "Enumeration": "Int64"}
 
 LOADING = Lock()   # fmpy goes into the folder of a library while it loads it, and then back to where it was
-# What pythonfmu's binary loads from: of what a path has in a URI, it decodes the space alone.
+# Paths that pythonfmu's binary loads from: of the escapes in a URI, it decodes the space alone.
 LOADABLE = re.compile(r"[A-Za-z0-9/ ._~-]*" if os.name == "posix" else r"[A-Za-z]:[A-Za-z0-9/\\ ._~-]*")
 # Where there is room instead of the temporary folder, as `tempfile` has it.
 TEMPORARY = ("/tmp", "/var/tmp", "/usr/tmp") if os.name == "posix" else (
@@ -80,7 +80,7 @@ class Buffer:
 
 
 def read_description(name: str, path: Path) -> ModelDescription:
-    """Model description of an FMU for co-simulation, FMI 2.0 or 3.0; FmuError says what is wrong with another file."""
+    """Model description of an FMU for co-simulation, FMI 2.0 or 3.0; FmuError names the fault of any other file."""
     if not regular(path).is_file():
         raise FmuError(f"{name}: there is no file {path}{other_kind(path) or nearest_file(path)}, expected an FMU; "
                        f"without {option('fmus')} those of this project are built where they are missing, "
@@ -157,7 +157,7 @@ def dangling_reference(path: Path, error: KeyError) -> str:
 
 
 def flaw_note(path: Path) -> str:
-    """Sentence about what is wrong with the model description of an FMU that runs all the same; empty if nothing."""
+    """Sentence about the flaws in the model description of an FMU that runs nevertheless; empty if there are none."""
     return f"its model description is flawed: {in_one_line(few(found))}" if (found := FLAWS.get(path)) else ""
 
 
@@ -179,7 +179,7 @@ def other_kind(path: Path) -> str:
 
 
 def require_known_units(place: str, description: ModelDescription) -> None:
-    """Refuse an FMU that defines a unit otherwise than its name says."""
+    """Raise for an FMU that defines a unit otherwise than its name means."""
     for unit in description.unitDefinitions:
         known = known_unit(unit.name) if unit.baseUnit is not None else None
         if known is None:
@@ -262,17 +262,17 @@ class Fmu:
         remove_scratch(self.folder)
 
     def said(self) -> str:
-        """What the FMU has said, and forget it."""
+        """Return the latest messages of the FMU, and forget them."""
         return self.messages.take()
 
     def note(self) -> str:
-        """Sentence about what the FMU has said in a run that went on; empty if nothing."""
+        """Sentence about the messages of the FMU in a run that continued; empty if there are none."""
         summary, flaws = self.messages.summary(), flaw_note(self.path)
         return "; ".join([*([f"{self.name} ({self.path.name}) says: {summary}"] if summary else []),
                           *([f"{self.name} ({self.path.name}) runs, but {flaws}"] if flaws else [])])
 
     def require(self, call: str, status: int) -> None:
-        """Refuse a call that returned a status beyond a warning; count one that returned a warning."""
+        """Raise for a call that returned a status beyond a warning; count one that returned a warning."""
         if status > WARNING:
             raise self.failed(call, status)
         if status == WARNING:
@@ -331,7 +331,7 @@ class Fmu:
             raise self.failed(f"{self.fmi.prefix}SetString of {name}", error.status) from error
 
     def require_start(self, name: str, value: object) -> None:
-        """Refuse a start value that is none of the variable's type; in a row of a study all are floats."""
+        """Raise for a start value that does not fit the variable's type; in a row of a study all are floats."""
         kind, number = kind_of(self.variable(name)), own_number(value)
         if isinstance(number, int | float) and kind not in REALS and number % 1 == 0:
             number = bool(number) if kind == "Boolean" and number in (0, 1) else int(number)
@@ -361,7 +361,7 @@ def unpack(path: Path, folder: Path) -> None:
         most = number_in(MOST_UNPACKED)
     except ValueError as error:
         raise FmuError(str(error)) from None
-    with zipfile.ZipFile(path) as archive:   # it keeps what is in it below the folder, whatever the names are
+    with zipfile.ZipFile(path) as archive:   # it extracts all files below the folder, whatever their names
         names, size = archive.namelist(), sum(entry.file_size for entry in archive.infolist())
         if size > most:
             raise FmuError(f"{original(path)} unpacks to {1e-6 * size:.0f} MB, expected at most {1e-6 * most:.0f} MB; "
@@ -380,7 +380,7 @@ def unpack(path: Path, folder: Path) -> None:
 
 
 def make_links(folder: Path, entries: Iterable[zipfile.ZipInfo]) -> None:
-    """Make of unpacked files the links and programs that they were; FmuError of a link that leads out of the folder."""
+    """Make links and programs of unpacked files as they were; FmuError for a link that leads out of the folder."""
     links = []
     for entry in entries:
         mode, path = entry.external_attr >> 16, folder / entry.filename
@@ -402,7 +402,7 @@ def make_links(folder: Path, entries: Iterable[zipfile.ZipInfo]) -> None:
 
 
 def runs_python(path: Path) -> bool:
-    """Whether a file is an FMU that has Python in it."""
+    """Return True if a file is an FMU that has Python in it."""
     try:
         with zipfile.ZipFile(path) as archive:
             return any(name.startswith("resources/") and name.endswith(".py") for name in archive.namelist())

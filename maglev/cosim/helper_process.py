@@ -1,9 +1,9 @@
-"""The process that runs what is not ours: it reads Python files of users, and does one run, study, check or analysis.
+"""The process for third-party code: it reads Python files of users, and does one run, study, check or analysis.
 
 Whatever such a file does when it is imported (it ends the process, or hangs) happens there. The process that has read
-it waits, for what follows. This is the one way to third-party code, and it is kept by hand: a pool of processes, such
-as those of `concurrent.futures`, unpickles what its processes say, loses all of them when one dies, and leaves alive
-what they have started.
+it waits for the next task. This is the one way to third-party code, without a pool of processes such as those of
+`concurrent.futures`. A pool unpickles the messages of its processes, loses all of them when one dies, and leaves alive
+the processes that they have started.
 """
 
 import atexit
@@ -55,7 +55,7 @@ def other_process(keep: bool = False) -> Iterator[tuple[Beside, Path]]:
 
 
 def folder_for_any() -> Path:
-    """Folder for whatever is unpacked in it; where none is for FMUs that run Python, these say so themselves."""
+    """Folder for unpacked files; if there is no folder for FMUs that run Python, these raise their own error."""
     try:
         return unpacking_folder()
     except FmuError:
@@ -77,8 +77,9 @@ def called_apart(task: Task, names: str, limit: float, kind: Any,
                  progress: Callable[[int, int], None] = lambda done, steps: None) -> Any:
     """Return the result of a task, done in another process, where it sends the steps done and the steps in all.
 
-    FmuError, which begins with the names of what runs, if the process dies, says nothing for longer than `limit` (s),
-    before the first report longer than `STARTED_WITHIN`, or says what is no report, or no result of the type `kind`.
+    FmuError, which begins with the names of the code that runs, if the process dies, or sends nothing for longer than
+    `limit` (s), before the first report longer than `STARTED_WITHIN`. Also if a message is no report, or no result of
+    the type `kind`.
     """
     with other_process() as (beside, _):
         beside.ask(task)

@@ -39,7 +39,7 @@ Complete = Callable[[Recording], None]   # told of a recording
 
 
 class Job(NamedTuple):
-    """A run, as of `Master`."""
+    """A run; for the parameters see `Master`."""
 
     setups: Sequence[FmuSetup]
     connections: Sequence[tuple[str, str]]
@@ -52,7 +52,7 @@ class Job(NamedTuple):
 
 
 class Stage(NamedTuple):
-    """A call of an FMU, by its name; as a report: what is done with it now, while no calls are counted."""
+    """A call of an FMU, by its name; as a report: the present work on it, while no calls are counted."""
 
     fmu: str
     doing: str
@@ -79,7 +79,7 @@ class Stepped(NamedTuple):
 
 
 class Finished(NamedTuple):
-    """Report: the recording is complete; notes as of `Recording`."""
+    """Report: the recording is complete; notes as in `Recording`."""
 
     notes: tuple[str, ...]
 
@@ -151,11 +151,11 @@ def run_and_report(folder: Path, job: Job, send: Send) -> None:
 
 def run_apart(job: Job, progress: Progress | None = None, timeout: float = TIMEOUT,
               complete: Complete = lambda _: None) -> Recording:
-    """Do in another process what a `Master` does in this one; errors as of it, RunFailed also if the process dies.
+    """Do the work of a `Master` in another process; errors as there, RunFailed also if the process dies.
 
     A call of an FMU that gives no sign of life for longer than `timeout`, s, ends the run. `complete` is called with
-    the recording as soon as that is complete: the process then has `PATIENCE`, or the timeout if that is shorter, to
-    end, and is ended with what it has started after that; a note says so. Interrupted after Ctrl-C or SIGTERM as it
+    the recording as soon as that is complete. The process then has `PATIENCE`, or the timeout if that is shorter, to
+    end. After that it is ended with its child processes, and a note says so. Interrupted after Ctrl-C or SIGTERM as it
     ends.
     """
     with other_process() as (beside, folder):
@@ -165,7 +165,7 @@ def run_apart(job: Job, progress: Progress | None = None, timeout: float = TIMEO
 
 
 class Follower:
-    """What is known here about a run in another process."""
+    """State of a run in another process, as known here."""
 
     def __init__(self, job: Job, folder: Path, process: Beside, timeout: float):
         self.job = job
@@ -175,7 +175,7 @@ class Follower:
         self.stage = STARTING
         self.wired = Wired([], [], [], [])   # until it is told, before the first call
         self.counted = 0
-        self.cut = False   # whether somebody has cut the file with the number of calls
+        self.cut = False   # true if somebody has cut the file with the number of calls
 
     def follow(self, progress: Progress | None, complete: Complete) -> Recording:
         while True:
@@ -185,7 +185,7 @@ class Follower:
                 report = self.next(limit)
             except KeyboardInterrupt as error:
                 with suppress(Gone):
-                    while self.calls() and not self.wired.phases:   # what was told is still in the pipe
+                    while self.calls() and not self.wired.phases:   # its report is still in the pipe
                         self.next(PATIENCE)
                 if not self.begun():
                     raise
@@ -210,11 +210,11 @@ class Follower:
                 return Recording(recording.time, recording.columns, (*recording.notes, note)) if note else recording
 
     def next(self, limit: float) -> Report:
-        """Return the next report, and keep which calls will be made; Forged if it is none of a run."""
+        """Return the next report, and keep the calls that will be made; Forged if it is no report of a run."""
         said = self.process.next(limit, self.calls)
         report: Report = checked(said, Report)
         if said.last or isinstance(report, Wired if self.wired.phases else Stepped | Finished):
-            raise Forged   # what is wired is told once, before the steps
+            raise Forged   # the wiring is reported once, before the steps
         if isinstance(report, Stepped) and not 0 <= report.done <= report.steps:
             raise Forged
         if isinstance(report, Wired):
@@ -225,7 +225,7 @@ class Follower:
         return report
 
     def end(self) -> str:
-        """Let the process end after a complete run, if it does so soon; what is to be said if it does not end well."""
+        """Let the process end after a complete run, if it does so soon; return a note if it does not end well."""
         self.stage, patience = ENDING, min(PATIENCE, self.timeout)
         try:
             for _ in range(len(self.job.setups) + 3):   # each is freed, the task ends, and so does the process
@@ -246,7 +246,7 @@ class Follower:
                 if self.process.left else "")
 
     def calls(self) -> int:
-        # Read as a file, not mapped: what runs could cut it, and this process would end by SIGBUS.
+        # Read as a file, not mapped: the running code could cut it, and this process would end by SIGBUS.
         with regular(self.folder / COUNTER).open("rb") as file:
             count = file.read(8)
         self.cut = len(count) < 8
@@ -255,7 +255,7 @@ class Follower:
         return self.counted
 
     def begun(self) -> bool:
-        """Whether a call of the run was begun, and it is known which."""
+        """Return True if a call of the run was begun, and it is known which."""
         return self.calls() > 0 and bool(self.wired.phases)
 
     def last(self) -> tuple[int, Stage]:
@@ -276,7 +276,7 @@ class Follower:
         return cycles * len(phases) + phase, call
 
     def blame(self, gone: Gone) -> FmuError:
-        """Error of the FMU that was called last, which did this."""
+        """Error of the FMU that was called last, for the end of the process."""
         begun = self.begun()
         if self.cut or not (gone.how or isinstance(gone, Silent)):   # others were called since
             return FmuError(f"{self.foreign()} {gone}{', after the count of calls was cut' if self.cut else ''}")
@@ -284,7 +284,7 @@ class Follower:
         return FmuError(f"{self.name(fmu)} {gone} in {doing}")
 
     def early(self, reason: BaseException) -> BaseException:
-        """Error for the end of the run, with what was recorded until then, if anything was."""
+        """Error for the end of the run, with the recording until then, if there is one."""
         if not self.begun():
             return reason
         step, _ = self.last()
@@ -292,7 +292,7 @@ class Follower:
         return ended(reason, step * self.job.step, self.recording(step + 1))
 
     def recording(self, rows: int, notes: tuple[str, ...] = ()) -> Recording:
-        """Copy of the first rows of what was recorded, or of as many as there are."""
+        """Copy of the first rows of the recording, or of as many as there are."""
         columns: dict[str, Any] = {}
         rows = max(0, min(rows, whole_steps(self.job.stop_time, self.job.step) + 1))
         for number, names in enumerate(self.wired.columns):
@@ -305,7 +305,7 @@ class Follower:
                          {name: column[:rows] for name, column in columns.items()}, notes)
 
     def foreign(self) -> str:
-        """Names of what runs that is not of this project."""
+        """Names of the running FMUs that are not of this project."""
         return " or ".join(self.name(setup.name) for setup in self.job.setups
                            if is_written(setup.path) or not built_here(setup.path)) or STARTING.fmu
 

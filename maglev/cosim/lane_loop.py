@@ -1,9 +1,9 @@
 """Whole runs of native FMUs side by side, one in each lane of a vector register, with the bits of single runs.
 
-The FMUs' blocks are translated once more, for lanes: what runs differ in becomes a vector. That is what their start
-values differ in, what `start` and `step` compute from it, and what connections carry on. The library is compiled here,
-for the widest vectors that this processor has; its key has their name, so that a cache that another processor
-filled has none that this one cannot run.
+The FMUs' blocks are translated once more, for lanes: values that differ between runs become vectors. These are
+differing start values, values that `start` and `step` compute from them, and values that connections pass on. The
+library is compiled here, for the widest vectors that this processor has; its key has their name, so that a cache that
+another processor filled has none that this one cannot run.
 """
 
 import platform
@@ -69,7 +69,7 @@ def widest(flags: frozenset[str] | None = None) -> Vectors:
 
 
 def processor_flags() -> frozenset[str]:
-    """Flags of this processor where it is one of x86-64 and Linux says what it has."""
+    """Flags of this processor, if it is one of x86-64 and Linux lists them."""
     if platform.machine() not in ("x86_64", "AMD64"):
         return frozenset()
     try:
@@ -81,14 +81,14 @@ def processor_flags() -> frozenset[str]:
 
 
 class Varied(NamedTuple):
-    """What runs differ in when they begin: start values by full name, and whether their signals do."""
+    """Initial differences between runs: start values by full name, and True if their signals differ."""
 
     names: frozenset[str]
     signals: bool
 
 
 class LanePart:
-    """An FMU in the loop: its block as a typed program, and what lanes differ in."""
+    """An FMU in the loop: its block as a typed program, and the values that differ between lanes."""
 
     def __init__(self, number: int, fmu: Fmu, own: FmuDefinition):
         self.own, self.variables = own, own.native_variables
@@ -116,7 +116,7 @@ class LanePart:
         return self.attribute(place) in self.varying
 
     def make_vary(self, place: str) -> bool:
-        """Note that lanes differ in a place; whether that is new."""
+        """Note that lanes differ in a place; return True if that is new."""
         new = not self.varies(place)
         self.varying.add(self.attribute(place))
         return new
@@ -152,7 +152,7 @@ class LaneCode:
                 break
 
     def transfers(self, call: Call) -> Iterator[tuple[bool, LanePart, Any, int, int]]:
-        """What a call gets or sets: whether it gets, the part, the variable, the track and its column."""
+        """Values that a call gets or sets: True for a get, the part, the variable, the track and its column."""
         fmu, part = call.what[0], self.parts[id(call.what[0])]
         _, references, count, _ = call.arguments
         where, track = next((where, track) for where, track in enumerate(self.tracks)
@@ -163,7 +163,7 @@ class LaneCode:
             yield getting, part, part.variables[reference], where, column
 
     def carry(self, call: Call) -> bool:
-        """Carry on what lanes differ in; whether there is more of it than before."""
+        """Pass on differences between lanes; return True if there are more than before."""
         if isinstance(call.moving, c_double):
             return False
         more = False
@@ -181,7 +181,7 @@ class LaneCode:
         return self.varied.signals if signals else (where, column) in self.rows
 
     def value(self, where: int, column: int) -> str:
-        """C of a value of a track: of all lanes, or what they have in common."""
+        """C of a value of a track: of all lanes, or of one value that they have in common."""
         track = self.tracks[where]
         if track.signals is None:
             return f"all.row{where}_{column}"
@@ -300,7 +300,7 @@ class LaneCode:
 
 
 class Taken:
-    """Runs that are put into lanes: memory of the C, and rows with what they point to."""
+    """Runs in lanes: memory of the C, and rows with the arrays that they point to."""
 
     def __init__(self) -> None:
         self.memory: Any = None
@@ -319,7 +319,7 @@ class LaneLoop:
     def __init__(self, made: Kept, loop: BlockLoop, width: int, apart: bool):
         self.width = width
         self.loop = loop
-        self.apart = apart   # whether every run has signals of its own
+        self.apart = apart   # true if every run has signals of its own
         library = CDLL(str(made.path.absolute()))
         self.take_in, self.function = library["maglev_lanes_take"], library["maglev_lanes"]
         self.take_in.restype = c_int64
@@ -332,7 +332,7 @@ class LaneLoop:
     def take(self, taken: Taken) -> int:
         """Put initialised instances, whose first row is there, into the next lane: DONE, REFUSED or OTHERWISE.
 
-        OTHERWISE where they differ in what the lanes have in common.
+        OTHERWISE if they differ in values that the lanes have in common.
         """
         arrays = [track.array if track.signals is None else track.signals.copy() if self.apart else track.signals
                   for track in self.loop.tracks]
@@ -359,7 +359,7 @@ def lane_loop(loop: BlockLoop, wiring: Wiring, observer: str, seen: Mapping[str,
               build: bool = False) -> LaneLoop | None:
     """The loop in lanes for a wiring that has a loop, compiled now if it was not before and `build` asks for it.
 
-    None where there is none, or can be none: signals that are Booleans, or an FMU whose block is not known here. For
+    None if no such loop is there, or possible: signals that are Booleans, or an FMU whose block is not known here. For
     the others, and errors, see `block_loop`.
     """
     fmus = fmus_of(wiring.phases[0])

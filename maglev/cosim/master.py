@@ -62,7 +62,7 @@ class Recording:
 
     time: npt.NDArray[np.float64]   # communication points, s; shape (n,)
     columns: Mapping[str, npt.NDArray[Any]]   # by name, `fmu.variable`; Booleans as 0 and 1; shape (n,)
-    notes: tuple[str, ...] = ()   # sentences about what FMUs said that went on, and about what went wrong after the end
+    notes: tuple[str, ...] = ()   # about messages of FMUs that continued, and about errors after the end
 
     def __repr__(self) -> str:
         return f"<Recording: {len(self.time)} points to {self.time[-1]:g} s, {len(self.columns)} columns>"
@@ -90,13 +90,13 @@ class Observer:
     `counter[0]` is the number of calls of FMUs that were begun in the steps, those before the first one included.
     """
 
-    whole = False   # whether the arrays are of the whole run, not of a few hundred steps
+    whole = False   # true if the arrays are of the whole run, not of a few hundred steps
 
     def __init__(self) -> None:
         self.counter = new_counter()
 
     def stage(self, fmu: str, doing: str) -> None:
-        """Before the stepping: what is done with an FMU now."""
+        """Called before the stepping, with the present work on an FMU."""
 
     def allocate(self, shape: tuple[int, int], kind: type) -> npt.NDArray[Any]:
         return np.zeros(shape, kind)
@@ -106,7 +106,7 @@ class Observer:
 
 
 class Columns:
-    """What tracks hold, with each column as one piece of memory: who looks at one passes over no other.
+    """Contents of tracks, with each column as one piece of memory: a reader of one column passes over no other.
 
     Rows are taken over as soon as some hundred have been written, when they are still in the processor's cache. Only
     the `wanted` columns are taken, all without a name; without a `kind` for all, each has that of its track, and
@@ -166,7 +166,7 @@ class Master:
 
     Examples
     --------
-    Anybody's FMUs, without a scenario, a stage or a controller of this project:
+    Any FMUs, without a scenario, a stage or a controller of this project:
 
     >>> import maglev
     >>> pair = [maglev.FmuSetup("law", "law.fmu", {"gain": 3.0}), maglev.FmuSetup("tank", "tank.fmu")]
@@ -244,7 +244,7 @@ class Master:
         return self.terminated(self.run_again({}, progress))
 
     def wire(self, stop_time: float, drives: Drives) -> None:
-        """Prepare runs from 0 to the stop time (s); parameters and errors as of `run`."""
+        """Prepare runs from 0 to the stop time (s); parameters and errors as in `run`."""
         if self.closed:
             raise FmuError("the FMUs are freed, expected a run before the co-simulation is left, or another Master")
         self.stop_time, self.steps = stop_time, self.steps_to(stop_time)
@@ -269,7 +269,7 @@ class Master:
 
     def run_again(self, start: Mapping[str, Mapping[str, float | bool]], progress: Progress | None = None,
                   columns: Columns | None = None) -> Recording:
-        """Run as prepared by `wire`, again after fmi2Reset; errors as of `run`.
+        """Run as prepared by `wire`, again after fmi2Reset; errors as in `run`.
 
         Start values `start`, by the name of an FMU, go before those of its setup. `columns` is where the recording is,
         to be used again; without it the next run leaves a recording as it is.
@@ -305,7 +305,7 @@ class Master:
             return columns.recording(self.step, self.notes())
 
     def initialise(self, start: Mapping[str, Mapping[str, float | bool]]) -> None:
-        """Make the FMUs ready for a run, as new; `start` as of `run_again`. FmuError if one refuses it."""
+        """Initialise the FMUs for a run, as new; `start` as in `run_again`. FmuError if one refuses it."""
         own = {setup.name: setup.start for setup in self.setups}
         for track in self.wiring.tracks:
             track.begin(0)
@@ -344,7 +344,7 @@ class Master:
             return whole_steps(stop_time, self.step)
 
     def require_memory(self, stop_time: float) -> None:
-        """Refuse a run to a stop time (s) whose recording would not fit."""
+        """Raise for a run to a stop time (s) whose recording would not fit."""
         steps = self.steps_to(stop_time)
         outputs = sum(variable.causality == "output" for fmu in self.fmus.values()
                       for variable in fmu.description.modelVariables)
@@ -355,7 +355,7 @@ class Master:
 
 
 def require_booleans(tracks: Sequence[Track], origin: int, first: int, last: int) -> None:
-    """Refuse what is no Boolean at communication points; the rows of the tracks begin with point `origin`."""
+    """Raise for values that are no Booleans at communication points; rows of the tracks begin with point `origin`."""
     for track in tracks:
         wrong = track.first_wrong(first - origin, last - origin)
         if wrong is not None:

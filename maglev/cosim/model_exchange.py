@@ -40,7 +40,7 @@ def settled(update: Callable[[], tuple[Any, ...]], now: float) -> float:
 
 
 class SolverInterface(CoSimulation):  # type: ignore[misc]   # fmpy has no types
-    """What a co-simulation sees of an FMU for model exchange: any step, since a solver makes it."""
+    """Co-simulation interface of an FMU for model exchange: any step size, since a solver makes the steps."""
 
 
 def with_solver(description: ModelDescription) -> None:
@@ -65,7 +65,7 @@ class Integration:
         self.say = say
         self.solver: Any = None
         self.fresh = True      # the solver is to start again
-        self.broken: Exception | None = None   # what a call from within CVODE has raised
+        self.broken: Exception | None = None   # error of a call from within CVODE
 
     def __call__(self, _handle: object, time: c_double, step: c_double, _no_set_before: object) -> int:
         instance = self.instance
@@ -100,7 +100,7 @@ class Integration:
         return 0
 
     def events(self, now: float) -> float:
-        """Take in the event at a time (s), and go on between events, to the next, s; the solver starts again."""
+        """Take in the event at a time (s), and return the time of the next one, s; the solver starts again."""
         due = settled(self.update, now)
         self.instance.enterContinuousTimeMode()
         self.fresh = True
@@ -139,7 +139,7 @@ class Integration:
 
     def checked(self, call: Callable[..., Any], what: str,
                 expected: Callable[[float], str]) -> Callable[[Any, int], None]:
-        """A call that gets numbers; RuntimeError of the first that is not as expected."""
+        """A call that gets numbers; RuntimeError if one is not as expected."""
         def made(values: Any, count: int) -> None:
             call(values, count)
             for k in range(count):
@@ -155,7 +155,7 @@ class Integration:
         return f" of {unknowns[number].variable.derivative.name}"
 
     def kept(self, call: Callable[..., Any]) -> Callable[..., None]:
-        """A call that CVODE makes: what it raises is raised after it."""
+        """Wrap a call that CVODE makes: its errors are raised after it."""
         def made(*arguments: Any) -> None:
             try:
                 call(*arguments)

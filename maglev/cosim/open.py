@@ -1,4 +1,4 @@
-"""What a path names, opened: an FMU, or a user's class in Python."""
+"""Open the FMU or the user's Python class that a path names."""
 
 from collections.abc import Mapping
 from pathlib import Path

@@ -1,4 +1,4 @@
-"""What an FMU that somebody brings calls its ports, the units it counts in, and the step it wants: a TOML file.
+"""Port names, units and step of a third-party FMU, from a TOML file.
 
     [controller]
     step = "1 ms"                                      # only if it is not the communication step
@@ -46,7 +46,7 @@ class Scale(NamedTuple):
 
 
 class Port(NamedTuple):
-    """What an FMU calls one of our ports, and its unit there; None: the one that the FMU declares."""
+    """Name and unit of one of our ports in an FMU; unit None: the one that the FMU declares."""
 
     name: str
     unit: str | None = None
@@ -66,7 +66,7 @@ class PortMap:
         return ScenarioError(f"{self.place}.{key_path([ours])} = {shortened(value)}: {expectation}")
 
     def require_known(self, known: Mapping[str, str | None]) -> None:
-        """Refuse a line about a port that is not known, or in a unit of another dimension than the known one."""
+        """Raise for a line about an unknown port, or in a unit of another dimension than the port's."""
         for ours, port in self.ports.items():
             if ours not in known:
                 raise self.refuse(ours, f"unknown port, {nearest(ours, known)}")
@@ -76,7 +76,7 @@ class PortMap:
 
 
 def read_port_maps(path: Path) -> dict[str, PortMap]:
-    """Maps of a file, by name in the run; ScenarioError, with file, key and value, of what is not as expected."""
+    """Maps of a file, by name in the run; ScenarioError, with file, key and value, for an unexpected entry."""
     maps = {}
     for name, table in read_toml(path).items():
         if name not in FMUS:

@@ -24,12 +24,12 @@ from maglev.fmi.compiler import FLAGS, library
 from maglev.fmi.native_build import host_platform
 
 SOURCE = Path(__file__).with_name("step_loop.c")
-EARLY, END = 100, 101   # statuses of the loop in C, which says what they are
+EARLY, END = 100, 101   # statuses of the loop in C, described there
 LIBRARY = f"maglev_step_loop{sharedLibraryExtension}"
 
 
 class Prepared(ctypes.Structure):
-    """A call as the C loop takes it, which says what the members are."""
+    """A call as the C loop takes it; the members are described there."""
 
     _fields_ = (("function", c_void_p), ("instance", c_void_p), ("references", c_void_p), ("count", c_size_t),
                 ("row", c_void_p), ("row_stride", c_int64), ("time", c_double), ("time_stride", c_double),
@@ -72,12 +72,12 @@ def prepared(call: Call) -> Prepared:
 
 
 def c_function(call: Call) -> Any:
-    """What a call calls: of FMI 3.0, the C function in what makes it look like one of FMI 2.0."""
+    """Return the function of a call: for FMI 3.0, the C function inside the adapter to FMI 2.0."""
     return call.function.function if isinstance(call.function, (Exchange3, Step3)) else call.function
 
 
 def in_c(phases: Sequence[Sequence[Call]]) -> bool:
-    """Whether all calls are of C functions, as the C loop makes them."""
+    """Return True if all calls are of C functions, as the C loop makes them."""
     return all(isinstance(c_function(call), CFuncPtr) for phase in phases for call in phase)
 
 
@@ -151,9 +151,8 @@ def new_counter() -> memoryview:
 class Stepper:
     """Makes communication steps; step k makes the calls of phase k modulo their number.
 
-    The C loop of a library makes them if one is given, and all are calls of C functions. Both loops give the same, bit
-    for bit, and count each call in the counter before they make it: who looks on from another process sees which one
-    does not return.
+    The C loop of a library makes them if one is given, and all are calls of C functions. Both loops give the same bits,
+    and count each call in the counter before they make it: another process sees which one does not return.
     """
 
     def __init__(self, phases: Sequence[Sequence[Call]], loop: Kept | None = None, counter: memoryview | None = None):

@@ -28,7 +28,7 @@ from maglev.fmi.user_slave import WrittenSlave
 from maglev.language.errors import ExportError
 from maglev.user.source import Written, folder_first, load
 
-TOOL = "Python class"   # instead of what makes FMUs, in generationTool
+TOOL = "Python class"   # instead of the tool that makes FMUs, in generationTool
 OK, ERROR = 0, 3        # fmi2OK, fmi2Error
 ACCESS = CFUNCTYPE(c_uint32, c_void_p, c_void_p, c_size_t, c_void_p)   # fmi2GetReal and its like
 STEP = CFUNCTYPE(c_uint32, c_void_p, c_double, c_double, c_int)        # fmi2DoStep
@@ -37,7 +37,7 @@ C_TYPES: dict[str, Any] = {"Real": c_double, "Boolean": c_int}
 
 
 def description_text(path: Path) -> bytes:
-    """Model description of a user's class, the one that its FMU has; errors as of `load`."""
+    """Model description of a user's class, the same as in its FMU; errors as in `load`."""
     written = load(path)
     guid = written.sha256[0][1][:32] if written.sha256 else ""
     try:
@@ -73,7 +73,7 @@ class InProcessFmu(Fmu):
 
     def load(self) -> None:
         self.raised: BaseException | None = None
-        self.instance = SimpleNamespace(   # what fmpy's object of an FMU has, of what `Fmu` calls
+        self.instance = SimpleNamespace(   # the part of fmpy's object of an FMU that `Fmu` calls
             component=1, freeInstance=lambda: None,
             setupExperiment=lambda startTime, stopTime: self.slave.setup_experiment(
                 startTime, stopTime if stopTime < inf else None),

@@ -99,7 +99,7 @@ class Call(NamedTuple):
 
 
 class Wiring(NamedTuple):
-    """A co-simulation made ready: the calls before the first step, those of each step, and what they record.
+    """A prepared co-simulation: the calls before the first step, those of each step, and their recording.
 
     Communication step k makes the calls of phase k modulo the number of phases: one, unless an FMU has longer steps.
     `begin` has, by FMU in the order of their initialization, the calls by which it gets there what others begin with;
@@ -137,9 +137,9 @@ def wire(fmus: Mapping[str, Fmu], connections: Sequence[tuple[str, str]],
     the communication step is in s; `allocate` makes the arrays that are recorded to. In sequential order an FMU gets
     what those before it have given in this step (Gauss-Seidel), in "jacobi" all get what was given in the step before.
 
-    `rates` are the steps of FMUs, by name, whose steps are not the communication steps. Of several communication steps,
-    the first FMU steps in the first, and the others in the last: so it computes from its inputs at the start what it
-    holds, and they give at their end what they have come to.
+    `rates` are the steps of FMUs, by name, whose steps are not the communication steps. If a step spans several
+    communication steps, the first FMU steps in the first of them, the others in the last. So the first computes from
+    its inputs at the start the outputs that it holds, and the others give their results at the end.
 
     FmuError if a name does not exist, is not an output, or an input or parameter, as it should be, or has two sources.
     """
@@ -184,10 +184,10 @@ def wire(fmus: Mapping[str, Fmu], connections: Sequence[tuple[str, str]],
 
 
 def beginning(fmus: Mapping[str, Fmu], sources: Mapping[str, str]) -> dict[str, set[str]]:
-    """FMUs in the order of their initialization, with those of them whose initial outputs each is given in it.
+    """FMUs in the order of their initialization, each with the FMUs whose initial outputs it is given then.
 
-    A measurement begins with what the plant that it measures begins with. Which initial outputs depend on inputs is in
-    the model structure of an FMU (InitialUnknowns, FMI 2.0.4, section 2.2.8).
+    A measurement begins with the initial outputs of its plant. Which initial outputs depend on inputs is in the model
+    structure of an FMU (InitialUnknowns, FMI 2.0.4, section 2.2.8).
 
     FMUs, here in the order of stepping, whose own initial outputs depend on no input are given none, and wait for no
     others; that of the others has themselves, for their signals. Of a circle the FMU that steps first comes last: it
@@ -210,7 +210,7 @@ def owner(full: str) -> str:
 
 
 def begins_with_inputs(fmu: Fmu) -> bool:
-    """Whether an initial output of an FMU depends on an input; without a list of dependencies, on each."""
+    """Return True if an initial output of an FMU depends on an input; without a list of dependencies, on any."""
     inputs = {of_variable(variable) for variable in fmu.description.modelVariables if variable.causality == "input"}
     return any(inputs if unknown.dependencies is None else
                inputs & {known.valueReference for known in unknown.dependencies}
