@@ -4,7 +4,7 @@
 >>> run = maglev.run("3dof-smooth-nonlinear")
 >>> gap = run["plant.y.position"]        # numpy, SI
 
-What the command line `maglev` does, these functions do.
+Each function does the same as the command of its name.
 """
 
 from importlib import import_module

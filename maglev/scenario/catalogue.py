@@ -30,9 +30,9 @@ Make = Callable[[FmuDefinition, Path], Path]   # builds one into a folder, and g
 
 
 class Kind(NamedTuple):
-    """Kind of FMU: of the importer's Python, or `native`; for "all" platforms or the "host", or "wasm"; FMI 2 or 3.
+    """The kind of an FMU: Python or `native`, its platforms ("all", the "host" or "wasm"), and FMI 2 or 3.
 
-    Clocked ones of FMI 3.0 sample when a clock of their importer's ticks.
+    Clocked FMUs of FMI 3.0 sample when a clock of the importer ticks.
     """
 
     native: bool = False
@@ -46,7 +46,7 @@ PYTHON, HOST, WASM = Kind(), Kind(True, "host"), Kind(True, "wasm")
 
 @contextmanager
 def build_errors() -> Iterator[None]:
-    """Say what an export refuses as an error of this package."""
+    """Turn the errors of an export into errors of this package."""
     try:
         yield
     except ExportError as error:
@@ -77,9 +77,9 @@ def build_written(path: Path, folder: Path, kind: Kind = PYTHON) -> Path:
 
 
 def maker(kind: Kind, own: Mapping[str, str] | None = None) -> Make:
-    """What builds definitions one by one, as FMUs of a kind.
+    """Return a function that builds one definition as an FMU of a kind.
 
-    `own` are texts of the modules of a user's class, by name. ExportError: as of `build_native_fmu`.
+    `own` are texts of the modules of a user's class, by name. Raises ExportError as `build_native_fmu` does.
     """
     made_by = project()._replace(pages=tuple(stage.folder for stage in STAGES.own.values()))
     if not kind.native:
@@ -101,11 +101,11 @@ def maker(kind: Kind, own: Mapping[str, str] | None = None) -> Make:
 
 
 def unwatched(_done: int, _number: int) -> None:
-    """Nobody looks on."""
+    """Ignore the progress."""
 
 
 def as_python(definition: FmuDefinition) -> str:
-    """A definition of this project, or one of it with parameters as inputs, as Python that makes it."""
+    """Return the Python text of a definition of this project, also of one with parameters as inputs."""
     text = STAGES.definitions()[definition.was or definition.name].text()
     if definition.fed:
         text += (f"\nfrom maglev.fmi.definition import with_inputs\n\nDEFINITION = with_inputs(DEFINITION, "
@@ -141,9 +141,9 @@ def build(names: Iterable[str], folder: Path, kind: Kind = PYTHON, watch: Progre
 
 
 def experiments_in(definition: FmuDefinition) -> dict[str, bytes]:
-    """Files of the experiments that an FMU carries: a smoke test, and what it gives while its inputs step.
+    """Return the files of the experiments in an FMU: a smoke test, and the response to steps of its inputs.
 
-    One with a clock has none: who runs them steps FMUs without one.
+    An FMU with a clock has none, because the tools that run experiments tick no clock.
     """
     if definition.sampled and definition.clocked:
         return {}
@@ -154,13 +154,13 @@ def experiments_in(definition: FmuDefinition) -> dict[str, bytes]:
 
 
 def with_parts(names: Iterable[str]) -> list[str]:
-    """FMUs to build: those that are named, and instead of a system, those of its scenario."""
+    """Return the FMUs to build: the named ones, and for a system those of its scenario."""
     chosen = [list(system_loop(name).models.values()) if name in STAGES.systems() else [name] for name in names]
     return list(dict.fromkeys(part for parts in chosen for part in parts))
 
 
 class SystemLoop(NamedTuple):
-    """Models of a system by their names in it, in the order of stepping; what they exchange; the stop time (s)."""
+    """The models of a system by name, in the order of stepping, with their connections and the stop time (s)."""
 
     models: dict[str, str]
     wires: list[tuple[str, str]]
@@ -168,7 +168,7 @@ class SystemLoop(NamedTuple):
 
 
 def system_loop(name: str) -> SystemLoop:
-    """Loop of a system: that of an experiment, or of a stage of the user's the one that its scenarios have."""
+    """Return the loop of a system: that of an experiment, or for a user's stage that of its scenarios."""
     from maglev.scenario.loading import load_plan  # to list what there is takes no pydantic
 
     stage = STAGES.systems()[name]
@@ -190,22 +190,23 @@ def build_step_loop() -> None:
 
 
 def without_step_loop() -> str:
-    """That there is no such loop although it was built, in a sentence; empty if there is."""
+    """Return a sentence if the loop is missing although it was built, else an empty text."""
     from maglev.cosim.step_loop import own_loop
 
     return "" if own_loop() is not None else uncacheable("the step loop", "runs are stepped in Python")
 
 
 def uncacheable(what: str, then: str) -> str:
-    """That something cannot be kept in the cache, and what follows, in a sentence."""
+    """Return a sentence that says that a file cannot be cached, and the consequence."""
     return (f"{cache_folder()}: {what} cannot be kept there, expected a folder that this user alone can write to; "
             f"{then}. {PLACE} sets another folder")
 
 
 def build_systems(names: Iterable[str], fmus: Path, folder: Path, fmi: int = 2) -> list[Path]:
-    """Write systems of the FMUs, of a version of FMI, in the folder `fmus` into a folder; returns their paths.
+    """Write the FMUs in the folder `fmus` as systems, for a version of FMI, into a folder; return their paths.
 
-    Each as `NAME.ssp` and, for tools of FMI 2.0 that know no ports of a system, as `NAMENoPorts.ssp`.
+    Each is written as `NAME.ssp` and as `NAMENoPorts.ssp`, which is for tools of FMI 2.0 that know no ports of a
+    system.
     """
     written = []
     for name in names:

@@ -43,10 +43,11 @@ def ascending(gaps: tuple[float, float]) -> tuple[float, float]:
 
 
 class Claim(Table):
-    """What every claim has: words, where they stand, and a relation between what is measured and what is claimed.
+    """The keys that all claims share: words, source, and a relation between a measured and a claimed value.
 
-    "<" and ">" compare with the target, or with `factor` times what is measured elsewhere, "is" a yes-or-no quantity.
-    What is measured is "in" the range of a `figure` if it lies between the two ticks where the axis of that ends.
+    "<" and ">" compare with the target, or with `factor` times the value measured elsewhere. "is" compares a yes-or-no
+    quantity. "in" requires the measured value to lie in the range of a `figure`: between the two ticks at the ends of
+    its axis.
     """
 
     NOUN: ClassVar[str]                               # what a file calls the quantity
@@ -90,7 +91,7 @@ class Claim(Table):
     @model_validator(mode="before")
     @classmethod
     def written_out(cls, table: Any) -> Any:
-        """Write out what files say shortly: words with a factor, which is ours, bounds of a figure, single names."""
+        """Write out the short forms of files: words for a factor, bounds of a figure, single names."""
         if not isinstance(table, dict):
             return table
         table = dict(table)
@@ -174,7 +175,7 @@ class Claim(Table):
         return self
 
     def keys(self) -> tuple[set[str], set[str]]:
-        """Keys that a claim about this quantity must give, and those that it may give."""
+        """Return the keys that a claim about this quantity must have, and those that it may have."""
         if self.measured is None:
             return set(), set()
         needed = {"relation"} if self.comparative else {"relation", "target"}
@@ -195,12 +196,12 @@ class Claim(Table):
 
     @property
     def measured(self) -> MeasuredQuantity | None:
-        """The quantity that the claim is about; None if it is not testable."""
+        """Return the quantity that the claim is about; None if it is not testable."""
         return None if self.quantity is None else self.KNOWN[self.quantity]
 
     @property
     def kind(self) -> ClaimKind:
-        """What the claim states; of a bound of a figure a number."""
+        """Return the kind of statement, which is a number for a bound of a figure."""
         if self.stated_kind is not None:
             return self.stated_kind
         if self.comparative:
@@ -211,13 +212,13 @@ class Claim(Table):
 
     @property
     def cited(self) -> str:
-        """Where it stands, and that the threshold is ours where it is."""
+        """Return the place of the claim in the thesis, with a remark if the threshold is ours."""
         ours = "the factor is ours" if self.comparative else "the limit is ours"
         return f"{self.source}; {ours}" if self.assumed and not self.own else self.source
 
     @property
     def claims_a_difference(self) -> bool:
-        """Whether it is a comparison that says that something is more or less, not that it is not."""
+        """Return True for a comparison that says "more" or "less"."""
         return self.comparative and (self.factor >= 1.0 if self.relation == ">" else self.factor <= 1.0)
 
     @property
@@ -227,7 +228,7 @@ class Claim(Table):
 
     @property
     def of_one_unit(self) -> bool:
-        """Whether axes of different units cannot be meant together."""
+        """Return True if the claim cannot be about axes of different units together."""
         return self.measured is not None and self.measured.of_axes and (
             self.measured.unit in quantities.OF_LENGTHS or self.measured.needs == "band")
 
@@ -243,7 +244,7 @@ class Claim(Table):
     @property
     @abstractmethod
     def subject(self) -> str:
-        """What is measured, such as "settling time to 0.1 mm"."""
+        """Return the measured quantity in words, such as "settling time to 0.1 mm"."""
 
     @property
     @abstractmethod
@@ -260,7 +261,7 @@ class Claim(Table):
 
     @property
     def criterion(self) -> str:
-        """What is measured and what it should be, such as "settling time to 0.1 mm < 5 s"; empty if not testable."""
+        """Return the quantity and its claimed value, such as "settling time to 0.1 mm < 5 s"; empty if not testable."""
         if self.quantity is None:
             return ""
         if isinstance(self.target, tuple):
@@ -276,9 +277,10 @@ class Claim(Table):
 class RunClaim(Claim):
     """One claim about a run: that a metric has a relation to a target, or to the same metric elsewhere.
 
-    A claim with `than`, the name of another run, or `than_axis`, another axis, compares with what was measured there:
-    on the same axis (or that other one) at the same step, or by motor. The extreme of `columns`, such as
-    "plant.v.position", is that of this run `together_with` others that the figure draws over the same axis.
+    A claim with `than`, the name of another run, or `than_axis`, another axis, compares with the value measured there.
+    The values are of the same axis (or of that other one) at the same step, or of the same motor. The extreme of
+    `columns`, such as "plant.v.position", is that of this run `together_with` others that the figure draws over the
+    same axis.
     """
 
     NOUN = "metric"
@@ -339,7 +341,7 @@ class RunClaim(Claim):
 
     @property
     def subject(self) -> str:
-        """What is measured, such as "settling time to 0.1 mm of x", or "peak deviation of x after push"."""
+        """Return the quantity in words, such as "settling time to 0.1 mm of x", or "peak deviation of x after push"."""
         if self.columns is not None:
             others = [f"also of {run}" for run in self.together_with or ()]
             return f"{self.name} " + ", ".join([*map(in_words, self.columns), *others])
@@ -356,7 +358,7 @@ class RunClaim(Claim):
 
 
 class Elsewhere(Table):
-    """What is different where a comparative claim about a procedure looks for the same value."""
+    """The place where a comparative claim about a procedure finds its other value: another ε, or other air gaps."""
 
     PLACE = "than of [[procedure.claims]]"
 
@@ -373,7 +375,7 @@ class Elsewhere(Table):
 class ProcedureClaim(Claim):
     """One claim about a procedure: that a value, or its mean, has a relation to a target, or to the same elsewhere.
 
-    Of the values of that name those count that fit: of the constant, at ε, of the axes, in the range of air gaps.
+    It uses the values of that name that have the claim's constant, ε, axes and range of air gaps.
     """
 
     NOUN = "value"
@@ -391,7 +393,7 @@ class ProcedureClaim(Claim):
 
     @property
     def subject(self) -> str:
-        """What is measured, such as "mean cogging force, gap 10 to 15 mm"."""
+        """Return the quantity in words, such as "mean cogging force, gap 10 to 15 mm"."""
         average = "mean " if self.comparative else f"{self.over} " if self.over in ("mean", "median") else ""
         name = "" if self.quantity == "constant" else self.name
         axes = "" if self.axes is None else f"of {', '.join(self.axes)}"
@@ -399,5 +401,5 @@ class ProcedureClaim(Claim):
 
     @property
     def elsewhere(self) -> str | None:
-        """What is different where the other value is looked for, such as "that, ε = 0.01 s"; None with a target."""
+        """Return the place of the other value, such as "that, ε = 0.01 s"; None with a target."""
         return None if self.than is None else f"that{place_words(self.than.epsilon, self.than.gaps)}"

@@ -1,7 +1,7 @@
-"""FMUs that runs need: those of a folder that is named, or built when they are missing and kept in the user's cache.
+"""FMUs that runs need: from a named folder, or built when they are missing and kept in the user's cache.
 
-What is kept is known by all that it is made of, so that every folder and every version finds its own. The wheel of a
-release brings native FMUs for all platforms, and modules: what it has is taken from there, and needs no compiler.
+A cached file is named after the digest of all its inputs, so that every folder and every version finds its own. The
+wheel of a release contains native FMUs for all platforms, and modules. They are taken from it without a compiler.
 """
 
 import platform
@@ -38,12 +38,12 @@ TOOLS = ("fmpy", "pythonfmu", *COMPILER)        # parts of what is built are the
 
 def fmus_for_runs(names: Iterable[str], fmus: str | Path | None = None, kind: str | None = None, fmi: int = 2, *,
                   everywhere: bool = False, say: Say = warn, watch: Watch = unwatched) -> Path:
-    """Folder with FMUs of this project, or of stages of the user's that this process knows.
+    """Return the folder with FMUs of this project, or of stages of the user's that this process knows.
 
-    `fmus` is the folder that a user names: what is in it runs, nothing is built; native ones are in its folder
-    `native`, those of FMI 3.0 in `fmi3`. Without a `kind` what is built is native where there is a compiler, for this
-    machine or `everywhere`, and a folder is taken as it is. ScenarioError or BuildError if there is no such kind or
-    FMU, or what is asked for by `kind` or `fmi` cannot be built.
+    `fmus` is a folder that the user names. Its FMUs run as they are, and nothing is built. Native ones are in its
+    folder `native`, those of FMI 3.0 in `fmi3`. Without a `kind` a named folder is taken as it is, and built FMUs are
+    native where there is a compiler, for this machine or `everywhere`. Raises ScenarioError or BuildError if the kind
+    or the FMU does not exist, or an FMU of `kind` or `fmi` cannot be built.
     """
     if kind not in (None, *get_args(KindName)):
         raise ScenarioError(f"{option('kind', kind)}: expected python or native")
@@ -70,34 +70,36 @@ def fmus_for_runs(names: Iterable[str], fmus: str | Path | None = None, kind: st
 
 def fmus_named(given: Iterable[object], stage: str | Path | None, fmus: str | Path | None = None,
                kind: str | None = None, fmi: int = 2) -> Path:
-    """Folder with those that are given by name, among files and classes; also of the stage of a description."""
+    """Return a folder with the FMUs that are given by name, among files and classes; also of the stage of a
+    description.
+    """
     if stage is not None:
         know_stage(stage)
     return fmus_for_runs([str(name) for name in given if str(name) in STAGES.definitions()], fmus, kind, fmi)
 
 
 def compiles(kind: str | None) -> bool:
-    """Whether what is built, of a kind or of none that is asked for, is native."""
+    """Return True if FMUs of a kind, or of the default kind, are built as native ones."""
     return kind == "native" or (kind is None and has_compiler())
 
 
 def has_compiler() -> bool:
-    """Whether what native FMUs are made with is installed."""
+    """Return True if the tools that make native FMUs are installed."""
     return all(find_spec(name) is not None for name in COMPILER)
 
 
 def step_in_c() -> None:
-    """Have the loop that steps native FMUs where it can be built: FMUs that are kept, or are named, may lack it."""
+    """Build the loop that steps native FMUs if possible: cached or named FMUs may lack it."""
     if has_compiler():
         with suppress(ExportError):
             build_step_loop()
 
 
 def built(names: Collection[str], kind: Kind, say: Say, watch: Watch) -> Path:
-    """Folder with FMUs of a kind, or modules; those that the cache has not are taken from a release, or built.
+    """Return a folder with FMUs or modules of a kind, from the cache, from a release, or else built.
 
-    They are copies: whatever becomes of the cache, a run has what it was made ready with. BuildError as of `build` and
-    `take_native`.
+    They are copies, so that a run keeps its files if the cache changes. Raises BuildError as `build` and `take_native`
+    do.
     """
     ready: dict[str, bytes] = {}
     for name in names:
@@ -123,13 +125,13 @@ def built(names: Collection[str], kind: Kind, say: Say, watch: Watch) -> Path:
 
 
 def is_shipped(name: str, kind: Kind) -> bool:
-    """Whether the installed wheel brings an FMU, or a module, of a kind."""
+    """Return True if the installed wheel contains an FMU, or a module, of a kind."""
     folder = SHIPPED / "wasm" if kind.target == "wasm" else kind_folder(SHIPPED, kind.native, kind.fmi)
     return kind.native and (folder / file_names(name, kind)[0]).is_file()
 
 
 def shipped_files(names: Collection[str], kind: Kind) -> dict[str, bytes]:
-    """What the wheel brings; BuildError if the installed sources make something else."""
+    """Return the files of the wheel; raise BuildError if they differ from those of the installed sources."""
     with scratch() as folder:
         if kind.target != "wasm":
             return {path.name: path.read_bytes() for path in take_native(names, SHIPPED, folder, kind.fmi)}
@@ -144,7 +146,7 @@ def file_names(name: str, kind: Kind) -> tuple[str, ...]:
 
 
 def kept_files(name: str, kind: Kind) -> dict[str, bytes]:
-    """Files that the cache has of one, all or none."""
+    """Return the cached files of an FMU: all or none."""
     entries = [kept(fmu_key(name, kind), file) for file in file_names(name, kind)]
     try:
         return {file: entry.path.read_bytes() for file, entry in zip(file_names(name, kind), entries, strict=True)
@@ -154,13 +156,13 @@ def kept_files(name: str, kind: Kind) -> dict[str, bytes]:
 
 
 def is_kept(name: str, kind: str) -> bool:
-    """Whether the cache has an FMU as the sources make it now, "Python", "native" or "FMI 3.0"."""
+    """Return True if the cache has an FMU of the present sources, "Python", "native" or "FMI 3.0"."""
     form = PYTHON if kind == "Python" else Kind(True, "host", 3 if kind == "FMI 3.0" else 2)
     return kept(fmu_key(name, form), f"{name}.fmu") is not None
 
 
 def keep_files(names: Iterable[str], kind: Kind, contents: dict[str, bytes], say: Say) -> None:
-    """Put files into the cache; where it cannot be written, one sentence says so."""
+    """Put files into the cache; report one sentence if it cannot be written."""
     try:
         for name in names:
             for file in file_names(name, kind):
@@ -173,7 +175,8 @@ def keep_files(names: Iterable[str], kind: Kind, contents: dict[str, bytes], say
 
 
 def fmu_key(name: str, kind: Kind) -> str:
-    """Place in the cache, by what it is made of: sources, tools, kind; of an own stage its description and pages."""
+    """Return the place in the cache: a digest of sources, tools and kind, and of an own stage's description and pages.
+    """
     stage = STAGES.own_of(name)
     described = []
     if stage is not None:
@@ -183,7 +186,7 @@ def fmu_key(name: str, kind: Kind) -> str:
 
 
 def require_runnable(description: Path, say: Say) -> None:
-    """Refuse a stage that cannot run, as of `runnable`, and say what keeps it from running well."""
+    """Refuse a stage that cannot run, as `runnable` does, and report its warnings."""
     from maglev.user.consequences import stage  # linear models: scipy takes its time to load
 
     for warning in stage(description).warnings:
@@ -195,7 +198,7 @@ MAKING = ("language", "fmi", "descriptions", "scenario")   # packages whose code
 
 @cache
 def dependencies() -> tuple[str, ...]:
-    """What every FMU depends on: sources, descriptions, versions of tools, this machine."""
+    """Return the inputs that all FMUs depend on: sources, descriptions, versions of tools, this machine."""
     folders = [HERE / folder for folder in (*BLOCKS, *(f"maglev/{name}" for name in MAKING))]
     return (files_digest(HERE, (path for folder in folders for path in folder.rglob("*.*"))),
             *map(to_text, PACKAGED_STAGES.values()), *map(version_of, ("maglev-fmus", *TOOLS)),
@@ -203,7 +206,7 @@ def dependencies() -> tuple[str, ...]:
 
 
 def version_of(package: str) -> str:
-    """Version of a package; empty text if it is not installed."""
+    """Return the version of a package; empty text if it is not installed."""
     try:
         return version(package)
     except PackageNotFoundError:

@@ -1,6 +1,6 @@
 """Scenario files as they stand: TOML, files that extend others, variants; and those that come with the package.
 
-What is in them is not looked at here: to list the runs takes no more than to read their names.
+Their values are not checked here, because a list of the runs needs only their names.
 """
 
 import hashlib
@@ -32,7 +32,7 @@ MOST_LAYERS = 300   # files on all paths of a scenario: those that meet again do
 
 
 class Layer(NamedTuple):
-    """One TOML file and what it says."""
+    """One TOML file and its table."""
 
     path: Path
     table: dict[str, Any]
@@ -51,7 +51,7 @@ def read_layers(path: Path, extending: tuple[Path, ...] = ()) -> list[Layer]:
 
 
 def extended(layer: Layer, extending: tuple[Path, ...] = ()) -> list[Layer]:
-    """Layers of the files that a table extends, in their order, and the table itself last."""
+    """Return the layers of the files that a table extends, in their order, and the table itself last."""
     path, table = layer
     bases = table.get("extends", [])
     layer = Layer(path, {key: value for key, value in table.items() if key != "extends"})
@@ -82,7 +82,8 @@ def extended(layer: Layer, extending: tuple[Path, ...] = ()) -> list[Layer]:
 
 
 def extended_file(path: Path, base: str) -> Path:
-    """File that a file extends: next to it, or else among those of the package, such as "loops/3dof.toml"."""
+    """Return the file that a file extends: next to it, or else among those of the package, such as "loops/3dof.toml".
+    """
     folders = (PACKAGED, *(PACKAGED / stage for stage in PACKAGED_STAGES))
     for file in (folder / base for folder in (path.parent, *folders)):
         if file.is_file():
@@ -95,9 +96,9 @@ def extended_file(path: Path, base: str) -> Path:
 
 
 def scenario_path(given: Scenario) -> Path:
-    """Path of a scenario; of a table one that stands for it, a file of the working folder as it were.
+    """Return the path of a scenario; for a table that of a file as if it lay in the working folder.
 
-    ScenarioError if it is none of these, or something in the table is not what TOML can have.
+    ScenarioError if it is neither a name, a file nor a table, or the table has a value that TOML cannot have.
     """
     if isinstance(given, str | Path):
         return Path(given)
@@ -114,7 +115,7 @@ def scenario_path(given: Scenario) -> Path:
 
 
 def json_value(value: Any) -> Any:
-    """A value of a table that JSON does not know by itself."""
+    """Return a value of a table in a form that JSON has."""
     if isinstance(value, Mapping):
         return dict(value)
     if isinstance(value, Path):
@@ -134,9 +135,9 @@ def merged(layers: list[Layer]) -> dict[str, Any]:
 
 
 def without_wired(base: dict[str, Any], over: Mapping[str, Any]) -> dict[str, Any]:
-    """Table without what feeds the inputs that `over` wires: its wires take the place of wires and signals below them.
+    """Return the table without connections and signals to the inputs that `over` connects.
 
-    Nothing is looked for in what is not as expected; that is refused later.
+    Entries of other types are left as they are; they are refused later.
     """
     fed = {f"{name}.{port}" for name, fmu in entries(over.get("fmus")).items()
            for port in entries(entries(fmu).get("inputs"))}
@@ -160,34 +161,34 @@ def without_wired(base: dict[str, Any], over: Mapping[str, Any]) -> dict[str, An
 
 
 def wired_input(pair: Any) -> str:
-    """Input of a connection; empty text of what is none."""
+    """Return the input of a connection; empty text if the entry is no connection."""
     return pair[1] if isinstance(pair, list) and len(pair) == 2 and isinstance(pair[1], str) else ""
 
 
 def text(table: Any, key: str) -> str:
-    """Text at a key of a table; an empty one if there is none."""
+    """Return the text at a key of a table; an empty one if there is none."""
     entry = entries(table).get(key)
     return entry if isinstance(entry, str) else ""
 
 
 def entries(value: Any) -> Mapping[str, Any]:
-    """The value if it is a table, or else an empty one."""
+    """Return the value if it is a table, or else an empty one."""
     return value if isinstance(value, Mapping) else {}
 
 
 def items(value: Any) -> list[Any]:
-    """The value if it is a list, or else an empty one."""
+    """Return the value if it is a list, or else an empty one."""
     return value if isinstance(value, list) else []
 
 
 def file_table(path: Path) -> dict[str, Any]:
-    """Table of one TOML file; its relative file names are made absolute. Nothing may be changed in it."""
+    """Return the table of one TOML file, with absolute file names. It must not be changed."""
     return placed_once(path, GIVEN[path] if path in GIVEN else toml_text(path))
 
 
 @lru_cache(maxsize=256)
 def placed_once(path: Path, text: str) -> dict[str, Any]:
-    """Table of the text of a file, parsed once: most files are extended by many."""
+    """Return the table of the text of a file, parsed once: most files are extended by many."""
     table = json.loads(text) if path in GIVEN else read_toml(path, text)
     for part in (table, *entries(table.get("variants")).values()):
         if isinstance(part, dict):
@@ -221,8 +222,8 @@ def place_files(table: dict[str, Any], folder: Path) -> None:
 def merge(base: Mapping[str, Any], over: Mapping[str, Any]) -> dict[str, Any]:
     """Merge two tables deeply: `over` wins, lists are replaced, new keys go to the end.
 
-    Of an FMU, `file` takes the place of `model` or of another file, and `model` that of `file`: start values that were
-    the other one's are then under `inherited`.
+    For an FMU, `file` replaces `model` or another file, and `model` replaces `file`. The start values of the replaced
+    one are then under `inherited`.
     """
     merged = dict(base)
     for one, other in (("model", "file"), ("file", "model")):
@@ -248,26 +249,26 @@ def child(table: Any, key: str | int) -> Any:
 
 @cache
 def packaged_files() -> dict[str, Path]:
-    """Files of the scenarios that come with the package, by name, in the order of these."""
+    """Return the files of the scenarios that come with the package, by name, in the order of these."""
     return {path.stem: path for stage in PACKAGED_STAGES
             for path in sorted((PACKAGED / stage).glob("*.toml"), key=lambda p: p.stem)}
 
 
 @cache
 def packaged_runs() -> dict[str, str]:
-    """Names of all runs that come with the package, one for each variant, and the scenarios that they belong to."""
+    """Return the names of all packaged runs, one for each variant, with the scenarios that they belong to."""
     return {name: scenario for scenario, path in packaged_files().items() for name in names_of_runs(run_layers(path))}
 
 
 @lru_cache(maxsize=256)
 def scenario_of(run: str) -> str | None:
-    """Scenario of the package that a run belongs to, and is called after; None if there is none."""
+    """Return the scenario of the package that a run belongs to, by its name; None if there is none."""
     return next((scenario for scenario, path in packaged_files().items()
                  if run.startswith(scenario) and run in names_of_runs(run_layers(path))), None)
 
 
 def run_layers(path: Path) -> list[list[Layer]]:
-    """Layers of each run of a scenario file: one for each entry of its table `variants`, or the scenario itself.
+    """Return the layers of each run of a scenario file: one for each entry of `variants`, or the scenario itself.
 
     A variant is merged over the scenario; its claims come after the scenario's own. ScenarioError if a file cannot be
     read, extends itself, or its variants are no tables.

@@ -25,7 +25,7 @@ def load_plans(given: Scenario) -> list[RunPlan]:
     """Load a packaged scenario, or one run of it, by its bare name, or any other scenario by its path or its table.
 
     There is one run for each variant of the scenario, or the one that is named. ScenarioError if there is no such
-    scenario, or something in it is not as expected; one line with file, key, value and what was expected.
+    scenario or it has an error: one line with file, key, value and the expected values.
     """
     path, asked = scenario_path(given), ""
     if path not in GIVEN and path.name == str(given) and path.suffix != ".toml":
@@ -50,7 +50,7 @@ def load_plan(given: Scenario) -> RunPlan:
 
 
 def read_plan(path: Path, layers: list[Layer], siblings: list[str]) -> RunPlan:
-    """Plan of one run; `siblings` are the runs of its file."""
+    """Return the plan of one run; `siblings` are the runs of its file."""
     plan = RunPlan.of_file(merged(layers), layers)
     named = [("claims.than", claim.than) for claim in plan.claims if claim.than is not None]
     named += [("claims.together_with", run) for claim in plan.claims for run in claim.together_with or ()]

@@ -1,4 +1,4 @@
-"""Options of runs, one record: command line, signatures, what runs a study's sample again, and live links follow it."""
+"""Options of runs, as one record for the command line, signatures, repeated samples of a study, and live links."""
 
 from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass
@@ -89,7 +89,7 @@ OPTIONS: Mapping[str, Option] = {name: kind.__metadata__[0] for name, kind in Ru
 
 
 def completed_options(options: RunOptions) -> RunOptions:
-    """Options with the defaults of the others, times in s; ScenarioError if one cannot be used."""
+    """Return options with the defaults of the others, times in s; ScenarioError if one cannot be used."""
     given = {name: value for name, value in options.items() if value is not None}
     for name, value in given.items():
         choices = OPTIONS[name].choices
@@ -101,12 +101,12 @@ def completed_options(options: RunOptions) -> RunOptions:
 
 
 def seconds(name: str, value: float | str | None) -> float | None:
-    """An option that is a time (s), a number or text with a unit."""
+    """Return the value (s) of an option that is a time: a number, or text with a unit."""
     return None if value is None else positive_time(value, ScenarioError, option(name, value))
 
 
 def with_options(called: Signature, more: Mapping[str, tuple[Any, object]]) -> Signature:
-    """Signature with options, annotation and default by name, instead of **options."""
+    """Return a signature with options, annotation and default by name, instead of **options."""
     own = [parameter for parameter in called.parameters.values() if parameter.kind is not Parameter.VAR_KEYWORD]
     return called.replace(parameters=[*own, *(
         Parameter(name, Parameter.KEYWORD_ONLY, default=default, annotation=annotation)
@@ -138,7 +138,7 @@ def takes_run_options(*left_out: str) -> Callable[[Callable[P, T]], Callable[P, 
 
 
 def as_flag(name: str, value: object) -> str:
-    """An option as the command line has it: messages of what it calls speak so."""
+    """Return an option as it is written on the command line, for messages."""
     flag = OPTIONS[name].flag if name in OPTIONS else f"--{OTHER_FLAGS.get(name, name.replace('_', '-'))}"
     value = ",".join(f"{key}={entry}" for key, entry in value.items()) if isinstance(value, dict) else value
     return flag if value is None or isinstance(value, bool) else f"{flag} {value}"

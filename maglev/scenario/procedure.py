@@ -1,4 +1,4 @@
-"""What a scenario file says about the procedure that its runs belong to."""
+"""The table of a scenario file about the procedure that its runs belong to."""
 
 import math
 from typing import Annotated, Literal
@@ -71,6 +71,6 @@ class ProcedureSettings(Table):
         return self
 
     def printed_at(self, epsilon: float) -> dict[str, float]:
-        """Constants of the thesis at an ε (s), by name; empty if it has none there."""
+        """Return the constants of the thesis at an ε (s), by name; empty if it has none there."""
         return {constant: value for constant, values in self.printed.items()
                 for at, value in zip(PRINTED_AT[len(values)], values, strict=True) if math.isclose(at, epsilon)}

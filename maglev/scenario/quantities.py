@@ -1,4 +1,4 @@
-"""What is measured and claimed: the one table of quantities with their names and units, and how values are printed."""
+"""Measured and claimed quantities: one table with their names and units, and the format of their values."""
 
 import math
 from collections.abc import Iterable
@@ -20,11 +20,11 @@ OF_LENGTHS = ("m", "m.s")   # units that on a rotation have rad instead of m
 
 
 def printed(value: float, unit: str, wanted: str | None = None) -> str:
-    """Print a finite SI value with its unit: the one rule for tables, verdicts and pages.
+    """Return a finite SI value as text with its unit: the one rule for tables, verdicts and pages.
 
-    Lengths, angles and times are in mm, mrad and s, or below a tenth of these in µm, µrad and ms; shares ("1") in per
-    cent; all else as it is: three significant digits, of more than 100 all before the point. Four digits have values in
-    a unit that somebody `wanted`, and plain numbers.
+    Lengths, angles and times are in mm, mrad and s, or in µm, µrad and ms if they are below a tenth of these. Shares
+    ("1") are in per cent, all other units are unchanged. A text has three significant digits, and all digits before the
+    point of a value above 100. Plain numbers, and values in a `wanted` unit, have four digits.
     """
     if wanted or not unit:
         return f"{to_unit(value, wanted) if wanted else value:.4g} {wanted or ''}".rstrip()
@@ -36,7 +36,8 @@ def printed(value: float, unit: str, wanted: str | None = None) -> str:
 
 
 def common_unit(values: Iterable[float], unit: str) -> str:
-    """Unit in which all of some SI values of a quantity are printed or drawn: that of the largest of them."""
+    """Return the unit in which all of some SI values of a quantity are printed or drawn: that of the largest of them.
+    """
     shown = PRINTED_UNITS.get(unit, unit)
     largest = max((abs(value) for value in values if math.isfinite(value)), default=0.0)
     return SMALL_UNITS.get(shown, shown) if largest > 0.0 and known_unit(shown) and to_unit(largest, shown) < SMALL \
@@ -44,23 +45,23 @@ def common_unit(values: Iterable[float], unit: str) -> str:
 
 
 def shown_in(values: Iterable[float], unit: str) -> tuple[str, float]:
-    """That unit, and how many of it are one SI unit; 1 where it is not known here."""
+    """Return that unit, and its number per SI unit; 1 if the unit is not known here."""
     shown = common_unit(values, unit)
     return shown, 1.0 / si_factor(shown) if known_unit(shown) else 1.0
 
 
 def metric_text(name: str, value: float, unit: str) -> str:
-    """Print a value of a metric whose name begins as in the table, such as "settling time to 10 µm of x"."""
+    """Return a value of a metric as text; its name begins as in the table, such as "settling time to 10 µm of x"."""
     if math.isinf(value):
         return next((metric.infinite for metric in METRICS.values() if name.startswith(metric.words)), "inf")
     return printed(value, unit)
 
 
 class MeasuredQuantity(NamedTuple):
-    """A measured quantity: what it is measured on, in what unit, and what a claim about it must give.
+    """A measured quantity: its objects, its unit, and the keys that a claim about it must have.
 
-    What is in m is in rad on a rotation. That of a constant depends on it; a claim about a column gives its own. An
-    "event" is what an axis does after one of the scenario's, an "effort" what a motor does.
+    A unit in m is rad on a rotation. The unit of a constant depends on it, and a claim about a column gives its own. An
+    "event" is the response of an axis to an event of the scenario, an "effort" that of a motor.
     """
 
     words: str                 # its name everywhere; a file and Python have an underscore for each space or hyphen
@@ -73,20 +74,20 @@ class MeasuredQuantity(NamedTuple):
 
     @property
     def of_axes(self) -> bool:
-        """Whether each axis of a run has values of its own."""
+        """Return True if each axis of a run has values of its own."""
         return self.on in ("axis", "tracking", "step", "event")
 
     @property
     def of_motors(self) -> bool:
-        """Whether each motor of a run has values of its own."""
+        """Return True if each motor of a run has values of its own."""
         return self.on in ("motor", "effort")
 
     def unit_on(self, axis_unit: str) -> str:
-        """SI unit on an axis in m or rad; empty of a plain number."""
+        """Return the SI unit on an axis in m or rad; empty for a plain number."""
         return axis_unit + (self.unit or "")[1:] if self.unit in OF_LENGTHS else self.unit or ""
 
     def printed(self, value: float | bool, axis_unit: str = "m") -> str:
-        """Print a value with its unit; of an axis in rad its lengths are angles."""
+        """Return a value as text with its unit; on an axis in rad its lengths are angles."""
         if self.yes_no:
             return self.yes_no[0] if value else self.yes_no[1]
         if math.isinf(value):
@@ -146,14 +147,14 @@ PROCEDURE_VALUES = by_name(
 
 
 def in_words(column: str) -> str:
-    """A recorded column in words, such as "speed of z" of "plant.z.velocity"; one with no part by its name."""
+    """Return a recorded column in words, such as "speed of z" for "plant.z.velocity"; a name of one part unchanged."""
     _, *parts, last = column.split(".")
     known = {"velocity": "speed", "encoder": "encoder reading"}
     return f"{known.get(last, last.replace('_cmd', ' command'))} of {'.'.join(parts)}" if parts else column
 
 
 def place_words(epsilon: float | None, gaps: tuple[float, float] | None) -> str:
-    """Words for where a procedure's value is looked for: at ε (s), in a range of air gaps (m)."""
+    """Return the place of a procedure's value in words: at ε (s), in a range of air gaps (m)."""
     words = "" if epsilon is None else f", ε = {epsilon:g} s"
     if gaps is not None:
         low, high = (to_unit(gap, "mm") for gap in gaps)

@@ -1,4 +1,4 @@
-"""The plan of a run: which FMUs run together, on which references, and what is measured and claimed."""
+"""The plan of a run: its FMUs, references, metrics and claims."""
 
 from math import nan
 from pathlib import Path
@@ -20,11 +20,11 @@ from pmlsm.stage_description import StageDescription
 
 
 class StartValue(NamedTuple):
-    """A start value in SI, the unit it was written in (None for a plain number or a Boolean), and the text.
+    """A start value in SI, its written unit (None for a plain number or a Boolean), and its text.
 
-    `origin` is where it was written if not in the scenario file, such as "--set plant.y.mass=7". `file` is that of a
-    parameter set, whose values are not for inputs that something feeds. `text` is that of a String variable, or the
-    name of an item of an Enumeration; the value is NaN then.
+    `origin` is its source if that is not the scenario file, such as "--set plant.y.mass=7". `file` is a parameter set,
+    whose values are not for inputs with a signal or connection. `text` is that of a String variable, or the name of an
+    item of an Enumeration; the value is NaN then.
     """
 
     value: float | int | bool
@@ -36,7 +36,7 @@ class StartValue(NamedTuple):
 
     @property
     def given(self) -> float | int | bool | str:
-        """What the FMU is given."""
+        """Return the value for the FMU."""
         return self.value if self.text is None else self.text
 
 
@@ -50,7 +50,7 @@ def read_start_value(value: Any) -> StartValue:
 
 
 def read_allowed(value: Any) -> StartValue:
-    """Read a deviation that is let pass: a quantity of 0 or more."""
+    """Read an allowed deviation: a quantity of 0 or more."""
     start = StartValue(*read_quantity(value), value)
     if start.value < 0.0:
         raise ValueError("expected 0 or more")
@@ -58,7 +58,7 @@ def read_allowed(value: Any) -> StartValue:
 
 
 def read_open_value(value: Any) -> StartValue:
-    """The same, but leave what an FMU may know: a text in a unit that is unknown here, or that is no quantity."""
+    """Read a value, but leave text in a unit that only the FMU may know, or that is no quantity."""
     if isinstance(value, str):
         try:
             number, unit = split_text(value)
@@ -73,7 +73,7 @@ Start = Annotated[StartValue, PlainValidator(read_open_value), ValueKind("quanti
 
 
 class RunOutput(Table):
-    """What an output, `fmu.variable`, of another run is at the end of that run."""
+    """An output, `fmu.variable`, of another run at the end of that run."""
 
     PLACE = "[fmus.NAME.start_from]"
 
@@ -100,7 +100,7 @@ class FmuTable(Table):
 
     @model_validator(mode="after")
     def one_source(self) -> "FmuTable":
-        """Refuse an FMU that is neither or both."""
+        """Refuse an FMU with neither or both of model and file."""
         if (self.model is None) == (self.file is None):
             raise ValueError("expected either model, the name of an FMU of this project, or file, the path of an FMU")
         if self.model is not None and self.model.endswith((".fmu", ".py")):
@@ -126,7 +126,7 @@ class Axis(Table):
 
     @property
     def unit(self) -> str:
-        """SI unit of its position."""
+        """Return the SI unit of its position."""
         return "rad" if self.rotation else "m"
 
 
@@ -142,7 +142,7 @@ class Motor(Table):
 
 
 class MetricSettings(Table):
-    """What is measured: settling bands, the start of steady tracking, and the end error that is let pass."""
+    """Settings of the metrics: settling bands, the start of steady tracking, and the allowed error at the end."""
 
     PLACE = "[metrics]"
 
@@ -156,16 +156,16 @@ class MetricSettings(Table):
         default=5e-3, gt=0.0, description="the same of rotations")
 
     def bands_of(self, axis: Axis) -> list[float]:
-        """Settling bands of an axis, m or rad."""
+        """Return the settling bands of an axis, m or rad."""
         return self.tilt_bands if axis.rotation else self.bands
 
     def fail_error_of(self, axis: Axis) -> float:
-        """Error (m or rad) of an axis beyond which a run ends off target."""
+        """Return the error (m or rad) of an axis beyond which a run ends off target."""
         return self.fail_tilt if axis.rotation else self.fail_error
 
 
 class Event(Table):
-    """Something that happens to a run, such as a push: what is measured in the window from its time to its end."""
+    """An event of a run, such as a push, with the window in which its effect is measured."""
 
     PLACE = "[[events]]"
 
@@ -176,7 +176,7 @@ class Event(Table):
 
 
 class SignalTolerance(Table):
-    """What a signal may differ from its baseline: absolute (SI) plus relative times the expected value."""
+    """The allowed deviation of a signal from its baseline: absolute (SI) plus relative times the expected value."""
 
     PLACE = "[check.signals]"
 
@@ -187,7 +187,7 @@ class SignalTolerance(Table):
 
     @property
     def absolute(self) -> float:
-        """The same in SI."""
+        """Return the absolute part in SI."""
         return float(self.allowed.value)
 
 
@@ -253,9 +253,9 @@ class RunPlan(Table):
     @model_validator(mode="before")
     @classmethod
     def completed(cls, table: Any) -> Any:
-        """Record every communication step without `output_interval`; give sentences of the run what they chose.
+        """Record every communication step without `output_interval`; copy the run's `chose` to its claims in words.
 
-        Signals to what is no FMU of this project may be in units that it declares.
+        Signals to an FMU that is not of this project may be in units that it declares.
         """
         if not isinstance(table, dict):
             return table
@@ -274,7 +274,7 @@ class RunPlan(Table):
     @field_validator("fmus")
     @classmethod
     def in_order(cls, fmus: dict[str, FmuTable]) -> dict[str, FmuTable]:
-        """Put FMUs that are to be stepped `before` others in front of these; without it the order is the table's."""
+        """Put FMUs that have `before` in front of the named ones; the others keep the order of the table."""
         order = list(fmus)
         later = {name: fmu.before for name, fmu in fmus.items() if fmu.before is not None}
         for name, other in later.items():
@@ -356,26 +356,28 @@ class RunPlan(Table):
 
     @property
     def wires(self) -> dict[str, tuple[str, str]]:
-        """Connections from an output to an input, by their keys in the file: those in `connections` come first."""
+        """Return the connections from outputs to inputs, by their keys in the file: those in `connections` come first.
+        """
         own = {key_path(["fmus", name, "inputs", variable]): (source, f"{name}.{variable}")
                for name, fmu in self.fmus.items() for variable, source in fmu.inputs.items() if source}
         return {f"connections[{i}]": pair for i, pair in enumerate(self.connections)} | own
 
     @property
     def axis_names(self) -> set[str]:
-        """Names of the axes that are measured or that have start values: a run may measure none."""
+        """Return the names of the axes that are measured or that have start values; the list may be empty."""
         return {*self.axes, *(variable.partition(".")[0] for fmu in self.fmus.values() for variable in fmu.start)}
 
     @property
     def stage(self) -> StageDescription | None:
-        """The stage that it is about: as described, or by its FMUs or else by its axes; None if it is about none."""
+        """Return the stage: as described, or by its FMUs or else by its axes; None if there is none."""
         if self.stage_file is not None:
             return read_own(Path(self.stage_file))
         return best_stage((fmu.model for fmu in self.fmus.values() if fmu.model), self.axis_names)
 
     @property
     def plants(self) -> set[str]:
-        """FMUs whose positions are measured: their parameters are conditions of the experiment, as inputs are.
+        """Return the FMUs whose positions are measured. Their parameters are conditions of the experiment, as inputs
+        are.
 
         Parameters of the others, such as gains and limits, are settings of a design, and mean something to that design.
         """
@@ -383,7 +385,7 @@ class RunPlan(Table):
 
     @property
     def needs(self) -> set[str]:
-        """Names of the runs whose results this one starts from."""
+        """Return the names of the runs whose results this one starts from."""
         return {source.run for fmu in self.fmus.values() for source in fmu.start_from.values()}
 
     @property
@@ -392,12 +394,12 @@ class RunPlan(Table):
 
     @property
     def own(self) -> bool:
-        """Whether it is of a user's file, not of the package's."""
+        """Return True if the run is of a user's file."""
         return self._own
 
     @property
     def sha256(self) -> str:
-        """SHA-256 of what the file and those that it extends say of this run; empty if it was read from none."""
+        """Return the SHA-256 of this run's part of its files, with those that they extend; empty without a file."""
         return self._sha256
 
     @property
@@ -406,21 +408,22 @@ class RunPlan(Table):
 
     @property
     def event_ends(self) -> list[float]:
-        """Ends of the windows of its events, s: as given, or where the next event or step of a reference begins."""
+        """Return the ends of the windows of its events, s: as given, or the start of the next event or reference step.
+        """
         begins = sorted({*(event.time for event in self.events), *(time for time, _ in self.jumps(references=True))})
         return [next((time for time in begins if time > event.time + ON_GRID * self.step), self.stop_time)
                 if event.end is None else event.end for event in self.events]
 
     @property
     def disturbances(self) -> list[tuple[float, str]]:
-        """What ends the windows of steps: times (s) of events and of jumps of inputs that are no references, and names.
+        """Return the times (s) that end the windows of steps, with names: events, and jumps of inputs but references.
 
         The name is that of the event, or of the input.
         """
         return [*((event.time, event.name) for event in self.events), *self.jumps(references=False)]
 
     def jumps(self, references: bool) -> list[tuple[float, str]]:
-        """Times (s) at which signals jump from one value to another, and the inputs that they feed."""
+        """Return the times (s) at which signals jump from one value to another, and the inputs that they feed."""
         measured = {axis.reference for axis in self.axes.values()}
         return [(time, signal.to) for signal in self.signals
                 if isinstance(signal, Steps) and (signal.to in measured) == references
@@ -429,5 +432,5 @@ class RunPlan(Table):
 
     @property
     def windows(self) -> list[tuple[str, float, float]]:
-        """Names of its events with their windows: from when to when, s."""
+        """Return the begin and the end (s) of the windows of its events, by name."""
         return [(event.name, event.time, end) for event, end in zip(self.events, self.event_ends, strict=True)]

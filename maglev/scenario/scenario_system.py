@@ -1,4 +1,4 @@
-"""A run as a system of FMUs in one file, for masters of others."""
+"""A run as a system of FMUs in one file, for the masters of other tools."""
 
 from pathlib import Path
 from tempfile import TemporaryDirectory
@@ -15,12 +15,12 @@ from maglev.scenario.run_plan import RunPlan
 
 @build_errors()
 def build_scenario(plan: RunPlan, folder: Path, kind: Kind) -> list[Path]:
-    """Write the FMUs of a run, their connections and start values as `NAME.ssp` into a folder; returns its files.
+    """Write the FMUs of a run, their connections and start values as `NAME.ssp` into a folder; return its files.
 
-    `NAME.ssv` next to it has what the run sets, for tools that do not take start values from the system. A system has
-    no signals: what they lead to are inputs of it, for whoever runs it to give. It sets no parameter between two steps
-    either: those that something leads to are inputs of the FMUs in it. BuildError for an FMU that is not of this
-    project, and start values that are results of other runs; errors as of `maker`.
+    `NAME.ssv` next to it has the start values, for tools that do not take them from the system. A system has no
+    signals: the inputs that they feed are inputs of the system. Nor does it set a parameter between two steps:
+    parameters with a signal or a connection are inputs of the FMUs in it. Raises BuildError for an FMU that is not of
+    this project, and for start values that are results of other runs; other errors as `maker` does.
     """
     parts = system_parts(plan)
     make = maker(kind)
@@ -40,7 +40,7 @@ def build_scenario(plan: RunPlan, folder: Path, kind: Kind) -> list[Path]:
 
 
 def system_parts(plan: RunPlan) -> dict[str, FmuDefinition]:
-    """What the FMUs of a run are in its system, by name in the run."""
+    """Return the FMUs of a run as parts of its system, by name in the run."""
     led_to = {target for _, target in plan.wires.values()}
     led_to |= {name for signal in plan.signals for name in (signal.to, signal.rate_to) if name}
     parts = {}

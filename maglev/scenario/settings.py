@@ -15,9 +15,9 @@ Settings = Mapping[str, float | int | bool | str | StartValue] | Iterable[str] |
 
 
 def start_values(given: Settings) -> dict[str, StartValue]:
-    """Start values by `fmu.variable`, as text with a unit if need be; ScenarioError of what is none of these.
+    """Return start values by `fmu.variable`, as text with a unit if need be; ScenarioError for any other setting.
 
-    Of words of a command line, `fmu.variable=value`, the last about a name counts.
+    Of words of a command line, `fmu.variable=value`, the last one for a name counts.
     """
     if isinstance(given, Mapping):
         return {name: value if isinstance(value, StartValue) else start_value(name, value)
@@ -32,7 +32,7 @@ def start_values(given: Settings) -> dict[str, StartValue]:
 
 
 def start_value(name: str, value: float | bool | str, written: str = "") -> StartValue:
-    """One of them; `written` is the word, if it was one."""
+    """Return one start value; `written` is the word, if it was one."""
     text = str(value).strip()
     origin = option("set", written or {name: value})
     if not isinstance(name, str) or not all(name.strip().partition(".")):
@@ -46,7 +46,9 @@ def start_value(name: str, value: float | bool | str, written: str = "") -> Star
 
 def with_references(plan: RunPlan, settings: Mapping[str, StartValue]
                     ) -> tuple[RunPlan, dict[str, StartValue], list[str]]:
-    """Plan with the references that settings ask for, the settings that are about FMUs, and those about references."""
+    """Return the plan with the references of the settings, and the settings by kind: those of FMUs, those of
+    references.
+    """
     others, about_fmus = [], {}
     for name, value in settings.items():
         if name.partition(".")[0] != REFERENCE or REFERENCE in plan.fmus:
@@ -64,7 +66,7 @@ def with_references(plan: RunPlan, settings: Mapping[str, StartValue]
 
 
 def reference_unit(plan: RunPlan, setting: str) -> str:
-    """SI unit of a setting of a reference, `AXIS.what`; of one that is not there, or of no axis, "1"."""
+    """Return the SI unit of a setting of a reference, such as `AXIS.start`; "1" if there is no such axis or setting."""
     name, _, what = setting.rpartition(".")
     unit, axis = UNITS.get(what, "1"), plan.axes.get(name)
     if axis is None and what != "time":
@@ -73,17 +75,17 @@ def reference_unit(plan: RunPlan, setting: str) -> str:
 
 
 def port_of(plan: RunPlan, name: str) -> str:
-    """Port that a signal leads to, by the name of an axis or by its own."""
+    """Return the port that a signal leads to, by the name of an axis or by its own."""
     return plan.axes[name].reference if name in plan.axes else name
 
 
 def with_reference(plan: RunPlan, setting: str, value: float) -> RunPlan:
-    """Plan with another reference of an axis, by a setting and its value (SI).
+    """Return the plan with another reference of an axis, by a setting and its value (SI).
 
-    "AXIS.amplitude": what the reference does about its first value, or its offset, times the value; "AXIS.start",
-    "AXIS.end": the first or the last value of steps, or that of a constant; "AXIS.time": when the last step is. For
-    AXIS can stand what another signal is to, as in "plant.y.mass.end". ScenarioError if there is no such axis or
-    signal, or it is of a kind that has none of these.
+    "AXIS.amplitude" multiplies the motion of the reference about its first value, or about its offset, by the value.
+    "AXIS.start" and "AXIS.end" are the first and the last value of steps, or the value of a constant. "AXIS.time" is
+    the time of the last step. AXIS can also be the input of another signal, as in "plant.y.mass.end". Raises
+    ScenarioError if there is no such axis or signal, or its kind does not have the setting.
     """
     axis, _, what = setting.rpartition(".")
     if what not in UNITS:

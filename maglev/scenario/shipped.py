@@ -1,4 +1,4 @@
-"""Native FMUs as a release ships them: taken from there without a compiler, and the loops that step them anywhere."""
+"""Native FMUs from a release, which need no compiler, and the loops that step them on any platform."""
 
 import zlib
 from collections.abc import Iterable
@@ -16,7 +16,7 @@ from maglev.scenario.catalogue import build_errors, build_systems, with_parts
 
 
 def build_step_loops(folder: Path) -> list[Path]:
-    """Compile that loop for every platform, into a folder for each with FMI 3.0's name of it; returns their paths."""
+    """Compile that loop for every platform, into a folder for each with FMI 3.0's name of it; return their paths."""
     from maglev.cosim.step_loop import LIBRARY, source
 
     paths = [folder / name / f"{Path(LIBRARY).stem}{platform.ending}" for name, platform in PLATFORMS.items()]
@@ -28,12 +28,12 @@ def build_step_loops(folder: Path) -> list[Path]:
 
 @build_errors()
 def take_native(names: Iterable[str], given: Path, folder: Path, fmi: int = 2, clocked: bool = False) -> list[Path]:
-    """Copy native FMUs out of what a release ships, and make systems of them; returns their paths.
+    """Copy native FMUs from a release, and make systems of them; return their paths.
 
-    They are `given` as the archive `…-native.zip` of a release, or as a folder with what was in it: FMUs in `native`
-    and `fmi3`, those with a clock in `clocked`, loops that step them in `step_loop`. Of what has no clock `clocked`
-    ones are those in `fmi3`. After an error the folder is as it was. BuildError if one is not there, or is not what
-    this installation makes of its own sources.
+    `given` is the archive `…-native.zip` of a release, or a folder with its content. FMUs are in `native` and `fmi3`,
+    those with a clock in `clocked`, and the loops that step them in `step_loop`. FMUs without a clock in `clocked` are
+    those of `fmi3`. After an error the folder is unchanged. Raises BuildError if a file is missing, or differs from the
+    one that this installation makes of its own sources.
     """
     from maglev.cosim.step_loop import LIBRARY, keep_loop, step_function
 
@@ -60,7 +60,7 @@ def take_native(names: Iterable[str], given: Path, folder: Path, fmi: int = 2, c
 
 
 def shipped_file(given: Path, name: str) -> bytes:
-    """A file by its path in an archive or a folder; BuildError if it is not there."""
+    """Return a file by its path in an archive or a folder; BuildError if it is not there."""
     try:
         if given.is_dir():
             return (given / name).read_bytes()

@@ -43,7 +43,7 @@ InUnit = Annotated[float, BeforeValidator(lambda value, info: in_unit(value, inf
 
 
 class SignalTable(Table):
-    """What all signals have: the inputs they feed, and a unit for plain numbers; text carries its own."""
+    """The keys that all signals share: the inputs they feed, and a unit for plain numbers; text carries its own."""
 
     PLACE = "[[signals]]"
 
@@ -71,13 +71,13 @@ class SignalTable(Table):
     @field_validator("unit")
     @classmethod
     def unit_is_known(cls, unit: str | None, info: ValidationInfo) -> str | None:
-        """Refuse an unknown unit, except for what may declare it."""
+        """Refuse an unknown unit, unless an FMU may declare it."""
         if unit is not None and not info.data.get("open_unit"):
             si_unit(unit)
         return unit
 
     def in_si(self, unit: Unit) -> Self:
-        """The signal in SI, of one whose numbers are in a unit."""
+        """Return the signal in SI."""
         def converted(value: Any) -> Any:
             if isinstance(value, list):
                 return [converted(entry) for entry in value]
@@ -93,7 +93,7 @@ class SignalTable(Table):
         """Return the values at ascending times (s), shape (n,), SI."""
 
     def rates_at(self, times: Array) -> Array:
-        """Return the time derivatives at ascending times (s), shape (n,), SI; at a jump none."""
+        """Return the time derivatives at ascending times (s), shape (n,), SI; 0 at a jump."""
         return np.zeros(len(times))
 
     def value(self, t: float) -> float:
@@ -114,7 +114,7 @@ class Constant(SignalTable):
 
 
 class Steps(SignalTable):
-    """Piecewise constant: values[i] from times[i] on, values[0] before; true and false for what is Boolean."""
+    """Piecewise constant: values[i] from times[i] on, values[0] before; true and false for a Boolean input."""
 
     PLACE = "[[signals]], steps"
 
@@ -133,7 +133,7 @@ class Steps(SignalTable):
 
     @model_validator(mode="after")
     def match_times(self) -> "Steps":
-        """Refuse times that do not ascend, and values that are not one for each time."""
+        """Refuse times that do not ascend, and a number of values that differs from that of the times."""
         for i, (earlier, later) in enumerate(pairwise(self.times)):
             if later <= earlier:
                 raise key_refused(i + 1, later, f"expected ascending times, the one before is {earlier}", "times")
@@ -252,7 +252,7 @@ class Csv(SignalTable):
         return self
 
     def values_of(self, table: DataTable, column: str) -> list[float]:
-        """Values in SI: by the unit of the header, or by `unit`."""
+        """Return the values in SI: by the unit of the header, or by `unit`."""
         said = table.unit(column)
         own = known_unit(said) if said else None
         if own is None:
@@ -267,7 +267,9 @@ class Csv(SignalTable):
         return list(table.column(column, own.si).tolist())
 
     def misfit(self, end: float) -> str:
-        """Why a run from 0 to its end (s) can use no rows, or not know that their times are in s; "" if it can."""
+        """Return a reason why a run until its end (s) cannot use the table: no rows, or times of unknown unit; "" if it
+        can.
+        """
         first, last = self._times[0], self._times[-1]
         if first >= end or last < 0.0 or last == 0.0 < len(self._times) - 1:
             return (f"its rows are from {first:.9g} s to {last:.9g} s, the run from 0 s to {end:.9g} s: expected rows "
@@ -279,14 +281,16 @@ class Csv(SignalTable):
         return ""
 
     def used(self, end: float) -> str:
-        """What reading took for granted, and which part a run from 0 to its end (s) uses; "" of all of a plain CSV."""
+        """Return the assumptions of reading, and the part used by a run from 0 to its end (s); "" for all of a plain
+        CSV.
+        """
         first, last = self._times[0], self._times[-1]
         part = f"rows from {first:.6g} s to {last:.6g} s, used from {max(first, 0.0):.6g} s to {min(last, end):.6g} s"
         cut = first < 0.0 or last > end + TIME_TOLERANCE
         return "; ".join(filter(None, (self._said or (self.file if cut else ""), part if cut else "")))
 
     def in_si(self, unit: Unit) -> Self:
-        """The signal in SI, of one whose numbers are in a unit."""
+        """Return the signal in SI."""
         scaled_table = super().in_si(unit)
         scaled_table._values = [exact_product(value, unit.factor) for value in self._values]
         return scaled_table
@@ -311,13 +315,13 @@ Signal = Annotated[Constant | Steps | Sinusoids | Csv, Field(discriminator="kind
 
 
 def numbers_in(table: dict[str, Any]) -> list[Any]:
-    """Return all that `unit` applies to in the table of a signal."""
+    """Return all numbers that `unit` applies to in the table of a signal."""
     return [table.get("value"), table.get("offset"), *items(table.get("values")),
             *(term.get("amplitude") for term in items(table.get("terms")) if isinstance(term, dict))]
 
 
 def in_unit(value: object, unit: str | None) -> float:
-    """Number in SI; of a unit that is not known here, as it is: a text must be in that unit, then."""
+    """Return a number in SI, unchanged if the unit is not known here: a text must be in that unit, then."""
     if unit is None or known_unit(unit) is not None:
         return parse_quantity(value, unit)
     if not isinstance(value, str):

@@ -15,7 +15,7 @@ from maglev.scenario.layers import Layer, child, merged
 
 
 class ValueKind(NamedTuple):
-    """What a value is in words, for the table of the keys, and the SI unit of its default."""
+    """The kind of a value in words, for the table of the keys, and the SI unit of its default."""
 
     words: str
     unit: str = ""
@@ -35,7 +35,7 @@ def key_refused(key: str | int, value: object, expectation: str, *above: str | i
 class Table(BaseModel):
     """A table of the file: immutable, and it names the nearest valid key when it meets an unknown one.
 
-    The description of each field is its meaning, in messages and in the documentation; what has none is no key.
+    The description of each field is its meaning, in messages and in the documentation. A field without one is no key.
     """
 
     model_config = ConfigDict(extra="forbid", frozen=True, defer_build=True)
@@ -64,7 +64,7 @@ class Table(BaseModel):
 
     @classmethod
     def of_file(cls, table: Mapping[str, Any], layers: list[Layer]) -> Self:
-        """The model of what layers of files make; ScenarioError with the first refusal in one line."""
+        """Return the model of the layers of files; ScenarioError with the first refusal in one line."""
         try:
             return cls.model_validate(table)
         except ValidationError as error:
@@ -76,7 +76,7 @@ COUNTED = re.compile(r"^(?:List|Tuple|Dictionary) should have (at (?:least|most)
 
 
 def unknown_key(key: str, table: type[Table], valid: Sequence[str]) -> str:
-    """What is expected instead of a key that a table does not have: keys like it, or the table that it belongs to."""
+    """Return the expected keys for one that a table does not have: keys like it, or the table that it belongs to."""
     meanings = table.keys_of_table()
     valid = [*meanings] or valid   # what has no description is not for users
     near = get_close_matches(key, valid, n=2, cutoff=0.6)
@@ -88,7 +88,7 @@ def unknown_key(key: str, table: type[Table], valid: Sequence[str]) -> str:
 
 
 def meaning_at(model: type[Table], location: Sequence[str | int]) -> str:
-    """What the key at a place of a table means; empty text of one that means nothing by itself."""
+    """Return the meaning of the key at a place of a table; empty text if it has none by itself."""
     models, meaning = [model], ""
     for key in location:
         fields = [field for model in models for name, field in model.model_fields.items() if key in (name, field.alias)]
@@ -105,7 +105,7 @@ def tables_in(annotation: Any) -> list[type[Table]]:
 
 
 def one_line(error: ValidationError, layers: list[Layer], model: type[Table] = Table) -> str:
-    """Say the first refusal in one line: file, key, value, expectation."""
+    """Return the first refusal in one line: file, key, value, expectation."""
     first = error.errors()[0]
     context = first.get("ctx", {})
     keys = keys_in(merged(layers), first["loc"])

@@ -24,7 +24,8 @@ from pmlsm.whole_numbers import NEAREST_WHOLE
 
 
 def sines_cosines(angles: NDArray[np.floating[Any]]) -> tuple[Array, Array]:
-    """Sines and cosines of angles (rad), each of the angles' shape; of an angle beyond `LARGEST_REDUCED` NaN."""
+    """Return sines and cosines of angles (rad), each of the angles' shape; NaN for an angle beyond `LARGEST_REDUCED`.
+    """
     quick = np.abs(angles * TWO_OVER_PI) < QUICK_QUARTERS
     seen = np.where(quick, angles, 0.0)
     quarters = (seen * TWO_OVER_PI + NEAREST_WHOLE) - NEAREST_WHOLE
@@ -41,7 +42,7 @@ def sines_cosines(angles: NDArray[np.floating[Any]]) -> tuple[Array, Array]:
 
 
 def period_of(samples: int, harmonics: Iterable[int], phases: Array) -> Array:
-    """One period of a sum of cosines, shape (samples,): so many periods of each harmonic, with its phase (rad)."""
+    """Return one period of a sum of cosines, shape (samples,): the periods of each harmonic, with its phase (rad)."""
     sines, cosines = sines_cosines(2.0 * pi / samples * np.arange(samples))
     wave = np.zeros(samples)
     for number, sine, cosine in zip(harmonics, *sines_cosines(phases), strict=True):
