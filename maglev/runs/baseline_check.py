@@ -1,4 +1,4 @@
-"""Check of runs against their committed baselines, and of these: what was cut or outgrown would go unchecked."""
+"""Check of runs against their committed baselines, and of the baselines themselves, so that no part goes unchecked."""
 
 import time
 from collections.abc import Mapping, Sequence
@@ -38,10 +38,10 @@ RENEW = "; `maglev check --update` writes a new baseline"
 
 def check_run(baselines: Path, experiment: Experiment, ends: Ends, progress: Progress | None = None,
               pictures: Path | None = None) -> CheckResult:
-    """Run an experiment to the end of its baseline, in a folder of these, and a little further, and compare.
+    """Run an experiment to the end of its baseline in the folder `baselines`, and a little further, and compare.
 
-    `ends` are those of the runs that it starts from; into the folder `pictures` goes one of a run that deviates. What
-    can be wrong is a result, too: the status "error".
+    `ends` are those of the runs that it starts from. A picture of a deviating run goes into the folder `pictures`. An
+    error that the user can correct is a result, too: the status "error".
     """
     plan = experiment.plan
     begin = time.perf_counter()
@@ -117,7 +117,7 @@ def recorded_to(experiment: Experiment, end: float, progress: Progress | None) -
 
 def check_runs(experiments: Sequence[Experiment], baselines: Path, jobs: int, watch: Watcher,
                pictures: Path | None = None) -> list[CheckResult]:
-    """Check runs in other processes, at most `jobs` at a time; other parameters as of `check_run`."""
+    """Check runs in other processes, at most `jobs` at a time; see `check_run` for the other parameters."""
     return run_each(experiments, partial(check_run, baselines, pictures=pictures),
                     lambda experiment, message: CheckResult(experiment.plan.name, "error", message, None, {}, 0.0),
                     jobs, watch)
@@ -132,7 +132,7 @@ def deviation_text(deviation: Deviation, unit: str) -> str:
 
 
 def require_fit(plan: RunPlan, baseline: Baseline, folder: Path) -> None:
-    """Refuse a baseline that the plan has outgrown: what it lacks would otherwise go unchecked."""
+    """Refuse a baseline that no longer fits the plan, because a part would then go unchecked."""
     file, near = baseline_file(folder, plan.name), ON_GRID * plan.step
     off_grid = np.abs(baseline.time - plan.check.interval * np.arange(len(baseline.time))) > near
     if off_grid.any():

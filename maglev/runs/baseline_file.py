@@ -28,7 +28,8 @@ LARGEST_FILE = 1_000_000   # bytes: baselines are committed
 
 
 class Tolerance(NamedTuple):
-    """What a signal may differ from the expected value: absolute (SI) plus relative times the expected value."""
+    """The allowed deviation of a signal from the expected value: absolute (SI) plus relative times the expected value.
+    """
 
     absolute: float
     relative: float
@@ -126,7 +127,7 @@ def write_baseline(folder: Path, baseline: Baseline) -> None:
 
 
 def read_baseline(folder: Path, plan: RunPlan) -> Baseline:
-    """Read and check the baseline of a run; BaselineError, CsvError or OSError of what is not as it should be."""
+    """Read and check the baseline of a run; raise BaselineError, CsvError or OSError if it cannot be used."""
     file = baseline_file(folder, plan.name)
     if not file.is_file():
         raise BaselineError(f"{file}: there is no such file, expected the baseline of a run; "

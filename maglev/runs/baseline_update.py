@@ -58,9 +58,9 @@ def write_updated(result: UpdateResult, baselines: Path) -> UpdateResult:
 
 
 def update_all(experiments: Sequence[Experiment], baselines: Path, jobs: int, watch: Watcher) -> list[UpdateResult]:
-    """Update the baselines of runs; parameters as of `check_runs`.
+    """Update the baselines of runs; see `check_runs` for the parameters.
 
-    They are written together when all runs are done: whoever is interrupted before has the old ones.
+    They are written together when all runs are done: after an interruption before that, all old ones are still there.
     """
     results = run_each(experiments, partial(renewed, baselines),
                        lambda experiment, message: UpdateResult(experiment.plan.name, "error", message, {}, 0.0), jobs,
@@ -80,7 +80,7 @@ def old_baseline(folder: Path, plan: RunPlan) -> tuple[Baseline | None, str | No
 
 
 def change_notes(old: Baseline, new: Baseline, moved: dict[str, WorstDifference], units: dict[str, str]) -> list[str]:
-    """What differs between two baselines, one phrase each; empty if nothing does."""
+    """Return the differences between two baselines, one phrase each; empty if nothing differs."""
     notes = [f"{name} moved by at most {difference!r} {units[name]}".rstrip() + f" (t = {at:.9g} s)"
              for name, (difference, at) in moved.items() if difference > 0.0]
     notes += [f"{name} added" for name in new.columns if name not in old.columns]

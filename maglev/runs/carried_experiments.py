@@ -25,7 +25,7 @@ EXPERIMENT_TYPES = ("application/x-ma-hs-experiments", "application/x-ma-ls-expe
 
 
 class File(NamedTuple):
-    """A file of an experiment: what messages call it, and its bytes."""
+    """A file of an experiment: its name for messages, and its bytes."""
 
     place: str
     data: bytes
@@ -33,7 +33,7 @@ class File(NamedTuple):
 
 @dataclass(frozen=True)
 class CarriedExperiment:
-    """An experiment: what an FMU is given, and what it should come to; None where nothing is said."""
+    """An experiment in an FMU: its inputs and expected results; None for each part that is missing."""
 
     name: str
     start_time: float | None = None   # s
@@ -167,7 +167,7 @@ def options_beside(path: Path, results: File, files: Mapping[str, bytes]) -> Fil
 
 
 def place_of(source: str, base: str) -> str | None:
-    """Name in the archive of what a URI in the file `base` means; None if it is nothing in the archive."""
+    """Return the name in the archive for a URI of the file `base`; None if there is none."""
     parts = urlsplit(source)
     if parts.scheme or parts.netloc or not parts.path:
         return None

@@ -1,4 +1,4 @@
-"""Runs that start from the results of others: in which order they go, and what is handed on."""
+"""Runs that start from the results of other runs: their order, and the values that they take over."""
 
 from collections.abc import Callable, Iterator, Mapping
 from functools import partial
@@ -27,11 +27,12 @@ T = TypeVar("T", bound=Ended)
 
 def chained(needs: Mapping[str, set[str]], task: Callable[[str, Ends], Task[T]], jobs: int,
             died: Callable[[str, str], T], watch: Watcher, here: bool = False) -> dict[str, T]:
-    """Do the tasks of runs, those that others need before them, otherwise side by side; results by name, as in `needs`.
+    """Do the tasks of runs, each after those that it needs, otherwise side by side; return results by name, as in
+    `needs`.
 
-    `needs` has, by name of a run, those that it starts from; `task` makes a task of a name and the ends of what it
-    needs; `here` is one after the other in this process, and all else as of `side_by_side`. ScenarioError if runs need
-    each other, or one that is not there; Interrupted after Ctrl-C or SIGTERM.
+    `needs` lists, by name of a run, the runs that it starts from. `task` makes a task of a name and the ends of the
+    needed runs. `here` runs them one after the other in this process. See `side_by_side` for the other parameters.
+    ScenarioError if runs need each other, or one that does not exist; Interrupted after Ctrl-C or SIGTERM.
     """
     results: dict[str, T] = {}
     with kept_processes() as idle:   # a process takes as long to start as some runs to run
@@ -51,7 +52,8 @@ def chained(needs: Mapping[str, set[str]], task: Callable[[str, Ends], Task[T]],
 
 
 def waves(needs: Mapping[str, set[str]]) -> Iterator[list[str]]:
-    """Runs that can go side by side, after those of the waves before; arguments and errors as of `chained`."""
+    """Return the runs that can go side by side after those of the waves before; see `chained` for arguments and errors.
+    """
     for name, others in needs.items():
         if others - needs.keys():
             raise cannot_go_before(name, *sorted(others - needs.keys()))

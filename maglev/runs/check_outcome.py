@@ -1,4 +1,4 @@
-"""What a check or an update of baselines comes to, in words and as JUnit XML, which servers of CI show."""
+"""Outcome of a check or an update of baselines, in words and as JUnit XML, which CI servers show."""
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
@@ -58,7 +58,7 @@ def describe(result: CheckResult | UpdateResult) -> str:
 
 
 def exit_code(results: Sequence[CheckResult | UpdateResult]) -> int:
-    """0 if all passed, 1 if some deviated, 2 if anything could not be checked, or nothing was."""
+    """Return 0 if all passed, 1 if some deviated, 2 if anything could not be checked, or nothing was."""
     statuses = {result.status for result in results}
     if "error" in statuses or not statuses:
         return 2
@@ -66,7 +66,7 @@ def exit_code(results: Sequence[CheckResult | UpdateResult]) -> int:
 
 
 def write_junit(path: Path, results: Sequence[CheckResult]) -> None:
-    """Write a test case for each run; a deviation is a failure, what could not be checked an error."""
+    """Write a test case for each run: a deviation is a failure, and a run that could not be checked an error."""
     statuses = [result.status for result in results]
     suite = ElementTree.Element("testsuite", {
         "name": "maglev check", "tests": str(len(results)), "failures": str(statuses.count("deviated")),

@@ -59,7 +59,7 @@ def rms_deviation(stage_run: RunResult, model: RunResult, name: str) -> float:
 
 
 def offline_table(model: Identification) -> ValueTable:
-    """Constants by the three estimators of chapter 3 on the recorded rows, with what is known about them."""
+    """Return the constants by the three estimators of chapter 3 on the recorded rows, with their uncertainties."""
     recording, stage = model.recording, model.recording.stage
     rows = regressors(stage, recording.positions, recording.i_d, recording.i_q,
                       observed(recording.positions, recording.dt))

@@ -33,10 +33,10 @@ class WorstDifference(NamedTuple):
 
 def first_deviation(times: Array, columns: Mapping[str, Array], samples: Mapping[str, Array],
                     tolerances: Mapping[str, Tolerance]) -> Deviation | None:
-    """Earliest sample that deviates: |got - expected| > absolute + relative |expected|, or got is not finite.
+    """Return the earliest deviating sample: |got - expected| > absolute + relative |expected|, or got is not finite.
 
     Samples are by signal, at the times (s) of the expected columns. Of several at the same time, it is the one with the
-    largest difference relative to what is allowed.
+    largest ratio of difference to allowance.
     """
     first: Deviation | None = None
     largest_excess = 0.0
@@ -56,7 +56,7 @@ def first_deviation(times: Array, columns: Mapping[str, Array], samples: Mapping
 
 
 def worst(times: Array, columns: Mapping[str, Array], samples: Mapping[str, Array]) -> dict[str, WorstDifference]:
-    """Largest difference of each signal; arguments as of `first_deviation`."""
+    """Return the largest difference of each signal; see `first_deviation` for the arguments."""
     largest = {}
     for name, got in samples.items():
         differing = absolute_difference(columns[name], got)

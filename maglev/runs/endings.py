@@ -19,7 +19,7 @@ AXIS = re.compile(r" on (\w+)")
 
 
 class Event(NamedTuple):
-    """What ended the flight of a run: when (s), in words, and in one word where there is no room; on which axis."""
+    """The event that ended the flight of a run: its time (s), its words, one word for narrow tables, and its axis."""
 
     time: float
     words: str
@@ -27,12 +27,12 @@ class Event(NamedTuple):
     axis: str = ""
 
     def text(self, brief: bool = False) -> str:
-        """What happened, on which axis, and when."""
+        """Return the event, its axis and its time in words."""
         return f"{self.word if brief else self.words}{f' on {self.axis}' if self.axis else ''} at {self.time:.3f} s"
 
 
 def events(metrics: Metrics | None) -> list[Event]:
-    """What a run failed by, in order of time; nothing of a run that did not complete."""
+    """Return the failures of a run in order of time; empty for a run that did not complete."""
     if metrics is None:
         return []
     happened = ((metrics.stop_contact, "touched an end stop", "stop", metrics.stop_axis),
@@ -70,7 +70,9 @@ def severity(said: str) -> int:
 
 
 def cause(said: str) -> str:
-    """What made a run fail, or end off target, and on which axis, by its ending in words; empty if it completed."""
+    """Return the cause of a failure, or of an end off target, with its axis, from the ending in words; empty if
+    completed.
+    """
     begin = next(filter(said.startswith, CAUSES), "")
     axis = AXIS.search(said) if begin != ABORTED else None
     return (CAUSES[begin] + (axis[0] if axis else "")) if begin else ""

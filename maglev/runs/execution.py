@@ -1,4 +1,4 @@
-"""Runs, one or many at once, and what each of them gives."""
+"""Execution of one run or of many at once, and their results."""
 
 import json
 from collections.abc import Callable, Mapping, Sequence
@@ -50,9 +50,9 @@ class RunResult:
 
     @property
     def outcome(self) -> str:
-        """Return "did not complete" of a run that was aborted, "failed" if the stage touched a stop or tripped.
+        """Return "did not complete" for an aborted run, "failed" if the stage touched a stop or tripped.
 
-        Of others that end beyond `metrics.fail_error` "ended off target", else "completed".
+        Return "ended off target" for other runs that end beyond `metrics.fail_error`, else "completed".
         """
         if self.failure is not None or self.metrics is None:
             return ABORTED
@@ -77,12 +77,12 @@ class RunResult:
 
     @property
     def modified(self) -> bool:
-        """Whether it is another run than its plan says."""
+        """Return True if the run differs from its plan."""
         return self.provenance is not None and self.provenance.modified
 
 
 def simulate(experiment: Experiment, progress: Progress | None = None) -> RunResult:
-    """Run an experiment and measure it; errors as of `execute`, and no files."""
+    """Run an experiment and measure it without writing files; errors as in `execute`."""
     recording = experiment.run(progress)
     return replace(completed_run(experiment, recording), metrics=whole_metrics(experiment.plan, recording))
 
@@ -90,14 +90,14 @@ def simulate(experiment: Experiment, progress: Progress | None = None) -> RunRes
 def execute(experiment: Experiment, out: Path, form: Format = "csv", progress: Progress | None = None) -> RunResult:
     """Run an experiment, write its columns, and measure it.
 
-    RunFailed if an FMU ends the run, RunInterrupted after Ctrl-C or SIGTERM: what was recorded until then is in
+    RunFailed if an FMU ends the run, RunInterrupted after Ctrl-C or SIGTERM: the columns until then are in
     `NAME.partial.csv`. MaglevError or OSError if it cannot run, be measured or be written.
     """
     every, files = experiment.output_every(), ResultFiles(out, experiment.plan.name)
     results = []
 
     def complete(recording: Recording) -> None:
-        """Write what the run gave, whatever its FMUs do after it."""
+        """Write the results of the run, even if its FMUs crash after it."""
         try:
             metrics = whole_metrics(experiment.plan, recording)
         except MeasurementError as error:
@@ -123,9 +123,9 @@ def execute(experiment: Experiment, out: Path, form: Format = "csv", progress: P
 
 def write_result(files: ResultFiles, form: Format, result: RunResult, units: Mapping[str, str], recording: Recording,
                  every: int = 1) -> None:
-    """Write the columns of a run, and what is known about it with their digest; parameters as of `write_columns`.
+    """Write the columns of a run, and its JSON file with their digest; see `write_columns` for the parameters.
 
-    Files of an earlier run stay as they were until both are complete, and go then.
+    Files of an earlier run stay until both are complete, and are then removed.
     """
     with whole_file(files.file(form)) as columns, whole_file(files.file("json")) as record:
         write_columns(columns, form, result, units, recording, every)
@@ -153,12 +153,12 @@ def keep_recording(files: ResultFiles, recording: Recording, every: int) -> str:
 
 
 def whole_metrics(plan: RunPlan, recording: Recording) -> Metrics:
-    """What is measured on a run that was recorded to its end, on all of it."""
+    """Return the metrics of a run that was recorded to its end."""
     return run_metrics(plan, recording.time, recording.columns, phase_resistances(plan)({}))
 
 
 def expected(experiment: Experiment) -> Metrics:
-    """Metrics of a run that follows its references exactly: what can be measured, before it is run."""
+    """Return the metrics of an ideal run that follows its references exactly, as far as they are known beforehand."""
     plan, time, drives = experiment.plan, experiment.times, experiment.drives(experiment.check())
     rest = np.zeros(len(time))
     columns = {name: rest for motor in plan.motors.values() for name in (*motor.currents, *motor.commands)}
@@ -169,9 +169,9 @@ def expected(experiment: Experiment) -> Metrics:
 
 
 def require_judgeable(experiments: Sequence[Experiment]) -> None:
-    """Refuse a claim of a user's scenario for which nothing will be measured, and references that are out of reach.
+    """Refuse a claim of a user's scenario that has no metric, and references that are out of reach.
 
-    ScenarioError names the file. Not of a run whose references come from another FMU: what these will be is not known
+    ScenarioError names the file. Runs with references from another FMU are not checked, because these are unknown
     before.
     """
     by_name = {experiment.plan.name: experiment for experiment in experiments}
@@ -198,7 +198,9 @@ def completed_run(experiment: Experiment, recording: Recording) -> RunResult:
 
 
 def run_as_json(result: RunResult) -> dict[str, Any]:
-    """What is known about a run next to its columns, as JSON has it; what never happened or is not finite is None."""
+    """Return metrics and provenance of a run in JSON form; None for a time that never came or a value that is not
+    finite.
+    """
     return {"name": result.plan.name, "title": result.plan.title, "outcome": result.outcome, "ending": result.ending,
             "failure": result.failure,
             "provenance": None if result.provenance is None else result.provenance.as_data(),
@@ -219,9 +221,9 @@ def thinned(recording: Recording, every: int) -> Recording:
 
 def run_each(experiments: Sequence[Experiment], job: Callable[[Experiment, Ends, Progress], T],
              died: Callable[[Experiment, str], T], jobs: int, watch: Watcher, here: bool = False) -> list[T]:
-    """Do a job with each experiment and the ends of the runs that it starts from, which go before it; as of `chained`.
+    """Do a job with each experiment and the ends of the runs that it starts from, in the order of `chained`.
 
-    In other processes, at most `jobs` at a time; `here`, and with a class that was given, in this one.
+    They run in other processes, at most `jobs` at a time; `here`, or with a given class, they run in this one.
     """
     by_name = {experiment.plan.name: experiment for experiment in experiments}
     return list(chained({name: experiment.plan.needs for name, experiment in by_name.items()},
@@ -232,12 +234,12 @@ def run_each(experiments: Sequence[Experiment], job: Callable[[Experiment, Ends,
 
 def execute_all(experiments: Sequence[Experiment], out: Path, form: Format, jobs: int, watch: Watcher,
                 here: bool = False) -> list[RunResult]:
-    """Run experiments as of `run_each`; one that fails, or whose process dies, has a result that says why."""
+    """Run experiments with `run_each`; one that fails, or whose process dies, has a result with the reason."""
     return run_each(experiments, partial(execute_or_fail, out, form), failed_run, jobs, watch, here)
 
 
 def execute_or_fail(out: Path, form: Format, experiment: Experiment, ends: Ends, progress: Progress) -> RunResult:
-    """Run an experiment that starts from the ends of others; what users can put right is a result, too."""
+    """Run an experiment that starts from the ends of other runs; an error that users can correct becomes a result."""
     try:
         return execute(replace(experiment, plan=started(experiment.plan, ends)), out, form, progress)
     except FAILURES as error:
@@ -253,9 +255,9 @@ def failed_run(experiment: Experiment, message: str, traceback: str = "") -> Run
 def judge_all(results: Sequence[RunResult]) -> Judgements:
     """Judge the claims of every run, by name, comparative ones against the other runs.
 
-    The thesis's claims are about its runs: those of a modified run, or of one that a user's file makes of it, have no
-    verdict on the thesis, nor has a comparison with one. A user's own are judged whatever runs. Another reading of an
-    experiment does not count.
+    The thesis's claims are about its runs. A modified run, or one that a user's file makes of it, has no verdict on the
+    thesis, nor has a comparison with one. A user's own claims are always judged. Another reading of an experiment does
+    not count.
     """
     metrics = {result.plan.name: result.metrics for result in results}
     modified = {result.plan.name for result in results if result.modified or result.plan.own}

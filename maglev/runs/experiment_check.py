@@ -47,7 +47,7 @@ class Times(NamedTuple):
 
 
 class FmuRun(NamedTuple):
-    """What an FMU gave at the communication points, by variable and with the column time, and what it has said."""
+    """The output of an FMU at the communication points, by variable and with the column time, and its messages."""
 
     columns: dict[str, npt.NDArray[Any]]
     said: str
@@ -57,8 +57,8 @@ def run_fmu(path: Path, times: Times, parameters: Mapping[str, str], inputs: npt
             outputs: list[str], progress: Progress) -> FmuRun:
     """Run an FMU alone, in this process.
 
-    Parameters are start values, as texts; inputs are as fmpy takes them: what is continuous is interpolated, the rest
-    held. FmuError if the FMU refuses something, with what it says.
+    Parameters are start values, as texts. Inputs are in the form of fmpy: continuous ones are interpolated, the others
+    held. FmuError if the FMU refuses something, with its message.
     """
     messages = Messages()
     folder = unpacking_folder()
@@ -132,11 +132,11 @@ def named_experiments(paths: Sequence[Path]) -> dict[str, tuple[Path, CarriedExp
 
 def check_fmus(paths: str | Path | Iterable[str | Path], *, jobs: int | None = None, junit: str | Path | None = None,
                timeout: float = TIMEOUT, partial: bool = False, watch: Watch | None = None) -> list[CheckResult]:
-    """Run the experiments that FMUs carry, ours or third-party, and compare with the results that they carry.
+    """Run the experiments that any FMUs carry, and compare with the results that they carry.
 
     These are experiments by the layered standard FMI-LS-REF (1.0.0-beta.1), or files NAME_ref.csv, NAME_in.csv and
-    NAME_ref.opt next to NAME.fmu. Where nothing says how close a result has to be, a Real may be a thousandth of its
-    largest value apart, and the rest not at all.
+    NAME_ref.opt next to NAME.fmu. Without a given tolerance, a Real may differ by a thousandth of its largest value,
+    and the other types not at all.
 
     Parameters
     ----------
@@ -149,10 +149,10 @@ def check_fmus(paths: str | Path | Iterable[str | Path], *, jobs: int | None = N
     timeout : float
         Longest time that a step may take, s; to load and start an FMU takes a minute at least.
     partial : bool
-        Let pass, and say, what is compared in part: results with columns that are no variables of the FMU, or that
-        leave out the beginning or the end of their experiment. Otherwise that is an error.
+        Accept incomplete results with a note: some columns are no variables of the FMU, or the beginning or the end of
+        the experiment is left out. Otherwise these are errors.
     watch : callable, optional
-        As of `maglev.run_all`.
+        See `maglev.run_all`.
 
     Returns
     -------
@@ -179,7 +179,7 @@ def check_all(experiments: Mapping[str, tuple[Path, CarriedExperiment]], jobs: i
 def check_experiment(name: str, path: Path, experiment: CarriedExperiment,
                      progress: Progress = lambda done, steps: None, *, timeout: float = TIMEOUT,
                      partial: bool = False) -> CheckResult:
-    """Run an experiment of an FMU and compare; what can be wrong is a result, too: the status "error"."""
+    """Run an experiment of an FMU and compare; an error that users can correct is a result: the status "error"."""
     begin = time.perf_counter()
     try:
         if experiment.problem or experiment.results is None:

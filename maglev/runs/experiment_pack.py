@@ -1,4 +1,4 @@
-"""A scenario put into an FMU: what the FMU was given there, what it gave, and how close a repetition has to be."""
+"""A scenario put into an FMU as an experiment: its inputs there, its outputs, and the tolerances of a repetition."""
 
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
@@ -34,11 +34,11 @@ KINDS = ("Real", "Boolean", "Integer", "Int64")   # that a master records
 
 def pack_reference(fmu: str | Path, scenario: str | Path, *, name: str | None = None, out: str | Path | None = None,
                    fmus: str | Path | None = None, watch: Watcher = lambda name, done, steps: None) -> CheckResult:
-    """Run a scenario with an FMU, and put into it what it was given and gave there, as an experiment for it alone.
+    """Run a scenario with an FMU, and put its inputs and outputs there into it, as an experiment for it alone.
 
-    The experiment is a validation by the layered standard FMI-LS-REF. What the scenario's baseline would hold of the
-    FMU, the signals and tolerances of its table `check`, is what is compared; without any it is every output. The FMU
-    is then run alone from what was put in: where that does not give the same, nothing is written.
+    The experiment is a validation by the layered standard FMI-LS-REF. The compared signals and their tolerances are
+    those of the FMU in the scenario's table `check`, or all outputs if it has none. The FMU is then run alone with
+    this experiment. If its results differ, nothing is written.
 
     Parameters
     ----------
@@ -47,13 +47,13 @@ def pack_reference(fmu: str | Path, scenario: str | Path, *, name: str | None = 
     scenario : str or Path
         Name of a run, or a TOML file with one.
     name : str, optional
-        Whose place the FMU takes in the scenario, such as "controller"; not needed where the scenario names its file.
+        Name of the FMU to replace in the scenario, such as "controller"; not needed where the scenario names its file.
     out : path, optional
         Where to write; the FMU itself if not given.
     fmus : path, optional
-        As of `run`.
+        See `run`.
     watch : callable, optional
-        Told the name of the run, and the steps done and in all.
+        Called with the name of the run, and the steps done and in all.
 
     Returns
     -------
@@ -121,10 +121,9 @@ def with_experiment(path: Path, destination: Path, name: str, files: Mapping[str
 
 def recorded_experiment(experiment: Experiment, recording: Recording, fmu: str, name: str, description: str,
                         every: int) -> ExperimentFiles:
-    """Experiment in which an FMU gets what it got in a run in sequential order; what it gave there are the results.
+    """Return the experiment that repeats an FMU's inputs of a run in sequential order, with its outputs as results.
 
-    Of the results there is one row for `every` so many communication steps. ScenarioError if the FMU gave nothing that
-    was recorded.
+    The results have a row every `every` communication steps. ScenarioError if no output of the FMU was recorded.
     """
     path = experiment.files[fmu]
     described = read_description(fmu, path)
@@ -161,10 +160,11 @@ def at_changes(times: Array, columns: Mapping[str, Array], step: float) -> tuple
 
 def inputs_of(experiment: Experiment, recording: Recording, fmu: str, described: ModelDescription,
               own: Any) -> dict[str, Sequence[float]]:
-    """What an FMU was given at each communication point, "time" first; what nothing feeds stays as it starts.
+    """Return the inputs of an FMU at each communication point, "time" first; inputs without a source keep their start.
 
-    What an FMU that is stepped before it computes in the same step is the row after. Where all that changes is held,
-    not interpolated, there are rows at the changes alone, half a step early: no rounding error of a clock misses them.
+    An output of an FMU that is stepped earlier in the same step is taken from the row after. Where all changing inputs
+    are held, not interpolated, there are rows at the changes alone, half a step early: no rounding error of a clock
+    misses them.
     """
     plan, order = experiment.plan, list(experiment.plan.fmus)
     sources = {target: source for source, target in plan.wires.values()}

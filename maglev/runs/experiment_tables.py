@@ -42,7 +42,7 @@ class FmuTable(NamedTuple):
 
     @property
     def names(self) -> list[str]:
-        """Variables, and columns that are none."""
+        """Return the names of all columns, also of those that belong to no variable."""
         return list(self.columns)
 
     def values(self, variable: ScalarVariable) -> Array:
@@ -181,9 +181,9 @@ def run_options(file: File | None) -> tuple[dict[str, float], dict[str, Toleranc
 
 
 def option_rows(file: File) -> Iterator[tuple[str, str, str | None, float]]:
-    """Values of an options file: where each stands, its key, the signal of a tolerance, and the value.
+    """Yield the values of an options file: place, key, signal of a tolerance, and value.
 
-    FmuError names the line of what is no option.
+    FmuError names a line that is no option.
     """
     reader = csv.reader(io.StringIO(file.data.decode("utf-8-sig", "replace"), newline=""), skipinitialspace=True,
                         strict=True)

@@ -10,9 +10,9 @@ from maglev.scenario.run_plan import Axis, RunPlan
 
 
 def axes_furthest_off(plan: RunPlan, errors: Array, of: Sequence[bool] | None = None) -> Texts:
-    """Axis of each run that is furthest off for what its scenario lets pass, by errors, shape (runs, axes).
+    """Return the axis of each run with the largest ratio of error to allowed error, by errors, shape (runs, axes).
 
-    That is one of those for which `of` is true, if it is given.
+    If `of` is given, only axes for which it is true count.
     """
     limits = np.array([plan.metrics.fail_error_of(axis) for axis in plan.axes.values()])
     shares = np.where([True] * len(limits) if of is None else of, np.abs(errors) / limits, -1.0)
@@ -20,10 +20,10 @@ def axes_furthest_off(plan: RunPlan, errors: Array, of: Sequence[bool] | None = 
 
 
 def axes_at_stops(plan: RunPlan, positions: Array, errors: Array) -> Texts:
-    """Axis of each run that is at a stop, by positions and errors (m, rad) there, shape (runs, axes).
+    """Return the axis of each run that is at a stop, by positions and errors (m, rad) there, shape (runs, axes).
 
-    It is the one nearest to its stops, or beyond them most; if none is beyond and others have their stops at the
-    motors, one of these, that furthest off.
+    It is the one nearest to its stops, or furthest beyond them. If none is beyond and other axes have their stops at
+    the motors, it is the one of these that is furthest off.
     """
     stops = end_stops(plan)
     if not any(stops.values()):

@@ -1,6 +1,6 @@
-"""Constants that jump during a run: what the estimates make of it, with and without forgetting, and what that costs.
+"""Constants that jump during a run: the estimates with and without forgetting, and the cost of forgetting.
 
-The thesis leaves constants that change to future work; nothing here is a claim of its.
+The thesis leaves constants that change to future work, so nothing here is one of its claims.
 """
 
 import numpy as np
@@ -60,5 +60,5 @@ def evaluate(settings: ProcedureSettings, runs: Runs) -> Outcome:
 
 
 def percent(share: float) -> str:
-    """A share in percent, without a sign on what rounds to nothing."""
+    """Return a share in percent, without a sign if it rounds to nothing."""
     return f"{100.0 * share:z.2f} %"

@@ -1,4 +1,4 @@
-"""What was measured on a run as rows of one shape, for claims, tables, comparisons and studies."""
+"""Measured values of a run as rows of one shape, for claims, tables, comparisons and studies."""
 
 from collections.abc import Iterable, Iterator
 from dataclasses import asdict, dataclass
@@ -14,7 +14,7 @@ from maglev.scenario.run_plan import RunPlan
 
 @dataclass(frozen=True)
 class Measure:
-    """One number that was measured on a run; of every one of an axis or a motor, less is better.
+    """One measured number of a run. For all numbers of an axis or a motor, less is better.
 
     Attributes
     ----------
@@ -25,7 +25,7 @@ class Measure:
     time : float or None
         s, of the step or event that it is about; None of the whole run.
     value : float
-        SI; inf for what never came to an end, or never happened; 1 and 0 for yes and no.
+        SI; inf for a time without end, or of an event that never happened; 1 and 0 for yes and no.
     unit : str
         "s", "m", "rad", "m.s", "A", "1" of a share, …, or empty text of a count and of yes and no.
     event : str
@@ -95,7 +95,7 @@ def measures_of(plan: RunPlan, metrics: Metrics) -> tuple[Measure, ...]:
 
 
 def numbers(plan: RunPlan, metrics: Metrics | ManyMetrics) -> Iterator[tuple[str, str, float | None, Any, str, str]]:
-    """What a `Measure` has, of each; of many runs the value is an array, shape (runs,)."""
+    """Yield the fields of each `Measure`; for many runs the value is an array, shape (runs,)."""
     for name, quantity in METRICS.items():
         if name in ("tripped", "stop_contact"):   # in the times of stop and trip
             continue
@@ -107,5 +107,5 @@ def numbers(plan: RunPlan, metrics: Metrics | ManyMetrics) -> Iterator[tuple[str
 
 
 def measures_data(measures: Iterable[Measure]) -> list[dict[str, Any]]:
-    """Measures as JSON has them; null for what never came to an end, or never happened."""
+    """Return measures in JSON form; null for a time without end, or of an event that never happened."""
     return [{**asdict(measure), "value": measure.value if measure.value < inf else None} for measure in measures]

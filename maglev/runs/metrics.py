@@ -1,4 +1,4 @@
-"""What is measured on a recorded run: settling, overshoot, tracking errors, disturbances, currents, losses, failure."""
+"""Metrics of a recorded run: settling, overshoot, tracking errors, disturbances, currents, losses, failure."""
 
 import math
 from collections.abc import Callable, Collection, Mapping, Sequence
@@ -54,7 +54,7 @@ class MotorCurrents:
 
 @dataclass(frozen=True)
 class Deviation:
-    """What an event does to one axis: its error is the position minus the reference."""
+    """The effect of an event on one axis; the error is the position minus the reference."""
 
     of: str
     peak_deviation: float                  # m, of a rotation rad, largest |e|
@@ -64,7 +64,7 @@ class Deviation:
 
 @dataclass(frozen=True)
 class Effort:
-    """What a motor does after an event."""
+    """Currents and commands of a motor after an event."""
 
     of: str
     rms_current: float      # A, over the phases and the time
@@ -74,7 +74,7 @@ class Effort:
 
 @dataclass(frozen=True)
 class EventResponse:
-    """What a run does in the window of an event, from its time to its end."""
+    """The response of a run in the window of an event, from its time to its end."""
 
     name: str
     time: float   # s
@@ -105,7 +105,7 @@ class Metrics:
 
 @dataclass(frozen=True)
 class ManyMetrics:
-    """What was measured on many runs with the same steps and events: each number is an array, shape (runs,)."""
+    """The metrics of many runs with the same steps and events: each number is an array, shape (runs,)."""
 
     steps: tuple[StepResponse, ...]
     tracking: tuple[TrackingError, ...]
@@ -123,7 +123,8 @@ class ManyMetrics:
 
 
 def metrics_data(metrics: Metrics) -> dict[str, Any]:
-    """Metrics as JSON has them, SI; null for what never happened or has no end, bands as text."""
+    """Return metrics in JSON form, SI; null for a time without end, or of an event that never happened; bands as text.
+    """
     def plain(value: Any) -> Any:
         if isinstance(value, Mapping):
             return {str(key): plain(entry) for key, entry in value.items()}
@@ -256,7 +257,7 @@ def step_responses(time: Array, positions: Mapping[str, Array], references: Mapp
 
 
 def disturbed_samples(plan: RunPlan, time: Array) -> dict[int, str]:
-    """Return the samples at which something disturbs a run, with the name of what does; of two, of the first."""
+    """Return the samples with a disturbance of a run, with its name; for two at once that of the first."""
     cuts: dict[int, str] = {}
     for at, name in plan.disturbances:
         cuts.setdefault(int(np.searchsorted(time, at - TIME_TOLERANCE)), name)
@@ -277,7 +278,7 @@ def step_windows(own_steps: Mapping[str, Collection[int]], cuts: Collection[int]
 
 def window_end(time: Array, end: int, own_steps: Mapping[str, Collection[int]],
                cuts: Mapping[int, str]) -> tuple[float, str]:
-    """Return when (s) a stretch ends, of which a sample is behind the last, and what cuts it short, or empty text."""
+    """Return the time (s) at which a stretch ends, by the sample after it, and the name of its cut, or empty text."""
     cut = "" if any(end in steps for steps in own_steps.values()) else cuts.get(end, "")
     return float(time[min(end, len(time) - 1)]), cut
 
@@ -321,7 +322,7 @@ def tracking_error(axis: str, time: Array, position: Array, reference: Array, tr
 
 def event_responses(plan: RunPlan, time: Array, columns: Mapping[str, Array], errors: Mapping[str, Array],
                     resistances: Mapping[str, float]) -> tuple[EventResponse, ...]:
-    """Measure every event of a plan; arguments as of `run_metrics`, and the errors (m, of a rotation rad) by axis."""
+    """Measure every event of a plan by errors (m, rad of a rotation) by axis; see `run_metrics` for the rest."""
     responses = []
     ohms = {name: resistances.get(name, math.nan) * (
         1.0 + COPPER * columns.get(f"{winding_of(motor)}.rise", np.zeros(len(time))))
@@ -353,8 +354,8 @@ def effort(motor: str, time: Array, currents: Sequence[Array], commands: Sequenc
     """Measure currents and commands (A) of a motor, with the resistance (ohm) of a phase, in the window of an event.
 
     The noise of a command is the rms of its changes from sample to sample over √2 (von Neumann's mean square successive
-    difference): of white noise its standard deviation, whatever slow course it rides on; of a sinusoid of amplitude A
-    and frequency f, sampled every T, A |sin πfT|.
+    difference). For white noise it is the standard deviation, even on top of a slow course. For a sinusoid of amplitude
+    A and frequency f, sampled every T, it is A |sin πfT|.
     """
     squares = np.sum(np.square(currents), axis=0) if currents else np.zeros(len(time))
     return Effort(motor, math.sqrt(total(squares) / len(squares) / max(1, len(currents))),
@@ -379,15 +380,15 @@ def larger_of(a: Any, b: Any) -> Any:
 
 
 def winding_of(motor: Motor) -> str:
-    """What the plant calls the winding of a motor, such as "plant.alpha.winding", by its currents."""
+    """Return the plant's name for the winding of a motor, such as "plant.alpha.winding", by its currents."""
     return f"{motor.currents[0].rpartition('.')[0]}.winding" if motor.currents else ""
 
 
 def phase_resistances(plan: RunPlan) -> Callable[[Mapping[str, Any]], dict[str, float]]:
-    """Resistance of a phase (ohm, cold) of each motor of which it is known, by what a sample of a study sets.
+    """Return the resistance of a phase (ohm, cold) of each motor if it is known, for one sample of a study.
 
-    That is by `fmu.variable`; what it does not set is as in the scenario's start values, or in the description of the
-    stage. A plant that was put in and has no such parameter is taken for that stage.
+    The sample's values are by `fmu.variable`. The others are those of the scenario's start values, or of the
+    description of the stage. A replaced plant without such a parameter is taken for that stage.
     """
     described = {motor.name: motor.winding.resistance for motor in plan.stage.motors} if plan.stage is not None else {}
     known: dict[str, tuple[str, Any]] = {}   # by motor: what sets it, and its value without

@@ -37,7 +37,7 @@ def files_given(given: ParameterFiles) -> list[tuple[str, Path]]:
 
 
 def parameter_values(given: ParameterFiles, known: Sequence[str]) -> dict[str, StartValue]:
-    """Start values of files, of which later ones go before; parameters and errors as of `read_parameters`."""
+    """Return start values of files, of which later ones go before; see `read_parameters`."""
     return {full: value for fmu, path in files_given(given)
             for full, value in read_parameters(path, fmu, known).items()}
 
@@ -51,10 +51,10 @@ def without_fed(plan: RunPlan, settings: Mapping[str, StartValue]) -> tuple[dict
 
 
 def read_parameters(path: Path, fmu: str, known: Sequence[str]) -> dict[str, StartValue]:
-    """Start values, by `fmu.variable`, of a parameter set of one FMU or, "", with names that begin with an FMU's.
+    """Return the start values, by `fmu.variable`, in a parameter set of one FMU or, for "", of all FMUs by name.
 
-    `known` are the names of the FMUs. ScenarioError, one line with file, parameter and value, of what is no parameter
-    set, and of values and units that cannot be read.
+    `known` are the names of the FMUs. ScenarioError, one line with file, parameter and value, for a file that is no
+    parameter set, and for values and units that cannot be read.
     """
     if not regular(path).is_file():
         raise ScenarioError(f"there is no file {path}{nearest_file(path)}, expected a parameter set (SSV)")
@@ -73,7 +73,7 @@ def read_parameters(path: Path, fmu: str, known: Sequence[str]) -> dict[str, Sta
 
 
 class ParameterSet(NamedTuple):
-    """What a parameter set (SSV) has: its place in messages, elements with a value by parameter, units by name."""
+    """A parameter set (SSV): its place in messages, elements with a value by parameter, units by name."""
 
     place: str
     typed: Mapping[str, Element]
@@ -81,7 +81,7 @@ class ParameterSet(NamedTuple):
 
     @classmethod
     def parsed(cls, data: bytes, place: str) -> Self:
-        """ScenarioError, which begins with the place, of what is no parameter set, or lacks a value."""
+        """Return the parameter set of a file; ScenarioError with the place for another file, or a missing value."""
         try:
             root = fromstring(data)
         except (ParseError, ValueError, LookupError) as error:
@@ -98,7 +98,7 @@ class ParameterSet(NamedTuple):
         return cls(place, typed, {unit.get("name", ""): unit for unit in root.iter(f"{{{SSC}}}Unit")})
 
     def value(self, name: str) -> StartValue:
-        """Value of a parameter, in SI; ScenarioError of what is none of its type, or has a broken unit."""
+        """Return the value of a parameter, in SI; ScenarioError for a value of another type, or a broken unit."""
         return parameter_value(self.typed[name], f"{self.place}: parameter {name}", self.units)
 
 

@@ -36,7 +36,7 @@ class PortCheck:
         return self.variable_of(key, port, fmu, name, *causalities)
 
     def variable_of(self, key: str, value: object, fmu: str, name: str, *causalities: str) -> Described:
-        """Return a variable of an FMU; `value` is what the file says at the key."""
+        """Return a variable of an FMU; `value` is the file's value at the key."""
         variables = self.descriptions[fmu]
         wanted = " or ".join(causalities)
         if name not in variables:
@@ -79,7 +79,7 @@ class PortCheck:
                                                      f"{self.declared(start, end)}")
 
     def declared(self, *ports: str) -> str:
-        """Where ports of users' files are declared, and what may say otherwise."""
+        """Return the place that declares the ports of users' files, and the way to override it."""
         said = ""
         for port in ports:
             fmu, _, name = port.partition(".")
@@ -167,14 +167,15 @@ class PortCheck:
 
 
 def compatible(one: str, other: str) -> bool:
-    """Whether numbers in two units are the same numbers."""
+    """Return True if a number means the same in both units."""
     known, and_known = known_unit(one), known_unit(other)
     return one == other or (known is not None and and_known is not None
                             and (known.dimension, known.factor) == (and_known.dimension, and_known.factor))
 
 
 def check_names(plan: RunPlan, descriptions: Descriptions, files: Mapping[str, Path]) -> None:
-    """Check a run against the variables, by FMU and name, and the files of its FMUs; ScenarioError of what misfits."""
+    """Check the names in a run against the variables, by FMU and name, and the files of its FMUs; raise ScenarioError.
+    """
     check = PortCheck(plan, descriptions, files)
     check.connections()
     check.signals()

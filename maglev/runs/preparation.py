@@ -75,7 +75,7 @@ class Experiment:
     parameter_sets: dict[str, str] = field(default_factory=dict)   # SHA-256 of files with start values, by path
 
     def provenance(self) -> Provenance:
-        """What a result of it rests on."""
+        """Return the provenance of its results."""
         descriptions = self.check()
         fmus = tuple(UsedFmu.of(
             name, path, descriptions[name], put_in=name in self.put_in,
@@ -87,7 +87,7 @@ class Experiment:
                           parameter_sets=self.parameter_sets)
 
     def check(self) -> dict[str, ModelDescription]:
-        """Model descriptions, which have all that the plan names; FmuError or ScenarioError of what is missing."""
+        """Return the model descriptions; FmuError or ScenarioError if they lack a name of the plan."""
         know_stage_of(self.plan)   # also in another process than that which made it ready
         descriptions = {name: read_description(name, path, self.timeout) for name, path in self.files.items()}
         for name, ports in self.ports.items():
@@ -104,16 +104,17 @@ class Experiment:
                            "as it is")
 
     def exact(self) -> bool:
-        """Whether it has the same bits on every machine: FMUs of this project, and files that keep to its arithmetic.
+        """Return True if it has the same bits on every machine: FMUs of this project, and files in its exact
+        arithmetic.
 
-        What was put in for the plan's own is compared with another one, and so within tolerances.
+        A run with replaced FMUs is compared with another controller or plant, and so within tolerances.
         """
         know_stage_of(self.plan)   # also in another process than that which made it ready
         return (not self.put_in and self.order == "sequential" and self.step == self.plan.step
                 and all(keeps_bits(path) if is_written(path) else built_here(path) for path in self.files.values()))
 
     def fits(self) -> bool:
-        """Whether `check` has nothing to refuse."""
+        """Return True if `check` finds no error."""
         try:
             self.check()
         except (FmuError, ScenarioError):
@@ -126,7 +127,7 @@ class Experiment:
         return self.step * np.arange(whole_steps(self.plan.stop_time, self.step) + 1, dtype=np.float64)
 
     def drives(self, descriptions: Mapping[str, ModelDescription]) -> dict[str, NDArray[np.float64]]:
-        """As `references`; ScenarioError if one is beyond the stops of the plant that follows it."""
+        """Return the values of `references`; ScenarioError if one is beyond the stops of the plant that follows it."""
         drives = self.references(descriptions)
         require_reachable(self.plan, self.times, drives, self.parameters(descriptions).get)
         return drives
@@ -192,9 +193,10 @@ class Experiment:
         return list(self.plan.wires.values())
 
     def run(self, progress: Progress | None = None, complete: Complete = lambda _: None) -> Recording:
-        """Run the co-simulation; in a process of its own if what runs is not all of this project.
+        """Run the co-simulation, in a process of its own unless all FMUs are of this project.
 
-        `complete` is called with the recording as soon as that is complete: what runs may hold its process after that.
+        `complete` is called with the recording as soon as that is complete, because an FMU may block its process after
+        that.
         """
         descriptions = self.check()
         try:
@@ -208,7 +210,7 @@ class Experiment:
 
     def recorded(self, descriptions: Mapping[str, ModelDescription], progress: Progress | None,
                  complete: Complete) -> Recording:
-        """The recording; RunFailed as of `Master`."""
+        """Return the recording; RunFailed as in `Master`."""
         setups, connections, stop_time = self.setups(), self.connections, self.plan.stop_time
         drives: Drives = self.drives(descriptions)
         apart = [f"{name} ({path.name})" for name, path in self.files.items() if runs_apart(path)]
@@ -230,12 +232,12 @@ class Experiment:
 
     @property
     def modified(self) -> bool:
-        """Whether it is another run than its plan says."""
+        """Return True if the run differs from its plan."""
         return bool(self.changes or self.put_in or self.departures)
 
     @property
     def here(self) -> bool:
-        """Whether it runs in this process alone: a class was given, which no other knows."""
+        """Return True if it runs in this process alone: a class was given, which no other process knows."""
         return any(is_class(path) for path in self.files.values())
 
     def output_every(self) -> int:
@@ -311,7 +313,7 @@ def know_stage_of(plan: RunPlan) -> None:
 
 
 def changes_of(experiment: Experiment, plan: RunPlan, asked: Iterable[str]) -> Iterator[str]:
-    """What was asked for that differs from the plan, or from what its FMUs start with: values, step, order."""
+    """Return the settings that differ from the plan, or from the start values of the FMUs: values, step, order."""
     for full in sorted(asked):
         name, _, variable = full.partition(".")
         now, planned = experiment.plan.fmus[name].start[variable], plan.fmus[name].start.get(variable)
@@ -325,22 +327,23 @@ def changes_of(experiment: Experiment, plan: RunPlan, asked: Iterable[str]) -> I
 
 
 def same_start(one: float | str, other: float | str) -> bool:
-    """Whether two start values are the same text, or the same number; of Booleans 0 and 1."""
+    """Return True if two start values are the same text, or the same number; Booleans are 0 and 1."""
     return one == other if isinstance(one, str) or isinstance(other, str) else float(one) == float(other)
 
 
 def runs_apart(file: Path) -> bool:
-    """Whether it runs in a process of its own: an FMU that is not ours, a Python file; not a class, which has none."""
+    """Return True for an FMU or a Python file to run in another process: it is not ours, and no class of this process.
+    """
     return is_foreign(file) or (is_written(file) and not is_class(file))
 
 
 def is_foreign(file: Path) -> bool:
-    """Whether an FMU file is not of this installation, whatever it says; one that is missing is refused later."""
+    """Return True if an FMU file is not of this installation; a missing file is refused later."""
     return file.is_file() and not is_written(file) and not built_here(file)
 
 
 def as_it_is(path: Path) -> Path:
-    """Copy of an FMU or of a Python file as it is now; the path itself of a class, and of what is not there."""
+    """Return a copy of an FMU or of a Python file as it is now; the path itself of a class or a missing file."""
     if is_written(path):
         return copy_of(path)
     return copied_once(path, digest_at(path)) if path.is_file() else path
@@ -397,11 +400,11 @@ def with_generated_references(plan: RunPlan) -> RunPlan:
 
 
 def needless_delays(plan: RunPlan, order: Order, files: Mapping[str, Path]) -> Iterator[str]:
-    """Sentences about FMUs that are stepped after one that they feed, where another order would have no such delay.
+    """Return sentences about FMUs that are stepped after one that they feed, if another order would avoid the delay.
 
-    In a loop one connection has to run from an FMU to one that is stepped before it. Nothing is late of what gives at
-    the end of a step what it has come to, as a plant does: it is about FMUs that compute from samples, and hold in
-    between, for which they want a fixed step.
+    In a loop one connection has to run from an FMU to one that is stepped before it. The output of a plant at the end
+    of a step is not late. Only FMUs that compute from samples and hold their outputs in between, and ask for a fixed
+    step, count.
     """
     def samples(name: str) -> bool:
         return ((files[name].is_file() or is_written(files[name]))

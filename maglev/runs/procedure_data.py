@@ -1,4 +1,4 @@
-"""What the procedures need of a run: stage, estimators, recorded columns, and constants as values and a table."""
+"""Data of a run for the procedures: stage, estimators, recorded columns, and constants as values and a table."""
 
 from collections.abc import Mapping, Sequence
 from typing import TypeVar
@@ -49,7 +49,9 @@ def estimate(result: RunResult, constants: Sequence[str], epsilon: float = EPSIL
 
 
 def at_epsilon(by_epsilon: Mapping[float, T], epsilon: float = EPSILON) -> T:
-    """What there is with an ε (s), by default that with which the thesis continues; ScenarioError if there is none."""
+    """Return the entry for an ε (s), by default the thesis's ε for the later procedures; ScenarioError if there is
+    none.
+    """
     if epsilon not in by_epsilon:
         raise ScenarioError(f"no estimator has epsilon = {epsilon:g} s, expected one next to "
                             f"{', '.join(f'{known:g} s' for known in by_epsilon) or 'none'}")
@@ -57,7 +59,7 @@ def at_epsilon(by_epsilon: Mapping[float, T], epsilon: float = EPSILON) -> T:
 
 
 def entry(table: Mapping[str, T], name: str, result: RunResult) -> T:
-    """What a table of a run has under a name; ScenarioError if it has nothing."""
+    """Return the entry of a run's table under a name; ScenarioError if there is none."""
     if name not in table:
         raise ScenarioError(f"{result.plan.name} has no {name}, {nearest(name, table)}")
     return table[name]

@@ -1,4 +1,4 @@
-"""What a procedure finds: values at places, a table of constants, curves, and what a reader should know."""
+"""The outcome of a procedure: values at places, a table of constants, curves, and notes for the reader."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass

@@ -20,11 +20,10 @@ SAME = 1e-6   # m or s; gaps and ε are compared as written
 
 
 def evaluate_all(results: Sequence[RunResult], asked: Collection[str] | None = None) -> list[Outcome]:
-    """Outcomes of the procedures that have runs among the results, in the order of their names.
+    """Return the outcomes of the procedures that have runs among the results, in the order of their names.
 
-    With `asked`, names of runs, only of those that have runs among these: what was run for other runs to start from
-    does not make a procedure. What a procedure finds only with runs that failed or are not there is left out of its
-    outcome.
+    `asked` are names of runs: only procedures with one of these are evaluated, because a run that only others start
+    from does not make a procedure. Values that need failed or missing runs are left out of the outcome.
     """
     completed = {result.plan.name: result for result in results if result.failure is None}
     procedures = {result.plan.procedure.name: result.plan.procedure for result in results

@@ -1,4 +1,4 @@
-"""What a result rests on: version, command, FMUs, and every value that is not the plan's."""
+"""Provenance of a result: version, command, FMUs, and every value that differs from the plan's."""
 
 import hashlib
 import platform
@@ -27,7 +27,7 @@ DIGITS = 12   # of a digest that are shown; NAME.json has all
 
 
 def typed() -> str:
-    """What was typed, if it was the command `maglev`."""
+    """Return the typed command, if it was the command `maglev`."""
     name = Path(sys.argv[0]).name if sys.argv else ""
     called = name == "maglev" or sys.argv[:1] == [str(Path(__file__).parents[1] / "__main__.py")]
     return shlex.join(["maglev", *sys.argv[1:]]) if called else "Python"
@@ -69,7 +69,7 @@ class UsedFmu:
 
     @classmethod
     def of(cls, name: str, path: Path, description: ModelDescription, **given: Any) -> "UsedFmu":
-        """That of a file; what a run does with it is `given`."""
+        """Return the record of a file; `given` has the fields about its use in the run."""
         written = is_written(path)
         sha256 = dict(digests(path)) if written else {path.name: digest_at(path)}
         return cls(name, path.name, description.modelName or "", description.guid or "",
@@ -86,7 +86,7 @@ class UsedFmu:
 
 @dataclass(frozen=True, kw_only=True)
 class Provenance:
-    """Where a result comes from: what is not given is what holds here and now."""
+    """The provenance of a result; fields that are not given take their present values."""
 
     version: str = field(default_factory=cache(lambda: version("maglev-fmus")))   # of this package
     # of the checkout that it runs from, "…-dirty" with changes that are not committed; None where there is none
@@ -104,12 +104,12 @@ class Provenance:
 
     @property
     def modified(self) -> bool:
-        """Whether the run is another one than its plan says."""
+        """Return True if the run differs from its plan."""
         return bool(self.differences)
 
     @property
     def differences(self) -> tuple[str, ...]:
-        """What is different from the plan: FMUs that were put in, values; and from what the package has for it."""
+        """Return the differences from the plan, FMUs and values, and from the packaged run of the name."""
         return (*(f"{fmu.name} is {fmu.shown}" for fmu in self.fmus if fmu.put_in), *self.changes, *self.departures)
 
     def as_data(self) -> dict[str, Any]:
@@ -131,7 +131,7 @@ def departures_of(plan: RunPlan, files: Mapping[str, Path], put_in: Iterable[str
 
 
 def kind(path: Path) -> str:
-    """Kind of an FMU, or of what ran in its place."""
+    """Return the kind of an FMU, or of its replacement."""
     if is_written(path):
         return "Python class" if is_class(path) else "Python file"
     build = own_build(path)
@@ -147,6 +147,6 @@ def libraries_in(path: Path, _sha256: str) -> dict[str, str]:
 
 
 def versions(packages: Collection[str]) -> dict[str, str]:
-    """Versions of packages that can be imported, by name; empty text of what has none."""
+    """Return the versions of importable packages, by name; empty text if a package has none."""
     known = packages_distributions() if packages else {}   # which reads them all
     return {name: ", ".join(version(package) for package in known.get(name, ())) for name in packages}

@@ -1,4 +1,4 @@
-"""References that a stage cannot follow, for its stops are in the way: refused before a run."""
+"""References that a stage cannot follow because of its stops: they are refused before a run."""
 
 from collections.abc import Callable, Mapping
 from dataclasses import replace
@@ -15,10 +15,10 @@ Start = Callable[[str], float | None]   # start value of a variable `fmu.variabl
 
 
 def require_reachable(plan: RunPlan, times: Array, references: Mapping[str, Array], start: Start) -> None:
-    """Refuse references that are known before the run, (n,), SI, beyond the end stops of what they are followed by.
+    """Refuse references that are known before the run, (n,), SI, if they go beyond the end stops of the stage.
 
-    `start` has where a plant begins, and where its stops are. ScenarioError with the file, the reference, its first
-    value that is out of reach and its time, the stops, and where it begins.
+    `start` has the initial positions of the plant, and its stops. ScenarioError with the file, the reference, its first
+    value that is out of reach and its time, the stops, and the initial position.
     """
     known = {axis.position: references[axis.reference] for axis in plan.axes.values() if axis.reference in references}
     vertical = next((axis.position for axis in plan.axes.values() if axis.vertical), None)

@@ -1,4 +1,4 @@
-"""FMUs that somebody puts in the place of a run's: what they lack, what is left out for it, and what is said."""
+"""FMUs that replace those of a run: the ports that they lack, the parts left out for that, and the notes on it."""
 
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
@@ -24,7 +24,7 @@ SETTING = "it is a setting of"   # and the model's name
 
 @dataclass(frozen=True)
 class Replacement:
-    """An FMU file in the place of a run's, what it calls its ports, and whether it gets the settings of that one."""
+    """An FMU file that replaces one of a run, its names for the ports, and whether it gets the settings of that one."""
 
     path: Path
     ports: PortMap = field(default_factory=PortMap)
@@ -38,7 +38,7 @@ class Replacement:
 
 
 def known_ports(plan: RunPlan, name: str) -> dict[str, str | None]:
-    """Names of the variables that an FMU of a run can have, with units: those named in it, and those of ours."""
+    """Return the known variables of an FMU of a run, with units: those named in the run, and those of our FMUs."""
     optional = [port.partition(".")[2] for _, port in optional_ports(plan, name)]
     known: dict[str, str | None] = dict.fromkeys([*essential_ports(plan, name), *optional, *plan.fmus[name].start])
     for signal in plan.signals:
@@ -94,9 +94,9 @@ def given_and_left_out(plan: RunPlan, name: str, replacement: Replacement,
 
 def start_value_notes(plan: RunPlan, files: Mapping[str, Path], left_out: Mapping[str, str],
                       put_in: Sequence[str]) -> Iterator[str]:
-    """Sentences about the start values that FMUs in the place of others get, and those that they do not get.
+    """Return sentences about the start values that replaced FMUs get, and those that they do not get.
 
-    Whoever writes a controller knows that it has its own: of a Python file that is said only of names that both have.
+    Authors of a Python controller know its own values, so only names that both have are mentioned for it.
     """
     for name, path in files.items():
         lacking = [full for full, reason in left_out.items() if reason == LACKING and full.startswith(f"{name}.")]
@@ -130,7 +130,7 @@ def essential_ports(plan: RunPlan, name: str) -> dict[str, str]:
 
 
 def optional_ports(plan: RunPlan, name: str) -> list[tuple[str, str]]:
-    """Ports of an FMU that a run can do without, `fmu.variable`, and before each a word for what is left out then."""
+    """Return the ports of an FMU that a run can do without, `fmu.variable`, each with a word for the missing part."""
     ports = [(key, flag) for key, flag in (("stop contact", plan.stop_flag), ("trip", plan.trip_flag)) if flag]
     ports += [("rate", signal.rate_to) for signal in plan.signals if signal.rate_to is not None]
     ports += [("comparison", signal) for signal in plan.check.signals]
@@ -191,7 +191,7 @@ def fit(plan: RunPlan, replaced: Mapping[str, Replacement]) -> tuple[RunPlan, li
 
 def remarks(plan: RunPlan, name: str, replacement: Replacement, description: ModelDescription,
             known: Mapping[str, object]) -> Iterator[str]:
-    """What a user should know about an FMU that can run: inputs that nothing feeds, and another step that it names."""
+    """Return notes on an FMU that can run: inputs without a source, and another step that it names."""
     fed = {target for _, target in plan.wires.values()} | {signal.to for signal in plan.signals}
     extra = [v.name for v in description.modelVariables
              if v.causality == "input" and v.type != "Clock" and f"{name}.{v.name}" not in fed and v.name not in known]
@@ -208,7 +208,9 @@ def remarks(plan: RunPlan, name: str, replacement: Replacement, description: Mod
 
 
 def without(plan: RunPlan, lacking: Sequence[tuple[str, str]], says: Callable[[list[str]], str]) -> RunPlan:
-    """Plan without ports, given with what each is for; claims that would need them are not testable, as `says` says."""
+    """Return the plan without ports, each given with its purpose; claims that need them become not testable, with
+    `says`.
+    """
     ports = {port for _, port in lacking}
     signals = [signal.model_copy(update={"rate_to": None}) if signal.rate_to in ports else signal
                for signal in plan.signals]

@@ -79,8 +79,8 @@ def alone(folder: Path, runs: Iterable[str]) -> Iterator[None]:
 def write_csv(path: Path, recording: Recording, every: int = 1) -> None:
     """Write every n-th communication point of a recording, and the last one.
 
-    Numbers are written as short as gives the same bits when they are read. The file appears under its name when it is
-    complete: what stood there before is intact until then.
+    Each number is the shortest text that gives the same bits when it is read. The file appears under its name when it
+    is complete; a former file is intact until then.
     """
     columns = thinned_columns(recording, every)
     with whole_file(path) as unfinished, unfinished.open("wb") as file:

@@ -63,9 +63,9 @@ def needed(runs: Sequence[RunPlan]) -> list[RunPlan]:
 
 def prepare_all(runs: Iterable[RunPlan], fmus: Path, replaced: Mapping[str, Replacement],
                 settings: Mapping[str, StartValue], options: RunOptions | None = None) -> list[Experiment]:
-    """Experiments of the runs; arguments and errors as of `prepare`.
+    """Return the experiments of the runs; see `prepare` for arguments and errors.
 
-    Also refused is a run that starts from an output which the other run, among the given ones, does not have.
+    A run that starts from an output which the other run does not have is refused, too.
     """
     experiments = [prepare(run, fmus, replaced, settings, options) for run in runs]
     by_name = {experiment.plan.name: experiment for experiment in experiments}

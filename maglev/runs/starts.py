@@ -1,4 +1,4 @@
-"""What the FMUs of a run start with: the plan's values, and over these what is asked for, or follows from others."""
+"""Start values of the FMUs of a run: the plan's, then settings, then values that follow from others."""
 
 from collections.abc import Callable, Collection, Iterable, Mapping
 from dataclasses import dataclass
@@ -21,7 +21,7 @@ Own = Callable[[str], float | None]   # what a variable of an FMU is that runs, 
 
 @dataclass(frozen=True)
 class Following:
-    """What a controller's model has at the nominal masses, and the plant's parameters that are about its mass."""
+    """The constants of a controller's model at the nominal masses, and the parameters of the plant's mass."""
 
     stage: StageDescription
     # constants, and of a platform that tilts masses and inertias, by the names of the controller
@@ -29,10 +29,10 @@ class Following:
     masses: Mapping[str, float]   # parameters of the plant, SI
 
     def settings(self, changes: Mapping[str, float | bool]) -> dict[str, float]:
-        """Values `controller.C1` … at the plant's masses, with other values `plant.y.mass` … of some.
+        """Return `controller.C1` … at the plant's masses, with other values `plant.y.mass` … of some.
 
         The constants are accelerations at the nominal masses: the same forces make them, times nominal over present
-        mass. What that is, payload included, the plant's own block says.
+        mass. The plant's own block computes that mass, payload included.
         """
         plant = definition(f"Plant{self.stage.suffix}")
         block = plant.new_block()
@@ -49,7 +49,9 @@ class Following:
 
 
 def following(stage: StageDescription | None, plant: Own, controller: Own, asked: Collection[str]) -> Following:
-    """How a controller's model follows its plant, except for what was asked for; ScenarioError if they have none."""
+    """Return the model of a controller that follows its plant, except for given constants; ScenarioError if it has
+    none.
+    """
     if stage is None:
         raise ScenarioError(f"{option('model', 'plant')}: expected runs of a stage that is described, by whose "
                             "nominal masses it follows")
@@ -81,7 +83,7 @@ class Starts:
 
     @classmethod
     def planned(cls, plan: RunPlan, replaced: Mapping[str, Replacement], put_in: Iterable[str]) -> "Starts":
-        """The plan's, as far as they are given to FMUs in the place of others; of these, `put_in` are the user's."""
+        """Return the plan's start values, as far as replaced FMUs get them; `put_in` are the user's FMUs."""
         starts = cls({name: {**fmu.inherited, **fmu.start} for name, fmu in plan.fmus.items()},
                      {name: dict(fmu.start_from) for name, fmu in plan.fmus.items()}, {})
         for name, replacement in replaced.items():

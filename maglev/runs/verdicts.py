@@ -1,4 +1,4 @@
-"""Verdicts on claims, from what was measured for them."""
+"""Verdicts on claims, from the measured values."""
 
 import math
 from collections import Counter
@@ -99,7 +99,7 @@ def those_that_count(claims: Iterable[ClaimResult]) -> list[ClaimResult]:
 
 
 def specification(claims: Iterable[ClaimResult]) -> list[ClaimResult]:
-    """Claims of a user's own: what a run should do, whichever controller runs."""
+    """Return the claims of a user's own: requirements on a run, with any controller."""
     return [claim for claim in claims if claim.claim.own]
 
 
@@ -114,7 +114,7 @@ def bound_claims(claims: Iterable[ClaimResult]) -> list[ClaimResult]:
 
 
 def by_kind(claims: Iterable[ClaimResult]) -> dict[str, list[ClaimResult]]:
-    """Claims that the thesis makes in words, by what they state, in words: printed numbers first."""
+    """Return the thesis's claims in words, by kind of statement: printed numbers first."""
     words = sentences(claims)
     kinds = {name: [claim for claim in words if claim.claim.kind == kind] for kind, name in CLAIM_KINDS.items()}
     return {name: of_kind for name, of_kind in kinds.items() if of_kind}
@@ -144,15 +144,15 @@ def bounds_in_words(claims: Iterable[ClaimResult]) -> str:
 
 def judge(claim: Claim, here: Sequence[MeasuredValue] | None,
           there: Sequence[MeasuredValue] | None = None) -> ClaimResult:
-    """Judge a claim on what was measured for it, and on what it compares with; None of what was not run.
+    """Judge a claim on its measured values, and on those that it compares with; None stands for a missing run.
 
     Of several measured values the one that decides is reported: with `over` "all" the one that meets the claim worst,
-    with "any" the one that meets it best; with "mean" it is their mean, with "median" the middle one or two of them.
-    One rule of rounding holds for all figures, however many digits they are printed with: "about" a figure is what
-    differs from it by at most 5 %. A claim that is missed by at most 10 % of its figure, the target or the factor, is
-    "within 10 %", unless that figure is assumed. One rule holds for all orderings without a factor: more or less is
-    what differs by more than 5 %; what does not has "no difference". The bound of a figure, and a claim of a user's
-    own, is met or not, by the value as it is.
+    with "any" the one that meets it best. With "mean" it is their mean, with "median" the middle one or two of them.
+    One rule of rounding holds for all figures, whatever their number of digits: "about" allows a difference of at most
+    5 %. A claim that is missed by at most 10 % of its figure, the target or the factor, is "within 10 %", unless that
+    figure is assumed. One rule holds for all orderings without a factor: "more" or "less" needs a difference above 5 %,
+    otherwise the verdict is "no difference". The bound of a figure, and a claim of a user's own, is met or not, by the
+    value as it is.
 
     Values to compare with stand under the place whose value is their counterpart; MeasurementError if none has one.
     """
@@ -193,7 +193,7 @@ def within(claim: Claim, values: Sequence[float], limits: tuple[float, float]) -
 
 
 def against_each_other(claim: Claim, pairs: Sequence[tuple[float, float]]) -> ClaimResult:
-    """Judge a comparative claim on pairs of what was measured here and there."""
+    """Judge a comparative claim on pairs of values from both places."""
     measured, against = decisive(
         claim, pairs, lambda all_pairs: (mean([own for own, _ in all_pairs]), mean([other for _, other in all_pairs])),
         lambda pair: miss(claim, ratio(*pair), claim.factor), lambda pair: ratio(*pair))
@@ -203,7 +203,7 @@ def against_each_other(claim: Claim, pairs: Sequence[tuple[float, float]]) -> Cl
 
 
 def least_ratio(claim: Claim) -> float:
-    """What the ratio of two measured values has to pass: the factor of the claim, or more than the same."""
+    """Return the bound of the ratio of two measured values: the factor of the claim, or that of "more" or "less"."""
     if claim.own or claim.factor != 1.0:
         return claim.factor
     return DIFFERENCE if claim.relation == ">" else 1.0 / DIFFERENCE
