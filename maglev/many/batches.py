@@ -39,7 +39,7 @@ RunBatches = Callable[[Job, list[Batch], Array, Store], None]   # runs batches w
 
 
 def batches_of(job: Job, samples: int, rows: int) -> list[Batch]:
-    """Batches of a study; they depend on the study alone, not on who runs it."""
+    """Return the batches of a study; they depend on the study alone, not on the processes that run it."""
     steps = job.experiment.plan.stop_time / job.experiment.step * (1 if job.native else PYTHON_COST)
     size = min(max(int(STEPS_OF_A_BATCH / steps), -(-samples // MOST_BATCHES)), -(-samples // FEWEST_BATCHES))
     if job.kept:
@@ -51,10 +51,10 @@ def batches_of(job: Job, samples: int, rows: int) -> list[Batch]:
 
 @contextmanager
 def runners(scheduler: str | None, jobs: int) -> Iterator[RunBatches]:
-    """Who runs batches: a scheduler's workers, or so many processes here until the block ends.
+    """Yield the function that runs batches: by a scheduler's workers, or by processes here until the block ends.
 
-    A batch whose process dies is run again; a sample that takes a process with it again has a row that says so.
-    ScenarioError if the scheduler cannot be reached, has no worker, or a worker has another version of this package.
+    A batch whose process dies is run again; a sample that kills a process again gets a row that says so. ScenarioError
+    if the scheduler cannot be reached, has no worker, or a worker has another version of this package.
     """
     if scheduler is None:
         with kept_processes() as idle:
@@ -68,9 +68,10 @@ def runners(scheduler: str | None, jobs: int) -> Iterator[RunBatches]:
 
 
 def run_here(jobs: int, idle: Idle, job: Job, batches: list[Batch], values: Array, store: Store) -> None:
-    """Run batches in so many threads or processes, and store each as it is done; `values` of the targets are by sample.
+    """Run batches in so many threads or processes, and store each when it is done; `values` of the targets are by
+    sample.
 
-    MaglevError if a batch cannot be run at all; KeyboardInterrupt after Ctrl-C or SIGTERM: what was done until then is
+    MaglevError if a batch cannot be run at all; KeyboardInterrupt after Ctrl-C or SIGTERM, with all finished batches
     stored.
     """
     if has_loop(job, batches, values):
@@ -101,9 +102,9 @@ def run_here(jobs: int, idle: Idle, job: Job, batches: list[Batch], values: Arra
 
 
 def has_loop(job: Job, batches: list[Batch], values: Array) -> bool:
-    """Whether there is a loop with the FMUs' blocks, which is compiled now where so many samples are worth its time.
+    """Return True if there is a loop with the FMUs' blocks; it is compiled now if the number of samples is worth it.
 
-    Of many steps there is one more, for samples side by side.
+    If there are many steps, another loop is compiled for samples side by side.
     """
     samples = [sample for batch in batches for sample in batch.samples]
     if job.limit is not None or not samples:
@@ -149,7 +150,7 @@ def run_in_threads(jobs: int, job: Job, batches: list[Batch], values: Array, sto
 
 
 def run_task(job: Job, first: int, values: Array, _progress: Progress) -> BatchResult | MaglevError | None:
-    """Run a batch in this process; an error that stops a study is what it returns."""
+    """Run a batch in this process; return an error that stops a study instead of raising it."""
     try:
         return run_batch(job, first, values)
     except MaglevError as error:

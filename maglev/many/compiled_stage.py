@@ -30,10 +30,10 @@ Call = tuple[Any, tuple[Any, ...]]   # a C function and its arguments
 
 
 class Exchange(NamedTuple):
-    """What is done in a sample: a "Set" or "Get" of variables of a part, or a "step" of it.
+    """One operation of a sample: "Set" or "Get" variables of a part, or "step" it.
 
-    Variables are at a place in the row on, or are those of another part that have the same names; a step goes by the
-    time at its "start" or at its "end".
+    Variables are at a place in the row, or are those of another part with the same names; a step uses the time at its
+    "start" or at its "end".
     """
 
     verb: str
@@ -44,7 +44,7 @@ class Exchange(NamedTuple):
 
 def exchanges(stage: StageDescription, parts: Sequence[str], used: Sequence[str],
               ends: Sequence[int]) -> Iterator[Exchange]:
-    """What a sample does with the parts that there are, in its order; `ends` are those of what the row has."""
+    """Return the operations of a sample on the given parts, in order; `ends` are the ends of the row's entries."""
     given = [f"{current}_cmd" for current in stage.phase_names]
     outputs = [*(f"{axis}.position" for axis in stage.axis_names), *stage.dq_names]
 
@@ -68,7 +68,7 @@ def exchanges(stage: StageDescription, parts: Sequence[str], used: Sequence[str]
 
 
 class Saved(NamedTuple):
-    """State of a stage between two samples, which can be pickled: what each FMU wrote of itself, and the row."""
+    """The state of a stage between two samples, which can be pickled: the saved states of the FMUs, and the row."""
 
     fmus: tuple[bytes, ...]
     row: bytes
@@ -76,13 +76,13 @@ class Saved(NamedTuple):
 
 
 class CompiledStage:
-    """Plant of a stage, and unless the commands are phase currents, its commutation, with or without a measurement.
+    """Plant of a stage, with its commutation unless the commands are phase currents, and perhaps a measurement.
 
-    Views of one row, SI: `commands` are the currents to be commanded, motor by motor; `encoders` those of the axes, or
-    where the platform tilts, of the horizontal axes, then of the gaps at the motors, or what the measurement makes of
-    them; `positions`, `velocities` and `references`, (axes,), of which the last two are the user's of this class to
-    write; `currents`, (2 motors,), direct and quadrature, that the amplifiers deliver; `observation` has encoders,
-    velocities and references. FmuError if an FMU is missing, is not of this installation, or cannot be loaded.
+    Views of one row, SI: `commands` are the commanded currents, motor by motor. `encoders` are those of the axes, or
+    where the platform tilts, of the horizontal axes, then of the gaps at the motors; with a measurement they are its
+    outputs. `positions`, `velocities` and `references` have shape (axes,); the user of this class writes the last two.
+    `currents`, (2 motors,), are the delivered direct and quadrature currents. `observation` has encoders, velocities
+    and references. FmuError if an FMU is missing, is not of this installation, or cannot be loaded.
     """
 
     def __init__(self, stage: StageDescription, folder: Path, parts: Sequence[str]):
@@ -111,7 +111,7 @@ class CompiledStage:
         self.calls.append((self.plant.get_functions["Boolean"], (self.plant.handle(), *self.stop.arguments())))
 
     def calls_of(self, exchange: Exchange) -> Iterator[Call]:
-        """Calls that do what is to be done."""
+        """Return the calls for some operations."""
         verb, part, names, where = exchange
         fmu = self.parts[part]
         if verb == "step":
@@ -151,7 +151,7 @@ class CompiledStage:
         fmu.set(buffer)
 
     def save(self) -> Saved:
-        """State from which the stage can go on later, here or in another process."""
+        """Return the state from which the stage can continue later, here or in another process."""
         states = []
         for fmu in self.parts.values():
             state = fmu.instance.getFMUState()
@@ -171,7 +171,7 @@ class CompiledStage:
         self.samples = saved.samples
 
     def advance(self, samples: int) -> bool:
-        """Go on by samples with the commands; False if an FMU refuses one, which leaves the row as before it."""
+        """Advance by samples with the commands; return False if an FMU refuses one, with the row as before it."""
         for _ in range(samples):
             # As the master of runs has it: never accumulated.
             self.time.value = self.samples * self.step.value
@@ -184,11 +184,11 @@ class CompiledStage:
         return True
 
     def at_stop(self) -> bool:
-        """Whether an axis was beyond an end stop in the last sample."""
+        """Return True if an axis was beyond an end stop in the last sample."""
         return bool(self.stop.values[0])
 
     def said(self) -> str:
-        """Why an FMU has refused a sample."""
+        """Return the message of an FMU that refused a sample."""
         return " ".join(filter(None, (fmu.said() for fmu in self.parts.values())))
 
     def close(self) -> None:

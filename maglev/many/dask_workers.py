@@ -120,7 +120,7 @@ def run_there(client: Client, job: Job, batches: list[Batch], values: Array, sto
 
 def run_in_turn(client: Client, plugin: str, batches: list[Batch], values: Array, store: Store,
                 apart: bool = False) -> Iterator[Batch]:
-    """Run batches, a bounded number at a time; gives those whose workers died again and again."""
+    """Run batches, a bounded number at a time; return those whose workers died again and again."""
     waiting = iter(batches)
     under_way: dict[Future[BatchResult], Batch] = {}
 

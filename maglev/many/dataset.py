@@ -1,6 +1,6 @@
-"""What a study leaves: one Parquet dataset of its samples, merged of a part for each batch.
+"""The dataset of a study: one Parquet file of its samples, merged from a part for each batch.
 
-The dataset carries the digest of its own rows and metadata: what somebody has edited is not read for what was run.
+The dataset carries the digest of its own rows and metadata, so that an edited file is not taken for a result.
 """
 
 import hashlib
@@ -94,7 +94,7 @@ def row_groups(contents: Iterator[bytes]) -> Iterator[pa.Table]:
 
 
 def samples_schema(planned: PlannedStudy) -> pa.Schema:
-    """Columns of the samples: what varies, what it sets where the values are others, metrics, and verdicts."""
+    """Return the columns of the samples: varied quantities, values set by them if different, metrics, and verdicts."""
     job, numbers, flags = planned.job, pa.float64(), pa.bool_()
     boolean = {target.column for target in job.targets if target.boolean}
     columns = [("sample", pa.int64(), "", "sample"),
@@ -111,7 +111,7 @@ def samples_schema(planned: PlannedStudy) -> pa.Schema:
 
 
 def samples_table(planned: PlannedStudy, result: BatchResult, schema: pa.Schema) -> pa.Table:
-    """Rows of a batch; NaN, which nothing was measured for, is null."""
+    """Return the rows of a batch; NaN, for a missing measurement, becomes null."""
     job, rows = planned.job, slice(result.first, result.first + len(result.failures))
     columns: dict[str, Any] = {target.name: planned.values[rows, i] for i, target in enumerate(job.targets)}
     columns |= zip(planned.varied, planned.design[rows].T, strict=True)
@@ -149,7 +149,7 @@ def trajectories_table(planned: PlannedStudy, result: BatchResult, schema: pa.Sc
 
 
 def metadata_of(path: Path) -> dict[str, Any]:
-    """What the metadata of a dataset say; empty if it is none of ours."""
+    """Return the metadata of a dataset; empty if this project did not write it."""
     if path.exists() and not path.is_file():   # a pipe would wait for ever
         return {}
     try:
@@ -180,7 +180,7 @@ def batches_as_written(path: Path) -> Iterator[pa.RecordBatch]:
 
 
 def is_as_written(path: Path, key: str) -> bool:
-    """Whether a file is what the study of a key left at its end, with all samples: nothing else is written whole."""
+    """Return True if a file is the unchanged and complete result of the study of a key."""
     try:
         for _ in batches_as_written(path):
             pass

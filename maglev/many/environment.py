@@ -55,14 +55,14 @@ class State(NamedTuple):
 class StageEnv(gymnasium.Env[Array, Array]):
     """Stage of a stage, as the FMU of its plant, sampled as the stage's controllers are.
 
-    An action is held for a sample: direct and quadrature current of each motor (A), which the stage's commutation turns
-    into phase currents with the measured displacements, or the phase currents. They are limited to the peak current.
-    An observation has what the encoders measure (m), the positions of all axes or, where the platform tilts, those of
-    the horizontal axes and the gaps at the motors; then the velocities of all axes that the controllers' observer makes
-    of it (m/s, rad/s of a tilt), then their references (m, rad).
+    An action is held for a sample. It has the direct and quadrature current of each motor (A), which the stage's
+    commutation turns into phase currents with the measured displacements, or the phase currents. They are limited to
+    the peak current. An observation begins with the encoder readings (m): the positions of all axes or, where the
+    platform tilts, those of the horizontal axes and the gaps at the motors. Then follow the velocities of all axes by
+    the controllers' observer (m/s, rad/s of a tilt), then their references (m, rad).
 
-    An episode is terminated when an axis is beyond an end stop, or when a current is refused, which is not a number or
-    beyond 1000 A (the reward is then 0, and `info["refused"]` says why), and truncated at its end.
+    An episode is truncated at its end. It is terminated when an axis is beyond an end stop, or when a current is not a
+    number or beyond 1000 A. Such a current is refused: the reward is 0, and `info["refused"]` gives the reason.
 
     Parameters
     ----------
@@ -79,20 +79,20 @@ class StageEnv(gymnasium.Env[Array, Array]):
     reward : mapping of str to float, or callable, optional
         Weights of named terms, or a function of signals, see `Reward`.
     parameters : mapping, or callable, optional
-        Parameters of the plant by their names, such as "y.friction.coulomb", several with commas between, and forces on
-        it, such as "y.force": SI or text with a unit; or every episode draws one, between a pair, or as {"uniform",
-        "log-uniform": (low, high)}, {"normal": (mean, deviation)} or {"choice": [...]} say; or it changes in the
-        episode, {"at": time, "then": value, "for": time}, each of them given or drawn. A function of the random numbers
-        of an episode, a numpy.random.Generator, gives such a table for it. With `reset(options={"parameters": …})` they
-        are of one episode.
+        Parameters of the plant by their names, such as "y.friction.coulomb", several with commas between, and forces
+        on it, such as "y.force": SI or text with a unit. Every episode draws a value between a pair, or from
+        {"uniform", "log-uniform": (low, high)}, {"normal": (mean, deviation)} or {"choice": [...]}. A value changes in
+        the episode by {"at": time, "then": value, "for": time}, each of them given or drawn. A function of the random
+        numbers of an episode, a numpy.random.Generator, returns such a table for it. `reset(options={"parameters":
+        …})` sets them for one episode.
     measurement : mapping, or callable, optional
-        Parameters of the block between encoders and controller, such as "delay" and "y.noise", given as those of the
-        plant; every episode draws a seed if none is given. If this is not given, there is no such block.
+        Parameters of the block between encoders and controller, such as "delay" and "y.noise", in the form of those of
+        the plant. Every episode draws a seed if none is given. If this is not given, there is no such block.
     render_mode : "rgb_array", optional
-        What `render` gives: a picture of the stage, ndarray of uint8, shape (240, 480, 3). It needs the extra `report`.
+        Result of `render`: a picture of the stage, ndarray of uint8, shape (240, 480, 3). It needs the extra `report`.
     fmus : path, optional
-        Folder of FMUs; the native ones are in its folder `native`. If not given, what is needed is built where it is
-        missing, and kept in the user's cache: native where there is a compiler.
+        Folder of FMUs; the native ones are in its folder `native`. If not given, missing FMUs are built, and kept in
+        the user's cache: native where there is a compiler.
 
     Raises
     ------
@@ -165,7 +165,7 @@ class StageEnv(gymnasium.Env[Array, Array]):
         self.sample = 0
 
     def reset(self, *, seed: int | None = None, options: dict[str, Any] | None = None) -> tuple[Array, dict[str, Any]]:
-        """Begin an episode; `info["parameters"]` has the plant's parameters that are not its own."""
+        """Begin an episode; `info["parameters"]` has the parameters of the plant that differ from its own."""
         super().reset(seed=seed)
         given = settings_of(options or {})
         self.parameters.require_free(given["parameters"], "the options of reset")
@@ -191,7 +191,7 @@ class StageEnv(gymnasium.Env[Array, Array]):
         return stage.observation.copy(), {**started, **({"changes": changes} if changes else {})}
 
     def dues(self, what: str, drawn: Drawn) -> Iterator[Due]:
-        """What changes in an episode, of the parameters of the plant or of the measurement."""
+        """Return the changes during an episode, of the parameters of the plant or of the measurement."""
         part, parameters = ("plant", self.parameters) if what == "parameters" else (what, self.measurement)
         for name, change in drawn.changes.items():
             before = drawn.values.get(name, parameters.own(name))
@@ -241,7 +241,7 @@ class StageEnv(gymnasium.Env[Array, Array]):
             self.compiled.change("plant", axes[name], described.read(value, axes[name], ScenarioError))
 
     def clone_state(self) -> State:
-        """What it takes to go on from here later, with the random numbers too: `restore_state` does; can be pickled."""
+        """Return the state, with the random numbers, for `restore_state`; it can be pickled."""
         observers = tuple((observer.position, observer.velocity) for observer in self.observers)
         return State(self.compiled.save(), self.episode, tuple(self.due), self.sample, observers,
                      self.np_random.bit_generator.state)
@@ -266,7 +266,7 @@ class StageEnv(gymnasium.Env[Array, Array]):
         return self.picture.drawn(stage.positions, stage.references, self.sample * self.sample_time)
 
     def changing(self) -> Iterator[tuple[str, str]]:
-        """Parts and names of what can change in an episode."""
+        """Return the parts and names of everything that can change in an episode."""
         for part, parameters in (("plant", self.parameters), ("measurement", self.measurement)):
             yield from ((part, name) for name, variable in parameters.known.items() if can_change(variable))
 
@@ -279,7 +279,7 @@ class StageEnv(gymnasium.Env[Array, Array]):
         return self.parameters.extremes(f"{place}.stop.lower")[0], self.parameters.extremes(f"{place}.stop.upper")[1]
 
     def travel(self, axis: StageAxis) -> tuple[float, float]:
-        """Where an axis can be, m or rad: between its stops, or what those at the motors leave."""
+        """Return the range of an axis, m or rad: between its stops, or as far as those at the motors allow."""
         if axis.stop is not None:
             return self.ends(axis.name)
         lower, upper = zip(*(self.ends(motor) for motor in self.stage.motor_names), strict=True)
@@ -305,14 +305,14 @@ def positions(measuring: Array | None, encoders: Array) -> Sequence[Array]:
 
 
 def settings_of(options: Mapping[str, Any]) -> dict[str, dict[str, Setting]]:
-    """Settings of a reset by what they are of; parameters of the plant may also stand by themselves, as before."""
+    """Return the settings of a reset by their part; parameters of the plant may also stand by themselves, as before."""
     by_part: dict[str, dict[str, Setting]] = {part: {**options.get(part, {})} for part in ("parameters", "measurement")}
     by_part["parameters"] |= {name: value for name, value in options.items() if name not in by_part}
     return by_part
 
 
 def whole_samples(sample_time: float | str | None, own: float) -> int:
-    """Samples of the stage (s) in one of the environment; ScenarioError if they are not whole."""
+    """Return the number of stage samples (s) in one of the environment; ScenarioError if it is not whole."""
     if sample_time is None:
         return 1
     ratio = positive_time(sample_time, ScenarioError, f"sample_time = {sample_time!r}") / own

@@ -1,4 +1,4 @@
-"""What an episode draws: parameters of a part and how they change in it, by users' tables or functions; references."""
+"""Random draws of an episode: parameters of a part, their changes, by users' tables or functions; and references."""
 
 from collections.abc import Callable, Mapping, Sequence
 from math import ceil, inf, pi
@@ -30,7 +30,7 @@ SETPOINT_TIME = 1.0    # s from one setpoint to the next
 
 
 class Draw(NamedTuple):
-    """How a value comes about: its kind, of `KINDS`, its numbers in SI, and the range that it has to be in."""
+    """The distribution of a value: its kind, of `KINDS`, its numbers in SI, and the allowed range."""
 
     kind: str
     values: tuple[float | bool, ...]
@@ -93,7 +93,7 @@ def plain_numbers(given: Any) -> Any:
 
 
 def wanted(kind: str) -> str:
-    """What a kind is given, in words."""
+    """Return the expected arguments of a kind in words."""
     return {"choice": "at least one value to choose from",
             "normal": "a mean and a deviation above 0"}.get(kind, "two values, low and high")
 
@@ -103,7 +103,7 @@ Change = dict[str, Draw]
 
 
 class Drawn(NamedTuple):
-    """What one episode has drawn: values by name, and what changes, by name, with "at", "then" and maybe "for"."""
+    """The draw of one episode: values by name, and changes by name, with "at", "then" and maybe "for"."""
 
     values: dict[str, float | bool]
     changes: dict[str, dict[str, float | bool]]
@@ -126,7 +126,7 @@ class Parameters:
         self.read(self.given(np.random.default_rng(0)))   # wrong names are refused where the environment is made
 
     def given(self, random: np.random.Generator) -> Table:
-        """What the user's function gives for an episode."""
+        """Return the value of the user's function for an episode."""
         drawn = self.function(random)
         if not isinstance(drawn, Mapping):
             raise ScenarioError(f"the function of the {self.part}'s parameters gives {drawn!r}, expected a table: "
@@ -135,7 +135,7 @@ class Parameters:
         return drawn
 
     def require_free(self, names: Mapping[str, Any], origin: str) -> None:
-        """Refuse what the observation space has to know."""
+        """Refuse a parameter that the observation space depends on."""
         for name in names:
             if ".stop." in name:
                 raise ScenarioError(f"{name} in {origin}, expected in the table where the environment is made: the "

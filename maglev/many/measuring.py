@@ -1,7 +1,7 @@
-"""What is measured on a run while it is made: `run_metrics` of its recording, bit for bit, without a recording.
+"""Metrics of a run computed while it runs: those of `run_metrics` on its recording, bit for bit, without a recording.
 
-The C of `measuring.c` looks at the columns that metrics need, at every communication point; what it finds becomes the
-metrics here.
+The C of `measuring.c` looks at the columns that metrics need, at every communication point. This module turns its
+results into metrics.
 """
 
 import math
@@ -51,7 +51,7 @@ tracking_of: Callable[..., TrackingError] = TrackingError
 
 
 class Observer(Structure):
-    """The struct observer: the struct given of measuring.c, which says what the members are, and what is found."""
+    """The struct observer: the struct given of measuring.c, which describes its members, and the results."""
 
     _fields_ = (("points", c_int64), ("step", c_double), ("bands", c_void_p), ("windows", c_int64),
                 ("starts", c_void_p), ("steady", c_void_p), ("tracking", c_int64), ("errors", c_void_p),
@@ -61,7 +61,8 @@ class Observer(Structure):
 
 
 class Measuring:
-    """What is to be measured on runs of a plan at points of `time` (s); of `kept` there is a row at every so many."""
+    """The metrics to compute on runs of a plan at points of `time` (s); every n-th point of `kept` signals is stored.
+    """
 
     def __init__(self, plan: RunPlan, time: Array, kept: Sequence[str] = (), every: int = 1):
         self.plan, self.time, self.kept, self.every = plan, time, kept, every
@@ -102,7 +103,7 @@ class Measuring:
 
     @cached_property
     def form(self) -> dict[str, np.dtype[np.void]]:
-        """Forms of the structs with what is found, of numbers alone."""
+        """Return the forms of the structs of results, of numbers alone."""
         axes, motors, amounts, flags = (max(1, len(group)) for group in (self.axes, self.plan.motors, self.amounts,
                                                                          self.flags))
         banded = axes * self.columns
@@ -122,7 +123,7 @@ class Measuring:
 
 
 class Meter:
-    """Memory for the runs of one loop, one after the other: what they are measured by, and what is found.
+    """Memory for the runs of one loop, one after the other: the inputs of the metrics, and their results.
 
     `references` are those of each axis, m or rad, shape (points,).
     """
@@ -174,7 +175,7 @@ class Meter:
             self.arrays["resistances"][i] = resistances.get(motor, math.nan)
 
     def found(self) -> "Found | None":
-        """What was found on the run that is done; None if something of it is no number."""
+        """Return the results of the finished run; None if one of them is not a number."""
         if not complete(self.whole).all():
             return None
         kept = self.arrays.get("kept")
@@ -182,7 +183,7 @@ class Meter:
                      None if kept is None else kept.copy())
 
     def metrics(self, whole: Structs, windows: Structs, events: Structs) -> ManyMetrics:
-        """What was found on runs, as `run_metrics` has it of each.
+        """Return the metrics of runs, for each those of `run_metrics`.
 
         Of the forms of `Measuring`: shape (runs,), (runs, windows) and (runs, events).
         """
@@ -258,7 +259,7 @@ class Meter:
                                   *window_end(self.measuring.time, end, self.own_steps, self.cuts))
 
     def lost(self, whole: Structs, windows: Structs) -> Array:
-        """How many steps there are after which the stage was lost."""
+        """Return the number of steps after which the stage was lost."""
         limits = np.array([self.fail_error(axis) for axis in self.measuring.axes])
 
         def is_lost(errors: Array, flags: Array) -> npt.NDArray[np.bool_]:
@@ -273,7 +274,7 @@ class Meter:
         return count
 
     def responses(self, windows: Structs) -> Iterator[EventResponse]:
-        """What runs do in the windows of events."""
+        """Return the responses of runs in the windows of events."""
         measuring, recovered = self.measuring, self.settling(windows["outside"], self.events)
         for number, (event, (start, end)) in enumerate(zip(measuring.plan.events, self.events, strict=True)):
             found, samples = windows[:, number], end - start
@@ -289,9 +290,9 @@ class Meter:
 
 
 class Found(NamedTuple):
-    """What was found on a run, by what measured it: of the forms that `Meter.metrics` takes, and rows of what is kept.
+    """The results of a run with their meter, in the forms that `Meter.metrics` takes, and the rows of kept signals.
 
-    Many are made metrics together: it takes as long of one.
+    The metrics of many runs are made together, because those of one take as long.
     """
 
     meter: Meter
@@ -302,7 +303,7 @@ class Found(NamedTuple):
 
 
 def complete(whole: Structs) -> npt.NDArray[np.bool_]:
-    """Whether all that was measured on each run is a number."""
+    """Return True for each run of which all results are numbers."""
     return np.asarray(np.isfinite(whole["squares"]).all(1) & np.isfinite(whole["sum"]).all(1))
 
 

@@ -24,12 +24,13 @@ Changes = Mapping[str, float | bool]   # start values `fmu.variable`, and refere
 class RepeatedRun:
     """An experiment to be run many times with other start values; a context manager that frees its FMUs.
 
-    Of what is recorded the columns `wanted` are kept, all without it. What is to be measured, `measuring`, can be so
-    without a recording where there is a loop with the FMUs' blocks for it, `written` ones by name among them; several
-    runs side by side, after `widen`. As soon as `ended` is no longer 0 such a run ends.
+    Only the columns `wanted` are recorded, or all if it is None. If there is a loop with the FMUs' blocks, `written`
+    ones by name among them, it computes the metrics of `measuring` without a recording. After `widen` it makes several
+    runs side by side. It stops as soon as `ended` is no longer 0.
 
-    Each run gives, bit for bit, what the experiment gives that is prepared with the same values: FMUs of this
-    project, and written ones, are as new after fmi2Reset. Those of others, and all after a refusal, are loaded again.
+    Each run gives, bit for bit, the result of an experiment that is prepared with the same values: FMUs of this
+    project, and written ones, are as new after fmi2Reset. Third-party FMUs, and all FMUs after a refusal, are loaded
+    again.
     """
 
     def __init__(self, experiment: Experiment, wanted: Collection[str] | None = None,
@@ -90,15 +91,15 @@ class RepeatedRun:
 
     @property
     def observer(self) -> tuple[str, dict[str, str]]:
-        """C of what measures, and what it sees."""
+        """Return the C that measures, and its variables."""
         assert self.measuring is not None and self.master is not None and self.master.wiring is not None
         recorded = {name for track in self.master.wiring.tracks for name in track.names}
         return self.measuring.source(), self.measuring.seen(recorded)
 
     def widen(self, changes: Changes, build: bool = False) -> None:
-        """Measure runs that differ in what is changed side by side, if the loop was compiled for it before.
+        """Measure runs with different changes side by side, if the loop was compiled for it before.
 
-        It is compiled now where `build` asks for it.
+        It is compiled now if `build` is True.
         """
         self.varied = changes
         if self.loop is not None:
@@ -110,7 +111,7 @@ class RepeatedRun:
 
     @property
     def width(self) -> int:
-        """How many runs are made side by side."""
+        """Return the number of runs side by side."""
         return 1 if self.lanes is None else self.lanes.width
 
     def run(self, changes: Changes) -> tuple[Array, Mapping[str, Array]]:
@@ -134,10 +135,10 @@ class RepeatedRun:
         return recording.time, recording.columns
 
     def measure(self, runs: Sequence[Changes]) -> "list[Found | MaglevError | None]":
-        """What is found on runs with other values, `width` at most, without recordings, or why one cannot begin.
+        """Return the results of runs with other values, `width` at most, without recordings, or why one cannot begin.
 
-        None where there is no loop for it, something is refused, or is no number: `run` says what. KeyboardInterrupt
-        where `ended` is no longer 0.
+        Return None if there is no loop for it, an FMU refuses a value, or a result is not a number; `run` then gives
+        the reason. KeyboardInterrupt if `ended` is no longer 0.
         """
         found: list[Found | MaglevError | None] = [None] * len(runs)
         taken = Taken()
@@ -174,7 +175,7 @@ class RepeatedRun:
         return len(self.measuring.time) - 1
 
     def begin(self, changes: Changes) -> bool:
-        """Make ready a run with other values, for the loop; False where there is none. Errors as of `run`."""
+        """Prepare a run with other values for the loop; return False if there is none. Errors as in `run`."""
         try:
             master = self.load()
             if self.loop is not None:
@@ -187,7 +188,7 @@ class RepeatedRun:
         return self.loop is not None
 
     def metering(self, lane: int = 0) -> Meter:
-        """What measures runs with the references as they are now, in a lane; there is a loop for them."""
+        """Return the meter of runs with the present references, in a lane; there must be a loop for them."""
         if lane not in self.meters:
             assert self.master is not None and self.master.wiring is not None and self.measuring is not None
             given = {name: row for track in self.master.wiring.tracks if track.signals is not None
@@ -205,7 +206,7 @@ class RepeatedRun:
         return by_fmu
 
     def driven_by(self, changes: Changes) -> Changes:
-        """Those of changes that references follow."""
+        """Return those of the changes that references follow."""
         return {name: value for name, value in changes.items()
                 if name.startswith(f"{REFERENCE}.") or name in self.drives}
 

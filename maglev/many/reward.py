@@ -1,4 +1,4 @@
-"""What a sample is worth: weights of named terms, or a function of users, for one environment or for many."""
+"""The reward of a sample: weights of named terms, or a function of users, for one environment or for many."""
 
 from collections.abc import Callable, Mapping, Sequence
 from math import isfinite
@@ -33,10 +33,12 @@ class Seen(NamedTuple):
 class Reward:
     """The reward of a sample, with travels of the axes between their stops (m, rad) and the peak of the currents (A).
 
-    Given are weights by term: "alive", 1; "error", the mean over axes of ((reference − position) / travel)²; "y.error",
-    that of one axis; "current", the mean of (current / peak)²; "speed", the mean over axes of (velocity · 1 s
-    / travel)²; "stop", 1 where an axis is beyond an end stop. Or a function of signals by name, such as "y.position",
-    "y.reference", "y.velocity", "alpha.i_d" and "at_stop", each of shape (environments,), which gives their rewards.
+    `given` are weights of terms. "alive" is 1, and "stop" is 1 where an axis is beyond an end stop. "error" is the mean
+    over axes of ((reference − position) / travel)², "y.error" that of one axis. "current" is the mean of (current /
+    peak)², and "speed" the mean over axes of (velocity · 1 s / travel)².
+
+    Instead of weights, a function of signals can return the rewards, shape (environments,). The signals are by name,
+    such as "y.position", "y.reference", "y.velocity", "alpha.i_d" and "at_stop", each of the same shape.
 
     ScenarioError if a term is unknown, a weight is no number, or the function gives none for an environment.
     """
@@ -81,7 +83,7 @@ class Reward:
         return reward, terms
 
     def called(self, signals: dict[str, npt.NDArray[Any]], count: int) -> Any:
-        """What the user's function gives."""
+        """Return the rewards of the user's function."""
         assert self.function is not None
         try:
             rewards = np.asarray(self.function(Named(signals)), np.float64)

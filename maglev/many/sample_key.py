@@ -1,4 +1,4 @@
-"""What a stored sample is known by: a digest of all that its run is made of, as it was resolved."""
+"""The key of a stored sample: a digest of all resolved inputs of its run."""
 
 import hashlib
 import json
@@ -30,7 +30,7 @@ LEFT_OUT: dict[type, frozenset[str]] = {
 
 
 def study_key(job: Job, values: Array, *further: object) -> str:
-    """SHA-256 of all that the results of a study depend on: job, values of the targets, and what else is stored."""
+    """Return the SHA-256 of all inputs of a study's results: job, values of the targets, and the stored columns."""
     experiment = job.experiment
     said = [canonical(job), digest_of_all(worker_files(experiment)), canonical(experiment.plan.stage),
             canonical(values),
@@ -39,7 +39,8 @@ def study_key(job: Job, values: Array, *further: object) -> str:
 
 
 def canonical(value: Any) -> Any:
-    """A value as JSON that is another one for another value; TypeError of what is not known: nothing is passed over."""
+    """Return a value as JSON that differs for each other value; TypeError for an unknown type, so that none is ignored.
+    """
     if isinstance(value, StartValue):   # however it was written, and wherever
         return canonical(value.given)
     if isinstance(value, BaseModel) or (is_dataclass(value) and not isinstance(value, type)):

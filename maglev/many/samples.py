@@ -44,7 +44,7 @@ def worker_files(experiment: Experiment) -> dict[str, bytes]:
 
 @dataclass(frozen=True)
 class Job:
-    """What every batch of a study has in common."""
+    """The data that all batches of a study share."""
 
     key: str                     # of the study: SHA-256 of all that its result depends on
     code: str                    # of the package that plans it, see `code_of_package`
@@ -64,7 +64,7 @@ class Job:
                 for target, value in zip(self.targets, sample, strict=True)}
 
     def repeated_run(self, wanted: Collection[str] | None = None, ended: c_int64 | None = None) -> RepeatedRun:
-        """What runs samples in this process, see `RepeatedRun`."""
+        """Return the object that runs samples in this process, see `RepeatedRun`."""
         measuring = Measuring(self.experiment.plan, self.experiment.times, self.kept, self.every)
         return RepeatedRun(self.experiment, wanted, measuring, ended, self.written)
 
@@ -93,7 +93,7 @@ class Batch(NamedTuple):
         return range(self.first, self.last)
 
     def is_whole(self, result: BatchResult) -> bool:
-        """Whether all samples were run."""
+        """Return True if all samples were run."""
         return len(result.failures) == len(self.samples)
 
 
@@ -153,7 +153,7 @@ def run_together(job: Job, repeated: RepeatedRun, samples: Sequence[Changes]) ->
 
 
 def sampled_in_order(job: Job, ran: Sequence[Sample | Found]) -> list[Sample]:
-    """Samples that were run, in their order; what was found by the same meter becomes metrics at once."""
+    """Return run samples in their order; the results of one meter become metrics together."""
     together: dict[Meter, list[Found]] = {}
     for one in ran:
         if isinstance(one, Found):
@@ -174,7 +174,7 @@ def metric_rows(job: Job, metrics: Metrics | ManyMetrics) -> Array:
 
 
 def gathered(job: Job, first: int, samples: Iterable[Sample | Found]) -> BatchResult:
-    """A batch of samples from the number `first` on; a sample that fails has a row that says why."""
+    """Return a batch of samples from the number `first` on; a failed sample has a row with the reason."""
     done = sampled_in_order(job, list(samples))
     rows = np.array([sample.values for sample in done]).reshape(len(done), len(job.columns))
     given = {row: sample.trajectories for row, sample in enumerate(done) if sample.trajectories is not None}
@@ -232,7 +232,7 @@ def run_samples_apart(job: Job, values: Array, limit: float) -> Iterator[Sample]
 
 
 def sample_of(job: Job, said: Said, most: int) -> Sample:
-    """Return the sample that a process next to this one reports, one of at most so many; Forged if it is none."""
+    """Return the sample that another process reports, one of at most so many; raise Forged for anything else."""
     sample: Sample = checked(said, Sample)
     rows = len(job.experiment.times[::job.every])
     kept = None if sample.trajectories is None else (sample.trajectories.dtype.kind, sample.trajectories.shape)

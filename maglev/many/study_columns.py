@@ -1,4 +1,4 @@
-"""What a study keeps of each run: columns of metrics by name, and the limits on them."""
+"""The columns of a study: metrics by name, and the limits on them."""
 
 import re
 from collections.abc import Iterable, Mapping
@@ -34,7 +34,7 @@ class Column:
     max: float = inf
 
     def passes(self, value: float) -> bool:
-        """Whether a value is within the limits; one that was not measured is not."""
+        """Return True if a value is within the limits; a missing value is not."""
         return (self.min == -inf and self.max == inf) or self.min <= value <= self.max
 
 
@@ -57,10 +57,10 @@ def named_values(plan: RunPlan, metrics: Metrics | ManyMetrics) -> dict[str, tup
 
 def columns_of(known: Mapping[str, tuple[float, str]], asked: Iterable[str] | None, limits: Mapping[str, Limit],
                origin: str) -> list[Column]:
-    """Columns that a study keeps, those of limits among them; `known` has those of an expected run.
+    """Return the columns of a study, limited metrics among them; `known` has those of an expected run.
 
-    Names that are asked for, or limited, such as "overshoot", mean those of all axes or motors; without any, all are
-    kept but those of single steps. `origin` is what refusals name.
+    A name such as "overshoot" means those of all axes or motors. Without any name, all are kept except those of single
+    steps. `origin` is the source that errors name.
     """
     names = [name for name in known if AT_STEP not in name] if asked is None else [
         *EVENTS, *(name for pattern in asked for name in metric_names(known, pattern, f"{origin}: metrics"))]
@@ -98,7 +98,7 @@ def as_named(band: str) -> str:
 
 
 def passed(columns: Iterable[Column], values: Iterable[float], failure: str | None, limited: bool) -> bool:
-    """Whether a sample passes: completed and within all limits; without limits, neither failed nor ended off."""
+    """Return True if a sample passes: completed and within all limits; without limits, neither failed nor ended off."""
     return failure is None and all(
         column.passes(value) if limited else column.name not in FLAWS or isnan(value) or value == 0.0
         for column, value in zip(columns, values, strict=True))

@@ -1,4 +1,4 @@
-"""Samples of a study: points of a design, and the values that what varies takes there."""
+"""Samples of a study: points of a design, and the values of the varied quantities there."""
 
 import math
 from collections.abc import Sequence
@@ -14,7 +14,7 @@ SMALLEST = 2.0**-53   # no sample lies at 0 or 1, where a normal distribution ha
 
 
 def samples(study: StudyFile) -> Array:
-    """Values of what varies, in their order, shape (samples, number that vary), SI; the same for the same study.
+    """Return the values of the varied quantities, in order, shape (samples, quantities), SI; equal for the same study.
 
     ScenarioError if there are too many samples, or values do not suit the design.
     """
@@ -32,7 +32,7 @@ def samples(study: StudyFile) -> Array:
 
 
 def different_values(study: StudyFile, varied: Varied) -> Array:
-    """Values that something takes in a grid, shape (n,); ScenarioError if it takes one of them twice."""
+    """Return the values of a quantity in a grid, shape (n,); ScenarioError if one occurs twice."""
     tried = np.array(tried_values(varied), dtype=np.float64)
     if (different := len(np.unique(tried))) < len(tried):   # a set would take eight times the memory
         raise ScenarioError(f"{study.name}: vary: {varied.column}: {len(tried)} values of which {different} differ, "
@@ -79,7 +79,7 @@ def saltelli(varied: int, base: int, seed: int) -> Array:
 
 
 def values_of_points(study: StudyFile, points: Array) -> Array:
-    """Values of what varies at points of the unit cube."""
+    """Return the values of the varied quantities at points of the unit cube."""
     from scipy.special import ndtri
 
     points = np.clip(points, SMALLEST, 1.0 - SMALLEST)
@@ -129,7 +129,7 @@ def si_number(quantity: object) -> float:
 
 
 def cholesky_factor(names: Sequence[str], covariance: Sequence[Sequence[float]]) -> Array:
-    """Lower triangular matrix L with L Lᵀ = covariance; ScenarioError if it is none."""
+    """Return the lower triangular matrix L with L Lᵀ = covariance; ScenarioError if there is none."""
     matrix = np.array(covariance, dtype=np.float64)
     try:
         if not np.allclose(matrix, matrix.T):

@@ -1,4 +1,4 @@
-"""Study files: TOML that says which scenario is run, what varies, by which design, and what is kept."""
+"""Study files: TOML with the scenario, the varied quantities, the design, and the columns to keep."""
 
 from collections.abc import Mapping
 from pathlib import Path
@@ -31,11 +31,11 @@ LISTED = ("grid", "rows")   # designs of values that are given
 
 
 class Varied(Table):
-    """One thing that varies: what it sets, and the values that it takes.
+    """One varied quantity: the targets that it sets, and its values.
 
     `set` names one or several: parameters and inputs `fmu.variable` (also initial positions), and references
-    `reference.AXIS.amplitude`, `.start`, `.end`. A value of mode "factor" is times their nominal values, of "offset"
-    added to them. Kind "percent" is uniform and a factor: nominal ± so much.
+    `reference.AXIS.amplitude`, `.start`, `.end`. A value of mode "factor" multiplies their nominal values, one of
+    "offset" is added to them. Kind "percent" is uniform and a factor: nominal ± so much.
     """
 
     set: Annotated[list[Annotated[str, StringConstraints(strip_whitespace=True)]], Field(min_length=1),
@@ -87,7 +87,7 @@ class Varied(Table):
 
     @property
     def column(self) -> str:
-        """Its name in the results; what it sets has columns of its own there where the values are others."""
+        """Return its name in the results; its targets have columns of their own if their values differ."""
         return self.name or (self.set[0] if self.mode == "value" else f"{self.mode} of {self.set[0]}")
 
     @property
@@ -126,7 +126,7 @@ class Correlated(Table):
 
 
 class Limit(Table):
-    """What a metric must not exceed or fall below for a sample to pass."""
+    """A bound on a metric for a sample to pass, from above or below."""
 
     min: Quantity | None = None
     max: Quantity | None = None
@@ -142,7 +142,7 @@ class Limit(Table):
 
 
 class StudyFile(Table):
-    """A study: the scenario, what varies, the design, what is kept, and what makes a sample pass."""
+    """A study: the scenario, varied quantities, design, columns to keep, and limits for a sample to pass."""
 
     name: Annotated[str, Field(pattern=r"^\w[\w.+-]*$")]   # results are named after it: it is no path
     title: str = ""
@@ -188,7 +188,7 @@ class StudyFile(Table):
 
     @model_validator(mode="after")
     def of_one_design(self) -> "StudyFile":
-        """Refuse a grid of what has no values to step through, and correlations of what is not normal."""
+        """Refuse a grid of a quantity without steps, and correlations of one that is not normal."""
         names = {varied.column: varied for varied in self.vary}
         together: set[str] = set()
         for i, group in enumerate(self.correlated):
@@ -234,5 +234,5 @@ def file_for(name_or_path: str | Path, folder: Path, what: str) -> Path:
 
 
 def read_study(table: Mapping[str, Any], path: Path) -> StudyFile:
-    """A study as a table has it; `path` is what refusals name."""
+    """Return the study of a table; `path` is the file that errors name."""
     return StudyFile.of_file(table, [Layer(path, dict(table))])

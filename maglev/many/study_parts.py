@@ -1,4 +1,4 @@
-"""What is done of a study or a tuning: parts of one writer, whole and as they were written, or none."""
+"""Finished parts of a study or a tuning, by one writer: each is whole and unchanged, or missing."""
 
 import hashlib
 import json
@@ -18,10 +18,10 @@ DIGITS = 32   # of a digest, in the name of a file
 
 
 class Parts:
-    """Folder with what is done, a file for each part, such as "samples-0000003.parquet".
+    """Folder with the finished parts, a file for each, such as "samples-0000003.parquet".
 
-    The name of the file has a digest before its ending, SHA-256 of the key of the study, the name of the part and the
-    content: a file that has another is no part of this study, or not as it was written.
+    The name of the file has a digest before its ending: SHA-256 of the key of the study, the name of the part and the
+    content. A file with another digest is no part of this study, or was changed.
     """
 
     def __init__(self, folder: Path, key: str):
@@ -47,7 +47,7 @@ class Parts:
                                 f"locks: give another {option('out')}") from None
 
     def find(self) -> int:
-        """Find parts; returns how many other files are there. ScenarioError if the folder is of another study."""
+        """Find parts; return the number of other files. ScenarioError if the folder is of another study."""
         if not self.folder.exists():
             return 0
         if not self.folder.is_dir():
@@ -108,7 +108,7 @@ KINDS = {"l": "a link", "d": "a folder", "-": "a file", "p": "a pipe", "s": "a s
 
 
 def kind_at(path: Path) -> str:
-    """What lies at a path, such as "a pipe"; empty if nothing does."""
+    """Return the kind of object at a path, such as "a pipe"; empty if nothing is there."""
     try:
         return KINDS.get(stat.filemode(path.lstat().st_mode)[0], "a device")
     except FileNotFoundError:

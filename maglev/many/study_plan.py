@@ -1,4 +1,4 @@
-"""A study made ready: everything that would be refused is refused here, before the first run."""
+"""A study made ready: every error of its file is found here, before the first run."""
 
 import shutil
 from collections.abc import Iterable, Mapping, Sequence
@@ -46,7 +46,7 @@ def plan_study(study: StudyFile, experiment: Experiment, origin: str, out: Path,
                run: Mapping[str, Any]) -> PlannedStudy:
     """Plan a study of an experiment, whose results go to the folder `out`.
 
-    `origin`, the file, is what refusals name; `run` has with what a full run runs the experiment, see
+    `origin`, the file, is the source that errors name. `run` has the options of a full run of the experiment, see
     `maglev.pages.sample_commands`. MaglevError if something in it cannot be used, is out of range for some samples, or
     does not fit on the disk.
     """
@@ -93,7 +93,7 @@ def rows_every(keep_interval: float | None, experiment: Experiment, origin: str)
 
 
 def require_alone(experiment: Experiment, scenario: str, origin: str) -> None:
-    """Refuse a scenario that starts from the results of others."""
+    """Refuse a scenario that starts from the results of other runs."""
     if needs := experiment.plan.needs:
         raise ScenarioError(f"{origin}: scenario = {scenario!r}: starts from the results of "
                             f"{', '.join(sorted(needs))}, expected one that stands for itself")
@@ -101,9 +101,9 @@ def require_alone(experiment: Experiment, scenario: str, origin: str) -> None:
 
 def job_of(experiment: Experiment, targets: Iterable[Target], columns: Iterable[Column], timeout: float | None,
            origin: str) -> Job:
-    """Job of a study or a tuning, without its key; `timeout` is the longest wall time of a sample, s.
+    """Return the job of a study or a tuning, without its key; `timeout` is the longest wall time of a sample, s.
 
-    Without one a sample may take any, but with FMUs of others: those of this installation do not hang, and written ones
+    Without `timeout` only third-party FMUs have a limit: those of this installation do not hang, and written ones
     cannot. ScenarioError if it is too long.
     """
     written = built_blocks(experiment.files)
@@ -126,7 +126,7 @@ def require_disk(study: StudyFile, out: Path, needed: float, count: int) -> None
 
 
 def about(study: StudyFile, job: Job, experiment: Experiment, run: Mapping[str, Any], count: int) -> dict[str, Any]:
-    """What stands in the metadata of the dataset; the same for the same study, however it was run."""
+    """Return the metadata of the dataset; the same for the same study, however it was run."""
     provenance = {key: value for key, value in experiment.provenance().as_data().items() if key != "command"}
     return {"name": study.name, "title": study.title or f"{study.scenario}: {count:,} samples",
             "description": study.description, "key": job.key, "samples": count,
@@ -141,7 +141,8 @@ def about(study: StudyFile, job: Job, experiment: Experiment, run: Mapping[str, 
 
 
 def nominal_of(targets: Sequence[Target]) -> dict[str, Any]:
-    """Nominal value, SI, of what is set by a factor or an offset, and its unit; nothing where they differ."""
+    """Return the nominal value, SI, of the targets of a factor or an offset, and its unit; nothing where they differ.
+    """
     values = {(target.nominal, target.unit) for target in targets if target.mode != "value"}
     return dict(zip(("nominal", "unit"), *values, strict=True)) if len(values) == 1 else {}
 

@@ -19,12 +19,11 @@ def trajectories_path(path: Path) -> Path:
 
 def run_study(planned: PlannedStudy, out: Path, jobs: int, scheduler: str | None, resume: bool,
               watch: Progress, say: Say) -> Path:
-    """Run a study; returns the path of its dataset.
+    """Run a study; return the path of its dataset.
 
-    While it continues, `NAME.parts` holds what is done. `NAME.trajectories.parquet` has what is kept of trajectories.
-    `say` is told what is missing or broken of what was done. MaglevError if it cannot be run, another process is
-    writing there, or parts are there and `resume` is not asked for; Interrupted after Ctrl-C or SIGTERM; what is done
-    is kept.
+    While it continues, `NAME.parts` holds the finished parts. `NAME.trajectories.parquet` has the kept trajectories.
+    `say` receives a note on missing or broken parts. MaglevError if it cannot be run, another process is writing there,
+    or parts are there without `resume`. Interrupted after Ctrl-C or SIGTERM; finished parts are kept.
     """
     parts = Parts(out / f"{planned.study.name}.parts", planned.job.key)
     path = out / f"{planned.study.name}.parquet"

@@ -1,4 +1,4 @@
-"""What a study sets in each run: parameters, inputs and references, with their values by sample."""
+"""Targets that a study sets in each run: parameters, inputs and references, with their values by sample."""
 
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
@@ -40,7 +40,9 @@ class Target:
 
 
 def targets_of(vary: Iterable[Varied], experiment: Experiment, origin: str, key: str = "vary") -> list[Target]:
-    """What a study sets, in the order of the file; ScenarioError if something cannot be set, or not to its values."""
+    """Return the targets of a study, in the order of the file; ScenarioError if one cannot be set, or not to its
+    values.
+    """
     descriptions = experiment.check()
     targets = []
     for i, varied in enumerate(vary):
@@ -65,7 +67,7 @@ def targets_of(vary: Iterable[Varied], experiment: Experiment, origin: str, key:
 
 
 def require_free(settings: Mapping[str, StartValue], vary: Iterable[Varied], origin: str) -> None:
-    """Refuse to set `fmu.variable` that varies; what a factor or an offset is of may be set."""
+    """Refuse to set `fmu.variable` that varies; the target of a factor or an offset may be set."""
     varied = {name for parameter in vary if parameter.mode == "value" for name in parameter.set}
     for name in settings.keys() & varied:
         raise ScenarioError(f"{origin}: {settings[name].origin}: {name} varies, expected to be set, or to vary")
@@ -73,7 +75,7 @@ def require_free(settings: Mapping[str, StartValue], vary: Iterable[Varied], ori
 
 def target_of(name: str, column: int, mode: Mode, experiment: Experiment, descriptions: dict[str, ModelDescription],
               key: str) -> Target:
-    """One target by its name; `key` is what refusals name."""
+    """Return one target by its name; `key` is the key that errors name."""
     fmu, _, own = name.partition(".")
     if fmu == REFERENCE:
         what = own.rpartition(".")[2]

@@ -1,4 +1,4 @@
-"""Tuning files: TOML that says what is searched, what is minimised under which limits, and over which plants."""
+"""Tuning files: TOML with the searched parameters, the minimised metrics, their limits, and the plants."""
 
 from collections.abc import Mapping
 from pathlib import Path
@@ -56,11 +56,10 @@ class Searched(Range):
 
 
 class TuneFile(Table):
-    """What is tuned: the scenario, what is searched, what is minimised, under which limits, over which plants.
+    """A tuning: the scenario, searched parameters, minimised metrics, limits, and plants.
 
-    `minimise` are metrics as of a study; of a run the largest of them counts, of the plants the worst or the mean.
-    `times_before` are metrics that on every plant must not exceed so many times what they are with the scenario's own
-    values.
+    `minimise` are metrics of a study. The largest value of a run counts, and the worst or the mean of the plants.
+    `times_before` limits metrics, on every plant, to multiples of their values with the scenario's own parameters.
     """
 
     name: Annotated[str, Field(pattern=r"^\w[\w.+-]*$")]   # the result is named after it: it is no path
@@ -107,7 +106,7 @@ def load_tuning(name_or_path: str | Path) -> tuple[TuneFile, Path]:
 
 
 def read_tuning(table: Mapping[str, Any], path: Path) -> TuneFile:
-    """A tuning file as a table has it; `path` is what refusals name."""
+    """Return the tuning of a table; `path` is the file that errors name."""
     tuning = TuneFile.of_file(table, [Layer(path, dict(table))])
     if tuning.vary:   # what a study refuses of its design
         read_study({key: table[key] for key in ("name", "scenario", "vary", "design") if key in table}, path)

@@ -1,4 +1,4 @@
-"""A tuning made ready: what it looks for and what that costs; what would be refused is refused before a run."""
+"""A tuning made ready: its unknowns and its cost; every error of its file is found before a run."""
 
 from collections import Counter
 from collections.abc import Iterable, Mapping
@@ -58,7 +58,7 @@ class Cost:
         return np.asarray(np.clip(beyond, 0.0, LARGEST_EXCESS).sum(axis=-1))
 
     def of(self, metrics: Array, before: Array) -> Array:
-        """Cost of each candidate, shape (candidates,); arguments as of `excess`.
+        """Cost of each candidate, shape (candidates,); see `excess` for the arguments.
 
         Among candidates that break limits, the one that breaks them less costs less (Deb's rules).
         """
@@ -86,7 +86,7 @@ class Unknowns:
 
     @property
     def entries(self) -> dict[str, list[Varied]]:
-        """What is looked for as a study has it: of poles any gains, of others numbers in their units."""
+        """Return the unknowns as entries of a study: any gains for poles, otherwise numbers in their units."""
         return {"poles": [Varied.model_construct(set=[f"{axis}.k{i}" for axis in poles.of for i in range(1, 6)],
                                                  kind="list") for poles in self.tuning.poles],
                 "search": [Varied.model_construct(kind="uniform", **dict(searched)) for searched in self.tuning.search]}
@@ -169,5 +169,5 @@ def column_numbers(columns: list[Column], known: dict[str, tuple[float, str]], a
 
 
 def plants_of(study: StudyFile | None, targets: list[Target], origin: str) -> Array:
-    """Values of what varies of the plants; one plant without any if nothing varies."""
+    """Return the varied values of the plants; one plant without any if nothing varies."""
     return np.empty((1, 0)) if study is None else target_values(targets, samples(study), origin)

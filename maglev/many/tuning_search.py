@@ -1,4 +1,4 @@
-"""The search: differential evolution, whose generations are run side by side; and what it found, as text."""
+"""The search: differential evolution, whose generations are run side by side; and its result as text."""
 
 import hashlib
 from collections.abc import Callable
@@ -50,7 +50,7 @@ class SearchResult:
 
 @dataclass
 class Search:
-    """A planned tuning; `parts` keep the metrics of all runs by what was run."""
+    """A planned tuning; `parts` keep the metrics of all runs by their parameters."""
 
     planned: PlannedTuning
     run_batches: RunBatches
@@ -88,7 +88,7 @@ class Search:
         return rows.reshape(len(candidates), len(plants), -1)
 
     def run(self) -> SearchResult:
-        """Search, and run what was found on fresh plants."""
+        """Search, and run the result on fresh plants."""
         planned, tuning = self.planned, self.planned.tuning
         before, = self.metrics(planned.nominal[None, :], planned.plants)
         if np.isnan(before[:, 0]).all():   # even `failed`
@@ -116,11 +116,10 @@ class Search:
 
 def search(planned: PlannedTuning, parts: Parts, who: Callable[[], AbstractContextManager[RunBatches]], resume: bool,
            watch: Progress, say: Say) -> SearchResult:
-    """Search, with the samples run by `who`; errors, and what `say` is told, as of `run_study`.
+    """Search, with the samples run by `who`; see `run_study` for errors and for `say`.
 
-    While it continues, the folder of `parts` holds every generation that is done: the search takes the same course
-    again,
-    and runs what is not there.
+    While it continues, the folder of `parts` holds every finished generation. A resumed search takes the same course
+    again, and runs only the missing generations.
     """
     with parts.alone():
         others = parts.find()
@@ -141,7 +140,7 @@ def search(planned: PlannedTuning, parts: Parts, who: Callable[[], AbstractConte
 
 
 def gains_toml(tuning: TuneFile, result: SearchResult) -> str:
-    """The parameters that were found, as a file that a scenario extends."""
+    """Return the best parameters as a file that a scenario extends."""
     lines = [f"# {in_one_line(line)}" for line in (tuning.title or tuning.name, f"Found by maglev tune {tuning.name}: "
                                       f"{tuning.population} candidates, {tuning.generations} generations, "
                                       f"{result.runs} runs of {tuning.scenario}.")]

@@ -41,7 +41,8 @@ Change = np.dtype([("stage", np.int64), ("what", np.int64), ("value", np.float64
 
 
 def stage_sources(stage: CompiledStage, changing: Sequence[tuple[str, str]]) -> dict[str, str]:
-    """C files by name, with what can change, by part and name; FmuError where an FMU is none of this installation."""
+    """Return C files by name, with the changeable inputs by part and name; FmuError for an FMU of another installation.
+    """
     collected = native_parts(stage.parts.values())
     if collected is None:
         raise FmuError("expected native FMUs of this installation")
@@ -154,7 +155,7 @@ class StageVectorEnv(VectorEnv[Array, Array, npt.NDArray[Any]]):
               options: dict[str, Any] | None = None) -> tuple[Array, dict[str, Any]]:
         """Begin an episode everywhere; `info["parameters"]` has the parameters of each environment.
 
-        With Gymnasium's option `reset_mask`, Booleans of shape (num_envs,), only there: the others go on.
+        With Gymnasium's option `reset_mask`, Booleans of shape (num_envs,), only the chosen ones begin again.
         """
         seeds = [None if seed is None else seed + i for i in range(self.num_envs)] \
             if seed is None or isinstance(seed, int) else list(seed)
@@ -178,7 +179,7 @@ class StageVectorEnv(VectorEnv[Array, Array, npt.NDArray[Any]]):
 
     def begin(self, seeds: Mapping[int, int | None],
               options: dict[str, Any] | None = None) -> dict[int, dict[str, Any]]:
-        """Begin an episode of environments, by number; what `StageEnv.reset` tells of each."""
+        """Begin an episode of environments, by number; return the `StageEnv.reset` infos of each."""
         one, infos = self.one, {}
         blocks = np.empty((len(seeds), self.size), np.int64)
         starts: list[tuple[Array, ...]] = []
@@ -284,7 +285,7 @@ class StageVectorEnv(VectorEnv[Array, Array, npt.NDArray[Any]]):
             velocity[:] = np.where(chosen, velocity + shares.share2 * (change / one.sample_time - velocity), velocity)
 
     def why(self, action: Array) -> str:
-        """What an FMU says of an action that is refused."""
+        """Return the message of an FMU about a refused action."""
         stage = self.one.compiled
         stage.start({}, self.one.peak, {})
         stage.commands[:] = action
