@@ -1,1 +1,1 @@
-"""What one does with this package, as functions: the command line calls them, and `import maglev` has them."""
+"""The Python functions of this package: the commands call them, and `import maglev` offers them."""

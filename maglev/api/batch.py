@@ -49,15 +49,15 @@ class Batch:
     Attributes
     ----------
     settings : mapping of str to ndarray, shape (samples,)
-        What each sample sets.
+        Values that each sample sets.
     columns : mapping of str to ndarray, shape (samples,)
         Metrics, SI, named as the columns of a study; NaN where a sample did not complete.
     units : mapping of str to str
         Of the metrics; "1" of a share, empty text of a count.
     failures : tuple of str or None
-        Why a sample did not complete.
+        The reason for each sample that did not complete.
     signals : mapping of str to ndarray, shape (samples, points)
-        Trajectories that are kept, at `time` (s).
+        Kept trajectories, at `time` (s).
     """
 
     def __init__(self, about: Mapping[str, Any], settings: Mapping[str, npt.NDArray[Any]],
@@ -77,14 +77,14 @@ class Batch:
                 f"{len(self.columns)} metrics>")
 
     def __getitem__(self, name: str) -> npt.NDArray[np.float64]:
-        """A metric by its name; UnknownName with the nearest if there is none."""
+        """Return a metric by its name; UnknownName with the nearest if there is none."""
         if name not in self.columns:
             raise UnknownName(f"there is no metric {name!r}, {nearest(name, self.columns)}")
         return self.columns[name]
 
     @property
     def metrics(self) -> Any:
-        """Metrics, and trajectories that are kept, as an xarray.Dataset by sample (extra `data`)."""
+        """Return metrics and kept trajectories as an xarray.Dataset by sample (extra `data`)."""
         data: dict[str, Any] = {name: ("sample", values, {"units": self.units[name]})
                                 for name, values in self.columns.items()}
         data |= {name: (("sample", "time"), values) for name, values in self.signals.items()}
@@ -94,7 +94,7 @@ class Batch:
                                                {"scenario": self.about["scenario"]})
 
     def run(self, sample: int) -> Run:
-        """A sample as `maglev.run` runs it, with everything recorded: the same bits."""
+        """Run a sample with `maglev.run`, with everything recorded: the same bits."""
         number = whole_number(sample, UnknownName, "sample", 0, len(self) - 1)
         return rerun(**row_options(self.about, {name: values[number].item() for name, values in self.settings.items()}))
 
@@ -114,13 +114,12 @@ def batch(scenario: str | Path, values: Mapping[str, Sequence[Any] | npt.NDArray
     scenario : str or Path
         As of `run`.
     values : mapping of str to sequence, shape (samples,)
-        By what they set: a parameter or input `fmu.variable`, a reference `reference.AXIS.amplitude`, or several with
-        commas between. Sample k takes the k-th value of each. Arrays of other
-        libraries come by DLPack.
+        By target: a parameter or input `fmu.variable`, a reference `reference.AXIS.amplitude`, or several with commas
+        between. Sample k takes the k-th value of each. Arrays of other libraries come by DLPack.
     metrics : sequence of str, optional
         Such as "overshoot", "settling time to 10 µm of y"; all without it.
     keep : sequence of str
-        Signals whose trajectories are kept.
+        Signals to keep as trajectories.
     keep_interval : float, optional
         Between their points, s; the scenario's without it.
     jobs : int, optional
@@ -133,12 +132,12 @@ def batch(scenario: str | Path, values: Mapping[str, Sequence[Any] | npt.NDArray
     Returns
     -------
     Batch
-        A sample that does not complete is a row with its reason; the others go on.
+        A sample that does not complete is a row with its reason; the others continue.
 
     Raises
     ------
     MaglevError
-        If something cannot be used: before the first sample.
+        If an argument cannot be used; raised before the first sample.
     BatchInterrupted
         After Ctrl-C; its `batch` has the samples that were done.
 

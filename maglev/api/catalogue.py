@@ -1,4 +1,4 @@
-"""What there is to build and to run."""
+"""The FMUs and systems to build, and the runs of the package."""
 
 from collections.abc import Callable, Iterable
 from dataclasses import dataclass
@@ -22,14 +22,14 @@ from maglev.user.source import Given, carried, is_written, load
 
 @dataclass(frozen=True)
 class FmuEntry:
-    """An FMU, or a system of FMUs, that this package builds: name, ending of its file, and what it is."""
+    """An FMU, or a system of FMUs, that this package builds: name, ending of its file, and description."""
 
     name: str
     ending: str
     description: str
 
     def file(self, fmus: str | Path = "fmus") -> Path:
-        """Its file in the folder of the FMUs."""
+        """Return its file in the folder of the FMUs."""
         return Path(fmus) / f"{self.name}.{self.ending}"
 
 
@@ -49,7 +49,7 @@ def fmus(stage: str | Path | None = None) -> list[FmuEntry]:
 
 
 def fmu_names(stage: str | Path | None) -> list[str]:
-    """Names of all FMUs and systems, of this project or of a stage of the user's."""
+    """Return the names of all FMUs and systems, of this project or of a stage of the user's."""
     if stage is None:
         return [*DEFINITIONS, *SYSTEMS]
     described = know_stage(stage)
@@ -88,8 +88,8 @@ def build(names: Iterable[Given] | Given = (), *, stage: str | Path | None = Non
     Parameters
     ----------
     names : str, Path or type, or iterable of these, optional
-        Names of `fmus()`, all if not given; or Python files with a controller of yours, "lqi.py" or "lqi.py:LQI", or
-        its class, where a module defines it.
+        Names of `fmus()`, all if not given. Or your controller: a Python file, "lqi.py" or "lqi.py:LQI", or its class,
+        if a module defines it.
     stage : path, optional
         Description of your own stage, whose FMUs are built: all of them if no names are given.
     fmus : path
@@ -99,26 +99,28 @@ def build(names: Iterable[Given] | Given = (), *, stage: str | Path | None = Non
     fmi : int
         Of native ones: version of FMI; those of FMI 3.0 go into the folder's folder `fmi3`, their systems as SSP 2.0.
     target : "all", "host" or "wasm"
-        Of native ones: binaries for Linux, Windows and macOS, or one for this machine; or instead of the FMUs their
-        WebAssembly modules `NAME.wasm`, each with its model description `NAME.xml`, into the folder's folder `wasm`.
+        Of native ones: binaries for Linux, Windows and macOS, or one for this machine. "wasm" makes, instead of the
+        FMUs, their WebAssembly modules `NAME.wasm`, each with its model description `NAME.xml`, in the folder's folder
+        `wasm`.
     source : path, optional
-        Of native ones: archive of a release, or a folder with what was in it, to copy them from, which takes no
-        compiler. They must be of the installed sources.
+        Of native ones: archive of a release, or a folder with its content, to copy them from without a compiler. They
+        must be of the installed sources.
     clocked : bool
-        With `fmi=3`: what samples does so when a clock of the importer's ticks; into the folder's folder `clocked`.
+        With `fmi=3`: FMUs sample when a clock of the importer ticks; into the folder's folder `clocked`.
     ssp : str or path, optional
         A run of the package, or a TOML file: its FMUs, connections and start values become one file `NAME.ssp`, and
-        what it sets `NAME.ssv`. What signals lead to are inputs of the system; parameters that something leads to are
-        inputs of the FMUs in it.
+        its settings `NAME.ssv`. Inputs with a signal are inputs of the system; parameters with a signal or a
+        connection are inputs of the FMUs in it.
     say : callable, optional
-        Told, in a sentence, what an FMU of a Python file needs of its importer's Python; a warning if not given.
+        Called with a sentence on the packages that an FMU of a Python file needs in its importer; a warning if not
+        given.
     watch : callable, optional
-        Told how many FMUs of this package, of how many, are built.
+        Called with the number of FMUs built, and the number of all.
 
     Raises
     ------
     MaglevError
-        If a name does not exist, or something is missing that is needed to build.
+        If a name does not exist, or a tool of the build is missing.
 
     Examples
     --------

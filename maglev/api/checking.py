@@ -40,9 +40,9 @@ def check(names: Scenarios | None = None, *, baselines: str | Path | None = None
     pictures : path, optional
         Folder for `NAME.check.png` of each run that deviates: expected and actual signals (extra `report`).
     jobs, watch, say
-        As of `run_all`.
+        See `run_all`.
     **options
-        As of `run`; the communication step and the order are those of the baselines.
+        See `run`; the communication step and the order are those of the baselines.
 
     Returns
     -------
@@ -72,9 +72,9 @@ def check(names: Scenarios | None = None, *, baselines: str | Path | None = None
 @takes_run_options("step", "order")
 def update(names: Scenarios | None = None, *, baselines: str | Path | None = None, jobs: int | None = None,
            watch: Watch | None = None, say: Say | None = None, **options: Unpack[RunOptions]) -> list[UpdateResult]:
-    """Simulate runs, write their baselines again, and say what moved; parameters and errors as of `check`.
+    """Simulate runs, write their baselines again, and report the changes; see `check` for parameters and errors.
 
-    The baselines are written when all runs are done: after Ctrl-C, all are as they were.
+    The baselines are written when all runs are done: after Ctrl-C, all are unchanged.
     """
     return compare(update_all, names, baselines, jobs, watch, say, options)
 
@@ -90,7 +90,7 @@ def require_packaged(plans: Sequence[RunPlan], write: bool) -> None:
 def compare(every: Callable[..., list[Result]], names: Scenarios | None,
             baselines: str | Path | None, jobs: int | None, watch: Watch | None, say: Say | None,
             options: RunOptions) -> list[Result]:
-    """Check or update what is asked for and, after it, the runs that it starts from."""
+    """Check or update the given runs and, after them, the runs that they start from."""
     plans = select(names)
     plans += needed(plans)
     if baselines is None:

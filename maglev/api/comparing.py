@@ -38,12 +38,12 @@ Controllers = Mapping[str, Given] | Iterable[Given]
 
 @dataclass(frozen=True)
 class Comparison:
-    """Runs next to each other.
+    """Runs side by side.
 
     Attributes
     ----------
     name, title : str
-        Of the scenario, or what the runs have in common.
+        Those of the compared scenario, or of the first run.
     runs : mapping of str to Run
         By label, those that completed, also those that failed.
     failures : mapping of str to str
@@ -63,7 +63,7 @@ class Comparison:
         return f"<Comparison {self.name}: {runs}>"
 
     def show(self, console: "Console") -> None:
-        """Print the table of the terminal on a console of rich's."""
+        """Print the tables on a console of rich."""
         show_comparison(console, self.name, self.title, self.results)
 
     def __str__(self) -> str:
@@ -74,11 +74,13 @@ class Comparison:
 
     @property
     def rows(self) -> list[Row]:
-        """What was measured, side by side: quantity, axis or motor, time of the step, values by label, the best."""
+        """Return the measured values side by side: quantity, axis or motor, time of the step, values by label, the
+        best.
+        """
         return compared_rows(self.results)
 
     def as_data(self) -> dict[str, Any]:
-        """The comparison as JSON has it."""
+        """Return the comparison in JSON form."""
         return comparison_data(self.name, self.title, self.results)
 
     def to_pandas(self) -> Any:
@@ -106,29 +108,29 @@ class Comparison:
 @takes_run_options("controller")
 def compare(runs: Scenario | Iterable[Run] | Mapping[str, Run], controllers: Controllers | None = None, *,
             watch: Watch | None = None, say: Say | None = None, **options: Unpack[RunOptions]) -> Comparison:
-    """Simulate a run once with each controller; or put completed runs side by side.
+    """Simulate a run with each of several controllers, or put completed runs side by side.
 
     Parameters
     ----------
     runs : str, Path, table, iterable of Run or mapping of str to Run
-        What to run with each controller, as in `run`; or runs under the same references.
+        The run for each controller, as in `run`; or runs under the same references.
     controllers : iterable, or mapping of str to these, optional
-        Names of FMUs of this project, "PID3DOF", files ("lqi.py", "lqi.fmu"), classes or objects of them; the label is
+        Names of FMUs of this project, "PID3DOF", files ("lqi.py", "lqi.fmu"), classes or objects of them. The label is
         the name, "label=file", or the mapping's key.
     watch, say : callable, optional
-        As of `run_all`.
+        See `run_all`.
     **options
-        As of `run`.
+        See `run`.
 
     Returns
     -------
     Comparison
-        Also with runs that failed: it says why.
+        Failed runs are in it, too, with their reasons.
 
     Raises
     ------
     MaglevError
-        If something in it cannot be used, or runs have other axes or references.
+        If an argument cannot be used, or the runs differ in axes or references.
     KeyboardInterrupt
         After Ctrl-C; no files are written.
 
@@ -168,7 +170,7 @@ def compare(runs: Scenario | Iterable[Run] | Mapping[str, Run], controllers: Con
 
 
 def is_file(path: Path) -> bool:
-    """Whether a path, perhaps with the name of a class, names a file that is there."""
+    """Return True if a path, perhaps with the name of a class, names an existing file."""
     return path.is_file() or (is_written(path) and file_of(path)[0].is_file())
 
 
@@ -241,7 +243,7 @@ def run_compared(experiments: Sequence[Experiment], watch: Watch) -> dict[str, R
 
 
 def comparison_of(runs: Iterable[Run] | Mapping[str, Run]) -> Comparison:
-    """Comparison of runs that were made; ScenarioError if they are none, or have other axes or references."""
+    """Return the comparison of runs; ScenarioError if the list is empty, or they differ in axes or references."""
     if isinstance(runs, Run):
         raise ScenarioError(f"runs: one run, {runs.name}, expected two or more in a list, or the name of a run to make")
     runs = runs if isinstance(runs, Mapping) else [*runs]

@@ -28,19 +28,19 @@ def identify(data: Data, *, columns: Mapping[str, str] | None = None, units: Map
     Parameters
     ----------
     data : path, Run, mapping of str to array_like, or DataFrame
-        CSV with columns `time` (s), the positions `v`, `h` or `y`, `x`, `z` (m) and the delivered currents `i_d`,
-        `i_q` or `i_a`, `i_b`, `i_c` (A; `alpha.i_d`, `beta.i_d` … where there are two motors); or the columns. What
-        is no plain CSV in these units is read with pandas, and a warning says what was assumed.
+        The columns, or a CSV with them: `time` (s), the positions `v`, `h` or `y`, `x`, `z` (m) and the delivered
+        currents (A). These are `i_d`, `i_q` or `i_a`, `i_b`, `i_c`; with two motors `alpha.i_d`, `beta.i_d` …. Any
+        other CSV is read with pandas, and a warning lists the assumptions.
     columns : mapping of str to str, optional
-        What the data call their columns, by these names: {"time": "t", "v": "gap"}.
+        Names of the columns in the data, by these names: {"time": "t", "v": "gap"}.
     units : mapping of str to str, optional
-        Units of columns that say none: {"v": "mm", "time": "ms"}.
+        Units of columns without a unit: {"v": "mm", "time": "ms"}.
     gaps : "refuse", "fill" or "longest"
-        What becomes of times that are uneven by more than 5 %: an error that names the first, straight lines over
-        them, or the longest part without one.
+        Treatment of times that are uneven by more than 5 %: an error with the first, straight lines over them, or the
+        longest even part.
     stage : str, optional
-        "2dof", "3dof", "5dof", or the description of a stage of the user's, "mine.toml"; seen from the columns, as one
-        of the first three, if not given, and of a `Run` that of its scenario.
+        "2dof", "3dof", "5dof", or the description of your own stage, "mine.toml". If not given, it is that of the
+        scenario of a `Run`, or one of the first three by the columns.
     method : "reduced", "full" or "fsdi"
         Estimator (3.8), (3.6) or (3.3).
     epsilon : float or str
@@ -55,9 +55,9 @@ def identify(data: Data, *, columns: Mapping[str, str] | None = None, units: Map
     Returns
     -------
     Identification
-        `estimate.final` has the constants, `uncertainty` how far they may be off: `standard_error`, the scatter, twice,
-        and `left_out`, what friction, bias, ripple and modulation do that the model has not; `warnings` what is not
-        known.
+        `estimate.final` has the constants. `uncertainty` has their uncertainties: twice the scatter, `standard_error`,
+        plus `left_out`, the effect of friction, bias, ripple and modulation, which the model leaves out. `warnings`
+        lists the unknown effects.
 
     Raises
     ------

@@ -1,4 +1,4 @@
-"""Runs made ready with their options: what is put instead of a plan's FMUs, values and step."""
+"""Runs made ready with their options: replaced FMUs, values and step."""
 
 from collections.abc import Collection, Sequence
 from pathlib import Path
@@ -22,7 +22,8 @@ from maglev.user.source import copy_of, is_written
 
 def experiments_of(plans: Sequence[RunPlan], options: RunOptions, say: Say = warn, watch: Watch = unwatched,
                    everywhere: bool = False) -> list[Experiment]:
-    """Runs made ready, arguments also as of `fmus_for_runs`; MaglevError if an option or a plan cannot be used."""
+    """Return the runs made ready; see `fmus_for_runs` for arguments. MaglevError if an option or a plan cannot be used.
+    """
     options = completed_options(options)
     for plan in plans:
         know_stage_of(plan)

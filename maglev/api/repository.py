@@ -22,7 +22,7 @@ FILES = {"README.md": "README.md", "gitignore": ".gitignore", "gitlab-ci.yml": "
 
 def new_repository(path: str | Path, stage: str | Path = EXAMPLE, *, watch: Watch | None = None,
                    say: Say | None = None) -> Path:
-    """Write a folder for version control: controller, experiment, baseline, and what GitHub and GitLab run.
+    """Write a folder for version control: controller, experiment, baseline, and the CI files of GitHub and GitLab.
 
     The experiment is run once, for its baseline. After an error nothing is left. Returns the folder.
 
@@ -33,7 +33,7 @@ def new_repository(path: str | Path, stage: str | Path = EXAMPLE, *, watch: Watc
     stage : str or path
         Name of a stage, or the description of your own, NAME.toml, which is copied.
     watch, say
-        As of `update`.
+        See `update`.
 
     Raises
     ------

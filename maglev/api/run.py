@@ -30,7 +30,7 @@ class Run(Mapping[str, NDArray[Any]]):
     Attributes
     ----------
     plan : RunPlan
-        What was run: names of axes and motors, references, claims.
+        The plan of the run: names of axes and motors, references, claims.
     time : ndarray, shape (n,)
         s, every output interval of the plan.
     columns : mapping of str to ndarray, shape (n,)
@@ -70,7 +70,7 @@ class Run(Mapping[str, NDArray[Any]]):
 
     @cached_property
     def result(self) -> RunResult:
-        """What was recorded and measured."""
+        """Return the recorded columns and the metrics."""
         return replace(self.made, metrics=self.metrics)
 
     @property

@@ -49,20 +49,20 @@ ClaimsOf = Literal["thesis"]
 
 @dataclass(frozen=True, eq=False, repr=False)
 class Results(Mapping[str, Run]):
-    """What many runs gave, a mapping of those that completed by name.
+    """Results of many runs, a mapping of the completed ones by name.
 
     Attributes
     ----------
     asked : tuple of str
-        Names of the runs that were asked for; those that they start from or compare with come after them.
+        Names of the requested runs; those that they start from or compare with come after them.
     runs : tuple of RunResult
-        Also those that did not complete; they say why.
+        Also those that did not complete, with their reasons.
     outcomes : tuple of Outcome
-        What the procedures found that the runs belong to.
+        Outcomes of the procedures that the runs belong to.
     verdicts : mapping of str to sequence of ClaimResult
         By name of the run or procedure.
     files : tuple of Path
-        What was written.
+        The written files.
     units : mapping of str to mapping of str to str
         Of the columns, by name of the run.
     """
@@ -94,7 +94,7 @@ class Results(Mapping[str, Run]):
         return f"<Results: {runs}{more}>"
 
     def show(self, console: "Console") -> None:
-        """Print the tables of the terminal on a console of rich's."""
+        """Print the tables on a console of rich."""
         show_results(console, self.asked, self.runs, self.verdicts, self.outcomes)
 
     def __str__(self) -> str:
@@ -105,9 +105,10 @@ class Results(Mapping[str, Run]):
 
     @property
     def missed(self) -> tuple[str, ...]:
-        """What `--fail-on-claims` fails on, a sentence for each: missed claims, runs that failed or did not complete.
+        """Return a sentence for each missed claim, and for each run that failed or did not complete; see
+        `--fail-on-claims`.
 
-        Of a user's own claims also those that could not be judged. A failure that a claim asks for is none.
+        A user's own claims count also if they could not be judged. A failure that a claim asks for does not count.
         """
         return (*(said for run in self.runs if run.plan.name in self.asked
                   for said in missed_by(run, self.verdicts[run.plan.name])),
@@ -115,7 +116,7 @@ class Results(Mapping[str, Run]):
                   for said in missed_claims(outcome.settings.name, self.verdicts[outcome.settings.name])))
 
     def as_data(self) -> dict[str, Any]:
-        """Everything but the columns as JSON has it: by run, provenance, metrics, measures and verdicts."""
+        """Return everything except the columns in JSON form: by run, provenance, metrics, measures and verdicts."""
         runs = {result.plan.name: {**run_as_json(result), "claims": claims_data(self.verdicts[result.plan.name])}
                 for result in self.runs}
         procedures = {outcome.settings.name: {"title": outcome.settings.title,
@@ -126,7 +127,7 @@ class Results(Mapping[str, Run]):
 
 
 def missed_by(run: RunResult, claims: Sequence[ClaimResult]) -> list[str]:
-    """What a run misses, a sentence for each; see `Results.missed`."""
+    """Return the misses of a run, a sentence for each; see `Results.missed`."""
     name = run.plan.name
     if run.metrics is None:
         return [f"{name}: did not complete"]
@@ -137,7 +138,7 @@ def missed_by(run: RunResult, claims: Sequence[ClaimResult]) -> list[str]:
 
 
 def missed_claims(name: str, claims: Sequence[ClaimResult]) -> list[str]:
-    """Claims about a run or a procedure that are missed, a sentence for each; see `Results.missed`."""
+    """Return the missed claims about a run or a procedure, a sentence for each; see `Results.missed`."""
     return [f"{name}: {judged.verdict}: {judged.claim.text}" + (f" ({judged.claim.criterion}: {judged.measured_text})"
                                                                 if judged.measured is not None else "")
             for judged in claims if judged.verdict in ("not met", "no difference", "not reproduced")
@@ -145,7 +146,7 @@ def missed_claims(name: str, claims: Sequence[ClaimResult]) -> list[str]:
 
 
 def claims_data(claims: Sequence[ClaimResult]) -> list[dict[str, Any]]:
-    """Claims with their verdicts as JSON has them."""
+    """Return claims with their verdicts in JSON form."""
     return [{"claim": judged.claim.text, "kind": judged.claim.kind, "source": judged.claim.cited,
              "criterion": judged.claim.criterion, "measured": judged.measured_text, "verdict": judged.verdict,
              "note": judged.note} for judged in claims]
@@ -154,15 +155,15 @@ def claims_data(claims: Sequence[ClaimResult]) -> list[dict[str, Any]]:
 @takes_run_options()
 def run(name: Scenario, *, every: int | None = None, progress: Progress | None = None,
         **options: Unpack[RunOptions]) -> Run:
-    """Simulate one run and give what was recorded and measured; no files are written.
+    """Simulate one run and return its columns and metrics; no files are written.
 
     It runs in this process; a third-party FMU in one of its own, which may crash.
 
     Parameters
     ----------
     name : str, Path or mapping
-        A run of `scenarios()`, such as "3dof-setpoints", or a TOML file of yours without variants, or what would be in
-        it, a table whose relative paths begin in the working folder.
+        A run of `scenarios()`, such as "3dof-setpoints", or your own TOML file without variants. Or its content as a
+        table, whose relative paths begin in the working folder.
     set : mapping of str to value, optional
         Start values that go before the plan's, by `fmu.variable`; SI, or text with a unit: {"plant.y.mass": "7.2 kg"}.
     parameters : path, or mapping of str to path, optional
@@ -172,17 +173,17 @@ def run(name: Scenario, *, every: int | None = None, progress: Progress | None =
         Constants of plant and controller, a file that `identify` has written; or "plant": the model of the controller
         follows the masses of the plant. `set` goes before it.
     plant, controller : path, class or object, optional
-        What takes the place of the plan's: an FMU of this project by its name, the path of an FMU or of a Python file
-        with a class, "lqi.py" or "lqi.py:LQI", or the class itself, or an object of it, as a copy of which the run
-        begins (docs/controllers.md). Classes and objects run in this process.
+        Replacement for the plan's FMU: the name of an FMU of this project, or the path of an FMU or of a Python file.
+        In the file is a class, "lqi.py" or "lqi.py:LQI". It can also be the class itself, or an object of it, with a
+        copy of which the run begins (docs/controllers.md). Classes and objects run in this process.
     ports : path, optional
-        TOML file that says what these call their ports, in which units.
+        TOML file with their names for the ports, and the units.
     step : float or str, optional
         Communication step, s or with a unit.
     order : "sequential" or "jacobi"
-        One FMU after the other, or all at once with what the step before gave.
+        One FMU after the other, or all at once with the outputs of the step before.
     fmus : path, optional
-        Folder with FMUs, taken as they are; if not given, what is missing is built and kept in the user's cache.
+        Folder with FMUs, taken as they are; if not given, missing ones are built and kept in the user's cache.
     kind : "python" or "native", optional
         Of the same results; native where there is a compiler if not given. Native ones of `fmus` are in its `native`.
     fmi : int
@@ -190,19 +191,19 @@ def run(name: Scenario, *, every: int | None = None, progress: Progress | None =
     timeout : float or str
         Longest time that a call of a third-party FMU may take, s or with a unit.
     keep_settings : bool
-        Give what is put in also the settings (gains, limits) of the model whose place it takes, where it has parameters
-        of their names; otherwise only FMUs of this project share them (docs/controllers.md).
+        Also give a replacement the settings (gains, limits) of the replaced model, if it has parameters of their
+        names; otherwise only FMUs of this project share them (docs/controllers.md).
     every : int, optional
-        Keep every so many communication steps, instead of the plan's output interval. What is measured is so at all.
+        Keep every n-th communication step, instead of the plan's output interval. The metrics use all steps.
     progress : callable, optional
-        Told now and then of the steps done and the steps in all.
+        Called from time to time with the steps done and the steps in all.
 
     Raises
     ------
     MaglevError
-        If something in it cannot be used; `RunFailed` if an FMU ends the run, with what was recorded until then.
+        If an argument cannot be used; `RunFailed` if an FMU ends the run, with the recording until then.
     KeyboardInterrupt
-        `RunInterrupted` after Ctrl-C, with what was recorded until then.
+        `RunInterrupted` after Ctrl-C, with the recording until then.
 
     Examples
     --------
@@ -230,7 +231,7 @@ def run_all(names: Scenarios | None = None, *, out: str | Path = "results", plot
             page: bool | Literal["run"] = False, what_if: bool = True, claims: ClaimsOf | None = None,
             format: Format = "csv", every: int | None = None, jobs: int | None = None, watch: Watch | None = None,
             say: Say | None = None, **options: Unpack[RunOptions]) -> Results:
-    """Run scenarios side by side, judge the claims about them, and write what was measured.
+    """Run scenarios side by side, judge the claims about them, and write the results.
 
     Parameters
     ----------
@@ -243,28 +244,29 @@ def run_all(names: Scenarios | None = None, *, out: str | Path = "results", plot
     page : bool or "run"
         Also write one HTML page about all, report.html; with "run", if it is one run, NAME.html.
     what_if : bool
-        For report.html run again, without friction, what claims rest on that were missed and whose reasons
-        blame it; the files are in the folder `without-friction`.
+        For report.html repeat, without friction, the runs of missed claims whose reasons blame friction; the files are
+        in the folder `without-friction`.
     claims : "thesis", optional
-        Show the thesis's claims also of runs that are not its own: with a controller, stage, scenario or values of
-        yours. They have no verdict there.
+        Show the thesis's claims also for runs with your own controller, stage, scenario or values. They have no
+        verdict there.
     format : "csv" or "parquet"
-        Of the columns: NAME.parquet, with units and provenance in it, takes the place of NAME.csv.
+        Of the columns: NAME.parquet, with units and provenance in it, replaces NAME.csv.
     every : int, optional
         As of `run`.
     jobs : int, optional
         Runs at a time, in as many processes; as many as processors if not given.
     watch : callable, optional
-        From the names of the runs to a context manager that gives what is told of their progress.
+        Called with the names of the runs; returns a context manager, whose value is called with their progress.
     say : callable, optional
-        Told, one sentence each, what FMUs that were put in lack, and what FMUs said; a warning if not given.
+        Called with one sentence for each port that a replaced FMU lacks, and each message of an FMU; a warning if not
+        given.
     **options
         As of `run`.
 
     Returns
     -------
     Results
-        With runs that did not complete: they say why.
+        Runs that did not complete are in it, with their reasons.
 
     Raises
     ------
@@ -379,7 +381,7 @@ def write_runs(runs: Sequence[RunResult], verdicts: Judgements, out: Path, form:
 
 
 def say_notes(experiments: Iterable[Experiment], say: Say) -> None:
-    """Say, once, what FMUs that were put in do not take, lack or leave open."""
+    """Report, once, the ports and settings that replaced FMUs do not take, lack or leave open."""
     sentences: list[str] = []
     for experiment in experiments:
         if experiment.put_in and not experiment.fits():

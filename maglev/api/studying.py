@@ -150,36 +150,36 @@ def study(what: str | Path | StudyFile, *, vary: Vary | None = None, samples: in
           scheduler: str | None = None, resume: bool = False,
           sample_timeout: float | str | None = None, watch: Watch | None = None, say: Say | None = None,
           **options: Unpack[RunOptions]) -> Study:
-    """Run a scenario many times, with what varies from a file or from `vary`, and give the dataset.
+    """Run a scenario many times, with varied quantities from a file or from `vary`, and return the dataset.
 
     Parameters
     ----------
     what : str or Path
         A study of the package by its name, or a TOML file (docs/studies.md); with `vary` a scenario, as of `run`.
     vary : mapping of str to sequence, or to str, optional
-        Values by what they set, `fmu.variable` or `reference.AXIS.amplitude`, of several with commas between; or
+        Values by target, `fmu.variable` or `reference.AXIS.amplitude`, or several with commas between; or
         "from:to:number". Every combination is run; or `samples` of them, a Latin hypercube, then also of ranges:
         "low:high", and "±20 %" of the nominal value.
     samples, seed : int, optional
         See `vary`.
     keep : sequence of str
-        With `vary`: signals whose trajectories are kept.
+        With `vary`: signals to keep as trajectories.
     name : str, optional
-        With `vary`: of the results; "SCENARIO.study" if not given.
+        With `vary`: name of the results; "SCENARIO.study" if not given.
     out : path
         Folder for NAME.parquet, and NAME.trajectories.parquet if trajectories are kept.
     jobs : int, optional
         Processes of this machine; as many as processors if not given.
     scheduler : str, optional
-        Address of a Dask scheduler, "tcp://host:8786", whose workers take the place of this machine's processes.
+        Address of a Dask scheduler, "tcp://host:8786", whose workers replace this machine's processes.
     resume : bool
-        Go on with what an interrupted study has done.
+        Continue an interrupted study.
     sample_timeout : float or str, optional
         Longest wall time of a sample, s, or text with a unit; the file's, or none, but 600 s with third-party FMUs.
     watch, say : callable, optional
-        As of `run_all`.
+        See `run_all`.
     **options
-        As of `run`.
+        See `run`.
 
     Returns
     -------
@@ -189,9 +189,9 @@ def study(what: str | Path | StudyFile, *, vary: Vary | None = None, samples: in
     Raises
     ------
     MaglevError
-        If something in it cannot be used: before the first run.
+        If an argument cannot be used; raised before the first run.
     KeyboardInterrupt
-        After Ctrl-C; what is done is kept.
+        After Ctrl-C; finished samples are kept.
 
     Examples
     --------
@@ -229,12 +229,12 @@ def new_study(path: str | Path, scenario: str | Path) -> Path:
     path : path
         The file, NAME or NAME.toml; its results are named after it.
     scenario : str or path
-        What it runs: a run of the package by its name, or a scenario of yours, without variants.
+        The run to repeat: one of the package by its name, or your own scenario, without variants.
 
     Raises
     ------
     StageError, ScenarioError
-        If the file is there already, its name is none, or there is no such scenario, or none about a stage.
+        If the file is there already, its name is not allowed, or the scenario does not exist or is not about a stage.
 
     Examples
     --------
@@ -254,10 +254,10 @@ def new_study(path: str | Path, scenario: str | Path) -> Path:
 @contextmanager
 def made_ready(study: StudyFile | TuneFile, path: Path, options: RunOptions, scheduler: str | None,
                say: Say, watch: Watch) -> Iterator[tuple[Experiment, dict[str, Any]]]:
-    """Experiment of a study or a tuning while the block lasts, and what repeats it with `maglev run`, as JSON.
+    """Yield the experiment of a study or a tuning for the block, and the JSON that repeats it with `maglev run`.
 
-    Its Python files are FMUs there, for workers have none of the user's files; they are native where they can be, and
-    `say` is told why one cannot. With a scheduler what is built has binaries for all platforms.
+    Its Python files are FMUs there, because workers have none of the user's files. They are native if possible, and
+    `say` is called with the reason if not. With a scheduler, built FMUs have binaries for all platforms.
     """
     if everywhere := scheduler is not None:
         with runners(scheduler, 1):
@@ -308,7 +308,7 @@ def file_or_name(path: Path) -> str:
 
 def varied(scenario: object, vary: Vary, name: str | None, keep: Sequence[str], samples: int | None, seed: int
            ) -> StudyFile:
-    """A study of a scenario without a file, as of `study`."""
+    """Return a study of a scenario without a file; see `study`."""
     if not isinstance(scenario, str | Path):
         raise ScenarioError(f"scenario: {shortened(scenario)}, expected its name or its file, by which each sample can "
                             "be run again")
@@ -324,9 +324,9 @@ def varied(scenario: object, vary: Vary, name: str | None, keep: Sequence[str], 
 
 
 def plain(given: Any) -> Any:
-    """Return values as a list, arrays of other libraries by DLPack; what is no sequence as it is, to be refused later.
+    """Return values as a list, arrays of other libraries by DLPack, and anything else unchanged, to be refused later.
 
-    ScenarioError of an array that is not in this machine's memory.
+    ScenarioError for an array that is not in this machine's memory.
     """
     # One that speaks DLPack; NumPy's may have texts, which DLPack has not.
     if hasattr(given, "__dlpack_device__") and not isinstance(given, np.ndarray):

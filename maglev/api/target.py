@@ -1,4 +1,4 @@
-"""A controller for a microcontroller: its C in a folder, and what it takes on a Cortex-M7 that an emulator runs."""
+"""A controller for a microcontroller: its C in a folder, and its costs on a Cortex-M7 that an emulator runs."""
 
 from dataclasses import dataclass
 from functools import partial
@@ -37,12 +37,12 @@ class Target:
     folder : Path
         With the files.
     files : list of Path
-        What was written: `NAME.h`, `NAME.c`, an example `main.c` over `board.h`, `CMakeLists.txt`, the board of the
+        The written files: `NAME.h`, `NAME.c`, an example `main.c` over `board.h`, `CMakeLists.txt`, the board of the
         emulator, `report.txt` and `report.json`.
     report : Measured or None
-        What it takes; None if it was not run.
+        Its costs; None if it was not run.
     left_out : str
-        Why it was not run; empty if it was.
+        The reason if it was not run, else empty.
     """
 
     folder: Path
@@ -57,8 +57,7 @@ def target(controller: Given, run: Scenario | None = None, *, stage: str | Path 
     """Write a controller as C for a microcontroller, and measure it on an emulated Cortex-M7.
 
     The C is freestanding C99: no library, no memory that is allocated. A whole run is made twice, with the controller
-    on this machine and with it in QEMU, sample by sample against the same plant: all signals have to have the same
-    bits.
+    on this machine and in QEMU, sample by sample against the same plant. All signals must have the same bits.
 
     Parameters
     ----------
@@ -72,18 +71,18 @@ def target(controller: Given, run: Scenario | None = None, *, stage: str | Path 
     out : path
         Folder, in which a folder NAME is written.
     fmus : path, optional
-        Folder with the FMUs, as of `run`; native ones are run.
+        Folder with the FMUs, see `run`; native ones are run.
     clock : float or str
         Of the processor, Hz or with a unit, for the estimate.
     cycles : float
         Of an instruction in the mean, for the estimate.
     watch : callable, optional
-        As of `run`.
+        See `run`.
 
     Raises
     ------
     MaglevError
-        If something in it cannot be used, or a signal has other bits.
+        If an argument cannot be used, or a signal has other bits.
 
     Examples
     --------

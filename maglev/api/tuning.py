@@ -1,4 +1,4 @@
-"""Tuning: parameters of a controller searched for the least of what is measured on many plants."""
+"""Tuning: a search for the parameters of a controller that minimise metrics on many plants."""
 
 from collections.abc import Mapping
 from dataclasses import dataclass
@@ -26,7 +26,7 @@ from maglev.user.source import load
 
 @dataclass(frozen=True)
 class Tuned:
-    """What a tuning found.
+    """The result of a tuning.
 
     Attributes
     ----------
@@ -37,7 +37,7 @@ class Tuned:
     found : SearchResult
         Costs, and metrics on every plant before and after.
     planned : PlannedTuning
-        What was searched; the columns of the metrics.
+        The searched parameters, and the columns of the metrics.
     """
 
     parameters: Mapping[str, float]
@@ -62,15 +62,16 @@ def new_tuning(path: str | Path, scenario: str | Path, controller: str | Path | 
     path : path
         The file, NAME or NAME.toml; its result is named after it.
     scenario : str or path
-        What it runs: a run of the package by its name, or a scenario of yours, without variants.
+        The run to repeat: one of the package by its name, or your own scenario, without variants.
     controller : path, optional
-        A Python file with a controller of yours, whose parameters are searched; otherwise the poles of the scenario's
-        regulator are.
+        A Python file with your controller, whose parameters are searched; if not given, the poles of the scenario's
+        regulator.
 
     Raises
     ------
     MaglevError
-        If the file is there already, its name is none, there is no such scenario or controller, or nothing to search.
+        If the file is there already, its name is not allowed, the scenario or the controller does not exist, or it has
+        no parameter to search.
 
     Examples
     --------
@@ -119,13 +120,13 @@ def tune(file: str | Path, *, out: str | Path = "results", jobs: int | None = No
     out : path
         Folder for NAME.toml.
     jobs, scheduler : optional
-        As of `study`.
+        See `study`.
     resume : bool
-        Go on with what an interrupted search has done, also with more `generations`.
+        Continue an interrupted search, also with more `generations`.
     watch, say : callable, optional
-        As of `run_all`.
+        See `run_all`.
     **options
-        As of `run`.
+        See `run`.
 
     Returns
     -------
@@ -135,7 +136,7 @@ def tune(file: str | Path, *, out: str | Path = "results", jobs: int | None = No
     Raises
     ------
     MaglevError
-        If something in it cannot be used: before the first run.
+        If an argument cannot be used; raised before the first run.
     """
     tuning, path = load_tuning(file)
     with made_ready(tuning, path, options, scheduler, say or warn, watch or unwatched) as (experiment, _):
