@@ -1,1 +1,1 @@
-"""What all pages have: colours, panels, and the way to the other pages that lie next to them."""
+"""Pages: figures, report, comparison, study and live page, with shared colours, panels and links."""

@@ -18,7 +18,7 @@ FINEST = 1e-4           # of the height of a line: tolerance from which on point
 
 
 class ShownChart(NamedTuple):
-    """A chart that has points, and the outcome that it belongs to; the rest is as of `Shown`."""
+    """A chart with points, and its outcome; see `Shown` for the rest."""
 
     outcome: Outcome
     chart: Chart
@@ -72,5 +72,5 @@ def curve_data(curve: Curve) -> dict[str, Any]:
 
 
 def rounded(values: Sequence[float]) -> list[float | None]:
-    """Numbers as JSON has them; None, where a line has a gap, for what is not finite."""
+    """Return numbers in JSON form; None, where a line has a gap, for a number that is not finite."""
     return [float(f"{value:.{DIGITS}g}") if np.isfinite(value) else None for value in values]

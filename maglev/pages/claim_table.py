@@ -46,7 +46,9 @@ def badge(verdict: Verdict) -> str:
 
 
 def message(judgements: Judgements) -> str:
-    """What came out, in a sentence or two, printed numbers first; of what did not, how much has to do with friction."""
+    """Return the result in a sentence or two, printed numbers first, and the misses that have friction among their
+    reasons.
+    """
     claims = sentences(those_that_count(result for of_one in judgements.values() for result in of_one))
     counts = count_verdicts(claims)
     if not counts["reproduced"] + counts["not reproduced"]:
@@ -62,13 +64,13 @@ def message(judgements: Judgements) -> str:
 
 
 def summarised_runs(results: Sequence[RunResult], judgements: Judgements) -> list[RunResult]:
-    """Runs of which the head of a report says what came of them: all where it has few, or else none."""
+    """Return the runs whose ends the head of a report states: all if there are few, or else none."""
     told = [result for result in results if result.metrics is not None and is_listed(result, judgements)]
     return told if len(told) <= MOST_TOLD else []
 
 
 def run_sentences(results: Sequence[RunResult], judgements: Judgements) -> str:
-    """What came of each run, in a sentence, where a report has few of them."""
+    """Return a sentence on the end of each run, if a report has few of them."""
     return "".join(f'<p class="said"><strong>{escape(result.plan.name)}</strong>: '
                    f"{typeset(sentence(result, judgements.get(result.plan.name, ())))}.</p>"
                    for result in summarised_runs(results, judgements))
@@ -89,7 +91,7 @@ def verdict_options(judgements: Judgements) -> str:
 
 
 def claims_summary(results: Sequence[RunResult], judgements: Judgements) -> str:
-    """Numbers of claims by what they state and by verdict, of figure bounds, and of runs."""
+    """Return the numbers of claims by kind of statement and by verdict, of figure bounds, and of runs."""
     everything = those_that_count(result for claims in judgements.values() for result in claims)
     of_axes, met = bounds_in_words(everything), met_of(specification(everything))
     failed = sum(result.failure is not None for result in results)
@@ -103,7 +105,7 @@ def claims_summary(results: Sequence[RunResult], judgements: Judgements) -> str:
 
 
 def kind_table(claims: Sequence[ClaimResult]) -> str:
-    """Table of the thesis's sentences by verdict and by what they state, with the sums; empty if there are none."""
+    """Return the table of the thesis's sentences by verdict and by kind, with the sums; empty if there are none."""
     kinds = by_kind(claims)
     columns = kinds if len(kinds) == 1 else {**kinds, "all": sentences(claims)}
     counts = [count_verdicts(of_kind) for of_kind in columns.values()]
@@ -196,13 +198,14 @@ def claim_row(identifier: str, result: ClaimResult, shown: Sequence[Shown | Show
 
 
 def why(result: ClaimResult) -> str:
-    """Why a claim has its verdict, to unfold; empty if nothing is known or needed."""
+    """Return the reason of a verdict, to unfold; empty if none is known or needed."""
     return (f'<details class="why"><summary>why</summary><p class="reason">{escape(result.note)}</p></details>'
             if result.note else "")
 
 
 def what_if(result: ClaimResult, shown: Shown | ShownChart | None = None) -> str:
-    """What becomes of a claim without the friction that its reason blames, to unfold; with a link to its curves."""
+    """Return the verdict of a claim without the friction that its reason blames, to unfold; with a link to its curves.
+    """
     if result.without is None:
         return ""
     measured = f": {typeset(result.without.measured_text)}" if result.without.measured_text else ""
@@ -228,7 +231,7 @@ def linked_source(source: str, shown: Iterable[Shown | ShownChart]) -> str:
 
 
 def claims_of_figure(shown: Shown | ShownChart, judgements: Judgements) -> str:
-    """Claims about a figure, linked: those of what it shows that cite it, or all of a run if it has no number."""
+    """Return the linked claims about a figure: those that cite it, or all of its run if it has no number."""
     every = isinstance(shown, Shown) and shown.number is None
     items = []
     for name in shown.names:

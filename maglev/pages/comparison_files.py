@@ -38,13 +38,13 @@ SHOWN = ("error", "position", "commands", "own")   # panels of the page, in this
 
 @cache
 def instructions() -> dict[str, float]:
-    """Instructions a sample on a Cortex-M7 by the name of the FMU, of what `tools/write_costs.py` has measured."""
+    """Return the instructions a sample on a Cortex-M7 by the name of the FMU, as measured by `tools/write_costs.py`."""
     text = (FOLDER / "costs.toml").read_text(encoding="utf-8")
     return {name: float(table["mean"]) for name, table in tomllib.loads(text).items()}
 
 
 def compared_rows(runs: Runs) -> list[Row]:
-    """What was measured on the completed runs, side by side; and what their laws cost, if known."""
+    """Return the measured values of the completed runs side by side, with the costs of their laws, if known."""
     metrics = {label: run.metrics for label, run in runs.items() if run.metrics is not None}
     rows = measure_rows({label: measures_of(runs[label].plan, measured) for label, measured in metrics.items()})
     costs = {label: instructions()[law] for label in metrics
@@ -54,11 +54,11 @@ def compared_rows(runs: Runs) -> list[Row]:
 
 
 def write_comparison(folder: Path, name: str, title: str, runs: Runs, *, picture: bool, page: bool) -> list[Path]:
-    """Write what there is about runs next to each other into a folder; returns the paths.
+    """Write the files of a comparison into a folder; return the paths.
 
     `NAME@LABEL.csv` and `NAME@LABEL.json` of each run, then `NAME.compare.json`, `.txt`, and if asked for `.png` and
-    `.html`. A run that ended early leaves `NAME@LABEL.partial.csv`, and what an earlier one has left gets another name.
-    It waits for who else writes this comparison there; Busy if that takes longer than `LONGEST_WAIT`.
+    `.html`. A run that ended early leaves `NAME@LABEL.partial.csv`, and the files of an earlier one get other names. It
+    waits for other processes that write this comparison there; Busy if that takes longer than `LONGEST_WAIT`.
     """
     with ExitStack() as alone:
         with suppress(NoLock):
@@ -90,7 +90,7 @@ def write_comparison(folder: Path, name: str, title: str, runs: Runs, *, picture
 
 
 def comparison_data(name: str, title: str, runs: Runs) -> dict[str, Any]:
-    """A comparison as JSON has it, SI: each run, and the rows of the table; null for what never came to an end."""
+    """Return a comparison in JSON form, SI: each run, and the rows of the table; null for a time without end."""
     return {"name": name, "title": title, "verdict": comparison_verdict(runs, summary(compared_rows(runs))),
             "runs": {label: run_as_json(run) for label, run in runs.items()},
             "rows": [{"quantity": row.quantity, "of": row.of, "time": row.time, "unit": row.unit,

@@ -1,4 +1,4 @@
-"""What was measured on several runs, side by side, with the best of each row."""
+"""Measured values of several runs side by side, with the best of each row."""
 
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
@@ -14,7 +14,7 @@ FLAWS = {"ended off": "ended off target", "failed": "failed"}   # outcomes by qu
 
 @dataclass(frozen=True)
 class Row:
-    """One quantity of several runs; of every one, less is better. Quantity, of, time and unit are as of `Measure`."""
+    """One quantity of several runs, for which less is better. See `Measure` for quantity, of, time and unit."""
 
     quantity: str
     of: str
@@ -64,7 +64,8 @@ class Row:
 
 
 def measure_rows(measured: Mapping[str, Sequence[Measure]]) -> list[Row]:
-    """Rows of what was measured, in the order of the first run that has it; `measured` is by label of the run."""
+    """Return rows of measured values, in the order of the first run that has them; `measured` is by label of the run.
+    """
     flaws = {label: flaw for label, measures in measured.items() for quantity, flaw in FLAWS.items()
              if any(measure.quantity == quantity and measure.value for measure in measures)}
     values: dict[tuple[str, str, float | None, str], dict[str, float]] = {}
@@ -96,10 +97,10 @@ def times_larger(times: float) -> str:
 
 
 def comparison_verdict(runs: Mapping[str, RunResult], rows: Sequence[Row]) -> str:
-    """Say in a sentence which run is the better one: the one that is the best in most rows about axes.
+    """Return a sentence with the better run: the one that is the best in most rows about axes.
 
-    Rows are those of the summary. Runs are alike if they are so in most of these rows. Then comes where each is better,
-    also about motors, and how the other runs ended.
+    Rows are those of the summary. Runs are alike if they are so in most of these rows. Then come the rows in which each
+    is better, also about motors, and the ends of the other runs.
     """
     ours = [label for label, run in runs.items() if run.outcome == "completed"]
     others = [f"{label} {run.ending}" for label, run in runs.items() if label not in ours]
@@ -152,7 +153,7 @@ def leading(label: str, labels: Sequence[str], won: Sequence[Row]) -> str:
 
 
 def legend(runs: Iterable[RunResult], sign: str) -> str:
-    """What a table says of its marks: a run that did not complete wins nothing, nor does one alone."""
+    """Return the meaning of a table's marks: a run that did not complete wins nothing, nor does one alone."""
     held = sum(run.outcome == "completed" for run in runs)
     return "Less is better; " + (f"the best of the runs that completed has a {sign}, unless they differ by less "
                                  "than 5 %" if held > 1 else "a best value is marked where at least two runs "

@@ -75,7 +75,7 @@ class Shown(NamedTuple):
 
     @property
     def names(self) -> list[str]:
-        """What claims about the figure may be about: its runs, and the procedures that these belong to."""
+        """Return the names that claims about the figure can have: its runs, and the procedures that these belong to."""
         procedures = [run.plan.procedure.name for run in self.runs if run.plan.procedure is not None]
         return list(dict.fromkeys([*(run.plan.name for run in self.runs), *procedures]))
 
@@ -131,13 +131,15 @@ def expand(text: str, runs: Iterable[RunResult]) -> Iterator[Panel]:
 
 
 def shown_by(result: RunResult, kind: str) -> list[str]:
-    """What panels of a kind can show of a run: axes, motors, or columns that no FMU of this project has."""
+    """Return the items that panels of a kind can show of a run: axes, motors, or columns unknown to this project's
+    FMUs.
+    """
     of, plan = PANELS[kind].of, result.plan
     return own_outputs(plan, result.columns) if of == "column" else [*(plan.axes if of == "axis" else plan.motors)]
 
 
 def own_outputs(plan: RunPlan, columns: Mapping[str, NDArray[Any]]) -> list[str]:
-    """Columns of numbers that no FMU that can be built has: what a user's FMU puts out next to what the run needs."""
+    """Return the columns of numbers that no FMU of this project has: further outputs of a user's FMU."""
     known = {variable.name for name in STAGES.definitions() for variable in STAGES.definition(name).variables}
     driven = {signal.to for signal in plan.signals} | {axis.reference for axis in plan.axes.values()}
     return [name for name, values in columns.items()
@@ -145,19 +147,19 @@ def own_outputs(plan: RunPlan, columns: Mapping[str, NDArray[Any]]) -> list[str]
 
 
 def controller_of(run: RunResult) -> str:
-    """FMU of this project that controlled a run; empty of another controller."""
+    """Return the FMU of this project that controlled a run; empty for another controller."""
     if run.provenance is not None:
         return next((fmu.model for fmu in run.provenance.fmus if fmu.name == "controller" and fmu.built_here), "")
     return (run.plan.fmus["controller"].model or "") if "controller" in run.plan.fmus else ""
 
 
 def law_of(run: RunResult) -> str:
-    """Law of the controller of this project that controlled a run, such as "linear"; empty of another controller."""
+    """Return the law of this project's controller of a run, such as "linear"; empty for another controller."""
     return LAWS.get(controller_of(run).removesuffix(run.plan.stage.suffix if run.plan.stage else ""), "")
 
 
 def run_colours(runs: Mapping[str, RunResult]) -> dict[str, int]:
-    """Number of each run's colour, by label: that of its controller in every page, of others the next that is free."""
+    """Return the number of each run's colour, by label: that of its controller in every page, or the next free one."""
     numbers: dict[str, int] = {}
     for label, run in runs.items():
         number = LAW_COLOURS.get(law_of(run), 1)
@@ -197,9 +199,9 @@ def error_of(axis: Axis) -> str:
 
 
 def recorded_columns(result: RunResult) -> dict[str, NDArray[Any]]:
-    """Columns of a run, and the errors of its axes, shape (n,), SI.
+    """Return the columns of a run, and the errors of its axes, shape (n,), SI.
 
-    The errors are columns of their own since they have a finer scale than what they are the difference of.
+    The errors are columns of their own because they have a finer scale than position and reference.
     """
     columns = result.columns
     errors = {error_of(axis): columns[axis.position] - columns[axis.reference]

@@ -1,4 +1,4 @@
-"""What the procedures found as HTML: tables of values, and what a reader should know about them."""
+"""Outcomes of the procedures as HTML: tables of values, and notes for the reader."""
 
 import re
 from collections.abc import Iterable, Sequence

@@ -1,4 +1,4 @@
-"""Outcomes of runs on grids, as files that come with the package, and what they rest on."""
+"""Outcomes of runs on grids, as files that come with the package, with their origin."""
 
 import json
 from collections.abc import Mapping, Sequence
@@ -15,7 +15,7 @@ from maglev.pages.law_map import Outcomes
 
 @dataclass(frozen=True)
 class Origin:
-    """What runs rest on: version and commit that ran them, the FMUs' GUIDs by model, where they are kept."""
+    """The origin of runs: their version and commit, and the FMUs' GUIDs by model, if known."""
 
     version: str
     commit: str | None
@@ -24,7 +24,7 @@ class Origin:
 
 @dataclass(frozen=True)
 class Grid:
-    """Outcomes of laws at every combination of what varies."""
+    """Outcomes of laws at every combination of the varied quantities."""
 
     varied: Mapping[str, Array]     # values by name
     laws: Mapping[str, Outcomes]    # by law, shape (values of the first, values of the second, …)
@@ -32,7 +32,7 @@ class Grid:
 
 @dataclass(frozen=True)
 class StageGrids:
-    """Grids of a stage by what was asked, and what they rest on."""
+    """Grids of a stage by question, with their origin."""
 
     grids: Mapping[str, Grid]
     origin: Origin

@@ -36,7 +36,7 @@ def law_text(stage: StageDescription) -> str:
 
 
 def parts_text(texts: Iterable[str]) -> str:
-    """The parts that Python texts import, and what these import, each once and after what it needs."""
+    """Return the parts that Python texts import, with their own imports, each once and after the parts it needs."""
     modules: dict[str, str] = {}
 
     def collect(text: str) -> None:
@@ -55,7 +55,7 @@ def parts_text(texts: Iterable[str]) -> str:
 
 
 def python_law(stage: StageDescription) -> str:
-    """What a user of a stage begins with."""
+    """Return the Python text that a user of a stage begins with."""
     return written_class("controller", stage, "Law", "law.py")
 
 
@@ -66,7 +66,7 @@ def module_in_javascript(source: str) -> str:
 
 
 def not_of_blocks(node: ast.AST) -> ControllerError:
-    """Error for what is not in the blocks' subset of Python."""
+    """Return an error for Python that is not in the blocks' subset."""
     return ControllerError(f"{ast.unparse(node)!r} cannot be put into JavaScript, expected what blocks are made of")
 
 
@@ -183,7 +183,7 @@ class Writer:
                 yield from self.block("} else", others, node.body[-1].end_lineno or node.lineno)
 
     def target(self, node: ast.expr, column: int) -> str:
-        """What is assigned to, declared where it is new."""
+        """Return the target of an assignment, declared if it is new."""
         names = stored(node)
         new = [name for name in names if name not in self.locals]
         self.locals.update(new)
@@ -221,7 +221,7 @@ def undocumented(node: ast.ClassDef | ast.FunctionDef) -> list[ast.stmt]:
 
 
 def expression(node: ast.expr, within: int = 0) -> str:
-    """An expression, in parentheses if it binds less closely than what it is in."""
+    """Return an expression, in parentheses if it binds less closely than the one around it."""
     text, binds = expression_text(node)
     return f"({text})" if binds < within else text
 

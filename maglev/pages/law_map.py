@@ -1,4 +1,5 @@
-"""A map of what became of runs over two of what varies, for a script of pages and for pictures: one for each law."""
+"""A map of the outcomes of runs over two varied quantities, for a script of pages and for pictures: one for each law.
+"""
 
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
@@ -15,7 +16,7 @@ Outcomes = NDArray[np.uint8]   # indices of the words of a kind of maps
 
 @dataclass(frozen=True)
 class Factor:
-    """What varies along a side of a map, or from one layer to the next: its values, and what a run sets by each."""
+    """One varied quantity, along a side of a map or by its layers: its values, and the settings of a run for each."""
 
     name: str
     unit: str                  # SI, or that of texts
@@ -23,7 +24,7 @@ class Factor:
     sets: Mapping[str, NDArray[Any]] = field(default_factory=dict)   # by what is set, shape (n,)
 
     def shown(self) -> dict[str, Any]:
-        """What the page's script needs of it; None of what is set to the values themselves."""
+        """Return the data for the page's script, with None for a target that is set to the values themselves."""
         unit, scale = shown_in(self.values.tolist(), self.unit) if self.values.dtype.kind == "f" else (self.unit, 1.0)
         return {"name": self.name, "unit": unit, "values": self.values.tolist(), "scale": scale, "sets": {
             target: None if values.dtype != bool and np.array_equal(values, self.values) else values.tolist()
@@ -32,7 +33,7 @@ class Factor:
 
 @dataclass(frozen=True)
 class LawMap:
-    """Outcomes of a law: the first factor upwards, the second to the right, a layer for each value of others."""
+    """Outcomes of a law: the first factor upwards, the second to the right, a layer for each value of the others."""
 
     name: str
     command: str                     # of a run, without what the factors set; empty if there is none
@@ -41,7 +42,7 @@ class LawMap:
 
 
 def maps_data(maps: Sequence[LawMap], words: Sequence[str]) -> dict[str, Any]:
-    """What the script draws of maps over the same values."""
+    """Return the data to draw maps over the same values."""
     return {"factors": [factor.shown() for factor in maps[0].factors], "outcomes": words,
             "laws": [{"name": law.name, "command": law.command, "packed": packed_text(law.cells.tobytes())}
                      for law in maps]}

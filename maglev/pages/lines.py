@@ -1,4 +1,4 @@
-"""What a panel draws of runs, the same in pages and in pictures: lines with their looks, and levels across."""
+"""Lines and levels of a panel of runs, the same in pages and in pictures, with their looks."""
 
 from collections.abc import Iterator, Mapping
 from typing import NamedTuple
@@ -14,7 +14,7 @@ CURRENTS = {"commands": ("direct", "quadrature"), "currents": ("phase-0", "phase
 
 
 class Line(NamedTuple):
-    """A line of a panel: whose it is, by the run's label, what it shows, what it is called, and how it looks."""
+    """A line of a panel: the run's label, the column, the name, and the look."""
 
     run: str
     signal: str               # column, or error of an axis
@@ -26,7 +26,7 @@ class Line(NamedTuple):
 
 
 class Level(NamedTuple):
-    """A level across a panel, in the unit that this has: what it is, and how it looks."""
+    """A level across a panel, in the panel's unit: its name, and its look."""
 
     value: float
     name: str
@@ -65,7 +65,7 @@ def panel_lines(panel: Panel, runs: Mapping[str, RunResult], colours: Mapping[st
 
 
 def panel_levels(panel: Panel, runs: Mapping[str, RunResult]) -> list[Level]:
-    """Bands of settling, end stops and limits of currents, each once; of what not all runs have it is said whose."""
+    """Return bands of settling, end stops and limits of currents, each once; with the run if not all runs have it."""
     whose: dict[Level, list[str]] = {}
     for label, run in runs.items():
         for level in levels_of(panel, run.plan, run.parameters):

@@ -1,4 +1,4 @@
-"""What the live page carries as data: the FMUs' descriptions, the runs' plans, and what the picture is drawn from."""
+"""Data of the live page: the FMUs' descriptions, the runs' plans, and the data of the picture."""
 
 import shlex
 from collections.abc import Iterable, Iterator, Mapping, Sequence
@@ -37,14 +37,14 @@ GAPS = 65   # of the table of shape functions
 
 
 def modules_of(stage: StageDescription) -> list[str]:
-    """A plant, its controllers, and what lies between its encoders and a controller."""
+    """Return a plant, its controllers, and the measurement between its encoders and a controller."""
     return [*linear_names(stage), f"Measurement{stage.suffix}"]
 
 
 def can_run_live(plan: RunPlan) -> bool:
-    """Whether the page of all runs has a run: a packaged experiment of one plant and one controller.
+    """Return True if the page of all runs has a run: a packaged experiment of one plant and one controller.
 
-    What is for the check alone is in it where something happens to the stage, or to what is measured of it.
+    A run for the check alone is in it if a disturbance acts on the stage, or on its measurements.
     """
     happens = "measurement" in plan.fmus or bool(plan.events)
     return plan.path in packaged_files().values() and (happens or not plan.check_only) and not why_not_live(plan)
@@ -60,7 +60,7 @@ def not_live() -> dict[str, list[str]]:
 
 
 def why_not_live(plan: RunPlan) -> str:
-    """Why no page can make a run; empty if one can."""
+    """Return the reason why no page can make a run; empty if one can."""
     models, stage = {name: fmu.model for name, fmu in plan.fmus.items()}, plan.stage
     plant, *controllers = linear_names(stage) if stage is not None else [""]
     between = models.pop("measurement", None)
@@ -118,7 +118,7 @@ def page_data(fmus: Path, plans: Iterable[RunPlan]) -> dict[str, Any]:
 
 
 def module_data(fmus: Path, name: str, again: str) -> dict[str, Any]:
-    """What the page needs of a module in a folder, which must be of the FMU as it is now."""
+    """Return the page's data of a module in a folder, which must be of the FMU as it is now."""
     path = fmus / f"{name}.xml"
     for file in (path.with_suffix(".wasm"), path):
         if not file.is_file():
@@ -130,7 +130,7 @@ def module_data(fmus: Path, name: str, again: str) -> dict[str, Any]:
 
 
 def variable_data(variable: ScalarVariable) -> dict[str, Any]:
-    """What the page needs of a variable; outputs are named alone."""
+    """Return the page's data of a variable; outputs have only names."""
     boolean = variable.type == "Boolean"
     data = {"name": variable.name, "reference": variable.valueReference, "causality": variable.causality,
             "boolean": boolean}
@@ -162,7 +162,7 @@ def live_run(plan: RunPlan, stage: StageDescription) -> dict[str, Any]:
 
 
 def live_stage(stage: StageDescription) -> dict[str, Any]:
-    """Its data sheet, how much room it takes, and what the forces in the picture are computed with."""
+    """Return its data sheet, the room that it takes, and the constants of the forces in the picture."""
     motor, place = stage.motor(), PANELS["position"]
     sheet = {name: getattr(motor, name) for name in ("slot_pitch", "slot_width", "pole_pitch", "magnet_height")}
     gap = stage.vertical.stop or stage.motor_stop
@@ -191,7 +191,7 @@ def strips(stage: StageDescription) -> Iterator[dict[str, Any]]:
 
 
 def visible_tilts(stage: StageDescription) -> dict[str, Any]:
-    """By horizontal axis the tilt that is seen from its side, and what the plant calls the motors' places along it.
+    """Return by horizontal axis the tilt seen from its side, and the plant's name for the motors' places along it.
 
     With a tilt the gap grows along the axis (sign 1) or shrinks (−1), see `plant_fmu.motor_mount`.
     """
@@ -201,10 +201,11 @@ def visible_tilts(stage: StageDescription) -> dict[str, Any]:
 
 
 def places(stage: StageDescription) -> dict[str, list[tuple[float, float]]]:
-    """By motor where the ones with its current are above the platform, along the horizontal axes from its middle, m.
+    """Return by motor the places of its drawn motors above the platform, along the horizontal axes from its middle, m.
 
-    A stage whose guides hold the tilts has no places: there the motors that drive an axis lie evenly on both sides, as
-    far out as lets those of the two axes pass each other, and a single one in the middle; drawn freely.
+    A stage whose guides hold the tilts has no places. There the motors of an axis lie evenly on both sides, so far out
+    that those of the two axes pass each other. A single one is in the middle. These places are free choices of the
+    drawing.
     """
     if stage.rotations:
         return {motor.name: [(motor.x, motor.z)] for motor in stage.motors}

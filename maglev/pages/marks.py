@@ -1,4 +1,4 @@
-"""Marks in the panels of a figure: what the thesis states in words, and the ends of its axes."""
+"""Marks in the panels of a figure: the values that the thesis states in words, and the ends of its axes."""
 
 import re
 from collections.abc import Iterator, Sequence
@@ -27,9 +27,9 @@ class Mark(NamedTuple):
 
 
 def figure_marks(shown: Shown, judgements: Judgements) -> list[dict[str, Any]]:
-    """Marks in a figure: the panel's number, a time, or a level between two times, and what is stated; each once.
+    """Return marks in a figure: the panel's number, a time, or a level between two times, and the claim; each once.
 
-    What is stated about other figures is left out.
+    Claims about other figures are left out.
     """
     texts: dict[tuple[int, Mark, str], None] = {}
     for run in shown.recorded:
@@ -46,7 +46,7 @@ def figure_marks(shown: Shown, judgements: Judgements) -> list[dict[str, Any]]:
 
 
 def marks(claim: RunClaim, target: float, run: RunResult, shown: Shown) -> Iterator[Mark]:
-    """Where the value (SI) that a claim states about a run stands, whatever panels there are."""
+    """Return the marks of the value (SI) that a claim states about a run, whatever panels there are."""
     quantity, plan = claim.quantity, run.plan
     axes = claim.axes or list(plan.axes)
     if claim.measured is None or run.metrics is None:
@@ -74,9 +74,9 @@ def marks(claim: RunClaim, target: float, run: RunResult, shown: Shown) -> Itera
 
 def marks_of_steps(claim: RunClaim, target: float, run: RunResult, shown: Shown,
                    axes: Sequence[str]) -> Iterator[Mark]:
-    """What a claim states about each step: until when it settles, how far it overshoots, what error it leaves.
+    """Return the marks of a claim about each step: its settling time, its overshoot, or its error at the end.
 
-    A time beyond the next step is none to see.
+    A time beyond the next step has no mark.
     """
     assert run.metrics is not None
     for step in (step for step in run.metrics.steps if step.axis in axes):
@@ -105,7 +105,7 @@ def figure_bounds(shown: Shown, judgements: Judgements) -> list[dict[str, Any]]:
 
 
 def draws(shown: Shown, panel: Panel, columns: Sequence[str]) -> bool:
-    """Whether a panel draws one of the columns, or the true position that an encoder measures."""
+    """Return True if a panel draws one of the columns, or the true position that an encoder measures."""
     drawn = {column for run in shown.runs for column in needed_columns(run.plan, panel.kind, panel.of)}
     return any(column.replace(".encoder", ".position") in drawn for column in columns)
 

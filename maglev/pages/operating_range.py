@@ -1,6 +1,6 @@
-"""How far each law can go: outcomes over initial gap, target gap, what else steps and constants, as maps.
+"""Limits of each law: outcomes over initial gap, target gap, further steps and constants, as maps.
 
-Studies find them; those of the stages come with the package, as data that `studies/operating_range` writes.
+Studies compute them. Those of the stages come with the package, as data that `studies/operating_range` writes.
 """
 
 import numpy as np
@@ -34,7 +34,7 @@ def always_settles(grid: Grid, law: str) -> Bools:
 
 
 def steps(grid: Grid) -> tuple[str, list[str]]:
-    """What else steps, and the sizes of its steps, such as "20 mm"."""
+    """Return the further quantity that steps, and the sizes of its steps, such as "20 mm"."""
     what = next(iter(grid.varied))
     return what, [f"{1e3 * step:g} {STEPS[what]}" for step in grid.varied[what]]
 
@@ -52,7 +52,7 @@ The maps show the constants as they are; dotted is what settles with these only.
 
 
 def maps_of(of_stage: StageGrids) -> list[list[LawMap]]:
-    """Of each law, a layer for each step next to the gap; marked, an outcome more, is what settles only nominally."""
+    """Return for each law a layer for each further step; a marked outcome is one that settles only nominally."""
     grid, = of_stage.grids.values()
     what, sizes = steps(grid)
     factors = [Factor(name, "mm", np.array([f"{1e3 * gap:g}" for gap in grid.varied[name]]))

@@ -1,4 +1,4 @@
-"""The map of a study's outcomes over two of what varies, for the script of its page."""
+"""The map of a study's outcomes over two varied quantities, for the script of its page."""
 
 from collections.abc import Mapping
 from typing import Any
@@ -30,7 +30,7 @@ def outcomes_of(table: pa.Table) -> Outcomes:
 
 
 def grid_of(table: pa.Table, about: Mapping[str, Any]) -> list[Factor]:
-    """What varies in a full grid, in its order; samples of a grid stand in it."""
+    """Return the varied quantities of a full grid, in order; samples of a grid stand in it."""
     units, factors = units_of(table), []
     for parameter in about["vary"]:
         values, first = np.unique(numbers(table, parameter["name"]), return_index=True)

@@ -17,7 +17,7 @@ MARKED = 6   # number of the look of what is marked in a map: `LOOKS` of map.js
 
 
 class Kind(NamedTuple):
-    """A kind of maps: what its section is called, and how its outcomes look."""
+    """A kind of maps: the title of its section, and the looks of its outcomes."""
 
     anchor: str
     heading: str
@@ -76,7 +76,7 @@ def article(kind: Kind, stage: str, of_stage: StageGrids) -> str:
 
 
 def map_data(kind: Kind, stage: str, of_stage: StageGrids) -> dict[str, dict[str, Any]]:
-    """What the script draws of a stage, by place; what is marked is an outcome more."""
+    """Return the data to draw a stage, by place; a marked cell is a further outcome."""
     return {f"{kind.name}-{stage}-{number}": {**maps_data(maps, [*kind.outcomes, kind.dots]),
                                             "looks": [*kind.looks, MARKED]}
             for number, maps in enumerate(kind.maps_of(of_stage))}

@@ -40,13 +40,13 @@ class PanelKind(NamedTuple):
         return self.words(of, gap) + (f" ({unit})" if unit else "")
 
     def data(self, of: str, axis_unit: str = "m", gap: bool = False) -> dict[str, Any]:
-        """What the scripts of pages know about it."""
+        """Return its data for the scripts of pages."""
         # The ticks of a logarithmic one have units.
         return {"of": of, "title": self.words(of, gap) if self.floor else self.title(of, axis_unit, gap),
                 **self.reading(axis_unit), "floor": self.drawn_floor, "down": self.place and gap}
 
     def reading(self, axis_unit: str = "m") -> dict[str, Any]:
-        """What scripts know to print a value: `reading` of pages/scale.js."""
+        """Return the data with which scripts print a value: `reading` of pages/scale.js."""
         return {"unit": self.printed_unit(axis_unit), "scale": self.scale, "digits": self.digits}
 
 

@@ -67,7 +67,7 @@ def overlay(title: str, runs: Mapping[str, RunResult]) -> "Figure":
 
 
 def picture_rows(runs: Mapping[str, RunResult]) -> Iterator[tuple[list[Panel], list[Panel]]]:
-    """What is drawn on the left and on the right of each row; outputs of a user's own share the last one."""
+    """Return the panels on the left and on the right of each row; outputs of a user's own share the last one."""
     first = next(iter(runs.values())).plan
     for axis in first.axes:
         yield [Panel("position", axis)], [Panel("error", axis)]
@@ -104,7 +104,7 @@ def draw_panels(axes: "Axes", panels: Sequence[Panel], runs: Mapping[str, RunRes
 
 
 def legends(panels: Iterable["Axes"]) -> None:
-    """Put a legend next to each panel; what is named next to one is not named again."""
+    """Put a legend next to each panel; a name appears in one legend only."""
     told: set[str] = set()
     for panel in panels:
         named: dict[str, Line2D] = {}

@@ -1,4 +1,4 @@
-"""What the page's scripts know about runs and figures, as JSON has it."""
+"""Data of runs and figures for the page's scripts, in JSON form."""
 
 from collections.abc import Mapping, Sequence
 from typing import Any
@@ -55,7 +55,9 @@ def again_name(result: RunResult) -> str:
 
 def run_signals(result: RunResult, shown: Sequence[Shown], most: int, kinds: Sequence[str],
                 moves: bool = False) -> dict[str, Any]:
-    """What the page's scripts know about a run: names of its signals by axis and motor, and those for some panels."""
+    """Return the data of a run for the page's scripts: names of its signals by axis and motor, and those for some
+    panels.
+    """
     plan = result.plan
     packed = pack(result.time, recorded_columns(result), plan.output_interval,
                   needed_tolerances(result, shown, kinds, moves), most)
@@ -70,7 +72,7 @@ def run_signals(result: RunResult, shown: Sequence[Shown], most: int, kinds: Seq
 
 
 def moving(runs: Mapping[str, RunResult]) -> dict[str, Any]:
-    """What the moving picture knows of runs, by label: their stage and colours; empty if one lacks what it needs."""
+    """Return the data of runs for the moving picture, by label: their stage and colours; empty if one is incomplete."""
     first, colours = next(iter(runs.values())).plan, run_colours(runs)
     errors = {error_of(axis) for axis in first.axes.values()}
     if first.stage is None or tuple(first.axes) != first.stage.axis_names or not all(
@@ -84,7 +86,8 @@ def moving(runs: Mapping[str, RunResult]) -> dict[str, Any]:
 
 
 def panel_data(shown: Shown, panel: Panel, again: Mapping[str, RunResult]) -> dict[str, Any]:
-    """What the page's scripts know about a panel: lines and levels of its runs, and of those made again, by label."""
+    """Return the data of a panel for the page's scripts: lines and levels of its runs, and of repeated ones, by label.
+    """
     runs = {shown.figure.runs[run.plan.name]: run for run in shown.recorded}
     names = {label: run.plan.name for label, run in runs.items()} | {
         label: again_name(run) for label, run in again.items()}

@@ -1,4 +1,4 @@
-"""The page: claims with their verdicts, tables and figures, a moving picture, and what all this rests on."""
+"""The page: claims with their verdicts, tables and figures, a moving picture, and the provenance."""
 
 import json
 import os
@@ -46,7 +46,7 @@ def write_report(path: Path, results: Sequence[RunResult], judgements: Judgement
                  outcomes: Sequence[Outcome] = (), frictionless: Again = NOTHING) -> None:
     """Write the report of runs, also of those that failed, as one HTML page that needs no network.
 
-    The file appears under its name when it is complete: what stood there before is intact until then.
+    The file appears under its name when it is complete; a former file is intact until then.
     """
     shell.publish(path, report_page(results, judgements, outcomes, path.parent, frictionless))
 
@@ -137,9 +137,9 @@ def json_in_html(data: object) -> str:
 
 def figure_element(shown: Shown | ShownChart, judgements: Judgements, folder: Path | None, frictionless: bool,
                    told: Collection[str]) -> str:
-    """One figure: caption, what it is about with links to live page and files, place for the plot, claims about it.
+    """Return one figure: caption, its runs with links to live page and files, place for the plot, claims about it.
 
-    What came of its runs stands there, but of those that were `told` of before.
+    The ends of its runs stand there, except of those that were `told` before.
     """
     switch = (f'<p><button type="button" class="what-if" data-switch="{shown.id}" aria-pressed="false" hidden>'
               "What if friction were zero?</button></p>\n" if frictionless else "")
@@ -166,7 +166,7 @@ def plot_height(shown: Shown | ShownChart) -> int:
 
 
 def run_about(run: RunResult, judgements: Judgements, folder: Path | None, told: bool) -> str:
-    """Name of a run with links, what came of it unless that was told, and what went wrong."""
+    """Return the name of a run with links, its end unless that was told before, and its errors."""
     name = run.plan.name
     linked = f'<a href="#{anchor("run", name)}">{escape(name)}</a>' if is_listed(run, judgements) else escape(name)
     said = "" if told else typeset(sentence(run, judgements.get(name, ())))

@@ -1,4 +1,4 @@
-"""Metrics, verdicts and what procedures found: as tables for the terminal, the text report, Markdown and CSV."""
+"""Metrics, verdicts and outcomes of procedures as tables for the terminal, the text report, Markdown and CSV."""
 
 import csv
 import re
@@ -86,7 +86,7 @@ class Verdicts(tuple[ClaimResult, ...]):
 
 def show_results(console: Console, asked: Sequence[str], results: Sequence[RunResult], verdicts: Judgements,
                  outcomes: Sequence[Outcome]) -> None:
-    """Print the text of the only run that was asked for, or a table of all, and what procedures found."""
+    """Print the text of the only requested run, or a table of all, and the outcomes of procedures."""
     if len(asked) == 1:
         show(console, results[0], verdicts[results[0].plan.name], briefly=True)
     else:
@@ -99,7 +99,7 @@ def show_measured(console: Console, result: RunResult, below: Iterable[ResultTab
                   verdicts: Sequence[ClaimResult] = (), reason: bool = True, footnote: str = "") -> None:
     """Print the metrics of a run, the tables and the footnote below, and the outcome with a sum of verdicts.
 
-    Of a run that did not complete the reason is left out where it is said elsewhere.
+    The reason of a run that did not complete is left out if it is printed elsewhere.
     """
     plan = result.plan
     console.print(heading(plan.name, plan.title))
@@ -116,7 +116,7 @@ def show_measured(console: Console, result: RunResult, below: Iterable[ResultTab
 
 
 def run_text(result: RunResult, verdicts: Sequence[ClaimResult]) -> str:
-    """What `show` prints, as text."""
+    """Return the output of `show` as text."""
     return as_text(lambda console: show(console, result, verdicts))
 
 
@@ -127,14 +127,14 @@ def as_text(show: Callable[[Console], None]) -> str:
 
 
 def as_html(show: Callable[[Console], None]) -> str:
-    """What a function prints on a console, as an element of HTML."""
+    """Return the output of a printing function on a console, as an element of HTML."""
     console = plain_console(file=StringIO(), record=True, width=REPORT_WIDTH)
     show(console)
     return console.export_html(inline_styles=True, code_format=PREFORMATTED)
 
 
 def origin(provenance: Provenance) -> str:
-    """Version, kinds of the FMUs and what differs from the plan, in a line."""
+    """Return version, kinds of the FMUs and the differences from the plan, in a line."""
     commit = f" ({provenance.commit})" if provenance.commit else ""
     kinds = ", ".join(f"{fmu.name}: {fmu.kind} {fmu.model}" for fmu in provenance.fmus)
     modified = f"; modified: {', '.join(provenance.differences)}" if provenance.modified else ""
@@ -168,7 +168,7 @@ def metric_tables(plan: RunPlan, metrics: Metrics) -> list[ResultTable]:
 
 
 def window_text(step: StepResponse) -> str:
-    """Window of a step, and what cut it short, such as "1 to 6 s, until push"."""
+    """Return the window of a step, and the event that cut it short, such as "1 to 6 s, until push"."""
     return f"{step.time:g} to {step.end:g} s" + (f", until {step.cut_by}" if step.cut_by else "")
 
 
@@ -250,7 +250,7 @@ def study_table(results: Sequence[RunResult], verdicts: Judgements, outcomes: Se
 
 def claims_in_order(results: Sequence[RunResult], verdicts: Judgements,
                     outcomes: Sequence[Outcome]) -> list[tuple[str, ClaimResult]]:
-    """All claims with the names of what they are about: the runs first, then the procedures."""
+    """Return all claims with the names of their runs and procedures: the runs first."""
     names = [*(result.plan.name for result in results), *(outcome.settings.name for outcome in outcomes)]
     return [(name, judged) for name in names for judged in verdicts[name]]
 
@@ -302,10 +302,10 @@ def claims_markdown(results: Sequence[RunResult], verdicts: Judgements, outcomes
 
 
 def kinds_markdown(claims: Sequence[ClaimResult]) -> str:
-    """Numbers of the thesis's sentences by what they state and by verdict, as a table in Markdown.
+    """Return the numbers of the thesis's sentences by kind and by verdict, as a table in Markdown.
 
-    Of those that reproduce, if there are any, it says by how many something was chosen, and how many the plant was
-    given.
+    For those that reproduce, if any, it has the numbers of claims for which a value was chosen, or was given to the
+    plant.
     """
     totals = count_verdicts(sentences(claims))
     shown = [verdict for verdict in VERDICTS if totals[verdict]]
@@ -321,7 +321,7 @@ def kinds_markdown(claims: Sequence[ClaimResult]) -> str:
 
 
 def claims_table(noun: str, claims: Sequence[tuple[str, ClaimResult]], expected: str = "thesis value") -> str:
-    """Claims of one kind with the names of what they are about, as a table in Markdown."""
+    """Return claims of one kind with the names of their runs or procedures, as a table in Markdown."""
     return markdown_rows(("run", noun, "source", expected, "here", "verdict"), (
         (f"`{name}`", judged.claim.text, judged.claim.cited, judged.claim.criterion, judged.measured_text,
          f"**{judged.verdict}**: {judged.note}" if judged.note else judged.verdict) for name, judged in claims))
@@ -353,7 +353,9 @@ def sentence(result: RunResult, claims: Sequence[ClaimResult]) -> str:
 
 
 def sums(claims: Sequence[ClaimResult]) -> list[str]:
-    """How many of the claims hold that could be judged, and how many bounds of figures; nothing where there is none."""
+    """Return how many of the claims hold that could be judged, and how many bounds of figures; empty where there is
+    none.
+    """
     judged = [claim.verdict for claim in [*specification(claims), *sentences(claims)]
               if claim.verdict not in ("not testable", "not run", "modified run")]
     good = sum(verdict in ("reproduced", "met") for verdict in judged)
@@ -362,7 +364,7 @@ def sums(claims: Sequence[ClaimResult]) -> list[str]:
 
 
 def short_outcome(result: RunResult) -> str:
-    """The same in as few words as a table has room for: what made the run fail, or its error at the end."""
+    """Return the same in a few words for a table: the cause of a failure, or the error at the end."""
     if result.metrics is None:
         return result.ending
     said = ending(result.plan, result.metrics, brief=True)
@@ -390,7 +392,7 @@ def show_outcome(console: Console, outcome: Outcome, claims: Sequence[ClaimResul
 
 
 def outcome_text(outcome: Outcome, claims: Sequence[ClaimResult]) -> str:
-    """What `show_outcome` prints, as text."""
+    """Return the output of `show_outcome` as text."""
     return as_text(lambda console: show_outcome(console, outcome, claims))
 
 
@@ -408,10 +410,10 @@ def write_outcomes(outcomes: Iterable[Outcome], verdicts: Judgements, out: Path)
 
 
 def curves_csv(charts: Iterable[Chart]) -> str:
-    """Points of all curves, a row for each; numbers such that reading them gives the same bits.
+    """Return the points of all curves as CSV, a row for each; reading the numbers gives the same bits.
 
-    A figure without a number goes by its caption. A panel is named by its place in the figure, from 1, and by what it
-    has over what. `margin` is the half width of the band about a curve, empty where it has none.
+    A figure without a number goes by its caption. A panel is named by its place in the figure, from 1, and by its
+    ordinate over its abscissa. `margin` is the half width of the band about a curve, empty where it has none.
     """
     text = StringIO()
     writer = csv.writer(text, lineterminator="\n")

@@ -1,4 +1,4 @@
-"""What a sample of a study runs, as a full run: its command, and its address in the live page, or why it has none."""
+"""A sample of a study as a full run: its command, and its address in the live page, or why it has none."""
 
 import shlex
 from collections.abc import Mapping
@@ -13,7 +13,7 @@ from maglev.scenario.options import OPTIONS
 
 
 def dataset_run(about: Mapping[str, Any]) -> Mapping[str, Any]:
-    """What a dataset says of its run; ScenarioError if of a version that had only its words."""
+    """Return the run of a dataset; ScenarioError for a version that has only its words."""
     run = about["run"]
     if not isinstance(run, Mapping):
         raise ScenarioError(f"{about['name']}: run = {shlex.join(run)!r} of an earlier version, expected a dataset of "
@@ -23,7 +23,7 @@ def dataset_run(about: Mapping[str, Any]) -> Mapping[str, Any]:
 
 
 def settings_of_sample(about: Mapping[str, Any], row: Mapping[str, Any]) -> dict[str, Any]:
-    """What the run of a row of the dataset sets: values, SI, by `fmu.variable` or reference."""
+    """Return the settings of a row of the dataset: values, SI, by `fmu.variable` or reference."""
     columns = {target: parameter["name"] for parameter in about["vary"] for target in parameter["set"]}
     return {**dataset_run(about)["set"], **{target: row[target] if target in row else row[columns[target]]
                                       for target in about["targets"]}}
@@ -37,7 +37,7 @@ def row_options(about: Mapping[str, Any], row: Mapping[str, Any]) -> dict[str, A
 
 
 def command_of(about: Mapping[str, Any], row: Mapping[str, Any] | None) -> str:
-    """Command for a row of the dataset, its numbers the same bits; without a row, with what all of them set."""
+    """Return the command for a row of the dataset, with the same bits; without a row, with the settings of all."""
     run = dataset_run(about)
     words = ["maglev", "run", run["scenario"]]
     for key, value in run["options"].items():

@@ -24,9 +24,9 @@ MICROSECOND = 1e-6     # s, quantum of times that are no multiples of the output
 def thin(time: Array, values: Array, tolerance: float, most: int) -> tuple[Rows, float]:
     """Choose the rows to keep: the first, the last, the largest, the smallest, and all that the tolerance needs.
 
-    Of ascending times (s) and finite samples, shape (n,), n > 0. The tolerance, > 0 in the unit of the values, is
-    doubled until `most` rows are enough; ends and extremes are kept in any case. Given back are the ascending indices
-    of the rows, shape (k,), and that tolerance: no sample is farther from the line between its kept neighbours.
+    Times (s) are ascending and samples finite, shape (n,), n > 0. The tolerance, > 0 in the unit of the values, is
+    doubled until `most` rows are enough; ends and extremes are kept in any case. Return the ascending indices of the
+    rows, shape (k,), and that tolerance: no sample is farther from the line between its kept neighbours.
     """
     evenly = np.linspace(0, len(time) - 1, FIRST_ROWS).astype(np.intp)
     extremes = [int(np.argmin(values)), int(np.argmax(values))]
@@ -68,8 +68,8 @@ def refine(time: Array, values: Array, tolerance: float, first: Rows, most: int)
 def encode(integers: NDArray[np.int64]) -> bytes:
     """Write integers, shape (k,), as differences of 32 bits: all lowest bytes first, then all second ones, and so on.
 
-    Differences of a smooth signal are small, so their upper bytes are alike and compress to nearly nothing: of whatever
-    sign, which is the lowest bit, so that 0, −1, 1, −2, … are 0, 1, 2, 3, …
+    Differences of a smooth signal are small, so their upper bytes are alike and compress to nearly nothing. The lowest
+    bit is the sign, so that this holds for both signs: 0, −1, 1, −2, … are 0, 1, 2, 3, …
     """
     differences = np.diff(integers, prepend=0)
     return (differences << 1 ^ differences >> 63).astype("<u4").view(np.uint8).reshape(-1, 4).T.tobytes()
@@ -77,11 +77,13 @@ def encode(integers: NDArray[np.int64]) -> bytes:
 
 def pack(time: Array, columns: Mapping[str, NDArray[Any]], interval: float,
          tolerances: Mapping[str, float], most: int) -> dict[str, Any]:
-    """Signals of a run for the page, those that have a tolerance and were recorded, with at most so many rows of each.
+    """Return the signals of a run for the page that have a tolerance and were recorded, with at most so many rows of
+    each.
 
-    Columns, SI, and ascending times (s) have shape (n,); values that are not finite are left out. Given are "time": the
-    quantum of the times, s, by the output interval (s); "signals": by name the number of rows, the quantum and the
-    tolerance in SI; "data": Base64 of the gzipped times and values of the signals, one after the other.
+    Columns, SI, and ascending times (s) have shape (n,); values that are not finite are left out. The result has
+    "time", the quantum of the times, s, by the output interval (s). "signals" has by name the number of rows, the
+    quantum and the tolerance in SI. "data" is the Base64 of the gzipped times and values of the signals, one after the
+    other.
     """
     counts = time / interval
     quantum = interval if np.allclose(counts, np.rint(counts), rtol=0.0, atol=1e-6) else MICROSECOND

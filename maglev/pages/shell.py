@@ -1,7 +1,7 @@
 """The shell of the pages: one table of colours, the way from each page to the others, and the index of a folder.
 
-A page says in its head what it is, and has `<!--shell-->` where the way to the others stands. Links are relative: a
-folder of pages can be put anywhere.
+A page has its kind in its head, and `<!--shell-->` at the place of the links to the others. Links are relative, so
+that a folder of pages can be put anywhere.
 """
 
 import base64
@@ -42,7 +42,7 @@ PLOTS = "script-src 'unsafe-inline'; style-src 'unsafe-inline'; img-src data: bl
 
 
 class Page(NamedTuple):
-    """A page that lies in a folder: its file's name, what kind it is, its title, what it says, and its day."""
+    """A page in a folder: the name of its file, its kind, its title, its description, and its day."""
 
     name: str
     kind: str
@@ -53,15 +53,15 @@ class Page(NamedTuple):
 
 @cache
 def read(name: str, folder: Path = FOLDER) -> str:
-    """Text of a file of this package, or of what is in another folder."""
+    """Return the text of a file of this package, or of another folder."""
     return (folder / name).read_text(encoding="utf-8")
 
 
 def page(kind: str, title: str, about: str, style: str, body: str, policy: str = PLOTS, **parts: str) -> str:
     """Text of a page: its head, with a style sheet over that of all, and a body, which is a template for parts.
 
-    The title, what the page is about and the parts are HTML. The policy says what the page may have next to its text:
-    nothing of a network.
+    The title, the description and the parts are HTML. The policy lists the allowed content next to its text: nothing
+    from a network.
     """
     said = re.sub(r" (?=[.,:;])", "", " ".join(re.sub("<[^>]*>", " ", about).replace('"', "&quot;").split()))
     return Template(read("page.html")).substitute(
@@ -70,7 +70,7 @@ def page(kind: str, title: str, about: str, style: str, body: str, policy: str =
 
 
 def scripts(*texts: str) -> str:
-    """Elements with what all scripts share, and with scripts, without the comments before functions."""
+    """Return elements with the shared code of all scripts, and with scripts, without the comments before functions."""
     return "\n".join(f"<script>\n{COMMENT.sub('', text)}</script>" for text in (read("scale.js"), *texts))
 
 
@@ -141,7 +141,7 @@ def way(pages: list[Page], here: str, index: bool) -> str:
 
 
 def runs_in(folder: Path) -> Iterator[str]:
-    """Entries of the index for the runs whose files lie in a folder: what came of each, its day, and its files."""
+    """Return entries of the index for the runs whose files lie in a folder: the end of each, its day, and its files."""
     for path in filter(Path.is_file, sorted(folder.glob("*.json"))):
         with path.open("rb") as file:
             said = RUN.match(file.read(HEAD).decode("utf-8", "replace"))
@@ -153,7 +153,7 @@ def runs_in(folder: Path) -> Iterator[str]:
 
 
 def folders_in(folder: Path) -> Iterator[str]:
-    """Entries of the index for the folders in it that have one of ours."""
+    """Return entries of the index for its folders that have an index of this project."""
     for path in sorted(folder.glob(f"*/{INDEX}")):
         if has_own_index(path.parent):
             yield (f'<li><a href="{escape(quote(path.parent.name))}/{INDEX}">{escape(path.parent.name)}</a> '

@@ -1,4 +1,4 @@
-"""How runs ended, in the words of the terminal and of the page, and whose they are."""
+"""The ends of runs, in the words of the terminal and of the page, and whether they are the user's own."""
 
 from collections.abc import Iterable, Sequence
 from typing import NamedTuple
@@ -14,9 +14,9 @@ SHORTEST = 0.1   # s, that are drawn of it at least
 
 
 def shown_until(runs: Iterable[tuple[Metrics | None, float]]) -> float | None:
-    """Time (s) to which runs, each with its end (s), are drawn: soon after the last crash, None for all of them.
+    """Return the time (s) to which runs, each with its end (s), are drawn: soon after the last crash, None for all.
 
-    Only where every run is lost early on: what comes after would hide how it came to that.
+    It is only for runs that are all lost early, because the rest would hide the way to the crash.
     """
     ends = []
     for metrics, end in runs:
@@ -29,25 +29,25 @@ def shown_until(runs: Iterable[tuple[Metrics | None, float]]) -> float | None:
 
 
 def modification(result: RunResult) -> str:
-    """What makes a run another one than its plan says; empty if nothing does."""
+    """Return the differences of a run from its plan; empty if there are none."""
     return f"modified run: {', '.join(result.provenance.differences)}" if (
         result.provenance is not None and result.modified) else ""
 
 
 def run_status(result: RunResult, reason: bool = True) -> list[str]:
-    """What a reader must know before anything else about a run: that it is another one, and what went wrong."""
+    """Return the most important facts about a run: its differences from the plan, and its errors."""
     went_wrong = [] if result.outcome == "completed" else [result.ending if reason else result.outcome]
     return [*filter(None, [modification(result)]), *went_wrong]
 
 
 def is_listed(result: RunResult, judgements: Judgements) -> bool:
-    """Whether tables list a run: of a procedure, which has dozens, only those that have something to tell."""
+    """Return True if tables list a run: of a procedure, which has dozens, only failed runs and those with claims."""
     return bool(result.plan.procedure is None or result.failure is not None
                 or judgements.get(result.plan.name))
 
 
 class Part(NamedTuple):
-    """Runs and what the procedures found that these belong to."""
+    """Runs with the outcomes of the procedures that these belong to."""
 
     results: list[RunResult]
     outcomes: list[Outcome]

@@ -82,7 +82,7 @@ def write_maps(path: Path, title: str, said: str, maps: Sequence[LawMap], words:
 
 
 def varies(values: Array) -> bool:
-    """Whether a metric differs between samples, so that it is worth a plot."""
+    """Return True if a metric differs between samples, so that it is worth a plot."""
     return len(values) > 0 and values.min() != values.max()
 
 
@@ -99,9 +99,9 @@ def design_text(about: Mapping[str, Any]) -> str:
 def data(table: pa.Table, about: Mapping[str, Any], metrics: Sequence[tuple[str, str]],
          drawn: np.ndarray[Any, np.dtype[np.intp]], shares: bool,
          mapped: LawMap | None) -> dict[str, Any]:
-    """What the page's script draws: columns in one unit each, which it begins with, and whether shares that pass.
+    """Return the data of the page's script: columns in one unit each, the first one shown, and whether shares pass.
 
-    Over what varies to the right and upwards in the map, if there is one.
+    The varied quantities to the right and upwards in the map are in it, if there is one.
     """
     chosen = table.take(pa.array(drawn))
     units = units_of(table)
@@ -146,9 +146,9 @@ def responses(shown: Mapping[str, Any]) -> str:
 
 
 def quantiles_table(table: pa.Table, about: Mapping[str, Any]) -> str:
-    """Least, median and largest value of every metric: first of those with limits, and how many are beyond.
+    """Return the least, median and largest value of every metric: first of those with limits, with counts beyond.
 
-    The others are folded then; what never happened in any sample is left out.
+    The others are folded then; an event that never happened in any sample is left out.
     """
     limited, others = [], []
     for name, unit, values in metrics_of(table):
@@ -205,7 +205,7 @@ def worst(table: pa.Table, about: Mapping[str, Any], metrics: Sequence[tuple[str
 
 
 def sensitivity_section(table: pa.Table, about: Mapping[str, Any]) -> str:
-    """Sobol indices as numbers over bars, and what has none; empty if there is nothing to say."""
+    """Return Sobol indices as numbers over bars, and the metrics without any; empty if there is nothing to show."""
     indices, notes = sensitivity(table, about)
     if not indices and not notes:
         return ""
@@ -223,9 +223,9 @@ def sensitivity_section(table: pa.Table, about: Mapping[str, Any]) -> str:
 
 
 def sensitivity(table: pa.Table, about: Mapping[str, Any]) -> tuple[dict[str, Mapping[str, Array]], list[str]]:
-    """Indices S1, ST of every metric that has some, as of SALib, and sentences that say why others, or all, have none.
+    """Return indices S1, ST, computed by SALib, of every metric that has some, and sentences on why others have none.
 
-    Each has the shape (number that vary,), as have their 95 % confidences S1_conf, ST_conf.
+    Each has the shape (varied quantities,), as have their 95 % confidences S1_conf, ST_conf.
     """
     if about["correlated"]:
         return {}, ["Sobol indices need what varies to be independent; some of it is correlated."]

@@ -1,4 +1,4 @@
-"""What a study found, for the terminal."""
+"""Results of a study, for the terminal."""
 
 import re
 from collections.abc import Iterator, Mapping
@@ -41,7 +41,7 @@ def passing_text(passing: int, count: int) -> str:
 
 
 def sample_table(table: pa.Table, about: Mapping[str, Any]) -> ResultTable:
-    """A row for each sample: what it sets, the metrics with limits, or else the main ones of each axis and motor."""
+    """Return a row for each sample: its settings, the metrics with limits, or else the main ones of axes and motors."""
     units = units_of(table)
     varied = [name for name in dict.fromkeys([*(parameter["name"] for parameter in about["vary"]), *about["targets"]])
               if name in table.column_names]

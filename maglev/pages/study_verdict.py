@@ -1,4 +1,4 @@
-"""Where a study's scenario holds and where it breaks: by what it fails, and from which values on."""
+"""Verdict on a study: the metrics by which samples fail, and the values from which on they do."""
 
 from collections.abc import Mapping, Sequence
 from html import escape
@@ -53,7 +53,9 @@ def nearest_to_limit(table: pa.Table, about: Mapping[str, Any]) -> tuple[float, 
 
 
 def telling(table: pa.Table, about: Mapping[str, Any]) -> list[str]:
-    """What varies, that first by which samples that pass and that fail differ most, in standard deviations."""
+    """Return the varied quantities by the difference of passing and failing samples in standard deviations, largest
+    first.
+    """
     passed = np.array(table["passed"].to_pylist())
 
     def apart(name: str) -> float:
@@ -66,7 +68,9 @@ def telling(table: pa.Table, about: Mapping[str, Any]) -> list[str]:
 
 
 def question(table: pa.Table, about: Mapping[str, Any]) -> str:
-    """What a study asks: whether a run holds for what varies, each from its least to its largest value."""
+    """Return the question of a study: does a run hold for the varied quantities, each from its least to its largest
+    value?
+    """
     varied = []
     for each in varied_of(table, about)[:MOST_NAMED]:
         tried = each.text(each.values.min(), each.values.max(), digits=3 if each.signed else 4)
@@ -78,7 +82,7 @@ def question(table: pa.Table, about: Mapping[str, Any]) -> str:
 
 
 def study_verdict(table: pa.Table, about: Mapping[str, Any]) -> str:
-    """What was asked and how many samples pass, and by what others fail; HTML."""
+    """Return the question, the number of samples that pass, and the reasons why others fail; HTML."""
     passed, reasons = np.array(table["passed"].to_pylist()), failing(table, about)
     share, name = nearest_to_limit(table, about)
     said = (f": the others fail by{f' {escape(reasons[0][1])}.' if len(reasons) == 1 else ''}" if reasons else
@@ -89,10 +93,10 @@ def study_verdict(table: pa.Table, about: Mapping[str, Any]) -> str:
 
 
 def where(table: pa.Table, about: Mapping[str, Any]) -> str:
-    """How the share of samples that pass goes with what varies, if some pass and some do not; HTML.
+    """Return the share of passing samples over each varied quantity, if some pass and some do not; HTML.
 
-    Of a grid at which values all pass and all fail; of values at random the share in each part of them, with its
-    uncertainty, and what has no clear influence.
+    For a grid it gives the values at which all pass and all fail. For random values it gives the share in each part of
+    them, with its uncertainty, and the quantities without a clear influence.
     """
     passed = np.array(table["passed"].to_pylist())
     if passed.all() or not passed.any():
@@ -141,7 +145,7 @@ def passing_shares(varied: Varied, passed: Bools) -> list[Part]:
 
 
 def has_influence(parts: Sequence[Part], level: float) -> bool:
-    """Whether shares differ by more than by chance: Pearson's test of homogeneity, below a level."""
+    """Return True if shares differ by more than by chance: Pearson's test of homogeneity, below a level."""
     counts = np.array([[part.passing, part.samples - part.passing] for part in parts])
     return len(parts) > 1 and bool(chi2_contingency(counts, correction=False).pvalue < level)
 

@@ -1,6 +1,6 @@
-"""What laws tolerate: outcomes of runs in which two things get worse at a time, as maps.
+"""Tolerances of laws: outcomes of runs in which two conditions get worse at a time, as maps.
 
-Studies find them; those of the stages come with the package, as data that `studies/tolerances` writes.
+Studies compute them. Those of the stages come with the package, as data that `studies/tolerances` writes.
 """
 
 from dataclasses import dataclass
@@ -20,7 +20,7 @@ TOOL = "python -m studies.tolerances"
 
 @dataclass(frozen=True)
 class Worse:
-    """What gets worse along a side of a map, from what it is without."""
+    """A condition that gets worse along a side of a map, from its harmless value."""
 
     name: str
     unit: str
@@ -42,7 +42,7 @@ class Worse:
 
 @dataclass(frozen=True)
 class Question:
-    """Two things that get worse together: the sides of a map."""
+    """Two conditions that get worse together: the sides of a map."""
 
     name: str
     along: Worse

@@ -1,4 +1,4 @@
-"""What varies in a study, in the unit that people read: a percentage as such, with its nominal value."""
+"""The varied quantities of a study, in units for people: a percentage as such, with its nominal value."""
 
 from collections.abc import Mapping
 from typing import Any, NamedTuple

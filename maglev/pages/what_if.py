@@ -1,4 +1,4 @@
-"""What if friction were zero: the runs behind claims whose reasons blame it, run again without it."""
+"""Runs without friction: the runs of missed claims whose reasons blame friction are run again without it."""
 
 from collections.abc import Callable, Sequence
 from dataclasses import replace
@@ -17,7 +17,7 @@ FRICTION = (".friction.coulomb", ".friction.viscous")   # ends of the names of i
 
 
 class Again(NamedTuple):
-    """What runs without friction gave: the runs, what procedures found in them, and every claim with the verdict."""
+    """Results of the runs without friction: the runs, outcomes of procedures, and every claim with its verdict."""
 
     runs: Sequence[RunResult] = ()
     outcomes: Sequence[Outcome] = ()
@@ -29,9 +29,9 @@ NOTHING = Again()
 
 def run_frictionless(experiments: Sequence[Experiment], verdicts: Judgements,
                      run_all: Callable[[list[Experiment]], list[RunResult]]) -> Again:
-    """Run again, of experiments that were run, what claims rest on that were missed and whose reasons blame friction.
+    """Run again, without friction, the experiments of missed claims whose reasons blame it.
 
-    The verdicts, by run or procedure, are given back with what comes out `without` it.
+    The result has every verdict, by run or procedure, with the one `without` friction.
     """
     blamed = {name: missed for name, claims in verdicts.items() if (missed := blames(claims, "friction"))}
     again = [without_friction(experiment) for experiment in with_needed(experiments, blamed)]
@@ -48,7 +48,7 @@ def run_frictionless(experiments: Sequence[Experiment], verdicts: Judgements,
 
 
 def without_friction(experiment: Experiment) -> Experiment:
-    """The experiment with all Coulomb and viscous friction of its FMUs at 0; what differs is in its `changes`."""
+    """Return the experiment with all Coulomb and viscous friction of its FMUs at 0, listed in its `changes`."""
     friction = {full: value for full, value in experiment.parameters().items() if full.endswith(FRICTION) and value}
     plan = experiment.plan
     fmus = {name: fmu.model_copy(update={"start": {
