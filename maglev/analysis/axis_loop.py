@@ -25,10 +25,10 @@ MOST_AXES = 3   # that the solver takes at once
 class AxisLoop:
     """Deviations χ of one axis from rest at its reference: (χ[k+1] − χ[k])/Ts = A χ − (B + E Ec wᵀ) φ(u), u = K χ.
 
-    φ(u) = u − sat(u) is what the limits cut off the m commands. On a stage without tilts there is one. Where the
-    platform tilts, a current that is cut off moves other axes than the one that asked for it: they are states, too, and
-    every motor has a limit of its own. A divided difference instead of χ[k+1] keeps the numbers of a fast sampled loop
-    well apart from 1; with Ts = 0 the same letters are a loop in continuous time, χ' = ….
+    φ(u) = u − sat(u) is the part of the m commands beyond the limits. On a stage without tilts there is one command.
+    Where the platform tilts, a limited current moves further axes than its own. They are states, too, and every motor
+    has a limit of its own. A divided difference instead of χ[k+1] keeps the numbers of a fast sampled loop well apart
+    from 1. With Ts = 0 the same letters are a loop in continuous time, χ' = ….
     """
 
     name: str   # plant, controller, axis and gap
@@ -96,16 +96,16 @@ def stage_and_regulators(stage: str | Path) -> tuple[StageDescription, str, list
 def axis_loop(description: str | Path, axis: str, gap: Quantity, *, controller: str | None = None,
               plant_parameters: Mapping[str, Quantity | bool] | None = None,
               controller_parameters: Mapping[str, Quantity | bool] | None = None) -> AxisLoop:
-    """Linear loop of one axis, all others at rest, with what limits it.
+    """Return the linear loop of one axis, all others at rest, with its limits.
 
     The loop is that of `maglev.linear`: sampled, with observer and the lag of the amplifiers. At a frozen gap a
     horizontal axis of the feedback-linearised motor is linear; the vertical one is linearised. Where the platform
-    tilts, the loop is that without bias along the horizontal axes, so that level motors carry alike; what the bias
-    takes of each current is taken from its limits.
+    tilts, the loop is that without bias along the horizontal axes, so that level motors carry alike; the bias reduces
+    the limit of each current.
 
-    Stage, axis, gap and controller are as of `maglev.region`, the parameters those of the FMUs that differ from their
-    start values. StabilityError if there is no such stage, axis or output regulator, its commands have no limit, or the
-    loop is not stable; LinearModelError if a parameter cannot be used, or the stage cannot rest at this gap.
+    See `maglev.region` for stage, axis, gap and controller. The parameters are those of the FMUs that differ from
+    their start values. StabilityError if there is no such stage, axis or output regulator, its commands have no limit,
+    or the loop is not stable. LinearModelError if a parameter cannot be used, or the stage cannot rest at this gap.
     """
     described, stage, regulators = stage_and_regulators(description)
     vertical = described.vertical.name

@@ -1,10 +1,10 @@
-"""Derivatives of what a participant does, by central differences of its responses, with what they are worth.
+"""Derivatives of a participant's outputs, by central differences of its responses, with estimated errors.
 
-An input is pushed by ± a size for one sample, and the responses are taken apart; at six sizes, so that what has no
-derivative is found: a rounding, a dead zone or a step changes with the size, a kink with the sign; and some samples
-later, for a law that samples more slowly than its loop is no linear system at the loop's samples. Of the largest two
-sizes at which the law is smooth Richardson's extrapolation is taken; how far it is from the smaller of them is the
-estimate of the error.
+An input is pushed by ± a size for one sample, and the difference of the responses is taken. Six sizes find a function
+without a derivative: a rounding, a dead zone or a step changes with the size, a kink with the sign. A push some samples
+later finds a law that samples more slowly than its loop, which is no linear system at the loop's samples. Richardson's
+extrapolation uses the largest two sizes at which the law is smooth; its distance from the smaller of them estimates the
+error.
 """
 
 from collections.abc import Sequence
@@ -76,7 +76,9 @@ def pushed(base: Array, number: int, push: float, samples: int, later: int = 0) 
 
 
 def varying(part: Participant, base: Array, number: int, push: float) -> str:
-    """Why this is no linear system at these samples: a later push has another response; empty if it has the same."""
+    """Return the reason why this is no linear system at these samples: a later push has another response; empty if
+    equal.
+    """
     now = central(part, base, number, push, WINDOW)
     for later in range(1, LATER + 1):
         then = central(part, base, number, push, WINDOW, later)

@@ -33,7 +33,9 @@ class EmulatorError(MaglevError):
 
 
 class Answer(NamedTuple):
-    """What comes back: a status, instructions since the values came, the deepest stack until then (bytes), outputs."""
+    """The answer of the emulator: a status, instructions since the values came, the deepest stack until then (bytes),
+    outputs.
+    """
 
     status: int
     instructions: int
@@ -42,7 +44,7 @@ class Answer(NamedTuple):
 
 
 def require_emulator() -> str:
-    """Path of QEMU; EmulatorError with what to do if it is not installed."""
+    """Return the path of QEMU; EmulatorError with the remedy if it is not installed."""
     path = shutil.which(PROGRAM)
     if path is None:
         raise EmulatorError(MISSING)
@@ -75,7 +77,7 @@ class Emulator:
             self.process.wait(PATIENCE)
 
     def exchange(self, values: Array) -> Answer:
-        """Give the values of a sample, shape (m,), and take what comes back."""
+        """Send the values of a sample, shape (m,), and return the answer."""
         assert self.process.stdin is not None and self.process.stdout is not None
         try:
             self.process.stdin.write(values.astype(DOUBLE, copy=False).tobytes())

@@ -1,8 +1,8 @@
-"""`frequency_response`: the response of a loop that runs, with all that is not linear in it, by injection.
+"""`frequency_response`: the response of a running loop with all its nonlinearities, by injection.
 
-A multisine r is added to a measurement m = y + r between plant and controller. Of the loop opened there, L of 1 + L,
-L = −Y/M at each line, whatever the controller is inside, and whether or not it has a derivative. Several multisines of
-other phases tell what is linear: what is not changes with the phases, and so does noise.
+A multisine r is added to a measurement m = y + r between plant and controller. Of the loop opened there, L of 1 + L, L
+= −Y/M at each line, whatever the controller is inside, and whether or not it has a derivative. Several multisines of
+other phases show the linear part: the rest changes with the phases, and so does noise.
 
 R. Pintelon, J. Schoukens, System Identification: A Frequency Domain Approach, 2nd ed., Wiley 2012, chapters 2 to 5.
 """
@@ -41,7 +41,7 @@ def frequency_response(plant: str | Path, controller: Given, at: Mapping[str, Qu
                        plant_parameters: Settings | None = None, controller_parameters: Settings | None = None,
                        sample_time: Quantity | None = None, stage: str | Path | None = None,
                        timeout: float = TIMEOUT) -> dict[str, FrequencyResponse]:
-    """Simulate a loop with a multisine on a measurement, and give the response of the loop opened there.
+    """Simulate a loop with a multisine on a measurement, and return the response of the loop opened there.
 
     The loop is measured as it runs at that amplitude: with friction, rounding, limits.
 
@@ -51,21 +51,21 @@ def frequency_response(plant: str | Path, controller: Given, at: Mapping[str, Qu
         Measurements, one after the other, such as "y" or "y.measured"; of a platform that tilts "roll.measured" or
         "alpha1.gap_measured"; that of every axis if not given.
     amplitude : float or str
-        Peak of what is added, m or rad or with a unit.
+        Peak of the added signal, m or rad or with a unit.
     lowest, highest : float or str
         rad/s or with a unit; a period takes 2π/lowest.
     lines, realisations, periods : int
         Frequencies; multisines, at least two; periods that are recorded of each, after those of at least 4 s.
     smooth : bool
-        Without Coulomb friction and rounding of the encoders, as the linear model has it.
+        Simulate without Coulomb friction and rounding of the encoders, as in the linear model.
     linear : bool
-        Whether the linear loop is looked for, too: from the equations where both are ours, otherwise by differences.
+        Also compute the linear loop: from the equations if both FMUs are of this project, otherwise by differences.
     settle, timeout : float
-        Time before that, at most, s; and as of `linearise_numerically`.
+        Longest time before the measurement, s; for the timeout see `linearise_numerically`.
     seed : int
         Of the phases.
     plant, controller, at, ports, plant_parameters, controller_parameters, sample_time, stage, fmus, kind, fmi
-        As of `AskedPair`, the last three as of `run`.
+        See `AskedPair`, and `run` for the last three.
 
     Returns
     -------
@@ -75,7 +75,7 @@ def frequency_response(plant: str | Path, controller: Given, at: Mapping[str, Qu
     Raises
     ------
     LinearModelError, FmuError, ControllerError, ScenarioError
-        As of `make_pair` and `resting_pair`, or if the grid or a signal is none.
+        See `make_pair` and `resting_pair`; also raised if the grid or a signal cannot be used.
     """
     for name, number, least in (("lines", lines, 1), ("realisations", realisations, 2), ("periods", periods, 1),
                                 ("seed", seed, 0)):   # what two realisations differ by is the error
@@ -118,7 +118,7 @@ def measured_at(rest: Rest, name: str, peak: float, grid: Grid, seeds: range, pe
 
 
 def read_amplitude(pair: Pair, name: str, amplitude: Quantity) -> float:
-    """Peak of what is added to a signal, m or rad."""
+    """Return the peak of the signal added to a measurement, m or rad."""
     axis = next((known for known in pair.stage.axes if known.name == name.rpartition(".")[0]), None)
     with refused_as(LinearModelError, "amplitude"):
         size = parse_quantity(amplitude, "m" if axis is None else axis.unit("m"))
@@ -128,7 +128,7 @@ def read_amplitude(pair: Pair, name: str, amplitude: Quantity) -> float:
 
 
 def linear_loop_of(asked: AskedPair, settle: float) -> tuple[Loop | None, str]:
-    """The linear loop, of ours from their equations, of others by differences; or None, and why there is none."""
+    """Return the linear loop, from the equations of this project or by differences; or None, and the reason."""
     if asked.plant in plants() and asked.controller in controllers() and asked.sample_time is None:
         plant, law = str(asked.plant), str(asked.controller)
         return linearise_loop(plant, law, asked.at, plant_parameters=asked.plant_parameters,
@@ -138,9 +138,10 @@ def linear_loop_of(asked: AskedPair, settle: float) -> tuple[Loop | None, str]:
 
 
 def injected(rest: Rest, name: str, added: Array) -> tuple[Array, Array]:
-    """Run on with something added to a signal (m or rad): what came back, −y, and what was measured, shapes (samples,).
+    """Continue the run with a signal (m or rad) added to one; return the returned −y and the measured values,
+    (samples,).
 
-    As deviations from where it rested.
+    They are deviations from the point of rest.
     """
     read, changed = rest.pair.openings[name]
     way, references = changed.tolist(), list(rest.pair.references.values())

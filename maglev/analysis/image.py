@@ -1,4 +1,4 @@
-"""The C of a controller for a microcontroller; and what a Cortex-M7 of an emulator runs of it, linked by zig."""
+"""The C of a controller for a microcontroller, and its executable for an emulated Cortex-M7, linked by zig."""
 
 import struct
 from collections.abc import Mapping

@@ -1,4 +1,4 @@
-"""Processor in the loop: an emulated controller takes its place in a run, as an FMU would; and what it takes there."""
+"""Processor in the loop: an emulated controller in a run, in the role of an FMU, and its costs."""
 
 from collections.abc import Mapping
 from dataclasses import asdict, dataclass
@@ -33,7 +33,7 @@ class Emulated(BlockSlave):
 
     @property
     def values(self) -> Array:
-        """What a sample is given, shape (settable variables,)."""
+        """Return the values for a sample, shape (settable variables,)."""
         return np.array([float(look(*slot)) for slot in self.settable])
 
     def setup_experiment(self, start_time: float, stop_time: float | None = None, *_: Any) -> None:
@@ -85,7 +85,7 @@ def in_the_loop(experiment: Experiment, place: str, emulated: Emulated,
 
 @dataclass(frozen=True)
 class Measured:
-    """What a controller takes on a Cortex-M7, and that it gives there what the run on this machine gives."""
+    """The costs of a controller on a Cortex-M7, whose signals are those of the run on this machine."""
 
     controller: str
     run: str
@@ -110,7 +110,7 @@ class Measured:
         return self.most * self.cycles / self.clock
 
     def as_data(self) -> dict[str, Any]:
-        """The same as JSON has it, SI."""
+        """Return it in JSON form, SI."""
         return asdict(self) | {"time": self.time}
 
     def __str__(self) -> str:

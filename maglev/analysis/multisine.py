@@ -1,4 +1,4 @@
-"""A sum of sines that are periodic together: what a loop is excited with, its lines, and its crest factor."""
+"""A sum of sines with a common period, which excites a loop: its lines, and its crest factor."""
 
 from dataclasses import dataclass
 from math import pi
@@ -46,10 +46,10 @@ def make_grid(lowest: float, highest: float, lines: int, step: float) -> Grid:
 
 
 def multisine(grid: Grid, peak: float, seed: int) -> Array:
-    """One period, shape (samples,), of lines with one amplitude and random phases, scaled to a peak.
+    """Return one period, shape (samples,), of lines with one amplitude and random phases, scaled to a peak.
 
     The phases are improved by clipping (van der Ouderaa, Schoukens, Renneboog, IEEE Trans. Instrum. Meas. 37, 1988):
-    what is clipped keeps its phases, and gets its amplitudes back.
+    the clipped signal keeps its phases, and gets its amplitudes back.
     """
     random = np.random.default_rng(seed)
     lines = np.array(grid.harmonics)

@@ -1,4 +1,4 @@
-"""`linearise_numerically`: the linear loop of any plant and controller, by differences of what they do."""
+"""`linearise_numerically`: the linear loop of any plant and controller, by differences of their responses."""
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
@@ -39,19 +39,19 @@ class NumericalLoop:
     ----------
     pair : Pair
     derivatives : tuple of Derivative
-        Of the controller with respect to each of its inputs; of a plant that is not ours with respect to the commands.
+        Of the controller with respect to each of its inputs, and of a third-party plant with respect to the commands.
     loop : Loop or None
         None where a derivative does not exist.
     rough : Loop or None
-        The same by the smaller pushes alone: what differs from it tells the error.
+        The same by the smaller pushes alone: the difference shows the error.
     misfit : float
-        How far the responses of the state space are from those that were recorded, relative to the largest.
+        Difference of the responses of the state space from the recorded ones, relative to the largest.
     means : str
-        How the controller was brought back to its point: by its state or by its past.
+        Way of bringing the controller back to its point: by its state or by its past.
     moving : float
-        How far what is measured still moved in the last half second before that, m or rad.
+        Motion of the measurements in the last half second before that, m or rad.
     exact : bool
-        Whether the controller's matrices are derivatives of its code; otherwise they are made of the responses.
+        True if the controller's matrices are derivatives of its code; otherwise they are made of the responses.
     """
 
     pair: Pair
@@ -68,7 +68,7 @@ class NumericalLoop:
 
     @property
     def why_not(self) -> str:
-        """Why there is no linear loop; empty if there is one."""
+        """Return the reason if there is no linear loop, else an empty text."""
         return "; ".join(f"{slope.name} has no derivative here: {slope.verdict}" for slope in self.derivatives
                          if slope.verdict) or (
             "" if self.loop is not None else
@@ -82,7 +82,7 @@ class NumericalLoop:
         return self.loop
 
     def margins(self, at: str) -> Margins:
-        """Margins of the loop opened at a signal, as of `Loop.margins`."""
+        """Return the margins of the loop opened at a signal; see `Loop.margins`."""
         return self.linear().margins(at)
 
     def errors(self, at: str) -> dict[str, float]:
@@ -94,7 +94,7 @@ class NumericalLoop:
                 for name, value in vars(margins).items() if isinstance(value, float)}
 
     def __str__(self) -> str:
-        """Table of the derivatives, and what the state space is worth."""
+        """Return the table of the derivatives, and the quality of the state space."""
         rows = [["derivative with respect to", "error", "holds to", ""]]
         for slope in self.derivatives:
             unit, by = ("mA", 1e3) if slope.name.endswith("_cmd") else ("µm", 1e6)
@@ -112,7 +112,7 @@ class NumericalLoop:
         return text
 
     def as_data(self) -> dict[str, Any]:
-        """What it is as JSON has it."""
+        """Return it in JSON form."""
         return {"derivatives": [{"input": slope.name, "error": slope.error, "holds_to": slope.holds_to,
                                  "verdict": slope.verdict} for slope in self.derivatives],
                 "misfit": self.misfit, "moving": self.moving, "means": self.means, "exact": self.exact,
@@ -127,37 +127,37 @@ def linearise_numerically(plant: str | Path, controller: Given, at: Mapping[str,
                           plant_parameters: Settings | None = None, controller_parameters: Settings | None = None,
                           sample_time: Quantity | None = None, stage: str | Path | None = None,
                           timeout: float = TIMEOUT) -> NumericalLoop:
-    """Linearise the loop of any controller, and of any plant, where it comes to rest.
+    """Linearise the loop of any controller and any plant about its point of rest.
 
     The loop runs until it rests, without Coulomb friction and rounding where the plant has parameters for them. There
     each input of the controller is pushed for one sample, up and down, by several sizes, and a state space is made of
-    the responses: nothing is asked of the controller but that it can be brought back to that point, by its own saved
-    state or by its past. Of a Python class that keeps to what native FMUs can have, the state space is exact: the
-    derivative of its code, with the responses to hold it to. A plant of ours is linearised from its equations, see
-    `linearise`; another one as the controller is.
+    the responses. The controller only has to return to that point, by its own saved state or by its past. For a Python
+    class in the subset of native FMUs, the state space is exact: the derivative of its code, checked against the
+    responses. A plant of this project is linearised from its equations, see `linearise`; any other like the
+    controller.
 
     Parameters
     ----------
     openings : sequence of str
-        Where the loop is going to be opened: a signal that it does not have is refused before it runs.
+        Signals at which the loop will be opened; an unknown one raises an error before the run.
     references : bool
-        Whether references and their rates are inputs of the linear controller, next to what it measures.
+        Also take references and their rates as inputs of the linear controller, with its measurements.
     settle : float
-        How long the loop runs at most before it is perturbed, s.
+        Longest run of the loop before the pushes, s.
     timeout : float
         Longest time that a step of a third-party FMU may take, s; it runs in a process of its own.
     plant, controller, at, ports, plant_parameters, controller_parameters, sample_time, stage, fmus, kind, fmi
-        As of `AskedPair`, the last three as of `run`.
+        See `AskedPair`, and `run` for the last three.
 
     Returns
     -------
     NumericalLoop
-        Also where a controller has no derivative: it says so, and where.
+        A controller without a derivative has one, too, with the reason and the signal.
 
     Raises
     ------
     LinearModelError, FmuError, ControllerError, ScenarioError
-        As of `make_pair` and `resting_pair`.
+        See `make_pair` and `resting_pair`.
     """
     asked = with_fmus(AskedPair(plant, controller, at, Path(), ports, plant_parameters, controller_parameters,
                                 sample_time, stage), openings, True, fmus, kind, fmi)
@@ -213,7 +213,7 @@ def named_model(inputs: tuple[str, ...], outputs: tuple[str, ...], name: str, pa
 
 
 def stages_of(rest: Rest, parameters: Settings) -> tuple[list[tuple[LinearModel, float]], tuple[Derivative, ...]]:
-    """The plant where it rests: of ours from its equations; of another by differences, and roughly."""
+    """Return the plant at rest: of this project from its equations; any other by differences, also roughly."""
     pair = rest.pair
     if pair.own_plant is not None:
         block = block_of(pair.own_plant, parameters)

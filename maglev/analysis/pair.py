@@ -1,4 +1,4 @@
-"""A plant and a controller, each ours or anybody's: made ready to run about a point, and run until they rest."""
+"""Any plant and controller: made ready to run about a point, and run until they rest."""
 
 from collections.abc import Callable, Collection, Iterator, Mapping, Sequence
 from contextlib import contextmanager
@@ -53,7 +53,7 @@ Found = TypeVar("Found")
 
 @dataclass(frozen=True)
 class Pair:
-    """A plant and a controller with what connects them."""
+    """A plant and a controller with their connections."""
 
     stage: StageDescription
     plant: FmuSetup
@@ -98,7 +98,7 @@ class Pair:
 
 
 def measured_among(at: str, known: Collection[str], pair: str) -> str:
-    """Full name of a measured signal that a user names; LinearModelError if it is none of those that are known."""
+    """Return the full name of a measured signal that a user names; LinearModelError if it is not known."""
     for name in (at, f"{at}.measured", f"{at}.gap_measured"):
         if name in known:
             return name
@@ -120,23 +120,23 @@ class Rest:
 
 @dataclass(frozen=True)
 class AskedPair:
-    """A plant and a controller as a user asks for them.
+    """A plant and a controller by the user's arguments.
 
     Attributes
     ----------
     plant, controller : str, Path, type or object
-        Names of FMUs of this project, as of `linearise`, or paths of FMUs or Python files; a controller also a class,
-        or an object of one.
+        Names of FMUs of this project, see `linearise`, or paths of FMUs or Python files. A controller can also be a
+        class, or an object of one.
     at : mapping of str to float or str
-        Position of each axis, as of `linearise`.
+        Position of each axis, see `linearise`.
     fmus, ports : Path, and as of `maglev.run`
-        Where the FMUs of this project are, and what others call their ports.
+        Folder of this project's FMUs, and the map of ports of other FMUs.
     plant_parameters, controller_parameters : mapping, optional
         Parameters that differ from their start values.
     sample_time : float or str, optional
-        s or with a unit; that which the controller has as a parameter or in its map, or the stage's, if not given.
+        s or with a unit; if not given, that of the controller's parameter or of its map, or the stage's.
     stage : path, optional
-        Description of a stage of yours, see `know_stage`.
+        Description of your own stage, see `know_stage`.
     """
 
     plant: str | Path
@@ -156,7 +156,7 @@ class AskedPair:
 
 
 class Part(NamedTuple):
-    """A plant or a controller that was asked for: its role, its name, its file, what others call its ports, and it."""
+    """A requested plant or controller: its role, its name, its file, its names for the ports, and its description."""
 
     role: str
     name: str
@@ -214,7 +214,7 @@ def with_fmus(asked: AskedPair, signals: Sequence[str], commands: bool, fmus: st
 
 
 def require_names(asked: AskedPair, signals: Sequence[str], commands: bool) -> None:
-    """Refuse what is no signal, axis or parameter, as far as that is known of a plant or a controller of ours."""
+    """Refuse an unknown signal, axis or parameter, as far as those of this project's plant or controller are known."""
     if asked.stage is not None:
         know_stage(asked.stage)
     for given, known, parameters in ((asked.plant, plants(), asked.plant_parameters),
@@ -235,7 +235,7 @@ def require_names(asked: AskedPair, signals: Sequence[str], commands: bool) -> N
 
 
 def part_of(role: str, given: Given, known: Collection[str], fmus: Path, maps: Mapping[str, PortMap]) -> Part:
-    """What a user gives as a plant or a controller, by a name that is known or by its file."""
+    """Return a plant or a controller that a user gives, by a known name or by its file."""
     if given in known:
         name, file = str(given), current_fmu(str(given), fmus)
     else:
@@ -276,7 +276,7 @@ def stage_with(variables: Mapping[str, object]) -> StageDescription:
 
 
 def read_values(name: str, settings: Settings, description: ModelDescription) -> dict[str, float | bool]:
-    """Values of parameters, SI: of our FMUs checked by their table, of others by their model description."""
+    """Return values of parameters, SI: checked by the table of this project's FMU, or by another model description."""
     if name in plants() or name in controllers():
         known = {v.name: Parameter.of(v) for v in STAGES.definition(name).variables if v.causality == "parameter"}
     else:
@@ -370,6 +370,6 @@ def apart(function: Callable[..., Found], files: Sequence[Path], timeout: float,
 
 
 def work(function: Callable[..., Any], arguments: Sequence[Any], send: Send) -> Any:
-    """Call the function in this process; each step of what it runs is a sign of life."""
+    """Call the function in this process; each step of its runs is a sign of life."""
     participant.SIGN_OF_LIFE[:] = [partial(send, (0, 1))]
     return function(*arguments)

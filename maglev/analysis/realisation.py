@@ -1,8 +1,8 @@
-"""State space of what is only known by its responses to one sample: Ho and Kalman's realisation on a geometric grid.
+"""State space from responses to one sample alone: Ho and Kalman's realisation on a geometric grid.
 
-Of a linear system y[k] = Σ h[j] u[k − j] with h[0] = D, h[j] = C A^(j−1) B any matrix of blocks h[1 + r_i + c_j] is a
-product O R with rows C A^(r_i) of O and columns A^(c_j) B of R. With r and c that grow geometrically, a few dozen of
-them see an observer that is over in ten samples and an integrator that takes thousands.
+A linear system is y[k] = Σ h[j] u[k − j] with h[0] = D, h[j] = C A^(j−1) B. Any matrix of its blocks h[1 + r_i + c_j]
+is a product O R with rows C A^(r_i) of O and columns A^(c_j) B of R. With r and c that grow geometrically, a few dozen
+of them see an observer that is over in ten samples and an integrator that takes thousands.
 
 B. L. Ho, R. E. Kálmán, Effective construction of linear state-variable models from input/output functions,
 Regelungstechnik 14, 1966.
@@ -32,10 +32,10 @@ class Realisation(NamedTuple):
 
 
 def realise(responses: Array) -> Realisation:
-    """State space of responses to one sample, shape (samples, outputs, inputs), the first of which is D.
+    """Return the state space of responses to one sample, shape (samples, outputs, inputs), the first of which is D.
 
-    The number of states is where the singular values fall most, of those that are enough for the responses: what is
-    behind it is noise, and a state that fits noise may well be an unstable one.
+    The number of states is where the singular values fall most, among numbers that are enough for the responses. The
+    rest is noise, and a state that fits noise may well be unstable.
     """
     samples, outputs, inputs = responses.shape
     most = float(np.abs(responses).max())

@@ -37,9 +37,9 @@ HALVINGS = 7
 class StepRuns(RepeatedRun):
     """Steps of one axis of a stage, run one by one; a context manager that frees the FMUs.
 
-    A horizontal axis steps from one side of the middle to the other, so that the stops are as far away as can be; the
-    vertical one steps to the gap (m or with a unit), a tilt to level. With `locked` the gap is held by force, as the
-    linear model of a horizontal axis has it. `plant` and `settings` are parameters of plant and controller.
+    A horizontal axis steps from one side of the middle to the other, as far from the stops as possible. The vertical
+    one steps to the gap (m or with a unit), a tilt to level. With `locked` the gap is held by force, as in the linear
+    model of a horizontal axis. `plant` and `settings` are parameters of plant and controller.
     """
 
     def __init__(self, stage: str | Path, axis: str, gap: Quantity, controller: str, plant: Settings,
@@ -65,7 +65,9 @@ class StepRuns(RepeatedRun):
                                       "plant.at_stop"})
 
     def stops(self) -> tuple[float, float, float]:
-        """Where the axis meets its stops, at the motors where the platform tilts, and how near a run may begin."""
+        """Return the places where the axis meets its stops, at the motors if the platform tilts, and the margin for a
+        start.
+        """
         stage, plant, middle = self.stage, self.plant, self.middle[self.axis]
         if self.centred or not stage.rotations:
             stop = plant.axes[stage.axis_number(self.axis)].stop
@@ -132,7 +134,7 @@ def region(stage: str | Path, axis: str, gap: Quantity, *, controller: str | Non
            set: Mapping[str, Quantity | bool] | None = None, synthesise: bool = False, decay: float = DECAY,
            step: Quantity | None = None, run: bool = True, fmus: str | Path | None = None,
            kind: str | None = None, fmi: int = 2) -> Region:
-    """Say how large a step an axis takes although its command is limited, with and without anti-windup.
+    """Return the largest step that an axis takes with its limited command, with and without anti-windup.
 
     Certified: an ellipsoid by linear matrix inequalities from which the linear loop comes back for certain. Simulated:
     the same loop, step by step. Held: the FMUs, with friction, stops and a gap that moves, which the certificate
@@ -146,7 +148,7 @@ def region(stage: str | Path, axis: str, gap: Quantity, *, controller: str | Non
         "v", "h" or "y", "x", "z", or a tilt, whose lengths are in rad. Where the platform tilts, the certificate is
         also of the axes that the limits of the currents move; x and z take minutes.
     gap : float or str
-        Air gap at which everything else rests, m or text such as "25 mm".
+        Air gap at which the other axes rest, m or text such as "25 mm".
     controller : str, optional
         An output regulator; the nonlinear one if not given.
     set : mapping of str to value, optional
@@ -156,12 +158,12 @@ def region(stage: str | Path, axis: str, gap: Quantity, *, controller: str | Non
     decay : float
         Rate at which, with these, states in the ellipsoid are to decay at least, 1/s.
     step : float or str, optional
-        Step of the responses, m; if not given, the largest certified one of the first candidate, or what the stops
-        leave room for.
+        Step of the responses, m; if not given, the largest certified one of the first candidate, or the largest within
+        the stops.
     run : bool
-        Whether to run steps with the FMUs, a dozen or two for each candidate; Python FMUs take a minute or two.
+        Also run steps with the FMUs, a dozen or two for each candidate; Python FMUs take a minute or two.
     fmus, kind, fmi
-        As of `run`.
+        See `run`.
 
     Raises
     ------

@@ -1,4 +1,4 @@
-"""What `region` finds: largest steps, certified, simulated and run, as text, data and picture."""
+"""The result of `region`: largest steps, certified, simulated and run, as text, data and picture."""
 
 from dataclasses import dataclass
 from textwrap import fill
@@ -41,7 +41,7 @@ class RunSteps:
 
 @dataclass(frozen=True, eq=False)
 class Candidate:
-    """What one choice of antiwindup gains gives."""
+    """The results for one choice of antiwindup gains."""
 
     name: str   # "as set", "without" or "synthesised"
     unit: str   # of the axis, "m" or "rad"
@@ -69,11 +69,11 @@ class Candidate:
 
     @property
     def responses(self) -> dict[str, Response]:
-        """Responses by what answers: "linear" and, if it was run, "run"."""
+        """Return the responses by source: "linear" and, if it was run, "run"."""
         return {"linear": self.response, **({"run": self.run.response} if self.run else {})}
 
     def row(self) -> dict[str, str]:
-        """What is said of the candidate, by the titles of the lines."""
+        """Return the cells of the candidate, by the titles of the lines."""
         cells = {"anti-windup": self.name, **{f"Ec{k}": f"{gain:.3g}" for k, gain in enumerate(self.gains, 1)}}
         unit = f"(m{self.unit})"
         cells[f"certified {unit}"], cells[f"held {unit}"] = self.largest

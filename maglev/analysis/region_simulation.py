@@ -56,7 +56,8 @@ class Samples:
 
 
 def comes_back(loop: AxisLoop, certificate: Certificate, states: Array) -> Bools:
-    """Whether states, the columns of an array of shape (n, c), come back to rest: into the certified ellipsoid."""
+    """Return True for each state, a column of an array of shape (n, c), that comes back into the certified ellipsoid.
+    """
     samples = Samples(loop, certificate.gains)
     back = np.zeros(states.shape[1], bool)
     going = np.arange(states.shape[1])

@@ -1,4 +1,4 @@
-"""A frequency response that was measured, with its margins, as text, JSON, python-control's type and a picture."""
+"""A measured frequency response with its margins, as text, JSON, python-control's type and a picture."""
 
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
@@ -41,22 +41,22 @@ class FrequencyResponse:
     at : str
         The signal.
     equilibrium : Equilibrium
-        Where it ran.
+        The point of the run.
     grid : Grid
     amplitude : float
-        Peak of what was added, m or rad.
+        Peak of the added signal, m or rad.
     crest : float
         Its crest factor.
     periods : int
-        That were recorded of each multisine.
+        Recorded periods of each multisine.
     returned, measured : ndarray of complex, shape (realisations, lines)
-        What came back, −y, and what the controller measured, y + r, by what was added.
+        The returned signal, −y, and the controller's measurement, y + r, over the added signal.
     coherence : ndarray, shape (lines,)
-        Of what came back with what was added, 0…1: how much of it is a linear answer.
+        Of the returned with the added signal, 0…1: the linear share of the answer.
     linear : Loop or None
         The linear loop, if it was asked for and exists.
     why_not : str
-        Why there is no linear loop.
+        The reason if there is no linear loop.
     """
 
     name: str
@@ -89,7 +89,7 @@ class FrequencyResponse:
         return errors
 
     def left_out(self) -> list[tuple[Complex, Complex]]:
-        """Means of what came back and was measured without each of the multisines in turn."""
+        """Return the means of returned and measured signals without each of the multisines in turn."""
         return [(np.delete(self.returned, k, axis=0).mean(axis=0), np.delete(self.measured, k, axis=0).mean(axis=0))
                 for k in range(len(self.returned))]
 
@@ -102,15 +102,16 @@ class FrequencyResponse:
 
     @property
     def margins(self) -> Margins:
-        """Margins between the lowest and the highest line, L interpolated between the lines; NaN of what is not there.
+        """Return the margins between the lowest and the highest line, L interpolated between the lines; NaN if there is
+        none.
 
-        `unknown` says why.
+        `unknown` has the reasons.
         """
         return self.between(self.returned.mean(axis=0), self.measured.mean(axis=0))[0]
 
     @property
     def unknown(self) -> dict[str, str]:
-        """Why numbers of `margins` are NaN, by their names: nothing between the lines tells them."""
+        """Return the reasons for NaN in `margins`, by their names: the lines do not determine these numbers."""
         return self.between(self.returned.mean(axis=0), self.measured.mean(axis=0))[1]
 
     @property
@@ -133,7 +134,7 @@ class FrequencyResponse:
         return None if self.linear is None else margins_of(self.linear.opened(self.at), self.at)
 
     def between(self, returned: Complex, measured: Complex) -> tuple[Margins, dict[str, str]]:
-        """Margins of a loop with these responses at the lines, NaN of what no line tells, and why by their names."""
+        """Return the margins of a loop with these responses at the lines, and the reasons for NaN by their names."""
         if len(returned) < MANY:
             raise LinearModelError(f"{self.name}: {len(returned)} lines, expected at least {MANY} for margins")
         # Both are bounded where L is not: at a pole on the imaginary axis, as of an internal model.
@@ -155,7 +156,7 @@ class FrequencyResponse:
             self.loop, self.frequencies, self.grid.step, name=self.at.replace(".", "_"))
 
     def as_data(self) -> dict[str, Any]:
-        """What was found as JSON has it."""
+        """Return the result in JSON form."""
         loop, linear, margins = self.loop, self.linear_loop, self.linear_margins
         return {"name": self.name, "at": self.at, "equilibrium": {
                     "positions": self.equilibrium.positions, "currents": self.equilibrium.currents},
@@ -169,7 +170,7 @@ class FrequencyResponse:
                 "linear_margins": None if margins is None else vars(margins), "why_not_linear": self.why_not}
 
     def __str__(self) -> str:
-        """What was measured, a table of the lines, and one of the margins."""
+        """Return a summary, a table of the lines, and one of the margins."""
         parts = [head_text(self), lines_text(self), *([margins_text(self)] if len(self.frequencies) >= MANY else [])]
         return "\n\n".join(parts) + "\n"
 
@@ -211,9 +212,9 @@ class FrequencyResponse:
 
 
 def untold(margins: Margins, frequencies: Array, loop: Complex) -> dict[str, str]:
-    """Which margins a loop between two frequencies (rad/s) does not tell, by their names, and why.
+    """Return the margins that a loop between two frequencies (rad/s) does not show, by their names, with the reasons.
 
-    What lies beyond the frequencies may be a crossing, or a larger peak.
+    Beyond the frequencies may be a crossing, or a larger peak.
     """
     lowest, highest = f"{frequencies[0]:.3g}", f"{frequencies[-1]:.4g} rad/s"
     reasons = {}
@@ -235,7 +236,7 @@ def untold(margins: Margins, frequencies: Array, loop: Complex) -> dict[str, str
 
 
 def known(numbers: Mapping[str, Any]) -> dict[str, Any]:
-    """Numbers by name as JSON has them: None of what is not known."""
+    """Return numbers by name in JSON form: None for an unknown one."""
     return {name: None if isinstance(value, float) and isnan(value) else value for name, value in numbers.items()}
 
 
