@@ -1,1 +1,1 @@
-"""The command line `maglev`: options and what is printed; what is done is in the rooms below."""
+"""The command line `maglev`: options and output; the work is done in the packages below."""

@@ -1,4 +1,4 @@
-"""The command line `maglev`: options and what is printed; what is done is in `maglev.api`."""
+"""The command line `maglev`: options and output; the work is done in `maglev.api`."""
 
 from functools import partial
 from pathlib import Path
@@ -65,7 +65,7 @@ def print_version(asked: bool) -> None:
 @app.callback()
 def main(_version: Annotated[bool, typer.Option("--version", callback=print_version, is_eager=True,
                                                 help="Show the version and exit.")] = False) -> None:
-    """What stands before a command."""
+    """Read the options before a command."""
     require_environment()
 
 
@@ -146,10 +146,10 @@ def run(names: Names = None, everything: All = False, out: Out = Path("results")
 
     `maglev run mine.toml --controller lqi.py --fail-on-claims` holds a controller to the claims of mine.toml, for CI
 
-    The results are `NAME.csv` or `NAME.parquet` (time first, then `fmu.variable`), `NAME.json` (what it rests on, and
-    the metrics), `NAME.txt` and, of runs with claims, `claims.md`. A run that an FMU ends early leaves
-    what it has recorded in `NAME.partial.csv`. Runs that claims compare with are run as well.
-    What a procedure of several runs finds is in `PROCEDURE.txt`, its curves in `PROCEDURE.curves.csv`.
+    The results are `NAME.csv` or `NAME.parquet` (time first, then `fmu.variable`), `NAME.json` (provenance and
+    metrics), `NAME.txt` and, of runs with claims, `claims.md`. A run that an FMU ends early leaves its columns in
+    `NAME.partial.csv`. Runs that claims compare with are run as well. The outcome of a procedure of several runs is in
+    `PROCEDURE.txt`, its curves in `PROCEDURE.curves.csv`.
     """
     with one_line_errors(debug):
         if everything == bool(names):

@@ -35,7 +35,7 @@ def check(names: NamesOrFmus = None,
     the tolerances of the scenario. The exit code is 0 if all runs pass, 1 if one deviates, 2 if one could not be
     compared.
 
-    Of an FMU, anybody's, the experiments that it carries are run: by the layered standard FMI-LS-REF, or in
+    The argument can also be any FMU, whose own experiments are run: by the layered standard FMI-LS-REF, or in
     `NAME_ref.csv`, `NAME_in.csv` and `NAME_ref.opt` next to `NAME.fmu`.
 
     **Examples:**

@@ -1,4 +1,4 @@
-"""The commands that hand on what there is: `maglev target`, `maglev pack`, and `maglev cache`."""
+"""The commands `maglev target`, `maglev pack`, and `maglev cache`."""
 
 from pathlib import Path
 from typing import Annotated, Any
@@ -66,7 +66,7 @@ def ref(fmu: Annotated[Path, typer.Argument(metavar="FMU", help="An FMU for co-s
             "needed where the scenario names its file.", show_default=False)] = None,
         out: Annotated[Path | None, typer.Option(help="Where to write it.", show_default="the FMU itself")] = None,
         debug: Debug = False, **options: Any) -> None:
-    """Run a scenario with an FMU, and put what it was given and gave there into it, as an experiment of its own.
+    """Run a scenario with an FMU, and put its inputs and outputs there into it, as an experiment of its own.
 
     `maglev check` and other tools that know the layered standard FMI-LS-REF can then run it alone. The table `check` of
     the scenario says what is compared, and how closely.
@@ -87,8 +87,8 @@ def cache(clear: Annotated[bool, typer.Option("--clear", help="Remove all of it:
                                               )] = False, debug: Debug = False) -> None:
     """Show where FMUs that were built for runs are kept.
 
-    What is there was built of sources that are known by their content: those of other versions stay until it is
-    cleared. The environment variable `MAGLEV_CACHE` sets another folder.
+    The names in it are digests of the sources: FMUs of other versions stay until it is cleared. The environment
+    variable `MAGLEV_CACHE` sets another folder.
     """
     with one_line_errors(debug):
         sizes = kept.sizes()

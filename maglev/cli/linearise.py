@@ -1,4 +1,4 @@
-"""The command `maglev linearise`: models from equations, by differences, or from what is measured."""
+"""The command `maglev linearise`: models from equations, by differences, or from measurements."""
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
@@ -69,7 +69,7 @@ INJECTION: dict[str, tuple[Any, Any]] = {
 
 @dataclass(frozen=True)
 class Asked:
-    """What a command is about, read."""
+    """The parsed arguments of the command."""
 
     names: Sequence[str]                         # a plant, a controller, or both
     at: Mapping[str, "Quantity"]                 # positions by axis
@@ -81,7 +81,7 @@ class Asked:
 
     @property
     def both(self) -> dict[str, Any]:
-        """Parameters as arguments of what takes a plant and a controller."""
+        """Return parameters as arguments of functions of a plant and a controller."""
         return {f"{part}_parameters": values for part, values in self.parameters.items() if part != "measurement"}
 
     def write(self, data: Mapping[str, object]) -> None:
@@ -98,13 +98,13 @@ def linearise(names: Blocks, at: At, openings: Openings = None, measure: Measure
               out: Out = Path("results"), as_json: AsJson = None, debug: Debug = False, **options: Any) -> None:
     """Linear model, poles and margins of a plant, a controller or a loop.
 
-    The plants and controllers of this project are linearised from their equations; an FMU or a Python file by
-    differences of what it does where its loop rests, with an estimate of the error, and the sentence that it has no
-    derivative where it has none.
+    The plants and controllers of this project are linearised from their equations. Any other FMU or Python file is
+    linearised by differences about the rest of its loop, with an estimate of the error, or the reason why it has no
+    derivative.
 
-    With `--measure` multisines are added to a measurement between plant and controller: the response of the loop that
-    is opened there, with all in it that is not linear, coherence, margins with their standard errors, and the linear
-    loop next to them where there is one.
+    With `--measure` multisines are added to a measurement between plant and controller. The output is the response of
+    the loop opened there, with its nonlinearities, the coherence, and the margins with their standard errors. The
+    linear loop stands next to them if there is one.
 
     **Examples:**
 
@@ -120,7 +120,7 @@ def linearise(names: Blocks, at: At, openings: Openings = None, measure: Measure
 
     `maglev linearise Plant3DOF Measurement3DOF Regulator3DOF --at y=25mm --set measurement.delay=0.4ms`
 
-    `maglev linearise Plant3DOF mine.py --at y=25mm --plot` of a controller of yours, a Python file or an FMU
+    `maglev linearise Plant3DOF mine.py --at y=25mm --plot` of your own controller, a Python file or an FMU
 
     `maglev linearise Plant3DOF mine.py --at y=25mm --measure --amplitude 0.3mm --from 3 --to 600`
     """
@@ -164,7 +164,7 @@ def linearise(names: Blocks, at: At, openings: Openings = None, measure: Measure
 
 
 def require_defaults(what: str, given: Mapping[str, Any], table: Mapping[str, tuple[Any, Any]]) -> None:
-    """Refuse options that say nothing here: they are for something else."""
+    """Refuse options that have no meaning for the requested model."""
     for name, value in given.items():
         kind, default = table[name]
         if value != default:
@@ -202,7 +202,7 @@ def of_loop(asked: Asked, amplifier: bool) -> None:
 
 
 def by_differences(asked: Asked) -> None:
-    """Print poles and margins of the loop of anybody's plant or controller, by differences of what it does."""
+    """Print poles and margins of the loop of any plant or controller, by differences of their responses."""
     plant, controller = asked.names
     numerical = maglev.linearise_numerically(plant, controller, asked.at, openings=asked.openings, **asked.both,
                                              **asked.how)

@@ -102,7 +102,7 @@ def built_word(kinds: Sequence[str]) -> str:
 
 
 def summary(of: dict[str, "FmuEntry"]) -> str:
-    """What FMUs of one kind are, in the words that all of them share."""
+    """Return the description that all FMUs of one kind share."""
     texts = []
     for suffix, entry in of.items():
         text = entry.description.replace(f" of the {suffix[0]}-DOF stage", "").replace(suffix, "")

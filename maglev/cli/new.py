@@ -1,4 +1,4 @@
-"""`maglev new`: files to begin with; and `maglev stage`: what follows from one of them."""
+"""The commands `maglev new`, which writes files to begin with, and `maglev stage`, which evaluates a description."""
 
 import shlex
 from pathlib import Path
@@ -64,7 +64,7 @@ def say_command(written: str | Path, *words: str | Path) -> None:
 
 @new.command()
 def scenario(path: TomlFile, stage: OfStage = EXAMPLE, debug: Debug = False) -> None:
-    """Write a scenario that runs as it is, with comments on what else it could have, for you to change.
+    """Write a scenario that runs as it is, with comments on further keys, for you to change.
 
     **Examples:**
 
@@ -81,7 +81,7 @@ def scenario(path: TomlFile, stage: OfStage = EXAMPLE, debug: Debug = False) -> 
 def study(path: TomlFile, scenario: Annotated[str, typer.Option(
               help="What it runs: a run of the package, or a scenario of yours, without variants.",
               autocompletion=run_names)] = f"{EXAMPLE}-setpoints", debug: Debug = False) -> None:
-    """Write a study that runs as it is, with comments on what else it could have, for you to change.
+    """Write a study that runs as it is, with comments on further keys, for you to change.
 
     **Examples:**
 
@@ -101,7 +101,7 @@ def tuning(path: TomlFile, scenario: Annotated[str, typer.Option(
            controller: Annotated[Path | None, typer.Option(
                metavar="FILE", help="A controller of yours, a Python file, whose parameters are searched; without it "
                "the poles of the scenario's regulator are.", show_default=False)] = None, debug: Debug = False) -> None:
-    """Write a tuning that runs as it is, with comments on what else it could have, for you to change.
+    """Write a tuning that runs as it is, with comments on further keys, for you to change.
 
     **Examples:**
 
@@ -119,7 +119,7 @@ def tuning(path: TomlFile, scenario: Annotated[str, typer.Option(
 @new.command()
 def repository(path: Annotated[Path, typer.Argument(metavar="FOLDER", help="The folder; it must not be there.")],
                stage: OfStage = EXAMPLE, debug: Debug = False) -> None:
-    """Write a repository: a controller, its experiment and baseline, and what GitHub and GitLab run at every push.
+    """Write a repository: a controller, its experiment and baseline, and the jobs of GitHub and GitLab at every push.
 
     **Examples:**
 

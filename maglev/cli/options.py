@@ -68,7 +68,7 @@ def with_more(options: Mapping[str, tuple[Any, object]]) -> Callable[[Command], 
 
 
 def typed(name: str) -> Any:
-    """What typer reads an option as, and its help."""
+    """Return the type by which typer reads an option, and its help."""
     option = OPTIONS[name]
     numbers = {} if option.typed is not int else {"min": option.choices[0], "max": option.choices[-1]}
     kind = option.typed if option.default is not None else option.typed | None
@@ -79,7 +79,7 @@ def typed(name: str) -> Any:
 
 def pairs(flag: str, words: Iterable[str] | None, expected: str, error: type[MaglevError] = ScenarioError
           ) -> Iterator[tuple[str, str]]:
-    """Names and values of words `name=value`, as an option has them; an error of one that is none."""
+    """Return names and values of words `name=value` of an option; raise an error for any other word."""
     for word in words or ():
         name, _, value = map(str.strip, word.partition("="))
         if not (name and value):
@@ -88,5 +88,5 @@ def pairs(flag: str, words: Iterable[str] | None, expected: str, error: type[Mag
 
 
 def option_value(text: str) -> float | str | bool:
-    """A value as an option has it: true, false, a number, or a quantity with its unit."""
+    """Return a value of an option: true, false, a number, or a quantity with its unit."""
     return text == "true" if text in ("true", "false") else number_or_text(text)

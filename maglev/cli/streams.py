@@ -18,8 +18,8 @@ ERROR = 2
 class Output(io.FileIO):
     """Standard output or error.
 
-    Where the reader of the output has gone, as `head` does, the command ends in order. What goes next to the results is
-    lost where it cannot be written: that is no reason to end a run.
+    If the reader of the output has gone, as with `head`, the command ends in order. Output next to the results is lost
+    if it cannot be written, because that is no reason to end a run.
     """
 
     def write(self, data: Any, /) -> int:
@@ -56,7 +56,7 @@ class Commands(TyperGroup):
     """Commands with a page of their own about all of them."""
 
     def format_help(self, ctx: Any, formatter: Any) -> None:
-        """Write the page of all commands without rich: what its pages import takes longer than NumPy's import."""
+        """Write the page of all commands without rich, whose imports take longer than NumPy's import."""
         super(TyperGroup, self).format_help(ctx, formatter)
 
     def format_help_text(self, ctx: Any, formatter: Any) -> None:

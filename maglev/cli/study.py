@@ -35,10 +35,10 @@ def study(what: Annotated[str, typer.Argument(metavar="STUDY", help="A study of 
                                                    show_default="SCENARIO.study")] = None,
           out: Out = Path("results"), jobs: Jobs = None, scheduler: Scheduler = None,
           resume: Resume = False, sample_timeout: SampleTimeout = None, debug: Debug = False, **options: Any) -> None:
-    """Run a scenario many times, with what varies.
+    """Run a scenario many times, with varied values.
 
-    What varies, by which design, and what is kept is in a TOML file (docs/studies.md), or after --vary: every
-    combination of values, or --samples of ranges. Several variables, with commas between, take the same values.
+    A TOML file has the varied quantities, the design and the kept columns (docs/studies.md). Or --vary has the values:
+    every combination is run, or --samples of ranges. Several variables, with commas between, take the same values.
 
     The results are `NAME.parquet`, a row for each sample with parameters and metrics, and the page `NAME.html`. After
     Ctrl-C, `--resume` continues.
@@ -87,7 +87,7 @@ def write_and_print(study: "maglev.Study") -> None:
 def tune(file: Annotated[str, typer.Argument(metavar="TUNING", help="A tuning file of the package, or a TOML file.")],
          out: Out = Path("results"), jobs: Jobs = None, scheduler: Scheduler = None,
          resume: Resume = False, debug: Debug = False, **options: Any) -> None:
-    """Search gains of a controller by what is measured on many plants.
+    """Search gains of a controller by metrics on many plants.
 
     The result is `NAME.toml`, which a scenario extends, and the metrics before and after, also on plants that were
     not searched with. After Ctrl-C, `--resume` continues.

@@ -1,4 +1,4 @@
-"""What the command line prints: errors, progress and results."""
+"""Output of the command line: errors, progress and results."""
 
 import sys
 import warnings
@@ -30,7 +30,8 @@ FEW_STEPS = 100     # each of which shows: the clock of the bars would pass over
 
 @contextmanager
 def one_line_errors(debug: bool) -> Iterator[None]:
-    """Print what users can put right as one line, and exit with 2; after Ctrl-C with 130, after SIGTERM with 143."""
+    """Print errors that users can correct as one line, and exit with 2; after Ctrl-C with 130, after SIGTERM with 143.
+    """
     for stream in (sys.stdout, sys.stderr):
         if isinstance(stream, TextIOWrapper):
             stream.reconfigure(errors="replace")   # a terminal that lacks a letter is no reason to end a run
@@ -56,7 +57,7 @@ def one_line_errors(debug: bool) -> Iterator[None]:
 
 def warn_line(message: Warning | str, category: type[Warning], filename: str, lineno: int, file: TextIO | None = None,
               line: str | None = None) -> None:
-    """Say what a function of ours warns of in one line; what Python or others warn of is as ever."""
+    """Print a warning of this project in one line; warnings of Python and other packages are unchanged."""
     if category is UserWarning:
         say(str(message))
     else:
@@ -64,7 +65,7 @@ def warn_line(message: Warning | str, category: type[Warning], filename: str, li
 
 
 def require_environment() -> None:
-    """Refuse what is no number in the environment, before anything is imported that reads it."""
+    """Refuse an environment variable that is no number, before the import that reads it."""
     try:
         require_numbers()
     except ValueError as error:
@@ -109,10 +110,10 @@ def progress_of(names: Sequence[str]) -> Iterator["Watcher"]:
 
 def run_and_print(names: list[str] | None, json: bool = False, debug: bool = False, fail_on_claims: bool = False,
                   open_page: bool = False, **options: Any) -> None:
-    """Run scenarios, open the page about them if that is asked for, and print what they gave, perhaps as JSON.
+    """Run scenarios, open the page about them if requested, and print the results, perhaps as JSON.
 
-    Exits with 2 if a run did not complete; with `debug`, after the traceback. With `fail_on_claims` otherwise with 1 if
-    a run failed or a claim is missed, each of which is said.
+    Exits with 2 if a run did not complete, with `debug` after the traceback. With `fail_on_claims` it otherwise exits
+    with 1 if a run failed or a claim is missed, and prints each.
     """
     results = maglev.run_all(names or None, watch=progress_of, say=say, **options)
     if open_page:
