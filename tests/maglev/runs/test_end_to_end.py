@@ -31,7 +31,7 @@ C4 = {C4}
 kind = "identification"
 name = "ideal-stage"
 title = "All constants of an ideal stage"
-runs = {{ stage = "ideal-stage", model = "ideal-model", currents = "2dof-equilibrium-currents", parabolas = "none" }}
+runs = {{ stage = "ideal-rig", model = "ideal-model", currents = "2dof-equilibrium-currents", parabolas = "none" }}
 
 [[procedure.claims]]
 text = "The model follows"
@@ -41,12 +41,12 @@ relation = "<"
 target = "5 %"
 
 [variants.model.fmus.plant.start_from]
-C1 = {{ run = "ideal-stage", output = "estimator_10ms.C1" }}
-C2 = {{ run = "ideal-stage", output = "estimator_10ms.C2" }}
-C3 = {{ run = "ideal-stage", output = "estimator_10ms.C3" }}
-C4 = {{ run = "ideal-stage", output = "estimator_10ms.C4" }}
+C1 = {{ run = "ideal-rig", output = "estimator_10ms.C1" }}
+C2 = {{ run = "ideal-rig", output = "estimator_10ms.C2" }}
+C3 = {{ run = "ideal-rig", output = "estimator_10ms.C3" }}
+C4 = {{ run = "ideal-rig", output = "estimator_10ms.C4" }}
 
-[variants.stage]
+[variants.rig]
 extends = "{folder}/loops/2dof-estimators.toml"
 """
 
@@ -80,7 +80,7 @@ def test_estimators_in_the_loop_find_the_constants(outcome: Outcome) -> None:
 
 def test_the_model_starts_from_these_constants_and_follows(results: dict[str, RunResult], outcome: Outcome) -> None:
     """Constants that are off by 2.5 % leave at most twice that of the motion, for the loop amplifies no more."""
-    simulated, model = results["ideal-stage"], results["ideal-model"]
+    simulated, model = results["ideal-rig"], results["ideal-model"]
     for name in TRUTH:
         assert model.parameters[f"plant.{name}"] == simulated.ends[f"estimator_10ms.{name}"]
     deviations = {(each.name, each.axis): each.value for each in outcome.values if each.name.endswith("_deviation")}
@@ -95,5 +95,5 @@ def test_estimators_offline_agree_with_those_in_the_loop(results: dict[str, RunR
     table = outcome.tables[1]
     place = table.header.index("reduced")
     offline = {row[0]: float(row[place]) for row in table.rows}
-    online = {name: results["ideal-stage"].ends[f"estimator_10ms.{name}"] for name in TRUTH}
+    online = {name: results["ideal-rig"].ends[f"estimator_10ms.{name}"] for name in TRUTH}
     assert offline == pytest.approx(online, rel=0.025)
