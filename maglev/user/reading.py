@@ -44,7 +44,7 @@ def stage_from_text(path: Path, text: str) -> StageDescription:
     field = reader.read(Field, table.pop("field"), "field") if "field" in table else None
     with_model, with_estimator = "model" in table, "estimator" in table
     if (sheet is None) == ("plant" not in table):
-        raise StageError(f"{path}: stage: expected the constants there, or the numbers of a data sheet in [catalogue]"
+        raise StageError(f"{path}: plant: expected the constants there, or the numbers of a data sheet in [catalogue]"
                        + (", not both" if sheet is not None else ""))
     said = {"sample_time"} & {*table} | {*design_of(table)}
     open_designs = fill_in(path, table, sheet, sheets)

@@ -144,7 +144,7 @@ def test_on_a_phone_gains_are_sliders(tab: Tab) -> None:
 @pytest.mark.parametrize("tab", [(WIDE, "#result=1,2,<b>"), (WIDE, "#story=beat&law=x")], ids=["result", "law"],
                          indirect=True)
 def test_a_link_that_cannot_be_read_is_refused_in_a_line(tab: Tab, request: pytest.FixtureRequest) -> None:
-    said = {"result": "result: expected 6 numbers",
+    said = {"result": "Ignored of this link: result: expected 6 numbers",
             "law": "The law of this link cannot be read: "}[request.node.callspec.id]
     wait_until(tab.page, f"document.getElementById('status').textContent.startsWith('{said}')")
     assert tab.evaluate("[beat.yours, own.present]") == [None, False]

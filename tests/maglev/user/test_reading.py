@@ -150,7 +150,7 @@ def test_poles_become_gains(tmp_path: Path) -> None:
     ("force_constant = 2.313 ", 'force_constant = "2.3 N" ', "catalogue.force_constant: '2.3 N' is in N"),
     ("force_constant = 2.313 ", "# ", r"catalogue.force_constant: missing, expected it, or \[catalogue.winding\]"),
     ("at = 0.025 ", "at = 0.06 ", "catalogue.at: 60 mm, expected a gap of 8…40 mm"),
-    ("[catalogue]\n", "[stage]\n[catalogue]\n", "stage: expected the constants there, or .*not both"),
+    ("[catalogue]\n", "[plant]\n[catalogue]\n", "plant: expected the constants there, or .*not both"),
     ("lower = 0.008\n", "lower = 0.004\n", "field: gaps from 8 to 40 mm, expected a table from lower = 4 mm"),
     ("0.26967", "2.6967", "a polynomial of degree 12 misses the field by"),
     ("gaps = [", "B0 = 0.3\ndecay = 0.01\ngaps = [", "one of B0 with decay, gaps with B, or coefficients")])
