@@ -11,7 +11,7 @@ from packaging.requirements import Requirement
 from packaging.utils import canonicalize_name
 from wheel import ROOT
 
-from maglev.files.packages import OURS
+from maglev.files.packages import PACKAGES
 
 # Refuses every module that a plain installation does not bring, as one in which it is missing.
 PLAIN_ONLY = """
@@ -56,7 +56,7 @@ def test_a_plain_installation_brings_little_beside_what_fmpy_users_have() -> Non
     sizes = {name: sum(path.stat().st_size for file in distribution(name).files or ()
                        if (path := Path(str(file.locate()))).suffix != ".pyc" and path.is_file())
              for name in more - {"maglev-fmus"}}
-    own = sum(path.stat().st_size for folder in [*OURS, "scenarios", "stages"]
+    own = sum(path.stat().st_size for folder in [*PACKAGES, "scenarios", "stages"]
               for path in (ROOT / folder).rglob("*") if path.is_file() and path.suffix != ".pyc")
     assert 1e6 < own < 60e6 - sum(sizes.values())
 

@@ -91,7 +91,7 @@ def flags_of(model: FmuDefinition) -> dict[str, dict[str, str]]:
     for kind, text in texts.items():
         for interface in ElementTree.fromstring(text):
             for name, value in interface.attrib.items() if interface.tag in INTERFACES else ():
-                if name != "modelIdentifier":
+                if name not in ("modelIdentifier", "fixedInternalStepSize"):   # the one is a name, the other a time
                     row = f"{INTERFACES[interface.tag]} | `{IN_FMI_3.get(name, name)}`"
                     found.setdefault(row, {})[kind] = YES_NO.get(value, value)
     return found

@@ -5,9 +5,10 @@ present one.
 """
 
 from collections.abc import Sequence
-from typing import TYPE_CHECKING, NamedTuple
+from typing import Any, NamedTuple
 
 from maglev.language.c_text import COMPARISONS, SCALARS, c_literal, filled, of_numbers
+from maglev.language.clone import Clone
 from maglev.language.expressions import writes
 from maglev.language.helpers import CHECKED, EXTREMES
 from maglev.language.liveness import within
@@ -32,9 +33,6 @@ from maglev.language.program import (
     Struct,
     Type,
 )
-
-if TYPE_CHECKING:
-    from maglev.language.lanes import Clone, LanesText
 
 ALL = "LANES_ALL"
 VECTORS = {FLOAT: "lanes_float", INT: "lanes_int", BOOL: "lanes_int"}
@@ -70,7 +68,7 @@ def item_type(kind: Type) -> Type:
 class LaneExpressions:
     """The expressions of one clone of a function, and the statements before them."""
 
-    def __init__(self, whole: "LanesText", clone: "Clone"):
+    def __init__(self, whole: Any, clone: Clone):
         self.whole = whole
         self.clone = clone
         self.function: Function = clone.function
@@ -148,7 +146,7 @@ class LaneExpressions:
         """Return True if lanes differ in the numbers at a place, or in those of the list there."""
         match place:
             case Field(base=base, name=name):
-                return self.whole.is_varying(base.type, name)
+                return bool(self.whole.is_varying(base.type, name))
             case Item(base=base):
                 return self.varies_in(base)
             case Local(name=name):

@@ -5,9 +5,10 @@ continue are noted. The code that follows excludes them, and needs no mask if th
 """
 
 from collections.abc import Sequence
-from typing import TYPE_CHECKING
+from typing import Any
 
 from maglev.language.c_text import SCALARS, declared
+from maglev.language.clone import Clone
 from maglev.language.lane_expressions import VECTORS, LaneExpressions, Value, item_type
 from maglev.language.liveness import NONE, Liveness, Names, within
 from maglev.language.names import identifier
@@ -35,9 +36,6 @@ from maglev.language.program import (
     inner,
 )
 
-if TYPE_CHECKING:
-    from maglev.language.lanes import Clone, LanesText
-
 GONE = "_gone"        # lanes that have returned
 ENTRY = "_live"       # lanes that are live when a function begins
 NOWHERE = ""          # mask of code that is never reached
@@ -54,7 +52,7 @@ class Loop:
 class LaneStatements(LaneExpressions):
     """The statements of one clone of a function."""
 
-    def __init__(self, whole: "LanesText", clone: "Clone"):
+    def __init__(self, whole: Any, clone: Clone):
         super().__init__(whole, clone)
         self.liveness = Liveness(self.function.body)
         self.entry = ENTRY if clone.masked else None

@@ -107,7 +107,7 @@ def nominals(stage: int, controller: Any) -> list[float]:
 
 
 @pytest.mark.thorough
-@pytest.mark.parametrize(("stage", "stage", "adaptive", "factors", "seconds"), [
+@pytest.mark.parametrize(("description", "stage", "adaptive", "factors", "seconds"), [
     (2, Stage2DOF, AdaptiveRegulator2DOF, (0.75, 1.1, 0.9, 1.0), 14.0),
     (3, Stage3DOF, AdaptiveRegulator3DOF, (0.8, 1.15, 0.95, 1.1, 1.0), 9.0)])
 def test_it_finds_the_constants_of_a_stage(slow: None, description: int, stage: type, adaptive: type,
@@ -130,7 +130,7 @@ def test_it_finds_the_constants_of_a_stage(slow: None, description: int, stage: 
 
 
 @pytest.mark.few(1)
-@pytest.mark.parametrize(("stage", "stage", "adaptive"), [(2, Stage2DOF, AdaptiveRegulator2DOF),
+@pytest.mark.parametrize(("description", "stage", "adaptive"), [(2, Stage2DOF, AdaptiveRegulator2DOF),
                                                         (3, Stage3DOF, AdaptiveRegulator3DOF)])
 def test_without_excitation_the_constants_stay(slow: None, description: int, stage: type, adaptive: type) -> None:
     """Held at one place by a stage with other constants, friction and bias, which the estimates do not survive."""

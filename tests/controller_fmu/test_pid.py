@@ -141,7 +141,7 @@ def test_integral_holds_while_limited(antiwindup: bool) -> None:
 
 
 @pytest.mark.usefixtures("slow")
-@pytest.mark.parametrize("stage", [2, 3])
+@pytest.mark.parametrize("description", [2, 3])
 def test_every_command_of_a_run(description: int) -> None:
     """The law written again, with matrices of gains from numpy's polynomials: 1 s, steps on all axes, pre-filter on."""
     axes, motors, dt = LAYOUTS[description]

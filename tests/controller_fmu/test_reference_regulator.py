@@ -65,7 +65,7 @@ class ReferenceRegulator:
         return np.array(rows)
 
 
-@pytest.mark.parametrize("stage", [pytest.param(2, marks=pytest.mark.thorough), 3])
+@pytest.mark.parametrize("description", [pytest.param(2, marks=pytest.mark.thorough), 3])
 @pytest.mark.usefixtures("slow")
 def test_every_command_of_a_run(description: int) -> None:
     """Steps on all axes that saturate the commands; same measurements to both, 0.7 s."""

@@ -102,12 +102,12 @@ def ideal(description: int, original: bool = False) -> tuple[Regulator2DOF | Reg
     return controller, stage
 
 
-IDEAL = pytest.mark.parametrize(("stage", "original"), [(2, False), (3, False), (3, True)])
+IDEAL = pytest.mark.parametrize(("description", "original"), [(2, False), (3, False), (3, True)])
 
 
 # To a regulator both are one acceleration.
 @pytest.mark.few(1)
-@pytest.mark.parametrize(("stage", "original", "disturbance"), [
+@pytest.mark.parametrize(("description", "original", "disturbance"), [
     (2, False, "force"), (3, True, "force"), (2, False, "bias"), (3, False, "bias"),
     *(pytest.param(3, original, disturbance, marks=pytest.mark.thorough)
       for original, disturbance in ((False, "force"), (True, "bias")))])

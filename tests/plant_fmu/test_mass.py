@@ -22,7 +22,7 @@ pytestmark = pytest.mark.usefixtures("slow")   # it searches for long
 STAGES: dict[int, Any] = {2: Stage2DOF, 3: Stage3DOF}
 REGULATORS: dict[int, Any] = {2: Regulator2DOF, 3: Regulator3DOF}
 NOMINAL = {2: (4.350, 1.594), 3: (6.9, 10.6, 8.6)}   # kg, Tables 4.1 and 5.1
-both = pytest.mark.parametrize("stage", [2, 3])
+both = pytest.mark.parametrize("description", [2, 3])
 loads = st.floats(0.3, 4.0)
 
 
@@ -94,19 +94,19 @@ def simulated(description: int, axis: str, mass: float, current: float, stop_tim
     return float(moving.position)
 
 
-@pytest.mark.parametrize(("stage", "axis", "constant", "motors"), [
+@pytest.mark.parametrize(("description", "axis", "constant", "motors"), [
     (2, "h", "C1", 1), (3, "x", "C1", 2), (3, "z", "C2", 2)])
 @pytest.mark.parametrize("factor", [0.5, 1.0, 2.0, 10.0])
-def test_a_current_drives_a_mass_by_newtons_law(stage: int, axis: str, constant: str, motors: int,
+def test_a_current_drives_a_mass_by_newtons_law(description: int, axis: str, constant: str, motors: int,
                                                 factor: float) -> None:
     """Half the way at twice the mass, the same way at twice the mass under twice the current; alike on h, x and z."""
-    nominal = NOMINAL[stage][LAYOUTS[stage][0].index(axis)]
-    gap = shape_functions(20e-3 if stage == 2 else 25e-3)[0]
-    thrust = nominal * motors * getattr(REGULATORS[stage](), constant) * gap   # N/A
-    way = simulated(stage, axis, factor * nominal, 0.5)
+    nominal = NOMINAL[description][LAYOUTS[description][0].index(axis)]
+    gap = shape_functions(20e-3 if description == 2 else 25e-3)[0]
+    thrust = nominal * motors * getattr(REGULATORS[description](), constant) * gap   # N/A
+    way = simulated(description, axis, factor * nominal, 0.5)
     assert way == pytest.approx(-0.5 * thrust * 0.5 / (factor * nominal) * 0.1**2, rel=2e-3)
-    heavier = simulated(stage, axis, factor * nominal, 0.5 * factor)
-    assert heavier == pytest.approx(simulated(stage, axis, nominal, 0.5), rel=2e-3)
+    heavier = simulated(description, axis, factor * nominal, 0.5 * factor)
+    assert heavier == pytest.approx(simulated(description, axis, nominal, 0.5), rel=2e-3)
 
 
 @both

@@ -38,18 +38,19 @@ def test_reference_is_accurate_itself() -> None:
     assert np.abs(tight - loose)[:, :6].max() < 1e-8
 
 
-@pytest.mark.parametrize(("stage", "gap"), [(2, 0.017), (2, 0.020), (2, 0.023), (3, 0.021), (3, 0.024), (3, 0.027)])
-def test_communication_steps_agree(stage: int, gap: float) -> None:
+@pytest.mark.parametrize(("description", "gap"),
+                         [(2, 0.017), (2, 0.020), (2, 0.023), (3, 0.021), (3, 0.024), (3, 0.027)])
+def test_communication_steps_agree(description: int, gap: float) -> None:
     """Constant commands, no stop: the communication step is no matter, 1e-8 m over 0.1 s."""
-    held = np.array([phases(equilibrium_current(stage, gap) + 0.15, 0.7, 0.0)] * (stage - 1))
-    start = (gap, *(0.0,) * (stage - 1))
+    held = np.array([phases(equilibrium_current(description, gap) + 0.15, 0.7, 0.0)] * (description - 1))
+    start = (gap, *(0.0,) * (description - 1))
     ends = []
     for dt in (0.1e-3, 0.2e-3, 0.5e-3, 1e-3):
-        rows, _ = run_block(stage, start, lambda k, x: held, dt, round(0.1 / dt))
+        rows, _ = run_block(description, start, lambda k, x: held, dt, round(0.1 / dt))
         ends.append(rows[::round(1e-3 / dt), :, 0])
     moved = np.ptp(ends[0], axis=0)
     assert (moved > 1e-4).all()
-    assert ends[0][:, 0].min() > 8e-3 and ends[0][:, 0].max() < (28e-3 if stage == 2 else 32e-3), "no stop"
+    assert ends[0][:, 0].min() > 8e-3 and ends[0][:, 0].max() < (28e-3 if description == 2 else 32e-3), "no stop"
     assert max(np.abs(end - ends[0]).max() for end in ends[1:]) < 1e-8
 
 
@@ -60,7 +61,7 @@ def frictionless(stage: Stage2DOF | Stage3DOF, *names: str) -> None:
         axis.friction.coulomb = axis.friction.viscous = axis.bias = axis.ripple.amplitude = 0.0
 
 
-@pytest.mark.parametrize(("stage", "axis"), [(2, "h"), (3, "x"), (3, "z")])
+@pytest.mark.parametrize(("description", "axis"), [(2, "h"), (3, "x"), (3, "z")])
 def test_ripple_is_a_conservative_force_over_the_slots(description: int, axis: str) -> None:
     """v²/2 is the work of r sin(2π d/t1 + 0.5) from the start on, over two slot pitches and more."""
     stage = Stage2DOF() if description == 2 else Stage3DOF()
@@ -120,7 +121,7 @@ def test_horizontal_motion_mirrors() -> None:
     assert abs(ends[0][1] - 0.01) > 1e-4
 
 
-@pytest.mark.parametrize(("stage", "neutral"), [(2, 19.45e-3), (3, 22.69e-3)])
+@pytest.mark.parametrize(("description", "neutral"), [(2, 19.45e-3), (3, 22.69e-3)])
 def test_sign_of_the_direct_current(description: int, neutral: float) -> None:
     """Positive at small gaps, where the magnets pull more than the weight; negative at large ones.
 

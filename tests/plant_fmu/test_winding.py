@@ -101,7 +101,7 @@ def test_power_into_the_induced_voltage_is_that_of_the_forces(name: str) -> None
         assert abs(electrical) > 0.1 * scale
 
 
-@pytest.mark.parametrize(("stage", "gap", "bus", "accuracy"), [(2, 18e-3, 24.0, 3e-8), (3, 23e-3, 9.0, 2e-9)])
+@pytest.mark.parametrize(("description", "gap", "bus", "accuracy"), [(2, 18e-3, 24.0, 3e-8), (3, 23e-3, 9.0, 2e-9)])
 def test_motion_with_a_voltage_against_the_reference(description: int, gap: float, bus: float, accuracy: float) -> None:
     """Commands that jump, so that phases are at the voltage of the bus half of the time."""
     stage = (reference_2dof if description == 2 else reference_3dof)()
@@ -122,15 +122,16 @@ def test_motion_with_a_voltage_against_the_reference(description: int, gap: floa
     assert np.abs(block - free).max(axis=(0, 1))[0] > 3e-5, "the voltage matters"
 
 
-@pytest.mark.parametrize("stage", [2, 3])
-def test_a_voltage_that_suffices_changes_nothing(stage: int) -> None:
+@pytest.mark.parametrize("description", [2, 3])
+def test_a_voltage_that_suffices_changes_nothing(description: int) -> None:
     """Bit for bit."""
-    start = (20e-3 if stage == 2 else 25e-3, *(0.0,) * (stage - 1))
+    start = (20e-3 if description == 2 else 25e-3, *(0.0,) * (description - 1))
 
     def commands(k: int, _: np.ndarray) -> np.ndarray:
-        return np.array([phases(math.sin(0.1 * k), math.cos(0.07 * k), 0.0)] * (stage - 1))
+        return np.array([phases(math.sin(0.1 * k), math.cos(0.07 * k), 0.0)] * (description - 1))
 
-    (free, _), (limited, _) = (run_block(stage, start, commands, 0.3e-3, 60, bus_voltage=bus) for bus in (0.0, 1e5))
+    (free, _), (limited,
+                _) = (run_block(description, start, commands, 0.3e-3, 60, bus_voltage=bus) for bus in (0.0, 1e5))
     assert (free == limited).all()
 
 

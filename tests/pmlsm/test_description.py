@@ -36,7 +36,7 @@ def test_definition_that_an_fmu_carries_has_the_description_as_data(name: str) -
     for made in definitions(stage).values():
         carried: dict[str, object] = {}
         exec(made.text(), carried)
-        assert repr(carried["DESCRIPTION"]) == repr(stage)
+        assert repr(carried["STAGE"]) == repr(stage)
         break
 
 

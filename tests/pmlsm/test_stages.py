@@ -14,7 +14,7 @@ from pmlsm.stage_description import StageDescription
 STAGE_2DOF = PACKAGED_STAGES["2dof"]
 STAGE_3DOF = PACKAGED_STAGES["3dof"]
 
-both = pytest.mark.parametrize(("stage", "stage", "regulator"), [(STAGE_2DOF, Stage2DOF, Regulator2DOF),
+both = pytest.mark.parametrize(("description", "stage", "regulator"), [(STAGE_2DOF, Stage2DOF, Regulator2DOF),
                                                                (STAGE_3DOF, Stage3DOF, Regulator3DOF)])
 
 

@@ -22,7 +22,7 @@ def many_digits(functions: Iterable[Callable[..., Any]]) -> Iterator[None]:
     """Let functions call mpmath's functions instead of those of `math` and of `pmlsm`."""
     modules = {id(function.__globals__): function.__globals__ for function in functions}
     before = [(names, name, value) for names in modules.values() for name, value in names.items()
-              if name in NAMED and callable(value) and not names["__name__"] not in ELEMENTARY]
+              if name in NAMED and callable(value) and names["__name__"] not in ELEMENTARY]
     try:
         for names, name, _ in before:
             names[name] = NAMED[name]
