@@ -24,7 +24,8 @@ EDITOR = FOLDER / "vendor" / "codemirror.js"   # not ours: see next to it
 WAVES = "from pmlsm.sine_cosine import sine_cosine"   # for references, as blocks compute them
 WORKER = ("fmu.js", "law.js", "signals.js", "simulation.js", "worker.js")                      # in the thread that runs
 SCRIPTS = ("state.js", "history.js", "plots.js", "forces.js", "controls.js", "starters.js", "editor.js",
-           "beat.js", "stories.js", "own.js", "messages.js", "main.js", "picture.js", "hands.js", "start.js")
+           "beat.js", "stories.js", "own.js", "messages.js", "main.js", "picture.js", "panel.js", "hands.js",
+           "start.js")
 read = partial(shell.read, folder=FOLDER)
 ABOUT = "A platform that magnets hold in the air: drag it, drop a weight on it, write a controller that does better."
 POLICY = ("script-src 'unsafe-inline' 'wasm-unsafe-eval' blob:; worker-src blob:; style-src 'unsafe-inline'; "
