@@ -29,7 +29,7 @@ from maglev.analysis.image import FLAGS as CORTEX_M7
 from maglev.descriptions.own_fmus import definition
 from maglev.descriptions.registry import STAGES
 from maglev.files.marked import with_part
-from maglev.files.packages import PACKAGES
+from maglev.files.packages import IN_FMUS
 from maglev.files.scratch import scratch
 from maglev.fmi.block_code import BLOCK, block_code, c_path
 from maglev.fmi.compiler import FLAGS, UNIT, WEBASSEMBLY, Platform, library
@@ -139,7 +139,7 @@ def runs() -> tuple[Run, ...]:
 
 
 def sources(run: Run) -> dict[str, str]:
-    return {BLOCK: block_code(run.of, PACKAGES).text, "run.h": run.code(),
+    return {BLOCK: block_code(run.of, IN_FMUS).text, "run.h": run.code(),
             "host.c": (HOSTS / "host.c").read_text(encoding="utf-8")}
 
 

@@ -10,7 +10,7 @@ from pathlib import Path
 from maglev.cosim.fmi_versions import OWN_TOOL
 from maglev.descriptions.own_fmus import definition
 from maglev.files.errors import BuildError
-from maglev.files.packages import PACKAGES
+from maglev.files.packages import IN_FMUS
 from maglev.fmi.compiler import compiled, require_zig
 from maglev.fmi.definition import FmuDefinition
 from maglev.fmi.freestanding import freestanding
@@ -40,7 +40,7 @@ def generated(controller: str | Path) -> tuple[FmuDefinition, dict[str, str]]:
         if not described.sampled:
             raise BuildError(f"{controller}: has no sample_time, expected a controller, or another block that samples")
         try:
-            return described, freestanding(described, PACKAGES, f"{OWN_TOOL} {version('maglev-fmus')}")
+            return described, freestanding(described, IN_FMUS, f"{OWN_TOOL} {version('maglev-fmus')}")
         except ExportError as error:
             raise BuildError(f"{controller}: {error}") from None
 

@@ -14,7 +14,7 @@ from maglev.descriptions.registry import STAGES, definitions_of, system_of
 from maglev.files.cache import digest_at
 from maglev.files.copies import original
 from maglev.files.errors import BuildError, FmuError, ScenarioError, nearest, option, or_of_own_stage
-from maglev.files.packages import PACKAGES
+from maglev.files.packages import IN_FMUS
 from maglev.fmi.build import Maker, licence_of
 from maglev.fmi.definition import FmuDefinition
 from maglev.fmi.native_build import made_of
@@ -107,7 +107,7 @@ def definition(name: str) -> FmuDefinition:
 
 def installed() -> Maker:
     """This installation as the maker of FMUs, without its licence text, which identifies nothing."""
-    return Maker(version("maglev-fmus"), "", PACKAGES)
+    return Maker(version("maglev-fmus"), "", IN_FMUS)
 
 
 def project() -> Maker:

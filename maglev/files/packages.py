@@ -8,7 +8,10 @@ from pathlib import Path
 from maglev.files.errors import MaglevError
 
 BLOCKS = ("pmlsm", "plant_fmu", "controller_fmu")   # packages of blocks and their parts
-PACKAGES = (*BLOCKS, "maglev")                        # all of ours: an FMU can carry modules of them
+PACKAGES = (*BLOCKS, "maglev")                        # all packages of this project
+# Packages and modules that FMUs carry. Others of `maglev` read files of the installation, and stay in it.
+IN_FMUS = (*BLOCKS, "maglev.fmi", *(f"maglev.descriptions.{name}" for name in (
+    "closed_loop", "closed_loop_definition", "closed_loop_variables", "loop_step")))
 
 HERE = Path(__file__).resolve().parents[2]
 

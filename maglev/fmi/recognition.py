@@ -10,7 +10,7 @@ from maglev.fmi.block_code import BLOCK
 from maglev.fmi.build import CARRIED, Maker, what_runs
 from maglev.fmi.definition import FmuDefinition
 from maglev.fmi.native_build import BINARIES, DIGESTS, SHELLS, SOURCES, library_digests, native_sources
-from maglev.language.sources import carried_modules, module_path
+from maglev.language.sources import carried_modules, is_of, module_path
 
 # Files that people or other tools only read; files that run are compared byte for byte.
 FOR_READERS = ("documentation/", "model.png", "terminalsAndIcons/", "extra/")
@@ -28,7 +28,7 @@ def is_python_build(contents: Mapping[str, bytes], definition: FmuDefinition, wr
     texts = {}
     for match in filter(None, map(MODULE.fullmatch, contents)):
         name = match[1].replace("/", ".")
-        if name.split(".")[0] in (*maker.packages, *CARRIED):   # the module of the slave is in none
+        if is_of(name, (*maker.packages, *CARRIED)):   # the module of the slave is in none
             texts[name] = module_path(name).read_text(encoding="utf-8")
     return running(contents) == what_runs(definition, written, maker, texts, date_of(contents))
 

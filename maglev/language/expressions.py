@@ -36,6 +36,7 @@ from maglev.language.program import (
     Untranslatable,
 )
 from maglev.language.reader import Reader
+from maglev.language.sources import is_of
 from maglev.language.texts import definition_of
 
 # Expressions that the language does not have, and their replacements.
@@ -95,8 +96,8 @@ class Expressions:
 
     def float_site(self, node: ast.AST, text: str) -> Site | None:
         """A place where Python raises for a float, and C continues; none in a package that is known to look before."""
-        top = (self.function.source.__module__ or "").split(".")[0]
-        return None if top in self.program.careful else self.site(node, text)
+        module = self.function.source.__module__ or ""
+        return None if is_of(module, tuple(self.program.careful)) else self.site(node, text)
 
     def site(self, node: ast.AST, text: str) -> Site:
         """A place of this function that can fail."""

@@ -23,7 +23,7 @@ def parsed_expression(text: str) -> ast.expr:
 
 
 def carried_modules(entry: str, packages: tuple[str, ...]) -> dict[str, str]:
-    """Source text of a module and of all that it imports from the given packages, by dotted name."""
+    """Return the text of a module and of all modules that it imports from packages or modules, by dotted name."""
     texts: dict[str, str] = {}
     waiting = [entry]
     while waiting:
@@ -32,8 +32,13 @@ def carried_modules(entry: str, packages: tuple[str, ...]) -> dict[str, str]:
             continue
         texts[module] = module_path(module).read_text(encoding="utf-8")
         waiting.extend(imported for imported in imported_modules(module, texts[module])
-                       if imported.split(".")[0] in packages)
+                       if is_of(imported, packages))
     return texts
+
+
+def is_of(module: str, packages: tuple[str, ...]) -> bool:
+    """Return True if a module is one of the given packages and modules, or is in one."""
+    return any(module == package or module.startswith(f"{package}.") for package in packages)
 
 
 def module_path(module: str) -> Path:
@@ -68,5 +73,5 @@ def defined_names(text: str) -> dict[str, int]:
 
 def renamed(text: str, packages: tuple[str, ...], prefix: str) -> str:
     """Text whose imports from the given packages go to those packages inside another one."""
-    names = "|".join(packages)
+    names = "|".join(re.escape(name) for name in sorted(packages, key=len, reverse=True))
     return re.sub(rf"(^\s*|; )(from|import) ({names})\b", rf"\1\2 {prefix}.\3", text, flags=re.MULTILINE)

@@ -9,7 +9,7 @@ from pathlib import Path
 
 from maglev.descriptions.writer import environment
 from maglev.files.errors import BuildError
-from maglev.files.packages import PACKAGES
+from maglev.files.packages import IN_FMUS
 from maglev.files.scratch import scratch
 from maglev.fmi.declaration import WrittenDefinition
 from maglev.fmi.definition import FmuDefinition
@@ -75,7 +75,7 @@ def native_definition(definition: WrittenDefinition, file: Path) -> WrittenDefin
     native = replace(definition, block=native_law, arguments=(written, clock, sampled),   # type: ignore[arg-type]
                      finite=tuple(enumerate(ports, FIRST_PORT)))
     with language_errors():
-        own_code(native, PACKAGES)
+        own_code(native, IN_FMUS)
     return native
 
 

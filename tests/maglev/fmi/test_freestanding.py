@@ -19,7 +19,7 @@ from hypothesis import strategies as st
 from native_builds import STRICT, built_once, require_command, require_native_tools
 
 from maglev.descriptions.own_fmus import definition
-from maglev.files.packages import PACKAGES
+from maglev.files.packages import IN_FMUS
 from maglev.fmi.definition import Variable
 from maglev.fmi.freestanding import REFUSED_VALUE, freestanding, member, ports_of, template
 from maglev.language.errors import ExportError
@@ -37,7 +37,7 @@ def written(slow: None, tmp_path_factory: pytest.TempPathFactory) -> Path:
     def make(folder: Path) -> None:
         chosen = [definition(name) for name in NAMES]
         for each in chosen:
-            for file, text in freestanding(each, PACKAGES, "Tests").items():
+            for file, text in freestanding(each, IN_FMUS, "Tests").items():
                 place = folder / each.name / file
                 place.parent.mkdir(parents=True, exist_ok=True)
                 place.write_text(text, encoding="utf-8")
@@ -188,4 +188,4 @@ void board_end(int32_t status) {{ printf("%d\\n", (int)status); }}
      "have one name in C, expected names that differ by more than a dot")])
 def test_what_cannot_be_written(change: dict[str, Any], reason: str) -> None:
     with pytest.raises(ExportError, match=re.escape(reason)):
-        freestanding(replace(definition("Regulator2DOF"), **change), PACKAGES, "Tests")
+        freestanding(replace(definition("Regulator2DOF"), **change), IN_FMUS, "Tests")

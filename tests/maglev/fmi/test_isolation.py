@@ -10,7 +10,7 @@ import maglev.fmi.build
 import pmlsm.gap_functions
 from maglev.cosim.fmu import Fmu, read_description
 from maglev.descriptions.own_fmus import DEFINITIONS, definition
-from maglev.files.packages import PACKAGES
+from maglev.files.packages import IN_FMUS
 from maglev.fmi.build import Maker, build_fmu
 from maglev.language.sources import carried_modules
 
@@ -36,7 +36,7 @@ def other_version(folder: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
         return texts
 
     monkeypatch.setattr(maglev.fmi.build, "carried_modules", altered)
-    maker = Maker("9.9.9", "licence", PACKAGES)
+    maker = Maker("9.9.9", "licence", IN_FMUS)
     return build_fmu(definition("Plant3DOF"), DEFINITIONS["Plant3DOF"].text(), maker, folder)
 
 
