@@ -29,30 +29,31 @@ from maglev.cli.options import (
     with_run_options,
 )
 from maglev.cli.region import region
-from maglev.cli.streams import CommandLine, Commands
+from maglev.cli.streams import CommandLine
 from maglev.cli.study import compare, study, tune
 from maglev.cli.terminal import one_line_errors, progress_of, require_environment, run_and_print, say
 from maglev.files.errors import ScenarioError
 from maglev.scenario.options import KindName
 
-# One paragraph for each line: the help joins the lines of a paragraph.
-app = CommandLine(cls=Commands, no_args_is_help=True, rich_markup_mode="markdown",
-                  context_settings={"help_option_names": ["-h", "--help"]}, help="""
-Simulate magnetically levitated stages with their controllers, as FMUs of FMI 2.0 and 3.0.
+app = CommandLine(context_settings={"help_option_names": ["-h", "--help"]}, help="""
+Simulate magnetically levitated stages with their controllers, as FMUs.
 
-`maglev run 3dof-setpoints --open`: run a scenario, and open its page
+Run a scenario and open its page:
 
-`maglev list`: the scenarios, and the FMUs
+    maglev run 3dof-setpoints --open
 
-`maglev new controller mine.py`: write a controller to change
+Write a controller in Python, change it, and run it:
 
-`maglev run 3dof-setpoints --controller mine.py`: run a scenario with it
+    maglev new controller lqi.py
+    maglev run 3dof-setpoints --controller lqi.py
 
-`maglev report`: run every scenario of the thesis, and write one page about its claims
+List the scenarios and FMUs, or show the help of a command:
 
-Exit codes: 0 done; 1 a check deviates or, with `--fail-on-claims`, a claim is missed or a run failed (touched a stop,
-tripped or ended too far off); 2 an error, or a run did not complete (reach its stop time); 130 after Ctrl-C, 141 if the
-output was cut off, 143 after SIGTERM. One line says what went wrong.
+    maglev list
+    maglev run --help
+
+Exit codes: 0 success; 1 a check deviates, or with `--fail-on-claims` a run failed or missed a claim; 2 an error, or a
+run that did not reach its stop time; 130 after Ctrl-C; 141 if the output was cut off; 143 after SIGTERM.
 """)
 
 
@@ -69,48 +70,48 @@ def main(_version: Annotated[bool, typer.Option("--version", callback=print_vers
     require_environment()
 
 
-def build(names: Annotated[list[str] | None, typer.Argument(help="FMUs to build, all if none is named; or "
-                                                            "Python files, each with your controller.",
-                                                            show_default=False)] = None,
+def build(names: Annotated[list[str] | None, typer.Argument(
+              metavar="NAME", help="FMUs (all by default), or Python files with controllers.",
+              show_default=False)] = None,
           stage: StageFile = None, fmus: Built = Path("fmus"),
-          kind: Annotated[KindName, typer.Option("--kind", help="`native`: FMUs that need no Python, into the "
-                                                 "subfolder native; needs the extra `native`.")] = "python",
-          fmi: Annotated[int, typer.Option("--fmi", min=2, max=3, help="Version of FMI, of native FMUs; those of "
-                                           "FMI 3.0 go into the subfolder fmi3.")] = 2,
-          clocked: Annotated[bool, typer.Option("--clocked", help="With --fmi 3: FMUs that sample when a clock of "
-                                                "the importer ticks; into the subfolder clocked.")] = False,
-          target: Annotated[str, typer.Option(help="Of native FMUs: `all`, binaries for Linux, Windows and macOS; "
-                                              "`host`, one for this machine; `wasm`, WebAssembly modules for "
-                                              "browsers, into the subfolder wasm.")] = "all",
-          source: Annotated[Path | None, typer.Option("--from", help="With --kind native: archive of native FMUs of a "
-                                                      "release, or the folder that it was unpacked to; they are "
-                                                      "copied, without a compiler.", show_default=False)] = None,
-          ssp: Annotated[str | None, typer.Option("--ssp", metavar="SCENARIO", help="A run, whose FMUs and connections "
-                                                  "become one file NAME.ssp.", show_default=False,
-                                                  autocompletion=run_names)] = None,
+          kind: Annotated[KindName, typer.Option(
+              "--kind", metavar="KIND", help="`python` or `native`.")] = "python",
+          fmi: Annotated[int, typer.Option("--fmi", metavar="N", min=2, max=3,
+                                           help="FMI version of native FMUs, 2 or 3.")] = 2,
+          clocked: Annotated[bool, typer.Option(
+              "--clocked", help="With --fmi 3: sample on a clock of the importer.")] = False,
+          target: Annotated[str, typer.Option(
+              metavar="TARGET", help="Of native FMUs: `all`, `host` or `wasm`.")] = "all",
+          source: Annotated[Path | None, typer.Option(
+              "--from", metavar="ARCHIVE", help="Copy native FMUs of a release; no compiler needed.",
+              show_default=False)] = None,
+          ssp: Annotated[str | None, typer.Option(
+              "--ssp", metavar="SCENARIO", help="Write a whole run as one file NAME.ssp.", show_default=False,
+              autocompletion=run_names)] = None,
           debug: Debug = False) -> None:
     """Build FMUs for other tools.
 
-    Of this project, of your controller or of your stage. The same sources give the same bytes. Runs need no such build:
-    they build what they need.
+    The same sources give the same bytes. A run builds the FMUs it needs, so it needs no `maglev build`.
 
-    **Examples:**
+    `python` FMUs need Python on the target machine, `native` ones do not. Native FMUs have binaries for Linux, Windows
+    and macOS (`--target all`), for this machine (`host`), or for browsers (`wasm`); they need the extra `native`. The
+    subfolders `native`, `fmi3`, `clocked` and `wasm` keep the kinds apart.
 
-    `maglev build lqi.py`
+    Build two FMUs, once in Python and once native:
 
-    `maglev build --stage mine.toml`: those of your own stage, which `maglev new stage mine.toml` wrote
+        maglev build Plant3DOF Regulator3DOF
+        maglev build --kind native --target host Plant3DOF Regulator3DOF
 
-    `maglev build Plant3DOF Regulator3DOF`
+    Build the FMU of your own controller, or those of your own stage:
 
-    `maglev build --kind native`
+        maglev new controller lqi.py
+        maglev build lqi.py
+        maglev new stage mine.toml
+        maglev build --stage mine.toml
 
-    `maglev build --kind native ClosedLoop3DOF`
+    Write a scenario with its FMUs as one file for tools that read SSP:
 
-    `maglev build --kind native --fmi 3`
-
-    `maglev build --kind native --from maglev-fmus-0.1.0-native.zip`: without a compiler
-
-    `maglev build --ssp 3dof-thrust-loss-loose`
+        maglev build --ssp 3dof-thrust-loss-loose
     """
     with one_line_errors(debug):
         with progress_of(["FMUs"]) as watch:
@@ -122,34 +123,38 @@ def build(names: Annotated[list[str] | None, typer.Argument(help="FMUs to build,
 
 @with_run_options()
 def run(names: Names = None, everything: All = False, out: Out = Path("results"),
-        open_page: Annotated[bool, typer.Option("--open", help="Write the page of the run, and open it in the browser."
-                                                )] = False,
+        open_page: Annotated[bool, typer.Option("--open", help="Write the page of the run, and open it.")] = False,
         plot: Annotated[bool, typer.Option("--plot", help="Also write pictures (needs matplotlib).")] = False,
         fail_on_claims: Annotated[bool, typer.Option(
-            "--fail-on-claims", help="Exit with 1 if a claim is missed, or a run failed: it touched a stop, "
-                                       "tripped or ended too far off.")] = False,
+            "--fail-on-claims", help="Exit with 1 if a run fails or misses a claim.")] = False,
         claims: Claims = None, form: Form = "csv", every: Every = None,
-        json: Annotated[bool, typer.Option("--json", help="Print what was measured, verdicts and provenance as JSON.",
+        json: Annotated[bool, typer.Option("--json", help="Print metrics, verdicts and provenance as JSON.",
                                            rich_help_panel=MORE)] = False,
         jobs: Jobs = None, debug: Debug = False, **options: Any) -> None:
-    """Run scenarios, and judge the claims about them.
+    """Run scenarios and judge their claims.
 
-    **Examples:**
+    Run a scenario with a heavier platform, and plot it:
 
-    `maglev run 3dof-setpoints --set plant.y.mass=7.2kg --plot`
+        maglev run 3dof-setpoints --set plant.y.mass=7.2kg --plot
 
-    `maglev run 2dof-setpoints --controller my_controller.fmu --map ports.toml --set controller.gain=3`
+    Run it with your own controller, and open its page:
 
-    `maglev run 3dof-setpoints --controller lqi.py --open` takes a class in Python: `maglev new controller lqi.py`
+        maglev new controller lqi.py
+        maglev run 3dof-setpoints --controller lqi.py --open
 
-    `maglev run 2dof-step-4` runs all its variants, `maglev run 2dof-step-4-linear` one of them
+    Run all variants of a scenario, or one:
 
-    `maglev run mine.toml --controller lqi.py --fail-on-claims` holds a controller to the claims of mine.toml, for CI
+        maglev run 2dof-step-4
+        maglev run 2dof-step-4-linear
 
-    The results are `NAME.csv` or `NAME.parquet` (time first, then `fmu.variable`), `NAME.json` (provenance and
-    metrics), `NAME.txt` and, of runs with claims, `claims.md`. A run that an FMU ends early leaves its columns in
-    `NAME.partial.csv`. Runs that claims compare with are run as well. The outcome of a procedure of several runs is in
-    `PROCEDURE.txt`, its curves in `PROCEDURE.curves.csv`.
+    Run your own scenario in a CI job, which fails with its claims:
+
+        maglev new scenario mine.toml
+        maglev run mine.toml --fail-on-claims
+
+    Each run writes `NAME.csv` or `.parquet` (signals), `NAME.json` (metrics, provenance) and `NAME.txt`. Claims are in
+    `claims.md`, curves of a procedure of several runs in `PROCEDURE.curves.csv`. A run that ends early leaves
+    `NAME.partial.csv`.
     """
     with one_line_errors(debug):
         if everything == bool(names):
@@ -163,19 +168,23 @@ def run(names: Names = None, everything: All = False, out: Out = Path("results")
 @with_run_options()
 def report(names: Names = None, out: Out = Path("results"),
            open_page: Annotated[bool, typer.Option("--open", help="Open the page in the browser.")] = False,
-           what_if: Annotated[bool, typer.Option(help="Run again, without friction, what is behind missed claims whose "
-                                                      "reasons blame it.")] = True,
+           what_if: Annotated[bool, typer.Option(help="Repeat without friction if it explains a miss.",
+                                                 show_default=False)] = True,
            claims: Claims = None, jobs: Jobs = None, debug: Debug = False, **options: Any) -> None:
-    """Run scenarios, all if none is named, and write one page about them.
+    """Run scenarios (all by default) and write one page about them.
 
-    The page `report.html` needs no network: figures as in the thesis, to zoom into, the claims with their verdicts, and
-    a moving picture of the stage.
+    `report.html` has the figures of the thesis, which zoom, the claims with their verdicts, and a moving picture of the
+    stage. It needs no network.
 
-    **Examples:**
+    Report every scenario, or two:
 
-    `maglev report`
+        maglev report
+        maglev report 3dof-setpoints 3dof-setpoints-improved --open
 
-    `maglev report 3dof-setpoints --controller my_controller.fmu`
+    Write the report of your own controller:
+
+        maglev new controller lqi.py
+        maglev report 3dof-setpoints --controller lqi.py
     """
     with one_line_errors(debug):
         run_and_print(names, debug=debug, open_page=open_page, out=out, page=True, what_if=what_if, claims=claims,
@@ -184,19 +193,22 @@ def report(names: Names = None, out: Out = Path("results"),
 
 @with_run_options("fmus")
 def live(files: Annotated[list[str] | None, typer.Argument(
-             metavar="FILE", help="Descriptions of stages of yours, or scenarios, instead of all packaged runs.",
+             metavar="FILE", help="Your own stages and scenarios; by default all packaged ones.",
              show_default=False)] = None,
          out: Out = Path("results"), debug: Debug = False, **options: Any) -> None:
     """Write the page `live.html`, which runs the stages in a browser.
 
-    Drag, kick, change parameters, swap controllers. It needs no network and nothing installed. The FMUs in it are
-    WebAssembly; those that are missing are built, which needs the extra `native`.
+    Drag and kick the platform, change parameters, swap controllers. The page needs no network and no installation. Its
+    FMUs are WebAssembly; a missing one is built, which needs the extra `native`.
 
-    **Examples:**
+    Write the page of the packaged stages:
 
-    `maglev live --out page`
+        maglev live --out page
 
-    `maglev live mine.toml mine-setpoints.toml` writes `live-mine.html`
+    Write `live-mine.html` for your own stage:
+
+        maglev new stage mine.toml
+        maglev live mine.toml mine-setpoints.toml
     """
     with one_line_errors(debug):
         path = maglev.write_live(out, files=files or (), say=say, watch=progress_of, **options)
@@ -208,8 +220,8 @@ PANELS: dict[str, dict[str, Any]] = {
     "Run": {"run": run, "list": list_all, "compare": compare, "study": study, "tune": tune, "report": report,
             "live": live},
     "Bring your own": {"new": new, "stage": stage},
-    "Look into a stage": {"identify": identify, "linearise": linearise, "region": region},
-    "Hold and hand on": {"check": check, "build": build, "target": target, "pack": pack, "cache": cache}}
+    "Analyse": {"identify": identify, "linearise": linearise, "region": region},
+    "Verify and export": {"check": check, "build": build, "target": target, "pack": pack, "cache": cache}}
 for panel, commands in PANELS.items():
     for command_name, command in commands.items():
         if isinstance(command, typer.Typer):

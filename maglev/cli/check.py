@@ -17,34 +17,32 @@ if TYPE_CHECKING:
 
 @with_run_options(without=("step", "order"))
 def check(names: NamesOrFmus = None,
-          update: Annotated[bool, typer.Option("--update", help="Write new baselines, and say what moved.")] = False,
-          baselines: Annotated[Path | None, typer.Option(help="Folder with the baselines.",
-                                                         show_default="the package's")] = None,
-          junit: Annotated[Path | None, typer.Option(help="Also write the outcome as JUnit XML.", show_default=False)]
-          = None,
-          partial: Annotated[bool, typer.Option("--partial", help="Let an FMU pass whose results are compared in "
-                                                "part: with columns that it lacks, or without an end.")] = False,
-          plot: Annotated[bool, typer.Option("--plot", help="Picture of each run that deviates, expected and actual "
-                                             "signals, NAME.check.png in the folder --out (needs the extra "
-                                             "`report`).")] = False,
+          update: Annotated[bool, typer.Option("--update", help="Write new baselines, and print the changes.")] = False,
+          baselines: Annotated[Path | None, typer.Option(metavar="FOLDER", help="Folder of baselines; by default the "
+                                                         "package's.", show_default=False)] = None,
+          junit: Annotated[Path | None, typer.Option(metavar="FILE", help="Also write the outcome as JUnit XML.",
+                                                     show_default=False)] = None,
+          partial: Annotated[bool, typer.Option(
+              "--partial", help="Pass an FMU that lacks columns or the end.")] = False,
+          plot: Annotated[bool, typer.Option("--plot", help="Draw each deviating run (needs matplotlib).")] = False,
           out: Out = Path("results"), jobs: Jobs = None, debug: Debug = False, **options: Any) -> None:
-    """Run scenarios, all if none is named, and compare with their baselines.
+    """Compare runs of scenarios (all by default) with their baselines.
 
-    A baseline has two parts. A line of `digests.txt` is the digest of all signals at all samples: FMUs of this project
-    must match it bit for bit. `NAME_ref.csv` has a few signals at a few times: third-party FMUs must match it within
-    the tolerances of the scenario. The exit code is 0 if all runs pass, 1 if one deviates, 2 if one could not be
-    compared.
+    FMUs of this project must match the digest of all signals in `digests.txt` bit for bit. Third-party FMUs must match
+    the samples in `NAME_ref.csv` within the scenario's tolerances.
 
-    The argument can also be any FMU, whose own experiments are run: by the layered standard FMI-LS-REF, or in
+    An FMU file as the argument is checked against its own reference experiments: those inside it (FMI-LS-REF), or
     `NAME_ref.csv`, `NAME_in.csv` and `NAME_ref.opt` next to `NAME.fmu`.
 
-    **Examples:**
+    Exit codes: 0 all runs pass; 1 a run deviates; 2 a run could not be compared.
 
-    `maglev check --junit check.xml`
+    Check every scenario, and write the outcome for CI:
 
-    `maglev check 3dof-smooth-nonlinear --plant my_plant.fmu`
+        maglev check --junit check.xml
 
-    `maglev check mine.fmu`
+    Check one scenario, and draw it if it deviates:
+
+        maglev check 3dof-smooth-nonlinear --plot
     """
     with one_line_errors(debug):
         if update and junit is not None:

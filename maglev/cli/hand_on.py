@@ -6,6 +6,7 @@ from typing import Annotated, Any
 import typer
 
 import maglev
+from maglev.cli.help_text import Group
 from maglev.cli.options import Debug, StageFile, run_names, with_run_options
 from maglev.cli.terminal import one_line_errors, progress_of
 from maglev.files import cache as kept
@@ -13,33 +14,38 @@ from maglev.files.units import number_or_text
 
 ControllerName = Annotated[str, typer.Argument(metavar="CONTROLLER", show_default=False,
                                                help="A controller, or a Python file with one.")]
-OnRun = Annotated[str | None, typer.Option("--run", metavar="SCENARIO", help="What it is measured on: a run of the "
-                                           "package, or a TOML file.", show_default="the setpoints of its stage",
-                                           autocompletion=run_names)]
-TargetFolder = Annotated[Path, typer.Option("--out", help="Folder, in which one of the controller's name is written.")]
-Clock = Annotated[str, typer.Option(help="Frequency of the processor, in Hz or with a unit, for the estimate.")]
-Cycles = Annotated[float, typer.Option(help="Cycles of an instruction in the mean, for the estimate.")]
+OnRun = Annotated[str | None, typer.Option(
+    "--run", metavar="SCENARIO", help="Run to measure it on; by default the setpoints.", show_default=False,
+    autocompletion=run_names)]
+TargetFolder = Annotated[Path, typer.Option("--out", metavar="FOLDER", help="Folder for the controller's folder.")]
+Clock = Annotated[str, typer.Option(metavar="FREQUENCY", help="Processor clock for the estimate.")]
+Cycles = Annotated[float, typer.Option(metavar="X", help="Mean cycles of an instruction.")]
 
 
 @with_run_options("fmus")
 def target(controller: ControllerName, run: OnRun = None, stage: StageFile = None, out: TargetFolder = Path("target"),
            clock: Clock = "216 MHz", cycles: Cycles = 1.5, debug: Debug = False, **options: Any) -> None:
-    """Write a controller as C for a microcontroller.
+    """Write a controller as C for a microcontroller, and measure its time.
 
-    It is measured on a Cortex-M7 in QEMU.
+    `NAME.h` declares the ports in SI units, and `NAME.c` is C99 without libraries and without dynamic memory. An
+    example, a CMake file and a report are written with them.
 
-    `NAME.h` has the ports in SI units, `NAME.c` all that is behind them: C99 without a library and without memory that
-    is allocated. Next to them lie an example, a file for CMake, and a report. For that a whole run is made twice, with
-    the native FMU and with the emulated processor, sample by sample against the same plant: every signal has to have
-    the same bits.
+    For the report the C runs on a Cortex-M7 in QEMU next to the native FMU, against the same plant. Every signal must
+    have the same bits at every sample.
 
-    **Examples:**
+    Write the regulator of the 3-DOF stage:
 
-    `maglev target Regulator3DOF`
+        maglev target Regulator3DOF
 
-    `maglev target lqi.py --run 3dof-setpoints --clock "480 MHz"`
+    Measure your own controller at another clock:
 
-    `maglev target RegulatorMine --stage mine.toml --run mine-setpoints.toml`
+        maglev new controller lqi.py
+        maglev target lqi.py --run 3dof-setpoints --clock "480 MHz"
+
+    Write the regulator of your own stage:
+
+        maglev new stage mine.toml
+        maglev target RegulatorMine --stage mine.toml --run mine-setpoints.toml
     """
     with one_line_errors(debug):
         made = maglev.target(controller, run, stage=stage, out=out, clock=number_or_text(clock), cycles=cycles,
@@ -48,7 +54,7 @@ def target(controller: ControllerName, run: OnRun = None, stage: StageFile = Non
         typer.echo(f"{made.folder}: {', '.join(str(file.relative_to(made.folder)) for file in made.files)}")
 
 
-pack = typer.Typer(no_args_is_help=True, rich_markup_mode="markdown", help="Put an experiment into an FMU.")
+pack = Group(help="Put an experiment into an FMU.")
 
 
 @pack.callback()
@@ -59,23 +65,25 @@ def about_pack() -> None:
 @pack.command()
 @with_run_options("fmus")
 def ref(fmu: Annotated[Path, typer.Argument(metavar="FMU", help="An FMU for co-simulation.")],
-        scenario: Annotated[str, typer.Argument(metavar="SCENARIO", help="A run of the package, or a TOML file.",
+        scenario: Annotated[str, typer.Argument(metavar="SCENARIO", help="A packaged run, or a TOML file.",
                                                 autocompletion=run_names)],
         name: Annotated[str | None, typer.Option(
-            "--as", "--name", help="What the FMU takes the place of in the scenario, `controller` or `plant`; not "
-            "needed where the scenario names its file.", show_default=False)] = None,
-        out: Annotated[Path | None, typer.Option(help="Where to write it.", show_default="the FMU itself")] = None,
+            "--as", "--name", metavar="PART", help="Part it replaces: `controller` or `plant`.",
+            show_default=False)] = None,
+        out: Annotated[Path | None, typer.Option(metavar="FILE", help="File to write; by default the FMU itself.",
+                                                 show_default=False)] = None,
         debug: Debug = False, **options: Any) -> None:
-    """Run a scenario with an FMU, and put its inputs and outputs there into it, as an experiment of its own.
+    """Run a scenario with an FMU, and store its inputs and outputs in the FMU.
 
-    `maglev check` and other tools that know the layered standard FMI-LS-REF can then run it alone. The table `check` of
-    the scenario says what is compared, and how closely.
+    `maglev check` and other tools that know the layered standard FMI-LS-REF can then check the FMU on its own. The
+    table `check` of the scenario lists the compared signals and their tolerances.
 
-    **Examples:**
+    Build an FMU of your own controller, put a run into it, and check it alone:
 
-    `maglev pack ref mine.fmu 2dof-smooth-nonlinear --as controller`
-
-    `maglev check mine.fmu`
+        maglev new controller lqi.py
+        maglev build lqi.py --fmus .
+        maglev pack ref LQI.fmu 3dof-setpoints --as controller
+        maglev check LQI.fmu
     """
     with one_line_errors(debug):
         with progress_of([scenario]) as watch:
@@ -83,12 +91,17 @@ def ref(fmu: Annotated[Path, typer.Argument(metavar="FMU", help="An FMU for co-s
         typer.echo(f"{out or fmu}: carries {result.name}; run alone, {result.message}")
 
 
-def cache(clear: Annotated[bool, typer.Option("--clear", help="Remove all of it: it is built again where it is needed."
-                                              )] = False, debug: Debug = False) -> None:
-    """Show where FMUs that were built for runs are kept.
+def cache(clear: Annotated[bool, typer.Option("--clear", help="Remove all; runs rebuild what they need.")] = False,
+          debug: Debug = False) -> None:
+    """Show the cache of FMUs that were built for runs.
 
-    The names in it are digests of the sources: FMUs of other versions stay until it is cleared. The environment
-    variable `MAGLEV_CACHE` sets another folder.
+    File names contain digests of the sources, so FMUs of older versions stay until the cache is cleared. The
+    environment variable `MAGLEV_CACHE` sets another folder.
+
+    Show its size, or clear it:
+
+        maglev cache
+        maglev cache --clear
     """
     with one_line_errors(debug):
         sizes = kept.sizes()

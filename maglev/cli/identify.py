@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Annotated, cast
 import typer
 
 import maglev
-from maglev.cli.options import STAGE_NAMES, Debug, Out, pairs
+from maglev.cli.options import MORE, STAGE_NAMES, Debug, Out, pairs
 from maglev.cli.terminal import one_line_errors, report_console
 from maglev.files.errors import IdentificationError
 from maglev.identification.settings import EPSILON, GAMMA
@@ -18,27 +18,25 @@ if TYPE_CHECKING:
     from maglev.files.table_times import Gaps
     from maglev.identification.identify import Identification
 
-ERRORS = ("The standard error is the scatter from one recording to another. The bias is what every recording repeats: "
-          "what friction, bias, ripple and modulation as described change in the estimate, and could at most. "
-          "An estimate may be off by two standard errors and the bias at most.")
+ERRORS = ("The standard error is the scatter between recordings. The bias is the same in every recording: the shift by "
+          "friction, bias, ripple and modulation as described, and its upper bound. "
+          "An estimate may be off by two standard errors plus the bias.")
 
 Data = Annotated[Path, typer.Argument(metavar="DATA.csv", help="The recording.", show_default=False)]
 StageName = Annotated[str | None, typer.Option(
-    "--stage", help=f"{STAGE_NAMES}, seen from the columns if not given; or a description of yours, `mine.toml`.",
-    show_default=False)]
-Method = Annotated[str, typer.Option(help="`reduced` (3.8), `full` (3.6) or `fsdi` (3.3).")]
-Epsilon = Annotated[str, typer.Option(help="Confidence level ε of the measurement, in s or with a unit.")]
-Gamma = Annotated[float, typer.Option(help="Attenuation γ, more than 1.")]
+    "--stage", metavar="STAGE", help=f"{STAGE_NAMES}, or a TOML file.", show_default=False)]
+Method = Annotated[str, typer.Option(metavar="METHOD", help="`reduced`, `full` or `fsdi`.")]
+Epsilon = Annotated[str, typer.Option(metavar="TIME", help="Confidence level ε.", rich_help_panel=MORE)]
+Gamma = Annotated[float, typer.Option(metavar="X", help="Attenuation γ, above 1.", rich_help_panel=MORE)]
 Columns = Annotated[list[str] | None, typer.Option(
-    "--column", metavar="v=NAME", help="What the recording calls a column; may be repeated.", show_default=False)]
+    "--column", metavar="v=NAME", help="Name of a column in the recording. Repeatable.", show_default=False)]
 Units = Annotated[list[str] | None, typer.Option(
-    "--unit", metavar="v=mm", help="Unit of a column whose header says none; may be repeated.", show_default=False)]
-GapsChoice = Annotated[str, typer.Option("--gaps", help="Where times are uneven by more than 5 %: `refuse`, `fill` by "
-                                         "straight lines, or use the `longest` part without.")]
+    "--unit", metavar="v=mm", help="Unit of a column without one. Repeatable.", show_default=False)]
+GapsChoice = Annotated[str, typer.Option(
+    "--gaps", metavar="WAY", help="On gaps: `refuse`, `fill` or `longest`.")]
 Guesses = Annotated[list[str] | None, typer.Option(
-    "--guess", metavar="C1=value", help="Initial value of a constant; may be repeated.", show_default=False)]
-Matched = Annotated[bool, typer.Option("--matched", help="Filter positions and currents as the observer filters the "
-                                       "velocity: more accurate thrust constants.")]
+    "--guess", metavar="C1=VALUE", help="Initial value of a constant. Repeatable.", show_default=False)]
+Matched = Annotated[bool, typer.Option("--matched", help="Filter positions and currents like the velocity.")]
 
 
 def identify(data: Data, stage: StageName = None, column: Columns = None, unit: Units = None,
@@ -47,15 +45,21 @@ def identify(data: Data, stage: StageName = None, column: Columns = None, unit: 
              debug: Debug = False) -> None:
     """Identify the constants of a stage from recorded data.
 
-    The CSV has columns `time` (s), the positions `v`, `h` or `y`, `x`, `z` (m) and the delivered currents `i_d`, `i_q`
-    or `i_a`, `i_b`, `i_c` (A; `alpha.i_d`, `beta.i_d` … where there are two motors). Results of `maglev run` will do.
-    So does what laboratories write, with semicolons or tabs, decimal commas, units as in `v [mm]`, or time stamps: it
-    takes the extra `data`, and a line says what was assumed.
+    The CSV has columns `time` (s), the positions `v`, `h` or `y`, `x`, `z` (m), and the currents `i_d`, `i_q` or `i_a`,
+    `i_b`, `i_c` (A), as `alpha.i_d` with two motors. With the extra `data`, semicolons, decimal commas, units as in
+    `v [mm]` and time stamps are read, too; a line says what was assumed.
 
-    **Examples:** `maglev identify my_recording.csv --matched`, `maglev identify results/2dof-identification-rig.csv
-    --guess C1=10`
+    Identify from a recorded run, and run again with the result:
 
-    The results are `NAME.identified.toml`, for `maglev run --model`, and `NAME.convergence.csv` with a picture of it.
+        maglev run 2dof-identification-rig
+        maglev identify results/2dof-identification-rig.csv --matched
+        maglev run 2dof-setpoints \\
+            --model results/2dof-identification-rig.identified.toml
+
+    `--gaps` decides on uneven times: refuse them, fill them with straight lines, or use the longest part without. The
+    methods are those of (3.8), (3.6) and (3.3).
+
+    The results are `NAME.identified.toml` and `NAME.convergence.csv`, with a picture.
     """
     with one_line_errors(debug):
         guesses = dict(pairs("--guess", guess, "a constant and a value, such as C1=10", IdentificationError))

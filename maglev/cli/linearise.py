@@ -9,7 +9,18 @@ from typing import TYPE_CHECKING, Annotated, Any
 import typer
 
 import maglev
-from maglev.cli.options import VALUE, AsJson, Debug, Out, StageFile, option_value, pairs, with_more, with_run_options
+from maglev.cli.options import (
+    MORE,
+    VALUE,
+    AsJson,
+    Debug,
+    Out,
+    StageFile,
+    option_value,
+    pairs,
+    with_more,
+    with_run_options,
+)
 from maglev.cli.terminal import one_line_errors, write_json
 from maglev.files.errors import LinearModelError, option
 from maglev.files.pictures import require_matplotlib, write_figure
@@ -21,26 +32,19 @@ if TYPE_CHECKING:
     from maglev.linear.parameters import Quantity
 
 Blocks = Annotated[list[str], typer.Argument(
-    metavar="PLANT [[MEASUREMENT] CONTROLLER]", show_default=False, help="A plant, a controller, or a plant and a "
-    "controller for their loop, perhaps with a measurement between. In a loop of two each may be anybody's: the path "
-    "of an FMU or a Python file.")]
+    metavar="PLANT [[MEASUREMENT] CONTROLLER]", show_default=False, help="FMUs or Python files.")]
 At = Annotated[list[str], typer.Option(
-    "--at", metavar="AXIS=POSITION", help="Where to linearise, m, rad or with a unit: the gap `v` or `y`, and other "
-    "axes that are not at 0.", show_default=False)]
-Measure = Annotated[bool, typer.Option("--measure", help="Measure the loop as it runs, by injection.")]
+    "--at", metavar="AXIS=POSITION", help="Operating point. Repeatable.", show_default=False)]
+Measure = Annotated[bool, typer.Option("--measure", help="Measure the running loop by injection.")]
 Parameters = Annotated[list[str] | None, typer.Option(
-    "--set", metavar="plant.variable=value", help="Parameter of `plant`, `controller` or `measurement`; may carry a "
-    "unit and may be repeated.", show_default=False)]
+    "--set", metavar="PART.VARIABLE=VALUE", help="Parameter, in SI or with a unit. Repeatable.", show_default=False)]
 Openings = Annotated[list[str] | None, typer.Option(
-    "--open", metavar="SIGNAL", help="Where to open the loop: an axis or `y.measured`, with all that takes the "
-    "measurement, or `alpha.i_q_cmd`; a tilt is opened in the gaps at all motors, `alpha1.gap_measured` alone; every "
-    "axis if not given.", show_default=False)]
-Plot = Annotated[bool, typer.Option("--plot", help="Pictures of the loop (needs matplotlib).")]
-Settle = Annotated[str, typer.Option(metavar="TIME", help="Longest time that a loop runs to its rest before it is "
-                                     "looked at.")]
+    "--open", metavar="SIGNAL", help="Open the loop here; default: every axis.", show_default=False)]
+Plot = Annotated[bool, typer.Option("--plot", help="Write pictures of the loop (needs matplotlib).")]
+Settle = Annotated[str, typer.Option(metavar="TIME", help="Longest time to come to rest.", rich_help_panel=MORE)]
 SampleTime = Annotated[str | None, typer.Option(
-    "--sample-time", metavar="TIME", help="Sample time of a controller that is given as a file; its parameter "
-    "sample_time, or the step in --map, if not given.", show_default=False)]
+    "--sample-time", metavar="TIME", help="Sample time of a controller file.", show_default=False,
+    rich_help_panel=MORE)]
 
 
 def grouped(kind: Any, group: str, *flag: str, **more: Any) -> Any:
@@ -48,23 +52,21 @@ def grouped(kind: Any, group: str, *flag: str, **more: Any) -> Any:
 
 
 # Options of one way only, by the names that what it calls has for them, with their defaults.
-ALONE, MEASURED = "The model of a plant", "A response that is measured"
+ALONE, MEASURED = "Model of a plant or a controller", "Measured response"
 MODEL: dict[str, tuple[Any, Any]] = {
-    "currents": (grouped(str, ALONE, help="Inputs of a plant, outputs of a controller: `dq` or `phases`."), "dq"),
-    "hold": (grouped(str | None, ALONE, metavar="TIME", help="Sample time of a plant whose inputs are held."), None),
-    "forces": (grouped(bool, ALONE, "--forces", help="External forces are inputs of the plant, too."), False)}
+    "currents": (grouped(str, ALONE, metavar="KIND", help="Coordinates: `dq` or `phases`."), "dq"),
+    "hold": (grouped(str | None, ALONE, metavar="TIME", help="Sample time of a plant with held inputs."), None),
+    "forces": (grouped(bool, ALONE, "--forces", help="Make external forces inputs of the plant, too."), False)}
 INJECTION: dict[str, tuple[Any, Any]] = {
-    "amplitude": (grouped(str, MEASURED, help="Peak of what is added to the measurement, in m, rad or with a unit."),
-                  "100 um"),
-    "lowest": (grouped(float, MEASURED, "--from", help="Lowest frequency, rad/s: a period takes 2π over it."), 1.0),
-    "highest": (grouped(float, MEASURED, "--to", help="Highest frequency, rad/s."), 2000.0),
-    "lines": (grouped(int, MEASURED, help="Frequencies, evenly over the logarithm as far as they are harmonics."), 48),
-    "realisations": (grouped(int, MEASURED, help="Multisines of other phases, by which the error is estimated."), 3),
-    "periods": (grouped(int, MEASURED, help="Periods that are recorded of each."), 2),
-    "smooth": (grouped(bool, MEASURED, "--smooth", help="Without Coulomb friction and rounding of the encoders, as the "
-                       "linear model has it."), False),
-    "linear": (grouped(bool, MEASURED, "--linear/--no-linear", help="With or without the linear loop next to it."),
-               True)}
+    "amplitude": (grouped(str, MEASURED, metavar="SIZE", help="Peak of the injected signal."), "100 um"),
+    "lowest": (grouped(float, MEASURED, "--from", metavar="W", help="Lowest frequency, rad/s."), 1.0),
+    "highest": (grouped(float, MEASURED, "--to", metavar="W", help="Highest frequency, rad/s."), 2000.0),
+    "lines": (grouped(int, MEASURED, metavar="N", help="Frequencies, evenly on a log scale."), 48),
+    "realisations": (grouped(int, MEASURED, metavar="N", help="Number of multisines."), 3),
+    "periods": (grouped(int, MEASURED, metavar="N", help="Recorded periods of each multisine."), 2),
+    "smooth": (grouped(bool, MEASURED, "--smooth", help="Leave out Coulomb friction and encoder rounding."), False),
+    "linear": (grouped(bool, MEASURED, "--linear/--no-linear", help="Compare with the linear loop.",
+                       show_default=False), True)}
 
 
 @dataclass(frozen=True)
@@ -93,36 +95,43 @@ class Asked:
 @with_more(MODEL | INJECTION)
 def linearise(names: Blocks, at: At, openings: Openings = None, measure: Measure = False, settings: Parameters = None,
               plot: Plot = False, amplifier: Annotated[bool, typer.Option(
-                  "--amplifier/--no-amplifier", help="With or without the amplifiers' lag.")] = True,
+                  "--amplifier/--no-amplifier", help="Include the amplifiers' lag.", show_default=False)] = True,
               stage: StageFile = None, sample_time: SampleTime = None, settle: Settle = "10 s",
               out: Out = Path("results"), as_json: AsJson = None, debug: Debug = False, **options: Any) -> None:
-    """Linear model, poles and margins of a plant, a controller or a loop.
+    """Linearise a plant, controller or loop: models, poles, margins.
 
-    The plants and controllers of this project are linearised from their equations. Any other FMU or Python file is
-    linearised by differences about the rest of its loop, with an estimate of the error, or the reason why it has no
-    derivative.
+    Plants and controllers of this project are linearised from their equations. Any other FMU or Python file is
+    linearised by finite differences, with an error estimate or the reason why it has no derivative.
 
-    With `--measure` multisines are added to a measurement between plant and controller. The output is the response of
-    the loop opened there, with its nonlinearities, the coherence, and the margins with their standard errors. The
-    linear loop stands next to them if there is one.
+    `--measure` injects multisines into a measurement. It prints the response of the opened loop with its
+    nonlinearities, the coherence, and the margins with their standard errors.
 
-    **Examples:**
+    Print the matrices, equilibrium currents and poles of a plant:
 
-    `maglev linearise Plant3DOF --at y=25mm` prints A, B, C, D, the currents of the equilibrium and the poles
+        maglev linearise Plant3DOF --at y=25mm
+        maglev linearise Plant3DOF --at y=25mm --hold 0.2ms --set plant.y.mass=7.2kg
 
-    `maglev linearise Plant3DOF --at y=25mm --currents phases --no-amplifier --hold 0.2ms --set plant.y.mass=7.2kg`
+    Print poles and margins of a loop, also with a delayed measurement:
 
-    `maglev linearise PlantMine RegulatorMine --at y=25mm --stage mine.toml` of your own stage
+        maglev linearise Plant3DOF Regulator3DOF --at y=25mm --open y --plot
+        maglev linearise Plant3DOF Measurement3DOF Regulator3DOF --at y=25mm \\
+            --set measurement.delay=0.4ms
 
-    `maglev linearise Plant3DOF Regulator3DOF --at y=25mm --open y --open alpha.i_q --plot` prints poles and margins
+    Linearise your own controller, by differences and by measurement:
 
-    `maglev linearise Plant5DOF Regulator5DOF --at y=25mm --at roll=3mrad --open roll --open alpha1.gap_measured`
+        maglev new controller lqi.py
+        maglev linearise Plant3DOF lqi.py --at y=25mm
+        maglev linearise Plant3DOF lqi.py --at y=25mm --measure --from 3 --to 600
 
-    `maglev linearise Plant3DOF Measurement3DOF Regulator3DOF --at y=25mm --set measurement.delay=0.4ms`
+    Use an axis that tilts, or your own stage:
 
-    `maglev linearise Plant3DOF mine.py --at y=25mm --plot` of your own controller, a Python file or an FMU
+        maglev linearise Plant5DOF Regulator5DOF --at y=25mm --at roll=3mrad \\
+            --open roll
+        maglev new stage mine.toml
+        maglev linearise PlantMine RegulatorMine --at y=25mm --stage mine.toml
 
-    `maglev linearise Plant3DOF mine.py --at y=25mm --measure --amplitude 0.3mm --from 3 --to 600`
+    `--open` takes an axis, `y.measured`, a current such as `alpha.i_q`, or a gap of a tilting stage such as
+    `alpha1.gap_measured`.
     """
     with one_line_errors(debug):
         from maglev.linear.parameters import by_part

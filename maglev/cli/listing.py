@@ -19,22 +19,23 @@ if TYPE_CHECKING:
 
 MOST_NAMED = 7   # variants of a scenario that are named
 
-Words = Annotated[list[str] | None, typer.Argument(metavar="WORD", show_default=False, help="Part of a name: list "
-                                                   "each FMU and run that has it, with all that there is to say.")]
+Words = Annotated[list[str] | None, typer.Argument(metavar="WORD", show_default=False,
+                                                   help="Part of a name: list its FMUs and runs in detail.")]
 
 
 def list_all(words: Words = None, stage: StageFile = None, fmus: Built = Path("fmus"), debug: Debug = False) -> None:
     """List the scenarios and the FMUs, or the FMUs of your own stage.
 
-    **Examples:**
+    List all in short, then the runs and FMUs with a word in their names:
 
-    `maglev list`
+        maglev list
+        maglev list setpoints
+        maglev list Plant
 
-    `maglev list setpoints`: runs with this in their names, with their figures
+    List the FMUs of your own stage:
 
-    `maglev list Plant`: where each is built
-
-    `maglev list --stage mine.toml`
+        maglev new stage mine.toml
+        maglev list --stage mine.toml
     """
     with one_line_errors(debug):
         entries, runs = maglev.fmus(stage), [] if stage is not None else maglev.scenarios()

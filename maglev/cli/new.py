@@ -7,31 +7,29 @@ from typing import Annotated
 import typer
 
 import maglev
+from maglev.cli.help_text import Group
 from maglev.cli.options import STAGE_NAMES, AsJson, Debug, run_names
 from maglev.cli.terminal import one_line_errors, progress_of, say, write_json
-from maglev.descriptions.packaged import EXAMPLE, PACKAGED_STAGES, SINGLE
+from maglev.descriptions.packaged import EXAMPLE, PACKAGED_STAGES
 from maglev.files.errors import visible
 
-MOTOR_KEYS = ("force_constant", "attraction", "attraction_gap", "pole_pitch", "peak", "currents", "at", "continuous",
-              "lag", "resistance", "inductance", "slot_pitch", "slot_width", "magnet_height", "gap", "mass")
+PythonFile = Annotated[Path, typer.Argument(metavar="NAME", help="File NAME.py to write.")]
+TomlFile = Annotated[Path, typer.Argument(metavar="NAME", help="File NAME.toml to write.")]
+OfStage = Annotated[str, typer.Option(metavar="STAGE", help=f"{STAGE_NAMES}, or a TOML file.")]
+OfScenario = Annotated[str, typer.Option(metavar="SCENARIO", help="A run, or a TOML file.",
+                                         autocompletion=run_names)]
 
-PythonFile = Annotated[Path, typer.Argument(metavar="NAME", help="The file, NAME.py; nothing is overwritten.")]
-TomlFile = Annotated[Path, typer.Argument(metavar="NAME", help="The file, NAME.toml; nothing is overwritten.")]
-OfStage = Annotated[str, typer.Option(help=f"{STAGE_NAMES}, or the description of your own stage.")]
-
-new = typer.Typer(no_args_is_help=True, rich_markup_mode="markdown",
-                  help="Write a file to begin with: a controller, scenario, study, stage …")
+new = Group(help="Write a first controller, scenario, study or stage.")
 
 
 @new.command()
 def controller(path: PythonFile, stage: OfStage = EXAMPLE, debug: Debug = False) -> None:
-    """Write a controller in Python that runs as it is, for you to change.
+    """Write a controller in Python that runs, for you to change.
 
-    **Examples:**
+    Write one, and run it:
 
-    `maglev new controller lqi --stage 3dof`
-
-    `maglev run 3dof-setpoints --controller lqi.py`
+        maglev new controller lqi.py
+        maglev run 3dof-setpoints --controller lqi.py
     """
     with one_line_errors(debug):
         say_how(maglev.new_controller(path, stage), stage, "--controller")
@@ -39,13 +37,12 @@ def controller(path: PythonFile, stage: OfStage = EXAMPLE, debug: Debug = False)
 
 @new.command()
 def plant(path: PythonFile, stage: OfStage = EXAMPLE, debug: Debug = False) -> None:
-    """Write a plant in Python that runs as it is, an ideal levitated mass with the ports of a stage.
+    """Write a plant in Python that runs: an ideal levitated mass.
 
-    **Examples:**
+    It has the ports of a stage.
 
-    `maglev new plant mover --stage 2dof`
-
-    `maglev run 2dof-setpoints --plant mover.py`
+        maglev new plant mover.py --stage 2dof
+        maglev run 2dof-setpoints --plant mover.py
     """
     with one_line_errors(debug):
         say_how(maglev.new_plant(path, stage), stage, "--plant")
@@ -64,13 +61,12 @@ def say_command(written: str | Path, *words: str | Path) -> None:
 
 @new.command()
 def scenario(path: TomlFile, stage: OfStage = EXAMPLE, debug: Debug = False) -> None:
-    """Write a scenario that runs as it is, with comments on further keys, for you to change.
+    """Write a scenario that runs, for you to change.
 
-    **Examples:**
+    Comments in it list further keys.
 
-    `maglev new scenario mine --stage 2dof`
-
-    `maglev run mine.toml --plot`
+        maglev new scenario mine.toml --stage 2dof
+        maglev run mine.toml --plot
     """
     with one_line_errors(debug):
         file = maglev.new_scenario(path, stage)
@@ -78,16 +74,13 @@ def scenario(path: TomlFile, stage: OfStage = EXAMPLE, debug: Debug = False) -> 
 
 
 @new.command()
-def study(path: TomlFile, scenario: Annotated[str, typer.Option(
-              help="What it runs: a run of the package, or a scenario of yours, without variants.",
-              autocompletion=run_names)] = f"{EXAMPLE}-setpoints", debug: Debug = False) -> None:
-    """Write a study that runs as it is, with comments on further keys, for you to change.
+def study(path: TomlFile, scenario: OfScenario = f"{EXAMPLE}-setpoints", debug: Debug = False) -> None:
+    """Write a parameter study that runs, for you to change.
 
-    **Examples:**
+    Comments in it list further keys.
 
-    `maglev new study robust --scenario mine.toml`
-
-    `maglev study robust.toml`
+        maglev new study robust.toml --scenario 3dof-setpoints
+        maglev study robust.toml
     """
     with one_line_errors(debug):
         file = maglev.new_study(path, scenario)
@@ -95,21 +88,20 @@ def study(path: TomlFile, scenario: Annotated[str, typer.Option(
 
 
 @new.command()
-def tuning(path: TomlFile, scenario: Annotated[str, typer.Option(
-               help="What it runs: a run of the package, or a scenario of yours, without variants.",
-               autocompletion=run_names)] = f"{EXAMPLE}-setpoints",
+def tuning(path: TomlFile, scenario: OfScenario = f"{EXAMPLE}-setpoints",
            controller: Annotated[Path | None, typer.Option(
-               metavar="FILE", help="A controller of yours, a Python file, whose parameters are searched; without it "
-               "the poles of the scenario's regulator are.", show_default=False)] = None, debug: Debug = False) -> None:
-    """Write a tuning that runs as it is, with comments on further keys, for you to change.
+               metavar="FILE", help="Your own controller, whose parameters are tuned.", show_default=False)] = None,
+           debug: Debug = False) -> None:
+    """Write a tuning that runs, for you to change.
 
-    **Examples:**
+    Comments in it list further keys.
 
-    `maglev new tuning quicker --scenario mine.toml`
+    Tune the poles of the scenario's regulator, or the parameters of your own controller:
 
-    `maglev new tuning quicker --controller lqi.py`
-
-    `maglev tune quicker.toml`
+        maglev new tuning quicker.toml
+        maglev new controller lqi.py
+        maglev new tuning lqi-gains.toml --controller lqi.py
+        maglev tune lqi-gains.toml
     """
     with one_line_errors(debug):
         file = maglev.new_tuning(path, scenario, controller)
@@ -117,13 +109,13 @@ def tuning(path: TomlFile, scenario: Annotated[str, typer.Option(
 
 
 @new.command()
-def repository(path: Annotated[Path, typer.Argument(metavar="FOLDER", help="The folder; it must not be there.")],
+def repository(path: Annotated[Path, typer.Argument(metavar="FOLDER", help="Folder to write; it must not exist.")],
                stage: OfStage = EXAMPLE, debug: Debug = False) -> None:
-    """Write a repository: a controller, its experiment and baseline, and the jobs of GitHub and GitLab at every push.
+    """Write a repository: controller, experiment, baseline, CI jobs.
 
-    **Examples:**
+    The jobs are for GitHub and GitLab.
 
-    `maglev new repository levitate --stage 2dof`
+        maglev new repository levitate --stage 2dof
     """
     with one_line_errors(debug):
         folder = maglev.new_repository(path, stage, watch=progress_of, say=say)
@@ -132,50 +124,54 @@ def repository(path: Annotated[Path, typer.Argument(metavar="FOLDER", help="The 
 
 
 @new.command("stage")
-def stage_file(path: Annotated[Path, typer.Argument(metavar="NAME", help="The file, NAME.toml, with a name of small "
-                                                    "letters and digits; nothing is overwritten.")],
-               like: Annotated[str | None, typer.Option(help="Stage whose axes and motors it begins with: "
-                                                        f"{', '.join(PACKAGED_STAGES)}, side-by-side: two motors under "
-                                                        "one axis, which tilt it.",
-                                                        show_default=f"{EXAMPLE}, with --motor {SINGLE}")] = None,
+def stage_file(path: Annotated[Path, typer.Argument(
+                   metavar="NAME", help="File NAME.toml: lower-case letters, digits.")],
+               like: Annotated[str | None, typer.Option(
+                   metavar="STAGE", help=f"Copy the axes of {', '.join(PACKAGED_STAGES)} or side-by-side.",
+                   show_default=False)] = None,
                motor: Annotated[list[str] | None, typer.Option(
-                   metavar="NAME|KEY=VALUE", help="Other motors in its places: `small`, `medium` or `large`, typical "
-                   "of catalogues; or, over these or alone, numbers of a data sheet, may be repeated: "
-                   f"{', '.join(MOTOR_KEYS)}; gap and mass are the stage's.", show_default=False)] = None,
+                   metavar="SIZE|KEY=VALUE", help="Motor from a catalogue or data sheet. Repeatable.",
+                   show_default=False)] = None,
                debug: Debug = False) -> None:
-    """Write the description of a stage that runs as it is, for you to change, and a scenario next to it.
+    """Write the description of a stage, and a scenario for it.
 
-    **Examples:**
+    Both run as they are, for you to change.
 
-    `maglev new stage mine --like 3dof`
+    Copy a stage, print the consequences of its numbers, and run it:
 
-    `maglev new stage heavy --motor medium --motor mass=12kg`
+        maglev new stage mine.toml --like 3dof
+        maglev stage mine.toml
+        maglev run mine-setpoints.toml --plot
 
-    `maglev new stage yours --motor force_constant=93 --motor attraction=950 --motor attraction_gap=0.9mm --motor
-    pole_pitch=12mm --motor peak=6.5`
+    Describe your motor by size (`small`, `medium`, `large`), or by numbers of its data sheet:
 
-    `maglev stage mine.toml` says what follows from it
+        maglev new stage heavy.toml --motor medium --motor mass=12kg
+        maglev new stage yours.toml --motor force_constant=93 \\
+            --motor attraction=950 --motor attraction_gap=0.9mm \\
+            --motor pole_pitch=12mm --motor peak=6.5
 
-    `maglev run mine-setpoints.toml --plot`
+    Keys: force_constant, attraction, attraction_gap, pole_pitch, peak, currents, at, continuous, lag, resistance,
+    inductance, slot_pitch, slot_width, magnet_height, and gap and mass of the stage.
+
+    `--like side-by-side` has two motors under one axis, which tilt it. The default is 2dof with a small motor.
     """
     with one_line_errors(debug):
         file, scenario = maglev.new_stage(path, like, motor or ())
         say_command(f"{file}, {scenario}", "run", scenario, "--plot")
 
 
-Description = Annotated[Path, typer.Argument(metavar="TOML", help="Description of your own stage; `maglev new stage` "
-                                             "writes one.", show_default=False)]
+Description = Annotated[Path, typer.Argument(
+    metavar="TOML", help="Description from `maglev new stage`.", show_default=False)]
 
 
 def stage(description: Description, as_json: AsJson = None, debug: Debug = False) -> None:
-    """Say what follows from the description of your own stage: forces, currents, times, gains, margins, warnings.
+    """Evaluate a stage: forces, currents, gains, margins, warnings.
 
-    Margins are those of the closed loop with lag, hold, observer and controller, opened at the measurement of each
-    axis: at the start and at both ends of the travel of the air gap.
+    Margins are those of the sampled loop with amplifiers, observer and controller, at the start and at both ends of the
+    air gap's travel. Each is opened at the measurement of one axis.
 
-    **Examples:**
-
-    `maglev stage mine.toml`
+        maglev new stage mine.toml
+        maglev stage mine.toml
     """
     with one_line_errors(debug):
         consequences = maglev.stage(description)

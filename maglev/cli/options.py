@@ -26,28 +26,27 @@ def run_names(beginning: str) -> list[str]:
 
 
 Debug = Annotated[bool, typer.Option("--debug", help="Show the traceback of an error.", rich_help_panel=MORE)]
-Built = Annotated[Path, typer.Option("--fmus", help="Folder for FMUs.")]
+Built = Annotated[Path, typer.Option("--fmus", metavar="FOLDER", help="Folder of FMUs.")]
 Names = Annotated[list[str] | None, typer.Argument(
-    metavar="SCENARIO", help="Scenarios or variants (see `maglev list`), or TOML files.", show_default=False,
-    autocompletion=run_names)]
+    metavar="SCENARIO", help="Names from `maglev list`, or TOML files.", show_default=False, autocompletion=run_names)]
 NamesOrFmus = Annotated[list[str] | None, typer.Argument(
-    metavar="SCENARIO", help="Scenarios or variants (see `maglev list`), or TOML files; or FMUs, whose own experiments "
-    "are run.", show_default=False, autocompletion=run_names)]
-StageFile = Annotated[Path | None, typer.Option("--stage", metavar="TOML", help="Description of your own stage "
-                                              "(docs/own_stage.md).", show_default=False)]
-All = Annotated[bool, typer.Option("--all", help="Every scenario of the package.")]
-AsJson = Annotated[Path | None, typer.Option("--json", metavar="FILE", help="Also write what was found as JSON.",
+    metavar="SCENARIO", help="Names from `maglev list`, TOML files, or FMUs.", show_default=False,
+    autocompletion=run_names)]
+StageFile = Annotated[Path | None, typer.Option("--stage", metavar="TOML", help="Description of your own stage.",
+                                                show_default=False)]
+All = Annotated[bool, typer.Option("--all", help="Run every scenario of the package.")]
+AsJson = Annotated[Path | None, typer.Option("--json", metavar="FILE", help="Also write the results as JSON.",
                                              show_default=False)]
-Out = Annotated[Path, typer.Option(help="Folder for the results.")]
-Form = Annotated[Format, typer.Option("--format", rich_help_panel=MORE, help="Format of the columns: csv, or parquet, "
-                                      "with units and provenance.")]
-Every = Annotated[int | None, typer.Option("--every", metavar="N", help="Write every N-th communication step, in "
-                                           "place of the scenario's output interval.", rich_help_panel=MORE)]
+Out = Annotated[Path, typer.Option(metavar="FOLDER", help="Folder for the results.")]
+Form = Annotated[Format, typer.Option("--format", rich_help_panel=MORE, metavar="FORMAT",
+                                      help="Recorded signals: `csv` or `parquet`.")]
+Every = Annotated[int | None, typer.Option("--every", metavar="N", help="Record every N-th communication step.",
+                                           rich_help_panel=MORE)]
 Claims = Annotated[Literal["thesis"] | None, typer.Option(
-    "--claims", help="`thesis`: show its claims, without a verdict, also where controller, stage, scenario or values "
-    "are yours.", show_default=False)]
+    "--claims", metavar="thesis", help="Show the thesis's claims for a loop of your own.", show_default=False,
+    rich_help_panel=MORE)]
 Jobs = Annotated[int | None, typer.Option(
-    min=1, help="Runs at a time, each in a process; by default one for each processor.", show_default=False,
+    min=1, metavar="N", help="Parallel processes; by default one a processor.", show_default=False,
     rich_help_panel=MORE)]
 
 
@@ -74,7 +73,7 @@ def typed(name: str) -> Any:
     kind = option.typed if option.default is not None else option.typed | None
     return Annotated[kind, typer.Option(
         option.flag, help=option.help, metavar=option.metavar, rich_help_panel=option.group or None,
-        show_default=option.without or option.default is not None, **numbers)]
+        show_default=option.default is not None, **numbers)]
 
 
 def pairs(flag: str, words: Iterable[str] | None, expected: str, error: type[MaglevError] = ScenarioError

@@ -6,47 +6,58 @@ from typing import Annotated, Any
 import typer
 
 import maglev
-from maglev.cli.options import AXIS_NAMES, STAGE_NAMES, VALUE, AsJson, Debug, Out, option_value, pairs, with_run_options
+from maglev.cli.options import (
+    AXIS_NAMES,
+    MORE,
+    STAGE_NAMES,
+    VALUE,
+    AsJson,
+    Debug,
+    Out,
+    option_value,
+    pairs,
+    with_run_options,
+)
 from maglev.cli.terminal import one_line_errors, write_json
 from maglev.files.errors import LinearModelError
 from maglev.files.pictures import require_matplotlib, write_figure
 from maglev.files.units import number_or_text
 
-StageName = Annotated[str,
-                      typer.Argument(metavar="DESCRIPTION", help=f"{STAGE_NAMES}, or a TOML file.", show_default=False)]
+StageName = Annotated[str, typer.Argument(metavar="STAGE", help=f"{STAGE_NAMES}, or a TOML file.", show_default=False)]
 Axis = Annotated[str, typer.Argument(metavar="AXIS", help=f"{AXIS_NAMES}.", show_default=False)]
-Gap = Annotated[str, typer.Option(help="Air gap at which all else rests, in m or with a unit.", show_default=False)]
-Regulator = Annotated[str | None, typer.Option(help="An output regulator; the nonlinear one if not given.",
+Gap = Annotated[str, typer.Option(metavar="LENGTH", help="Air gap, in m or with a unit.", show_default=False)]
+Regulator = Annotated[str | None, typer.Option(metavar="NAME", help="Output regulator; default: the nonlinear one.",
                                                show_default=False)]
 Parameters = Annotated[list[str] | None, typer.Option(
-    "--set", metavar="controller.variable=value", help="Parameter of `controller` or `plant`; may carry a unit and may "
-    "be repeated.", show_default=False)]
-Synthesise = Annotated[bool, typer.Option("--synthesise", help="Also look for the anti-windup gains with the largest "
-                                          "certified step.")]
-Decay = Annotated[float, typer.Option(help="Rate at which states in the ellipsoid decay with these, 1/s.")]
-Step = Annotated[str | None, typer.Option(help="Step of the responses, in m or with a unit; the largest certified one "
-                                          "if not given.", show_default=False)]
-Run = Annotated[bool, typer.Option("--run/--no-run", help="Run steps with the FMUs, next to what is certified; with "
-                                   "native ones it takes seconds, with Python ones a minute or two.")]
-Plot = Annotated[bool, typer.Option("--plot", help="Picture of the region and the responses (needs matplotlib).")]
+    "--set", metavar="FMU.VARIABLE=VALUE", help="Parameter in SI or with a unit. Repeatable.", show_default=False)]
+Synthesise = Annotated[bool, typer.Option("--synthesise", help="Also search anti-windup gains.")]
+Decay = Annotated[float, typer.Option(metavar="RATE", help="Decay rate with these gains, 1/s.", rich_help_panel=MORE)]
+Step = Annotated[str | None, typer.Option(metavar="LENGTH", help="Step to plot; default: the largest certified.",
+                                          show_default=False, rich_help_panel=MORE)]
+Run = Annotated[bool, typer.Option("--run/--no-run", help="Also run steps with the FMUs.", show_default=False)]
+Plot = Annotated[bool, typer.Option("--plot", help="Draw region and responses (needs matplotlib).")]
 
 
 @with_run_options("fmus", "kind", "fmi")
 def region(stage: StageName, axis: Axis, gap: Gap, controller: Regulator = None, settings: Parameters = None,
            synthesise: Synthesise = False, decay: Decay = 1.0, step: Step = None, run: Run = True, plot: Plot = False,
            as_json: AsJson = None, out: Out = Path("results"), debug: Debug = False, **options: Any) -> None:
-    """Find the largest step that an axis takes although currents are limited.
+    """Find the largest step of an axis with limited currents.
 
-    Certified by linear matrix inequalities for the linear loop, and held by the FMUs, which have the friction, the
-    stops and the moving gap that a certificate leaves out (needs the extra `region`).
+    Linear matrix inequalities certify a step for the linear loop. Runs of the FMUs then find the largest step with
+    friction, stops and a moving gap, which the certificate leaves out. Needs the extra `region`.
 
-    **Examples:**
+    Compute and draw the region of an axis:
 
-    `maglev region 3dof x --gap 25mm --plot`
+        maglev region 3dof x --gap 25mm --plot
 
-    `maglev region 3dof x --gap 25mm --synthesise --decay 0.5 --no-run --json x.json`
+    Search anti-windup gains, without runs, and write the results as JSON:
 
-    `maglev region 3dof z --gap 25mm --set controller.z.ec1=2e-4 --step 20mm`
+        maglev region 3dof x --gap 25mm --synthesise --no-run --json x.json
+
+    Change a limit, and plot a given step:
+
+        maglev region 3dof z --gap 25mm --set controller.z.ec1=2e-4 --step 20mm
     """
     with one_line_errors(debug):
         if plot:

@@ -3,12 +3,9 @@
 import io
 import os
 import sys
-from inspect import cleandoc
 from typing import Any
 
-import typer
-from typer.core import TyperGroup
-
+from maglev.cli.help_text import Group
 from maglev.cli.terminal import say
 
 UNREAD = 141   # exit code where nobody reads the output any more: that of a command which SIGPIPE ends
@@ -52,32 +49,7 @@ def whole_streams() -> None:
             write_through=getattr(stream, "write_through", False)))
 
 
-class Commands(TyperGroup):
-    """Commands with a page of their own about all of them."""
-
-    def format_help(self, ctx: Any, formatter: Any) -> None:
-        """Write the page of all commands without rich, whose imports take longer than NumPy's import."""
-        super(TyperGroup, self).format_help(ctx, formatter)
-
-    def format_help_text(self, ctx: Any, formatter: Any) -> None:
-        """Write what stands before the options; without the marks of Markdown, which nothing reads here."""
-        formatter.write_paragraph()
-        with formatter.indentation():
-            formatter.write_text(cleandoc(self.help or "").replace("`", ""))
-
-    def format_commands(self, ctx: Any, formatter: Any) -> None:
-        """Write the commands, each with its first paragraph, in the panels that they name."""
-        panels: dict[str, list[tuple[str, str]]] = {}
-        for name, command in self.commands.items():
-            if not command.hidden:
-                first = cleandoc(command.help or "").split("\n\n")[0].replace("`", "")
-                panels.setdefault(getattr(command, "rich_help_panel", None) or "Commands", []).append((name, first))
-        for panel, rows in panels.items():
-            with formatter.section(panel):
-                formatter.write_dl(rows)
-
-
-class CommandLine(typer.Typer):
+class CommandLine(Group):
     """Commands as a program, of which the exit code 1 means only that a check deviates."""
 
     def __call__(self, *arguments: Any, **options: Any) -> Any:

@@ -6,54 +6,58 @@ from typing import Annotated, Any
 import typer
 
 import maglev
-from maglev.cli.options import Debug, Jobs, Out, pairs, run_names, with_run_options
+from maglev.cli.options import MORE, Debug, Jobs, Out, pairs, run_names, with_run_options
 from maglev.cli.terminal import one_line_errors, print_json, progress_of, report_console, say
 from maglev.files.errors import ScenarioError
 from maglev.files.extras import lacking
 
-Scheduler = Annotated[str | None, typer.Option(metavar="ADDRESS", show_default=False, help="Dask scheduler, such as "
-                                               "tcp://host:8786, whose workers take the place of this machine's.")]
-Resume = Annotated[bool, typer.Option("--resume", help="Go on with what an interrupted one has done.")]
-SampleTimeout = Annotated[str | None, typer.Option(metavar="TIME", show_default="none", help="Longest wall time of a "
-                                                   "sample; of one that takes longer a row says so; 600 s with "
-                                                   "third-party FMUs.")]
+Scheduler = Annotated[str | None, typer.Option(metavar="ADDRESS", show_default=False, rich_help_panel=MORE,
+                                               help="Use the workers of this Dask scheduler.")]
+Resume = Annotated[bool, typer.Option("--resume", help="Continue what was interrupted.")]
+SampleTimeout = Annotated[str | None, typer.Option(metavar="TIME", show_default=False, rich_help_panel=MORE,
+                                                   help="Longest wall time of a sample.")]
 
 
 @with_run_options(without=("timeout", "parameters"))
-def study(what: Annotated[str, typer.Argument(metavar="STUDY", help="A study of the package, or a TOML file; with "
-                                              "--vary a scenario.", autocompletion=run_names)],
-          vary: Annotated[list[str] | None, typer.Option("--vary", metavar="FMU.variable=VALUES", help="What varies, "
-                                                         "without a file: FROM:TO:NUMBER, or values with commas "
-                                                         "between. May be repeated.")] = None,
-          samples: Annotated[int | None, typer.Option(min=1, help="With --vary: number of samples, a Latin "
-                                                      "hypercube of ranges, LOW:HIGH or ±20%, instead of every "
-                                                      "combination.")] = None,
-          seed: Annotated[int, typer.Option(min=0, help="With --samples: the same seed gives the same.")] = 0,
-          keep: Annotated[list[str] | None, typer.Option("--keep", metavar="FMU.variable", help="With --vary: keep the "
-                                                         "trajectory of a signal; to be repeated.")] = None,
-          name: Annotated[str | None, typer.Option(help="With --vary: name of the results.",
-                                                   show_default="SCENARIO.study")] = None,
+def study(what: Annotated[str, typer.Argument(
+              metavar="STUDY", help="A packaged study, a TOML file, or with --vary a run.", autocompletion=run_names)],
+          vary: Annotated[list[str] | None, typer.Option(
+              "--vary", metavar="FMU.VARIABLE=VALUES", help="FROM:TO:NUMBER, or A,B,C. Repeatable.")] = None,
+          samples: Annotated[int | None, typer.Option(
+              min=1, metavar="N", help="N samples of ranges, LOW:HIGH or ±20%.")] = None,
+          seed: Annotated[int, typer.Option(min=0, metavar="N", help="Seed of --samples.")] = 0,
+          keep: Annotated[list[str] | None, typer.Option(
+              "--keep", metavar="FMU.VARIABLE", help="With --vary: keep this signal. Repeatable.",
+              rich_help_panel=MORE)] = None,
+          name: Annotated[str | None, typer.Option(
+              metavar="NAME", help="With --vary: name of the results.", show_default=False,
+              rich_help_panel=MORE)] = None,
           out: Out = Path("results"), jobs: Jobs = None, scheduler: Scheduler = None,
           resume: Resume = False, sample_timeout: SampleTimeout = None, debug: Debug = False, **options: Any) -> None:
-    """Run a scenario many times, with varied values.
+    """Run a parameter study.
 
-    A TOML file has the varied quantities, the design and the kept columns (docs/studies.md). Or --vary has the values:
-    every combination is run, or --samples of ranges. Several variables, with commas between, take the same values.
+    A TOML file lists the parameters, the design and the kept columns. Without a file, `--vary` lists values, and every
+    combination is run; with `--samples` a Latin hypercube of ranges is run.
 
-    The results are `NAME.parquet`, a row for each sample with parameters and metrics, and the page `NAME.html`. After
-    Ctrl-C, `--resume` continues.
+    Run a study of the package:
 
-    **Examples:**
+        maglev study payload-friction
 
-    `maglev study payload-friction`
+    Vary a gain over 20 values, two parameters on a grid, or one at random:
 
-    `maglev study my_study.toml --scheduler tcp://host:8786`
+        maglev study 3dof-setpoints --vary controller.y.k1=-2000:-800:20
+        maglev study 2dof-setpoints --vary plant.v.mass=4:5:5 \\
+            --vary reference.v.amplitude=0.5,1,1.5
+        maglev study 3dof-setpoints --samples 200 \\
+            --vary plant.x.friction.coulomb=±20%
 
-    `maglev study 3dof-setpoints --vary controller.y.k1=-2000:-800:20`
+    Write a study file, and run it:
 
-    `maglev study 2dof-setpoints --vary plant.v.mass=4:5:5 --vary reference.v.amplitude=0.5,1,1.5`
+        maglev new study robust.toml
+        maglev study robust.toml
 
-    `maglev study 3dof-setpoints --vary plant.x.friction.coulomb=±20% --samples 200 --controller mine.py`
+    The results are `NAME.parquet`, with a row for each sample, and the page `NAME.html`. After Ctrl-C, `--resume`
+    continues.
     """
     with one_line_errors(debug):
         write_and_print(maglev.study(what, vary=None if vary is None else read_vary(vary), samples=samples, seed=seed,
@@ -84,19 +88,19 @@ def write_and_print(study: "maglev.Study") -> None:
 
 
 @with_run_options(without=("timeout", "parameters"))
-def tune(file: Annotated[str, typer.Argument(metavar="TUNING", help="A tuning file of the package, or a TOML file.")],
+def tune(file: Annotated[str, typer.Argument(metavar="TUNING", help="A packaged tuning, or a TOML file.")],
          out: Out = Path("results"), jobs: Jobs = None, scheduler: Scheduler = None,
          resume: Resume = False, debug: Debug = False, **options: Any) -> None:
-    """Search gains of a controller by metrics on many plants.
+    """Tune the gains of a controller by metrics on many plants.
 
-    The result is `NAME.toml`, which a scenario extends, and the metrics before and after, also on plants that were
-    not searched with. After Ctrl-C, `--resume` continues.
+    Tune with a packaged file, or with your own:
 
-    **Examples:**
+        maglev tune horizontal-3dof
+        maglev new tuning quicker.toml
+        maglev tune quicker.toml
 
-    `maglev tune horizontal-3dof`
-
-    `maglev tune my_tuning.toml --scheduler tcp://host:8786`
+    The result is `NAME.toml`, which a scenario can extend, with the metrics before and after, also on plants kept out
+    of the search. After Ctrl-C, `--resume` continues.
     """
     with one_line_errors(debug):
         tuned = maglev.tune(file, out=out, jobs=jobs, scheduler=scheduler, resume=resume, watch=progress_of,
@@ -106,24 +110,28 @@ def tune(file: Annotated[str, typer.Argument(metavar="TUNING", help="A tuning fi
 
 
 @with_run_options(without=("controller",))
-def compare(name: Annotated[str, typer.Argument(metavar="SCENARIO", help="A scenario without variants, a variant, or a "
-                                                "TOML file.", autocompletion=run_names)],
+def compare(name: Annotated[str, typer.Argument(metavar="SCENARIO", help="A run from `maglev list`, or a TOML file.",
+                                                autocompletion=run_names)],
             controllers: Annotated[list[str], typer.Option(
-                "--controller", metavar="[LABEL=]CONTROLLER", help="A controller: an FMU of this project by its name, "
-                "an FMU or a Python file. To be repeated.")],
+                "--controller", metavar="[LABEL=]FMU", help="An FMU or a Python file. Repeatable.")],
             out: Out = Path("results"),
             json: Annotated[bool, typer.Option("--json", help="Print the comparison as JSON.")] = False,
             debug: Debug = False, **options: Any) -> None:
-    """Run a scenario with several controllers, and put the runs side by side.
+    """Run a scenario with several controllers and compare the runs.
 
-    Written are `NAME@LABEL.csv` and `.json` of each run, then `NAME.compare.json`, `.txt`, `.html`, and `.png` where
-    matplotlib is installed. Nothing of another run is overwritten.
+    Compare two controllers of this project:
 
-    **Examples:**
+        maglev compare 3dof-setpoints --controller Regulator3DOF \\
+            --controller PID3DOF
 
-    `maglev compare 3dof-setpoints --controller Regulator3DOF --controller PID3DOF`
+    Compare with your own controller, under a label:
 
-    `maglev compare 2dof-setpoints --controller Regulator2DOF --controller lqi.py --controller old=old/lqi.py`
+        maglev new controller lqi.py --stage 2dof
+        maglev compare 2dof-setpoints --controller Regulator2DOF \\
+            --controller mine=lqi.py
+
+    Each run writes `NAME@LABEL.csv` and `.json`; the comparison is `NAME.compare.json`, `.txt`, `.html`, and `.png`
+    with matplotlib.
     """
     with one_line_errors(debug):
         comparison = maglev.compare(name, controllers, watch=progress_of, say=say, **options)

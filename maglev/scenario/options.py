@@ -37,7 +37,6 @@ class Option:
     default: Any = None
     group: str = ""                   # in the help; empty for those that matter first
     metavar: str | None = None        # how the help writes a value
-    without: str | None = None        # what holds without one
     choices: tuple[Any, ...] = ()     # what it can be, if that is not free
     time: bool = False                # s, or text with a unit
     same_results: bool = False        # bit for bit, whatever it is
@@ -47,42 +46,33 @@ class RunOptions(TypedDict, total=False):
     """How runs differ from their plans; see `maglev.run`."""
 
     controller: Annotated["Given | None", Option(
-        "--controller", Path, "Another controller: the name of an FMU of this project, an FMU with the same ports or "
-        "a --map, or a Python file with a class (docs/controllers.md).", metavar="CONTROLLER")]
-    plant: Annotated["Given | None", Option("--plant", Path, "Another plant, as --controller.", metavar="PLANT")]
-    set: Annotated["Settings", Option(
-        "--set", list[str], "Start value instead of the scenario's, in SI or with a unit. May be repeated.",
-        metavar="FMU.variable=value")]
+        "--controller", Path, "Replace the controller: an FMU or a Python file.", metavar="CONTROLLER")]
+    plant: Annotated["Given | None", Option("--plant", Path, "Replace the plant: an FMU or a Python file.",
+                                            metavar="PLANT")]
+    set: Annotated["Settings", Option("--set", list[str], "Start value in SI or with a unit. Repeatable.",
+                                      metavar="FMU.VARIABLE=VALUE")]
     step: Annotated[float | str | None, Option("--step", str, "Communication step, in s or with a unit.",
                                                metavar="TIME", time=True)]
     ports: Annotated[str | Path | None, Option(
-        "--map", Path, "What the other FMUs call their ports, their units and steps (docs/importing.md).",
-        group=REPLACED, metavar="TOML")]
+        "--map", Path, "Names, units and steps of the other FMU's ports.", group=REPLACED, metavar="TOML")]
     keep_settings: Annotated[bool, Option(
-        "--keep-settings", bool, "Give a controller of yours the scenario's gains and limits, where it has "
-        "parameters of these names; otherwise it keeps its own.", False, REPLACED)]
+        "--keep-settings", bool, "Give your controller the scenario's settings.", False, REPLACED)]
     model: Annotated[str | Path | None, Option(
-        "--model", Path, "Constants of plant and controller, as `maglev identify` writes them; or `plant`: the "
-        "controller's model follows the masses of the plant. --set overrides them.", group=REPLACED, metavar="TOML")]
+        "--model", Path, "File of `maglev identify`, or the word `plant`.", group=REPLACED, metavar="TOML")]
     parameters: Annotated[ParameterFiles, Option(
-        "--parameters", list[str], "Start values from a parameter set (SSV), of one FMU, or of several with their "
-        "names before each. They override the scenario and --model; --set overrides them.", group=REPLACED,
-        metavar="[FMU=]SSV")]
+        "--parameters", list[str], "Start values from a parameter set (SSV).", group=REPLACED, metavar="[FMU=]SSV")]
     order: Annotated[Order, Option(
-        "--order", Order, "Order of the FMUs in a step: one after the other (sequential), or in parallel (jacobi), "
-        "which delays the loop by a step.", "sequential", NUMERICS, choices=get_args(Order))]
+        "--order", Order, "`sequential`, or `jacobi`: in parallel.", "sequential", NUMERICS, "ORDER",
+        choices=get_args(Order))]
     timeout: Annotated[float | str, Option(
-        "--timeout", str, "Longest time that a call of a third-party FMU may take, in s or with a unit.", "60 s",
-        NUMERICS, "TIME", time=True)]
+        "--timeout", str, "Time limit of a call of a third-party FMU.", "60 s", NUMERICS, "TIME", time=True)]
     fmus: Annotated[str | Path | None, Option(
-        "--fmus", Path, "Folder with FMUs to use as they are; without it a run builds what it needs, and keeps it for "
-        "all runs (`maglev cache`).", group=FMUS, metavar="FOLDER", same_results=True)]
+        "--fmus", Path, "Use the FMUs of this folder; build none.", group=FMUS, metavar="FOLDER", same_results=True)]
     kind: Annotated[KindName | None, Option(
-        "--kind", KindName, "`native` FMUs of this project, which need no Python, or `python` ones; the results are "
-        "the same. With --fmus native ones are in its subfolder native.", group=FMUS,
-        without="native where there is a compiler", choices=get_args(KindName), same_results=True)]
-    fmi: Annotated[int, Option("--fmi", int, "3 for native FMUs of FMI 3.0; with --fmus in its subfolder fmi3.", 2,
-                               FMUS, choices=(2, 3), same_results=True)]
+        "--kind", KindName, "`native` (with a compiler, the default) or `python`.", group=FMUS, metavar="KIND",
+        choices=get_args(KindName), same_results=True)]
+    fmi: Annotated[int, Option("--fmi", int, "FMI version of native FMUs, 2 or 3.", 2, FMUS, "N", choices=(2, 3),
+                               same_results=True)]
 
 
 OPTIONS: Mapping[str, Option] = {name: kind.__metadata__[0] for name, kind in RunOptions.__annotations__.items()}

@@ -14,12 +14,8 @@ import pytest
 from command_line import SCRIPTS, error_line, maglev, run_script
 from estimator_run import PLACES
 from named_controllers import Estimator2DOF, Estimator3DOF
-from typer.core import TyperGroup
-from typer.main import get_command
 
 import maglev as tool
-from maglev.cli.app import app
-from maglev.files.packages import PACKAGES
 from maglev.fmi.definition import reader
 
 SHORT = """
@@ -218,36 +214,6 @@ def test_build_and_list(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None
         assert (name == "Regulator3DOF") == ("(stale)" in " ".join(told.split()))
 
 
-def test_help_teaches() -> None:
-    assert maglev("--help").exit_code == 0
-    for command in ("run", "build", "report", "check"):
-        result = maglev(command, "--help")
-        assert result.exit_code == 0
-        assert f"maglev {command}" in result.output
-
-
-def test_help_imports_little() -> None:
-    """The command line itself, and what that cannot do without: neither NumPy nor parts of rich."""
-    code = ("import sys\nbefore = set(sys.modules)\nfrom maglev.__main__ import main\nsys.argv = ['maglev', '--help']\n"
-            "try:\n    main()\nfinally:\n    print(*sorted(set(sys.modules) - before), file=sys.stderr)")
-    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
-    imported = set(done.stderr.split())
-    assert {"maglev.cli.app", "typer.main"} <= imported
-    assert {name.split(".")[0] for name in imported} - sys.stdlib_module_names <= {
-        *PACKAGES, "typer", "click", "shellingham", "typing_extensions", "annotated_doc", "rich", "colorama"}
-    assert not [name for name in imported if name.startswith("rich.")]
-
-
-def test_help_names_every_command() -> None:
-    said = maglev("--help").output
-    listed = dict(re.findall(r"^  ([a-z][a-z-]*) {2,}(\S.*)$", said.partition("\nOptions:")[2], re.MULTILINE))
-    group = get_command(app)
-    assert isinstance(group, TyperGroup)
-    assert listed.keys() == {name for name, each in group.commands.items() if not each.hidden}
-    assert listed["list"].startswith("List the scenarios and the FMUs, or ")
-    assert "`" not in said
-
-
 @pytest.mark.parametrize("stage", ["2dof", "3dof"])
 def test_scripts_reproduce_the_recorded_run(fmus: Path, tmp_path: Path, stage: str) -> None:
     """Each FMU alone gives what the other one was recorded to get from it."""
@@ -320,12 +286,6 @@ def test_version_and_short_help() -> None:
     assert maglev("--version").output == f"maglev {version('maglev-fmus')}\n"
     assert maglev("-h").output == maglev("--help").output
     assert maglev("run", "-h").exit_code == 0
-
-
-def test_help_shows_its_examples_one_on_a_line() -> None:
-    lines = [line.strip() for line in maglev("--help").output.splitlines()]
-    for command in ("list", "run 3dof-setpoints", "new controller", "report"):
-        assert any(line.startswith((f"maglev {command} ", f"maglev {command}:")) for line in lines), command
 
 
 @pytest.mark.parametrize(("words", "expected"), [("ru", "run"), ("run 2dof-step-4-l", "2dof-step-4-linear"),
