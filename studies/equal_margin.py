@@ -25,7 +25,7 @@ OMEGA0 = 1.5 * np.pi                     # rad/s
 STEPS, CLOSE = 8, 0.01                   # of the search for a factor, and how near it comes
 NOISY = {f"measurement.{axis}.noise": "5 um" for axis in ("y", "x", "z")}
 LOST = {"reference.plant.C1.end": 0.65 * 0.6135}   # 35 % of the thrust of x, after 6 s
-HEADS = ("law", "poles of y, x: times", "delay margin of y, x (ms)", "phase margin of y", "mean error of y (µm)",
+HEADS = ("law", "factor of the poles of y, x", "delay margin of y, x (ms)", "phase margin of y", "mean error of y (µm)",
          "… of x", "… of x, 35 % of its thrust lost", "noise of i_q (A)")
 
 Gains = Mapping[str, float]

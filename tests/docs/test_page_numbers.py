@@ -43,8 +43,8 @@ def test_what_descriptions_have_is_what_pages_say() -> None:
         ROOT / "plant_fmu" / "documentation" / "effects.html")
     models = [definition(f"Plant{stage.name.upper()}").continuous for stage in PACKAGED_STAGES.values()]
     states = [len(model.states) for model in models if model]
-    assert "{} of the 2-DOF stage, {}, {}.".format(*states) in words(ROOT / "docs" / "fmi.md")
+    assert "{} (2-DOF), {} (3-DOF), {} (5-DOF)".format(*states) in words(ROOT / "docs" / "fmi.md")
 
 
 def test_the_number_of_all_runs() -> None:
-    assert f"All {len(packaged_runs())} runs against their baselines" in words(ROOT / "docs" / "accuracy.md")
+    assert f"all {len(packaged_runs())} runs with their baselines" in words(ROOT / "docs" / "accuracy.md")
