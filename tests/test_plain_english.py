@@ -24,7 +24,14 @@ pytestmark = pytest.mark.quick
     ("The run goes on.", "'goes on'"),
     (f"{36 * 'word '}.", "36 words, at most 35")])
 def test_finds_a_phrase(text: str, phrase: str) -> None:
-    assert [name for name, _ in problems(text)] == [phrase]
+    assert [name for name, _ in problems(text, ".py")] == [phrase]
+
+
+@pytest.mark.parametrize(("text", "phrase"), [
+    (f"{31 * 'word '}.", "31 words, at most 30"), ("It runs; it stops; it ends.", "two semicolons")])
+def test_is_stricter_on_pages(text: str, phrase: str) -> None:
+    assert [name for name, _ in problems(text, ".md")] == [phrase]
+    assert list(problems(text, ".py")) == []
 
 
 @pytest.mark.parametrize("text", [
@@ -32,7 +39,7 @@ def test_finds_a_phrase(text: str, phrase: str) -> None:
     "The thesis writes \"but for this\".", "Give `beside` a value.", f"{30 * 'word '}on p. 61 of it. {30 * 'word '}.",
     f"{30 * 'word '}[a link]({40 * 'a '}).", f"{30 * 'word '}$a + b + c + d + e + f + g$."])
 def test_leaves_plain_text(text: str) -> None:
-    assert list(problems(text)) == []
+    assert list(problems(text, ".py")) == []
 
 
 def test_reads_prose_of_a_page_with_its_lines() -> None:
