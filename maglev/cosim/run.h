@@ -9,5 +9,5 @@ struct moved {
 /* Whether an instance would take a step of co-simulation as it is. */
 static bool ready(const struct Progress *progress)
 {
-    return progress->phase == RUNNING && !progress->exchange && !progress->events && !progress->suspect;
+    return progress->phase == RUNNING && !progress->exchange && !progress->events;
 }

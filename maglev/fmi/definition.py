@@ -5,6 +5,7 @@ from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from importlib import import_module
 from math import inf
+from sys import float_info
 from typing import Any
 
 SAMPLE_TIME = "sample_time"   # parameter of a block that samples: its interval
@@ -105,6 +106,11 @@ class Variable:
     def high(self) -> float:
         """Maximum, inf if there is none."""
         return inf if self.maximum is None else self.maximum
+
+    @property
+    def settable(self) -> tuple[float, float]:
+        """Least and largest value that it can be set to: finite ones."""
+        return max(self.low, -float_info.max), min(self.high, float_info.max)
 
     @property
     def hinted(self) -> str:

@@ -7,6 +7,7 @@ from xml.etree.ElementTree import Element, SubElement
 from maglev.files.fmi_units import DISPLAY_UNITS, exponents
 from maglev.fmi.definition import ContinuousModel, FmuDefinition, Variable
 from maglev.fmi.parameter_set import xml_file
+from maglev.language.errors import ExportError
 
 LICENCE = "MIT"
 TOLERANCE = 1e-8   # of a solver, relative
@@ -133,6 +134,9 @@ def typed_attributes(definition: FmuDefinition, variable: Variable) -> dict[str,
     typed: dict[str, str] = {}
     if variable.causality in ("input", "parameter"):
         start = definition.start_value(variable)
+        if not variable.low <= start <= variable.high:
+            raise ExportError(f"{definition.name}: {variable.name} starts as {start}, expected a number from "
+                              f"{variable.low} to {variable.high}")
         typed["start"] = xml_boolean(bool(start)) if variable.boolean else repr(float(start))
     if variable.unit:
         typed["unit"] = variable.unit

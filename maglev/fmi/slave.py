@@ -96,14 +96,12 @@ class BlockSlave(Fmi2Slave):
         self.definition = definition
         self.block = definition.new_block()
         self.variables = definition.variables
-        self.checked = [v for v in self.variables if v.causality in ("input", "parameter") and not v.boolean]
         self.state_slots = self.slots()
         self.real_getters: dict[tuple[int, ...], Callable[[Any], tuple[Any, ...]]] = {}
         self.boolean_getters: dict[tuple[int, ...], Callable[[Any], tuple[Any, ...]]] = {}
         self.setters: dict[tuple[int, ...], list[tuple[Any, str | int, float, float]]] = {}
         self.phase = INSTANTIATED
         self.stale = True                    # values of a block that has not started are not computed yet
-        self.suspect = False                 # a value out of range was set
         self.next_time: float | None = None  # s, where the next communication step has to start
         self.stop_time = inf                 # s, beyond which no step may go, if the importer says so
         self.sampling = definition.sampling
@@ -142,9 +140,8 @@ class BlockSlave(Fmi2Slave):
         self.phase = INITIALIZING
 
     def exit_initialization_mode(self) -> None:
-        """Check every parameter and input, and start the block."""
+        """Start the block."""
         self.allow("fmi2ExitInitializationMode", INITIALIZING)
-        self.check_ranges()
         try:
             status = self.block.start()
         except self.raised as error:
@@ -165,8 +162,6 @@ class BlockSlave(Fmi2Slave):
     def do_step(self, current_time: float, step_size: float) -> bool:
         """Step the block from a time over a communication step (s)."""
         self.allow("fmi2DoStep", RUNNING)
-        if self.suspect:
-            self.check_ranges()
         if not 0.0 < step_size < inf:
             raise self.refused(f"communication step = {step_size} s, expected a positive, finite step")
         end = current_time + step_size
@@ -225,25 +220,10 @@ class BlockSlave(Fmi2Slave):
 
         raise self.refused(re.sub(r"\{([\w.]+)\}", value, self.definition.refusals[status]))
 
-    def out_of_range(self) -> str | None:
-        """Error about the first input or parameter that is not a finite number within its range."""
-        for v in self.checked:
-            value = v.read(self.block)
-            if not (v.low <= value <= v.high and -inf < value < inf):
-                return self.beyond(v, value)
-        return None
-
     def beyond(self, v: Variable, value: float) -> str:
         """Words for a value that is not a finite number within the range of its variable."""
         unit = f" {v.unit}" if v.unit else ""
         return f"{v.name} = {value}{unit}, expected a number from {v.low} to {v.high}{unit}{v.hinted}"
-
-    def check_ranges(self) -> None:
-        """Raise for inputs and parameters that are not finite numbers within their range."""
-        wrong = self.out_of_range()
-        if wrong is not None:
-            raise self.refused(wrong)
-        self.suspect = False
 
     # Variables
 
@@ -263,11 +243,10 @@ class BlockSlave(Fmi2Slave):
         return getter
 
     def refresh(self) -> None:
-        """Refresh the initial outputs from the values set so far, if they are in range."""
-        if self.out_of_range() is None:   # if it is not, or fails, the end of the initialization says so
-            with suppress(*self.raised):
-                self.block.start()
-                self.stale = False
+        """Refresh the initial outputs from the values set so far."""
+        with suppress(*self.raised):   # if that fails, the end of the initialization says so
+            self.block.start()
+            self.stale = False
 
     def prepare_setter(self, vrs: tuple[int, ...], boolean: bool) -> list[tuple[Any, str | int, float, float]]:
         """Where to write variables, and within which range."""
@@ -279,21 +258,20 @@ class BlockSlave(Fmi2Slave):
                 raise self.refused(f"{v.name} is an output, expected an input or a parameter to set")
             if self.phase == RUNNING and v.variability == "fixed":
                 raise self.refused(f"{v.name} is a fixed parameter, expected to be set before the initialization ends")
-            slots.append((*v.slot(self.block), v.low, v.high))
+            slots.append((*v.slot(self.block), *v.settable))
         self.setters[vrs] = slots
         return slots
 
     def write(self, vrs: list[int], values: list[Any], boolean: bool) -> None:
-        """Set variables; the next step is refused if one is out of range."""
+        """Set variables; raise, and set none, if a value is not a finite number within its range."""
         key = tuple(vrs)
         slots = self.setters.get(key)
         if slots is None:
             slots = self.prepare_setter(key, boolean)
-        for (owner, name, low, high), value in zip(slots, values, strict=True):
+        for vr, (_, _, low, high), value in zip(vrs, slots, values, strict=True):
             if not low <= value <= high:
-                if value != value:
-                    raise self.refused(self.beyond(self.variables[vrs[[v != v for v in values].index(True)]], value))
-                self.suspect = True
+                raise self.refused(self.beyond(self.variables[vr], value))
+        for (owner, name, _, _), value in zip(slots, values, strict=True):
             put(owner, name, value)
         if self.phase != RUNNING:
             self.stale = True
@@ -333,7 +311,7 @@ class BlockSlave(Fmi2Slave):
     def _get_fmu_state(self) -> dict[str, Any]:
         return {"model": type(self).__module__,
                 "block": [look(owner, name) for owner, name in self.state_slots],
-                "slave": [self.phase, self.stale, self.suspect, self.next_time, self.stop_time]}
+                "slave": [self.phase, self.stale, self.next_time, self.stop_time]}
 
     def _set_fmu_state(self, state: dict[str, Any]) -> None:
         if state.get("model") != type(self).__module__:
@@ -342,16 +320,16 @@ class BlockSlave(Fmi2Slave):
             raise self.refused("serialized state: expected one that this FMU has written")
         for (owner, name), value in zip(self.state_slots, state["block"], strict=True):
             put(owner, name, value)
-        self.phase, self.stale, self.suspect, self.next_time, self.stop_time = state["slave"]
+        self.phase, self.stale, self.next_time, self.stop_time = state["slave"]
         self.setters.clear()
 
     def is_state(self, block: Any, slave: Any) -> bool:
         """Return True if this is a state from `_get_fmu_state`: a serialized state may come from anywhere."""
         numbers = (bool, int, float)
         return (isinstance(block, list) and len(block) == len(self.state_slots)
-                and all(isinstance(value, numbers) for value in block) and isinstance(slave, list) and len(slave) == 5
-                and slave[0] in PHASES and all(isinstance(value, bool) for value in slave[1:3])
-                and isinstance(slave[3], (*numbers, type(None))) and isinstance(slave[4], numbers))
+                and all(isinstance(value, numbers) for value in block) and isinstance(slave, list) and len(slave) == 4
+                and slave[0] in PHASES and isinstance(slave[1], bool)
+                and isinstance(slave[2], (*numbers, type(None))) and isinstance(slave[3], numbers))
 
     @staticmethod
     def _fmu_state_to_bytes(state: dict[str, Any]) -> bytes:

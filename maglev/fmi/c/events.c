@@ -76,9 +76,6 @@ enum Status take_event(struct Instance *instance, const char *call, bool *states
         return REFUSED;
     }
     struct RunState *state = instance->state;
-    if (state->progress.suspect && check_ranges(instance) != DONE) {
-        return fail(instance);
-    }
     MODEL.continuous->settle(state->block);
     *states_changed = true;   /* or rates: some importers (fmusim) start their solver anew only if they are told so */
     state->progress.stale = true;

@@ -36,7 +36,6 @@ struct Progress {
     bool events;         /* of one for co-simulation with event mode */
     bool sampling;       /* at an event: a sample falls on it */
     bool stale;          /* the outputs of a block that has not started, or is continuous, are not computed yet */
-    bool suspect;        /* a value out of range was set */
     bool timed;          /* the start time is known */
     double next_time;    /* s, where the next communication step has to start; the time in model exchange */
     double stop_time;    /* s, infinite if the importer has defined none */

@@ -148,9 +148,6 @@ enum Status exit_initialization(struct Instance *instance, const char *call)
     if (!allowed(instance, call, INITIALIZING)) {
         return REFUSED;
     }
-    if (check_ranges(instance) != DONE) {
-        return fail(instance);
-    }
     int64_t status = MODEL.start(instance->state->block);
     if (status != 0) {
         refuse_status(instance, REFUSED, status, 0.0, 0.0);
@@ -192,9 +189,6 @@ enum Status take_step(struct Instance *instance, const char *call, double time, 
     }
     struct RunState *state = instance->state;
     struct Progress *progress = &state->progress;
-    if (progress->suspect && check_ranges(instance) != DONE) {
-        return fail(instance);
-    }
     if (!(size > 0.0 && isfinite(size))) {
         refuse(instance, "communication step = %s s, expected a positive, finite step", number(size, text));
         return fail(instance);

@@ -13,32 +13,6 @@
 /* Share of the time, of some ten times its rounding, by which an importer's clock may be aside. */
 #define CLOCK_ROUNDING 1.0e-14
 
-/* First input or parameter that is not a finite number within its range; NULL if there is none. */
-static const struct Variable *out_of_range(const struct Instance *instance)
-{
-    for (size_t i = 0; i < MODEL.variable_count; ++i) {
-        const struct Variable *variable = &MODEL.variables[i];
-        if (variable->boolean || (variable->causality != PARAMETER && variable->causality != INPUT)) {
-            continue;
-        }
-        double value = *real_at(instance, variable);
-        if (!(value >= variable->minimum && value <= variable->maximum && isfinite(value))) {
-            return variable;
-        }
-    }
-    return NULL;
-}
-
-enum Status check_ranges(struct Instance *instance)
-{
-    const struct Variable *wrong = out_of_range(instance);
-    if (wrong) {
-        return refuse_value(instance, wrong, *real_at(instance, wrong));
-    }
-    instance->state->progress.suspect = false;
-    return DONE;
-}
-
 enum Status fail(struct Instance *instance)
 {
     instance->state->progress.phase = FAILED;
@@ -80,9 +54,6 @@ void begin_sample(struct Instance *instance)
 enum Status take_sample(struct Instance *instance)
 {
     struct RunState *state = instance->state;
-    if (state->progress.suspect && check_ranges(instance) != DONE) {
-        return fail(instance);
-    }
     int64_t status = MODEL.step(state->block, next_sample(instance), sample_interval(instance));
     if (status != 0) {
         refuse_status(instance, REFUSED, status, next_sample(instance), sample_interval(instance));
@@ -113,15 +84,12 @@ enum Status compute(struct Instance *instance)
         return try_sample(instance);
     }
     if (instance->exchange && progress->phase & (AT_EVENT | BETWEEN_EVENTS | TERMINATED)) {
-        if (progress->suspect && check_ranges(instance) != DONE) {
-            return fail(instance);
-        }
         int64_t status = MODEL.continuous->derive(state->block);
         if (status != 0) {   /* an integrator may try another step */
             return refuse_status(instance, DISCARDED, status, progress->next_time, 0.0);
         }
     } else {
-        if (out_of_range(instance) || (instance->exchange && progress->phase == FAILED)) {
+        if (instance->exchange && progress->phase == FAILED) {
             return DONE;
         }
         MODEL.start(state->block);

@@ -1,4 +1,4 @@
-/* What follows from inputs, parameters and states: that they are in range, outputs and rates, samples. */
+/* What follows from inputs, parameters and states: outputs and rates, samples. */
 
 #ifndef OUTPUTS_H
 #define OUTPUTS_H
@@ -10,9 +10,6 @@ double clock_rounding(const struct Instance *instance);
 
 /* Leave the instance as one that can only be reset, restored or freed. */
 enum Status fail(struct Instance *instance);
-
-/* Refuse the first input or parameter that is not a finite number within its range. */
-enum Status check_ranges(struct Instance *instance);
 
 /* When the next sample is to be taken, s; the interval between two, s; by how much a time may miss one, s. */
 double next_sample(const struct Instance *instance);
@@ -29,9 +26,8 @@ void begin_sample(struct Instance *instance);
 enum Status take_sample(struct Instance *instance);
 void undo_sample(struct Instance *instance);
 
-/* Compute the outputs, which are stale, from what is set so far. In the initialization that is done if it is in range: if
- * not, its end says so. In model exchange, what is out of range is refused, and a point at which there are no rates
- * discarded. */
+/* Compute the outputs, which are stale, from what is set so far. If they cannot be computed in the initialization, its end
+ * says so. In model exchange a point at which there are no rates is discarded. */
 enum Status compute(struct Instance *instance);
 
 /* Compute the outputs if they are stale. */

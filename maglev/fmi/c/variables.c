@@ -162,17 +162,13 @@ enum Status set_reals(struct Instance *instance, const char *call, const uint32_
         if (!isfinite(values[i]) && instance->exchange && is_state(references[i])) {   /* another step may be tried */
             return discard(instance, "%s = %s, expected a finite number", variable->name, number(values[i], text));
         }
-        if (isnan(values[i])) {
+        if (!(values[i] >= variable->minimum && values[i] <= variable->maximum && isfinite(values[i]))) {
             return refuse_value(instance, variable, values[i]);
         }
     }
     outdate(instance);
     for (size_t i = 0; i < count; ++i) {
-        const struct Variable *variable = &MODEL.variables[references[i]];
-        *real_at(instance, variable) = values[i];
-        if (!(values[i] >= variable->minimum && values[i] <= variable->maximum)) {
-            instance->state->progress.suspect = true;   /* refused before the next step */
-        }
+        *real_at(instance, &MODEL.variables[references[i]]) = values[i];
     }
     return DONE;
 }

@@ -7,7 +7,7 @@ from typing import Any
 import pytest
 from fmpy.fmi1 import FMICallException
 from fmpy.model_description import ScalarVariable
-from fmu_access import bits, outputs, put, variables
+from fmu_access import bits, outputs, put, read, variables
 from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
@@ -110,7 +110,7 @@ def run(pair: Pair, data: st.DataObject, name: str) -> None:
         return
     pair.same_outputs()
     sample_time = "controller.sample_time" if name.startswith("ClosedLoop") else "sample_time"
-    sample = 0.0 if name.startswith("Plant") else float(start.get(sample_time, component.variable(sample_time).start))
+    sample = 0.0 if name.startswith("Plant") else read(component, sample_time)
     time, count = 0.0, 0
     for _ in range(data.draw(st.integers(1, 12), label="segments")):
         size = step_size(data, name, sample)

@@ -100,7 +100,7 @@ def slave() -> Any:
     """A slave with a user's object, without the binary around it."""
     made = object.__new__(WrittenSlave)
     made.written, made.state_slots, made.setters = Ring, [], {}
-    made.phase, made.stale, made.suspect = "after the initialization", False, False
+    made.phase, made.stale = "after the initialization", False
     made.next_time, made.stop_time = 0.0, 1.0
     made.block = Part()
     made.block.law, made.block.clock = Ring([1.0]), Part()
