@@ -150,7 +150,7 @@ def typed_attributes(definition: FmuDefinition, variable: Variable) -> dict[str,
 
 def dependencies(knowns: Iterable[str], reference: Mapping[str, int]) -> dict[str, str]:
     """Attribute with the dependencies of an unknown; it names no kind, so that any is possible."""
-    return {"dependencies": " ".join(str(number) for number in sorted(reference[name] for name in knowns))}
+    return {"dependencies": " ".join(str(number) for number in sorted({reference[name] for name in knowns}))}
 
 
 def structure_of(definition: FmuDefinition,

@@ -51,13 +51,23 @@ def model_description_3(definition: FmuDefinition, token: str, version: str, dat
     fmi2.add_common(root, definition, table, fmi2.LOG_CATEGORIES, continuous)
     variables = SubElement(root, "ModelVariables")
     reference = {v.name: number for number, v in enumerate(table)}
+    arrays = {reference[array.elements[0]]: array for array in definition.arrays}
+    reference |= {name: first for first, array in arrays.items() for name in array.elements}
     ticking = {"variability": "discrete", "clocks": str(len(table))} if clocked else {}
-    for variable in table:
-        SubElement(variables, "Boolean" if variable.boolean else "Float64",
-                   fmi2.common_attributes(variable, reference[variable.name])
-                   | fmi2.typed_attributes(definition, variable)
-                   | fmi2.state_attributes(continuous, variable.name, reference)
-                   | (ticking if variable.causality in ("input", "output") else {}))
+    for number, variable in enumerate(table):
+        if reference[variable.name] != number:   # another element of an array
+            continue
+        described = (fmi2.common_attributes(variable, number) | fmi2.typed_attributes(definition, variable)
+                     | fmi2.state_attributes(continuous, variable.name, reference)
+                     | (ticking if variable.causality in ("input", "output") else {}))
+        if array := arrays.get(number):
+            described |= {"name": array.name, "description": array.description}
+            if "start" in described:
+                elements = table[number:number + len(array.elements)]
+                described["start"] = " ".join(fmi2.typed_attributes(definition, v)["start"] for v in elements)
+        entry = SubElement(variables, "Boolean" if variable.boolean else "Float64", described)
+        for size in array.shape if array else ():
+            SubElement(entry, "Dimension", {"start": str(size)})
     if clocked:
         reference[""] = len(table)
         SubElement(variables, "Clock", {
@@ -68,9 +78,12 @@ def model_description_3(definition: FmuDefinition, token: str, version: str, dat
     for element, unknowns in fmi2.structure_of(definition, continuous).items():
         if clocked and element == "InitialUnknowns":   # fmpy takes none that are of a clock
             continue
+        together: dict[int, set[str]] = {}   # by the reference, of an array or a scalar
         for name, knowns in unknowns.items():
-            known = fmi2.dependencies((*knowns, "") if clocked else knowns, reference)
-            SubElement(structure, ELEMENTS[element], {"valueReference": str(reference[name])} | known)
+            together.setdefault(reference[name], {""} if clocked else set()).update(knowns)
+        for number, known in together.items():
+            SubElement(structure, ELEMENTS[element], {"valueReference": str(number)}
+                       | fmi2.dependencies(known, reference))
     for name, knowns in continuous.indicators.items() if continuous else ():
         SubElement(structure, "EventIndicator", {"valueReference": str(reference[name])}
                    | fmi2.dependencies(knowns, reference))
@@ -105,8 +118,9 @@ def terminals_and_icons(definition: FmuDefinition) -> bytes:
     SubElement(picture, "CoordinateSystem", place | {"suggestedScalingFactorTo_mm": repr(SCALE)})
     SubElement(picture, "Icon", place)
     groups: dict[str, list[Variable]] = {}   # by the part of the block
+    elements = {name for array in definition.arrays for name in array.elements}
     for variable in definition.variables:
-        if variable.causality in ("input", "output") and "." in variable.name:
+        if variable.causality in ("input", "output") and "." in variable.name and variable.name not in elements:
             groups.setdefault(variable.name.rpartition(".")[0], []).append(variable)
     if groups:
         terminals = SubElement(root, "Terminals")

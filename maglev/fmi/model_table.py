@@ -33,8 +33,13 @@ def model_table(definition: FmuDefinition, guid: str, timed: bool) -> str:
         clock = len(definition.native_variables) + 1   # after the time
         sampling = (f"static const struct Sampling SAMPLING = {{"
                     f".clocked = {'true' if definition.clocked else 'false'}, .clock = {clock}}};\n\n")
+    lengths = {array.elements[0]: str(len(array.elements)) for array in definition.arrays if timed}
+    names = [*(v.name for v in definition.native_variables), "time"]
+    sizes = wrapped(lengths.get(name, "1") for name in names) if lengths else ""
     return filled(SOURCE, {
         "NAME": definition.name,
+        "SIZES_TABLE": f"static const uint8_t SIZES[] = {{{sizes}}};\n\n" if sizes else "",
+        "SIZES": "SIZES" if sizes else "NULL",
         "CONTINUOUS_TABLES": continuous_tables(definition),
         "CONTINUOUS": "&CONTINUOUS" if definition.continuous else "NULL",
         "VARIABLE_STEP": "true" if definition.variable_step else "false",

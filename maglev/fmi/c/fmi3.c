@@ -139,58 +139,101 @@ fmi3Status fmi3Reset(fmi3Instance instance)
     return (fmi3Status)begin_anew(instance);
 }
 
-/* Whether there are as many values as variables, each of which is a scalar. */
-static bool one_each(const struct Instance *instance, const char *call, size_t references, size_t values)
+/* How many values a variable has; those of an array belong to its reference and the next ones. */
+static uint32_t size_of(fmi3ValueReference reference)
 {
-    if (references != values) {
-        refuse(instance, "%s of %u variables with %u values, expected one for each", call, (unsigned)references,
-               (unsigned)values);
+    return MODEL.sizes && reference < MODEL.variable_count ? MODEL.sizes[reference] : 1;
+}
+
+/* Let `scalars` be a reference for each value of variables: the same ones without arrays, else memory to release. False,
+ * and the reason logged, if that are not as many as values are given. */
+static bool spread(const struct Instance *instance, const char *call, const fmi3ValueReference references[], size_t count,
+                   size_t values, const uint32_t **scalars)
+{
+    size_t needed = 0;
+    for (size_t i = 0; i < count; ++i) {
+        needed += references ? size_of(references[i]) : 1;
     }
-    return references == values;
+    if (needed != values) {
+        refuse(instance, "%s of %u variables with %u values, expected %u", call, (unsigned)count, (unsigned)values,
+               (unsigned)needed);
+        return false;
+    }
+    *scalars = references;
+    if (needed == count || !instance) {
+        return true;
+    }
+    uint32_t *next = allocate(&instance->importer, needed * sizeof *next);
+    *scalars = next;
+    for (size_t i = 0; next && i < count; ++i) {
+        for (uint32_t k = 0; k < size_of(references[i]); ++k) {
+            *next++ = references[i] + k;
+        }
+    }
+    if (!*scalars) {
+        refuse(instance, "out of memory");
+    }
+    return *scalars;
+}
+
+/* Release what `spread` has allocated. */
+static fmi3Status settled(const struct Instance *instance, const fmi3ValueReference references[],
+                          const uint32_t *scalars, enum Status status)
+{
+    if (scalars != references) {
+        release(&instance->importer, (void *)scalars);
+    }
+    return (fmi3Status)status;
 }
 
 fmi3Status fmi3GetFloat64(fmi3Instance instance, const fmi3ValueReference valueReferences[], size_t nValueReferences,
                           fmi3Float64 values[], size_t nValues)
 {
-    if (!one_each(instance, "fmi3GetFloat64", nValueReferences, nValues)) {
+    const uint32_t *scalars;
+    if (!spread(instance, "fmi3GetFloat64", valueReferences, nValueReferences, nValues, &scalars)) {
         return fmi3Error;
     }
-    return (fmi3Status)get_reals(instance, "fmi3GetFloat64", valueReferences, nValueReferences, values);
+    const enum Status status = get_reals(instance, "fmi3GetFloat64", scalars, nValues, values);
+    return settled(instance, valueReferences, scalars, status);
 }
 
 fmi3Status fmi3SetFloat64(fmi3Instance instance, const fmi3ValueReference valueReferences[], size_t nValueReferences,
                           const fmi3Float64 values[], size_t nValues)
 {
-    if (!one_each(instance, "fmi3SetFloat64", nValueReferences, nValues)) {
+    const uint32_t *scalars;
+    if (!spread(instance, "fmi3SetFloat64", valueReferences, nValueReferences, nValues, &scalars)) {
         return fmi3Error;
     }
-    return (fmi3Status)set_reals(instance, "fmi3SetFloat64", valueReferences, nValueReferences, values);
+    const enum Status status = set_reals(instance, "fmi3SetFloat64", scalars, nValues, values);
+    return settled(instance, valueReferences, scalars, status);
 }
 
 fmi3Status fmi3GetBoolean(fmi3Instance instance, const fmi3ValueReference valueReferences[], size_t nValueReferences,
                           fmi3Boolean values[], size_t nValues)
 {
-    if (!one_each(instance, "fmi3GetBoolean", nValueReferences, nValues)
-        || !booleans_readable(instance, "fmi3GetBoolean", valueReferences, nValueReferences, values)) {
+    const uint32_t *scalars;
+    if (!spread(instance, "fmi3GetBoolean", valueReferences, nValueReferences, nValues, &scalars)) {
         return fmi3Error;
     }
-    for (size_t i = 0; i < nValues; ++i) {
-        values[i] = *boolean_at(instance, &MODEL.variables[valueReferences[i]]);
+    const bool able = booleans_readable(instance, "fmi3GetBoolean", scalars, nValues, values);
+    for (size_t i = 0; able && i < nValues; ++i) {
+        values[i] = *boolean_at(instance, &MODEL.variables[scalars[i]]);
     }
-    return fmi3OK;
+    return settled(instance, valueReferences, scalars, able ? DONE : REFUSED);
 }
 
 fmi3Status fmi3SetBoolean(fmi3Instance instance, const fmi3ValueReference valueReferences[], size_t nValueReferences,
                           const fmi3Boolean values[], size_t nValues)
 {
-    if (!one_each(instance, "fmi3SetBoolean", nValueReferences, nValues)
-        || !booleans_settable(instance, "fmi3SetBoolean", valueReferences, nValueReferences, values)) {
+    const uint32_t *scalars;
+    if (!spread(instance, "fmi3SetBoolean", valueReferences, nValueReferences, nValues, &scalars)) {
         return fmi3Error;
     }
-    for (size_t i = 0; i < nValues; ++i) {
-        *boolean_at(instance, &MODEL.variables[valueReferences[i]]) = values[i];
+    const bool able = booleans_settable(instance, "fmi3SetBoolean", scalars, nValues, values);
+    for (size_t i = 0; able && i < nValues; ++i) {
+        *boolean_at(instance, &MODEL.variables[scalars[i]]) = values[i];
     }
-    return fmi3OK;
+    return settled(instance, valueReferences, scalars, able ? DONE : REFUSED);
 }
 
 fmi3Status fmi3GetFMUState(fmi3Instance instance, fmi3FMUState *FMUState)

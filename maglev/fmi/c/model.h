@@ -62,6 +62,7 @@ struct Model {
     size_t interval;                                           /* offset of the sample time in struct RunState, or 0 */
     const struct Variable *variables;
     size_t variable_count;
+    const uint8_t *sizes;                                      /* of the arrays that begin there; NULL without arrays */
     const struct Refusal *refusals;
     size_t refusal_count;
     int64_t failed;                                            /* status: this and the number, from 1 on, of a failure */

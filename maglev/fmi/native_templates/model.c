@@ -13,7 +13,7 @@ static const struct Refusal REFUSALS[] = {
 @REFUSALS@
 };
 
-@CONTINUOUS_TABLES@@SAMPLING_TABLE@const struct Model MODEL = {
+@SIZES_TABLE@@CONTINUOUS_TABLES@@SAMPLING_TABLE@const struct Model MODEL = {
     .name = @NAME_TEXT@,
     .guid = @GUID@,
     .block_size = sizeof(Block),
@@ -22,6 +22,7 @@ static const struct Refusal REFUSALS[] = {
     .step = step_block,
     .variables = VARIABLES,
     .variable_count = sizeof VARIABLES / sizeof *VARIABLES,
+    .sizes = @SIZES@,
     .refusals = REFUSALS,
     .refusal_count = sizeof REFUSALS / sizeof *REFUSALS,
     .failed = FIRST_FAILURE,
