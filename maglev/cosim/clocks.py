@@ -1,4 +1,8 @@
-"""FMUs with periodic clocks in a co-simulation: their steps, with an event wherever a clock ticks (FMI 3.0, 2.2.10)."""
+"""FMUs with clocks in a co-simulation: their steps, with an event wherever a clock ticks (FMI 3.0, 2.2.10).
+
+Periodic clocks tick in their own time. A triggered one is a Boolean port: true at an input lets it tick at the start of
+the next step, true at an output says that it has ticked in the last one.
+"""
 
 from collections.abc import Callable, Mapping
 from ctypes import addressof, c_bool, c_double, c_int, c_size_t, c_uint32, c_void_p, memmove, sizeof
@@ -11,13 +15,14 @@ from fmpy.model_description import ModelDescription, ScalarVariable
 
 from maglev.cosim.model_exchange import AGAIN, FAILED, MOST_EVENTS, settled
 
-PERIODIC = ("constant", "fixed", "tunable")   # interval variabilities that can be run
+PERIODIC, TRIGGERED = ("constant", "fixed", "tunable"), "triggered"   # interval variabilities that can be run
 PUNCTUAL = 1e-6   # of an interval, or of a step, by which rounding may miss its end
 CHANGED = 2       # fmi3IntervalChanged
 
 
 def clocks_of(description: ModelDescription) -> list[ScalarVariable]:
-    return [variable for variable in description.modelVariables if variable.type == "Clock"]
+    return [variable for variable in description.modelVariables
+            if variable.type == "Clock" or variable.intervalVariability == TRIGGERED]
 
 
 class Clock:
@@ -53,23 +58,32 @@ class Values:
                        for reference, variable in variables.items()}
         self.names = {reference: variable.name for reference, variable in variables.items()}
         self.outputs = [r for r, v in variables.items() if v.causality == "output" and self.clocks[r]]
+        self.triggered = {r for r, v in variables.items() if v.intervalVariability == TRIGGERED}
+        self.ticking: set[int] = set()   # triggered inputs that tick at the next event
+        self.ticked: set[int] = set()    # triggered outputs that have ticked in the last step
         self.waiting: dict[int, Any] = {}
         self.held: dict[int, Any] = {}
 
     def put(self, handle: c_void_p, references: Any, count: c_size_t, values: c_void_p) -> int:
         """Called as fmi2SetReal: the values wait for an event."""
-        if self.free():
+        if self.free() and self.triggered.isdisjoint(references):
             return int(self.call_set(handle, references, count, values))
-        given = (self.value * count.value).from_address(values.value or 0)
-        self.waiting.update(zip(references, given, strict=True))
+        given = dict(zip(references, (self.value * count.value).from_address(values.value or 0), strict=True))
+        self.ticking |= {r for r in self.triggered & given.keys() if given[r]}
+        others = {r: value for r, value in given.items() if r not in self.triggered}
+        if self.free():
+            self.pass_on(self.call_set, handle, [*others], (self.value * len(others))(*others.values()))
+        else:
+            self.waiting |= others
         return 0
 
     def get(self, handle: c_void_p, references: Any, count: c_size_t, values: c_void_p) -> int:
         """Called as fmi2GetReal."""
-        if self.free():
+        if self.free() and self.triggered.isdisjoint(references):
             return int(self.call_get(handle, references, count, values))
-        open_now = [r for r in references if not self.clocks[r]]
+        open_now = [r for r in references if r not in self.triggered and (self.free() or not self.clocks[r])]
         ticking = dict(zip(open_now, self.read(handle, open_now), strict=True)) | self.held
+        ticking |= {r: r in self.ticked for r in self.triggered}
         given = (self.value * count.value)(*(ticking.get(r, self.value().value) for r in references))
         memmove(values, given, sizeof(given))
         return 0
@@ -114,7 +128,9 @@ class Ticking:
         self.instance, self.step, self.say = instance, do_step, say
         self.handle = c_void_p(instance.component)
         self.clocks = [Clock(int(element.attrib["valueReference"]), element.attrib)
-                       for element in parse(folder / "modelDescription.xml").iter("Clock")]
+                       for element in parse(folder / "modelDescription.xml").iter("Clock")
+                       if element.attrib["intervalVariability"] != TRIGGERED]
+        self.told = [clock.valueReference for clock in clocks_of(description) if clock.causality == "output"]
         self.stepping = False
         self.following = float("inf")   # s, time of an event that the FMU has announced
         variables = {v.valueReference: v for v in description.modelVariables}
@@ -131,7 +147,8 @@ class Ticking:
     def reset(self) -> None:
         self.stepping = False
         for values in self.values.values():
-            values.waiting.clear()
+            for kept in (values.waiting, values.ticking, values.ticked):
+                kept.clear()
 
     def look(self) -> None:
         """In the initialization: ask for intervals, and for outputs before the first tick."""
@@ -162,10 +179,12 @@ class Ticking:
     def __call__(self, _handle: object, time: c_double, step: c_double, _no_set_before: object) -> int:
         now, end, slack = time.value, time.value + step.value, PUNCTUAL * step.value
         instants = 0
+        for values in self.values.values():
+            values.ticked.clear()
         try:
             while True:
                 self.event(now)
-                following = min(self.following, *(clock.due for clock in self.clocks))
+                following = min([self.following, *(clock.due for clock in self.clocks)])
                 if following <= now:
                     instants += 1
                     if instants > MOST_EVENTS:
@@ -185,16 +204,17 @@ class Ticking:
     def event(self, now: float) -> None:
         """Make the event at a time (s), if there is one."""
         ticking = [clock for clock in self.clocks if abs(clock.due - now) <= PUNCTUAL * clock.interval]
+        active = {clock.reference for clock in ticking}.union(*(values.ticking for values in self.values.values()))
         asked = bool(getattr(self.step, "event", False)) or now >= self.following
-        if not (ticking or asked or any(not values.clocks[r] for values in self.values.values()
+        if not (active or asked or any(not values.clocks[r] for values in self.values.values()
                                         for r in values.waiting)):   # for any event
             return
-        active = {clock.reference for clock in ticking}
         self.instance.enterEventMode()
         if active:
             self.instance.setClock(sorted(active), [True] * len(active))
         for values in self.values.values():
             values.give(self.handle, active)
+            values.ticking.clear()
         for values in self.values.values() if active else ():
             values.hold(self.handle, active)
         for clock in ticking:
@@ -209,5 +229,15 @@ class Ticking:
 
     def settle(self, now: float) -> None:
         """End the event at a time (s)."""
-        self.following = settled(self.instance.updateDiscreteStates, now)
+        self.following = settled(self.update, now)
         self.instance.enterStepMode()
+
+    def update(self) -> tuple[Any, ...]:
+        """Make an update of the discrete states, and before it keep what the FMU's own clocks give that tick now."""
+        if self.told:
+            active = {r for r, ticks in zip(self.told, self.instance.getClock(self.told), strict=True) if ticks}
+            for values in self.values.values():
+                values.ticked |= active
+                values.hold(self.handle, active)
+        made: tuple[Any, ...] = self.instance.updateDiscreteStates()
+        return made

@@ -22,7 +22,7 @@ from fmpy.model_description import ModelDescription, ScalarVariable, ValidationE
 from fmpy.validation import validate_model_description
 
 from maglev.cosim.arrays import elements_of, with_elements
-from maglev.cosim.clocks import PERIODIC, Ticking, clocks_of
+from maglev.cosim.clocks import PERIODIC, TRIGGERED, Ticking, clocks_of
 from maglev.cosim.fmi_versions import DISCARD, FMI3, LISTENERS, WARNING, Fmi, Messages, fmi_of, function_of
 from maglev.cosim.model_exchange import with_solver
 from maglev.cosim.port_map import Scale
@@ -101,11 +101,13 @@ def description_at(name: str, path: Path, _sha256: str) -> ModelDescription:
         description.modelVariables = [*map(copy, description.modelVariables)]
         for variable in description.modelVariables:
             variable.type = OLDER_TYPES.get(variable.type, variable.type)
+            if variable.intervalVariability == TRIGGERED:
+                variable.type = "Boolean"
         description.modelVariables = [*elements_of(description.modelVariables, FMI3.types)]
-        other = [clock for clock in clocks_of(description) if clock.intervalVariability not in PERIODIC]
+        other = [clock for clock in clocks_of(description) if clock.intervalVariability not in (*PERIODIC, TRIGGERED)]
         if other:
             raise FmuError(f"{name}: {original(path)} has the clock {other[0].name}, which is "
-                           f"{other[0].intervalVariability}, expected periodic clocks: constant, fixed or tunable")
+                           f"{other[0].intervalVariability}, expected a constant, fixed, tunable or triggered one")
     return description
 
 

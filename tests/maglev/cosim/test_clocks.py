@@ -16,7 +16,7 @@ from command_line import error_line, maglev
 from example_builds import EXAMPLES, require_compiler, script
 from fmpy.model_description import ModelDescription, ModelVariable
 from native_builds import FMI_HEADERS
-from small_fmus import absent_functions
+from small_fmus import absent_functions, built_fmu
 
 from maglev.cosim.clocks import Ticking
 from maglev.cosim.master import FmuSetup, Master
@@ -213,3 +213,38 @@ def test_clocks_of_others_tick_in_their_own_time(tmp_path: Path) -> None:
     # The tunable clock changes to 0.2 s at the first event after 1 s, from which it counts.
     assert fmu.calls == [(0.0, 2), (0.1, 1), (0.4, 1), (0.5, 2), (0.7, 1), (1.0, 1, 2), (1.3, 1), (1.5, 2)]
     assert found == [(0.0, 1.0), (2.0, 2.0), (4.0, 3.0), (7.0, 4.0)]
+
+
+TRIGGERED = """<?xml version="1.0" encoding="UTF-8"?>
+<fmiModelDescription fmiVersion="3.0" modelName="Triggered" instantiationToken="triggered">
+<CoSimulation modelIdentifier="small" canHandleVariableCommunicationStepSize="true" hasEventMode="true"/>
+<ModelVariables>
+<Float64 name="time" valueReference="0" causality="independent" variability="continuous"/>
+<Clock name="fired" valueReference="1" causality="output" intervalVariability="triggered"/>
+<Float64 name="x" valueReference="2" causality="input" start="0"/>
+<Float64 name="count" valueReference="3" causality="output" variability="discrete" clocks="1"/>
+<Clock name="take" valueReference="4" causality="input" intervalVariability="triggered"/>
+<Float64 name="given" valueReference="5" causality="input" variability="discrete" start="0" clocks="4"/>
+<Float64 name="total" valueReference="6" causality="output" variability="discrete" clocks="4"/>
+</ModelVariables>
+<ModelStructure><Output valueReference="1"/><Output valueReference="3"/><Output valueReference="6"/></ModelStructure>
+</fmiModelDescription>
+"""
+
+
+@pytest.mark.parametrize(("order", "late"), [("sequential", 0), ("jacobi", 1)])
+def test_triggered_clocks_are_ports(tmp_path: Path, order: Any, late: int) -> None:
+    """What rises in the steps from 0.2 s and 0.6 s fires a step later, and once each; of a signal, at its instants."""
+    path = built_fmu(tmp_path, Path(__file__).parents[2] / "support" / "triggered_fmu.c", TRIGGERED)
+    setups = [FmuSetup(name, path) for name in "abc"]
+    wires = [("a.fired", "b.take"), ("a.count", "b.given")]
+    drives = {"a.x": [0, 0, 2, 2, 0, 0, 2, 2, 2, 2, 2], "c.take": [True, *[False] * 6, True, True, False, False],
+              "c.given": [0.5, *[1.0] * 10]}
+    with Master(setups, wires, 0.1, order) as master:
+        columns = master.run(1.0, drives).columns
+        again = master.run(1.0, drives).columns
+    assert columns["a.fired"].tolist() == [0, 0, 0, 0, 1, 0, 0, 0, 1, 0, 0]
+    assert columns["a.count"].tolist() == [0, 0, 0, 0, 1, 1, 1, 1, 2, 2, 2]
+    assert columns["b.total"].tolist() == [0] * (4 + late) + [1] * 4 + [3] * (3 - late)
+    assert columns["c.total"].tolist() == [0, *[0.5] * 7, 1.5, 2.5, 2.5]
+    assert {name: again[name].tobytes() for name in columns} == {name: columns[name].tobytes() for name in columns}
