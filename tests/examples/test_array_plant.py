@@ -34,9 +34,9 @@ def test_its_elements_are_the_scalars(fmi3_fmus: Path, tmp_path: Path, monkeypat
                  FmuSetup("arrays", path, {names[each]: value for each, value in start.items()})], [], STEP) as master:
         made = master.run(END, {f"plant.{each}": values.tolist() for each, values in drives.items()}
                         | {f"arrays.{names[each]}": values.tolist() for each, values in drives.items()}).columns
-    outputs = [each for each in names if f"plant.{each}" in made]
-    assert len(outputs) == 3 * 3 + 6 and np.ptp(made["plant.x.position"]) > 1e-6
-    for each in outputs:
+    recorded = [each for each in names if f"plant.{each}" in made]   # outputs, and what is driven
+    assert len(recorded) == 3 * 3 + 6 + len(drives) and np.ptp(made["plant.x.position"]) > 1e-6
+    for each in recorded:
         assert np.array_equal(made[f"plant.{each}"], made[f"arrays.{names[each]}"]), each
     still = fmpy.simulate_fmu(str(path), stop_time=10 * STEP, step_size=STEP, output_interval=STEP, output=["position"],
                               start_values={"position_start": ["0.0251", "0.001", "-0.002"]})
