@@ -1,4 +1,4 @@
-"""How FMUs that others publish fare here, as a table: for the page docs/importing.md, by hand.
+"""How FMUs that others publish fare here, as a table: for the page docs/importers.md, by hand.
 
     python tools/published_fmus.py FOLDER...
 
