@@ -350,11 +350,11 @@ class Fmu:
 
     def set(self, buffer: Buffer) -> None:
         status = self.set_functions[buffer.kind](self.handle(), *buffer.arguments())
-        self.require(f"{self.fmi.name('Set', buffer.kind)} of {', '.join(buffer.names)}", status)
+        self.require(f"{self.fmi.name('Set', buffer.kind)} of {few(buffer.names)}", status)
 
     def get(self, buffer: Buffer) -> None:
         status = self.get_functions[buffer.kind](self.handle(), *buffer.arguments())
-        self.require(f"{self.fmi.name('Get', buffer.kind)} of {', '.join(buffer.names)}", status)
+        self.require(f"{self.fmi.name('Get', buffer.kind)} of {few(buffer.names)}", status)
 
 
 def unpack(path: Path, folder: Path) -> None:

@@ -20,7 +20,7 @@ from maglev.cosim.arrays import of_variable
 from maglev.cosim.fmi_versions import FMI2, FMI3
 from maglev.cosim.fmu import Fmu, kind_of
 from maglev.cosim.port_map import Scale
-from maglev.files.errors import FmuError, shortened
+from maglev.files.errors import FmuError, few, shortened
 
 REALS = ("Real", "Float32")   # types that can be connected with each other, and driven
 KINDS = (*FMI2.types, *(kind for kind in FMI3.types if kind not in FMI2.types))
@@ -309,7 +309,7 @@ def value_call(fmu: Fmu, verb: str, variables: Sequence[ScalarVariable], track: 
     values = c_void_p()
     functions = fmu.get_functions if verb == "Get" else fmu.set_functions
     arguments = (fmu.handle(), references, c_size_t(len(variables)), values)
-    what = f"{fmu.fmi.name(verb, kind)} of {', '.join(v.name for v in variables)}"
+    what = f"{fmu.fmi.name(verb, kind)} of {few([v.name for v in variables])}"
     return Call(values, track.address + column * track.item + ahead * track.stride, track.stride, functions[kind],
                 arguments, (fmu, what))
 
