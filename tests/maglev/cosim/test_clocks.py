@@ -238,8 +238,9 @@ def test_triggered_clocks_are_ports(tmp_path: Path, order: Any, late: int) -> No
     path = built_fmu(tmp_path, Path(__file__).parents[2] / "support" / "triggered_fmu.c", TRIGGERED)
     setups = [FmuSetup(name, path) for name in "abc"]
     wires = [("a.fired", "b.take"), ("a.count", "b.given")]
-    drives = {"a.x": [0, 0, 2, 2, 0, 0, 2, 2, 2, 2, 2], "c.take": [True, *[False] * 6, True, True, False, False],
-              "c.given": [0.5, *[1.0] * 10]}
+    drives: dict[str, list[float]] = {
+        "a.x": [0, 0, 2, 2, 0, 0, 2, 2, 2, 2, 2], "c.take": [True, *[False] * 6, True, True, False, False],
+        "c.given": [0.5, *[1.0] * 10]}
     with Master(setups, wires, 0.1, order) as master:
         columns = master.run(1.0, drives).columns
         again = master.run(1.0, drives).columns
