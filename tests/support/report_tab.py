@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any, Literal
 import pytest
 
 if TYPE_CHECKING:   # what is missing on some machines, where the fixture of the browser skips
-    from playwright.sync_api import Browser, Page, ViewportSize
+    from playwright.sync_api import Browser, Frame, Page, ViewportSize
 
 LIGHT: Literal["light"] = "light"
 DARK: Literal["dark"] = "dark"
@@ -108,7 +108,7 @@ class Tab:
         assert {url for url in self.requests if not url.startswith(("blob:", "data:"))} == {self.url}
 
 
-def wait_until(page: "Page", condition: str) -> None:
+def wait_until(page: "Page | Frame", condition: str) -> None:
     """Wait for a condition, on a loaded machine up to four minutes; the page's policy forbids playwright's own way."""
     for _ in range(4800):
         if page.evaluate(condition):

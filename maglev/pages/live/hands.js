@@ -9,6 +9,7 @@ const NEAR = 14;   // px beside the mover in which a finger still takes it
 const PRESS = 350;   // ms after which a finger that rests on the mover takes it
 const STILL = 8;     // px that a finger may move meanwhile
 const LED = { vertical: 0.02, horizontal: 0.08, tilt: 0.05 };   // m/s, rad/s: how fast a reference goes to where the hand has put it
+const STRIDE = 0.05;   // s of the run for which it goes on in a frame at most: a page that falls behind throws nothing
 const SPARED = 1.5e-3;   // m: how near to a stop the hand can put the reference of a gap,
 const CARRIED = 0.85;    // and share of the current that there is with which the motors carry the mover there
 
@@ -86,14 +87,21 @@ function move(event) {
     return;
   }
   if (!found || found.view.kind !== page.drag.kind) return;
+  unspare();
   for (const [axis, place] of Object.entries(found.places)) {
     const value = place + page.drag.offsets[axis];
     if (page.drag.mover) post({ type: "hold", axis, value }); else lead(axis, value);
   }
 }
 
+/** The hand is no more where the platform cannot be held: that has been said for as long as it was. */
+function unspare() {
+  if (page.lit.spared === Infinity) page.lit.spared = performance.now();
+}
+
 function letGo() {
   unpress();
+  unspare();
   if (page.drag?.mover) for (const axis of Object.keys(page.drag.offsets)) post({ type: "hold", axis, value: null });
   page.drag = page.turning = null;
 }
@@ -118,14 +126,14 @@ function lead(axis, value) {
   if (now === undefined) return;
   const target = axis === vertical() ? carriedGap(now, within(axis, value, SPARED)) : within(axis, value);
   page.leads[axis] = { now, ...page.leads[axis], target };
-  if (target !== value) page.lit.spared = performance.now();
+  if (target !== value) page.lit.spared = page.drag ? Infinity : performance.now();
 }
 
 /** Let the references go on by what they may in a time (s) of the run; returns whether one is behind the hand. */
 function followHand(time) {
   let behind = false;
   for (const [axis, each] of Object.entries(page.leads)) {
-    const most = LED[kindOf(axis)] * Math.max(0, time), way = each.target - each.now;
+    const most = LED[kindOf(axis)] * Math.min(STRIDE, Math.max(0, time)), way = each.target - each.now;
     behind ||= Math.abs(way) > 2 * most;
     each.now += Math.min(most, Math.max(-most, way));
     refer(axis, each.now, true);

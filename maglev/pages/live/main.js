@@ -215,7 +215,7 @@ const RECEIVED = {
   "ghost refused": ({ text }) => { setGhost(""); say(`The stage that ran along has ended: ${text}`, true); },
   owned,
   "own refused": ownRefused,
-  alive: () => { own.heard = performance.now(); },
+  alive: () => { own.silent = 0; },
   "not done": ({ text }) => say(text, true),
   scored,
 };

@@ -7,9 +7,9 @@
 const LAW = "own:law";
 const LONGEST_LINK = 12000;    // characters of a law in an address
 const LONGEST_LAW = 100000;    // characters of its text
-const SILENT = 4000;           // ms without an answer, after which a worker is ended
+const SILENT = 4;              // looks, a second apart, without an answer, after which a worker is ended
 
-const own = { packed: "", asked: null, heard: 0, present: false };
+const own = { packed: "", asked: null, silent: 0, present: false };
 
 const lawSaid = (text, bad = false) => {
   at("law-said").textContent = text;
@@ -50,7 +50,7 @@ function tryOwn(brought) {
   own.asked.model = brought.model;
   own.present ||= own.asked.script;   // in the worker, whatever runs later
   post({ type: "own", name: own.asked.name, run: page.state.run, ...brought });
-  own.heard = performance.now();
+  own.silent = 0;
   own.waiting = true;
 }
 
@@ -127,16 +127,16 @@ function ownRefused({ text }) {
 
 /** End a worker in which a controller of the reader's does not come back, and go on with another one. */
 function watchOwn() {
-  const now = performance.now();
-  if (!own.waiting && !isOwn(page.state?.controller ?? "") && !isOwn(page.state?.ghost ?? "")) { own.heard = now; return; }
-  if (document.hidden) own.heard = now;
-  if (now - own.heard < SILENT) { post({ type: "alive" }); return; }
+  if (!own.waiting && !isOwn(page.state?.controller ?? "") && !isOwn(page.state?.ghost ?? "")) { own.silent = 0; return; }
+  // Looks are counted, not time: a page that stands still for seconds has heard nothing either.
+  own.silent = document.hidden ? 0 : own.silent + 1;
+  if (own.silent <= SILENT) { post({ type: "alive" }); return; }
   own.waiting = false;
-  own.heard = now;
+  own.silent = 0;
   for (const run of Object.values(live.runs)) for (const name of Object.keys(run.laws)) if (isOwn(name)) delete run.laws[name];
   own.present = false;
   startWorker();
-  const text = `${own.asked.name}: it has not come back for ${SILENT / 1000} s, expected an end of each step; it was taken out.`;
+  const text = `${own.asked.name}: it has not come back for ${SILENT} s, expected an end of each step; it was taken out.`;
   own.after = () => {
     begin({ ...page.state, controller: page.run.fmus.controller.model, ghost: "" });
     play(true);

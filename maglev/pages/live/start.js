@@ -38,7 +38,7 @@ async function takePage(file) {
   live = await contentOf(from);
   listRuns();
   // What the reader has brought was for the stage of before.
-  Object.assign(own, { packed: "", present: false, waiting: false, heard: performance.now(), after: () => {
+  Object.assign(own, { packed: "", present: false, waiting: false, silent: 0, after: () => {
     openState(readFragment("").state);
     play(true);
     say(`What ${file.name} carries runs here until this page is loaded again.`);

@@ -132,13 +132,17 @@ const WITHIN = 1e-4;   // m, in which a task counts as done
 
 /** What a controller makes of a task, in a simulation of its own: of what is put on and of a step the largest error of the gap,
  * the time to the last error beyond WITHIN, and the overshoot; the ripple of a current at rest; SI. Of one that is lost when. */
-function scored({ number, run, model, settings, acts: planned, task: { axis, on, step, until } }) {
+async function scored({ number, run, model, settings, acts: planned, task: { axis, on, step, until } }) {
   const tried = new Simulation(library, runs[run], model, settings), { axes, vertical } = tried.run, due = [...planned];
   const [gap, moved] = [vertical, axis].map((name) => axes.indexOf(name));
   const place = (i) => tried.motion.values[2 * i], error = (i) => Math.abs(place(i) - tried.reference(i, tried.time));
   const values = [0, 0, 0, 0, 0, 0], ripple = { sum: 0, squares: 0, count: 0 };
-  let lost = null;
+  let lost = null, since = performance.now();
   while (tried.time < until && lost === null) {
+    if (performance.now() - since > MOST_BUSY) {   // what is seen goes on meanwhile
+      await new Promise((resolve) => { setTimeout(resolve); });
+      since = performance.now();
+    }
     while (due.length && tried.time >= due[0].at - TIME_TOLERANCE) tried.act(due.shift());
     try {
       tried.step();

@@ -70,10 +70,7 @@ def test_a_result_is_that_of_the_run_that_is_seen_and_comes_with_the_link(tab: T
     tab.page.click("text=Run it")
     wait_until(tab.page, f"{DONE} && maglevLive.state.story === 'beat'")
     tab.evaluate("post({ type: 'speed', value: 4 })")
-    for _ in range(60):
-        if tab.evaluate("maglevLive.frame.time > 7.2"):
-            break
-        tab.page.wait_for_timeout(500)
+    wait_until(tab.page, "maglevLive.frame.time > 7.2")
     result = tab.evaluate("beat.yours.values")
     for measure, window in ((0, (1.0, 4.0)), (4, (4.0, 7.0))):
         assert tab.evaluate(SEEN, window) == pytest.approx(result[measure], rel=0.02, abs=2e-6)
@@ -136,9 +133,8 @@ def test_on_a_phone_gains_are_sliders(tab: Tab) -> None:
     assert after == pytest.approx(1.5 * before, rel=5e-3) and "law=" in tab.evaluate("location.hash")
     # What has the focus is not under the picture, which stays at the top.
     page.locator("#gain-kd-false").focus()
-    page.wait_for_timeout(300)
-    field, picture = (page.locator(name).bounding_box() for name in ("#gain-kd-false", ".canvas"))
-    assert field is not None and picture is not None and field["y"] >= picture["y"] + picture["height"]
+    wait_until(page, "at('gain-kd-false').getBoundingClientRect().top"
+                     " >= document.querySelector('.canvas').getBoundingClientRect().bottom")
 
 
 @pytest.mark.parametrize("tab", [(WIDE, "#result=1,2,<b>"), (WIDE, "#story=beat&law=x")], ids=["result", "law"],

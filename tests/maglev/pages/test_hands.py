@@ -68,8 +68,13 @@ def errors_after(tab: Tab, act: Callable[[], object], seconds: float) -> np.ndar
     """Errors of the gap (m), shape (n,), in the seconds after something is done."""
     before = tab.evaluate("maglevLive.history.count")
     act()
-    tab.page.wait_for_timeout(1e3 * seconds)
+    rest(tab, seconds)
     return np.array(tab.evaluate(ERRORS, before))
+
+
+def rest(tab: Tab, seconds: float) -> None:
+    """Let the run go on by a time."""
+    wait_until(tab.page, f"maglevLive.frame.time > {tab.evaluate('maglevLive.frame.time') + seconds}")
 
 
 def positions(tab: Tab, run: str, until: float, settings: str = "{}", model: str | None = None) -> np.ndarray:
@@ -182,10 +187,10 @@ def test_what_goes_wrong_shows_and_is_gone_when_it_is_taken_back(tab: Tab) -> No
         assert moves(partial(page.fill, f"#{slider}", value)) > 2 * quiet, slider
         assert not tab.evaluate("maglevLive.frame.flags.stop")
         page.fill(f"#{slider}", "0")
-        page.wait_for_timeout(1500)
+        rest(tab, 1.5)
     assert "measurement" not in tab.evaluate("location.hash")
     assert moves(lambda: page.click("#blink"), 0.3) > 2 * quiet
-    page.wait_for_timeout(1000)
+    rest(tab, 1.0)
     page.check("#switch-phase")
     phases = "maglevLive.history.last().motors[maglevLive.run.motors[0]].phases"
     wait_until(page, f"{phases}[1] === 0")
@@ -220,4 +225,4 @@ def drag(tab: Tab, across: float) -> None:
     tab.page.mouse.move(x, y)
     tab.page.mouse.down()
     tab.page.mouse.move(x + across, y, steps=8)
-    tab.page.wait_for_timeout(200)
+    rest(tab, 0.2)

@@ -49,15 +49,9 @@ def test_in_a_frame_the_stage_is_alone_and_nothing_scrolls(browser, page: Path, 
     tab = context.new_page()
     tab.goto(around.as_uri())
     frame = tab.frames[1]
-    for _ in range(100):
-        if frame.evaluate("typeof maglevLive === 'object' && maglevLive.frames > 5"):
-            break
-        tab.wait_for_timeout(100)
+    wait_until(frame, "typeof maglevLive === 'object' && maglevLive.frames > 5")
     frame.click("text=Controller off")
-    for _ in range(60):
-        if frame.inner_text("#moment"):
-            break
-        tab.wait_for_timeout(1000)
+    wait_until(frame, "document.getElementById('moment').textContent")
     assert frame.inner_text("#moment").startswith("Without current it hit its ")
     assert frame.evaluate(UNSEEN) == []
     assert frame.evaluate("document.documentElement.scrollHeight <= innerHeight")

@@ -46,10 +46,7 @@ def told(browser, page: Path, request: pytest.FixtureRequest) -> Iterator[Tab]:
     wait_until(tab.page, "maglevLive.frame?.time > 0.2")
     if story != "weight":   # which is seen to fall
         tab.evaluate("post({ type: 'speed', value: 5 })")
-    for _ in range(60):   # of a machine that is busy
-        if tab.page.inner_text("#moment"):
-            break
-        tab.page.wait_for_timeout(1000)
+    wait_until(tab.page, "document.getElementById('moment').textContent")
     tab.page.click("#play")
     tab.page.wait_for_timeout(100)
     yield tab
