@@ -2,6 +2,7 @@
 
 from collections.abc import Iterator
 from pathlib import Path
+from typing import Any
 
 import pytest
 from live_homes import HOMES
@@ -16,8 +17,8 @@ LABEL = """(() => { const { x, y, half } = maglevLive.hint;
 STAY = "for (const axis of maglevLive.run.axes) nudge(axis, 0)"   # also when the run's first step is due
 REFERENCE = "maglevLive.history.last().axes[vertical()].reference"
 # A swipe is faster than a press, however slow the machine is.
-FAST = """window.slowly = setTimeout;
-    window.setTimeout = (act, time) => slowly(act, time === PRESS ? 1e6 : time)"""
+FAST = """() => { window.slowly = setTimeout;
+    window.setTimeout = (act, time) => slowly(act, time === PRESS ? 1e6 : time); }"""
 CURRENT = """Math.abs(carryingCurrent(maglevLive.run,
     atGap(maglevLive.run, maglevLive.history.last(), {gap}), valueOf))"""
 
@@ -72,7 +73,7 @@ def test_on_a_phone_a_swipe_scrolls_and_a_long_press_takes_the_platform(tab: Tab
     for k in range(1, 13):
         touch("touchMove", x, y - 10 * k)
     touch("touchEnd")
-    tab.evaluate("window.setTimeout = slowly")
+    tab.evaluate("() => { window.setTimeout = slowly; }")
     wait_until(tab.page, "scrollY > 50")
     assert tab.evaluate("maglevLive.leads") == {}
     tab.evaluate("scrollTo(0, 0)")
@@ -93,8 +94,13 @@ def test_what_is_written_outlives_the_page_and_is_not_replaced_unasked(tab: Tab)
     tab.page.click(".cm-content")
     tab.page.keyboard.press("Control+Home")
     tab.page.keyboard.type("// mine")
-    asked = []
-    tab.page.once("dialog", lambda dialog: (asked.append(dialog.message), dialog.dismiss()))
+    asked: list[str] = []
+
+    def refuse(dialog: Any) -> None:
+        asked.append(dialog.message)
+        dialog.dismiss()
+
+    tab.page.once("dialog", refuse)
     tab.page.select_option("#starter", "sliding")
     assert asked == ["Replace what is written by the starter sliding mode?"]
     assert tab.evaluate("lawText()").startswith("// mine") and tab.page.input_value("#starter") == "pid"
