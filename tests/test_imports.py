@@ -17,9 +17,9 @@ ROOT = Path(__file__).parents[1]
 
 # The packages from the lowest to the highest: each knows some of those before it. CONTRIBUTING.md says what each is.
 FLOORS = ("maglev.language", "maglev.files", "maglev.fmi", "pmlsm", "plant_fmu", "controller_fmu",
-          "maglev.descriptions", "maglev.linear", "maglev.user", "maglev.identification", "maglev.cosim",
-          "maglev.scenario", "maglev.runs", "maglev.many", "maglev.pages", "maglev.analysis", "maglev.api", "maglev",
-          "maglev.cli")
+          "maglev.closed_loop", "maglev.descriptions", "maglev.linear", "maglev.user", "maglev.identification",
+          "maglev.cosim", "maglev.scenario", "maglev.runs", "maglev.many", "maglev.pages", "maglev.analysis",
+          "maglev.api", "maglev", "maglev.cli")
 
 # A plant and a controller share the motor's description, never each other. The packages that run, check, pack and
 # compare any FMU know no part of a stage.

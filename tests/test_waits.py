@@ -27,7 +27,7 @@ ENDS = {
     "maglev/files/scratch.py": {
         "fcntl.flock(lock, fcntl.LOCK_EX if wait else fcntl.LOCK_EX | fcntl.LOCK_NB)":
             "who waits has just made the folder, which another process holds while it looks at it"},
-    "maglev/files/beside.py": {
+    "maglev/files/worker_process.py": {
         "tasks.get()": "the process ends when the pipe does from which tasks come"},
     "maglev/scenario/catalogue.py": {
         "loop.result()": "it runs a compiler, which has a limit",

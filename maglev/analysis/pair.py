@@ -20,10 +20,10 @@ from maglev.cosim.port_map import PortMap, apply, read_port_maps
 from maglev.descriptions.own_fmus import current_fmu
 from maglev.descriptions.registry import STAGES
 from maglev.files.arrays import Array
-from maglev.files.beside import Send
 from maglev.files.errors import ControllerError, LinearModelError, nearest, one_of, option, or_of_own_stage
 from maglev.files.json_lines import hints
 from maglev.files.units import positive_time
+from maglev.files.worker_process import Send
 from maglev.fmi.parameter import Parameter, require_parameter
 from maglev.linear.equilibrium import read_positions
 from maglev.linear.loop import opening_among, openings_of

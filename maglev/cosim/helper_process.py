@@ -16,42 +16,42 @@ from typing import Any
 
 from maglev.cosim.fmu import unpacking_folder
 from maglev.cosim.user_class import description_text
-from maglev.files.beside import SERVING, Beside, Forged, Gone, Said, Send, Silent, Task
 from maglev.files.errors import ControllerError, FmuError
 from maglev.files.interrupts import held_interrupts
 from maglev.files.json_lines import fits
 from maglev.files.scratch import remove_scratch
+from maglev.files.worker_process import SERVING, Forged, Gone, Said, Send, Silent, Task, WorkerProcess
 from maglev.user.source import digests, file_of
 
 STARTED_WITHIN = 60.0   # s, at least, until the first report: no FMU is to blame for a machine that takes its time
 
-WAITING: dict[int, Beside] = {}                     # of the process with that number, which alone can end it
+WAITING: dict[int, WorkerProcess] = {}              # of the process with that number, which alone can end it
 DESCRIPTIONS: dict[tuple[Path, str], bytes] = {}    # of Python files, by path and digest of everything that is read
 
 
 @contextmanager
-def other_process(keep: bool = False) -> Iterator[tuple[Beside, Path]]:
+def other_process(keep: bool = False) -> Iterator[tuple[WorkerProcess, Path]]:
     """The process that waits, or a new one, and the folder in which it unpacks; both go with the block.
 
     With `keep` it waits for another task, unless the block fails. Interrupts are held back but where it is listened to.
     """
     with held_interrupts() as let_through:
-        beside = WAITING.pop(os.getpid(), None)
-        if beside is None or beside.process.poll() is not None:
-            removed(beside)
-            beside = Beside(folder_for_any())
-        assert beside.folder is not None
-        beside.let_through = let_through
+        worker = WAITING.pop(os.getpid(), None)
+        if worker is None or worker.process.poll() is not None:
+            removed(worker)
+            worker = WorkerProcess(folder_for_any())
+        assert worker.folder is not None
+        worker.let_through = let_through
         try:
-            yield beside, beside.folder
+            yield worker, worker.folder
         except BaseException:
             keep = False
             raise
         finally:
             if keep:
-                WAITING[os.getpid()] = beside
+                WAITING[os.getpid()] = worker
             else:
-                removed(beside)
+                removed(worker)
 
 
 def folder_for_any() -> Path:
@@ -62,10 +62,10 @@ def folder_for_any() -> Path:
         return unpacking_folder(python=False)
 
 
-def removed(beside: Beside | None) -> None:
-    if beside is not None and beside.folder is not None:
-        beside.end()
-        remove_scratch(beside.folder)
+def removed(worker: WorkerProcess | None) -> None:
+    if worker is not None and worker.folder is not None:
+        worker.end()
+        remove_scratch(worker.folder)
 
 
 @atexit.register
@@ -81,11 +81,11 @@ def called_apart(task: Task, names: str, limit: float, kind: Any,
     `limit` (s), before the first report longer than `STARTED_WITHIN`. Also if a message is no report, or no result of
     the type `kind`.
     """
-    with other_process() as (beside, _):
-        beside.ask(task)
+    with other_process() as (worker, _):
+        worker.ask(task)
         patience = max(limit, STARTED_WITHIN)
         try:
-            while not (said := beside.next(patience)).last:
+            while not (said := worker.next(patience)).last:
                 done, steps = checked(said, tuple[int, int])
                 if not 0 <= done <= steps:
                     raise Forged
@@ -114,10 +114,10 @@ def read_apart(path: Path, timeout: float = 0.0) -> bytes:
     if any(SERVING):
         return description_text(path)
     limit = max(timeout, STARTED_WITHIN)
-    with other_process(keep=True) as (beside, _):
-        beside.ask(partial(describe, path))
+    with other_process(keep=True) as (worker, _):
+        worker.ask(partial(describe, path))
         try:
-            text: bytes = checked(beside.next(limit), bytes)
+            text: bytes = checked(worker.next(limit), bytes)
         except Gone as gone:
             what = (f"ended the process that reads it with {gone.how}" if gone.how else
                     f"was not read within {limit:g} s" if isinstance(gone, Silent) else str(gone))

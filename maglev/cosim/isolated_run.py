@@ -23,12 +23,12 @@ from maglev.cosim.helper_process import checked, other_process
 from maglev.cosim.master import PROGRESS_STEPS, FmuSetup, Master, Observer, Recording, RunFailed, countable, ended
 from maglev.cosim.wiring import Call, Drives, Wiring
 from maglev.descriptions.own_fmus import built_here
-from maglev.files.beside import PATIENCE, Beside, Forged, Gone, Send, Silent
 from maglev.files.cache import Kept
 from maglev.files.errors import FmuError, Interrupted, ended_by, signal_of
 from maglev.files.regular_file import regular
 from maglev.files.side_by_side import Progress
 from maglev.files.time_grid import whole_steps
+from maglev.files.worker_process import PATIENCE, Forged, Gone, Send, Silent, WorkerProcess
 from maglev.user.source import is_written
 
 TIMEOUT = 60.0   # s, after which an FMU that says nothing is taken to hang
@@ -158,16 +158,16 @@ def run_apart(job: Job, progress: Progress | None = None, timeout: float = TIMEO
     end. After that it is ended with its child processes, and a note says so. Interrupted after Ctrl-C or SIGTERM as it
     ends.
     """
-    with other_process() as (beside, folder):
+    with other_process() as (worker, folder):
         (folder / COUNTER).write_bytes(bytes(8))
-        beside.ask(partial(run_and_report, folder, job))
-        return Follower(job, folder, beside, timeout).follow(progress, complete)
+        worker.ask(partial(run_and_report, folder, job))
+        return Follower(job, folder, worker, timeout).follow(progress, complete)
 
 
 class Follower:
     """State of a run in another process, as known here."""
 
-    def __init__(self, job: Job, folder: Path, process: Beside, timeout: float):
+    def __init__(self, job: Job, folder: Path, process: WorkerProcess, timeout: float):
         self.job = job
         self.folder = folder
         self.process = process

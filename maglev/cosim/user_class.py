@@ -17,8 +17,8 @@ from fmpy.model_description import ModelDescription
 from maglev.cosim.fmi_versions import OWN_TOOL
 from maglev.cosim.fmu import Fmu
 from maglev.cosim.port_map import Scale
-from maglev.files.beside import SERVING
 from maglev.files.errors import ControllerError, FmuError
+from maglev.files.worker_process import SERVING
 from maglev.fmi.build import build_date
 from maglev.fmi.declaration import WrittenDefinition
 from maglev.fmi.model_description import model_description

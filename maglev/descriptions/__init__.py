@@ -1,1 +1,1 @@
-"""Stages as data: their descriptions, their FMUs, and their closed loops."""
+"""Stages as data: their descriptions, and the FMUs that follow from them."""

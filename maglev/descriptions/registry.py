@@ -10,7 +10,7 @@ from maglev.fmi.definition import FmuDefinition
 from pmlsm.description_text import from_text, to_text
 from pmlsm.stage_description import StageDescription
 
-LOOP = "maglev.descriptions.closed_loop_definition.closed_loop"
+LOOP = "maglev.closed_loop.definition.closed_loop"
 
 
 class OwnStage(NamedTuple):

@@ -8,10 +8,10 @@ from functools import cache
 from multiprocessing import parent_process, util
 from pathlib import Path
 
-from maglev.files.beside import SERVING
 from maglev.files.cache import digest_of_all
 from maglev.files.regular_file import regular
 from maglev.files.scratch import naming_full, remove_scratch, scratch_folder
+from maglev.files.worker_process import SERVING
 
 PLACE = "MAGLEV_COPIES"   # environment variable with the folder of the copies, for the processes that this one starts
 ORIGIN = ".origin"        # file next to copies that names the folder that they are from

@@ -9,9 +9,8 @@ from maglev.files.errors import MaglevError
 
 BLOCKS = ("pmlsm", "plant_fmu", "controller_fmu")   # packages of blocks and their parts
 PACKAGES = (*BLOCKS, "maglev")                        # all packages of this project
-# Packages and modules that FMUs carry. Others of `maglev` read files of the installation, and stay in it.
-IN_FMUS = (*BLOCKS, "maglev.fmi", *(f"maglev.descriptions.{name}" for name in (
-    "closed_loop", "closed_loop_definition", "closed_loop_variables", "loop_step")))
+# Packages whose modules FMUs carry. Others of `maglev` read files of the installation, and stay in it.
+IN_FMUS = (*BLOCKS, "maglev.fmi", "maglev.closed_loop")
 
 HERE = Path(__file__).resolve().parents[2]
 

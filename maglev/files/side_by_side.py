@@ -12,8 +12,8 @@ from functools import partial
 from queue import Empty, SimpleQueue
 from typing import Any, TypeVar
 
-from maglev.files.beside import PATIENCE, POLL, Beside, Inbox, Said, Send
 from maglev.files.errors import Interrupted, ended_by, signal_of
+from maglev.files.worker_process import PATIENCE, POLL, Inbox, Said, Send, WorkerProcess
 
 T = TypeVar("T")
 
@@ -23,7 +23,7 @@ OURS = ("maglev", "contextlib")   # modules, with those below them, at whose lin
 Progress = Callable[[int, int], None]       # steps done, steps in all
 Task = Callable[[Progress], T]              # can be pickled, as can its result; reports its progress
 Watcher = Callable[[str, int, int], None]   # name of a task, steps done, steps in all
-Idle = list[Beside]                         # processes that wait for tasks
+Idle = list[WorkerProcess]                  # processes that wait for tasks
 Say = Callable[[str], None]                 # takes sentences about the work that continues
 Watch = Callable[[Sequence[str]], AbstractContextManager[Watcher]]   # from the names of tasks to their watcher
 
@@ -62,14 +62,14 @@ def side_by_side(tasks: Mapping[str, Task[T]], jobs: int, died: Callable[[str, s
     `other_process`. They have no time limit, for each call of other code has one. `concurrent.futures` would lose all
     tasks with one that dies, and those under way after Ctrl-C.
     """
-    waiting, inbox = deque(tasks), SimpleQueue[tuple[Beside, bytes | None]]()
-    running: dict[Beside, str] = {}
-    ended: dict[Beside, float] = {}   # since when a process has ended, whose pipe something else has
+    waiting, inbox = deque(tasks), SimpleQueue[tuple[WorkerProcess, bytes | None]]()
+    running: dict[WorkerProcess, str] = {}
+    ended: dict[WorkerProcess, float] = {}   # since when a process has ended, whose pipe something else has
     results: dict[str, T] = {}
     try:
         while waiting or running:
             while waiting and len(running) < jobs:
-                process = idle.pop() if idle else Beside(inbox=inbox)
+                process = idle.pop() if idle else WorkerProcess(inbox=inbox)
                 process.inbox = inbox
                 running[process] = waiting.popleft()
                 process.ask(partial(watched, tasks[running[process]]))
@@ -107,7 +107,7 @@ def side_by_side(tasks: Mapping[str, Task[T]], jobs: int, died: Callable[[str, s
     return {name: results[name] for name in tasks if name in results}
 
 
-def next_of(inbox: Inbox) -> tuple[Beside | None, Said | None]:
+def next_of(inbox: Inbox) -> tuple[WorkerProcess | None, Said | None]:
     """Return the next message and its process, if one arrives soon; None instead of the message if it has ended."""
     try:
         process, frame = inbox.get(timeout=POLL)
@@ -116,7 +116,7 @@ def next_of(inbox: Inbox) -> tuple[Beside | None, Said | None]:
     return process, None if frame is None else pickle.loads(frame)
 
 
-def asked_to_end(running: Mapping[Beside, str], inbox: Inbox, results: dict[str, Any]) -> dict[str, str]:
+def asked_to_end(running: Mapping[WorkerProcess, str], inbox: Inbox, results: dict[str, Any]) -> dict[str, str]:
     """Ask processes to end, wait a while for it, keep late results, and return their notes about remains."""
     for process in running:
         process.process.terminate()

@@ -14,9 +14,9 @@ import numpy as np
 from maglev.cosim.helper_process import STARTED_WITHIN, checked, other_process
 from maglev.cosim.step_loop import LIBRARY
 from maglev.files.arrays import Array
-from maglev.files.beside import Forged, Gone, Said, Send, Silent
 from maglev.files.errors import MaglevError, in_one_line
 from maglev.files.installed import code
+from maglev.files.worker_process import Forged, Gone, Said, Send, Silent
 from maglev.many.measuring import Found, Measuring, Meter
 from maglev.many.repeated_run import Changes, RepeatedRun
 from maglev.many.study_columns import Column, named_values
@@ -208,12 +208,12 @@ def run_samples_apart(job: Job, values: Array, limit: float) -> Iterator[Sample]
     done, deaths, patience = 0, 0, max(limit, STARTED_WITHIN)
     while done < len(values):
         loaded = False
-        with other_process() as (beside, _):
-            beside.ask(partial(send_samples, job, values[done:]))
+        with other_process() as (worker, _):
+            worker.ask(partial(send_samples, job, values[done:]))
             try:
-                checked(beside.next(patience), None)
+                checked(worker.next(patience), None)
                 loaded = True
-                while not (said := beside.next(limit)).last:
+                while not (said := worker.next(limit)).last:
                     yield sample_of(job, said, len(values) - done)
                     done, deaths = done + 1, 0
                 if done < len(values):

@@ -245,7 +245,7 @@ def test_while_the_processes_of_a_study_start(fastest_fmus: Path, tmp_path: Path
     # Threads, where a loop of another test was kept, are no processes.
     command = Command(tmp_path, "study", file, "--fmus", fastest_fmus, "--jobs", "2",
                       MAGLEV_CACHE=str(tmp_path / "cache"))
-    command.wait_until(lambda: [line for line in processes_with(command.unpacked) if "files.beside" in line])
+    command.wait_until(lambda: [line for line in processes_with(command.unpacked) if "files.worker_process" in line])
     time.sleep(delay)   # wherever their start is then
     found, lines = command.ended(number)
     assert (found, len(lines)) == (code, 1), lines

@@ -33,7 +33,7 @@ WIRES = [*((f"plant.{axis}.encoder", f"controller.{axis}.measured") for axis in 
 @pytest.mark.parametrize(("step", "order"), [(SAMPLE, "sequential"), (SAMPLE / 4, "jacobi")])
 def test_a_clocked_controller_gives_the_same_bits(native_fmus: Path, clocked_fmus: Path, step: float,
                                                   order: Any) -> None:
-    """Beside a plant of FMI 2.0; twice, as one that is reset begins again."""
+    """Next to a plant of FMI 2.0; twice, as one that is reset begins again."""
     steps = round(0.04 / step)
     drives = {"controller.y.reference": np.where(np.arange(steps + 1) * step < 0.01, 0.025, 0.0252)}
 

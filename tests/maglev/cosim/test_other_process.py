@@ -33,10 +33,10 @@ from maglev.cosim.isolated_run import (
     run_apart,
 )
 from maglev.cosim.master import FmuSetup, Recording, RunFailed, RunInterrupted
-from maglev.files.beside import Beside, Said, said_in
 from maglev.files.errors import FmuError
 from maglev.files.json_lines import line_of
 from maglev.files.scratch import remove_leftovers
+from maglev.files.worker_process import Said, WorkerProcess, said_in
 from maglev.runs.execution import execute
 
 ROWS = round(AT / 5e-4) + 1   # until the fault, with the first one
@@ -226,16 +226,16 @@ def test_interrupt_keeps_the_recording(fmus: Path, healthy: Recording, tmp_path:
 def test_interrupt_before_it_is_read_what_runs(fmus: Path, healthy: Recording, tmp_path: Path, unpacked: Path,
                                                monkeypatch: pytest.MonkeyPatch) -> None:
     """Ctrl-C on a machine that is so busy that what the process has told is still in the pipe."""
-    read, interrupts = Beside.next, [signal.SIGINT]
+    read, interrupts = WorkerProcess.next, [signal.SIGINT]
 
-    def late(self: Beside, limit: float = inf, sign: Callable[[], object] = lambda: None) -> Said:
+    def late(self: WorkerProcess, limit: float = inf, sign: Callable[[], object] = lambda: None) -> Said:
         if interrupts:
             interrupts.pop()
             until(lambda: int(str(sign())) > 3 * ROWS)
             raise KeyboardInterrupt
         return read(self, limit, sign)
 
-    monkeypatch.setattr(Beside, "next", late)
+    monkeypatch.setattr(WorkerProcess, "next", late)
     with pytest.raises(RunInterrupted, match=r"^at t = 0\.[01]\d* s: interrupted$") as failure:
         faulty_run(faulty("hang", tmp_path), fmus).run()
     require_beginning(failure.value.recording, healthy, len(failure.value.recording.time))
@@ -291,15 +291,15 @@ def told(folder: Path, *reports: object, track: str | None = "track0.float64") -
     (folder / COUNTER).write_bytes(int.to_bytes(2**62, 8, "little"))
     job = Job([FmuSetup("theirs", folder / "theirs.fmu")], [], 0.05, "sequential", 0.3, {}, None,
               frozenset(["theirs.y"]))
-    return Follower(job, folder, cast(Beside, Liar(*reports)), 1.0).follow(None, lambda _: None)
+    return Follower(job, folder, cast(WorkerProcess, Liar(*reports)), 1.0).follow(None, lambda _: None)
 
 
 STARTED = """
 from pathlib import Path
-from maglev.files.beside import Beside
-beside = Beside()
-print(Path(f"/proc/{beside.process.pid}/status").read_text())
-beside.end()
+from maglev.files.worker_process import WorkerProcess
+worker = WorkerProcess()
+print(Path(f"/proc/{worker.process.pid}/status").read_text())
+worker.end()
 """
 
 

@@ -12,9 +12,9 @@ from hypothesis import strategies as st
 
 from maglev.cosim.isolated_run import Stage, Wired
 from maglev.descriptions.packaged import PACKAGED_STAGES
-from maglev.files.beside import Said, said_in
 from maglev.files.errors import CsvError, MaglevError, QuantityError, ScenarioError
 from maglev.files.json_lines import line_of, value_of
+from maglev.files.worker_process import Said, said_in
 from pmlsm.motor_geometry import MotorGeometry
 
 LEAVES = (st.none() | st.booleans() | st.integers() | st.floats() | st.text() | st.binary() |
@@ -83,13 +83,14 @@ class Evil:
 
 NOTHING_OF_OURS = [
     b"a line of my log\n", b"\n", b"7\n", b"{}\n", b'{"own": 7}\n', b'{"own": ["os", "stat_result", {}]}\n',
-    b'{"own": ["maglev.files.beside", "Beside", {}]}\n',
-    b'{"own": ["maglev.files.beside", "subprocess", {}]}\n',
-    b'{"own": ["maglev.files.beside", "Path", {}]}\n',
-    b'{"own": ["maglev.files.beside", "Said", {"kind": 1}]}\n',
+    b'{"own": ["maglev.files.worker_process", "WorkerProcess", {}]}\n',
+    b'{"own": ["maglev.files.worker_process", "subprocess", {}]}\n',
+    b'{"own": ["maglev.files.worker_process", "Path", {}]}\n',
+    b'{"own": ["maglev.files.worker_process", "Said", {"kind": 1}]}\n',
     b'{"own": ["maglev.descriptions.packaged", "__name__", {}]}\n', b'{"own": ["maglev.nowhere", "Said", {}]}\n',
     b'{"array": ["O", [1], {"bytes": "AAAAAAAAAAA="}]}\n', b'{"array": ["<f8", [9], {"bytes": "AAAA"}]}\n',
-    line_of(Said("interrupt", "gone")), b'{"own": ["maglev.files.beside", "Said", {"kind": "end", "what": 1}]}\n',
+    line_of(Said("interrupt", "gone")),
+    b'{"own": ["maglev.files.worker_process", "Said", {"kind": "end", "what": 1}]}\n',
     *(b'{"own": ["maglev.cosim.isolated_run", "Stepped", {"done": %s, "steps": 3}]}\n' % done
       for done in (b'"1"', b"null", b"true", b"1.5", b"[]", b"1" * 30, b"1" * 5000)),
     b'{"own": ["maglev.cosim.isolated_run", "Stepped", {"done": 1}]}\n',

@@ -12,8 +12,8 @@ from pathlib import Path
 
 import pytest
 
-from maglev.files.beside import PROGRAM
 from maglev.files.side_by_side import Idle, kept_processes, side_by_side
+from maglev.files.worker_process import PROGRAM
 
 pytestmark = pytest.mark.usefixtures("slow")
 

@@ -43,7 +43,7 @@ def test_a_dead_process_costs_its_batch(fastest_fmus: Path, tmp_path: Path, monk
     def store(batch: BatchResult) -> None:
         if not found:
             victim = next(each for each in Process().children(recursive=True)
-                          if each.status() != STATUS_ZOMBIE and "beside" in " ".join(each.cmdline()))
+                          if each.status() != STATUS_ZOMBIE and "worker_process" in " ".join(each.cmdline()))
             getattr(victim, end)()
         found[batch.first] = batch
 

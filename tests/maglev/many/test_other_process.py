@@ -114,11 +114,11 @@ from functools import partial
 from maglev.cosim.helper_process import other_process
 from maglev.many.samples import send_samples
 job, values = pickle.loads(open({job!r}, "rb").read())
-with other_process() as (beside, _):
-    beside.ask(partial(send_samples, job, values))
-    beside.next(600.0)
-    print(beside.process.pid, flush=True)
-    beside.next(600.0)
+with other_process() as (worker, _):
+    worker.ask(partial(send_samples, job, values))
+    worker.next(600.0)
+    print(worker.process.pid, flush=True)
+    worker.next(600.0)
 """
 
 

@@ -288,7 +288,7 @@ LABEL = """(({ left, top }) => [left + maglevLive.hint.x, top + maglevLive.hint.
 
 
 def test_a_finger_turns_the_view_or_scrolls(phone_live: Tab) -> None:
-    """Beside the platform: sideways it turns the view, upwards it scrolls the page under the picture, which stays."""
+    """Off the platform: sideways it turns the view, upwards it scrolls the page under the picture, which stays."""
     tab, page = phone_live, phone_live.page
     left, _, top, _ = tab.evaluate(STAGE)
     yaw = tab.evaluate("maglevLive.orbit.yaw")

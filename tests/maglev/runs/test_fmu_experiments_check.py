@@ -312,7 +312,7 @@ def test_an_fmu_that_hangs(tmp_path: Path) -> None:
 def test_an_fmu_that_deceives_its_process_is_not_believed_and_leaves_nothing(
         fault: str, message: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     """Neither what it writes is executed, nor does a child of it go on; with the pipe closed the check ends."""
-    monkeypatch.setattr("maglev.files.beside.PATIENCE", 1.0)
+    monkeypatch.setattr("maglev.files.worker_process.PATIENCE", 1.0)
     monkeypatch.setenv("MARKER", str(tmp_path / "marker"))
     path = faulty(fault, tmp_path)
     path.with_name(f"{path.stem}_ref.csv").write_text("time,current_u\n0,0\n0.5,0\n")

@@ -1,15 +1,15 @@
 """The FMUs of stage and controller in one."""
 
 from controller_fmu.adaptive_regulator import AdaptiveRegulator
-from maglev.descriptions.closed_loop import AdaptiveLoop, ClosedLoop
-from maglev.descriptions.closed_loop_variables import loop_refusals, loop_variables
+from maglev.closed_loop.block import AdaptiveLoop, ClosedLoop
+from maglev.closed_loop.variables import loop_refusals, loop_variables
 from maglev.fmi.definition import DefaultExperiment, Drawing, FmuDefinition
 from pmlsm.stage_description import StageDescription
 
 # Whole samples, whichever the stage, and at most 1000: fmpy doubles a shorter step until there are no more.
 EXPERIMENT = DefaultExperiment(stop_time=26.0, step=40.0e-3)
 
-DRAWINGS = "maglev.descriptions.closed_loop_drawings"
+DRAWINGS = "maglev.closed_loop.drawings"
 
 
 def closed_loop(stage: StageDescription, controller: FmuDefinition, plant: FmuDefinition) -> FmuDefinition:
@@ -23,7 +23,7 @@ def closed_loop(stage: StageDescription, controller: FmuDefinition, plant: FmuDe
         variables=loop_variables(controller, plant),
         refusals=loop_refusals(controller, plant),
         experiment=EXPERIMENT,
-        documentation=tuple(dict.fromkeys((("maglev.descriptions", "closed_loop.html"), *controller.documentation,
+        documentation=tuple(dict.fromkeys((("maglev.closed_loop", "closed_loop.html"), *controller.documentation,
                                            *plant.documentation))),
         icon=Drawing(DRAWINGS, "icon", () if controller.icon is None else controller.icon.arguments),
         sketch=Drawing(DRAWINGS, "loop", (controller.name, plant.name)))

@@ -1,4 +1,4 @@
-"""Processes next to this one: each does one task after the other, sends the results, and does not outlive this one.
+"""Worker processes: each does one task after the other, sends the results, and does not outlive this process.
 
 They start again, for a fork would share the FMUs' libraries and threads in the middle of something, and Ctrl-C does not
 reach them. They are no children as multiprocessing starts them: a daemonic process, such as a worker of a cluster, may
@@ -30,12 +30,12 @@ from maglev.files.programs import end_with_children
 PATIENCE = 10.0   # s, for a process that is asked to end
 POLL = 0.05       # s, between two looks at a process
 LONGEST = 1 << 30   # bytes of a line from third-party code
-PROGRAM = "import sys; sys.path[:] = {path!r}; from maglev.files.beside import serve; serve({folder!r})"
+PROGRAM = "import sys; sys.path[:] = {path!r}; from maglev.files.worker_process import serve; serve({folder!r})"
 
 Send = Callable[[object], None]   # called by a task with its reports
 Task = Callable[[Send], Any]      # can be pickled, as can its reports and its result
 
-SERVING: list[str | None] = []    # in a process next to another: the folder that it was given, if any
+SERVING: list[str | None] = []    # in a worker process: the folder that it was given, if any
 
 
 Kind = Literal["report", "result", "error", "interrupt"]
@@ -75,8 +75,8 @@ class Silent(Gone):
     """A process has sent no message for too long."""
 
 
-class Beside:
-    """A process next to this one.
+class WorkerProcess:
+    """A process that does tasks for this one.
 
     A process with a folder to unpack in runs third-party code. It is ended from here alone, with all the processes that
     it has started, and the folder is removed with it. Its messages are not trusted. A process without such a folder
@@ -187,11 +187,11 @@ def said_in(line: bytes) -> Said:
     return said
 
 
-Inbox = SimpleQueue[tuple[Beside, bytes | None]]
+Inbox = SimpleQueue[tuple[WorkerProcess, bytes | None]]
 
 
 def serve(folder: str | None) -> None:
-    """Do tasks in this process as they are asked for; see `Beside`."""
+    """Do tasks in this process as they are asked for; see `WorkerProcess`."""
     signal.signal(signal.SIGINT, signal.SIG_IGN)   # the first process handles it for all
     if folder:
         signal.signal(signal.SIGTERM, signal.SIG_IGN)   # else it ends without a word until a task begins

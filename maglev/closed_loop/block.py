@@ -6,7 +6,7 @@ from controller_fmu.adaptive_regulator import AdaptiveRegulator
 from controller_fmu.pid import PID
 from controller_fmu.regulator import Regulator
 from controller_fmu.status import STEP_MISFIT, STEPPED
-from maglev.descriptions.loop_step import COMMAND_TOO_LARGE, loop_status, samples_in, supply
+from maglev.closed_loop.loop_step import COMMAND_TOO_LARGE, loop_status, samples_in, supply
 from plant_fmu.stage import Stage
 
 
@@ -52,17 +52,8 @@ class ClosedLoop:
         return advance(self.controller, self.controller, self.plant, t, dt)
 
 
-class AdaptiveLoop:
-    """A plant under a regulator that takes over its own estimates; see `ClosedLoop`."""
-
-    def __init__(self, controller: type, controller_arguments: tuple[Any, ...], plant: type,
-                 plant_arguments: tuple[Any, ...]):
-        self.controller = controller(*controller_arguments)
-        self.plant = plant(*plant_arguments)
-
-    def start(self) -> int:
-        """Start both parts."""
-        return loop_status(self.controller.start(), self.plant.start())
+class AdaptiveLoop(ClosedLoop):
+    """A plant under a regulator that takes over its own estimates."""
 
     def step(self, t: float, dt: float) -> int:
         """Step both parts from t to t + dt (s), a whole number of samples, with references and forces held."""
