@@ -24,10 +24,12 @@ from maglev.scenario.catalogue import HOST, WASM, build
 NAMES = tuple(DEFINITIONS)
 # Files that take longest, longest first: one that comes last keeps one processor busy, and the others wait. The first
 # builds the native FMUs, which those after it do not ask for at once.
-LONGEST = ("analysis/test_region.py", "identification/test_accuracy.py", "cli/test_signals.py", "tests/test_wheel.py",
-           "controller_fmu/test_convergence.py", "many/test_other_process.py", "pages/test_every_page.py",
-           "docs/test_site.py", "cosim/test_foreign_masters.py", "docs/test_printed_commands.py",
-           "pages/test_index.py", "examples/test_worked_examples.py", "many/test_search.py")
+LONGEST = ("analysis/test_region.py", "pages/test_every_page.py", "language/test_random_programs.py",
+           "many/test_other_process.py", "cosim/test_lane_loop.py", "many/test_search.py",
+           "docs/test_printed_commands.py", "cli/test_signals.py", "api/test_batch.py", "user/test_misbehaviour.py",
+           "runs/test_fmu_experiments_check.py", "many/test_written.py", "identification/test_accuracy.py",
+           "controller_fmu/test_convergence.py", "tests/test_wheel.py", "docs/test_site.py",
+           "cosim/test_foreign_masters.py", "examples/test_worked_examples.py", "pages/test_index.py")
 
 SIMULATED_LIVE = tuple(name for name in NAMES if name.startswith(("Plant", "PID", "Regulator", "Linear", "Scheduled",
                                                                 "Interpolated", "Adaptive", "Measurement")))
