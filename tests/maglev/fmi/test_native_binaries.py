@@ -190,8 +190,8 @@ def test_windows_binary(everywhere: Path) -> None:
     binary = windows_library((everywhere / f"binaries/win64/{NAME}.dll").read_bytes())
     assert binary.processor == X86_64_WINDOWS
     assert binary.exports == FUNCTIONS
-    assert {name.lower() for name in binary.libraries if not name.lower().startswith("api-ms-win-crt-")} \
-        <= {"kernel32.dll", "ntdll.dll"}
+    assert {name.lower() for name in binary.libraries} == {"kernel32.dll", *(
+        f"api-ms-win-crt-{part}-l1-1-0.dll" for part in ("convert", "heap", "private", "runtime", "stdio", "string"))}
 
 
 @pytest.mark.thorough
